@@ -1,0 +1,15 @@
+// A ray through the picture at p, in pixels from its upper left corner.
+// `entry` is the world distance from the eye (or its plane) to where the ray enters the box: the
+// ray's own t starts there, so that a distant eye costs no digits. Misses have t_end < 0.
+Ray camera_ray(vec2 p, out float entry, out float t_end) {
+    vec2 film = vec2(2.0, -2.0) * p / vec2(scene.size) + vec2(-1.0, 1.0);
+    vec3 across = film.x * scene.right + film.y * scene.up;
+    vec3 eye = is_orthographic ? scene.eye + across : scene.eye;
+    vec3 direction = normalize(is_orthographic ? scene.forward : scene.forward + across);
+    Ray ray = make_ray(to_grid(eye), direction);
+    vec2 span = clip_ray(ray, 0.0);
+    entry = span.x;
+    t_end = span.x < span.y ? span.y - span.x : -1.0;
+    ray.origin = clamp(fma(vec3(entry), ray.step, ray.origin), vec3(0.5), vec3(scene.dims) + 0.5);
+    return ray;
+}

@@ -1,0 +1,111 @@
+// Lights: parallel suns, a constant environment, and an environment image.
+//
+// The constant part has no next-event estimation: it is as bright everywhere, so that a path's own
+// escape finds it with the best density there is. Image and suns are picked by power.
+
+layout(binding = 7, scalar) readonly buffer SunBlock { Sun at[]; } suns;
+layout(binding = 8) uniform sampler2D environment;
+layout(binding = 9, scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;
+
+const bool has_light_sampling = sun_count > 0u || has_environment_image;
+
+// u = ½ + atan2(d.x, −d.z)/2π, v = acos(d.y)/π.
+vec2 environment_position(vec3 d) {
+    float u = 0.5 + (d.x == 0.0 && d.z == 0.0 ? 0.0 : atan(d.x, -d.z)) / (2.0 * PI);
+    // Not acos, which knows no angles near the poles.
+    return vec2(u, atan(length(d.xz), d.y) / PI);
+}
+
+// Bilinear, wrapping in u, clamped in v. By hand: a sampler may round its weights to 1/256.
+vec3 environment_image(vec3 direction) {
+    ivec2 size = textureSize(environment, 0);
+    vec2 p = environment_position(direction) * vec2(size) - 0.5;
+    vec2 f = floor(p);
+    vec2 t = p - f;
+    ivec2 i = ivec2(f);
+    ivec2 x = (ivec2(i.x, i.x + 1) + size.x) % size.x;
+    ivec2 y = clamp(ivec2(i.y, i.y + 1), 0, size.y - 1);
+    vec3 top = mix(texelFetch(environment, ivec2(x[0], y[0]), 0).rgb,
+                   texelFetch(environment, ivec2(x[1], y[0]), 0).rgb, t.x);
+    vec3 bottom = mix(texelFetch(environment, ivec2(x[0], y[1]), 0).rgb,
+                      texelFetch(environment, ivec2(x[1], y[1]), 0).rgb, t.x);
+    return mix(top, bottom, t.y);
+}
+
+// Density of `direction` in light sampling, 1/sr.
+float environment_density(vec3 direction) {
+    if (!has_environment_image) {
+        return 0.0;
+    }
+    uvec2 cells = scene.image_cells;
+    uvec2 cell = min(uvec2(environment_position(direction) * vec2(cells)), cells - 1u);
+    return scene.image_probability * sky.at[cell.y * cells.x + cell.x].density;
+}
+
+// Stands for a density where no other strategy could have found the direction.
+const float ALONE = -1.0;
+
+// What a ray in `direction` brings from outside. `density` is the one that it was sampled with, for
+// the balance heuristic against light sampling; ALONE for a ray from the camera.
+vec3 escaping_radiance(vec3 direction, float density) {
+    vec3 radiance = scene.environment;
+    if (has_environment_image) {
+        float weight = density == ALONE ? 1.0 : density / (density + environment_density(direction));
+        radiance += weight * environment_image(direction);
+    }
+    return radiance;
+}
+
+struct LightSample {
+    vec3 direction; // towards the light
+    vec3 radiance;  // divided by the density; for a sun, irradiance over probability
+    float density;  // 1/sr; ALONE for a sun
+};
+
+// `u` places the direction within its cell, `pick` chooses between the cell and its alias.
+LightSample sample_image(vec2 u, uint word, float pick) {
+    uvec2 cells = scene.image_cells;
+    // The high word of a product: a float's 24 bits would favour some cells.
+    uint cell, rest;
+    umulExtended(word, cells.x * cells.y, cell, rest);
+    if (pick >= sky.at[cell].keep) {
+        cell = sky.at[cell].alias;
+    }
+    // Uniform in solid angle within the cell: uniform in azimuth and in cos of the polar angle.
+    float azimuth = 2.0 * PI * ((float(cell % cells.x) + u.x) / float(cells.x) - 0.5);
+    float row = float(cell / cells.x);
+    float y = mix(cos(PI * row / float(cells.y)), cos(PI * (row + 1.0) / float(cells.y)), u.y);
+    float r = sqrt(max(0.0, 1.0 - y * y));
+    LightSample light;
+    light.direction = vec3(r * sin(azimuth), y, -r * cos(azimuth));
+    light.density = scene.image_probability * sky.at[cell].density;
+    light.radiance = environment_image(light.direction) / light.density;
+    return light;
+}
+
+// The last word is used twice: for the kind of light, and, stretched again, for a cell or its alias.
+LightSample sample_light(uvec4 words) {
+    float kind = unit_interval(words.w);
+    if (has_environment_image && kind < scene.image_probability) {
+        vec2 u = vec2(unit_interval(words.x), unit_interval(words.y));
+        return sample_image(u, words.z, kind / scene.image_probability);
+    }
+    float pick = unit_interval(words.z);
+    uint index = 0u;
+    while (index + 1u < sun_count && pick >= suns.at[index].cumulative_probability) {
+        ++index;
+    }
+    float below = index > 0u ? suns.at[index - 1u].cumulative_probability : 0.0;
+    float probability = suns.at[index].cumulative_probability - below;
+    LightSample light;
+    light.direction = -suns.at[index].direction;
+    light.density = ALONE;
+    light.radiance = suns.at[index].irradiance
+                   / (probability * (1.0 - scene.image_probability));
+    return light;
+}
+
+// Weight of light sampling against a path's own `density` of the same direction.
+float light_weight(LightSample light, float density) {
+    return light.density == ALONE ? 1.0 : light.density / (light.density + density);
+}

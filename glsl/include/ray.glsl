@@ -1,0 +1,102 @@
+// Rays live in grid space for position and in world space for direction: x(t) = origin + t·step,
+// where step = direction / spacing, so that t is a world length.
+
+layout(binding = 3, scalar) readonly buffer ClipBlock { Clip at[]; } clips;
+
+struct Ray {
+    vec3 origin;    // grid space
+    vec3 step;      // grid units per world length
+    vec3 direction; // world space, unit
+};
+
+Ray make_ray(vec3 origin, vec3 direction) {
+    return Ray(origin, direction / scene.spacing, direction);
+}
+
+vec3 to_grid(vec3 world) {
+    return (world + scene.half_extent) / scene.spacing + 0.5;
+}
+
+vec3 to_world(vec3 grid) {
+    return (grid - 0.5) * scene.spacing - scene.half_extent;
+}
+
+// The part of the ray inside the box and the clip planes; empty if x ≥ y. A convex body, so one
+// interval. Zero components of `step` give ±∞, or NaN where the origin lies on that face, which min
+// and max below resolve towards "inside".
+vec2 clip_ray(Ray ray, float from) {
+    float t0 = from;
+    float t1 = 3.4e38;
+    for (int a = 0; a < 3; ++a) {
+        float low = 0.5 - ray.origin[a];
+        float high = float(scene.dims[a]) + 0.5 - ray.origin[a];
+        if (ray.step[a] == 0.0) {
+            if (low > 0.0 || high < 0.0) {
+                return vec2(1.0, 0.0);
+            }
+            continue;
+        }
+        float one = low / ray.step[a];
+        float two = high / ray.step[a];
+        t0 = max(t0, min(one, two));
+        t1 = min(t1, max(one, two));
+    }
+    vec3 origin = to_world(ray.origin);
+    for (uint c = 0u; c < clip_count; ++c) {
+        float over = dot(clips.at[c].normal, origin) - clips.at[c].offset;
+        float rate = dot(clips.at[c].normal, ray.direction);
+        if (rate > 0.0) {
+            t1 = min(t1, -over / rate);
+        } else if (rate < 0.0) {
+            t0 = max(t0, -over / rate);
+        } else if (over > 0.0) {
+            return vec2(1.0, 0.0);
+        }
+    }
+    return vec2(t0, t1);
+}
+
+// Loop iterations of this thread so far. A dispatch is bounded by them: they are what takes time, and
+// lavapipe silently ends every loop of a thread group after 65535 of them.
+uint work = 0u;
+
+// Walks a ray through boxes of `size` grid units on a lattice from the grid's origin.
+struct Walk {
+    ivec3 cell;
+    float exit;  // t at which the ray leaves the cell
+    int axis;    // through which side
+};
+
+void find_exit(inout Walk walk, Ray ray, float size) {
+    walk.exit = 3.4e38;
+    for (int a = 0; a < 3; ++a) {
+        // Recomputed from the cell's index each time, so that no error adds up along the ray.
+        float side = (float(walk.cell[a]) + (ray.step[a] > 0.0 ? 1.0 : 0.0)) * size;
+        float t = ray.step[a] != 0.0 ? (side - ray.origin[a]) / ray.step[a] : 3.4e38;
+        if (t < walk.exit) {
+            walk.exit = t;
+            walk.axis = a;
+        }
+    }
+}
+
+Walk begin_walk(Ray ray, float t, float size, ivec3 cells) {
+    Walk walk;
+    walk.axis = 0;
+    walk.cell = clamp(ivec3(floor((ray.origin + t * ray.step) / size)), ivec3(0), cells - 1);
+    find_exit(walk, ray, size);
+    return walk;
+}
+
+// False once the ray has left the lattice.
+bool step_walk(inout Walk walk, Ray ray, float size, ivec3 cells) {
+    ++work;
+    int a = walk.axis;
+    int next = walk.cell[a] + (ray.step[a] > 0.0 ? 1 : -1);
+    if (next < 0 || next >= cells[a]) {
+        return false;
+    }
+    walk.cell[a] = next;
+    find_exit(walk, ray, size);
+    return true;
+}

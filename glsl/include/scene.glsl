@@ -1,0 +1,8 @@
+// The scene's resources, bound by these names in every pass that includes them. Constants come from
+// src/render/shared.rs.
+
+#extension GL_EXT_scalar_block_layout : require
+#include "shared.glsl"
+
+layout(binding = 0, scalar) readonly buffer SceneBlock { SceneConstants constants; } scene_block;
+#define scene scene_block.constants

@@ -1,0 +1,213 @@
+// Isosurfaces: where the truth of V ≥ value changes along a ray. In a trilinear cell the field along
+// a ray is a cubic, so crossings are its exact roots (Marmitt et al. 2004).
+//
+// The ray carries its side of every surface as a bit, and a crossing is a change of truth against
+// that bit. A sign lost to rounding at a cell's border is found in the next cell, so no ray slips
+// through, and no epsilon is needed to leave a surface: its known root is divided out.
+
+layout(binding = 6, scalar) readonly buffer SurfaceBlock { Surface at[]; } surfaces;
+
+struct Crossing {
+    float t;
+    int surface; // −1: none
+    uint inside; // sides just before the crossing: bit s is V ≥ value of surface s
+};
+
+// Coefficients of the cell's field along p(u) = a + u·e, u ∈ [0, 1].
+vec4 cell_cubic(Cell k, vec3 a, vec3 e) {
+    float x = k.x + a.y * (k.xy + a.z * k.xyz) + a.z * k.xz;
+    float y = k.y + a.z * (k.yz + a.x * k.xyz) + a.x * k.xy;
+    float z = k.z + a.x * (k.xz + a.y * k.xyz) + a.y * k.yz;
+    float xy = k.xy + a.z * k.xyz;
+    float yz = k.yz + a.x * k.xyz;
+    float xz = k.xz + a.y * k.xyz;
+    return vec4(volume_interpolate(k, a),
+                x * e.x + y * e.y + z * e.z,
+                xy * e.x * e.y + yz * e.y * e.z + xz * e.x * e.z,
+                k.xyz * e.x * e.y * e.z);
+}
+
+float evaluate(vec4 c, float u) {
+    return c.x + u * (c.y + u * (c.z + u * c.w));
+}
+
+// The cubic's extrema, sorted and clamped to [0, 1]: between them it is monotone.
+vec2 extrema(vec4 c) {
+    float a = 3.0 * c.w;
+    float b = c.z;
+    float discriminant = b * b - a * c.y;
+    if (discriminant < 0.0) {
+        return vec2(1.0);
+    }
+    float q = -(b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
+    float one = a != 0.0 ? q / a : 1.0;
+    float two = q != 0.0 ? c.y / q : 1.0;
+    return clamp(vec2(min(one, two), max(one, two)), 0.0, 1.0);
+}
+
+// The root in [low, high], where the truth of c(u) ≥ 0 is `inside` at low and not at high: Newton's
+// method, kept within a bracket that shrinks by half where Newton would leave it.
+float refine(vec4 c, float low, float high, bool inside) {
+    float u = 0.5 * (low + high);
+    float error = 1.0;
+    for (int k = 0; k < 40 && error > 1e-7; ++k) {
+        ++work;
+        float value = evaluate(c, u);
+        bool changed = (value >= 0.0) != inside;
+        high = changed ? u : high;
+        low = changed ? low : u;
+        float next = u - value / (c.y + u * (2.0 * c.z + u * 3.0 * c.w));
+        next = next > low && next < high ? next : 0.5 * (low + high);
+        error = abs(next - u);
+        u = next;
+    }
+    return u;
+}
+
+// The first u ∈ (0, 1] where the truth of c(u) ≥ 0 differs from `inside`; > 1 if there is none.
+float first_change(vec4 c, bool inside) {
+    vec2 split = extrema(c);
+    vec3 ends = vec3(split, 1.0);
+    float low = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        float high = ends[i];
+        if ((evaluate(c, high) >= 0.0) != inside) {
+            return refine(c, low, high, inside);
+        }
+        low = high;
+    }
+    return 2.0;
+}
+
+// origin + t·step − cell with the digits that the subtraction would lose (two-sum).
+vec3 local_position(Ray ray, float t, vec3 cell) {
+    precise vec3 high = ray.origin - cell;
+    precise vec3 back = high - ray.origin;
+    precise vec3 low = (ray.origin - (high - back)) + (-cell - back);
+    precise vec3 along = fma(vec3(t), ray.step, high);
+    return along + low;
+}
+
+// The first crossing in the trilinear cell between t0 and t1, for all surfaces. `known` is a surface
+// on which the ray starts at t0, or −1; `fresh` says that the sides are not known yet.
+void cross_cell(Ray ray, ivec3 cell, float t0, float t1, int known, bool fresh,
+                inout Crossing crossing) {
+    work += 1u + 4u * surface_count;
+    Cell k = volume_cell(cell);
+    vec3 a = local_position(ray, t0, vec3(cell));
+    vec3 e = ray.step * (t1 - t0);
+    float nearest = 2.0;
+    for (uint s = 0u; s < surface_count; ++s) {
+        float value = surfaces.at[s].value;
+        uint bit = 1u << s;
+        Cell relative = k;
+        relative.c -= value; // exact for integers, and here the digits are needed
+        vec4 c = cell_cubic(relative, a, e);
+        if (int(s) == known) {
+            c = vec4(c.yzw, 0.0);
+        } else if (fresh) {
+            crossing.inside = c.x >= 0.0 ? crossing.inside | bit : crossing.inside & ~bit;
+        }
+        bool inside = (crossing.inside & bit) != 0u;
+        bool uniform_cell = int(s) != known && (k.low >= value || k.high < value);
+        float u = 2.0;
+        if (!uniform_cell) {
+            u = first_change(c, inside);
+        } else if ((k.low >= value) != inside) {
+            u = 0.0;
+        }
+        if (u <= 1.0 && u < nearest) {
+            nearest = u;
+            crossing.surface = int(s);
+        }
+    }
+    if (nearest <= 1.0) {
+        crossing.t = mix(t0, t1, nearest);
+    }
+}
+
+bool macrocell_straddles(vec2 range, uint inside, bool fresh) {
+    for (uint s = 0u; s < surface_count; ++s) {
+        float value = surfaces.at[s].value;
+        bool truth = range.x >= value;
+        bool changes = range.x < value && range.y >= value;
+        if (changes || (!fresh && truth != ((inside >> s & 1u) != 0u))) {
+            return true;
+        }
+    }
+    return false;
+}
+
+uint sides_of(vec2 range) {
+    uint inside = 0u;
+    for (uint s = 0u; s < surface_count; ++s) {
+        inside |= range.x >= surfaces.at[s].value ? 1u << s : 0u;
+    }
+    return inside;
+}
+
+// The first crossing after crossing.t and before t_end. With `fresh`, the ray's sides are found where
+// it starts; otherwise crossing.inside holds them. `known` as in cross_cell.
+void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing crossing) {
+    crossing.surface = -1;
+    float t = crossing.t;
+    if (!(t < t_end)) {
+        return;
+    }
+    ivec3 macrocells = ivec3(scene.macrocells);
+    ivec3 cells = ivec3(scene.dims) + 1;
+    Walk outer = begin_walk(ray, t, float(MACROCELL), macrocells);
+    bool more = true;
+    while (more && crossing.surface < 0) {
+        float outer_exit = min(outer.exit, t_end);
+        vec2 range = macrocell_range(outer.cell);
+        if (known >= 0 || macrocell_straddles(range, crossing.inside, fresh)) {
+            Walk inner = begin_walk(ray, t, 1.0, cells);
+            bool inner_more = true;
+            while (inner_more && crossing.surface < 0) {
+                float exit = min(inner.exit, outer_exit);
+                if (exit > t) {
+                    cross_cell(ray, inner.cell, t, exit, known, fresh, crossing);
+                    fresh = false;
+                    known = -1;
+                    t = exit;
+                }
+                inner_more = inner.exit < outer_exit && step_walk(inner, ray, 1.0, cells);
+            }
+        } else if (fresh) {
+            crossing.inside = sides_of(range);
+            fresh = false;
+        }
+        t = max(t, outer_exit);
+        more = outer.exit < t_end && step_walk(outer, ray, float(MACROCELL), macrocells);
+    }
+    if (crossing.surface < 0) {
+        crossing.t = t_end;
+    }
+}
+
+struct Hit {
+    vec3 geometric; // unit, facing the arriving ray
+    vec3 shading;   // unit, facing the arriving ray
+};
+
+// Normals at a crossing of surface s. They point to where the ray came from: down the gradient if it
+// came from outside, up it from inside.
+Hit hit_at(Ray ray, Crossing crossing) {
+    vec3 g = ray.origin + crossing.t * ray.step;
+    bool from_inside = (crossing.inside >> crossing.surface & 1u) != 0u;
+    float sign = from_inside ? 1.0 : -1.0;
+    vec3 gradient = sign * volume_gradient(g);
+    float size = length(gradient);
+    Hit hit;
+    hit.geometric = size > 0.0 ? gradient / size : -ray.direction;
+    hit.shading = hit.geometric;
+    if (!analytic_normals) {
+        vec3 smoothed = sign * volume_smooth_gradient(g);
+        float smooth_size = length(smoothed);
+        if (smooth_size > 0.0 && dot(smoothed, ray.direction) < 0.0) {
+            hit.shading = smoothed / smooth_size;
+        }
+    }
+    return hit;
+}

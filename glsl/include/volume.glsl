@@ -1,0 +1,116 @@
+// The field V: the trilinear interpolant of the voxels, in stored values. Every read of the volume
+// goes through this file. Positions are in grid space (src/render/shared.rs).
+
+layout(binding = 1) uniform sampler3D volume;
+
+// The voxel's exact stored value, clamped at the border. Texels are integers in disguise: the
+// normalised formats hold k/255 and k/65535 only to rounding.
+float volume_voxel(ivec3 voxel) {
+    voxel = clamp(voxel, ivec3(0), ivec3(scene.dims) - 1);
+    float texel = texelFetch(volume, voxel, 0).r;
+    return scene.stored_max == 1.0 ? texel : round(texel * scene.stored_max);
+}
+
+// Texels at the corners of a trilinear cell, clamped at the border: x grows from component 0 to 1 and
+// from 2 to 3, y from 01 to 23, z from `near` to `far`.
+struct Corners {
+    vec4 near, far;
+};
+
+Corners volume_corners(ivec3 cell) {
+    ivec3 last = ivec3(scene.dims) - 1;
+    ivec3 a = clamp(cell - 1, ivec3(0), last);
+    ivec3 b = clamp(cell, ivec3(0), last);
+    return Corners(vec4(texelFetch(volume, a, 0).r,
+                        texelFetch(volume, ivec3(b.x, a.yz), 0).r,
+                        texelFetch(volume, ivec3(a.x, b.y, a.z), 0).r,
+                        texelFetch(volume, ivec3(b.xy, a.z), 0).r),
+                   vec4(texelFetch(volume, ivec3(a.xy, b.z), 0).r,
+                        texelFetch(volume, ivec3(b.x, a.y, b.z), 0).r,
+                        texelFetch(volume, ivec3(a.x, b.yz), 0).r,
+                        texelFetch(volume, b, 0).r));
+}
+
+// The trilinear cell floor(g) as a polynomial in the local position p ∈ [0, 1]³:
+// V = c + x·p.x + y·p.y + z·p.z + xy·p.x·p.y + yz·p.y·p.z + xz·p.x·p.z + xyz·p.x·p.y·p.z.
+struct Cell {
+    float c, x, y, z, xy, yz, xz, xyz;
+    float low, high;
+};
+
+Cell volume_cell(ivec3 cell) {
+    Corners corners = volume_corners(cell);
+    vec4 n = corners.near;
+    vec4 f = corners.far;
+    if (scene.stored_max != 1.0) {
+        n = round(n * scene.stored_max);
+        f = round(f * scene.stored_max);
+    }
+    vec4 least = min(n, f);
+    vec4 most = max(n, f);
+    Cell r;
+    r.low = min(min(least.x, least.y), min(least.z, least.w));
+    r.high = max(max(most.x, most.y), max(most.z, most.w));
+    r.c = n.x;
+    r.x = n.y - n.x;
+    r.y = n.z - n.x;
+    r.z = f.x - n.x;
+    r.xy = (n.w - n.z) - (n.y - n.x);
+    r.yz = (f.z - f.x) - (n.z - n.x);
+    r.xz = (f.y - f.x) - (n.y - n.x);
+    r.xyz = ((f.w - f.z) - (f.y - f.x)) - ((n.w - n.z) - (n.y - n.x));
+    return r;
+}
+
+float volume_interpolate(Cell k, vec3 p) {
+    return k.c + p.x * (k.x + p.y * (k.xy + p.z * k.xyz)) + p.y * (k.y + p.z * k.yz)
+         + p.z * (k.z + p.x * k.xz);
+}
+
+// V(g).
+float volume_value(vec3 g) {
+    float texel;
+    if (filter_in_shader) {
+        vec3 cell = floor(g);
+        vec3 p = g - cell;
+        Corners corners = volume_corners(ivec3(cell));
+        vec4 along_z = mix(corners.near, corners.far, p.z);
+        vec2 along_y = mix(along_z.xy, along_z.zw, p.y);
+        texel = mix(along_y.x, along_y.y, p.x);
+    } else {
+        texel = textureLod(volume, (g - 0.5) / vec3(scene.dims), 0.0).r;
+    }
+    return texel * scene.stored_max;
+}
+
+// The interpolant's gradient in world units.
+vec3 volume_gradient(vec3 g) {
+    vec3 cell = floor(g);
+    Cell k = volume_cell(ivec3(cell));
+    vec3 p = g - cell;
+    return vec3(k.x + p.y * k.xy + p.z * (k.xz + p.y * k.xyz),
+                k.y + p.x * k.xy + p.z * (k.yz + p.x * k.xyz),
+                k.z + p.x * k.xz + p.y * (k.yz + p.x * k.xyz)) / scene.spacing;
+}
+
+vec3 central_difference(ivec3 voxel) {
+    const ivec2 step = ivec2(1, 0);
+    return vec3(volume_voxel(voxel + step.xyy) - volume_voxel(voxel - step.xyy),
+                volume_voxel(voxel + step.yxy) - volume_voxel(voxel - step.yxy),
+                volume_voxel(voxel + step.yyx) - volume_voxel(voxel - step.yyx))
+         / (2.0 * scene.spacing);
+}
+
+// Central differences at voxels in world units, interpolated trilinearly.
+vec3 volume_smooth_gradient(vec3 g) {
+    ivec3 low = ivec3(floor(g)) - 1;
+    vec3 p = fract(g);
+    vec3 sum = vec3(0.0);
+    for (int corner = 0; corner < 8; ++corner) {
+        ivec3 offset = ivec3(corner, corner >> 1, corner >> 2) & 1;
+        vec3 weight = mix(1.0 - p, p, vec3(offset));
+        ivec3 voxel = clamp(low + offset, ivec3(0), ivec3(scene.dims) - 1);
+        sum += weight.x * weight.y * weight.z * central_difference(voxel);
+    }
+    return sum;
+}

@@ -1,0 +1,31 @@
+// What the ray through each pixel's centre meets first: distance, normal and colour of the surface.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "ray.glsl"
+#include "ranges.glsl"
+#include "surface.glsl"
+#include "camera.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(binding = 13, rgba32f) writeonly uniform image2D normal_depth;
+layout(binding = 14, rgba32f) writeonly uniform image2D albedo;
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
+        return;
+    }
+    float entry, t_end;
+    Ray ray = camera_ray(vec2(pixel) + 0.5, entry, t_end);
+    Crossing crossing = Crossing(0.0, -1, 0u);
+    find_crossing(ray, t_end, -1, true, crossing);
+    if (crossing.surface < 0) {
+        imageStore(normal_depth, pixel, vec4(0.0, 0.0, 0.0, uintBitsToFloat(0x7f800000u)));
+        imageStore(albedo, pixel, vec4(0.0));
+        return;
+    }
+    imageStore(normal_depth, pixel, vec4(hit_at(ray, crossing).shading, entry + crossing.t));
+    imageStore(albedo, pixel, vec4(surfaces.at[crossing.surface].color, 1.0));
+}

@@ -1,0 +1,30 @@
+// The largest extinction that the transfer function takes over each macrocell's range of values:
+// exact for non-monotone ones, since a piecewise-linear function has its maximum at a point or at an
+// end of the range.
+
+#version 460
+#include "scene.glsl"
+#include "transfer.glsl"
+
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(binding = 4) uniform sampler3D ranges;
+layout(binding = 5, r32f) writeonly uniform image3D majorants;
+
+void main() {
+    ivec3 macrocell = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(macrocell, ivec3(scene.macrocells)))) {
+        return;
+    }
+    vec2 range = texelFetch(ranges, macrocell, 0).rg;
+    // Interpolation rounds: it may leave the voxels' range by some of their last digits.
+    float rounding = 1e-6 * max(abs(range.x), abs(range.y));
+    range += vec2(-rounding, rounding);
+    float opacity = max(transfer_opacity(range.x), transfer_opacity(range.y));
+    for (uint i = 0u; i < scene.transfer_points; ++i) {
+        TransferPoint point = transfer.at[i];
+        if (point.value >= range.x && point.value <= range.y) {
+            opacity = max(opacity, point.opacity);
+        }
+    }
+    imageStore(majorants, macrocell, vec4(scene.density * opacity));
+}

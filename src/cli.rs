@@ -1,0 +1,368 @@
+//! The command line: what the user typed, as typed values. It knows how a scene is named, and
+//! nothing of how it is rendered.
+//!
+//! Scene keys that have a flag of their own become [`Edit`]s, the same as `--set`: there is one way
+//! into a scene. Words such as `non-caching` are read by the scene's own types, so that a flag and
+//! the file cannot drift apart.
+
+use std::num::NonZeroU32;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::time::Duration;
+
+use clap::{Args, Parser, Subcommand};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::Value;
+
+use crate::scene::preset::Preset;
+use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
+
+/// Renders scientific and medical volumes: global illumination and sharp isosurfaces, on Vulkan.
+#[derive(Debug, Parser)]
+#[command(name = "isolume", version, about, max_term_width = 100)]
+pub struct Cli {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene, or a bare volume with a preset.
+    Render(Box<RenderArgs>),
+    /// Print what GPU memory a render would take, and allocate nothing.
+    Plan(Box<PlanArgs>),
+    /// Print the complete scene as commented TOML.
+    Scene(Box<SceneArgs>),
+    /// Compare two pictures.
+    Compare(CompareArgs),
+    /// Describe the devices, or a volume.
+    Info(InfoArgs),
+}
+
+/// What is rendered: shared by all commands that take a scene.
+#[derive(Debug, Args)]
+pub struct SceneArgs {
+    /// A scene file (.toml), or a volume.
+    #[arg(value_name = "SCENE_OR_VOLUME")]
+    pub input: PathBuf,
+
+    /// How to show a bare volume: auto, ct or generic.
+    #[arg(long, default_value = "auto", value_parser = word::<Preset>)]
+    pub preset: Preset,
+
+    /// Look from a side: anterior posterior left right superior inferior +x -x +y -y +z -z.
+    #[arg(long, allow_hyphen_values = true, value_parser = view)]
+    pub view: Option<Edit>,
+
+    /// The value of the only isosurface; adds one where there is none.
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true, value_parser = iso)]
+    pub iso: Option<Edit>,
+
+    /// Pixels of the picture.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<Edit>,
+
+    /// auto, caching, non-caching or published.
+    #[arg(long, value_parser = variant)]
+    pub variant: Option<Edit>,
+
+    /// Cache cells per voxel along an axis: auto, 1, 0.5, 0.25 or 0.125.
+    #[arg(long, value_name = "SCALE", value_parser = cache_scale)]
+    pub cache_scale: Option<Edit>,
+
+    /// auto, f16 or f32.
+    #[arg(long, value_name = "FORMAT", value_parser = cache_format)]
+    pub cache_format: Option<Edit>,
+
+    /// Set any key of the scene file, as in medium.g=0.5 or surfaces.iso.0.value=900 (repeatable).
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<Edit>,
+}
+
+impl SceneArgs {
+    /// All changes to the scene. Flags of their own come last, being the more particular.
+    pub fn edits(&self) -> Vec<Edit> {
+        let flags = [
+            &self.view,
+            &self.iso,
+            &self.size,
+            &self.variant,
+            &self.cache_scale,
+            &self.cache_format,
+        ];
+        let flags = flags.into_iter().flatten();
+        self.set.iter().chain(flags).cloned().collect()
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// Where to write: .exr or .png (repeatable; without: STEM.png and STEM.exr here).
+    #[arg(short, long, value_name = "FILE", value_parser = picture)]
+    output: Vec<PathBuf>,
+
+    /// Stop after so many samples per pixel.
+    #[arg(long, value_name = "N")]
+    pub spp: Option<NonZeroU32>,
+
+    /// Stop after so many seconds.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    time: Option<Duration>,
+
+    /// Stop at this relative error, rms(stderr)/mean.
+    #[arg(long, value_name = "REL", value_parser = positive)]
+    error: Option<f64>,
+
+    /// Seed of the random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+
+    #[command(flatten)]
+    pub gpu: GpuArgs,
+
+    /// Write statistics as JSON.
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+
+    /// Write a Chrome/Perfetto trace: GPU passes, CPU stages, memory.
+    #[arg(long, value_name = "FILE.json")]
+    pub profile: Option<PathBuf>,
+
+    /// No progress and no notes; errors only.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    #[command(flatten)]
+    pub gpu: GpuArgs,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The device, and how much of it may be used.
+#[derive(Debug, Args)]
+pub struct GpuArgs {
+    /// GPU memory to stay within: bytes, MB, MiB, GB, GiB, or % of the heap, as in 2GiB.
+    #[arg(long, value_name = "SIZE")]
+    pub vram_budget: Option<Budget>,
+
+    /// The device's name, a part of it, or its index in `isolume info`.
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub device: Option<DeviceChoice>,
+}
+
+/// When to stop: whichever comes first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stop {
+    pub spp: Option<NonZeroU32>,
+    pub time: Option<Duration>,
+    pub relative_error: Option<f64>,
+}
+
+impl RenderArgs {
+    pub fn stop(&self) -> Stop {
+        let given = Stop {
+            spp: self.spp,
+            time: self.time,
+            relative_error: self.error,
+        };
+        match given {
+            Stop {
+                spp: None,
+                time: None,
+                relative_error: None,
+            } => Stop {
+                spp: None,
+                time: Some(Duration::from_secs(60)),
+                relative_error: Some(0.02),
+            },
+            _ => given,
+        }
+    }
+
+    /// The files to write.
+    pub fn outputs(&self) -> Vec<PathBuf> {
+        if !self.output.is_empty() {
+            return self.output.clone();
+        }
+        let stem = stem(&self.scene.input);
+        [".png", ".exr"]
+            .map(|extension| PathBuf::from(stem.clone() + extension))
+            .to_vec()
+    }
+}
+
+/// The file's name without its extension, of which `.gz` is a part: `head` for `head.nii.gz`.
+fn stem(input: &Path) -> String {
+    let name = input
+        .file_name()
+        .map_or("isolume".into(), |name| name.to_string_lossy());
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    let stem = Path::new(name)
+        .file_stem()
+        .map(|stem| stem.to_string_lossy());
+    stem.map_or(name.to_string(), |stem| stem.into_owned())
+}
+
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    pub a: PathBuf,
+    pub b: PathBuf,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+
+    /// Stops to add before the metrics that judge a display picture.
+    #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = finite)]
+    pub exposure: f64,
+}
+
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The volume to describe; without it, the devices.
+    pub volume: Option<PathBuf>,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What `--vram-budget` says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Budget {
+    Bytes(u64),
+    /// Of the device-local heap, in (0, 100].
+    Percent(f64),
+}
+
+impl FromStr for Budget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Budget, String> {
+        let wrong =
+            || "expected bytes or a size such as 500MB, 512MiB, 2GB, 2GiB or 80%".to_string();
+        let split = text
+            .find(|c: char| c.is_alphabetic() || c == '%')
+            .unwrap_or(text.len());
+        let (number, unit) = (text[..split].trim(), &text[split..]);
+        let number = positive(number).map_err(|_| wrong())?;
+        let unit = match unit {
+            "" | "B" => 1.0,
+            "MB" => 1e6,
+            "MiB" => 1_048_576.0,
+            "GB" => 1e9,
+            "GiB" => 1_073_741_824.0,
+            "%" if number <= 100.0 => return Ok(Budget::Percent(number)),
+            _ => return Err(wrong()),
+        };
+        let bytes = (number * unit).floor();
+        if !(1.0..=1e18).contains(&bytes) {
+            return Err(wrong());
+        }
+        Ok(Budget::Bytes(bytes as u64))
+    }
+}
+
+/// What `--device` says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DeviceChoice {
+    Index(usize),
+    Name(String),
+}
+
+impl FromStr for DeviceChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<DeviceChoice, String> {
+        match text.trim() {
+            "" => Err("expected a device's name or index".to_string()),
+            name => Ok(name
+                .parse()
+                .map_or(DeviceChoice::Name(name.into()), DeviceChoice::Index)),
+        }
+    }
+}
+
+/// A word or a number that one of the scene's own types understands.
+fn word<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let value = text.parse().unwrap_or_else(|_| Value::String(text.into()));
+    value
+        .try_into()
+        .map_err(|error: toml::de::Error| error.message().to_string())
+}
+
+/// The edit that a flag stands for, once its value is known to be right.
+fn edit<T>(flag: &str, key: &str, text: &str) -> Result<Edit, String>
+where
+    T: DeserializeOwned + Serialize,
+{
+    let value = Value::try_from(word::<T>(text)?).map_err(|error| error.to_string())?;
+    Ok(Edit::set(format!("--{flag} {text}"), key, value))
+}
+
+fn view(text: &str) -> Result<Edit, String> {
+    word::<View>(text).map(Edit::view)
+}
+
+fn iso(text: &str) -> Result<Edit, String> {
+    finite(text).map(Edit::iso)
+}
+
+fn variant(text: &str) -> Result<Edit, String> {
+    edit::<Variant>("variant", "render.variant", text)
+}
+
+fn cache_scale(text: &str) -> Result<Edit, String> {
+    edit::<CacheScale>("cache-scale", "render.cache_scale", text)
+}
+
+fn cache_format(text: &str) -> Result<Edit, String> {
+    edit::<CacheFormat>("cache-format", "render.cache_format", text)
+}
+
+fn size(text: &str) -> Result<Edit, String> {
+    let parsed = text.split_once('x').and_then(|(width, height)| {
+        let side = |text: &str| text.parse::<NonZeroU32>().ok();
+        Some([side(width)?, side(height)?].map(|side| i64::from(side.get())))
+    });
+    let pixels = parsed.ok_or("expected WIDTHxHEIGHT in pixels, as in 1920x1080")?;
+    let pixels = Value::from(pixels.to_vec());
+    Ok(Edit::set(format!("--size {text}"), "render.size", pixels))
+}
+
+fn picture(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    match extension.as_deref().and_then(|e| e.to_str()) {
+        Some("exr" | "png") => Ok(path),
+        _ => Err("expected a file name that ends in .exr or .png".to_string()),
+    }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let wrong = |_| "expected a number of seconds > 0".to_string();
+    let seconds = positive(text).map_err(wrong)?;
+    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = finite(text).ok().filter(|number| *number > 0.0);
+    number.ok_or("expected a number > 0".to_string())
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or("expected a finite number".to_string())
+}

@@ -1,0 +1,149 @@
+//! Pictures to compare, as linear radiance, from EXR or PNG files or straight from a render.
+
+use std::path::Path;
+
+use ::exr::prelude::*;
+use ::image::{ImageFormat, ImageReader};
+
+use crate::error::{Error, Result};
+use crate::output::{Picture, display::srgb_decode};
+
+/// Linear RGB, row 0 on top. An alpha is not looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinearImage {
+    /// For messages.
+    pub name: String,
+    pub width: usize,
+    pub height: usize,
+    pub rgb: Vec<[f32; 3]>,
+    /// Standard error of each pixel's mean, if known.
+    pub stderr: Option<Vec<[f32; 3]>>,
+}
+
+impl LinearImage {
+    pub fn read(path: &Path) -> Result<LinearImage> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("exr") => read_exr(path),
+            Some("png") => read_png(path),
+            _ => Err(Error::Input(format!(
+                "{}: only .exr and .png pictures can be compared",
+                path.display()
+            ))),
+        }
+    }
+
+    pub fn from_picture(name: impl Into<String>, picture: &Picture) -> LinearImage {
+        LinearImage {
+            name: name.into(),
+            width: picture.width as usize,
+            height: picture.height as usize,
+            rgb: picture.rgb.clone(),
+            stderr: known(picture.stderr.clone()),
+        }
+    }
+
+    /// Whether every metric of `self` and `test` is defined.
+    pub(super) fn check_comparable(&self, test: &LinearImage) -> Result<()> {
+        if (self.width, self.height) != (test.width, test.height) {
+            return Err(Error::Input(format!(
+                "{} has {}x{} pixels, {} has {}x{}; only pictures of one size can be compared",
+                self.name, self.width, self.height, test.name, test.width, test.height
+            )));
+        }
+        self.check_finite()?;
+        test.check_finite()
+    }
+
+    fn check_finite(&self) -> Result<()> {
+        let layers = [
+            Some((&self.rgb, "")),
+            self.stderr.as_ref().map(|layer| (layer, "stderr.")),
+        ];
+        for (pixels, prefix) in layers.into_iter().flatten() {
+            let values = pixels.as_flattened();
+            let Some(index) = values.iter().position(|v| !v.is_finite()) else {
+                continue;
+            };
+            return Err(Error::Input(format!(
+                "{}: {prefix}{} is {} at column {}, row {}; a comparison needs finite values",
+                self.name,
+                ["R", "G", "B"][index % 3],
+                values[index],
+                index / 3 % self.width,
+                index / 3 / self.width,
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// A picture of a single sample has no spread to tell its error from: its layer is infinite.
+fn known(stderr: Vec<[f32; 3]>) -> Option<Vec<[f32; 3]>> {
+    let unknown = stderr.as_flattened().contains(&f32::INFINITY);
+    (!unknown).then_some(stderr)
+}
+
+fn read_exr(path: &Path) -> Result<LinearImage> {
+    let unreadable = |why: String| Error::Input(format!("{}: {why}", path.display()));
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|error| unreadable(format!("not readable as OpenEXR: {error}")))?;
+    let Layer {
+        channel_data: AnyChannels { list: channels },
+        size,
+        ..
+    } = image.layer_data;
+    let Some(rgb) = pixels(&channels, ["R", "G", "B"]) else {
+        let names: Vec<String> = channels
+            .iter()
+            .map(|channel| channel.name.to_string())
+            .collect();
+        let found = names.join(", ");
+        return Err(unreadable(format!(
+            "the channels R, G and B are needed; there are {found}"
+        )));
+    };
+    if rgb.len() != size.area() {
+        return Err(unreadable(
+            "subsampled channels cannot be compared".to_owned(),
+        ));
+    }
+    Ok(LinearImage {
+        name: path.display().to_string(),
+        width: size.width(),
+        height: size.height(),
+        rgb,
+        stderr: pixels(&channels, ["stderr.R", "stderr.G", "stderr.B"]).and_then(known),
+    })
+}
+
+/// The three channels as pixels, if all are there.
+fn pixels(channels: &[AnyChannel<FlatSamples>], names: [&str; 3]) -> Option<Vec<[f32; 3]>> {
+    let find = |name: &str| channels.iter().find(|channel| channel.name.eq(name));
+    let [r, g, b] = [find(names[0])?, find(names[1])?, find(names[2])?]
+        .map(|channel| channel.sample_data.values_as_f32());
+    Some(r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect())
+}
+
+fn read_png(path: &Path) -> Result<LinearImage> {
+    let mut reader = ImageReader::open(path).map_err(|error| Error::io(path, error))?;
+    reader.set_format(ImageFormat::Png);
+    let image = reader
+        .decode()
+        .map_err(|error| Error::Input(format!("{}: not readable as PNG: {error}", path.display())))?
+        .into_rgb32f();
+    let linear = |encoded: f32| srgb_decode(encoded.into()) as f32;
+    Ok(LinearImage {
+        name: path.display().to_string(),
+        width: image.width() as usize,
+        height: image.height() as usize,
+        rgb: image.pixels().map(|pixel| pixel.0.map(linear)).collect(),
+        stderr: None,
+    })
+}

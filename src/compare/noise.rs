@@ -1,0 +1,70 @@
+//! Whether two renders of one scene differ by more than their noise.
+//!
+//! The channels of a pixel share their paths, so their errors are taken as fully correlated;
+//! pixels as independent.
+
+use super::image::LinearImage;
+
+/// Differences of means in units of their standard error.
+pub(super) struct ZScores {
+    pub bias: Option<f64>,
+    /// The largest magnitude over all whole tiles.
+    pub tile_max: Option<f64>,
+}
+
+const TILE: usize = 16;
+/// Below this variance a tile has no noise to measure by: nothing but rounding.
+const NO_VARIANCE: f64 = 1e-12;
+
+pub(super) fn z_scores(reference: &LinearImage, test: &LinearImage) -> ZScores {
+    let (Some(reference_stderr), Some(test_stderr)) = (&reference.stderr, &test.stderr) else {
+        return ZScores {
+            bias: None,
+            tile_max: None,
+        };
+    };
+    // Of one pixel: difference, and variance of that difference.
+    let pixel = |x: usize, y: usize| {
+        let at = y * reference.width + x;
+        Sum {
+            difference: grey(test.rgb[at]) - grey(reference.rgb[at]),
+            variance: grey(reference_stderr[at]).powi(2) + grey(test_stderr[at]).powi(2),
+        }
+    };
+    let over = |x: usize, y: usize, width: usize, height: usize| {
+        let pixels = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (x, y)));
+        pixels.fold(Sum::default(), |sum, (x, y)| sum.add(pixel(x, y)))
+    };
+    let tiles = (0..reference.height / TILE)
+        .flat_map(|y| (0..reference.width / TILE).map(move |x| (x * TILE, y * TILE)));
+    ZScores {
+        bias: over(0, 0, reference.width, reference.height).z(),
+        tile_max: tiles
+            .filter_map(|(x, y)| over(x, y, TILE, TILE).z())
+            .map(f64::abs)
+            .reduce(f64::max),
+    }
+}
+
+#[derive(Default)]
+struct Sum {
+    difference: f64,
+    variance: f64,
+}
+
+impl Sum {
+    fn add(self, other: Sum) -> Sum {
+        Sum {
+            difference: self.difference + other.difference,
+            variance: self.variance + other.variance,
+        }
+    }
+
+    fn z(&self) -> Option<f64> {
+        (self.variance > NO_VARIANCE).then(|| self.difference / self.variance.sqrt())
+    }
+}
+
+fn grey(rgb: [f32; 3]) -> f64 {
+    rgb.iter().map(|&v| f64::from(v)).sum::<f64>() / 3.0
+}

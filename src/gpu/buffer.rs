@@ -1,0 +1,127 @@
+//! Buffers: on the device, or mapped for the host to write or read.
+
+use std::sync::Arc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+
+use super::memory::{Holding, Memory, Owner};
+use crate::error::{Error, Result};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BufferDesc {
+    pub name: &'static str,
+    pub bytes: u64,
+    pub placement: Placement,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Placement {
+    Device,
+    /// Mapped; written by the host, read by the device.
+    Upload,
+    /// Mapped; written by the device, read (and reset) by the host.
+    Readback,
+}
+
+pub struct Buffer {
+    pub(super) raw: vk::Buffer,
+    pub desc: BufferDesc,
+    // Last: the memory goes after the buffer.
+    holding: Holding,
+}
+
+impl Buffer {
+    /// An empty buffer still gets 16 bytes, since Vulkan has no empty ones.
+    pub fn new(memory: &Arc<Memory>, mut desc: BufferDesc) -> Result<Buffer> {
+        desc.bytes = desc.bytes.max(16);
+        let device = &memory.device;
+        let info = vk::BufferCreateInfo::default().size(desc.bytes).usage(
+            vk::BufferUsageFlags::STORAGE_BUFFER
+                | vk::BufferUsageFlags::TRANSFER_SRC
+                | vk::BufferUsageFlags::TRANSFER_DST,
+        );
+        let query = vk::DeviceBufferMemoryRequirements::default().create_info(&info);
+        let mut requirements = vk::MemoryRequirements2::default();
+        // SAFETY: the query describes a valid buffer; nothing is created.
+        unsafe {
+            device
+                .raw
+                .get_device_buffer_memory_requirements(&query, &mut requirements)
+        };
+        let requirements = requirements.memory_requirements;
+        let mut buffer = Buffer {
+            raw: vk::Buffer::null(),
+            desc,
+            holding: memory.reserve(desc.name, &requirements)?,
+        };
+        if memory.is_dry_run() {
+            return Ok(buffer);
+        }
+        let failed = |e: vk::Result| Error::Memory(format!("buffer {}: {e}", desc.name));
+        // SAFETY: `info` is valid; the buffer is destroyed in Drop.
+        buffer.raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(failed)?;
+        let location = match desc.placement {
+            Placement::Device => MemoryLocation::GpuOnly,
+            Placement::Upload => MemoryLocation::CpuToGpu,
+            Placement::Readback => MemoryLocation::GpuToCpu,
+        };
+        let owner = Owner::Buffer(buffer.raw);
+        let allocation = buffer.holding.allocate(requirements, location, owner)?;
+        // SAFETY: the allocation is dedicated to this buffer and lives as long as it.
+        unsafe {
+            device
+                .raw
+                .bind_buffer_memory(buffer.raw, allocation.memory(), allocation.offset())
+        }
+        .map_err(failed)?;
+        Ok(buffer)
+    }
+
+    /// A mapped buffer that holds `data`.
+    pub fn with_data<T: bytemuck::NoUninit>(
+        memory: &Arc<Memory>,
+        name: &'static str,
+        data: &[T],
+    ) -> Result<Buffer> {
+        let bytes = std::mem::size_of_val(data) as u64;
+        let placement = Placement::Upload;
+        let desc = BufferDesc {
+            name,
+            bytes,
+            placement,
+        };
+        let mut buffer = Buffer::new(memory, desc)?;
+        buffer.write(data);
+        Ok(buffer)
+    }
+
+    /// Writes from the buffer's start. Does nothing in a dry run.
+    pub fn write<T: bytemuck::NoUninit>(&mut self, data: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        if let Some(mapped) = self.mapped_mut() {
+            mapped[..bytes.len()].copy_from_slice(bytes);
+        }
+    }
+
+    /// The mapped bytes; `None` in a dry run. Panics if the buffer is on the device.
+    pub fn mapped(&self) -> Option<&[u8]> {
+        let allocation = self.holding.allocation()?;
+        let mapped = allocation.mapped_slice();
+        Some(mapped.unwrap_or_else(|| panic!("{} is not mapped", self.holding.name())))
+    }
+
+    pub fn mapped_mut(&mut self) -> Option<&mut [u8]> {
+        let name = self.holding.name();
+        let allocation = self.holding.allocation_mut()?;
+        let mapped = allocation.mapped_slice_mut();
+        Some(mapped.unwrap_or_else(|| panic!("{name} is not mapped")))
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // SAFETY: frames wait for their work before they return, so nothing uses the buffer.
+        unsafe { self.holding.device().raw.destroy_buffer(self.raw, None) };
+    }
+}

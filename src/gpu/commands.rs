@@ -1,0 +1,300 @@
+//! What a frame can record: passes, clears and copies.
+
+use std::time::Instant;
+
+use ash::vk;
+
+use super::buffer::Buffer;
+use super::frame::Frame;
+use super::image::{COLOR, Image};
+use super::pass::{Binding, Pass, Slot};
+use crate::error::{Error, Result};
+
+/// How long a slice of a sliced pass should take.
+const SLICE_MS: f64 = 50.0;
+
+impl Frame {
+    /// Runs `pass` over at least `threads` threads along x, y and z; the shader drops the excess.
+    pub fn pass<P: bytemuck::NoUninit>(
+        &mut self,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+    ) -> Result<()> {
+        self.timed(
+            pass.name,
+            vk::PipelineStageFlags2::COMPUTE_SHADER,
+            |frame| {
+                frame.bind(pass, bindings)?;
+                frame.dispatch(pass, bytemuck::bytes_of(push), [0; 3], pass.groups(threads))
+            },
+        )
+    }
+
+    fn bind(&self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
+        let wrong = |e: String| Error::Device(format!("pass {}: {e}", pass.name));
+        if let Some((name, _)) = bindings
+            .iter()
+            .find(|(name, _)| !pass.slots.iter().any(|s| s.name == *name))
+        {
+            return Err(wrong(format!(
+                "the shader has no {name}, only {}",
+                pass.slots
+                    .iter()
+                    .map(|s| s.name.as_str())
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            )));
+        }
+        let info = |image: &Image, sampler| {
+            vk::DescriptorImageInfo::default()
+                .sampler(sampler)
+                .image_view(image.view)
+                .image_layout(vk::ImageLayout::GENERAL)
+        };
+        let mut buffers = Vec::with_capacity(pass.slots.len());
+        let mut images = Vec::with_capacity(pass.slots.len());
+        for slot in &pass.slots {
+            let (_, resource) = bindings
+                .iter()
+                .find(|(name, _)| *name == slot.name)
+                .ok_or_else(|| wrong(format!("{} is not bound", slot.name)))?;
+            match resource {
+                Binding::Buffer(b) => buffers.push((
+                    slot,
+                    [vk::DescriptorBufferInfo::default()
+                        .buffer(b.raw)
+                        .range(vk::WHOLE_SIZE)],
+                )),
+                Binding::Image(i) => images.push((slot, [info(i, self.device.nearest)])),
+                Binding::Filtered(i) => images.push((slot, [info(i, self.device.linear)])),
+            }
+        }
+        let write = |slot: &Slot| {
+            vk::WriteDescriptorSet::default()
+                .dst_binding(slot.binding)
+                .descriptor_type(slot.kind)
+        };
+        let writes: Vec<_> = buffers
+            .iter()
+            .map(|(slot, info)| write(slot).buffer_info(info))
+            .chain(
+                images
+                    .iter()
+                    .map(|(slot, info)| write(slot).image_info(info)),
+            )
+            .collect();
+        // SAFETY: layouts come from the same reflection as the writes, and the resources outlive the
+        // submission, which `run` waits for.
+        unsafe {
+            self.device.push_descriptor.cmd_push_descriptor_set(
+                self.commands,
+                vk::PipelineBindPoint::COMPUTE,
+                pass.layout,
+                0,
+                &writes,
+            )
+        };
+        Ok(())
+    }
+
+    /// `count` workgroups from workgroup `begin` on.
+    fn dispatch(&self, pass: &Pass, push: &[u8], begin: [u32; 3], count: [u32; 3]) -> Result<()> {
+        if push.len() != pass.push_bytes as usize {
+            return Err(Error::Device(format!(
+                "pass {} takes {} bytes of push constants, not {}",
+                pass.name,
+                pass.push_bytes,
+                push.len()
+            )));
+        }
+        let raw = &self.device.raw;
+        // SAFETY: the command buffer is recording, and the pipeline and its layout are alive.
+        unsafe {
+            raw.cmd_bind_pipeline(self.commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline);
+            if !push.is_empty() {
+                raw.cmd_push_constants(
+                    self.commands,
+                    pass.layout,
+                    vk::ShaderStageFlags::COMPUTE,
+                    0,
+                    push,
+                );
+            }
+            raw.cmd_dispatch_base(
+                self.commands,
+                begin[0],
+                begin[1],
+                begin[2],
+                count[0],
+                count[1],
+                count[2],
+            );
+        }
+        Ok(())
+    }
+
+    /// Brings new images into the GENERAL layout, their texels zero.
+    pub fn clear(&mut self, images: &[&Image]) -> Result<()> {
+        self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            let barriers: Vec<_> = images
+                .iter()
+                .map(|image| {
+                    vk::ImageMemoryBarrier2::default()
+                        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                        .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                        .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                        .old_layout(vk::ImageLayout::UNDEFINED)
+                        .new_layout(vk::ImageLayout::GENERAL)
+                        .image(image.raw)
+                        .subresource_range(COLOR)
+                })
+                .collect();
+            let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+            let raw = &frame.device.raw;
+            // SAFETY: the command buffer is recording, and the images outlive the submission.
+            unsafe {
+                raw.cmd_pipeline_barrier2(frame.commands, &info);
+                for image in images {
+                    raw.cmd_clear_color_image(
+                        frame.commands,
+                        image.raw,
+                        vk::ImageLayout::GENERAL,
+                        &vk::ClearColorValue::default(),
+                        &[COLOR],
+                    );
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Copies texels from the buffer's start into the box [`low`, `low` + `extent`).
+    pub fn upload(
+        &mut self,
+        from: &Buffer,
+        to: &Image,
+        low: [u32; 3],
+        extent: [u32; 3],
+    ) -> Result<()> {
+        self.timed("upload", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            // SAFETY: the command buffer is recording; the box lies inside the image.
+            unsafe {
+                frame.device.raw.cmd_copy_buffer_to_image(
+                    frame.commands,
+                    from.raw,
+                    to.raw,
+                    vk::ImageLayout::GENERAL,
+                    &[region(low, extent)],
+                )
+            };
+            Ok(())
+        })
+    }
+
+    /// Copies the box [`low`, `low` + `extent`) to the buffer's start.
+    pub fn download(
+        &mut self,
+        from: &Image,
+        to: &Buffer,
+        low: [u32; 3],
+        extent: [u32; 3],
+    ) -> Result<()> {
+        self.timed("download", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            // SAFETY: the command buffer is recording; the box lies inside the image.
+            unsafe {
+                frame.device.raw.cmd_copy_image_to_buffer(
+                    frame.commands,
+                    from.raw,
+                    vk::ImageLayout::GENERAL,
+                    to.raw,
+                    &[region(low, extent)],
+                )
+            };
+            Ok(())
+        })
+    }
+
+    /// Copies all of `from` to the start of `to`.
+    pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> Result<()> {
+        self.timed("download", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            let region = vk::BufferCopy::default().size(from.desc.bytes);
+            // SAFETY: the command buffer is recording, and the buffers outlive the submission.
+            unsafe {
+                frame
+                    .device
+                    .raw
+                    .cmd_copy_buffer(frame.commands, from.raw, to.raw, &[region])
+            };
+            Ok(())
+        })
+    }
+
+    /// Sets every byte of the buffer to zero.
+    pub fn zero(&mut self, buffer: &Buffer) -> Result<()> {
+        self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            // SAFETY: the command buffer is recording, and the buffer outlives the submission.
+            unsafe {
+                frame
+                    .device
+                    .raw
+                    .cmd_fill_buffer(frame.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0)
+            };
+            Ok(())
+        })
+    }
+
+    /// Runs `pass` over at least `threads` threads in submissions of its own, slice after slice along
+    /// the last axis, so that none of them takes much longer than [`SLICE_MS`] whatever the device:
+    /// Windows resets a GPU that is busy for two seconds.
+    pub fn run_in_slices<P: bytemuck::NoUninit>(
+        &mut self,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+    ) -> Result<()> {
+        let groups = pass.groups(threads);
+        let axis = if groups[2] > 1 { 2 } else { 1 };
+        let mut begin = [0; 3];
+        let mut slice = 1;
+        while begin[axis] < groups[axis] {
+            let mut count = groups;
+            count[axis] = slice.min(groups[axis] - begin[axis]);
+            let began = Instant::now();
+            self.run(|f| {
+                f.timed(pass.name, vk::PipelineStageFlags2::COMPUTE_SHADER, |f| {
+                    f.bind(pass, bindings)?;
+                    f.dispatch(pass, bytemuck::bytes_of(push), begin, count)
+                })
+            })?;
+            begin[axis] += count[axis];
+            let took_ms = began.elapsed().as_secs_f64() * 1e3;
+            slice = (slice as f64 * (SLICE_MS / took_ms).clamp(0.5, 8.0)).ceil() as u32;
+        }
+        Ok(())
+    }
+}
+
+fn region([x, y, z]: [u32; 3], [width, height, depth]: [u32; 3]) -> vk::BufferImageCopy {
+    vk::BufferImageCopy {
+        image_subresource: vk::ImageSubresourceLayers {
+            aspect_mask: vk::ImageAspectFlags::COLOR,
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        },
+        image_offset: vk::Offset3D {
+            x: x as i32,
+            y: y as i32,
+            z: z as i32,
+        },
+        image_extent: vk::Extent3D {
+            width,
+            height,
+            depth,
+        },
+        ..Default::default()
+    }
+}

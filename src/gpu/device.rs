@@ -1,0 +1,178 @@
+//! The logical device with its single queue.
+//!
+//! Validation is a property of the device: with it on, core and synchronization checks run, and
+//! every message is kept so that a test can demand that there were none.
+
+use std::sync::Arc;
+
+use ash::{ext, khr, vk};
+
+use super::instance::{Instance, Validation};
+use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
+use crate::error::{Error, Result};
+
+/// Which device, and how closely it is watched.
+#[derive(Debug, Clone, Default)]
+pub struct DeviceChoice {
+    /// An index of [`super::list_devices`], or a part of a name, in any case. `None`: the best there is.
+    pub wanted: Option<String>,
+    pub validation: Validation,
+}
+
+/// An open device. Everything made from it holds an `Arc` of it.
+pub struct Device {
+    pub(super) raw: ash::Device,
+    pub(super) push_descriptor: khr::push_descriptor::Device,
+    pub(super) labels: Option<ext::debug_utils::Device>,
+    pub(super) physical: vk::PhysicalDevice,
+    pub(super) queue: vk::Queue,
+    pub(super) queue_family: u32,
+    pub(super) timestamp_period_ns: f64,
+    pub(super) nearest: vk::Sampler,
+    pub(super) linear: vk::Sampler,
+    has_memory_budget: bool,
+    pub summary: DeviceSummary,
+    // Dropped after the device, in this order.
+    pub(super) instance: Instance,
+}
+
+impl Device {
+    /// Opens the wanted device, or the best: discrete before integrated before CPU.
+    pub fn open(choice: &DeviceChoice) -> Result<Arc<Device>> {
+        let instance = Instance::new(choice.validation)?;
+        let summaries = survey(&instance)?;
+        let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
+        let physical = instance.physical_devices()?[summary.index];
+        Device::create(instance, physical, summary)
+    }
+
+    fn create(
+        instance: Instance,
+        physical: vk::PhysicalDevice,
+        summary: DeviceSummary,
+    ) -> Result<Arc<Device>> {
+        let queue_family = compute_queue(&instance, physical)
+            .ok_or_else(|| Error::Device(format!("{} has no compute queue", summary.name)))?;
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(queue_family)
+            .queue_priorities(&[1.0])];
+        let has_memory_budget = instance.has_extension(physical, ext::memory_budget::NAME);
+        let mut extensions = vec![khr::push_descriptor::NAME.as_ptr()];
+        if has_memory_budget {
+            extensions.push(ext::memory_budget::NAME.as_ptr());
+        }
+        let features =
+            vk::PhysicalDeviceFeatures::default().shader_storage_image_extended_formats(true);
+        let mut twelve = vk::PhysicalDeviceVulkan12Features::default()
+            .scalar_block_layout(true)
+            .host_query_reset(true);
+        let mut thirteen = vk::PhysicalDeviceVulkan13Features::default()
+            .synchronization2(true)
+            .maintenance4(true);
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(&extensions)
+            .enabled_features(&features)
+            .push_next(&mut twelve)
+            .push_next(&mut thirteen);
+        // SAFETY: the chain outlives the call, and `lacking` found every feature present.
+        let raw = unsafe { instance.raw.create_device(physical, &info, None) }
+            .map_err(|e| Error::Device(format!("{} could not be opened: {e}", summary.name)))?;
+        // SAFETY: the family and index are the ones that the device was created with.
+        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        // SAFETY: `physical` belongs to the live instance.
+        let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;
+        let labels = instance
+            .watches()
+            .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let mut device = Device {
+            push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
+            labels,
+            raw,
+            physical,
+            queue,
+            queue_family,
+            timestamp_period_ns: limits.timestamp_period as f64,
+            nearest: vk::Sampler::null(),
+            linear: vk::Sampler::null(),
+            has_memory_budget,
+            summary,
+            instance,
+        };
+        device.nearest = device.sampler(vk::Filter::NEAREST)?;
+        device.linear = device.sampler(vk::Filter::LINEAR)?;
+        Ok(Arc::new(device))
+    }
+
+    fn sampler(&self, filter: vk::Filter) -> Result<vk::Sampler> {
+        let clamp = vk::SamplerAddressMode::CLAMP_TO_EDGE;
+        let info = vk::SamplerCreateInfo::default()
+            .mag_filter(filter)
+            .min_filter(filter)
+            .address_mode_u(clamp)
+            .address_mode_v(clamp)
+            .address_mode_w(clamp);
+        // SAFETY: `info` is valid; destroyed in Drop.
+        unsafe { self.raw.create_sampler(&info, None) }
+            .map_err(|e| Error::Device(format!("{}: no sampler: {e}", self.summary.name)))
+    }
+
+    /// Whether images of this format can be filtered linearly.
+    pub fn filters(&self, format: vk::Format) -> bool {
+        // SAFETY: `physical` belongs to the live instance.
+        let properties = unsafe {
+            self.instance
+                .raw
+                .get_physical_device_format_properties(self.physical, format)
+        };
+        properties
+            .optimal_tiling_features
+            .contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
+    }
+
+    /// Bytes that Isolume may use unless told otherwise: what the driver says is left, or 80 % of
+    /// the device-local heap where it does not say.
+    /// With the source in words.
+    pub fn default_budget(&self) -> (u64, &'static str) {
+        let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
+        let mut memory = vk::PhysicalDeviceMemoryProperties2::default();
+        if self.has_memory_budget {
+            memory = memory.push_next(&mut budget);
+        }
+        // SAFETY: `physical` belongs to the live instance, and the chain outlives the call.
+        unsafe {
+            self.instance
+                .raw
+                .get_physical_device_memory_properties2(self.physical, &mut memory)
+        };
+        let memory = memory.memory_properties;
+        let heap = device_local_heap(&memory);
+        match self.has_memory_budget {
+            true => (
+                budget.heap_budget[heap].saturating_sub(budget.heap_usage[heap]),
+                "the driver",
+            ),
+            false => (
+                memory.memory_heaps[heap].size / 5 * 4,
+                "80 % of the device's heap, since the driver names no budget",
+            ),
+        }
+    }
+
+    /// What the validation layers said so far.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.instance.messages()
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        // SAFETY: the last `Arc` is gone, and with it every object made from the device.
+        unsafe {
+            let _ = self.raw.device_wait_idle();
+            self.raw.destroy_sampler(self.nearest, None);
+            self.raw.destroy_sampler(self.linear, None);
+            self.raw.destroy_device(None);
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! The recording scope: what is recorded in one [`Frame::run`] is one submission; what can be
+//! recorded is in `commands.rs`.
+//!
+//! Recording a command gives it its barrier, its label and its timestamps. Barriers are global and sit
+//! in front of every command, because images stay in one layout and passes run one after another.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::device::Device;
+use super::timing::{Span, Timings};
+use crate::error::{Error, Result};
+
+const MAX_PASSES: u32 = 64;
+
+/// A command buffer, its fence and its queries, used again and again.
+pub struct Frame {
+    pub(super) device: Arc<Device>,
+    pool: vk::CommandPool,
+    pub(super) commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    queries: vk::QueryPool,
+    recorded: Vec<&'static str>,
+    leave_out_barriers: bool,
+    pub timings: Timings,
+}
+
+impl Frame {
+    pub fn new(device: &Arc<Device>) -> Result<Frame> {
+        let mut frame = Frame {
+            device: device.clone(),
+            pool: vk::CommandPool::null(),
+            commands: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            recorded: Vec::new(),
+            leave_out_barriers: false,
+            timings: Timings::default(),
+        };
+        frame.fill().map_err(|e| frame.lost(e))?;
+        Ok(frame)
+    }
+
+    fn fill(&mut self) -> Result<(), vk::Result> {
+        let raw = &self.device.raw;
+        let pool = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(self.device.queue_family)
+            .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+        let queries = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::TIMESTAMP)
+            .query_count(2 * MAX_PASSES);
+        // SAFETY: all infos are valid; everything is destroyed in Drop.
+        unsafe {
+            self.pool = raw.create_command_pool(&pool, None)?;
+            self.fence = raw.create_fence(&vk::FenceCreateInfo::default(), None)?;
+            self.queries = raw.create_query_pool(&queries, None)?;
+            let buffers = vk::CommandBufferAllocateInfo::default()
+                .command_pool(self.pool)
+                .level(vk::CommandBufferLevel::PRIMARY)
+                .command_buffer_count(1);
+            self.commands = raw.allocate_command_buffers(&buffers)?[0];
+        }
+        Ok(())
+    }
+
+    /// Records, submits and waits. An error while recording submits nothing.
+    pub fn run(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<()> {
+        self.begin().map_err(|e| self.lost(e))?;
+        record(self)?;
+        self.submit().map_err(|e| self.lost(e))
+    }
+
+    fn begin(&mut self) -> Result<(), vk::Result> {
+        self.recorded.clear();
+        let raw = &self.device.raw;
+        let once = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the previous submission has been waited for, so nothing is in use; the reset also
+        // drops what an error left half recorded.
+        unsafe {
+            raw.reset_command_buffer(self.commands, vk::CommandBufferResetFlags::empty())?;
+            raw.reset_query_pool(self.queries, 0, 2 * MAX_PASSES);
+            raw.begin_command_buffer(self.commands, &once)
+        }
+    }
+
+    fn submit(&mut self) -> Result<(), vk::Result> {
+        self.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
+        let raw = &self.device.raw;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        let submitted_us = self.timings.began.elapsed().as_secs_f64() * 1e6;
+        // SAFETY: recording has begun and ends here; the fence is unsignalled.
+        unsafe {
+            raw.end_command_buffer(self.commands)?;
+            raw.queue_submit2(self.device.queue, &submit, self.fence)?;
+            raw.wait_for_fences(&[self.fence], true, u64::MAX)?;
+            raw.reset_fences(&[self.fence])?;
+        }
+        self.read_timestamps(submitted_us)
+    }
+
+    fn read_timestamps(&mut self, submitted_us: f64) -> Result<(), vk::Result> {
+        let mut ticks = vec![0u64; 2 * self.recorded.len()];
+        if ticks.is_empty() {
+            return Ok(());
+        }
+        // SAFETY: the work is done, and the slice holds one result for each query written.
+        unsafe {
+            self.device.raw.get_query_pool_results(
+                self.queries,
+                0,
+                &mut ticks,
+                vk::QueryResultFlags::TYPE_64,
+            )?
+        };
+        let us = |from: u64, to: u64| {
+            to.saturating_sub(from) as f64 * self.device.timestamp_period_ns / 1e3
+        };
+        for (&pass, t) in self.recorded.iter().zip(ticks.chunks_exact(2)) {
+            self.timings.spans.push(Span {
+                pass,
+                start_us: submitted_us + us(ticks[0], t[0]),
+                duration_us: us(t[0], t[1]),
+            });
+        }
+        Ok(())
+    }
+
+    /// An error of the device, naming the last pass that was recorded.
+    fn lost(&self, error: vk::Result) -> Error {
+        let last = match self.recorded.last() {
+            Some(pass) => format!(" in pass {pass}"),
+            None => String::new(),
+        };
+        let message = format!("{} failed{last}: {error}", self.device.summary.name);
+        match error {
+            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+                Error::Memory(message)
+            }
+            _ => Error::Device(message),
+        }
+    }
+
+    /// Everything before is visible to what follows at `stage`.
+    fn barrier(&self, stage: vk::PipelineStageFlags2, access: vk::AccessFlags2) {
+        if self.leave_out_barriers {
+            return;
+        }
+        let work = vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::ALL_TRANSFER;
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(work)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE | vk::AccessFlags2::MEMORY_READ)
+            .dst_stage_mask(stage)
+            .dst_access_mask(access)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barriers);
+        // SAFETY: the command buffer is recording.
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
+    }
+
+    /// Barrier, label, timestamp, commands, timestamp.
+    pub(super) fn timed(
+        &mut self,
+        name: &'static str,
+        stage: vk::PipelineStageFlags2,
+        commands: impl FnOnce(&mut Frame) -> Result<()>,
+    ) -> Result<()> {
+        if self.recorded.len() as u32 == MAX_PASSES {
+            return Err(Error::Device(format!(
+                "a frame records at most {MAX_PASSES} passes"
+            )));
+        }
+        let query = 2 * self.recorded.len() as u32;
+        self.recorded.push(name);
+        self.barrier(
+            stage,
+            vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
+        );
+        self.open_label(name);
+        self.timestamp(query);
+        commands(self)?;
+        self.timestamp(query + 1);
+        self.close_label();
+        Ok(())
+    }
+
+    fn timestamp(&self, query: u32) {
+        // SAFETY: the command buffer is recording; the query was reset and is written once.
+        unsafe {
+            self.device.raw.cmd_write_timestamp2(
+                self.commands,
+                vk::PipelineStageFlags2::ALL_COMMANDS,
+                self.queries,
+                query,
+            )
+        };
+    }
+
+    fn open_label(&self, name: &'static str) {
+        let Some(labels) = &self.device.labels else {
+            return;
+        };
+        let name = std::ffi::CString::new(name).unwrap_or_default();
+        let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
+        // SAFETY: the command buffer is recording, and the name outlives the call.
+        unsafe { labels.cmd_begin_debug_utils_label(self.commands, &label) };
+    }
+
+    fn close_label(&self) {
+        if let Some(labels) = &self.device.labels {
+            // SAFETY: a label was opened by `open_label`.
+            unsafe { labels.cmd_end_debug_utils_label(self.commands) };
+        }
+    }
+}
+
+impl Drop for Frame {
+    fn drop(&mut self) {
+        let raw = &self.device.raw;
+        // SAFETY: `run` waits for what it submits, so nothing is in use.
+        unsafe {
+            raw.destroy_query_pool(self.queries, None);
+            raw.destroy_fence(self.fence, None);
+            raw.destroy_command_pool(self.pool, None);
+        }
+    }
+}

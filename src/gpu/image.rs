@@ -1,0 +1,161 @@
+//! 2D and 3D images with one view over all of them, always in the GENERAL layout.
+
+use std::sync::Arc;
+
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+
+use super::device::Device;
+use super::memory::{Holding, Memory, Owner};
+use crate::error::{Error, Result};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImageDesc {
+    pub name: &'static str,
+    /// Texels; a depth of 1 still makes a 3D image if `volumetric`.
+    pub extent: [u32; 3],
+    pub volumetric: bool,
+    /// By shaders, as a storage image.
+    pub written: bool,
+    pub format: vk::Format,
+}
+
+/// Usable as sampled image, source and destination of copies, and storage image if `written`.
+pub struct Image {
+    pub(super) raw: vk::Image,
+    pub(super) view: vk::ImageView,
+    pub desc: ImageDesc,
+    // Last: the memory goes after the image.
+    holding: Holding,
+}
+
+impl ImageDesc {
+    fn info(&self) -> vk::ImageCreateInfo<'static> {
+        let [width, height, depth] = self.extent;
+        vk::ImageCreateInfo::default()
+            .image_type(match self.volumetric {
+                true => vk::ImageType::TYPE_3D,
+                false => vk::ImageType::TYPE_2D,
+            })
+            .format(self.format)
+            .extent(vk::Extent3D {
+                width,
+                height,
+                depth,
+            })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(
+                match self.written {
+                    true => vk::ImageUsageFlags::STORAGE,
+                    false => vk::ImageUsageFlags::empty(),
+                } | vk::ImageUsageFlags::SAMPLED
+                    | vk::ImageUsageFlags::TRANSFER_SRC
+                    | vk::ImageUsageFlags::TRANSFER_DST,
+            )
+    }
+
+    fn check_size(&self, device: &Device) -> Result<()> {
+        let most = match self.volumetric {
+            true => device.summary.max_image_3d,
+            false => device.summary.max_image_2d,
+        };
+        match self.extent.iter().max() {
+            Some(&longest) if longest > most => Err(Error::Memory(format!(
+                "{} is {longest} texels long, but {} takes at most {most} a side",
+                self.name, device.summary.name
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Bytes of all texels, without what a device pads.
+    pub fn bytes(&self) -> u64 {
+        let texels: u64 = self.extent.iter().map(|&n| n as u64).product();
+        texels * self.texel_bytes() as u64
+    }
+
+    /// Bytes of one texel.
+    pub fn texel_bytes(&self) -> usize {
+        match self.format {
+            vk::Format::R8_UNORM => 1,
+            vk::Format::R16_UNORM => 2,
+            vk::Format::R32_SFLOAT => 4,
+            vk::Format::R32G32_SFLOAT => 8,
+            vk::Format::R32G32B32A32_SFLOAT => 16,
+            other => unreachable!("{other:?} is not used"),
+        }
+    }
+}
+
+impl Image {
+    pub fn new(memory: &Arc<Memory>, desc: ImageDesc) -> Result<Image> {
+        let device = &memory.device;
+        desc.check_size(device)?;
+        let info = desc.info();
+        let query = vk::DeviceImageMemoryRequirements::default().create_info(&info);
+        let mut requirements = vk::MemoryRequirements2::default();
+        // SAFETY: the query describes a valid image; nothing is created.
+        unsafe {
+            device
+                .raw
+                .get_device_image_memory_requirements(&query, &mut requirements)
+        };
+        let requirements = requirements.memory_requirements;
+        let mut image = Image {
+            raw: vk::Image::null(),
+            view: vk::ImageView::null(),
+            desc,
+            holding: memory.reserve(desc.name, &requirements)?,
+        };
+        if memory.is_dry_run() {
+            return Ok(image);
+        }
+        let failed = |e: vk::Result| Error::Memory(format!("image {}: {e}", desc.name));
+        // SAFETY: `info` is valid; the image is destroyed in Drop.
+        image.raw = unsafe { device.raw.create_image(&info, None) }.map_err(failed)?;
+        let owner = Owner::Image(image.raw);
+        let allocation = image
+            .holding
+            .allocate(requirements, MemoryLocation::GpuOnly, owner)?;
+        // SAFETY: the allocation is dedicated to this image and lives as long as it.
+        unsafe {
+            device
+                .raw
+                .bind_image_memory(image.raw, allocation.memory(), allocation.offset())
+        }
+        .map_err(failed)?;
+        let view = vk::ImageViewCreateInfo::default()
+            .image(image.raw)
+            .view_type(match desc.volumetric {
+                true => vk::ImageViewType::TYPE_3D,
+                false => vk::ImageViewType::TYPE_2D,
+            })
+            .format(desc.format)
+            .subresource_range(COLOR);
+        // SAFETY: the image is bound; the view is destroyed in Drop.
+        image.view = unsafe { device.raw.create_image_view(&view, None) }.map_err(failed)?;
+        Ok(image)
+    }
+}
+
+pub(super) const COLOR: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    base_mip_level: 0,
+    level_count: 1,
+    base_array_layer: 0,
+    layer_count: 1,
+};
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        let device = &self.holding.device().raw;
+        // SAFETY: frames wait for their work before they return, so nothing uses the image.
+        unsafe {
+            device.destroy_image_view(self.view, None);
+            device.destroy_image(self.raw, None);
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! The Vulkan instance, and what the validation layers say to it.
+
+use std::ffi::{CStr, c_void};
+use std::sync::Mutex;
+
+use ash::{ext, vk};
+
+use crate::error::{Error, Result};
+
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Validation {
+    #[default]
+    Off,
+    /// Core and synchronization validation; an error if the layer is not installed.
+    On,
+}
+
+/// Messages of the validation layers, in order of arrival.
+type Messages = Mutex<Vec<String>>;
+
+pub(super) struct Instance {
+    pub raw: ash::Instance,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    messages: Box<Messages>,
+    _entry: ash::Entry,
+}
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+impl Instance {
+    pub fn new(validation: Validation) -> Result<Instance> {
+        // SAFETY: the loader is only used through this entry, which the instance keeps alive.
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| {
+            Error::Device(format!(
+                "no Vulkan loader was found ({e}): install libvulkan1 and a driver, for example mesa-vulkan-drivers"
+            ))
+        })?;
+        let application = vk::ApplicationInfo::default()
+            .application_name(c"isolume")
+            .api_version(vk::API_VERSION_1_3);
+        let mut layers = Vec::new();
+        let mut extensions = Vec::new();
+        if validation == Validation::On {
+            layers.push(VALIDATION_LAYER.as_ptr());
+            extensions.push(ext::debug_utils::NAME.as_ptr());
+        }
+        let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features =
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions);
+        if validation == Validation::On {
+            info = info.push_next(&mut features);
+        }
+        // SAFETY: every pointer in `info` outlives the call.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
+            vk::Result::ERROR_LAYER_NOT_PRESENT => Error::Device(
+                "validation was asked for, but VK_LAYER_KHRONOS_validation is not installed (Debian: vulkan-validationlayers)".into(),
+            ),
+            e => Error::Device(format!("Vulkan could not be started: {e}")),
+        })?;
+        let mut instance = Instance {
+            raw,
+            messenger: None,
+            messages: Box::default(),
+            _entry: entry,
+        };
+        if validation == Validation::On {
+            instance.listen()?;
+        }
+        Ok(instance)
+    }
+
+    pub fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
+        // SAFETY: the instance is alive.
+        unsafe { self.raw.enumerate_physical_devices() }
+            .map_err(|e| Error::Device(format!("Vulkan devices could not be listed: {e}")))
+    }
+
+    pub fn has_extension(&self, physical: vk::PhysicalDevice, name: &CStr) -> bool {
+        // SAFETY: `physical` belongs to this live instance.
+        let extensions = unsafe { self.raw.enumerate_device_extension_properties(physical) };
+        extensions.is_ok_and(|all| all.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
+    }
+
+    pub fn watches(&self) -> bool {
+        self.messenger.is_some()
+    }
+
+    /// What the validation layers said so far.
+    pub fn messages(&self) -> Vec<String> {
+        self.messages
+            .lock()
+            .unwrap_or_else(|broken| broken.into_inner())
+            .clone()
+    }
+
+    fn listen(&mut self) -> Result<()> {
+        let debug = ext::debug_utils::Instance::new(&self._entry, &self.raw);
+        let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::ERROR
+                    | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
+            )
+            // Not PERFORMANCE: images stay in one layout on purpose.
+            .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+            .pfn_user_callback(Some(keep_message))
+            .user_data(&raw const *self.messages as *mut c_void);
+        // SAFETY: `messages` is boxed, so its address holds until the messenger is destroyed.
+        let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
+            .map_err(|e| Error::Device(format!("no debug messenger: {e}")))?;
+        self.messenger = Some((debug, messenger));
+        Ok(())
+    }
+}
+
+/// # Safety
+/// `user_data` points to the [`Messages`] of the instance that called.
+unsafe extern "system" fn keep_message(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user_data: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: Vulkan hands over a valid record, and `user_data` is what `listen` gave it.
+    let (data, messages) = unsafe { (&*data, &*(user_data as *const Messages)) };
+    // SAFETY: a non-null message is a C string for the length of the call.
+    if let Some(text) = unsafe { data.message_as_c_str() } {
+        messages
+            .lock()
+            .unwrap_or_else(|broken| broken.into_inner())
+            .push(text.to_string_lossy().into_owned());
+    }
+    vk::FALSE
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: everything made from the instance holds the device, which is gone by now.
+        unsafe {
+            if let Some((debug, messenger)) = self.messenger.take() {
+                debug.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}

@@ -1,0 +1,250 @@
+//! The one gate through which all GPU memory goes: it knows the budget, what is used, and the peak.
+//!
+//! Every resource gets a dedicated allocation of exactly the size that Vulkan requires. There are
+//! few resources and they are large, so nothing is gained by sharing blocks, and what is planned is
+//! what is allocated, to the byte.
+//!
+//! A gate can be a *dry run*: resources made through it are null, but counted. The plan is the dry
+//! run of the very code that allocates, so the two cannot drift apart.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Instant;
+
+use ash::vk;
+use gpu_allocator::vulkan::{
+    Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
+};
+use gpu_allocator::{AllocationSizes, AllocatorDebugSettings, MemoryLocation};
+
+use super::device::Device;
+use crate::error::{Error, Result};
+
+/// One named resource and its size.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct ResourceBytes {
+    pub name: &'static str,
+    pub bytes: u64,
+}
+
+pub struct Memory {
+    pub(super) device: Arc<Device>,
+    pub budget: u64,
+    ledger: Mutex<Ledger>,
+    /// `None` in a dry run.
+    allocator: Option<Mutex<Allocator>>,
+}
+
+#[derive(Default)]
+struct Ledger {
+    used: u64,
+    peak: u64,
+    /// What was alive at the peak.
+    at_peak: Vec<ResourceBytes>,
+    /// Bytes in use from each moment on.
+    history: Vec<(Instant, u64)>,
+    alive: Vec<ResourceBytes>,
+}
+
+impl Ledger {
+    fn use_now(&mut self, bytes: u64) {
+        self.used = bytes;
+        self.history.push((Instant::now(), bytes));
+    }
+}
+
+/// What a resource holds of the gate; gives it back when dropped.
+pub(super) struct Holding {
+    memory: Arc<Memory>,
+    entry: ResourceBytes,
+    allocation: Option<Allocation>,
+}
+
+/// What a dedicated allocation is for.
+pub(super) enum Owner {
+    Image(vk::Image),
+    Buffer(vk::Buffer),
+}
+
+impl Memory {
+    pub fn new(device: &Arc<Device>, budget: u64) -> Result<Arc<Memory>> {
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: device.instance.raw.clone(),
+            device: device.raw.clone(),
+            physical_device: device.physical,
+            debug_settings: AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            allocation_sizes: AllocationSizes::default(),
+        })
+        .map_err(|e| Error::Memory(format!("the memory allocator did not start: {e}")))?;
+        Ok(Arc::new(Memory {
+            device: device.clone(),
+            budget,
+            ledger: Mutex::default(),
+            allocator: Some(Mutex::new(allocator)),
+        }))
+    }
+
+    /// A gate that counts and allocates nothing, with the same budget and the same refusals.
+    pub fn dry_run(device: &Arc<Device>, budget: u64) -> Arc<Memory> {
+        Arc::new(Memory {
+            device: device.clone(),
+            budget,
+            ledger: Mutex::default(),
+            allocator: None,
+        })
+    }
+
+    pub fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    pub(super) fn is_dry_run(&self) -> bool {
+        self.allocator.is_none()
+    }
+
+    /// The most that was ever allocated at once, in bytes.
+    pub fn peak(&self) -> u64 {
+        self.ledger().peak
+    }
+
+    /// What was alive at the peak, in order of allocation.
+    pub fn resources(&self) -> Vec<ResourceBytes> {
+        self.ledger().at_peak.clone()
+    }
+
+    /// Bytes in use from each moment on, for a profile.
+    pub fn history(&self) -> Vec<(Instant, u64)> {
+        self.ledger().history.clone()
+    }
+
+    fn ledger(&self) -> MutexGuard<'_, Ledger> {
+        self.ledger
+            .lock()
+            .unwrap_or_else(|broken| broken.into_inner())
+    }
+
+    /// Enters `requirements.size` bytes in the ledger, or refuses.
+    pub(super) fn reserve(
+        self: &Arc<Self>,
+        name: &'static str,
+        requirements: &vk::MemoryRequirements,
+    ) -> Result<Holding> {
+        let bytes = requirements.size;
+        let limit = self.device.summary.max_allocation_bytes;
+        if bytes > limit {
+            return Err(Error::Memory(format!(
+                "{name} needs {}, but {} allocates at most {} at once",
+                human(bytes),
+                self.device.summary.name,
+                human(limit)
+            )));
+        }
+        let mut ledger = self.ledger();
+        let used = ledger.used + bytes;
+        if used > self.budget {
+            return Err(Error::Memory(format!(
+                "{name} needs {}, but {} of the budget of {} are in use: raise --vram-budget, or crop the volume or shrink the picture",
+                human(bytes),
+                human(ledger.used),
+                human(self.budget)
+            )));
+        }
+        let entry = ResourceBytes { name, bytes };
+        ledger.use_now(used);
+        ledger.alive.push(entry.clone());
+        if used > ledger.peak {
+            ledger.peak = used;
+            ledger.at_peak = ledger.alive.clone();
+        }
+        Ok(Holding {
+            memory: self.clone(),
+            entry,
+            allocation: None,
+        })
+    }
+}
+
+impl Holding {
+    /// Allocates what was reserved, for its one owner.
+    pub fn allocate(
+        &mut self,
+        requirements: vk::MemoryRequirements,
+        location: MemoryLocation,
+        owner: Owner,
+    ) -> Result<&Allocation> {
+        let allocator = self.memory.allocator.as_ref();
+        let allocator = allocator.expect("a dry run has no owners to allocate for");
+        let allocation = allocator
+            .lock()
+            .unwrap_or_else(|broken| broken.into_inner())
+            .allocate(&AllocationCreateDesc {
+                name: self.entry.name,
+                requirements,
+                location,
+                linear: matches!(owner, Owner::Buffer(_)),
+                allocation_scheme: match owner {
+                    Owner::Image(image) => AllocationScheme::DedicatedImage(image),
+                    Owner::Buffer(buffer) => AllocationScheme::DedicatedBuffer(buffer),
+                },
+            })
+            .map_err(|e| {
+                Error::Memory(format!(
+                    "{} ({}) could not be allocated on {}: {e}; lower --vram-budget",
+                    self.entry.name,
+                    human(self.entry.bytes),
+                    self.memory.device.summary.name
+                ))
+            })?;
+        Ok(self.allocation.insert(allocation))
+    }
+
+    pub fn allocation(&self) -> Option<&Allocation> {
+        self.allocation.as_ref()
+    }
+
+    pub fn allocation_mut(&mut self) -> Option<&mut Allocation> {
+        self.allocation.as_mut()
+    }
+
+    pub fn device(&self) -> &Arc<Device> {
+        &self.memory.device
+    }
+
+    pub fn name(&self) -> &'static str {
+        self.entry.name
+    }
+}
+
+impl Drop for Holding {
+    fn drop(&mut self) {
+        if let (Some(allocation), Some(allocator)) =
+            (self.allocation.take(), self.memory.allocator.as_ref())
+        {
+            // Freeing fails only for memory that is not the allocator's own.
+            let _ = allocator
+                .lock()
+                .unwrap_or_else(|broken| broken.into_inner())
+                .free(allocation);
+        }
+        let mut ledger = self.memory.ledger();
+        let used = ledger.used - self.entry.bytes;
+        ledger.use_now(used);
+        if let Some(index) = ledger.alive.iter().position(|e| *e == self.entry) {
+            ledger.alive.remove(index);
+        }
+    }
+}
+
+/// "1.5 GiB", for messages.
+pub fn human(bytes: u64) -> String {
+    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
+    let power = (bytes.max(1).ilog2() / 10).min(4);
+    match power {
+        0 => format!("{bytes} B"),
+        _ => format!(
+            "{:.1} {}",
+            bytes as f64 / 1024f64.powi(power as i32),
+            UNITS[power as usize]
+        ),
+    }
+}

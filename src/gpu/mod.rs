@@ -1,0 +1,34 @@
+//! The only place that talks to Vulkan, and the only one with `unsafe`. It has never heard of
+//! volumes: it offers a device, memory behind a budget, images, buffers, shaders, passes and a frame
+//! that records them.
+//!
+//! Ownership is RAII throughout: a handle is null until it is filled, and `Drop` accepts null, so
+//! that every `?` on the way cleans up. Images live in the GENERAL layout from their first use, and
+//! barriers are global: a frame puts one between any two passes.
+
+mod buffer;
+mod commands;
+mod device;
+mod frame;
+mod image;
+mod instance;
+mod memory;
+mod pass;
+mod shader;
+mod shared;
+mod survey;
+mod timing;
+
+pub use buffer::{Buffer, BufferDesc, Placement};
+pub use device::{Device, DeviceChoice};
+pub use frame::Frame;
+pub use image::{Image, ImageDesc};
+pub use instance::Validation;
+pub use memory::{Memory, ResourceBytes, human};
+pub use pass::{Binding, Pass, PassDesc};
+pub use shader::Shaders;
+pub use shared::{Shared, Specialization, Word, types};
+pub use survey::{DeviceSummary, list_devices};
+pub use timing::{Span, Timings};
+
+pub use ash::vk::Format;

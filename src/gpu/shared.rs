@@ -1,0 +1,99 @@
+//! One definition of everything that CPU and GPU share: the Rust struct. The macros emit its GLSL
+//! text, and scalar block layout makes the bytes agree: every member is a multiple of four bytes.
+
+/// GLSL's names for the types that shared structs are made of.
+#[allow(non_camel_case_types)]
+pub mod types {
+    pub type float = f32;
+    pub type uint = u32;
+    pub type int = i32;
+    pub type vec2 = [f32; 2];
+    pub type vec3 = [f32; 3];
+    pub type vec4 = [f32; 4];
+    pub type uvec2 = [u32; 2];
+    pub type uvec3 = [u32; 3];
+}
+
+/// A struct with a GLSL twin.
+pub trait Shared: bytemuck::Pod {
+    /// `struct Name { … };`
+    const GLSL: &'static str;
+}
+
+/// A struct of specialization constants: what a shader is compiled for.
+pub trait Specialization {
+    /// `layout(constant_id = …) const …;` for each field, in order.
+    fn glsl() -> String;
+    /// The values, in the same order.
+    fn words(&self) -> Vec<u32>;
+}
+
+/// A specialization constant as Vulkan takes it.
+pub trait Word {
+    fn word(self) -> u32;
+}
+
+impl Word for bool {
+    fn word(self) -> u32 {
+        self as u32
+    }
+}
+
+impl Word for u32 {
+    fn word(self) -> u32 {
+        self
+    }
+}
+
+/// Defines `#[repr(C)]` structs and their GLSL.
+#[macro_export]
+macro_rules! shared {
+    ($($(#[$about:meta])* pub struct $name:ident {
+        $($(#[$note:meta])* pub $field:ident: $kind:ident,)*
+    })*) => {$(
+        $(#[$about])*
+        #[repr(C)]
+        #[derive(Debug, Clone, Copy, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+        pub struct $name {
+            $($(#[$note])* pub $field: $kind,)*
+        }
+
+        impl $crate::gpu::Shared for $name {
+            const GLSL: &'static str = concat!(
+                "struct ", stringify!($name), " {\n",
+                $("    ", stringify!($kind), " ", stringify!($field), ";\n",)*
+                "};\n"
+            );
+        }
+    )*};
+}
+
+/// Defines a struct of specialization constants.
+#[macro_export]
+macro_rules! specialization {
+    ($(#[$about:meta])* pub struct $name:ident {
+        $($(#[$note:meta])* pub $field:ident: $kind:ident,)*
+    }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub struct $name {
+            $($(#[$note])* pub $field: $kind,)*
+        }
+
+        impl $crate::gpu::Specialization for $name {
+            fn glsl() -> String {
+                [$((stringify!($kind), stringify!($field)),)*]
+                    .iter()
+                    .enumerate()
+                    .map(|(id, (kind, name))| {
+                        format!("layout(constant_id = {id}) const {kind} {name} = {kind}(1);\n")
+                    })
+                    .collect()
+            }
+
+            fn words(&self) -> Vec<u32> {
+                vec![$($crate::gpu::Word::word(self.$field),)*]
+            }
+        }
+    };
+}

@@ -1,0 +1,197 @@
+//! What devices there are, what each can do, and which to take.
+
+use std::ffi::CStr;
+
+use ash::{khr, vk};
+
+use super::instance::{Instance, Validation};
+use crate::error::{Error, Result};
+
+/// What `isolume info` says of a device.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct DeviceSummary {
+    pub index: usize,
+    pub name: String,
+    pub kind: &'static str,
+    pub driver: String,
+    pub api: String,
+    pub device_local_bytes: u64,
+    /// Texels a side.
+    pub max_image_2d: u32,
+    pub max_image_3d: u32,
+    pub max_storage_buffer_bytes: u64,
+    pub max_allocation_bytes: u64,
+    /// What it lacks; empty if Isolume can use it.
+    pub lacks: Vec<&'static str>,
+}
+
+/// Every device that a Vulkan driver shows, usable or not.
+pub fn list_devices() -> Result<Vec<DeviceSummary>> {
+    survey(&Instance::new(Validation::Off)?)
+}
+
+pub(super) fn survey(instance: &Instance) -> Result<Vec<DeviceSummary>> {
+    let devices = instance.physical_devices()?;
+    let numbered = devices.into_iter().enumerate();
+    Ok(numbered
+        .map(|(index, physical)| summarize(instance, index, physical))
+        .collect())
+}
+
+fn summarize(instance: &Instance, index: usize, physical: vk::PhysicalDevice) -> DeviceSummary {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut third = vk::PhysicalDeviceMaintenance3Properties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default()
+        .push_next(&mut driver)
+        .push_next(&mut third);
+    // SAFETY: `physical` belongs to the live instance.
+    let memory = unsafe {
+        instance
+            .raw
+            .get_physical_device_properties2(physical, &mut properties);
+        instance.raw.get_physical_device_memory_properties(physical)
+    };
+    let properties = properties.properties;
+    let api = properties.api_version;
+    DeviceSummary {
+        index,
+        name: text(properties.device_name_as_c_str()),
+        kind: match properties.device_type {
+            vk::PhysicalDeviceType::DISCRETE_GPU => "discrete GPU",
+            vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated GPU",
+            vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual GPU",
+            vk::PhysicalDeviceType::CPU => "CPU",
+            _ => "other",
+        },
+        driver: format!(
+            "{} {}",
+            text(driver.driver_name_as_c_str()),
+            text(driver.driver_info_as_c_str())
+        ),
+        api: format!(
+            "{}.{}.{}",
+            vk::api_version_major(api),
+            vk::api_version_minor(api),
+            vk::api_version_patch(api)
+        ),
+        device_local_bytes: memory.memory_heaps_as_slice()[device_local_heap(&memory)].size,
+        max_image_2d: properties.limits.max_image_dimension2_d,
+        max_image_3d: properties.limits.max_image_dimension3_d,
+        max_storage_buffer_bytes: properties.limits.max_storage_buffer_range as u64,
+        max_allocation_bytes: third.max_memory_allocation_size,
+        lacks: lacking(instance, physical, api),
+    }
+}
+
+fn text(name: std::result::Result<&CStr, std::ffi::FromBytesUntilNulError>) -> String {
+    name.map(|s| s.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}
+
+/// The largest device-local heap.
+pub(super) fn device_local_heap(memory: &vk::PhysicalDeviceMemoryProperties) -> usize {
+    let heaps = memory.memory_heaps_as_slice();
+    (0..heaps.len())
+        .filter(|&h| heaps[h].flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+        .max_by_key(|&h| heaps[h].size)
+        .unwrap_or(0)
+}
+
+fn lacking(instance: &Instance, physical: vk::PhysicalDevice, api: u32) -> Vec<&'static str> {
+    if api < vk::API_VERSION_1_3 {
+        return vec!["Vulkan 1.3"];
+    }
+    let mut twelve = vk::PhysicalDeviceVulkan12Features::default();
+    let mut thirteen = vk::PhysicalDeviceVulkan13Features::default();
+    let mut features = vk::PhysicalDeviceFeatures2::default()
+        .push_next(&mut twelve)
+        .push_next(&mut thirteen);
+    // SAFETY: `physical` belongs to the live instance, and the chain outlives the call.
+    unsafe {
+        instance
+            .raw
+            .get_physical_device_features2(physical, &mut features)
+    };
+    let formats = features.features.shader_storage_image_extended_formats == vk::TRUE;
+    let push = instance.has_extension(physical, khr::push_descriptor::NAME);
+    let compute = compute_queue(instance, physical).is_some();
+    [
+        (twelve.scalar_block_layout == vk::TRUE, "scalarBlockLayout"),
+        (twelve.host_query_reset == vk::TRUE, "hostQueryReset"),
+        (thirteen.synchronization2 == vk::TRUE, "synchronization2"),
+        (thirteen.maintenance4 == vk::TRUE, "maintenance4"),
+        (formats, "shaderStorageImageExtendedFormats"),
+        (push, "VK_KHR_push_descriptor"),
+        (compute, "a compute queue with timestamps"),
+    ]
+    .into_iter()
+    .filter_map(|(present, name)| (!present).then_some(name))
+    .collect()
+}
+
+pub(super) fn compute_queue(instance: &Instance, physical: vk::PhysicalDevice) -> Option<u32> {
+    // SAFETY: `physical` belongs to the live instance.
+    let families = unsafe {
+        instance
+            .raw
+            .get_physical_device_queue_family_properties(physical)
+    };
+    families
+        .iter()
+        .position(|f| {
+            f.queue_flags.contains(vk::QueueFlags::COMPUTE) && f.timestamp_valid_bits >= 32
+        })
+        .map(|index| index as u32)
+}
+
+/// The wanted device, or the best: discrete before integrated before CPU.
+pub(super) fn choose<'a>(
+    all: &'a [DeviceSummary],
+    wanted: Option<&str>,
+) -> Result<&'a DeviceSummary> {
+    let listing = || {
+        let names: Vec<String> = all
+            .iter()
+            .map(|d| format!("{}: {}", d.index, d.name))
+            .collect();
+        match names.is_empty() {
+            true => "there is none".to_string(),
+            false => format!("there are {}", names.join("; ")),
+        }
+    };
+    let Some(wanted) = wanted else {
+        let rank = |d: &&DeviceSummary| match d.kind {
+            "discrete GPU" => 0,
+            "integrated GPU" => 1,
+            "virtual GPU" => 2,
+            "CPU" => 3,
+            _ => 4,
+        };
+        return all.iter().filter(|d| d.lacks.is_empty()).min_by_key(rank).ok_or_else(|| {
+            Error::Device(format!(
+                "no Vulkan 1.3 device can be used ({}): install a driver, for example mesa-vulkan-drivers for the CPU",
+                listing()
+            ))
+        });
+    };
+    let found = match wanted.parse::<usize>() {
+        Ok(index) => all.get(index),
+        Err(_) => all
+            .iter()
+            .find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase())),
+    };
+    let found = found.ok_or_else(|| {
+        Error::Device(format!(
+            "--device {wanted}: no such Vulkan device; {}",
+            listing()
+        ))
+    })?;
+    match found.lacks.is_empty() {
+        true => Ok(found),
+        false => Err(Error::Device(format!(
+            "--device {wanted}: {} lacks {}",
+            found.name,
+            found.lacks.join(", ")
+        ))),
+    }
+}

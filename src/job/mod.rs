@@ -1,0 +1,86 @@
+//! Carries out what the command line asks for.
+
+mod plan;
+mod render;
+mod report;
+mod schedule;
+
+use std::path::Path;
+
+use crate::cli::{self, Cli, Command, CompareArgs, SceneArgs};
+use crate::compare;
+use crate::error::{Error, Result};
+use crate::gpu::{DeviceChoice, Validation};
+use crate::info;
+use crate::scene::file::Opened;
+use crate::scene::volume::Volume;
+use crate::scene::{describe, open};
+
+/// Runs a command and returns the exit status.
+pub fn run(cli: Cli) -> Result<u8> {
+    match cli.command {
+        Command::Render(args) => render::render(&args),
+        Command::Plan(args) => plan::plan(&args),
+        Command::Scene(args) => print_scene(&args),
+        Command::Compare(args) => print_comparison(&args),
+        Command::Info(args) => match &args.volume {
+            Some(path) => print(&info::volume(path, args.json)?),
+            None => print(&info::devices(args.json)?),
+        },
+    }
+}
+
+fn open_scene(args: &SceneArgs, quiet: bool) -> Result<Opened> {
+    let opened = open(&args.input, args.preset, &args.edits(), Volume::load)?;
+    if !quiet {
+        for note in &opened.notes {
+            eprintln!("note: {note}");
+        }
+    }
+    Ok(opened)
+}
+
+fn print_scene(args: &SceneArgs) -> Result<u8> {
+    let Opened {
+        file,
+        volume,
+        scene,
+        ..
+    } = open_scene(args, false)?;
+    print(&describe(&file, &volume, &scene))
+}
+
+fn print_comparison(args: &CompareArgs) -> Result<u8> {
+    let comparison = compare::compare(&args.a, &args.b, args.exposure)?;
+    match args.json {
+        true => print(&info::to_json(&comparison)?),
+        false => print(&comparison.table()),
+    }
+}
+
+/// To stdout; a reader that has gone away is no error.
+fn print(text: &str) -> Result<u8> {
+    use std::io::Write;
+    match writeln!(std::io::stdout(), "{}", text.trim_end()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::io(Path::new("standard output"), e))
+        }
+        _ => Ok(0),
+    }
+}
+
+/// The device that `--device` names. `ISOLUME_VALIDATION=1` watches it with Vulkan's validation
+/// layers, and makes any of their messages an error.
+fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice {
+    let watched = std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1");
+    DeviceChoice {
+        wanted: wanted.map(|choice| match choice {
+            cli::DeviceChoice::Index(index) => index.to_string(),
+            cli::DeviceChoice::Name(name) => name.clone(),
+        }),
+        validation: match watched {
+            true => Validation::On,
+            false => Validation::Off,
+        },
+    }
+}

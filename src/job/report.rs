@@ -1,0 +1,96 @@
+//! Statistics and profile of a run, from what the renderer and the clock remember.
+
+use std::time::Instant;
+
+use crate::gpu::{Memory, Span, Timings};
+use crate::output::stats::{MemoryStats, PassStats, ResourceStats, StageStats};
+use crate::output::trace::Trace;
+
+/// What the CPU did one after another.
+pub struct Clock {
+    pub began: Instant,
+    stages: Vec<Stage>,
+}
+
+struct Stage {
+    name: &'static str,
+    start_us: f64,
+    duration_us: f64,
+}
+
+impl Clock {
+    pub fn new() -> Clock {
+        Clock {
+            began: Instant::now(),
+            stages: Vec::new(),
+        }
+    }
+
+    pub fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let start = self.began.elapsed();
+        let result = work();
+        self.stages.push(Stage {
+            name,
+            start_us: start.as_secs_f64() * 1e6,
+            duration_us: (self.began.elapsed() - start).as_secs_f64() * 1e6,
+        });
+        result
+    }
+
+    pub fn stages(&self) -> Vec<StageStats> {
+        let stage = |s: &Stage| StageStats {
+            name: s.name.into(),
+            ms: s.duration_us / 1e3,
+        };
+        self.stages.iter().map(stage).collect()
+    }
+}
+
+/// One entry for each pass, in order of first appearance.
+pub fn passes(timings: &Timings) -> Vec<PassStats> {
+    let mut names: Vec<&'static str> = Vec::new();
+    for span in &timings.spans {
+        if !names.contains(&span.pass) {
+            names.push(span.pass);
+        }
+    }
+    let of = |name: &'static str| {
+        let runs = timings.spans.iter().filter(|s| s.pass == name);
+        let ms: Vec<f64> = runs.map(|s| s.duration_us / 1e3).collect();
+        PassStats::from_runs(name, &ms)
+    };
+    names.into_iter().map(of).collect()
+}
+
+pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {
+    let resources = memory.resources().into_iter().map(|r| ResourceStats {
+        name: r.name.into(),
+        bytes: r.bytes,
+    });
+    MemoryStats {
+        budget_bytes: memory.budget,
+        planned_bytes,
+        peak_bytes: memory.peak(),
+        resources: resources.collect(),
+    }
+}
+
+pub fn trace(clock: &Clock, timings: &Timings, memory: &Memory) -> Trace {
+    let mut trace = Trace::default();
+    let offset_us = (timings.began - clock.began).as_secs_f64() * 1e6;
+    for stage in &clock.stages {
+        trace.add_cpu(stage.name, stage.start_us, stage.duration_us);
+    }
+    for Span {
+        pass,
+        start_us,
+        duration_us,
+    } in &timings.spans
+    {
+        trace.add_gpu(*pass, offset_us + start_us, *duration_us);
+    }
+    for (at, bytes) in memory.history() {
+        trace.add_memory((at - clock.began).as_secs_f64() * 1e6, bytes);
+    }
+    trace
+}

@@ -1,0 +1,109 @@
+//! When to stop, and how many samples to take next.
+//!
+//! Samples come in units (see `render::renderer`). Units grow with what is done, by a sixteenth: early
+//! ones show a picture soon, late ones cost little to begin and to end, at least sixteen of them give
+//! a standard error, and a stop never throws away more than a sixteenth of the work.
+
+use std::time::Duration;
+
+use crate::cli::Stop;
+
+/// How far a render has come.
+#[derive(Debug, Clone, Copy)]
+pub struct Done {
+    pub samples: u32,
+    pub units: u32,
+    pub took: Duration,
+    /// Not finite while it is unknown.
+    pub relative_error: f64,
+}
+
+/// Before this many units the spread between them says too little to stop by.
+const UNITS_TO_TRUST: u32 = 16;
+
+/// Why to stop now, as the end of a sentence; `None`: go on.
+pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
+    if stop.spp.is_some_and(|goal| done.samples >= goal.get()) {
+        return Some(format!("--spp {} is reached", done.samples));
+    }
+    if let Some(goal) = stop.relative_error
+        && done.units >= UNITS_TO_TRUST
+        && done.relative_error <= goal
+    {
+        return Some(format!("the relative error is below {goal}"));
+    }
+    if let Some(goal) = stop.time
+        && done.took >= goal
+    {
+        return Some(format!("{:.1} s are over", goal.as_secs_f64()));
+    }
+    None
+}
+
+/// Samples per pixel of the next unit.
+pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
+    let mut samples = (done.samples / 16).max(1);
+    if let Some(goal) = stop.spp {
+        let share = (goal.get() / 16).max(1);
+        samples = samples.min(share).min(goal.get() - done.samples);
+    }
+    if let Some(goal) = stop.time
+        && done.samples > 0
+    {
+        let rate = done.samples as f64 / done.took.as_secs_f64();
+        let left = goal.saturating_sub(done.took).as_secs_f64();
+        samples = samples.min((rate * left) as u32);
+    }
+    samples.max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::num::NonZeroU32;
+
+    fn stop(spp: Option<u32>, seconds: Option<u64>, relative_error: Option<f64>) -> Stop {
+        Stop {
+            spp: spp.and_then(NonZeroU32::new),
+            time: seconds.map(Duration::from_secs),
+            relative_error,
+        }
+    }
+
+    fn done(samples: u32, units: u32, seconds: f64, relative_error: f64) -> Done {
+        Done {
+            samples,
+            units,
+            took: Duration::from_secs_f64(seconds),
+            relative_error,
+        }
+    }
+
+    #[test]
+    fn units_add_up_to_the_samples_asked_for_and_are_enough_for_an_error() {
+        for goal in [1, 2, 15, 16, 17, 100, 257, 4096] {
+            let stop = stop(Some(goal), None, None);
+            let mut now = done(0, 0, 0.0, f64::INFINITY);
+            while reason_to_stop(&stop, &now).is_none() {
+                now.samples += next_unit(&stop, &now);
+                now.units += 1;
+            }
+            assert_eq!(now.samples, goal);
+            assert!(now.units >= goal.min(16), "{goal}: {} units", now.units);
+        }
+    }
+
+    #[test]
+    fn the_error_counts_only_once_it_can_be_trusted() {
+        let stop = stop(None, None, Some(0.1));
+        assert!(reason_to_stop(&stop, &done(15, 15, 1.0, 0.01)).is_none());
+        assert!(reason_to_stop(&stop, &done(16, 16, 1.0, 0.01)).is_some());
+        assert!(reason_to_stop(&stop, &done(16, 16, 1.0, f64::NAN)).is_none());
+    }
+
+    #[test]
+    fn a_unit_ends_before_the_time_is_over() {
+        let stop = stop(None, Some(10), None);
+        assert_eq!(next_unit(&stop, &done(1600, 64, 9.9, 0.1)), 16);
+    }
+}

@@ -1,0 +1,154 @@
+//! Files that appear whole or not at all.
+//!
+//! Each output is first written to a temporary file next to its final name, because only a rename
+//! within one file system is atomic. All outputs of a run are written before the first is renamed:
+//! a disk that fills up half way leaves none of them. Dropping [`Outputs`] removes what was not
+//! committed.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use tempfile::NamedTempFile;
+
+use super::{Picture, Provenance, exr, png};
+use crate::error::{Error, Result};
+use crate::scene::Tone;
+
+/// The outputs of one run, on their way to their final names.
+#[derive(Default)]
+pub struct Outputs {
+    staged: Vec<Staged>,
+}
+
+struct Staged {
+    /// As the user named it, for messages.
+    path: PathBuf,
+    target: Target,
+    temporary: NamedTempFile,
+}
+
+/// Where the bytes end up.
+enum Target {
+    File(PathBuf),
+    /// A pipe or a device such as /dev/null: a rename would replace it by an ordinary file.
+    Stream(PathBuf),
+}
+
+impl Outputs {
+    pub fn exr(&mut self, path: &Path, picture: &Picture, provenance: &Provenance) -> Result<()> {
+        self.stage(path, |file| exr::encode(file, picture, provenance))
+    }
+
+    pub fn png(&mut self, path: &Path, picture: &Picture, exposure: f64, tone: Tone) -> Result<()> {
+        self.stage(path, |file| png::encode(file, picture, exposure, tone))
+    }
+
+    pub fn json(&mut self, path: &Path, value: &impl Serialize) -> Result<()> {
+        self.stage(path, |file| {
+            serde_json::to_writer_pretty(&mut *file, value)?;
+            writeln!(file)
+        })
+    }
+
+    pub fn text(&mut self, path: &Path, text: &str) -> Result<()> {
+        self.stage(path, |file| file.write_all(text.as_bytes()))
+    }
+
+    /// Writes a file of any kind under a temporary name.
+    pub fn stage(
+        &mut self,
+        path: &Path,
+        write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+    ) -> Result<()> {
+        let (target, mut temporary) = open(path)?;
+        let mut file = BufWriter::new(temporary.as_file_mut());
+        write(&mut file)
+            .and_then(|()| file.flush())
+            // Some file systems report a full disk only here.
+            .and_then(|()| file.get_ref().sync_all())
+            .map_err(|error| Error::io(path, error))?;
+        drop(file);
+        self.staged.push(Staged {
+            path: path.to_owned(),
+            target,
+            temporary,
+        });
+        Ok(())
+    }
+
+    /// Gives every file its final name.
+    pub fn commit(self) -> Result<()> {
+        for Staged {
+            path,
+            target,
+            mut temporary,
+        } in self.staged
+        {
+            let done = match target {
+                Target::File(target) => temporary
+                    .persist(target)
+                    .map(drop)
+                    .map_err(|failed| failed.error),
+                Target::Stream(target) => copy(temporary.as_file_mut(), &target),
+            };
+            done.map_err(|error| Error::io(&path, error))?;
+        }
+        Ok(())
+    }
+}
+
+/// Whether an output could be written there: to be asked before the long work, not after.
+pub fn check_writable(path: &Path) -> Result<()> {
+    open(path).map(drop)
+}
+
+fn open(path: &Path) -> Result<(Target, NamedTempFile)> {
+    let target = match fs::metadata(path) {
+        Ok(existing) if existing.is_dir() => {
+            let message = format!("{} is a folder; name a file in it", path.display());
+            return Err(Error::Input(message));
+        }
+        // Through a symbolic link: the link stays.
+        Ok(existing) if existing.is_file() => {
+            Target::File(fs::canonicalize(path).map_err(|error| Error::io(path, error))?)
+        }
+        Ok(_) => Target::Stream(path.to_owned()),
+        Err(_) => Target::File(path.to_owned()),
+    };
+    let folder = match &target {
+        Target::File(file) => match file.parent() {
+            Some(parent) if parent != Path::new("") => parent.to_owned(),
+            _ => PathBuf::from("."),
+        },
+        Target::Stream(_) => std::env::temp_dir(),
+    };
+    if !folder.is_dir() {
+        return Err(Error::Input(format!(
+            "{}: the folder {} does not exist; create it first",
+            path.display(),
+            folder.display()
+        )));
+    }
+    let temporary = temporary_in(&folder).map_err(|error| Error::io(path, error))?;
+    Ok((target, temporary))
+}
+
+fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".isolume-");
+    // Temporary files are private by default; an output has the permissions of any new file.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+fn copy(from: &mut File, stream: &Path) -> io::Result<()> {
+    io::Seek::rewind(from)?;
+    let mut stream = File::options().write(true).open(stream)?;
+    io::copy(from, &mut stream).map(drop)
+}

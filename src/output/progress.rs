@@ -1,0 +1,129 @@
+//! Progress on stderr: a bar on a terminal, a line now and then in a log, nothing when quiet.
+
+use std::io::{self, IsTerminal, Write};
+use std::time::Duration;
+
+use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
+
+/// When a render stops: at the first of these that is reached.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Goal {
+    pub spp: Option<u64>,
+    pub seconds: Option<f64>,
+    pub relative_error: Option<f64>,
+}
+
+impl Goal {
+    /// Seconds still to go, as far as can be told from what is done.
+    pub fn remaining(&self, spp: u64, seconds: f64, relative_error: f64) -> Option<f64> {
+        let by_spp = self
+            .spp
+            .map(|goal| seconds * (goal as f64 / spp as f64 - 1.0));
+        let by_time = self.seconds.map(|goal| goal - seconds);
+        // The error falls as 1/√n.
+        let by_error = self
+            .relative_error
+            .map(|goal| seconds * ((relative_error / goal).powi(2) - 1.0));
+        [by_spp, by_time, by_error]
+            .into_iter()
+            .flatten()
+            .filter(|seconds| seconds.is_finite())
+            .reduce(f64::min)
+            .map(|seconds| seconds.max(0.0))
+    }
+}
+
+pub struct Progress {
+    goal: Goal,
+    shown: Shown,
+}
+
+enum Shown {
+    Nothing,
+    Bar(ProgressBar),
+    Lines {
+        log: Box<dyn Write + Send>,
+        next_at: f64,
+    },
+}
+
+/// Between two lines where stderr is no terminal.
+const LINE_SECONDS: f64 = 10.0;
+/// The bar's resolution.
+const BAR_STEPS: u64 = 1000;
+
+impl Progress {
+    pub fn new(quiet: bool, goal: Goal) -> Progress {
+        if quiet {
+            Progress {
+                goal,
+                shown: Shown::Nothing,
+            }
+        } else if io::stderr().is_terminal() {
+            Progress {
+                goal,
+                shown: Shown::Bar(bar()),
+            }
+        } else {
+            Progress::log(goal, Box::new(io::stderr()))
+        }
+    }
+
+    /// A line now and then, as where stderr is no terminal.
+    pub fn log(goal: Goal, log: Box<dyn Write + Send>) -> Progress {
+        Progress {
+            goal,
+            shown: Shown::Lines {
+                log,
+                next_at: LINE_SECONDS,
+            },
+        }
+    }
+
+    /// `relative_error` is not finite as long as it is unknown.
+    pub fn update(&mut self, spp: u64, seconds: f64, relative_error: f64) {
+        let remaining = self.goal.remaining(spp, seconds, relative_error);
+        match &mut self.shown {
+            Shown::Nothing => {}
+            Shown::Bar(bar) => {
+                let done = remaining.map_or(0.0, |remaining| seconds / (seconds + remaining));
+                bar.set_position((done * BAR_STEPS as f64) as u64);
+                bar.set_message(status(spp, relative_error, remaining));
+            }
+            Shown::Lines { log, next_at } => {
+                if seconds >= *next_at {
+                    *next_at = seconds + LINE_SECONDS;
+                    print(log, &status(spp, relative_error, remaining));
+                }
+            }
+        }
+    }
+
+    /// Leaves the terminal as it was.
+    pub fn finish(self) {
+        if let Shown::Bar(bar) = self.shown {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// A closed stderr must not end a render.
+fn print(log: &mut impl Write, line: &str) {
+    let _ = writeln!(log, "{line}");
+}
+
+fn bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {msg}").expect("the template is constant");
+    ProgressBar::new(BAR_STEPS).with_style(style)
+}
+
+fn status(spp: u64, relative_error: f64, remaining: Option<f64>) -> String {
+    let mut status = format!("{spp} spp");
+    if relative_error.is_finite() {
+        status += &format!(", relative error {relative_error:.4}");
+    }
+    if let Some(left) = remaining.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok()) {
+        status += &format!(", {} left", FormattedDuration(left));
+    }
+    status
+}

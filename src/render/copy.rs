@@ -1,0 +1,51 @@
+//! Copies between host memory and images, through the one staging buffer, in whole rows.
+
+use crate::error::Result;
+use crate::gpu::{Buffer, Frame, Image};
+
+/// Fills an image with texels in x, y, z order.
+pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[u8]) -> Result<()> {
+    let mut rest = texels;
+    for (low, extent) in pieces(image, staging.desc.bytes) {
+        let bytes = extent.iter().product::<u32>() as usize * image.desc.texel_bytes();
+        let (piece, remaining) = rest.split_at(bytes);
+        rest = remaining;
+        staging.write(piece);
+        frame.run(|f| f.upload(staging, image, low, extent))?;
+    }
+    Ok(())
+}
+
+/// All texels of an RGBA32F image, in x, y, z order.
+pub fn download(frame: &mut Frame, staging: &Buffer, image: &Image) -> Result<Vec<[f32; 4]>> {
+    let texels = image.desc.extent.iter().product::<u32>() as usize;
+    let mut all = Vec::with_capacity(texels);
+    for (low, extent) in pieces(image, staging.desc.bytes) {
+        frame.run(|f| f.download(image, staging, low, extent))?;
+        let count = extent.iter().product::<u32>() as usize;
+        let mapped = staging.mapped().unwrap_or_default();
+        all.extend_from_slice(bytemuck::cast_slice(&mapped[..16 * count]));
+    }
+    Ok(all)
+}
+
+/// Boxes of whole rows or whole slices that cover the image in order, each at most `most_bytes`.
+fn pieces(image: &Image, most_bytes: u64) -> Vec<([u32; 3], [u32; 3])> {
+    let [width, height, depth] = image.desc.extent;
+    let row = width as u64 * image.desc.texel_bytes() as u64;
+    let rows = (most_bytes / row) as u32;
+    let mut pieces = Vec::new();
+    if rows >= height {
+        let slices = rows / height;
+        for z in (0..depth).step_by(slices as usize) {
+            pieces.push(([0, 0, z], [width, height, slices.min(depth - z)]));
+        }
+        return pieces;
+    }
+    for z in 0..depth {
+        for y in (0..height).step_by(rows as usize) {
+            pieces.push(([0, y, z], [width, rows.min(height - y), 1]));
+        }
+    }
+    pieces
+}

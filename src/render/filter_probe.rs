@@ -1,0 +1,77 @@
+//! Is the device's own filter good enough for a volume of this format?
+//!
+//! The field is *defined* as the trilinear interpolant, and filters differ: GPUs round the weights to
+//! 1/256 of a voxel, which no picture shows; lavapipe interpolates 8-bit texels in 8 bits, which
+//! every narrow transfer function shows. So it is measured, on a checkerboard of eight texels, and
+//! where it is too coarse the shaders interpolate themselves, at about twice the cost.
+
+use std::sync::Arc;
+
+use super::shared::{PROBE_POSITIONS, ProbePush};
+use crate::error::Result;
+use crate::gpu::{
+    Binding, Buffer, BufferDesc, Device, Format, Frame, Image, ImageDesc, Memory, Pass, PassDesc,
+    Placement, Shaders,
+};
+
+/// Largest tolerable error, as a share of the texels' difference: half of 1/256 of a voxel, and a
+/// little. Along one axis at a time: along three, a GPU may err by as much as lavapipe, whose 8 bits
+/// of weight and 8 of result make a tent over two values out of 100 a sixth wider than it is.
+const TOLERANCE: f32 = 1.0 / 512.0 + 1e-4;
+
+/// More than the probe's few resources take.
+const BUDGET: u64 = 16 << 20;
+
+pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format) -> Result<bool> {
+    if !device.filters(format) {
+        return Ok(false);
+    }
+    let memory = Memory::new(device, BUDGET)?;
+    let desc = ImageDesc {
+        name: "filter probe",
+        extent: [2; 3],
+        volumetric: true,
+        written: false,
+        format,
+    };
+    let image = Image::new(&memory, desc)?;
+    let staging = match format {
+        Format::R8_UNORM => Buffer::with_data(&memory, "checkerboard", &checkerboard(u8::MAX))?,
+        Format::R16_UNORM => Buffer::with_data(&memory, "checkerboard", &checkerboard(u16::MAX))?,
+        _ => Buffer::with_data(&memory, "checkerboard", &checkerboard(1.0f32))?,
+    };
+    let errors = Buffer::new(
+        &memory,
+        BufferDesc {
+            name: "filter errors",
+            bytes: PROBE_POSITIONS as u64 * 4,
+            placement: Placement::Readback,
+        },
+    )?;
+    let desc = PassDesc {
+        name: "filter_probe",
+        specialization: &[],
+    };
+    let pass = Pass::new(device, shaders, &desc)?;
+    let mut frame = Frame::new(device)?;
+    frame.run(|f| {
+        f.clear(&[&image])?;
+        f.upload(&staging, &image, [0; 3], [2; 3])?;
+        let bindings = [
+            ("checkerboard", Binding::Filtered(&image)),
+            ("errors", Binding::Buffer(&errors)),
+        ];
+        let push = ProbePush { seed: 1 };
+        f.pass(&pass, &bindings, &push, [PROBE_POSITIONS, 1, 1])
+    })?;
+    let measured: &[f32] = bytemuck::cast_slice(errors.mapped().unwrap_or_default());
+    let worst = measured.iter().copied().fold(0.0, f32::max);
+    Ok(worst <= TOLERANCE)
+}
+
+fn checkerboard<T: Default + Copy>(high: T) -> [T; 8] {
+    std::array::from_fn(|i| match (i ^ i >> 1 ^ i >> 2) & 1 {
+        0 => T::default(),
+        _ => high,
+    })
+}

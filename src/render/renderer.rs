@@ -1,0 +1,186 @@
+//! The `non-caching` variant from top to bottom: load once, then unit after unit of samples.
+//!
+//! A unit gives every pixel the same number of new samples. Pictures are only taken at the end of a
+//! unit: stopping a pixel in the middle of its work would favour its short paths.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::accumulate::Accumulate;
+use super::constants::SceneBuffers;
+use super::copy;
+use super::delta_tracking::DeltaTracking;
+use super::iso_depth::IsoDepth;
+use super::macrocell_ranges::MacrocellRanges;
+use super::majorants::Majorants;
+use super::resources::Resources;
+use super::shared::{self, AccumulatePush};
+use crate::error::Result;
+use crate::gpu::{Device, Frame, Memory, Shaders};
+use crate::scene::volume::{Volume, Voxels};
+
+pub struct Renderer {
+    pub frame: Frame,
+    pub totals: Totals,
+    pub resources: Resources,
+    delta_tracking: DeltaTracking,
+    accumulate: Accumulate,
+}
+
+/// What has been done so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Totals {
+    /// Samples in every pixel.
+    pub samples: u32,
+    pub units: u32,
+    pub paths: u64,
+    /// Reads of the volume by tracking.
+    pub lookups: u64,
+}
+
+/// The picture so far, row 0 on top.
+pub struct Film {
+    /// RGB and coverage.
+    pub mean: Vec<[f32; 4]>,
+    /// Standard error of the mean; infinite while there is a single unit.
+    pub stderr: Vec<[f32; 3]>,
+}
+
+/// What the pixels' centres see of surfaces, row 0 on top.
+pub struct FirstHits {
+    /// Normal and, in w, distance along the ray; +∞ without a surface.
+    pub normal_depth: Vec<[f32; 4]>,
+    pub albedo: Vec<[f32; 4]>,
+}
+
+impl Renderer {
+    pub fn new(memory: &Arc<Memory>, volume: &Volume, scene: &SceneBuffers) -> Result<Renderer> {
+        let shaders = Shaders::new(shared::glsl())?;
+        Renderer::with_shaders(memory, &shaders, volume, scene)
+    }
+
+    /// With passes compiled by `shaders`: a test may have put other text in the place of a file.
+    pub fn with_shaders(
+        memory: &Arc<Memory>,
+        shaders: &Shaders,
+        volume: &Volume,
+        scene: &SceneBuffers,
+    ) -> Result<Renderer> {
+        let device = memory.device();
+        let features = &scene.features;
+        let mut renderer = Renderer {
+            frame: Frame::new(device)?,
+            totals: Totals::default(),
+            resources: Resources::allocate(memory, volume, scene)?,
+            delta_tracking: DeltaTracking::new(device, shaders, features)?,
+            accumulate: Accumulate::new(device, shaders, features)?,
+        };
+        renderer.load(device, shaders, volume, scene)?;
+        Ok(renderer)
+    }
+
+    /// Brings the scene onto the GPU: voxels, macrocells, majorants, and what the pixels' centres see.
+    fn load(
+        &mut self,
+        device: &Arc<Device>,
+        shaders: &Shaders,
+        volume: &Volume,
+        scene: &SceneBuffers,
+    ) -> Result<()> {
+        let r = &mut self.resources;
+        self.frame.run(|f| f.clear(&r.images()))?;
+        let voxels: &[u8] = match &volume.voxels {
+            Voxels::U8(v) => v,
+            Voxels::U16(v) => bytemuck::cast_slice(v),
+            Voxels::F32(v) => bytemuck::cast_slice(v),
+        };
+        let frame = &mut self.frame;
+        copy::upload(frame, &mut r.staging, &r.volume, voxels)?;
+        let texels: Vec<[f32; 4]> = scene
+            .environment
+            .texels
+            .iter()
+            .map(|&[r, g, b]| [r, g, b, 1.0])
+            .collect();
+        copy::upload(
+            frame,
+            &mut r.staging,
+            &r.environment,
+            bytemuck::cast_slice(&texels),
+        )?;
+        let macrocell_ranges = MacrocellRanges::new(device, shaders, &scene.features)?;
+        let majorants = Majorants::new(device, shaders, &scene.features)?;
+        macrocell_ranges.run(frame, r)?;
+        if scene.features.has_medium {
+            majorants.run(frame, r)?;
+        }
+        if let Some(to) = &r.first_surface {
+            IsoDepth::new(device, shaders, &scene.features)?.run(frame, r, to)?;
+        }
+        Ok(())
+    }
+
+    /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
+    /// `stop` is raised before the last path ends.
+    pub fn unit(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
+        let r = &mut self.resources;
+        self.delta_tracking.restart(&mut self.frame, r)?;
+        let mut under_way = true;
+        while under_way {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            let first = self.totals.samples;
+            let lookups;
+            (lookups, under_way) =
+                self.delta_tracking
+                    .advance(&mut self.frame, r, samples, first)?;
+            self.totals.lookups += lookups as u64;
+        }
+        let [width, height, _] = r.mean.desc.extent;
+        self.totals.samples += samples;
+        self.totals.units += 1;
+        self.totals.paths += samples as u64 * width as u64 * height as u64;
+        let push = AccumulatePush {
+            samples: samples as f32,
+            samples_so_far: self.totals.samples as f32,
+        };
+        self.frame.run(|f| self.accumulate.record(f, r, &push))?;
+        Ok(true)
+    }
+
+    /// The picture after the last whole unit.
+    pub fn film(&mut self) -> Result<Film> {
+        let r = &self.resources;
+        let frame = &mut self.frame;
+        let mean = copy::download(frame, &r.staging, &r.mean)?;
+        let squares = copy::download(frame, &r.staging, &r.squares)?;
+        let divisor = (self.totals.units.saturating_sub(1)) as f32 * self.totals.samples as f32;
+        let stderr = squares
+            .iter()
+            .map(|s| {
+                std::array::from_fn(|c| match self.totals.units {
+                    0 | 1 => f32::INFINITY,
+                    _ => (s[c] / divisor).max(0.0).sqrt(),
+                })
+            })
+            .collect();
+        Ok(Film { mean, stderr })
+    }
+
+    pub fn first_hits(&mut self) -> Result<FirstHits> {
+        let r = &self.resources;
+        let [width, height, _] = r.mean.desc.extent;
+        let pixels = width as usize * height as usize;
+        Ok(match &r.first_surface {
+            Some(surface) => FirstHits {
+                normal_depth: copy::download(&mut self.frame, &r.staging, &surface.normal_depth)?,
+                albedo: copy::download(&mut self.frame, &r.staging, &surface.albedo)?,
+            },
+            None => FirstHits {
+                normal_depth: vec![[0.0, 0.0, 0.0, f32::INFINITY]; pixels],
+                albedo: vec![[0.0; 4]; pixels],
+            },
+        })
+    }
+}

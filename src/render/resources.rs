@@ -1,0 +1,182 @@
+//! Every byte of GPU memory that rendering takes. Allocating through a dry-run gate gives the plan;
+//! allocating through a real one gives the resources: the same statements, so the same sizes.
+
+use std::sync::Arc;
+
+use super::constants::{SceneBuffers, volume_format};
+use super::shared::{Counters, Path};
+use crate::error::Result;
+use crate::gpu::{Binding, Buffer, BufferDesc, Format, Image, ImageDesc, Memory, Placement};
+use crate::scene::volume::Volume;
+
+/// Copies between host and device go through a buffer of at most this size, piece by piece.
+const MOST_STAGING_BYTES: u64 = 16 << 20;
+
+/// Paths under way at once. A GPU hides latency with many; a CPU wants them in its cache.
+const SLOTS_GPU: u32 = 1 << 18;
+const SLOTS_CPU: u32 = 1 << 10;
+
+pub struct Resources {
+    /// Whether the device's filter reads the volume.
+    filtered: bool,
+    pub volume: Image,
+    /// Per macrocell: smallest and largest stored value.
+    pub ranges: Image,
+    /// Per macrocell: the largest extinction.
+    pub majorants: Image,
+    pub scene: Buffer,
+    pub transfer: Buffer,
+    pub surfaces: Buffer,
+    pub suns: Buffer,
+    pub clips: Buffer,
+    pub sky: Buffer,
+    pub environment: Image,
+    pub paths: Buffer,
+    pub counters: Buffer,
+    /// Per pixel, the sum of the samples of the unit under way; coverage in alpha.
+    pub unit_sum: Image,
+    pub mean: Image,
+    /// Weighted sum of squared differences from the mean.
+    pub squares: Image,
+    /// What the pixels' centres see; only with surfaces.
+    pub first_surface: Option<FirstSurface>,
+    pub staging: Buffer,
+}
+
+/// Of the first surface behind each pixel's centre.
+pub struct FirstSurface {
+    /// Normal and, in w, distance; +∞ where there is none.
+    pub normal_depth: Image,
+    pub albedo: Image,
+}
+
+impl Resources {
+    pub fn allocate(
+        memory: &Arc<Memory>,
+        volume: &Volume,
+        scene: &SceneBuffers,
+    ) -> Result<Resources> {
+        let [width, height] = scene.constants.size;
+        let picture = |name| ImageDesc {
+            name,
+            extent: [width, height, 1],
+            volumetric: false,
+            written: true,
+            format: Format::R32G32B32A32_SFLOAT,
+        };
+        let lattice = |name, format| ImageDesc {
+            name,
+            extent: scene.constants.macrocells,
+            volumetric: true,
+            written: true,
+            format,
+        };
+        let environment = ImageDesc {
+            name: "environment image",
+            extent: [scene.environment.width, scene.environment.height, 1],
+            volumetric: false,
+            written: false,
+            format: Format::R32G32B32A32_SFLOAT,
+        };
+        let slots = slots(memory, [width, height]);
+        Ok(Resources {
+            filtered: !scene.features.filter_in_shader,
+            volume: Image::new(memory, volume_desc(volume))?,
+            ranges: Image::new(memory, lattice("macrocell ranges", Format::R32G32_SFLOAT))?,
+            majorants: Image::new(memory, lattice("majorants", Format::R32_SFLOAT))?,
+            scene: Buffer::with_data(memory, "scene constants", &[scene.constants])?,
+            transfer: Buffer::with_data(memory, "transfer function", &scene.transfer)?,
+            surfaces: Buffer::with_data(memory, "surfaces", &scene.surfaces)?,
+            suns: Buffer::with_data(memory, "suns", &scene.suns)?,
+            clips: Buffer::with_data(memory, "clip planes", &scene.clips)?,
+            sky: Buffer::with_data(memory, "environment table", &scene.sky)?,
+            environment: Image::new(memory, environment)?,
+            paths: Buffer::new(
+                memory,
+                BufferDesc {
+                    name: "paths",
+                    bytes: slots as u64 * size_of::<Path>() as u64,
+                    placement: Placement::Device,
+                },
+            )?,
+            counters: Buffer::new(
+                memory,
+                BufferDesc {
+                    name: "counters",
+                    bytes: size_of::<Counters>() as u64,
+                    placement: Placement::Device,
+                },
+            )?,
+            unit_sum: Image::new(memory, picture("unit sum"))?,
+            mean: Image::new(memory, picture("mean"))?,
+            squares: Image::new(memory, picture("squared differences"))?,
+            first_surface: match scene.features.surface_count {
+                0 => None,
+                _ => Some(FirstSurface {
+                    normal_depth: Image::new(memory, picture("normal and depth"))?,
+                    albedo: Image::new(memory, picture("albedo"))?,
+                }),
+            },
+            staging: Buffer::new(
+                memory,
+                BufferDesc {
+                    name: "staging",
+                    bytes: staging_bytes(&[volume_desc(volume), environment, picture("mean")]),
+                    placement: Placement::Readback,
+                },
+            )?,
+        })
+    }
+
+    pub fn images(&self) -> Vec<&Image> {
+        let mut images = vec![
+            &self.volume,
+            &self.ranges,
+            &self.majorants,
+            &self.environment,
+            &self.unit_sum,
+            &self.mean,
+            &self.squares,
+        ];
+        if let Some(surface) = &self.first_surface {
+            images.extend([&surface.normal_depth, &surface.albedo]);
+        }
+        images
+    }
+
+    pub fn volume_binding(&self) -> Binding<'_> {
+        match self.filtered {
+            true => Binding::Filtered(&self.volume),
+            false => Binding::Image(&self.volume),
+        }
+    }
+
+    pub fn slots(&self) -> u32 {
+        (self.paths.desc.bytes / size_of::<Path>() as u64) as u32
+    }
+}
+
+/// Enough for the largest image at once, within reason.
+fn staging_bytes(images: &[ImageDesc]) -> u64 {
+    let largest = images.iter().map(ImageDesc::bytes).max().unwrap_or(0);
+    largest.min(MOST_STAGING_BYTES)
+}
+
+fn slots(memory: &Memory, [width, height]: [u32; 2]) -> u32 {
+    let most = match memory.device().summary.kind {
+        "CPU" => SLOTS_CPU,
+        _ => SLOTS_GPU,
+    };
+    most.min((width * height).next_multiple_of(64))
+}
+
+/// The volume's image, in the data's own width.
+fn volume_desc(volume: &Volume) -> ImageDesc {
+    ImageDesc {
+        name: "volume",
+        extent: volume.dims,
+        volumetric: true,
+        written: false,
+        format: volume_format(volume),
+    }
+}

@@ -1,0 +1,247 @@
+//! What the CPU and the shaders share: the only definition of each struct and switch. The GLSL text
+//! is made from it and stands behind `#include "shared.glsl"`.
+//!
+//! *Grid space*: g = p / spacing + ½ with p from the box's low corner, so that voxel i's centre is at
+//! g = i + 1, the box is [½, n + ½], and the trilinear cell floor(g) has the voxels floor(g) − 1 and
+//! floor(g) as corners, clamped at the border. *Stored values* are what the GPU holds; transfer
+//! points and isovalues are converted to them, so that no shader knows slope or intercept.
+
+#![allow(non_camel_case_types)]
+
+use crate::gpu::types::*;
+use crate::gpu::{Shared, Specialization};
+use crate::{shared, specialization};
+
+/// Trilinear cells along an axis of a macrocell.
+pub const MACROCELL: u32 = 8;
+
+shared! {
+    /// Everything about the scene that is one of a kind.
+    pub struct SceneConstants {
+        /// Voxels.
+        pub dims: uvec3,
+        /// Macrocells.
+        pub macrocells: uvec3,
+        /// World units per voxel.
+        pub spacing: vec3,
+        /// Half the box's sides, world units.
+        pub half_extent: vec3,
+        /// Stored value of a texel that reads 1: 255, 65535, or 1 for f32.
+        pub stored_max: float,
+        /// σt where opacity is 1, per world unit.
+        pub density: float,
+        /// Henyey–Greenstein asymmetry.
+        pub g: float,
+        pub transfer_points: uint,
+        /// Collisions and reflections on a path; 0 = no limit.
+        pub max_bounces: uint,
+        pub seed: uint,
+        /// Pixels.
+        pub size: uvec2,
+        pub eye: vec3,
+        /// Unit, into the picture.
+        pub forward: vec3,
+        /// From the picture's centre to its right edge, at distance 1 (perspective) or in world
+        /// units (orthographic).
+        pub right: vec3,
+        /// The same to its top edge.
+        pub up: vec3,
+        /// Constant part of the environment.
+        pub environment: vec3,
+        /// Probability that next-event estimation picks the environment image over a sun: 1 without
+        /// suns, 0 without an image.
+        pub image_probability: float,
+        /// Cells of the environment's sampling table along u and v.
+        pub image_cells: uvec2,
+        /// Seen by rays that meet nothing if `background_is_color`.
+        pub background: vec3,
+    }
+
+    /// A point of the transfer function.
+    pub struct TransferPoint {
+        /// Stored value.
+        pub value: float,
+        pub opacity: float,
+        pub color: vec3,
+    }
+
+    pub struct Surface {
+        /// Stored value.
+        pub value: float,
+        pub opacity: float,
+        pub color: vec3,
+        /// `SHADING_*`.
+        pub shading: uint,
+        /// Phong and Disney.
+        pub specular: float,
+        /// Phong.
+        pub shininess: float,
+        /// Disney from here on.
+        pub metallic: float,
+        pub roughness: float,
+        pub specular_tint: float,
+        pub sheen: float,
+        pub sheen_tint: float,
+        pub subsurface: float,
+        pub clearcoat: float,
+        pub clearcoat_gloss: float,
+    }
+
+    pub struct Sun {
+        /// In which the light travels; unit.
+        pub direction: vec3,
+        pub irradiance: vec3,
+        /// Of picking this sun or one before it, among the suns.
+        pub cumulative_probability: float,
+    }
+
+    /// Points with dot(normal, p) > offset are vacuum.
+    pub struct Clip {
+        pub normal: vec3,
+        pub offset: float,
+    }
+
+    /// A cell of the environment's sampling table (Walker's alias method).
+    pub struct EnvironmentCell {
+        /// Keep this cell below it, take `alias` above.
+        pub keep: float,
+        pub alias: uint,
+        /// Probability per solid angle, 1/sr, of the cell itself.
+        pub density: float,
+    }
+
+    /// A path on its way, between two dispatches.
+    pub struct Path {
+        pub pixel: uint,
+        /// Samples of this pixel still to begin.
+        pub samples_left: uint,
+        /// Index of the current sample.
+        pub sample_index: uint,
+        /// Random numbers used by the current sample, in blocks of four.
+        pub dimension: uint,
+        /// `PHASE_*`.
+        pub phase: uint,
+        pub bounces: uint,
+        /// Grid space.
+        pub origin: vec3,
+        /// World space, unit.
+        pub direction: vec3,
+        pub t: float,
+        pub t_end: float,
+        /// What stands at `t_end`: a surface's index, or −1.
+        pub surface: int,
+        /// Bit s: the ray is where V ≥ value of surface s, just before `t_end`.
+        pub inside: uint,
+        pub throughput: vec3,
+        /// Density of the current direction, 1/sr.
+        pub pdf: float,
+        pub shadow_direction: vec3,
+        pub shadow_t: float,
+        pub shadow_t_end: float,
+        /// What arrives if nothing is in between, times the transmittance so far.
+        pub shadow_radiance: vec3,
+        /// Of the samples of this pixel, coverage in w.
+        pub sum: vec4,
+    }
+
+    /// Counters that the shaders add to and the host reads after every dispatch; they start at zero
+    /// with a unit and wrap around.
+    pub struct Counters {
+        /// The next pixel to hand out.
+        pub next_pixel: uint,
+        /// Slots that had a path on its way at the end of a dispatch, added up over dispatches.
+        pub unfinished: uint,
+        /// Reads of the volume by tracking: tentative collisions.
+        pub lookups: uint,
+    }
+
+    pub struct TrackPush {
+        /// Samples that each pixel gets before the queue is empty.
+        pub samples: uint,
+        /// Index of the first of them.
+        pub first_sample: uint,
+        /// Loop iterations after which a slot leaves its path to the next dispatch.
+        pub work: uint,
+        pub slots: uint,
+    }
+
+    pub struct ProbePush {
+        pub seed: uint,
+    }
+
+    pub struct AccumulatePush {
+        /// Samples in this unit and in all units so far, this one included.
+        pub samples: float,
+        pub samples_so_far: float,
+    }
+}
+
+specialization! {
+    /// What a scene needs; the rest is compiled away.
+    pub struct Features {
+        pub has_medium: bool,
+        /// Isosurfaces; 0 = none.
+        pub surface_count: uint,
+        /// Every ray sees surfaces, not the camera's alone.
+        pub full_light: bool,
+        pub analytic_normals: bool,
+        pub has_phong: bool,
+        pub has_disney: bool,
+        pub sun_count: uint,
+        pub has_environment_image: bool,
+        pub is_anisotropic: bool,
+        pub clip_count: uint,
+        pub is_orthographic: bool,
+        pub background_is_color: bool,
+        pub background_is_transparent: bool,
+        /// The device's filter is not good enough for this volume: interpolate in the shader.
+        pub filter_in_shader: bool,
+    }
+}
+
+/// Named integers, in GLSL as `const uint NAME`.
+macro_rules! codes {
+    ($(pub const $name:ident: u32 = $value:expr;)*) => {
+        $(pub const $name: u32 = $value;)*
+        const CODES: &[(&str, u32)] = &[$((stringify!($name), $name),)*];
+    };
+}
+
+codes! {
+    pub const SHADING_LAMBERT: u32 = 0;
+    pub const SHADING_PHONG: u32 = 1;
+    pub const SHADING_DISNEY: u32 = 2;
+    // A slot without a pixel.
+    pub const PHASE_IDLE: u32 = 0;
+    // On its way to a collision, a surface or the sky.
+    pub const PHASE_FLIGHT: u32 = 1;
+    // Its shadow ray is on its way to a light.
+    pub const PHASE_SHADOW: u32 = 2;
+    // Where the device's filter is probed.
+    pub const PROBE_POSITIONS: u32 = 4096;
+}
+
+/// The text of `shared.glsl`.
+pub fn glsl() -> String {
+    let codes: String = CODES
+        .iter()
+        .map(|(name, value)| format!("const uint {name} = {value}u;\n"))
+        .collect();
+    [
+        &format!("const int MACROCELL = {MACROCELL};\n"),
+        &codes,
+        &Features::glsl(),
+        SceneConstants::GLSL,
+        TransferPoint::GLSL,
+        Surface::GLSL,
+        Sun::GLSL,
+        Clip::GLSL,
+        EnvironmentCell::GLSL,
+        Path::GLSL,
+        Counters::GLSL,
+        TrackPush::GLSL,
+        ProbePush::GLSL,
+        AccumulatePush::GLSL,
+    ]
+    .concat()
+}

@@ -1,0 +1,165 @@
+//! The camera. Right-handed: looking down −z with +y up, +x is to the right.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::volume::{Anatomical, Axes};
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    pub eye: [f64; 3],
+    pub target: [f64; 3],
+    /// Not parallel to the view direction.
+    pub up: [f64; 3],
+    pub projection: Projection,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Vertical field of view in degrees, in (0, 180).
+    Perspective { fov_y: f64 },
+    /// Height of the picture in world units; rays start on the eye's plane.
+    Orthographic { height: f64 },
+}
+
+/// A side of the box to look from. Anatomical sides are the patient's own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum View {
+    Anterior,
+    Posterior,
+    Left,
+    Right,
+    Superior,
+    Inferior,
+    #[serde(rename = "+x")]
+    PlusX,
+    #[serde(rename = "-x")]
+    MinusX,
+    #[serde(rename = "+y")]
+    PlusY,
+    #[serde(rename = "-y")]
+    MinusY,
+    #[serde(rename = "+z")]
+    PlusZ,
+    #[serde(rename = "-z")]
+    MinusZ,
+}
+
+impl View {
+    /// From the front of a patient; otherwise as the axes are drawn on paper.
+    pub fn default_for(axes: Option<Axes>) -> View {
+        match axes {
+            Some(_) => View::Anterior,
+            None => View::PlusZ,
+        }
+    }
+
+    /// From the box's centre towards the viewer; `None` for an anatomical side where the anatomy is
+    /// unknown.
+    pub fn towards_eye(self, axes: Option<Axes>) -> Option<[f64; 3]> {
+        let anatomical = |side| axes.map(|axes| direction_of(side, axes));
+        match self {
+            View::Anterior => anatomical(Anatomical::Anterior),
+            View::Posterior => anatomical(Anatomical::Posterior),
+            View::Left => anatomical(Anatomical::Left),
+            View::Right => anatomical(Anatomical::Right),
+            View::Superior => anatomical(Anatomical::Superior),
+            View::Inferior => anatomical(Anatomical::Inferior),
+            View::PlusX => Some([1.0, 0.0, 0.0]),
+            View::MinusX => Some([-1.0, 0.0, 0.0]),
+            View::PlusY => Some([0.0, 1.0, 0.0]),
+            View::MinusY => Some([0.0, -1.0, 0.0]),
+            View::PlusZ => Some([0.0, 0.0, 1.0]),
+            View::MinusZ => Some([0.0, 0.0, -1.0]),
+        }
+    }
+}
+
+/// What is up where nobody said so: superior, or +y where the anatomy is unknown. Looking along that,
+/// anterior is up, as in radiology, or the horizontal axis that a tilted head would see.
+pub fn default_up(towards_eye: [f64; 3], axes: Option<Axes>) -> [f64; 3] {
+    let (first, second) = match axes {
+        Some(axes) => (
+            direction_of(Anatomical::Superior, axes),
+            direction_of(Anatomical::Anterior, axes),
+        ),
+        None => ([0.0, 1.0, 0.0], [0.0, 0.0, -towards_eye[1].signum()]),
+    };
+    if parallel(first, towards_eye) {
+        second
+    } else {
+        first
+    }
+}
+
+/// Too close to parallel for single precision to tell which way is up.
+pub fn parallel(a: [f64; 3], b: [f64; 3]) -> bool {
+    let [a, b] = [a, b].map(|v| DVec3::from(v).normalize_or_zero());
+    a.cross(b).length() < 1e-6
+}
+
+impl Camera {
+    /// Looks at `target` from the given side, just far enough away that the whole box (centred on
+    /// the origin) is in the picture, with a little air around it.
+    pub fn framing(
+        extent: [f64; 3],
+        target: [f64; 3],
+        towards_eye: [f64; 3],
+        up: [f64; 3],
+        projection: Projection,
+        aspect: f64,
+    ) -> Camera {
+        const AIR: f64 = 1.05;
+        // Divided, not multiplied by the inverse, which would put the eye off a round axis.
+        let back = DVec3::from(towards_eye) / DVec3::from(towards_eye).length();
+        let right = DVec3::from(up).cross(back).normalize();
+        let upright = back.cross(right);
+        let half = DVec3::from(extent) / 2.0;
+        let distance = |corner: u32| {
+            let side = |axis: u32| if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
+            let offset = half * DVec3::new(side(0), side(1), side(2)) - DVec3::from(target);
+            let needed = match projection {
+                Projection::Perspective { fov_y } => {
+                    let tangent = (fov_y.to_radians() / 2.0).tan();
+                    let across = offset.dot(right).abs() / aspect;
+                    AIR * across.max(offset.dot(upright).abs()) / tangent
+                }
+                // The eye's plane only has to lie in front of the box.
+                Projection::Orthographic { .. } => (AIR - 1.0) * half.length(),
+            };
+            needed + offset.dot(back)
+        };
+        let distance = (0..8).map(distance).fold(0.0, f64::max);
+        Camera {
+            eye: (DVec3::from(target) + back * distance.max(half.length() * 1e-3)).to_array(),
+            target,
+            up,
+            projection,
+        }
+    }
+}
+
+/// The unit vector along the axis that grows, or shrinks, towards `side`.
+fn direction_of(side: Anatomical, Axes(axes): Axes) -> [f64; 3] {
+    std::array::from_fn(|i| {
+        if axes[i] == side {
+            1.0
+        } else if axes[i] == opposite(side) {
+            -1.0
+        } else {
+            0.0
+        }
+    })
+}
+
+fn opposite(side: Anatomical) -> Anatomical {
+    match side {
+        Anatomical::Left => Anatomical::Right,
+        Anatomical::Right => Anatomical::Left,
+        Anatomical::Anterior => Anatomical::Posterior,
+        Anatomical::Posterior => Anatomical::Anterior,
+        Anatomical::Superior => Anatomical::Inferior,
+        Anatomical::Inferior => Anatomical::Superior,
+    }
+}

@@ -1,0 +1,311 @@
+//! The TOML as typed by the user, before it means anything: keys, values, and where each came from.
+//!
+//! `--set` and its shorthands change this document, so that whatever they say passes the same checks
+//! as a line in the file. Every key remembers its line or its flag; an error about a key names that
+//! place without anyone having to carry it along.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use toml::Value;
+use toml::de::{DeTable, DeValue};
+
+use super::{SceneFile, mismatch};
+use crate::error::{Error, Result};
+use crate::scene::View;
+
+#[derive(Debug, Clone)]
+pub struct Document {
+    root: Value,
+    origins: Origins,
+}
+
+/// Where each key of a scene was written.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Origins {
+    /// What stands for the whole: the file's name.
+    name: String,
+    /// Relative paths start here.
+    folder: PathBuf,
+    /// By dotted key: `light.0.direction`.
+    places: BTreeMap<String, Place>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Place {
+    Line(usize),
+    Flag(String),
+}
+
+impl Origins {
+    /// An input error at a key: its file and line, or its flag, and the key.
+    pub fn error(&self, key: &str, problem: impl Display) -> Error {
+        Error::Input(self.sentence(key, problem))
+    }
+
+    /// The same for what is no error.
+    pub fn sentence(&self, key: &str, problem: impl Display) -> String {
+        format!("{}: {key}: {problem}", self.place(key))
+    }
+
+    /// A path as written in the scene, from where this process stands.
+    pub fn path(&self, written: &Path) -> PathBuf {
+        self.folder.join(written)
+    }
+
+    /// A key that was not written is looked for where its table was.
+    fn place(&self, key: &str) -> String {
+        match self.places.get(key) {
+            Some(Place::Line(line)) => format!("{}:{line}", self.name),
+            Some(Place::Flag(flag)) => flag.clone(),
+            None => match key.rsplit_once('.') {
+                Some((table, _)) => self.place(table),
+                None => self.name.clone(),
+            },
+        }
+    }
+
+    fn record_lines(&mut self, text: &str, prefix: &str, table: &DeTable) {
+        for (key, value) in table {
+            let path = join(prefix, key.get_ref());
+            self.record(text, path, key.span().start, value.get_ref());
+        }
+    }
+
+    fn record(&mut self, text: &str, path: String, at: usize, value: &DeValue) {
+        match value {
+            DeValue::Table(table) => self.record_lines(text, &path, table),
+            DeValue::Array(items) => {
+                for (i, item) in items.iter().enumerate() {
+                    let path = join(&path, &i.to_string());
+                    self.record(text, path, item.span().start, item.get_ref());
+                }
+            }
+            _ => {}
+        }
+        self.places.insert(path, Place::Line(line_at(text, at)));
+    }
+}
+
+fn join(prefix: &str, key: &str) -> String {
+    match prefix {
+        "" => key.to_string(),
+        _ => format!("{prefix}.{key}"),
+    }
+}
+
+fn line_at(text: &str, at: usize) -> usize {
+    let before = &text.as_bytes()[..at.min(text.len())];
+    before.iter().filter(|byte| **byte == b'\n').count() + 1
+}
+
+impl Document {
+    pub fn read(path: &Path) -> Result<Document> {
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, error))?;
+        Document::parse(&text, path)
+    }
+
+    /// `path` gives the messages their file name and relative paths their folder.
+    pub fn parse(text: &str, path: &Path) -> Result<Document> {
+        let name = path.display().to_string();
+        let syntax = |error: toml::de::Error| {
+            let line = line_at(text, error.span().map_or(0, |span| span.start));
+            let problem = error.message().replace('\n', ", ");
+            Error::Input(format!("{name}:{line}: not valid TOML: {problem}"))
+        };
+        let spanned = DeTable::parse(text).map_err(syntax)?;
+        let root = text.parse().map(Value::Table).map_err(syntax)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let mut document = Document::new(root, name.clone(), folder);
+        document.origins.record_lines(text, "", spanned.get_ref());
+        Ok(document)
+    }
+
+    /// A scene that no one wrote down; relative paths start where this process stands.
+    pub fn made(scene: &SceneFile, name: String) -> Document {
+        let root = Value::try_from(scene).expect("a scene file is representable as TOML");
+        Document::new(root, name, PathBuf::new())
+    }
+
+    fn new(root: Value, name: String, folder: PathBuf) -> Document {
+        let places = BTreeMap::new();
+        let origins = Origins {
+            name,
+            folder,
+            places,
+        };
+        Document { root, origins }
+    }
+
+    pub fn apply(&mut self, edits: &[Edit]) -> Result<()> {
+        edits.iter().try_for_each(|edit| self.change(edit))
+    }
+
+    fn change(&mut self, edit: &Edit) -> Result<()> {
+        match &edit.change {
+            Change::Set { key, value } => self.set(edit, key, value.clone()),
+            Change::Iso(value) => match self.isosurfaces() {
+                0 | 1 => self.set(edit, "surfaces.iso.0.value", Value::Float(*value)),
+                n => Err(Error::Input(format!(
+                    "{}: the scene has {n} isosurfaces: choose one with \
+                     --set surfaces.iso.0.value={value}",
+                    edit.flag
+                ))),
+            },
+            Change::View(view) => {
+                if let Some(camera) = self.root.get_mut("camera").and_then(Value::as_table_mut) {
+                    camera.remove("eye");
+                    camera.remove("up");
+                }
+                self.set(edit, "camera.view", view.clone())
+            }
+        }
+    }
+
+    fn isosurfaces(&self) -> usize {
+        let iso = find(&self.root, "surfaces.iso");
+        iso.and_then(Value::as_array).map_or(0, Vec::len)
+    }
+
+    fn set(&mut self, edit: &Edit, key: &str, value: Value) -> Result<()> {
+        let steps: Vec<&str> = key.split('.').collect();
+        let known = |n: &usize| find(&self.root, &steps[..*n].join(".")).is_some();
+        let first_new = (1..steps.len()).find(|n| !known(n)).unwrap_or(steps.len());
+        put(&mut self.root, &steps, value)
+            .map_err(|problem| Error::Input(format!("{}: {problem}", edit.flag)))?;
+        let inside = format!("{key}.");
+        let places = &mut self.origins.places;
+        places.retain(|other, _| !other.starts_with(&inside));
+        // The tables that this made were written by the flag as well.
+        for n in first_new..=steps.len() {
+            places.insert(steps[..n].join("."), Place::Flag(edit.flag.clone()));
+        }
+        Ok(())
+    }
+
+    /// The document with its meaning: every key known, every value of the right kind and in range.
+    pub fn typed(self) -> Result<SceneFile> {
+        let parsed: Result<SceneFile, _> = serde_path_to_error::deserialize(self.root.clone());
+        let mut file = parsed.map_err(|error| {
+            let (key, problem) = mismatch::explain(&error, &self.root);
+            self.origins.error(&key, problem)
+        })?;
+        file.origins = self.origins;
+        file.check()?;
+        Ok(file)
+    }
+}
+
+/// The value at a dotted key.
+pub(super) fn find<'a>(root: &'a Value, key: &str) -> Option<&'a Value> {
+    key.split('.').try_fold(root, |place, step| match place {
+        Value::Array(items) => items.get(step.parse::<usize>().ok()?),
+        table => table.get(step),
+    })
+}
+
+/// Puts `value` where `steps` lead, making tables and arrays on the way.
+fn put(place: &mut Value, steps: &[&str], value: Value) -> Result<(), String> {
+    let Some((step, rest)) = steps.split_first() else {
+        *place = value;
+        return Ok(());
+    };
+    let next = match place {
+        Value::Table(table) => table.entry(*step).or_insert_with(|| container(rest)),
+        Value::Array(items) => {
+            let index: usize = step
+                .parse()
+                .map_err(|_| format!("found `{step}`, expected an index, as in surfaces.iso.0"))?;
+            match index.cmp(&items.len()) {
+                std::cmp::Ordering::Less => {}
+                std::cmp::Ordering::Equal => items.push(container(rest)),
+                std::cmp::Ordering::Greater => {
+                    let n = items.len();
+                    return Err(format!(
+                        "found index {index}, expected 0 to {n} ({n} adds one)"
+                    ));
+                }
+            }
+            &mut items[index]
+        }
+        other => {
+            return Err(format!(
+                "`{step}` would be inside {other}, which is no table"
+            ));
+        }
+    };
+    put(next, rest, value)
+}
+
+fn container(steps: &[&str]) -> Value {
+    match steps.first() {
+        Some(step) if step.parse::<usize>().is_ok() => Value::Array(Vec::new()),
+        _ => Value::Table(toml::Table::new()),
+    }
+}
+
+/// A change that the command line makes to the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Edit {
+    /// As typed, for messages.
+    flag: String,
+    change: Change,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Change {
+    /// `key` is dotted, array indices included.
+    Set { key: String, value: Value },
+    /// The value of the only isosurface; adds one where there is none.
+    Iso(f64),
+    /// The named side, in place of the eye in the file.
+    View(Value),
+}
+
+impl Edit {
+    /// `flag` is what the user typed, for messages.
+    pub fn set(flag: String, key: &str, value: Value) -> Edit {
+        let key = key.to_string();
+        let change = Change::Set { key, value };
+        Edit { flag, change }
+    }
+
+    pub fn iso(value: f64) -> Edit {
+        let flag = format!("--iso {value}");
+        let change = Change::Iso(value);
+        Edit { flag, change }
+    }
+
+    pub fn view(view: View) -> Edit {
+        let name = Value::try_from(view).expect("a view is its name");
+        let flag = format!("--view {}", name.as_str().unwrap_or_default());
+        let change = Change::View(name);
+        Edit { flag, change }
+    }
+
+    /// Whether it concerns the volume, which is read before a preset can look at it.
+    pub(super) fn is_about_volume(&self) -> bool {
+        matches!(&self.change, Change::Set { key, .. } if key.split('.').next() == Some("volume"))
+    }
+}
+
+/// `KEY=VALUE` of `--set`: the value is TOML, or else a bare string.
+impl FromStr for Edit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Edit, String> {
+        let (key, value) = text
+            .split_once('=')
+            .ok_or("expected KEY=VALUE, as in medium.g=0.5")?;
+        let (key, value) = (key.trim().replace('[', ".").replace(']', ""), value.trim());
+        if key.split('.').any(str::is_empty) {
+            return Err("expected a dotted key before `=`, as in surfaces.iso.0.value=900".into());
+        }
+        let value = value
+            .parse()
+            .unwrap_or_else(|_| Value::String(value.into()));
+        Ok(Edit::set(format!("--set {text}"), &key, value))
+    }
+}

@@ -1,0 +1,87 @@
+//! Turns serde's complaints about a value into sentences in the user's words.
+//!
+//! serde says what it wanted only in prose ("invalid type: string \"abc\", expected f64"). The prose
+//! is stable and tested here; what was *found* is looked up in the document, which shows it as typed.
+
+use serde_path_to_error::Segment;
+use toml::Value;
+
+use super::document::find;
+
+/// The dotted key that is wrong, and what is wrong with it.
+pub fn explain(
+    error: &serde_path_to_error::Error<toml::de::Error>,
+    root: &Value,
+) -> (String, String) {
+    let steps = error.path().iter().filter_map(|segment| match segment {
+        Segment::Seq { index } => Some(index.to_string()),
+        Segment::Map { key } => Some(key.clone()),
+        Segment::Enum { .. } | Segment::Unknown => None,
+    });
+    let key = steps.collect::<Vec<_>>().join(".");
+    let message = error.inner().message();
+    // serde quotes names, and nothing else, in backticks.
+    let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    if message.starts_with("unknown field") {
+        let known = &names[1..];
+        (key, format!("unknown key{}", suggestion(names[0], known)))
+    } else if message.starts_with("missing field") {
+        let key = format!("{key}.{}", names[0]);
+        (key, "missing, and it has no default".to_string())
+    } else if message.starts_with("unknown variant") {
+        let known = &names[1..];
+        (
+            key,
+            format!("found \"{}\"{}", names[0], suggestion(names[0], known)),
+        )
+    } else {
+        let expected = message
+            .rsplit_once("expected ")
+            .map_or(message, |(_, what)| what);
+        let found = find(root, &key).map_or("nothing".to_string(), shown);
+        (
+            key,
+            format!("found {found}, expected {}", in_words(expected)),
+        )
+    }
+}
+
+/// The known name that is nearest to what was found, if any is near, and all of them.
+fn suggestion(found: &str, known: &[&str]) -> String {
+    let nearness = |name: &&&str| strsim::jaro_winkler(found, name);
+    let nearest = known
+        .iter()
+        .max_by(|a, b| nearness(a).total_cmp(&nearness(b)));
+    let all = known.join(", ");
+    match nearest {
+        Some(name) if nearness(&name) > 0.7 => {
+            format!("; did you mean \"{name}\"? It can be {all}")
+        }
+        _ => format!("; it can be {all}"),
+    }
+}
+
+fn shown(value: &Value) -> String {
+    const LONGEST: usize = 60;
+    let text = match value {
+        Value::Table(_) => "a table".to_string(),
+        other => other.to_string(),
+    };
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
+fn in_words(expected: &str) -> String {
+    match expected {
+        "f32" | "f64" => "a number".to_string(),
+        "u32" | "u64" | "usize" => "a whole number ≥ 0".to_string(),
+        "fewer elements in array" => "fewer elements".to_string(),
+        "a sequence" => "an array".to_string(),
+        "an array of length 2" => "two numbers, as in [1, 2]".to_string(),
+        "an array of length 3" => "three numbers, as in [1, 2, 3]".to_string(),
+        structure if structure.starts_with("struct ") => "a table".to_string(),
+        other => other.to_string(),
+    }
+}

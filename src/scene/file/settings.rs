@@ -1,0 +1,99 @@
+//! The `[render]` table, and its two values that are either a word or numbers.
+
+use toml::Value;
+
+use super::SceneFile;
+use super::resolve::UNIT;
+use crate::error::Result;
+use crate::scene::{Background, CacheFormat, CacheScale, RenderSettings, Tone, Variant};
+
+impl SceneFile {
+    pub(super) fn render_settings(&self) -> Result<RenderSettings> {
+        let table = &self.render;
+        let size = table.size.unwrap_or([1024, 1024]);
+        if size.contains(&0) {
+            let found = format!("found {size:?}, expected a width and a height of at least 1");
+            return Err(self.origins.error("render.size", found));
+        }
+        let max_bounces = table.max_bounces.unwrap_or(0);
+        let variant = table.variant.unwrap_or(Variant::Auto);
+        if max_bounces != 0 && variant == Variant::Caching {
+            let clash = format!(
+                "found {max_bounces}, expected 0 with variant \"caching\": cached light has no \
+                 number of bounces (use variant = \"non-caching\")"
+            );
+            return Err(self.origins.error("render.max_bounces", clash));
+        }
+        let background = table.background.unwrap_or(Background::Environment);
+        if let Background::Color(color) = background {
+            self.triple("render.background", color, UNIT)?;
+        }
+        let exposure = table.exposure.unwrap_or(0.0);
+        Ok(RenderSettings {
+            size,
+            max_bounces,
+            variant,
+            cache_scale: table.cache_scale.unwrap_or(CacheScale::Auto),
+            cache_format: table.cache_format.unwrap_or(CacheFormat::Auto),
+            background,
+            exposure: self.number("render.exposure", exposure, EXPOSURE)?,
+            tone: table.tone.unwrap_or(Tone::Linear),
+        })
+    }
+}
+
+/// Far more than any picture needs, and 2^exposure stays representable.
+const EXPOSURE: super::resolve::Expected = (
+    |stops| stops.abs() <= 100.0,
+    "a number of stops from -100 to 100",
+);
+
+impl TryFrom<Value> for CacheScale {
+    type Error = String;
+
+    fn try_from(value: Value) -> Result<CacheScale, String> {
+        match value {
+            Value::String(word) if word == "auto" => Ok(CacheScale::Auto),
+            Value::Integer(1) => Ok(CacheScale::Fixed(1.0)),
+            Value::Float(scale) if [1.0, 0.5, 0.25, 0.125].contains(&scale) => {
+                Ok(CacheScale::Fixed(scale))
+            }
+            _ => Err("expected \"auto\", 1, 0.5, 0.25 or 0.125".to_string()),
+        }
+    }
+}
+
+impl From<CacheScale> for Value {
+    fn from(scale: CacheScale) -> Value {
+        match scale {
+            CacheScale::Auto => "auto".into(),
+            CacheScale::Fixed(scale) => scale.into(),
+        }
+    }
+}
+
+impl TryFrom<Value> for Background {
+    type Error = String;
+
+    fn try_from(value: Value) -> Result<Background, String> {
+        let expected = || "expected \"environment\", \"transparent\" or [r, g, b]".to_string();
+        match value {
+            Value::String(word) if word == "environment" => Ok(Background::Environment),
+            Value::String(word) if word == "transparent" => Ok(Background::Transparent),
+            array => array
+                .try_into()
+                .map(Background::Color)
+                .map_err(|_| expected()),
+        }
+    }
+}
+
+impl From<Background> for Value {
+    fn from(background: Background) -> Value {
+        match background {
+            Background::Environment => "environment".into(),
+            Background::Transparent => "transparent".into(),
+            Background::Color(color) => color.to_vec().into(),
+        }
+    }
+}

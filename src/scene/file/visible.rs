@@ -1,0 +1,123 @@
+//! Is there anything to see? A picture of nothing is a puzzle; a sentence about why is not.
+
+use super::{IsoTable, SceneFile, ShadingModel};
+use crate::error::Result;
+use crate::scene::{Medium, Scene};
+
+impl SceneFile {
+    /// An isovalue that the data never reach, or a medium that is clear wherever there are data, is
+    /// an error; what might be meant that way is a note.
+    pub(super) fn check_visible(
+        &self,
+        scene: &Scene,
+        range: [f64; 2],
+        notes: &mut Vec<String>,
+    ) -> Result<()> {
+        let [low, high] = range;
+        for (i, iso) in scene.surfaces.iso.iter().enumerate() {
+            let key = format!("surfaces.iso.{i}.value");
+            if !(low..=high).contains(&iso.value) {
+                let found = format!("found {}, but the data go from {low} to {high}", iso.value);
+                return Err(self.origins.error(&key, found));
+            }
+            if iso.value == low {
+                let flat = format!("no voxel lies below {low}, so this isosurface is empty");
+                notes.push(self.origins.sentence(&key, flat));
+            }
+        }
+        match &scene.medium {
+            Some(medium) if medium.density > 0.0 => {
+                if let Some(why) = why_clear(medium, range) {
+                    if scene.surfaces.iso.is_empty() {
+                        return Err(self.origins.error("medium.transfer", why));
+                    }
+                    notes.push(self.origins.sentence("medium.transfer", why));
+                }
+            }
+            _ if scene.surfaces.iso.is_empty() => {
+                let empty = "no medium and no isosurface: the picture is the background alone";
+                notes.push(self.origins.sentence("medium", empty));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Parameters that the chosen shading does not have.
+    pub(super) fn note_idle_parameters(&self, notes: &mut Vec<String>) {
+        for (i, table) in self.surfaces.iso.iter().enumerate() {
+            let shading = table.shading.unwrap_or_default();
+            for (name, users) in parameters(table) {
+                if !users.contains(&shading) {
+                    let key = format!("surfaces.iso.{i}.{name}");
+                    let idle = format!("has no effect with {} shading", shading.name());
+                    notes.push(self.origins.sentence(&key, idle));
+                }
+            }
+        }
+    }
+}
+
+impl ShadingModel {
+    pub fn name(self) -> &'static str {
+        match self {
+            ShadingModel::Lambert => "lambert",
+            ShadingModel::Phong => "phong",
+            ShadingModel::Disney => "disney",
+        }
+    }
+}
+
+/// The parameters that are given, each with the shadings that it has an effect on.
+fn parameters(table: &IsoTable) -> Vec<(&'static str, &'static [ShadingModel])> {
+    use ShadingModel::{Disney, Phong};
+    [
+        (
+            "specular",
+            table.specular,
+            &[Phong, Disney] as &[ShadingModel],
+        ),
+        ("shininess", table.shininess, &[Phong]),
+        ("roughness", table.roughness, &[Disney]),
+        ("metallic", table.metallic, &[Disney]),
+        ("specular_tint", table.specular_tint, &[Disney]),
+        ("sheen", table.sheen, &[Disney]),
+        ("sheen_tint", table.sheen_tint, &[Disney]),
+        ("subsurface", table.subsurface, &[Disney]),
+        ("clearcoat", table.clearcoat, &[Disney]),
+        ("clearcoat_gloss", table.clearcoat_gloss, &[Disney]),
+    ]
+    .into_iter()
+    .filter(|(_, given, _)| given.is_some())
+    .map(|(name, _, users)| (name, users))
+    .collect()
+}
+
+/// Why no value between `low` and `high` has an opacity; `None` if one has.
+fn why_clear(medium: &Medium, [low, high]: [f64; 2]) -> Option<String> {
+    let points = &medium.transfer;
+    // Opacity is linear in between, so it is positive at one of these if it is anywhere.
+    let inside = points.iter().filter(|p| low < p.value && p.value <= high);
+    let mut opacities = inside
+        .map(|p| p.opacity)
+        .chain([medium.classify(low).0, medium.classify(high).0]);
+    if opacities.any(|opacity| opacity > 0.0) {
+        return None;
+    }
+    let Some(first) = points.iter().position(|p| p.opacity > 0.0) else {
+        return Some("opacity is 0 at every point, so there is nothing to see".to_string());
+    };
+    let start = points[first.saturating_sub(1)].value;
+    let last = points
+        .iter()
+        .rposition(|p| p.opacity > 0.0)
+        .unwrap_or(first);
+    let end = points[(last + 1).min(points.len() - 1)].value;
+    Some(if start >= high {
+        format!("opacity starts at {start}, the data end at {high}")
+    } else if end <= low {
+        format!("opacity ends at {end}, the data start at {low}")
+    } else {
+        format!("opacity is 0 everywhere from {low} to {high}, where the data are")
+    })
+}

@@ -1,0 +1,149 @@
+//! Lights: directional ones, and the environment that surrounds the box.
+
+use std::path::Path;
+
+use image::{ColorType, ImageReader};
+
+/// Parallel light; not seen directly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DirectionalLight {
+    /// The direction in which the light travels; unit length.
+    pub direction: [f64; 3],
+    /// On a plane facing the light, per channel, ≥ 0.
+    pub irradiance: [f64; 3],
+}
+
+/// All environments of the scene added up.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Environment {
+    /// The constant part, per channel, ≥ 0.
+    pub radiance: [f64; 3],
+    /// The images' sum, if there are any, already multiplied by their radiance.
+    pub image: Option<EnvironmentImage>,
+}
+
+/// A latitude–longitude image. Direction d points towards the sky: u = ½ + atan2(d.x, −d.z)/2π,
+/// v = acos(d.y)/π; row 0 is +y. Texel centres at ((i+½)/W, (j+½)/H), bilinear, wrapping in u,
+/// clamped in v.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnvironmentImage {
+    pub width: u32,
+    pub height: u32,
+    /// Linear RGB, row-major, finite and ≥ 0.
+    pub texels: Vec<[f32; 3]>,
+}
+
+impl EnvironmentImage {
+    /// EXR and HDR hold radiance; a PNG is taken to be sRGB. The error is what is wrong with the file.
+    pub fn load(path: &Path) -> Result<EnvironmentImage, String> {
+        let name = path.display();
+        let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+        let mut reader = reader.map_err(|error| format!("{name}: {error}"))?;
+        // The library's cap of 512 MiB is less than an 8K sky needs.
+        reader.no_limits();
+        let decoded = reader
+            .decode()
+            .map_err(|error| format!("{name}: {error}"))?;
+        let encoded = !matches!(decoded.color(), ColorType::Rgb32F | ColorType::Rgba32F);
+        let rgb = decoded.into_rgb32f();
+        let (width, height) = rgb.dimensions();
+        let linear = |x: f32| if encoded { srgb_to_linear(x) } else { x };
+        let texels: Vec<[f32; 3]> = rgb.pixels().map(|texel| texel.0.map(linear)).collect();
+        let bad = |texel: &[f32; 3]| texel.iter().any(|x| !x.is_finite() || *x < 0.0);
+        if let Some(i) = texels.iter().position(bad) {
+            let (column, row) = (i % width as usize, i / width as usize);
+            return Err(format!(
+                "{name}: found {:?} at column {column}, row {row}; expected every texel to be \
+                 finite and ≥ 0",
+                texels[i]
+            ));
+        }
+        Ok(EnvironmentImage {
+            width,
+            height,
+            texels,
+        })
+    }
+
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// The image multiplied by `radiance`, which must not make it too bright for single precision.
+    pub fn times(mut self, radiance: [f64; 3]) -> Result<EnvironmentImage, String> {
+        for texel in &mut self.texels {
+            *texel = std::array::from_fn(|c| (f64::from(texel[c]) * radiance[c]) as f32);
+            if texel.iter().any(|x| !x.is_finite()) {
+                return Err(format!(
+                    "radiance {radiance:?} times the image is beyond 3e38"
+                ));
+            }
+        }
+        Ok(self)
+    }
+
+    /// The sum on a grid as fine as the finer of the two, each way.
+    pub fn plus(&self, other: &EnvironmentImage) -> EnvironmentImage {
+        let (width, height) = (self.width.max(other.width), self.height.max(other.height));
+        let (a, b) = (
+            self.resampled(width, height),
+            other.resampled(width, height),
+        );
+        // Two finite skies may still overflow together.
+        let add =
+            |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| (a[c] + b[c]).min(f32::MAX));
+        let texels = a.texels.iter().zip(&b.texels).map(add).collect();
+        EnvironmentImage {
+            width,
+            height,
+            texels,
+        }
+    }
+
+    fn resampled(&self, width: u32, height: u32) -> EnvironmentImage {
+        if self.size() == [width, height] {
+            return self.clone();
+        }
+        let center = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
+        let row = |j| (0..width).map(move |i| self.at(center(i, width), center(j, height)));
+        let texels = (0..height).flat_map(row).collect();
+        EnvironmentImage {
+            width,
+            height,
+            texels,
+        }
+    }
+
+    /// Bilinear, wrapping in u, clamped in v.
+    pub fn at(&self, u: f64, v: f64) -> [f32; 3] {
+        let (x, y) = (
+            u * f64::from(self.width) - 0.5,
+            v * f64::from(self.height) - 0.5,
+        );
+        let texel = |dx: f64, dy: f64| {
+            let i = (x.floor() + dx).rem_euclid(f64::from(self.width)) as usize;
+            let j = (y.floor() + dy).clamp(0.0, f64::from(self.height - 1)) as usize;
+            self.texels[j * self.width as usize + i]
+        };
+        let (s, t) = (x - x.floor(), y - y.floor());
+        let corners = [
+            (texel(0.0, 0.0), (1.0 - s) * (1.0 - t)),
+            (texel(1.0, 0.0), s * (1.0 - t)),
+            (texel(0.0, 1.0), (1.0 - s) * t),
+            (texel(1.0, 1.0), s * t),
+        ];
+        std::array::from_fn(|c| {
+            let sum: f64 = corners.iter().map(|(rgb, w)| f64::from(rgb[c]) * w).sum();
+            sum as f32
+        })
+    }
+}
+
+/// IEC 61966-2-1.
+fn srgb_to_linear(x: f32) -> f32 {
+    if x <= 0.04045 {
+        x / 12.92
+    } else {
+        ((x + 0.055) / 1.055).powf(2.4)
+    }
+}

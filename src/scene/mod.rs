@@ -1,0 +1,104 @@
+//! What is rendered: a resolved, complete and valid scene. Nothing here knows Vulkan.
+//!
+//! The scene *file* ([`file`]) is what the user wrote; a [`Scene`] is what it means once the volume
+//! is known and every default is filled in. Colours are linear Rec. 709, lengths are world units,
+//! values are the data's own (after slope and intercept).
+
+pub mod camera;
+pub mod describe;
+pub mod file;
+pub mod light;
+pub mod medium;
+pub mod preset;
+pub mod surface;
+pub mod volume;
+
+use serde::{Deserialize, Serialize};
+
+pub use camera::{Camera, Projection, View};
+pub use describe::describe;
+pub use file::{Edit, SceneFile, open, resolve};
+pub use light::{DirectionalLight, Environment, EnvironmentImage};
+pub use medium::{Medium, TransferPoint};
+pub use surface::{Isosurface, LightModel, Normals, Shading, Surfaces};
+
+/// A half-space that is cut away: points with dot(normal, p) > offset are vacuum.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClipPlane {
+    /// Unit length; the offset is scaled with it.
+    pub normal: [f64; 3],
+    /// World units.
+    pub offset: f64,
+}
+
+/// Everything that decides the picture, apart from the volume's voxels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// `None`: vacuum.
+    pub medium: Option<Medium>,
+    pub surfaces: Surfaces,
+    pub suns: Vec<DirectionalLight>,
+    pub environment: Environment,
+    pub clips: Vec<ClipPlane>,
+    pub camera: Camera,
+    pub render: RenderSettings,
+}
+
+/// The `[render]` table.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderSettings {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Collisions and reflections on a path; 0 = no limit.
+    pub max_bounces: u32,
+    pub variant: Variant,
+    pub cache_scale: CacheScale,
+    pub cache_format: CacheFormat,
+    pub background: Background,
+    /// Stops; PNG only.
+    pub exposure: f64,
+    pub tone: Tone,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Variant {
+    Auto,
+    Caching,
+    NonCaching,
+    Published,
+}
+
+/// Cache cells per voxel along an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "toml::Value", into = "toml::Value")]
+pub enum CacheScale {
+    Auto,
+    Fixed(f64),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CacheFormat {
+    Auto,
+    F16,
+    F32,
+}
+
+/// What a ray sees that meets nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "toml::Value", into = "toml::Value")]
+pub enum Background {
+    Environment,
+    /// Black, with coverage in the alpha channel.
+    Transparent,
+    Color([f64; 3]),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tone {
+    /// Clip and sRGB.
+    Linear,
+    Filmic,
+}

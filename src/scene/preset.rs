@@ -1,0 +1,142 @@
+//! A scene for a volume that came without one. A preset only writes what a user could have written,
+//! a [`SceneFile`], so that `--set` changes it and `isolume scene` prints it like any other.
+//!
+//! Both presets show one material as a glassy medium and a denser one inside it as a surface. The
+//! medium is a film where the material begins, dense at grazing angles and clear from the front, and a
+//! haze behind it. Opacities are chosen for the default density, 50 over the longest side: a haze of
+//! α = 0.03 has optical depth 1.5 across the box, whatever the units are.
+
+use std::path::Path;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::camera::{View, default_up};
+use super::file::{
+    IsoTable, LightKind, LightTable, MediumTable, SceneFile, ShadingModel, SurfacesTable,
+    TransferTable,
+};
+use super::volume::{Axes, Histogram, Volume, VoxelType};
+use crate::error::{Error, Result};
+use crate::scene::Background;
+
+const SKIN: [f64; 3] = [0.99, 0.78, 0.66];
+const FLESH: [f64; 3] = [0.98, 0.60, 0.45];
+const IVORY: [f64; 3] = [0.86, 0.80, 0.68];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// `Ct` for integers from −900 or less, as only Hounsfield units have; otherwise `Generic`.
+    Auto,
+    /// Soft tissue as medium, bone as surface.
+    Ct,
+    /// Thresholds from the histogram.
+    Generic,
+}
+
+impl Preset {
+    /// The name by which messages call the scene, and the scene; its `volume` table is left open.
+    pub fn scene(self, path: &Path, volume: &Volume) -> Result<(String, SceneFile)> {
+        let [low, high] = volume.range;
+        if low == high {
+            let problem = format!("every voxel is {low}, so there is nothing to see");
+            return Err(Error::Input(format!("{}: {problem}", path.display())));
+        }
+        let integer = !matches!(volume.voxel_type, VoxelType::F32 | VoxelType::F64);
+        let hounsfield = integer && low <= -900.0;
+        let (name, medium, iso) = match self {
+            Preset::Auto if hounsfield => ct(volume),
+            Preset::Ct => ct(volume),
+            Preset::Auto | Preset::Generic => generic(volume),
+        };
+        let mut scene = SceneFile {
+            medium,
+            surfaces: SurfacesTable {
+                iso: iso.into_iter().collect(),
+                ..Default::default()
+            },
+            light: lights(volume.axes),
+            ..Default::default()
+        };
+        scene.render.background = Some(Background::Color([0.012, 0.016, 0.024]));
+        Ok((format!("{} (preset {name})", path.display()), scene))
+    }
+}
+
+type Look = (&'static str, Option<MediumTable>, Option<IsoTable>);
+
+/// Hounsfield units: air −1000, fat −100, water 0, muscle 50, bone from 200 on. 300 keeps contrast
+/// agent and cartilage out of the bone.
+fn ct(volume: &Volume) -> Look {
+    const BONE: f64 = 300.0;
+    let bone = (volume.range[1] >= BONE).then(|| surface(BONE));
+    ("ct", Some(medium(-450.0, -300.0, -150.0)), bone)
+}
+
+/// Four classes: empty, thin, dense and densest. The medium begins with the thin, the surface with the
+/// dense.
+fn generic(volume: &Volume) -> Look {
+    let thresholds = Histogram::of(volume, 256).otsu(4);
+    let (medium, dense) = match thresholds[..] {
+        [thin, dense, ..] => {
+            let width = dense - thin;
+            let medium = medium(thin, thin + 0.2 * width, thin + 0.4 * width);
+            (Some(medium), Some(dense))
+        }
+        [dense] => (None, Some(dense)),
+        [] => (None, None),
+    };
+    ("generic", medium, dense.map(surface))
+}
+
+/// A film that is densest at the value `film`, and a haze from `haze` on.
+fn medium(start: f64, film: f64, haze: f64) -> MediumTable {
+    let point = |(value, opacity, color)| TransferTable {
+        value,
+        opacity: Some(opacity),
+        color: Some(color),
+    };
+    let points = [(start, 0.0, SKIN), (film, 1.0, SKIN), (haze, 0.03, FLESH)];
+    MediumTable {
+        transfer: points.map(point).to_vec(),
+        ..Default::default()
+    }
+}
+
+fn surface(value: f64) -> IsoTable {
+    IsoTable {
+        value,
+        color: Some(IVORY),
+        shading: Some(ShadingModel::Disney),
+        roughness: Some(0.45),
+        ..Default::default()
+    }
+}
+
+/// A warm sun over the viewer's left shoulder, and a dim blue sky that fills the shadows.
+fn lights(axes: Option<Axes>) -> Vec<LightTable> {
+    let back = View::default_for(axes).towards_eye(axes);
+    let back = back.expect("the default view exists for every orientation");
+    let up = DVec3::from(default_up(back, axes));
+    let back = DVec3::from(back);
+    let right = up.cross(back);
+    let dark = LightTable {
+        kind: LightKind::Environment,
+        direction: None,
+        irradiance: None,
+        radiance: None,
+        image: None,
+    };
+    let sun = LightTable {
+        kind: LightKind::Directional,
+        direction: Some((0.45 * right - 0.65 * up - 0.6 * back).to_array()),
+        irradiance: Some([4.2, 3.9, 3.4]),
+        ..dark.clone()
+    };
+    let sky = LightTable {
+        radiance: Some([0.13, 0.16, 0.21]),
+        ..dark
+    };
+    vec![sun, sky]
+}

@@ -1,0 +1,187 @@
+//! What every format boils down to: the shape, meaning and place of the voxels.
+//!
+//! A format's module only fills in a [`Header`]; reading voxels is written once, in [`super::decode`].
+//! Messages made here do not name the file: whoever knows the path adds it, once.
+//!
+//! Headers of medical files carry names and birthdays. Nothing but the fields below leaves a parser,
+//! and messages quote only values of fields that are needed.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use super::orientation::Orientation;
+use super::{Endian, VoxelType};
+
+/// A fault is a sentence without the file's name.
+pub(super) type Parsed<T> = Result<T, String>;
+
+#[derive(Debug)]
+pub(super) struct Header {
+    pub dims: [u32; 3],
+    pub voxel_type: VoxelType,
+    pub endian: Endian,
+    pub spacing: [f64; 3],
+    pub orientation: Orientation,
+    /// A voxel's value is intercept + slope · what the file holds.
+    pub slope: f64,
+    pub intercept: f64,
+    pub data: Data,
+}
+
+/// Where the voxels are.
+#[derive(Debug)]
+pub(super) struct Data {
+    pub path: PathBuf,
+    /// Bytes of the file before the data, compressed or not.
+    pub start: Start,
+    pub encoding: Encoding,
+    /// Bytes of the decoded data before the first voxel.
+    pub skip: u64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Start {
+    At(u64),
+    /// The last voxel is the end of the file.
+    FromEnd,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Raw,
+    Gzip,
+    Zlib,
+}
+
+impl Header {
+    /// The size of all voxels as the file holds them.
+    pub fn bytes(&self) -> Parsed<u64> {
+        let [x, y, z] = self.dims.map(u64::from);
+        if x == 0 || y == 0 || z == 0 {
+            return Err(format!(
+                "the volume is {x}×{y}×{z} voxels, expected at least 1 along each axis"
+            ));
+        }
+        x.checked_mul(y)
+            .and_then(|n| n.checked_mul(z))
+            .and_then(|n| n.checked_mul(self.voxel_type.bytes() as u64))
+            .ok_or_else(|| format!("a volume of {x}×{y}×{z} voxels is beyond 2^64 bytes"))
+    }
+
+    /// The shape and type, for messages: "512×512×460 uint16".
+    pub fn shape(&self) -> String {
+        let [x, y, z] = self.dims;
+        format!("{x}×{y}×{z} {}", self.voxel_type)
+    }
+}
+
+/// Opens a file and tells its length. Anything but a regular file is refused: a header may name a
+/// pipe or a device, and reading that could wait for ever.
+pub(super) fn open(path: &Path) -> Parsed<(File, u64)> {
+    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
+    if !metadata.is_file() {
+        return Err("is not a regular file".into());
+    }
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    Ok((file, metadata.len()))
+}
+
+/// The first bytes of a file, where its header is.
+pub(super) fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
+    let (file, _) = open(path)?;
+    let mut bytes = Vec::new();
+    file.take(limit)
+        .read_to_end(&mut bytes)
+        .map_err(|e| e.to_string())?;
+    Ok(bytes)
+}
+
+/// A header that is lines of text ends within this many bytes, or is none.
+pub(super) const TEXT_LIMIT: u64 = 1 << 20;
+
+/// The lines of a text header, each with the offset of the byte after it.
+pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (String, usize)> {
+    let mut end = 0;
+    bytes
+        .split_inclusive(|byte| *byte == b'\n')
+        .map(move |line| {
+            end += line.len();
+            (String::from_utf8_lossy(line).trim().to_string(), end)
+        })
+}
+
+/// The `key: value` lines of a text header.
+#[derive(Debug, Default)]
+pub(super) struct Fields(HashMap<String, String>);
+
+impl Fields {
+    /// Keys are compared without regard to case and spaces ("data file" is "datafile").
+    pub fn insert(&mut self, key: &str, value: &str) {
+        self.0
+            .entry(canonical(key))
+            .or_insert_with(|| value.trim().to_string());
+    }
+
+    pub fn get(&self, key: &str) -> Option<&str> {
+        self.0.get(&canonical(key)).map(String::as_str)
+    }
+
+    pub fn require(&self, key: &str) -> Parsed<&str> {
+        self.get(key)
+            .ok_or_else(|| format!("the header has no `{key}`"))
+    }
+
+    /// One number.
+    pub fn number<T: FromStr>(&self, key: &str, kind: &str) -> Parsed<Option<T>> {
+        let parse = |value: &str| value.parse().map_err(|_| unexpected(key, value, kind));
+        self.get(key).map(parse).transpose()
+    }
+
+    /// Exactly N numbers with blanks between them.
+    pub fn numbers<const N: usize, T: FromStr>(
+        &self,
+        key: &str,
+        kind: &str,
+    ) -> Parsed<Option<[T; N]>> {
+        let Some(value) = self.get(key) else {
+            return Ok(None);
+        };
+        let numbers: Result<Vec<T>, _> = value.split_whitespace().map(T::from_str).collect();
+        numbers
+            .ok()
+            .and_then(|numbers| numbers.try_into().ok())
+            .map(Some)
+            .ok_or_else(|| unexpected(key, value, &format!("{N} {kind}")))
+    }
+
+    /// The three sizes.
+    pub fn dims(&self, key: &str) -> Parsed<[u32; 3]> {
+        self.require(key)?;
+        let dims = self.numbers(key, "whole numbers from 1 to 4294967295")?;
+        Ok(dims.unwrap_or_default())
+    }
+}
+
+fn canonical(key: &str) -> String {
+    key.to_ascii_lowercase().replace(' ', "")
+}
+
+/// "`sizes` is `4 5`, expected …"
+pub(super) fn unexpected(key: &str, value: &str, expected: &str) -> String {
+    const SHOWN: usize = 80;
+    let shown: String = value.chars().take(SHOWN).collect();
+    let more = if value.chars().count() > SHOWN {
+        "…"
+    } else {
+        ""
+    };
+    format!("`{key}` is `{shown}{more}`, expected {expected}")
+}
+
+/// A data file named in a header lies beside it.
+pub(super) fn beside(header: &Path, name: &str) -> PathBuf {
+    header.parent().unwrap_or(Path::new("")).join(name)
+}

@@ -1,0 +1,129 @@
+//! How often each value occurs: what presets take their thresholds from, and what `info` prints.
+
+use super::{Volume, Voxels};
+
+/// Bins of equal width from the smallest to the largest value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Histogram {
+    /// The first bin's low edge.
+    pub low: f64,
+    /// > 0.
+    pub width: f64,
+    pub counts: Vec<u64>,
+}
+
+impl Histogram {
+    /// Integer data whose values fit get one bin a value, so that no value is split between two.
+    pub fn of(volume: &Volume, max_bins: usize) -> Histogram {
+        let [low, high] = volume.range;
+        let steps = (high - low) / volume.scale;
+        let integer = !matches!(volume.voxels, Voxels::F32(_));
+        let mut histogram = if high <= low {
+            Histogram::empty(low - 0.5, 1.0, 1)
+        } else if integer && steps < max_bins as f64 {
+            let half = 0.5 * volume.scale;
+            Histogram::empty(low - half, volume.scale, steps.round() as usize + 1)
+        } else {
+            Histogram::empty(low, (high - low) / max_bins as f64, max_bins)
+        };
+        match &volume.voxels {
+            Voxels::U8(stored) => histogram.count_integers(volume, stored, 1 << 8),
+            Voxels::U16(stored) => histogram.count_integers(volume, stored, 1 << 16),
+            Voxels::F32(stored) => {
+                for &s in stored {
+                    histogram.add(volume.offset + volume.scale * f64::from(s), 1);
+                }
+            }
+        }
+        histogram
+    }
+
+    fn empty(low: f64, width: f64, bins: usize) -> Histogram {
+        let counts = vec![0; bins];
+        Histogram { low, width, counts }
+    }
+
+    fn count_integers<T: Copy + Into<usize>>(&mut self, volume: &Volume, stored: &[T], n: usize) {
+        let mut seen = vec![0u64; n];
+        for &s in stored {
+            seen[s.into()] += 1;
+        }
+        for (s, &count) in seen.iter().enumerate().filter(|(_, count)| **count > 0) {
+            self.add(volume.offset + volume.scale * s as f64, count);
+        }
+    }
+
+    fn add(&mut self, value: f64, count: u64) {
+        let bin = ((value - self.low) / self.width) as usize;
+        let last = self.counts.len() - 1;
+        self.counts[bin.min(last)] += count;
+    }
+
+    /// The value in the middle of a bin.
+    pub fn value(&self, bin: usize) -> f64 {
+        self.low + (bin as f64 + 0.5) * self.width
+    }
+
+    /// The values that split the bins into `classes` with the least variance inside each (Otsu
+    /// 1979). A bin counts with the square root of its voxels: most volumes are mostly empty, and
+    /// emptiness would draw every threshold to itself. Fewer than `classes` occupied bins: as many
+    /// classes as there are.
+    pub fn otsu(&self, classes: usize) -> Vec<f64> {
+        let occupied: Vec<usize> = (0..self.counts.len())
+            .filter(|&bin| self.counts[bin] > 0)
+            .collect();
+        let sums = Sums::over(self, &occupied);
+        let n = occupied.len();
+        // The score of the first j bins in the best split so far, and where its last class begins.
+        let mut best: Vec<f64> = (0..=n).map(|j| sums.score(0, j)).collect();
+        let mut begins: Vec<Vec<usize>> = Vec::new();
+        for split in 1..classes.min(n) {
+            let last_class = |j| {
+                let scored = (split..j).map(|i| (best[i] + sums.score(i, j), i));
+                let highest = scored.max_by(|a, b| a.0.total_cmp(&b.0));
+                highest.unwrap_or((f64::NEG_INFINITY, 0))
+            };
+            let (scores, begin) = (0..=n).map(last_class).unzip();
+            best = scores;
+            begins.push(begin);
+        }
+        let mut end = n;
+        let mut thresholds = Vec::new();
+        for begin in begins.iter().rev() {
+            end = begin[end];
+            thresholds.push(0.5 * (self.value(occupied[end - 1]) + self.value(occupied[end])));
+        }
+        thresholds.reverse();
+        thresholds
+    }
+}
+
+/// Running sums of weights and of weighted values over the occupied bins.
+struct Sums {
+    weight: Vec<f64>,
+    moment: Vec<f64>,
+}
+
+impl Sums {
+    fn over(histogram: &Histogram, occupied: &[usize]) -> Sums {
+        let (mut weight, mut moment) = (vec![0.0], vec![0.0]);
+        for (i, &bin) in occupied.iter().enumerate() {
+            let vote = (histogram.counts[bin] as f64).sqrt();
+            weight.push(weight[i] + vote);
+            moment.push(moment[i] + vote * (bin as f64 + 0.5));
+        }
+        Sums { weight, moment }
+    }
+
+    /// What the class of bins `low..high` adds to the variance between classes, up to a constant:
+    /// the sum is largest where the variance inside is least.
+    fn score(&self, low: usize, high: usize) -> f64 {
+        let weight = self.weight[high] - self.weight[low];
+        let moment = self.moment[high] - self.moment[low];
+        if high > low {
+            moment * moment / weight
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! MetaImage (`.mha`, `.mhd`): <https://itk.org/Wiki/ITK/MetaIO/Documentation>.
+
+use std::path::Path;
+
+use super::header::{
+    Data, Encoding, Fields, Header, Parsed, Start, TEXT_LIMIT, beside, first_bytes, lines,
+    unexpected,
+};
+use super::orientation::{Axes, Frame, Orientation};
+use super::{Endian, VoxelType};
+
+pub(super) fn read(path: &Path) -> Parsed<Header> {
+    let bytes = first_bytes(path, TEXT_LIMIT)?;
+    let (fields, end) = fields(&bytes)?;
+    for (key, only) in [("NDims", "3"), ("ElementNumberOfChannels", "1")] {
+        match fields.get(key) {
+            Some(value) if value != only => return Err(unexpected(key, value, only)),
+            _ => {}
+        }
+    }
+    if !flag(&fields, "BinaryData")?.unwrap_or(true) {
+        return Err("`BinaryData` is False, expected binary data, not text".into());
+    }
+    let spacing = match fields.numbers("ElementSpacing", "numbers")? {
+        Some(spacing) => spacing,
+        None => fields
+            .numbers("ElementSize", "numbers")?
+            .unwrap_or([1.0; 3]),
+    };
+    let slope = fields.number("ElementToIntensityFunctionSlope", "a number")?;
+    let intercept = fields.number("ElementToIntensityFunctionOffset", "a number")?;
+    Ok(Header {
+        dims: fields.dims("DimSize")?,
+        voxel_type: voxel_type(fields.require("ElementType")?)?,
+        endian: endian(&fields)?,
+        spacing,
+        orientation: orientation(&fields)?,
+        slope: slope.unwrap_or(1.0),
+        intercept: intercept.unwrap_or(0.0),
+        data: data(path, &fields, end)?,
+    })
+}
+
+/// All fields up to `ElementDataFile`, which is the last one, and the offset of what follows it.
+fn fields(bytes: &[u8]) -> Parsed<(Fields, usize)> {
+    let mut fields = Fields::default();
+    for (number, (line, end)) in lines(bytes).enumerate() {
+        let Some((key, value)) = line.split_once('=') else {
+            if line.is_empty() {
+                continue;
+            }
+            return Err(format!("line {}: expected `Key = value`", number + 1));
+        };
+        fields.insert(key.trim(), value);
+        if key.trim().eq_ignore_ascii_case("ElementDataFile") {
+            return Ok((fields, end));
+        }
+    }
+    Err("the header has no `ElementDataFile`".into())
+}
+
+fn flag(fields: &Fields, key: &str) -> Parsed<Option<bool>> {
+    match fields.get(key).map(str::to_lowercase).as_deref() {
+        None => Ok(None),
+        Some("true" | "1") => Ok(Some(true)),
+        Some("false" | "0") => Ok(Some(false)),
+        Some(other) => Err(unexpected(key, other, "True or False")),
+    }
+}
+
+/// A `long` has 32 bits here whatever the platform: MetaIO says so.
+fn voxel_type(name: &str) -> Parsed<VoxelType> {
+    Ok(match name.to_uppercase().as_str() {
+        "MET_CHAR" => VoxelType::I8,
+        "MET_UCHAR" => VoxelType::U8,
+        "MET_SHORT" => VoxelType::I16,
+        "MET_USHORT" => VoxelType::U16,
+        "MET_INT" | "MET_LONG" => VoxelType::I32,
+        "MET_UINT" | "MET_ULONG" => VoxelType::U32,
+        "MET_FLOAT" => VoxelType::F32,
+        "MET_DOUBLE" => VoxelType::F64,
+        _ => {
+            let expected = "MET_[U]CHAR, MET_[U]SHORT, MET_[U]INT, MET_FLOAT or MET_DOUBLE";
+            return Err(unexpected("ElementType", name, expected));
+        }
+    })
+}
+
+fn endian(fields: &Fields) -> Parsed<Endian> {
+    let big = match flag(fields, "BinaryDataByteOrderMSB")? {
+        Some(big) => big,
+        None => flag(fields, "ElementByteOrderMSB")?.unwrap_or(false),
+    };
+    Ok(if big { Endian::Big } else { Endian::Little })
+}
+
+/// Each three numbers of the matrix are one axis' direction, in left-posterior-superior coordinates
+/// unless the orientation is declared unknown ("???").
+///
+/// `AnatomicalOrientation` names where axes come *from*: ITK writes "RAI" beside the identity, and
+/// MetaIO's own table spells R as "RL" (its documentation says the reverse). It counts only where
+/// there is no matrix.
+fn orientation(fields: &Fields) -> Parsed<Orientation> {
+    let letters = fields.get("AnatomicalOrientation");
+    let unknown = letters.is_some_and(|letters| letters.contains('?'));
+    for key in ["TransformMatrix", "Rotation", "Orientation"] {
+        if let Some([a, b, c, d, e, f, g, h, i]) = fields.numbers(key, "numbers")? {
+            let frame = match unknown {
+                true => Frame::RightHanded,
+                false => Frame::Anatomical(Axes::LPS),
+            };
+            let steps = [[a, b, c], [d, e, f], [g, h, i]];
+            return Ok(Orientation::from_steps(steps, frame)?.1);
+        }
+    }
+    match letters {
+        Some(from) if !unknown => from
+            .parse()
+            .map(|from: Axes| from.opposite().into())
+            .map_err(|_| unexpected("AnatomicalOrientation", from, "letters such as RAI")),
+        _ => Ok(Orientation::UNKNOWN),
+    }
+}
+
+fn data(path: &Path, fields: &Fields, end: usize) -> Parsed<Data> {
+    let encoding = match flag(fields, "CompressedData")?.unwrap_or(false) {
+        true => Encoding::Zlib,
+        false => Encoding::Raw,
+    };
+    let name = fields.require("ElementDataFile")?;
+    let (file, begin) = match name {
+        "LOCAL" => (path.to_path_buf(), end as u64),
+        "" => return Err(unexpected("ElementDataFile", name, "LOCAL or a file")),
+        name if name.starts_with("LIST") || name.contains('%') => {
+            let expected = "LOCAL or one file; join the slices into one .mha first";
+            return Err(unexpected("ElementDataFile", name, expected));
+        }
+        name => (beside(path, name), 0),
+    };
+    let header_size: i64 = fields
+        .number("HeaderSize", "-1 or a whole number from 0 up")?
+        .unwrap_or(0);
+    let start = match header_size {
+        0 => Start::At(begin),
+        -1 if encoding == Encoding::Raw => Start::FromEnd,
+        size => Start::At(
+            u64::try_from(size)
+                .map_err(|_| unexpected("HeaderSize", &size.to_string(), "0 or more"))?,
+        ),
+    };
+    Ok(Data {
+        path: file,
+        start,
+        encoding,
+        skip: 0,
+    })
+}

@@ -1,0 +1,115 @@
+//! NumPy arrays (`.npy`): <https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html>.
+//!
+//! An array's fastest index is x, as the voxels lie in the file: C order is [z, y, x], Fortran order
+//! is [x, y, z]. The header is a Python dictionary; only its three known keys are looked for.
+
+use std::path::Path;
+
+use super::header::{Data, Encoding, Header, Parsed, Start, TEXT_LIMIT, first_bytes, unexpected};
+use super::orientation::Orientation;
+use super::{Endian, VoxelType};
+
+pub(super) fn read(path: &Path) -> Parsed<Header> {
+    let bytes = first_bytes(path, TEXT_LIMIT)?;
+    let (text, end) = dictionary(&bytes)?;
+    let (voxel_type, endian) = element(&text)?;
+    Ok(Header {
+        dims: dims(&text)?,
+        voxel_type,
+        endian,
+        spacing: [1.0; 3],
+        orientation: Orientation::UNKNOWN,
+        slope: 1.0,
+        intercept: 0.0,
+        data: Data {
+            path: path.to_path_buf(),
+            start: Start::At(end as u64),
+            encoding: Encoding::Raw,
+            skip: 0,
+        },
+    })
+}
+
+/// The header's text and the offset of what follows it.
+fn dictionary(bytes: &[u8]) -> Parsed<(String, usize)> {
+    let (begin, length) = match bytes {
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => {
+            (10, u32::from_le_bytes([*a, *b, 0, 0]))
+        }
+        [0x93, b'N', b'U', b'M', b'P', b'Y', 2 | 3, _, a, b, c, d, ..] => {
+            (12, u32::from_le_bytes([*a, *b, *c, *d]))
+        }
+        _ => return Err("does not start as a .npy file of version 1, 2 or 3".into()),
+    };
+    let text = bytes[begin..].get(..length as usize).ok_or_else(|| {
+        format!("the header is {length} bytes long, expected at most what the file holds, or 1 MiB")
+    })?;
+    Ok((
+        String::from_utf8_lossy(text).into_owned(),
+        begin + length as usize,
+    ))
+}
+
+/// What follows a key, up to the dictionary's end.
+fn value<'a>(text: &'a str, key: &str) -> Parsed<&'a str> {
+    [format!("'{key}'"), format!("\"{key}\"")]
+        .iter()
+        .find_map(|quoted| text.split_once(quoted.as_str()))
+        .and_then(|(_, rest)| rest.trim_start().strip_prefix(':'))
+        .map(str::trim_start)
+        .ok_or_else(|| format!("the header has no `{key}`"))
+}
+
+fn element(text: &str) -> Parsed<(VoxelType, Endian)> {
+    let descr = value(text, "descr")?;
+    let quoted = |quote| descr.strip_prefix(quote)?.split_once(quote);
+    let Some((name, _)) = quoted('\'').or_else(|| quoted('"')) else {
+        return Err(unexpected("descr", descr, "one plain number type"));
+    };
+    let native = if cfg!(target_endian = "big") {
+        Endian::Big
+    } else {
+        Endian::Little
+    };
+    let (endian, kind) = match name.split_at_checked(1) {
+        Some(("<", kind)) => (Endian::Little, kind),
+        Some((">", kind)) => (Endian::Big, kind),
+        Some(("|" | "=", kind)) => (native, kind),
+        _ => (native, name),
+    };
+    let voxel_type = match kind {
+        "u1" | "b1" => VoxelType::U8,
+        "i1" => VoxelType::I8,
+        "u2" => VoxelType::U16,
+        "i2" => VoxelType::I16,
+        "u4" => VoxelType::U32,
+        "i4" => VoxelType::I32,
+        "f4" => VoxelType::F32,
+        "f8" => VoxelType::F64,
+        _ => {
+            let expected = "b1, u1, i1, u2, i2, u4, i4, f4 or f8; use `array.astype`";
+            return Err(unexpected("descr", name, expected));
+        }
+    };
+    Ok((voxel_type, endian))
+}
+
+fn dims(text: &str) -> Parsed<[u32; 3]> {
+    let shape = value(text, "shape")?;
+    let wrong = || unexpected("shape", shape, "three whole numbers from 1 to 4294967295");
+    let numbers = shape
+        .strip_prefix('(')
+        .and_then(|rest| rest.split_once(')'))
+        .map(|(numbers, _)| numbers.trim().trim_end_matches(','))
+        .ok_or_else(wrong)?;
+    let sizes: Result<Vec<u32>, _> = numbers.split(',').map(|size| size.trim().parse()).collect();
+    let [a, b, c] = sizes
+        .map_err(|_| wrong())?
+        .try_into()
+        .map_err(|_| wrong())?;
+    match value(text, "fortran_order")? {
+        order if order.starts_with("False") => Ok([c, b, a]),
+        order if order.starts_with("True") => Ok([a, b, c]),
+        order => Err(unexpected("fortran_order", order, "True or False")),
+    }
+}

@@ -1,0 +1,199 @@
+//! NRRD (`.nrrd`, `.nhdr`): <https://teem.sourceforge.net/nrrd/format.html>.
+
+use std::io::{BufRead, BufReader, Seek};
+use std::path::Path;
+
+use super::header::{
+    Data, Encoding, Fields, Header, Parsed, Start, TEXT_LIMIT, beside, first_bytes, lines, open,
+    unexpected,
+};
+use super::orientation::{Axes, Frame, Orientation};
+use super::{Endian, VoxelType};
+
+pub(super) fn read(path: &Path) -> Parsed<Header> {
+    let bytes = first_bytes(path, TEXT_LIMIT)?;
+    let (fields, end) = fields(&bytes)?;
+    let dimension = fields.require("dimension")?;
+    if dimension != "3" {
+        return Err(unexpected("dimension", dimension, "3: one scalar volume"));
+    }
+    let voxel_type = voxel_type(fields.require("type")?)?;
+    let (spacing, orientation) = geometry(&fields)?;
+    Ok(Header {
+        dims: fields.dims("sizes")?,
+        voxel_type,
+        endian: endian(&fields, voxel_type)?,
+        spacing,
+        orientation,
+        slope: 1.0,
+        intercept: 0.0,
+        data: data(path, &fields, end)?,
+    })
+}
+
+/// All fields, and where an attached header ends: after the first empty line.
+fn fields(bytes: &[u8]) -> Parsed<(Fields, Option<usize>)> {
+    let mut fields = Fields::default();
+    if !bytes.starts_with(b"NRRD000") {
+        return Err("does not start with `NRRD000`, so it is no NRRD file".into());
+    }
+    for (number, (line, end)) in lines(bytes).enumerate().skip(1) {
+        if line.is_empty() {
+            return Ok((fields, Some(end)));
+        }
+        // `key:=value` lines are free text, where patients' names live: skipped unread.
+        if line.starts_with('#') || line.contains(":=") {
+            continue;
+        }
+        let Some((key, value)) = line.split_once(':') else {
+            return Err(format!("line {}: expected `field: value`", number + 1));
+        };
+        fields.insert(key, value);
+        // The lines after a list are file names.
+        if fields
+            .get("data file")
+            .is_some_and(|name| name.starts_with("LIST"))
+        {
+            break;
+        }
+    }
+    Ok((fields, None))
+}
+
+fn voxel_type(name: &str) -> Parsed<VoxelType> {
+    let words: Vec<String> = name.split_whitespace().map(str::to_lowercase).collect();
+    Ok(match words.join(" ").as_str() {
+        "signed char" | "char" | "int8" | "int8_t" => VoxelType::I8,
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => VoxelType::U8,
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => {
+            VoxelType::I16
+        }
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => {
+            VoxelType::U16
+        }
+        "int" | "signed int" | "int32" | "int32_t" => VoxelType::I32,
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => VoxelType::U32,
+        "float" => VoxelType::F32,
+        "double" => VoxelType::F64,
+        _ => {
+            let expected = "an integer of 8, 16 or 32 bits, float or double";
+            return Err(unexpected("type", name, expected));
+        }
+    })
+}
+
+fn endian(fields: &Fields, voxel_type: VoxelType) -> Parsed<Endian> {
+    match fields.get("endian").map(str::to_lowercase).as_deref() {
+        Some("little") => Ok(Endian::Little),
+        Some("big") => Ok(Endian::Big),
+        None if voxel_type.bytes() == 1 => Ok(Endian::Little),
+        Some(other) => Err(unexpected("endian", other, "`little` or `big`")),
+        None => Err(format!(
+            "the header has no `endian`, which {voxel_type} needs"
+        )),
+    }
+}
+
+fn geometry(fields: &Fields) -> Parsed<([f64; 3], Orientation)> {
+    if let Some(directions) = fields.get("space directions") {
+        return Orientation::from_steps(vectors(directions)?, frame(fields)?);
+    }
+    let spacing = fields.numbers("spacings", "numbers")?.unwrap_or([1.0; 3]);
+    Ok((spacing, Orientation::UNKNOWN))
+}
+
+/// "(1,0,0) (0,1,0) (0,0,1)"
+fn vectors(text: &str) -> Parsed<[[f64; 3]; 3]> {
+    let vector = |group: &str| -> Option<[f64; 3]> {
+        let numbers = group.trim().strip_prefix('(')?.split(',');
+        let numbers: Vec<f64> = numbers
+            .map(|number| number.trim().parse().ok())
+            .collect::<Option<_>>()?;
+        numbers.try_into().ok()
+    };
+    text.trim()
+        .strip_suffix(')')
+        .and_then(|groups| groups.split(')').map(vector).collect::<Option<Vec<_>>>())
+        .and_then(|vectors| vectors.try_into().ok())
+        .ok_or_else(|| unexpected("space directions", text, "three vectors (x,y,z)"))
+}
+
+/// Directions without a `space` are taken as right-handed: nothing is known that says otherwise.
+fn frame(fields: &Fields) -> Parsed<Frame> {
+    let Some(space) = fields.get("space") else {
+        return Ok(Frame::RightHanded);
+    };
+    match space.to_lowercase().as_str() {
+        "scanner-xyz" | "3d-right-handed" => Ok(Frame::RightHanded),
+        "3d-left-handed" => Ok(Frame::LeftHanded),
+        name => Axes::from_names(name)
+            .or_else(|| name.parse().ok())
+            .map(Frame::Anatomical)
+            .ok_or_else(|| unexpected("space", space, "a name such as left-posterior-superior")),
+    }
+}
+
+fn data(path: &Path, fields: &Fields, end: Option<usize>) -> Parsed<Data> {
+    let encoding = match fields.require("encoding")?.to_lowercase().as_str() {
+        "raw" => Encoding::Raw,
+        "gzip" | "gz" => Encoding::Gzip,
+        other => return Err(unexpected("encoding", other, "raw or gzip")),
+    };
+    let (file, begin) = match fields.get("data file") {
+        Some(name) if name.starts_with("LIST") || name.contains('%') => {
+            let expected = "one file; join the slices into one .nrrd first";
+            return Err(unexpected("data file", name, expected));
+        }
+        Some(name) => (beside(path, name), 0),
+        None => (
+            path.to_path_buf(),
+            end.ok_or("the header does not end: expected an empty line before the data")?,
+        ),
+    };
+    let line_skip = fields
+        .number("line skip", "a whole number from 0 up")?
+        .unwrap_or(0);
+    let byte_skip: i64 = fields
+        .number("byte skip", "-1 or a whole number from 0 up")?
+        .unwrap_or(0);
+    let (start, skip) = match byte_skip {
+        -1 if encoding == Encoding::Raw => (Start::FromEnd, 0),
+        -1 => return Err("`byte skip` is -1, which only goes with raw encoding".into()),
+        byte_skip => (
+            Start::At(after_lines(&file, begin as u64, line_skip)?),
+            u64::try_from(byte_skip)
+                .map_err(|_| unexpected("byte skip", &byte_skip.to_string(), "-1 or more"))?,
+        ),
+    };
+    Ok(Data {
+        path: file,
+        start,
+        encoding,
+        skip,
+    })
+}
+
+/// Where the data begin, `count` lines after `begin`.
+fn after_lines(file: &Path, begin: u64, count: u64) -> Parsed<u64> {
+    if count == 0 {
+        return Ok(begin);
+    }
+    let (file, _) = open(file).map_err(|fault| format!("its data file: {fault}"))?;
+    let mut reader = BufReader::new(file);
+    let broken = |e: std::io::Error| e.to_string();
+    reader
+        .seek(std::io::SeekFrom::Start(begin))
+        .map_err(broken)?;
+    let mut position = begin;
+    for _ in 0..count {
+        match reader.skip_until(b'\n').map_err(broken)? {
+            0 => {
+                return Err(format!(
+                    "`line skip` is {count}, but the data have fewer lines"
+                ));
+            }
+            length => position += length as u64,
+        }
+    }
+    Ok(position)
+}

@@ -1,0 +1,55 @@
+//! Headerless voxels (`.raw`): their shape comes from the user or from the file's name, as in
+//! `head_512x512x460_uint16.raw`.
+
+use std::path::Path;
+
+use super::header::{Data, Encoding, Header, Parsed, Start, open};
+use super::orientation::Orientation;
+use super::{Endian, VolumeOverrides, VoxelType};
+
+pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let dims = overrides.dims.or_else(|| stem.split('_').find_map(dims));
+    let named_type = || {
+        stem.split('_')
+            .find_map(|part| part.parse::<VoxelType>().ok())
+    };
+    let voxel_type = overrides.voxel_type.or_else(named_type);
+    let (Some(dims), Some(voxel_type)) = (dims, voxel_type) else {
+        return Err(format!(
+            "the {} of raw voxels is unknown: give `dims` and `type`, or name the file like \
+             head_512x512x460_uint16.raw",
+            if dims.is_none() { "size" } else { "type" }
+        ));
+    };
+    let header = Header {
+        dims,
+        voxel_type,
+        endian: overrides.endian.unwrap_or(Endian::Little),
+        spacing: [1.0; 3],
+        orientation: Orientation::UNKNOWN,
+        slope: 1.0,
+        intercept: 0.0,
+        data: Data {
+            path: path.to_path_buf(),
+            start: Start::At(0),
+            encoding: Encoding::Raw,
+            skip: 0,
+        },
+    };
+    // A byte too many is as telling as one too few: wrong dims show as a skewed picture at best.
+    let (found, expected) = (open(path)?.1, header.bytes()?);
+    if found != expected {
+        return Err(format!(
+            "holds {found} bytes, expected {expected} for {}; check `dims` and `type`",
+            header.shape()
+        ));
+    }
+    Ok(header)
+}
+
+/// "512x512x460"
+fn dims(part: &str) -> Option<[u32; 3]> {
+    let sizes: Option<Vec<u32>> = part.split('x').map(|size| size.parse().ok()).collect();
+    sizes?.try_into().ok()
+}

@@ -1,0 +1,170 @@
+//! What the user types becomes typed values, or exit status 2.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Parser;
+use isolume::cli::{Budget, Cli, Command, DeviceChoice, RenderArgs};
+use isolume::scene::preset::Preset;
+use isolume::scene::{CacheScale, SceneFile, Variant, View};
+
+fn render(arguments: &str) -> Result<RenderArgs, clap::Error> {
+    let words = ["isolume", "render", "head.toml"]
+        .into_iter()
+        .chain(arguments.split_whitespace());
+    match Cli::try_parse_from(words)?.command {
+        Command::Render(render) => Ok(*render),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn flags_become_values() {
+    let args =
+        render("-o a.exr -o b.PNG --spp 8 --time 1.5 --error 0.01 --seed 7 --device 1 --quiet")
+            .unwrap();
+    assert_eq!(
+        args.outputs(),
+        [PathBuf::from("a.exr"), PathBuf::from("b.PNG")]
+    );
+    let stop = args.stop();
+    assert_eq!(stop.spp.map(|n| n.get()), Some(8));
+    assert_eq!(stop.time, Some(Duration::from_millis(1500)));
+    assert_eq!(stop.relative_error, Some(0.01));
+    assert_eq!(
+        (args.seed, args.gpu.device, args.quiet),
+        (7, Some(DeviceChoice::Index(1)), true)
+    );
+    assert_eq!(args.scene.preset, Preset::Auto);
+}
+
+#[test]
+fn defaults_without_flags() {
+    let args = render("").unwrap();
+    assert_eq!(
+        args.outputs(),
+        [PathBuf::from("head.png"), PathBuf::from("head.exr")]
+    );
+    let stop = args.stop();
+    assert_eq!(
+        (stop.spp, stop.time, stop.relative_error),
+        (None, Some(Duration::from_secs(60)), Some(0.02))
+    );
+    let only_samples = render("--spp 3").unwrap().stop();
+    assert_eq!(
+        (only_samples.time, only_samples.relative_error),
+        (None, None)
+    );
+}
+
+#[test]
+fn scene_flags_change_the_scene() {
+    let args = render(
+        "--view -x --iso -5 --size 320x200 --variant non-caching --cache-scale 0.5 \
+         --cache-format f16 --set medium.g=0.5 --set medium.transfer.0.value=3",
+    )
+    .unwrap();
+    let file = SceneFile::parse("", Path::new("head.toml"), &args.scene.edits()).unwrap();
+    assert_eq!(file.camera.view, Some(View::MinusX));
+    assert_eq!(file.surfaces.iso[0].value, -5.0);
+    assert_eq!(file.render.size, Some([320, 200]));
+    assert_eq!(file.render.variant, Some(Variant::NonCaching));
+    assert_eq!(file.render.cache_scale, Some(CacheScale::Fixed(0.5)));
+    assert_eq!(file.medium.unwrap().g, Some(0.5));
+}
+
+#[test]
+fn budgets() {
+    let budget = |text: &str| text.parse::<Budget>();
+    assert_eq!(budget("2GiB"), Ok(Budget::Bytes(2 << 30)));
+    assert_eq!(budget("1.5GB"), Ok(Budget::Bytes(1_500_000_000)));
+    assert_eq!(budget("512 MiB"), Ok(Budget::Bytes(512 << 20)));
+    assert_eq!(budget("500MB"), Ok(Budget::Bytes(500_000_000)));
+    assert_eq!(budget("4096"), Ok(Budget::Bytes(4096)));
+    assert_eq!(budget("80%"), Ok(Budget::Percent(80.0)));
+    for wrong in [
+        "",
+        "0",
+        "-1",
+        "2 parsecs",
+        "0%",
+        "101%",
+        "GiB",
+        "nan",
+        "inf",
+        "1e300GiB",
+        "0.1",
+    ] {
+        assert!(budget(wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    for wrong in [
+        "--spp 0",
+        "--spp -1",
+        "--spp 1.5",
+        "--time 0",
+        "--time -3",
+        "--time nan",
+        "--time 1e300",
+        "--error 0",
+        "--error -1",
+        "--error inf",
+        "--size 0x5",
+        "--size 5",
+        "--size 5x-5",
+        "--size 99999999999x1",
+        "--seed -1",
+        "--seed 4294967296",
+        "--vram-budget 0",
+        "--variant fast",
+        "--cache-scale 0.3",
+        "--cache-format f64",
+        "--view sideways",
+        "--iso abc",
+        "--iso nan",
+        "--preset mri",
+        "--set medium.g",
+        "--set =3",
+        "-o a.jpg",
+        "-o a",
+        "--nope",
+    ] {
+        let error = render(wrong)
+            .err()
+            .unwrap_or_else(|| panic!("accepted {wrong}"));
+        assert_eq!(error.exit_code(), 2, "{wrong}");
+    }
+    let absent = Cli::try_parse_from(["isolume", "bench", "head.toml"]);
+    assert_eq!(
+        absent.unwrap_err().exit_code(),
+        2,
+        "what does not exist is not offered"
+    );
+}
+
+#[test]
+fn the_other_commands() {
+    let parse = |line: &str| {
+        Cli::try_parse_from(line.split_whitespace())
+            .unwrap()
+            .command
+    };
+    assert!(
+        matches!(parse("isolume info --json"), Command::Info(info) if info.json && info.volume.is_none())
+    );
+    assert!(matches!(parse("isolume info a.nrrd"), Command::Info(info) if info.volume.is_some()));
+    assert!(
+        matches!(parse("isolume compare a b --exposure -2"), Command::Compare(c) if c.exposure == -2.0)
+    );
+    assert!(
+        matches!(parse("isolume scene a.nii.gz --preset ct"), Command::Scene(s) if s.preset == Preset::Ct)
+    );
+    let gz = ["isolume", "render", "data/head.nii.gz"];
+    let Command::Render(gz) = Cli::try_parse_from(gz).unwrap().command else {
+        panic!()
+    };
+    assert_eq!(gz.outputs()[0], PathBuf::from("head.png"));
+}

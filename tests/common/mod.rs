@@ -1,0 +1,115 @@
+//! Renders in process, with core and synchronization validation on: any message is a failure.
+
+#![allow(dead_code)] // every test binary uses another part
+
+pub mod patch;
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use isolume::gpu::{Device, DeviceChoice, Memory, Shaders, Validation};
+use isolume::render::{Film, FirstHits, Renderer, SceneBuffers, shared};
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::*;
+
+pub const BUDGET: u64 = 1 << 30;
+
+/// A device under validation.
+pub fn device() -> Arc<Device> {
+    let choice = DeviceChoice {
+        wanted: None,
+        validation: Validation::On,
+    };
+    Device::open(&choice).expect("a Vulkan device and the validation layers")
+}
+
+pub fn assert_silent(device: &Device) {
+    let messages = device.validation_messages();
+    assert!(messages.is_empty(), "validation says: {messages:#?}");
+}
+
+/// `units` units of `samples` samples each.
+pub fn render(scene: &Scene, volume: &Volume, units: u32, samples: u32, seed: u32) -> Film {
+    let shaders = Shaders::new(shared::glsl()).expect("a shader compiler");
+    render_with_shaders(&shaders, scene, volume, units, samples, seed)
+}
+
+/// The same by shaders in which a test may have changed the text.
+pub fn render_with_shaders(
+    shaders: &Shaders,
+    scene: &Scene,
+    volume: &Volume,
+    units: u32,
+    samples: u32,
+    seed: u32,
+) -> Film {
+    let device = device();
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let buffers = SceneBuffers::new(&device, scene, volume, seed).expect("buffers");
+    let mut renderer =
+        Renderer::with_shaders(&memory, shaders, volume, &buffers).expect("a renderer");
+    for _ in 0..units {
+        let stop = AtomicBool::new(false);
+        assert!(renderer.unit(samples, &stop).expect("a unit"));
+    }
+    let film = renderer.film().expect("a film");
+    assert_silent(&device);
+    film
+}
+
+/// What the pixels' centres see of surfaces.
+pub fn first_hits(scene: &Scene, volume: &Volume) -> FirstHits {
+    let device = device();
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let buffers = SceneBuffers::new(&device, scene, volume, 0).expect("buffers");
+    let mut renderer = Renderer::new(&memory, volume, &buffers).expect("a renderer");
+    let hits = renderer.first_hits().expect("first hits");
+    assert_silent(&device);
+    hits
+}
+
+/// A field that is the same everywhere.
+pub fn constant_field(value: f32, dims: [u32; 3], spacing: [f64; 3]) -> Volume {
+    let count = dims.iter().product::<u32>() as usize;
+    Volume::from_values(dims, spacing, Voxels::F32(vec![value; count])).expect("a volume")
+}
+
+/// Vacuum under a black sky, seen from +z; tests fill in what they are about.
+pub fn empty_scene(size: [u32; 2], camera: Camera) -> Scene {
+    Scene {
+        medium: None,
+        surfaces: Surfaces {
+            light: LightModel::Local,
+            normals: Normals::Smooth,
+            iso: Vec::new(),
+        },
+        suns: Vec::new(),
+        environment: Environment::default(),
+        clips: Vec::new(),
+        camera,
+        render: RenderSettings {
+            size,
+            max_bounces: 0,
+            variant: Variant::NonCaching,
+            cache_scale: CacheScale::Auto,
+            cache_format: CacheFormat::Auto,
+            background: Background::Environment,
+            exposure: 0.0,
+            tone: Tone::Linear,
+        },
+    }
+}
+
+/// σt = density wherever the field is positive, of one albedo.
+pub fn uniform_medium(density: f64, albedo: f64, g: f64) -> Medium {
+    let point = |value: f64| TransferPoint {
+        value,
+        opacity: 1.0,
+        color: [albedo; 3],
+    };
+    Medium {
+        density,
+        g,
+        transfer: vec![point(0.0)],
+    }
+}

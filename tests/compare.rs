@@ -1,0 +1,257 @@
+//! Metrics against the tools whose definitions they follow, and what cannot be compared.
+//!
+//! The frozen numbers come from NumPy 2.4 in double precision, scikit-image 0.26 and
+//! flip-evaluator 1.7 on the images of `noisy`, `r` and `t` being sRGB-encoded clipped values:
+//!
+//! ```python
+//! structural_similarity(r, t, channel_axis=-1, data_range=1.0, gaussian_weights=True, sigma=1.5,
+//!                       use_sample_covariance=False)
+//! flip_evaluator.evaluate(r, t, "LDR", inputsRGB=True, applyMagma=False)[1]
+//! ```
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use isolume::compare::{Comparison, LinearImage, compare, measure};
+use isolume::error::Error;
+use isolume::output::{Picture, Provenance, write_exr, write_png};
+use isolume::scene::Tone;
+use tempfile::TempDir;
+
+const WIDTH: u32 = 100;
+const HEIGHT: u32 = 70;
+
+/// Ramps, a disc's edge and stripes, brighter than 1 in places, times uniform relative noise.
+fn noisy(seed: u32, noise: f64) -> Picture {
+    let (mut rgb, mut stderr) = (Vec::new(), Vec::new());
+    for y in 0..HEIGHT {
+        for x in 0..WIDTH {
+            let clean: [f64; 3] = std::array::from_fn(|c| {
+                let ramp = f64::from((x + 1) * (c as u32 + 1)) / f64::from(2 * WIDTH);
+                let (dx, dy) = (f64::from(x) - f64::from(WIDTH) / 3.0, f64::from(y) - 35.0);
+                let disc = if dx * dx + dy * dy < 17.5 * 17.5 {
+                    0.8
+                } else {
+                    0.0
+                };
+                let stripe = f64::from((x / 4 + y / 8) % 2) * 0.25 * f64::from(y) / 70.0;
+                ramp + disc + stripe
+            });
+            rgb.push(std::array::from_fn(|c| {
+                let index = (y * WIDTH + x) * 3 + c as u32;
+                let random = hash(index.wrapping_add(seed.wrapping_mul(0x9e37_79b9)));
+                (clean[c] * (1.0 + noise * (f64::from(random) / 4_294_967_296.0 - 0.5))) as f32
+            }));
+            stderr.push(clean.map(|v| (v * noise / 12f64.sqrt()) as f32));
+        }
+    }
+    let layer = vec![[0.0; 3]; rgb.len()];
+    Picture {
+        width: WIDTH,
+        height: HEIGHT,
+        depth: vec![f32::INFINITY; rgb.len()],
+        rgb,
+        alpha: None,
+        stderr,
+        albedo: layer.clone(),
+        normal: layer,
+    }
+}
+
+fn hash(mut x: u32) -> u32 {
+    x = (x ^ x >> 16).wrapping_mul(0x7feb_352d);
+    x = (x ^ x >> 15).wrapping_mul(0x846c_a68b);
+    x ^ x >> 16
+}
+
+fn exr(folder: &TempDir, name: &str, picture: &Picture) -> PathBuf {
+    let path = folder.path().join(name);
+    write_exr(&path, picture, &Provenance::default()).unwrap();
+    path
+}
+
+fn compare_noisy(noise: f64, exposure: f64) -> Comparison {
+    let folder = TempDir::new().unwrap();
+    let a = exr(&folder, "a.exr", &noisy(1, noise));
+    let b = exr(&folder, "b.exr", &noisy(2, noise));
+    compare(&a, &b, exposure).unwrap()
+}
+
+#[track_caller]
+fn assert_close(found: f64, expected: f64, tolerance: f64) {
+    assert!(
+        (found - expected).abs() <= tolerance,
+        "{found} is not {expected} ± {tolerance}"
+    );
+}
+
+#[test]
+fn linear_metrics_and_z_scores_are_those_of_the_reference_script() {
+    let found = compare_noisy(0.3, 0.0);
+    assert_close(found.mse, 0.009_634_459_079, 1e-9);
+    assert_close(found.relmse, 0.013_812_096_011, 1e-9);
+    assert_close(found.bias, 0.000_312_000_399, 1e-9);
+    assert_close(found.rel_bias, 0.000_461_211_680, 1e-9);
+    assert_close(found.z_bias.unwrap(), 0.278_042_658, 1e-6);
+    assert_close(found.z_tile_max.unwrap(), 1.683_215_779, 1e-6);
+}
+
+#[test]
+fn display_metrics_are_those_of_scikit_image_and_flip_evaluator() {
+    for (noise, exposure, psnr, ssim, flip) in [
+        (0.3, 0.0, 29.732_008_757, 0.776_161_730, 0.091_020_256),
+        (0.3, 1.0, 31.530_955_895, 0.895_294_368, 0.061_387_371),
+        (0.01, 0.0, 59.117_086_419, 0.999_526_917, 0.007_502_148),
+        (0.01, 1.0, 60.869_768_135, 0.999_796_688, 0.005_158_733),
+    ] {
+        let found = compare_noisy(noise, exposure);
+        assert_close(found.psnr, psnr, 1e-4);
+        assert_close(found.ssim.unwrap(), ssim, 1e-5);
+        assert_close(found.flip, flip, 1e-5);
+    }
+}
+
+#[test]
+fn png_files_are_decoded_to_linear_radiance() {
+    let folder = TempDir::new().unwrap();
+    let [a, b] = [1, 2].map(|seed| {
+        let path = folder.path().join(format!("{seed}.png"));
+        write_png(&path, &noisy(seed, 0.3), 0.0, Tone::Linear).unwrap();
+        path
+    });
+    let found = compare(&a, &b, 0.0).unwrap();
+    assert_close(found.mse, 0.003_039_877_010, 1e-8);
+    assert_close(found.psnr, 29.724_496_429, 1e-4);
+    assert_close(found.ssim.unwrap(), 0.775_900_900, 1e-5);
+    assert_close(found.flip, 0.091_005_088, 1e-5);
+    assert_eq!((found.z_bias, found.z_tile_max), (None, None));
+}
+
+#[test]
+fn equal_pictures_have_no_error() {
+    let folder = TempDir::new().unwrap();
+    let a = exr(&folder, "a.exr", &noisy(1, 0.3));
+    let found = compare(&a, &a, 0.0).unwrap();
+    assert_eq!(
+        (found.mse, found.flip, found.psnr),
+        (0.0, 0.0, f64::INFINITY)
+    );
+    assert_close(found.ssim.unwrap(), 1.0, 1e-12);
+    assert_eq!(found.z_bias, Some(0.0));
+
+    let psnr = found
+        .table()
+        .lines()
+        .find(|line| line.starts_with("psnr"))
+        .map(str::to_owned);
+    assert!(psnr.unwrap().contains(" inf "));
+    assert!(serde_json::to_value(&found).unwrap()["psnr"].is_null());
+}
+
+#[test]
+fn a_shift_of_four_standard_errors_shows_as_such() {
+    let mut reference = LinearImage::from_picture("reference", &noisy(1, 0.0));
+    let mut test = reference.clone();
+    // Each pixel has σ = 0.1, on one side only: the mean of a tile has σ = 0.1 / 16.
+    reference.stderr = Some(vec![[0.1; 3]; test.rgb.len()]);
+    for y in 16..32 {
+        for x in 32..48 {
+            test.rgb[y * WIDTH as usize + x]
+                .iter_mut()
+                .for_each(|v| *v -= 4.0 * 0.1 / 16.0);
+        }
+    }
+    let found = measure(&reference, &test, 0.0).unwrap();
+    assert_close(found.z_tile_max.unwrap(), 4.0, 1e-4);
+    let pixels = f64::from(WIDTH * HEIGHT);
+    assert_close(
+        found.z_bias.unwrap(),
+        -256.0 * 0.025 / (0.1 * pixels.sqrt()),
+        1e-4,
+    );
+}
+
+#[test]
+fn pictures_smaller_than_a_window_have_no_ssim() {
+    let small = LinearImage {
+        name: "small".to_owned(),
+        width: 10,
+        height: 40,
+        rgb: vec![[0.5; 3]; 400],
+        stderr: None,
+    };
+    let found = measure(&small, &small, 0.0).unwrap();
+    assert_eq!((found.ssim, found.flip), (None, 0.0));
+}
+
+#[track_caller]
+fn refuses(a: &Path, b: &Path, parts: &[&str]) {
+    let Err(Error::Input(message)) = compare(a, b, 0.0) else {
+        panic!("not refused")
+    };
+    for part in parts {
+        assert!(message.contains(part), "{message:?} lacks {part:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_compared_is_named() {
+    let folder = TempDir::new().unwrap();
+    let a = exr(&folder, "a.exr", &noisy(1, 0.3));
+
+    let mut smaller = noisy(1, 0.3);
+    (smaller.width, smaller.height) = (HEIGHT, WIDTH);
+    let b = exr(&folder, "turned.exr", &smaller);
+    refuses(&a, &b, &["a.exr has 100x70", "turned.exr has 70x100"]);
+
+    let mut hole = noisy(1, 0.3);
+    hole.rgb[205][1] = f32::NAN;
+    let b = exr(&folder, "hole.exr", &hole);
+    refuses(&a, &b, &["hole.exr: G is NaN at column 5, row 2"]);
+    hole = noisy(1, 0.3);
+    hole.stderr[0][2] = f32::NAN;
+    let b = exr(&folder, "unsure.exr", &hole);
+    refuses(&a, &b, &["unsure.exr: stderr.B is NaN at column 0, row 0"]);
+
+    refuses(
+        &a,
+        &folder.path().join("none.exr"),
+        &["none.exr", "No such file"],
+    );
+    refuses(
+        &a,
+        &folder.path().join("none.png"),
+        &["none.png", "No such file"],
+    );
+    refuses(
+        &a,
+        &folder.path().join("b.jpg"),
+        &["b.jpg", ".exr and .png"],
+    );
+
+    let whole = fs::read(&a).unwrap();
+    for (name, bytes) in [
+        ("cut.exr", &whole[..whole.len() / 2]),
+        ("text.exr", b"not a picture"),
+        ("empty.exr", b""),
+        ("text.png", b"not a picture"),
+    ] {
+        let b = folder.path().join(name);
+        fs::write(&b, bytes).unwrap();
+        refuses(&a, &b, &[name, "not readable"]);
+    }
+}
+
+#[test]
+fn an_exr_without_colour_lists_what_it_has() {
+    use exr::prelude::*;
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("depth.exr");
+    let depth = AnyChannel::new("Z", FlatSamples::F32(vec![1.0; 4]));
+    let channels = AnyChannels::sort(SmallVec::from_iter([depth]));
+    Image::from_channels((2, 2), channels)
+        .write()
+        .to_file(&path)
+        .unwrap();
+    refuses(&path, &path, &["depth.exr", "R, G and B", "there are Z"]);
+}

@@ -1,0 +1,37 @@
+// Follows rays through the scene's isosurfaces, from crossing to crossing.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "ray.glsl"
+#include "ranges.glsl"
+#include "surface.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform PushBlock { CrossingsPush push; };
+layout(binding = 20, scalar) readonly buffer InputBlock { TestRay at[]; } inputs;
+layout(binding = 21, scalar) writeonly buffer OutputBlock { Found at[]; } outputs;
+
+void main() {
+    uint id = gl_GlobalInvocationID.x;
+    if (id >= push.rays) {
+        return;
+    }
+    TestRay r = inputs.at[id];
+    Ray ray = Ray(r.origin, r.step, normalize(r.step * scene.spacing));
+    Crossing crossing = Crossing(0.0, -1, r.inside);
+    int known = r.known;
+    bool fresh = true;
+    for (uint i = 0u; i < push.crossings; ++i) {
+        find_crossing(ray, r.t_end, known, fresh, crossing);
+        Found found = Found(crossing.t, crossing.surface, crossing.inside, vec3(0.0), vec3(0.0));
+        if (crossing.surface >= 0) {
+            found.position = ray.origin + crossing.t * ray.step;
+            found.geometric = hit_at(ray, crossing).geometric;
+            known = crossing.surface;
+            fresh = false;
+            crossing.inside ^= 1u << crossing.surface;
+        }
+        outputs.at[id * push.crossings + i] = found;
+    }
+}

@@ -1,0 +1,19 @@
+// The phase function's sampler and its density.
+
+#version 460
+#include "scene.glsl"
+#include "random.glsl"
+#include "phase.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform PushBlock { CountPush push; };
+layout(binding = 20, scalar) readonly buffer InputBlock { PhaseInput at[]; } inputs;
+layout(binding = 21, scalar) writeonly buffer OutputBlock { PhaseOutput at[]; } outputs;
+
+void main() {
+    uint id = gl_GlobalInvocationID.x;
+    if (id < push.count) {
+        outputs.at[id] = PhaseOutput(phase_sample_cosine(unit_interval(inputs.at[id].word)),
+                                     phase_density(inputs.at[id].cosine));
+    }
+}

@@ -1,0 +1,24 @@
+// The environment image: its mapping, its filter, its density, and its sampler.
+
+#version 460
+#include "scene.glsl"
+#include "random.glsl"
+#include "phase.glsl"
+#include "light.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform PushBlock { CountPush push; };
+layout(binding = 20, scalar) readonly buffer InputBlock { SkyInput at[]; } inputs;
+layout(binding = 21, scalar) writeonly buffer OutputBlock { SkyOutput at[]; } outputs;
+
+void main() {
+    uint id = gl_GlobalInvocationID.x;
+    if (id >= push.count) {
+        return;
+    }
+    SkyInput i = inputs.at[id];
+    LightSample light = sample_image(i.u, i.word, i.pick);
+    outputs.at[id] = SkyOutput(environment_position(i.direction), environment_image(i.direction),
+                               environment_density(i.direction), light.direction, light.radiance,
+                               light.density);
+}

@@ -1,0 +1,120 @@
+//! The program from outside: the real binary in a folder of its own, judged by its exit status, what
+//! it prints and the files that it leaves. Vulkan's validation layers watch every render.
+
+mod outputs;
+mod refusals;
+mod stopping;
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use exr::prelude::{FlatImage, read_all_flat_layers_from_file};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A ball inside a haze, lit by a sun and a sky.
+const SCENE: &str = r#"
+[volume]
+path = "ball_16x16x16_uint8.raw"
+[medium]
+density = 0.2
+g = 0.3
+[[medium.transfer]]
+value = 20
+opacity = 0.0
+[[medium.transfer]]
+value = 100
+opacity = 1.0
+color = [0.9, 0.8, 0.7]
+[[surfaces.iso]]
+value = 150
+[[light]]
+type = "directional"
+direction = [0.3, -1.0, -0.4]
+irradiance = [3.0, 3.0, 3.0]
+[[light]]
+type = "environment"
+radiance = [0.5, 0.5, 0.5]
+[render]
+size = [24, 16]
+"#;
+
+/// A folder that holds `ball.toml` and its volume, for the program to work in.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Folder {
+        let folder = Folder(TempDir::new().expect("a temporary folder"));
+        let voxel = |i: usize| {
+            let axis = |step: usize| ((i / step % 16) as f64 - 7.5).powi(2);
+            (255.0 - 30.0 * (axis(1) + axis(16) + axis(256)).sqrt()).max(0.0) as u8
+        };
+        let voxels: Vec<u8> = (0..16 * 16 * 16).map(voxel).collect();
+        folder.write("ball_16x16x16_uint8.raw", &voxels);
+        folder.write("ball.toml", SCENE.as_bytes());
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) {
+        fs::write(self.path(name), bytes).expect("a file");
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&self.read(name)).expect("JSON")
+    }
+
+    fn exr(&self, name: &str) -> FlatImage {
+        read_all_flat_layers_from_file(self.path(name)).expect("an EXR")
+    }
+
+    /// The names of all files, hidden ones too, in order.
+    fn names(&self) -> Vec<String> {
+        let entries = fs::read_dir(self.0.path()).expect("the folder");
+        let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
+        let mut names: Vec<String> = entries
+            .map(|e| name(e).into_string().expect("UTF-8"))
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// The program, about to run in this folder with these words.
+    fn isolume(&self, arguments: &str) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_isolume"));
+        command
+            .args(arguments.split_whitespace())
+            .current_dir(self.0.path())
+            .env("ISOLUME_VALIDATION", "1");
+        command
+    }
+
+    fn run(&self, arguments: &str) -> Output {
+        let output = self.isolume(arguments).output();
+        output.expect("the program starts")
+    }
+
+    /// Runs what must succeed.
+    #[track_caller]
+    fn succeed(&self, arguments: &str) -> Output {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments}: {output:?}");
+        output
+    }
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).expect("UTF-8")
+}
+
+fn last_line(output: &Output) -> &str {
+    text(&output.stderr).lines().last().expect("a line")
+}

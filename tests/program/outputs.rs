@@ -1,0 +1,258 @@
+//! What a command leaves behind when all is well.
+
+use exr::prelude::{AttributeValue, Text};
+use serde_json::Value;
+
+use crate::{Folder, last_line, text};
+
+#[test]
+fn a_render_leaves_whole_files_and_nothing_else() {
+    let folder = Folder::new();
+    folder.succeed("render ball.toml -o a.exr -o a.png --stats s.json --profile p.json --spp 16");
+    let expected = [
+        "a.exr",
+        "a.png",
+        "ball.toml",
+        "ball_16x16x16_uint8.raw",
+        "p.json",
+        "s.json",
+    ];
+    assert_eq!(folder.names(), expected);
+
+    let png = image::open(folder.path("a.png")).expect("a PNG");
+    assert_eq!((png.width(), png.height()), (24, 16));
+    assert!(!png.color().has_alpha());
+
+    let trace = folder.json("p.json");
+    let events = trace["traceEvents"].as_array().expect("events");
+    for (phase, name) in [
+        ("X", "delta_tracking"),
+        ("X", "render"),
+        ("C", "device memory"),
+    ] {
+        let found = events.iter().any(|e| e["ph"] == phase && e["name"] == name);
+        assert!(found, "{name}: {events:#?}");
+    }
+}
+
+#[test]
+fn the_exr_holds_layers_and_says_how_it_was_made() {
+    let folder = Folder::new();
+    folder.succeed("render ball.toml -o a.exr --spp 16 --seed 5");
+    let image = folder.exr("a.exr");
+    let layer = &image.layer_data[0];
+    let channels = &layer.channel_data.list;
+    let names: Vec<String> = channels.iter().map(|c| c.name.to_string()).collect();
+    let expected = [
+        "B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "depth.Z", "normal.X", "normal.Y",
+        "normal.Z", "stderr.B", "stderr.G", "stderr.R",
+    ];
+    assert_eq!(names, expected);
+    let value = |channel: &str, pixel: usize| {
+        let at = names.iter().position(|n| n == channel).unwrap();
+        let samples = &channels[at].sample_data;
+        samples.value_by_flat_index(pixel).to_f32()
+    };
+    let (corner, center) = (0, 8 * 24 + 12);
+    assert_eq!(value("depth.Z", corner), f32::INFINITY);
+    assert!(value("depth.Z", center).is_finite());
+    assert_eq!(value("albedo.R", center), 0.8);
+    assert!(value("normal.Z", center) > 0.9, "it faces the camera");
+    assert_eq!(
+        value("stderr.G", corner),
+        0.0,
+        "the sky is the same in every sample"
+    );
+    assert!(value("stderr.G", center) > 0.0);
+
+    let header = &layer.attributes;
+    let scene = match header.other.get(&Text::from("isolume.scene")) {
+        Some(AttributeValue::Text(text)) => text.to_string(),
+        other => panic!("{other:?}"),
+    };
+    assert!(scene.contains("[[surfaces.iso]]"), "{scene}");
+    let software = header.software_name.as_ref().map(Text::to_string);
+    let expected = concat!("isolume ", env!("CARGO_PKG_VERSION"));
+    assert_eq!(software.as_deref(), Some(expected));
+    let comments = header.comments.as_ref().map(Text::to_string);
+    let comments = comments.expect("comments");
+    assert!(comments.starts_with("seed 5\ndevice "), "{comments}");
+}
+
+#[test]
+fn statistics_keep_their_contract() {
+    let folder = Folder::new();
+    folder.succeed("render ball.toml -o a.exr --stats s.json --spp 16 --seed 3");
+    let stats = folder.json("s.json");
+    for key in ["variant", "reason", "device", "driver"] {
+        assert!(stats[key].as_str().is_some_and(|s| !s.is_empty()), "{key}");
+    }
+    assert_eq!(
+        (stats["spp"].as_u64(), stats["seed"].as_u64()),
+        (Some(16), Some(3))
+    );
+    assert_eq!(stats["paths"], 16 * 24 * 16);
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{stats:#}"));
+    for key in [
+        "wall_s",
+        "first_frame_s",
+        "lookups_per_path",
+        "relative_error",
+    ] {
+        assert!(number(&stats[key]) > 0.0, "{key}");
+    }
+    assert!(number(&stats["first_frame_s"]) < number(&stats["wall_s"]));
+
+    let passes = stats["passes"].as_array().expect("passes");
+    let tracking = passes.iter().find(|p| p["name"] == "delta_tracking");
+    let tracking = tracking.expect("the pass that does the work");
+    assert!(tracking["runs"].as_u64() >= Some(16));
+    let [median, p95, total] =
+        ["gpu_ms_median", "gpu_ms_p95", "gpu_ms_total"].map(|key| number(&tracking[key]));
+    assert!(0.0 < median && median <= p95 && p95 <= total);
+
+    let memory = &stats["memory"];
+    let [budget, planned, peak] =
+        ["budget_bytes", "planned_bytes", "peak_bytes"].map(|key| number(&memory[key]));
+    assert!(
+        planned >= peak && planned <= 1.01 * peak && planned <= budget,
+        "{memory:#}"
+    );
+    let resources = memory["resources"].as_array().expect("resources");
+    let sum: f64 = resources.iter().map(|r| number(&r["bytes"])).sum();
+    assert_eq!(sum, peak);
+    assert!(resources.iter().all(|r| r["name"].is_string()));
+}
+
+#[test]
+fn a_seed_decides_every_bit() {
+    let folder = Folder::new();
+    let made = |name: &str, seed: u32| {
+        let files = format!("-o {name}.exr -o {name}.png");
+        folder.succeed(&format!("render ball.toml --spp 8 --seed {seed} {files}"));
+        [".exr", ".png"].map(|extension| folder.read(&(name.to_string() + extension)))
+    };
+    let first = made("a", 1);
+    assert!(made("b", 1) == first, "the same seed gives other bytes");
+    let other = made("c", 2);
+    assert!(other[0] != first[0] && other[1] != first[1]);
+}
+
+#[test]
+fn a_printed_scene_renders_the_same_picture() {
+    let folder = Folder::new();
+    let printed = folder.succeed("scene ball.toml --set medium.g=-0.4").stdout;
+    folder.write("printed.toml", &printed);
+    folder.succeed("render ball.toml --set medium.g=-0.4 --spp 4 -o a.exr -o a.png");
+    folder.succeed("render printed.toml --spp 4 -o b.exr -o b.png");
+    assert!(folder.read("a.png") == folder.read("b.png"));
+    assert!(folder.read("a.exr") == folder.read("b.exr"));
+}
+
+#[test]
+fn names_come_from_the_input_where_none_are_given() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("here")).unwrap();
+    let mut command = folder.isolume("render ../ball.toml --spp 1");
+    let output = command.current_dir(folder.path("here")).output();
+    assert!(output.expect("the program starts").status.success());
+    assert!(folder.path("here/ball.exr").is_file() && folder.path("here/ball.png").is_file());
+    assert!(!folder.path("ball.exr").exists());
+}
+
+#[test]
+fn a_bare_volume_is_rendered_by_a_preset() {
+    let folder = Folder::new();
+    let arguments = "render ball_16x16x16_uint8.raw --size 16x16 --spp 2 -o a.exr";
+    folder.succeed(arguments);
+    let scene = folder.succeed("scene ball_16x16x16_uint8.raw");
+    assert!(text(&scene.stdout).contains("[[surfaces.iso]]"));
+}
+
+#[test]
+fn a_transparent_background_leaves_coverage() {
+    let folder = Folder::new();
+    folder.succeed(
+        "render ball.toml --spp 8 -o a.exr -o a.png --set camera.orthographic=24 \
+         --set render.background=transparent",
+    );
+    let image = folder.exr("a.exr");
+    let channels = &image.layer_data[0].channel_data.list;
+    let alpha = channels.iter().find(|c| c.name.eq("A")).expect("A");
+    let at = |pixel| alpha.sample_data.value_by_flat_index(pixel).to_f32();
+    assert_eq!((at(0), at(8 * 24 + 12)), (0.0, 1.0));
+    let png = image::open(folder.path("a.png")).unwrap().into_rgba8();
+    assert_eq!((png.get_pixel(0, 0)[3], png.get_pixel(12, 8)[3]), (0, 255));
+}
+
+#[test]
+fn the_plan_is_what_a_render_takes() {
+    let folder = Folder::new();
+    let plan = folder.succeed("plan ball.toml --json");
+    let plan: Value = serde_json::from_slice(&plan.stdout).expect("JSON");
+    let planned = plan["planned_bytes"].as_u64().expect("bytes");
+    let just_enough = format!("--vram-budget {planned}");
+    folder.succeed(&format!(
+        "render ball.toml --spp 1 -o a.png --stats s.json {just_enough}"
+    ));
+    assert_eq!(folder.json("s.json")["memory"]["peak_bytes"], planned);
+    let too_little = format!("--vram-budget {}", planned - 1);
+    let output = folder.run(&format!("render ball.toml --spp 1 -o b.png {too_little}"));
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+}
+
+#[test]
+fn info_describes_devices_and_volumes() {
+    let folder = Folder::new();
+    let devices = folder.succeed("info");
+    assert!(
+        text(&devices.stdout).contains("device-local"),
+        "{devices:?}"
+    );
+    let devices = folder.succeed("info --json");
+    let devices: Value = serde_json::from_slice(&devices.stdout).expect("JSON");
+    assert!(devices.as_array().is_some_and(|d| !d.is_empty()));
+    let volume = folder.succeed("info ball_16x16x16_uint8.raw");
+    assert!(text(&volume.stdout).contains("orientation unknown"));
+    let volume = folder.succeed("info ball_16x16x16_uint8.raw --json");
+    let volume: Value = serde_json::from_slice(&volume.stdout).expect("JSON");
+    assert_eq!(volume["dims"], serde_json::json!([16, 16, 16]));
+    assert_eq!(volume["type"], "uint8");
+    let bins = volume["histogram"].as_array().expect("a histogram");
+    let voxels: u64 = bins.iter().map(|b| b["voxels"].as_u64().unwrap()).sum();
+    assert_eq!(voxels, 16 * 16 * 16);
+}
+
+#[test]
+fn comparing_tells_noise_from_nothing() {
+    let folder = Folder::new();
+    folder.succeed("render ball.toml --spp 16 --seed 1 -o a.exr");
+    folder.succeed("render ball.toml --spp 16 --seed 2 -o b.exr");
+    let compared = |arguments: &str| -> Value {
+        serde_json::from_slice(&folder.succeed(arguments).stdout).expect("JSON")
+    };
+    let same = compared("compare a.exr a.exr --json");
+    assert_eq!(
+        (same["mse"].as_f64(), same["flip"].as_f64()),
+        (Some(0.0), Some(0.0))
+    );
+    let other = compared("compare a.exr b.exr --json");
+    assert!(other["mse"].as_f64() > Some(0.0));
+    for key in ["relmse", "psnr", "ssim", "flip"] {
+        assert!(other[key].is_number(), "{key}: {other:#}");
+    }
+    let z = other["z_bias"].as_f64().expect("both know their noise");
+    assert!(z.abs() < 4.0, "{other:#}");
+}
+
+#[test]
+fn quiet_says_nothing() {
+    let folder = Folder::new();
+    let loud = folder.succeed("render ball.toml --spp 1 -o a.png");
+    assert!(last_line(&loud).starts_with("a.png: 1 samples per pixel in "));
+    let quiet = folder.succeed("render ball.toml --spp 1 -o a.png --quiet");
+    assert!(
+        quiet.stdout.is_empty() && quiet.stderr.is_empty(),
+        "{quiet:?}"
+    );
+}

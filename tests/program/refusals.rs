@@ -1,0 +1,168 @@
+//! What cannot be done is refused with the exit status of its kind, one sentence that names the fact,
+//! and no output file.
+
+use crate::{Folder, SCENE, text};
+
+/// Runs what must fail, and returns its sentence.
+#[track_caller]
+fn refused(folder: &Folder, arguments: &str, status: i32) -> String {
+    let before = folder.names();
+    let output = folder.run(arguments);
+    let said = text(&output.stderr).trim_end().to_string();
+    assert_eq!(output.status.code(), Some(status), "{arguments}: {said}");
+    assert!(output.stdout.is_empty(), "{output:?}");
+    assert_eq!(folder.names(), before, "{arguments}: {said}");
+    said
+}
+
+/// Renders a scene in which `from` has become `to`: it must be called bad input in one sentence.
+#[track_caller]
+fn bad_scene(from: &str, to: &str, expected: &str) {
+    assert!(SCENE.contains(from), "{from}");
+    let folder = Folder::new();
+    folder.write("bad.toml", SCENE.replacen(from, to, 1).as_bytes());
+    let said = refused(&folder, "render bad.toml -o a.exr -o a.png --spp 1", 3);
+    let expected = format!("isolume: {expected}");
+    assert!(said.starts_with(&expected), "{said}\nis not\n{expected}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
+#[test]
+fn mistakes_in_a_scene_are_named_by_file_line_and_key() {
+    for (from, to, expected) in [
+        (
+            "density",
+            "densty",
+            "bad.toml:5: medium.densty: unknown key; did you mean \"density\"?",
+        ),
+        (
+            "0.2",
+            "\"thick\"",
+            "bad.toml:5: medium.density: found \"thick\", expected a number",
+        ),
+        (
+            "0.2",
+            "nan",
+            "bad.toml:5: medium.density: found NaN, expected a finite number",
+        ),
+        (
+            "[0.3, -1.0, -0.4]",
+            "[0, 0, 0]",
+            "bad.toml:18: light.0.direction: found [0.0, 0.0, 0.0]",
+        ),
+        (
+            "value = 150",
+            "value = 256",
+            "bad.toml:15: surfaces.iso.0.value: found 256, but the data go",
+        ),
+        (
+            "value = 150",
+            "value = inf",
+            "bad.toml:15: surfaces.iso.0.value: found inf, expected a finite",
+        ),
+        (
+            "path =",
+            "crop = [[0, 0, 0], [0, 16, 16]]\npath =",
+            "bad.toml:3: volume.crop: found ",
+        ),
+        ("[24, 16]", "[24, 0]", "bad.toml:24: render.size"),
+        ("[render]", "[render", "bad.toml:23: not valid TOML"),
+    ] {
+        bad_scene(from, to, expected);
+    }
+}
+
+#[test]
+fn a_medium_needs_points_that_show_something() {
+    let folder = Folder::new();
+    let empty = "--set medium.transfer=[] -o a.exr --spp 1";
+    let said = refused(&folder, &format!("render ball.toml {empty}"), 3);
+    assert!(
+        said.contains("medium.transfer: found no point, expected at least one"),
+        "{said}"
+    );
+    let clear = "--set surfaces={} --set medium.transfer.0.value=256 \
+                 --set medium.transfer.1.value=257 -o a.exr --spp 1";
+    let said = refused(&folder, &format!("render ball.toml {clear}"), 3);
+    assert!(
+        said.contains("opacity starts at 256, the data end at "),
+        "{said}"
+    );
+}
+
+#[test]
+fn files_that_cannot_be_read_are_named() {
+    let folder = Folder::new();
+    let header = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 4 4 4\nencoding: raw\n\n";
+    folder.write("short.nrrd", &[header.as_bytes(), &[1; 63]].concat());
+    folder.write("scan.dcm", &[0; 200]);
+    for (input, expected) in [
+        ("nowhere.toml", "isolume: nowhere.toml: "),
+        ("nowhere.nrrd", "isolume: nowhere.nrrd: "),
+        ("short.nrrd", "isolume: short.nrrd: "),
+        ("scan.dcm", "isolume: scan.dcm: "),
+    ] {
+        let said = refused(&folder, &format!("render {input} -o a.exr --spp 1"), 3);
+        assert!(said.starts_with(expected), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+    let said = refused(&folder, "info short.nrrd", 3);
+    assert!(said.contains("63") && said.contains("64"), "{said}");
+    let other_size = "render ball.toml --set volume.dims=[17,16,16] -o a.exr";
+    let said = refused(&folder, other_size, 3);
+    assert!(said.contains("4096") && said.contains("4352"), "{said}");
+    let said = refused(&folder, "render ball.toml -o nowhere/a.exr --spp 1", 3);
+    assert!(said.contains("the folder nowhere does not exist"), "{said}");
+}
+
+#[test]
+fn variants_that_are_not_there_yet_are_refused() {
+    let folder = Folder::new();
+    for variant in ["caching", "published"] {
+        let arguments = format!("render ball.toml --variant {variant} -o a.exr --spp 1");
+        let said = refused(&folder, &arguments, 3);
+        assert!(said.contains(variant), "{said}");
+    }
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    let folder = Folder::new();
+    for arguments in [
+        "",
+        "paint ball.toml",
+        "render",
+        "render ball.toml --colour red",
+        "render ball.toml -o a.jpg",
+        "render ball.toml --spp 0",
+        "render ball.toml --size 24",
+        "render ball.toml --vram-budget lots",
+    ] {
+        let said = refused(&folder, arguments, 2);
+        assert!(
+            said.contains("Usage") || said.contains("--help"),
+            "{arguments}: {said}"
+        );
+    }
+}
+
+#[test]
+fn a_budget_that_is_too_small_exits_with_4() {
+    let folder = Folder::new();
+    let arguments = "render ball.toml --size 512x512 --vram-budget 1MiB -o a.exr --spp 1";
+    let said = refused(&folder, arguments, 4);
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("budget"), "{said}");
+}
+
+#[test]
+fn a_device_that_is_not_there_exits_with_5() {
+    let folder = Folder::new();
+    let said = refused(
+        &folder,
+        "render ball.toml --device nosuch -o a.exr --spp 1",
+        5,
+    );
+    assert!(said.contains("nosuch"), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+}

@@ -1,0 +1,104 @@
+//! Everything that turns random numbers into something else, where it runs: histograms of samples
+//! against the densities that the estimators divide by, and those against exact formulas.
+
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../oracle/mod.rs"]
+mod oracle;
+#[path = "../probe/mod.rs"]
+mod probe;
+
+mod numbers;
+mod phase;
+mod sky;
+mod statistics;
+
+use isolume::scene::*;
+use probe::{Probe, Shader};
+
+mod twins {
+    #![allow(non_camel_case_types)]
+    use isolume::gpu::types::*;
+
+    isolume::shared! {
+        pub struct CountPush {
+            pub count: uint,
+        }
+
+        pub struct WalkPush {
+            pub count: uint,
+            pub flights: uint,
+        }
+
+        pub struct PhaseInput {
+            /// To sample with.
+            pub word: uint,
+            /// To take the density at.
+            pub cosine: float,
+        }
+
+        pub struct PhaseOutput {
+            pub cosine: float,
+            pub density: float,
+        }
+
+        /// Where a stream of random numbers begins.
+        pub struct Stream {
+            pub pixel: uint,
+            pub sample_index: uint,
+            pub dimension: uint,
+        }
+
+        pub struct Displacement {
+            pub squared: float,
+        }
+
+        pub struct Words {
+            pub x: uint,
+            pub y: uint,
+            pub z: uint,
+            pub w: uint,
+        }
+
+        pub struct RandomWord {
+            pub word: uint,
+        }
+
+        pub struct Transformed {
+            pub exponential: float,
+            pub unit_interval: float,
+        }
+
+        pub struct SkyInput {
+            pub direction: vec3,
+            pub u: vec2,
+            pub word: uint,
+            pub pick: float,
+        }
+
+        pub struct SkyOutput {
+            pub position: vec2,
+            pub image: vec3,
+            pub density: float,
+            pub sampled: vec3,
+            pub sampled_radiance: vec3,
+            pub sampled_density: float,
+        }
+    }
+}
+pub use twins::*;
+
+/// One voxel, seen from +z, with nothing in the scene yet.
+fn scene() -> Scene {
+    let camera = Camera {
+        eye: [0.0, 0.0, 3.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Perspective { fov_y: 30.0 },
+    };
+    common::empty_scene([8, 8], camera)
+}
+
+fn probe(scene: &Scene) -> Probe {
+    Probe::new(scene, &common::constant_field(1.0, [1; 3], [1.0; 3]))
+}

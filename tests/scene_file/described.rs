@@ -1,0 +1,90 @@
+//! `isolume scene` prints what reads back as the same scene.
+
+use std::path::Path;
+
+use isolume::scene::{SceneFile, describe, resolve};
+
+use super::sky::write_image;
+use super::volume;
+
+#[test]
+fn a_described_scene_reads_back_as_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path(), "sky \"1\".exr", 4, 2, |i, _| i as f32);
+    let text = r#"
+[volume]
+path = "head.nrrd"
+axes = "LPS"
+[medium]
+density = 0.123456789012345678
+g = 1e-7
+[[medium.transfer]]
+value = 0.1
+opacity = 0.0
+[[medium.transfer]]
+value = 0.3
+color = [0.1, 0.2, 0.3]
+[surfaces]
+light = "full"
+normals = "analytic"
+[[surfaces.iso]]
+value = 3
+[[surfaces.iso]]
+value = 4
+shading = "phong"
+shininess = 7
+[[surfaces.iso]]
+value = 5
+shading = "disney"
+metallic = 0.7
+opacity = 0.3
+[[light]]
+type = "directional"
+direction = [0.3, -1.0, -0.4]
+[[light]]
+type = "environment"
+radiance = [0.1, 0.2, 0.3]
+[[light]]
+type = "environment"
+image = 'sky "1".exr'
+radiance = [0.7, 0.2, 0.3]
+[[light]]
+type = "directional"
+direction = [1e-3, 7, 1]
+irradiance = [1, 2, 3]
+[[clip]]
+normal = [1, 1, 1]
+offset = 0.7
+[camera]
+view = "left"
+fov_y = 33.3
+[render]
+size = [640, 480]
+cache_scale = 1
+cache_format = "f16"
+variant = "non-caching"
+max_bounces = 3
+background = [0.1, 0.2, 0.3]
+exposure = -1.5
+tone = "filmic"
+"#;
+    let sparse =
+        "[camera]\northographic = 5\n[render]\nbackground = \"transparent\"\ncache_scale = 0.5";
+    for text in [text, sparse, ""] {
+        let volume = volume(Some("LPS"));
+        let file = SceneFile::parse(text, &folder.path().join("head.toml"), &[]).unwrap();
+        let (scene, _) = resolve(&file, &volume).unwrap();
+        let described = describe(&file, &volume, &scene);
+        let again = SceneFile::parse(&described, Path::new("again.toml"), &[]).unwrap();
+        let (resolved_again, _) = resolve(&again, &volume).unwrap();
+        assert_eq!(resolved_again, scene, "{described}");
+        assert_eq!(describe(&again, &volume, &scene), described);
+        for key in ["density", "cache_scale", "tone", "spacing", "crop", "fov_y"] {
+            let written = described.contains(key);
+            assert!(
+                written || text.is_empty() || text == sparse,
+                "no {key} in {described}"
+            );
+        }
+    }
+}

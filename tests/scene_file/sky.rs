@@ -1,0 +1,107 @@
+//! Environment images.
+
+use std::path::{Path, PathBuf};
+
+use image::{Rgb, Rgb32FImage};
+use isolume::scene::{SceneFile, resolve};
+
+use super::{message, volume};
+
+pub fn write_image(
+    folder: &Path,
+    name: &str,
+    width: u32,
+    height: u32,
+    value: impl Fn(u32, u32) -> f32,
+) -> PathBuf {
+    let image = Rgb32FImage::from_fn(width, height, |i, j| Rgb([value(i, j); 3]));
+    let path = folder.join(name);
+    image.save(&path).unwrap();
+    path
+}
+
+#[test]
+fn environment_images_are_scaled_and_added() {
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path(), "a.exr", 4, 2, |i, _| i as f32);
+    write_image(folder.path(), "b.exr", 2, 2, |i, _| 10.0 * i as f32);
+    let path = folder.path().join("scene.toml");
+    let light = |image: &str, radiance: &str| {
+        format!("[[light]]\ntype = \"environment\"\nimage = \"{image}\"\nradiance = {radiance}\n")
+    };
+    let environment = |text: &str| {
+        let file = SceneFile::parse(text, &path, &[]).unwrap();
+        let (scene, notes) = resolve(&file, &volume(None)).unwrap();
+        (scene.environment, notes)
+    };
+    let (one, _) = environment(&light("a.exr", "[2, 1, 0]"));
+    assert_eq!(one.radiance, [0.0; 3]);
+    assert_eq!(one.image.unwrap().texels[3], [6.0, 3.0, 0.0]);
+
+    let two = light("a.exr", "[2, 1, 0]") + &light("a.exr", "[1, 1, 1]");
+    let (two, notes) =
+        environment(&(two + "[[light]]\ntype = \"environment\"\nradiance = [5, 5, 5]"));
+    assert_eq!(two.radiance, [5.0; 3]);
+    assert_eq!(two.image.unwrap().texels[3], [9.0, 6.0, 3.0]);
+    assert!(!notes.iter().any(|note| note.contains("resampled")));
+
+    // b's columns 0 and 10, resampled to four: 2.5, 2.5, 7.5, 7.5, wrapping round at the edge.
+    let (sum, notes) = environment(&(light("a.exr", "[1, 1, 1]") + &light("b.exr", "[1, 1, 1]")));
+    let sum = sum.image.unwrap();
+    assert_eq!(
+        sum.texels[..4].iter().map(|t| t[0]).collect::<Vec<_>>(),
+        [2.5, 3.5, 9.5, 10.5]
+    );
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.contains("light.1.image") && note.contains("4x2"))
+    );
+
+    let (black, _) = environment(&light("a.exr", "[0, 0, 0]"));
+    assert_eq!(black.image, None);
+}
+
+#[test]
+fn a_png_sky_is_srgb() {
+    let folder = tempfile::tempdir().unwrap();
+    let grey = image::RgbImage::from_pixel(2, 1, Rgb([0, 128, 255]));
+    grey.save(folder.path().join("sky.png")).unwrap();
+    let text = "[[light]]\ntype = \"environment\"\nimage = \"sky.png\"";
+    let file = SceneFile::parse(text, &folder.path().join("scene.toml"), &[]).unwrap();
+    let (scene, _) = resolve(&file, &volume(None)).unwrap();
+    let [r, g, b] = scene.environment.image.unwrap().texels[0];
+    assert_eq!((r, b), (0.0, 1.0));
+    assert!((g - 0.215_86).abs() < 1e-5, "{g}");
+}
+
+#[test]
+fn bad_environment_images() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, bad) in [
+        ("negative.exr", -0.5),
+        ("nan.exr", f32::NAN),
+        ("inf.exr", f32::INFINITY),
+    ] {
+        write_image(folder.path(), name, 4, 3, |i, j| {
+            if (i, j) == (3, 1) { bad } else { 1.0 }
+        });
+    }
+    std::fs::write(folder.path().join("text.exr"), "no image").unwrap();
+    let fails = |name: &str| {
+        let text = format!("\n[[light]]\ntype = \"environment\"\nimage = \"{name}\"");
+        let file = SceneFile::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
+        let message = message(resolve(&file, &volume(None)));
+        assert!(
+            message.contains("scene.toml:4: light.0.image: "),
+            "{message}"
+        );
+        assert!(message.contains(name), "{message}");
+        message
+    };
+    for name in ["negative.exr", "nan.exr", "inf.exr"] {
+        assert!(fails(name).contains("column 3, row 1"));
+    }
+    fails("absent.exr");
+    fails("text.exr");
+}

@@ -1,0 +1,328 @@
+//! Whatever a file holds, loading it ends soon, without a panic, and without allocating more than
+//! the file's length allows.
+
+mod volume_files;
+
+use std::alloc::System;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use fastrand::Rng;
+use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use tempfile::TempDir;
+use volume_files::{Array, gzip, write};
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+/// The counts are the whole process', so tests take turns.
+static TURN: Mutex<()> = Mutex::new(());
+
+const INPUTS: usize = 100_000;
+
+/// All bytes ever asked for while loading, not just those held at once: a fixed part for buffers and
+/// the state of decompression, and a multiple of the file for its header's text and its voxels.
+fn allowance(file: usize) -> usize {
+    (1 << 20) + 16 * file
+}
+
+/// Numbers that sizes and offsets trip over.
+const NUMBERS: [&str; 14] = [
+    "0",
+    "-1",
+    "1",
+    "65536",
+    "2147483648",
+    "4294967295",
+    "4294967296",
+    "9223372036854775807",
+    "18446744073709551615",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "nan",
+    "inf",
+];
+
+const BITS: [u32; 8] = [
+    0,
+    1,
+    0x7fff_ffff,
+    0x8000_0000,
+    0xffff_ffff,
+    0x7f80_0000,
+    0x7fc0_0000,
+    0x0000_7fff,
+];
+
+/// In memory where the system has such a place: most of the time goes into writing files.
+fn folder() -> TempDir {
+    tempfile::tempdir_in("/dev/shm")
+        .or_else(|_| tempfile::tempdir())
+        .unwrap()
+}
+
+struct Seed {
+    name: &'static str,
+    bytes: Vec<u8>,
+    /// Mutated first, compressed afterwards.
+    packed_later: bool,
+}
+
+fn seeds() -> Vec<Seed> {
+    let small = Array::new([4, 3, 2], VoxelType::I16, Endian::Big);
+    let floats = Array::new([3, 2, 2], VoxelType::F32, Endian::Little);
+    // Incompressible, so that changed sizes can promise a megabyte within the limits of deflate.
+    let mut noise = Array::new([16, 16, 16], VoxelType::U8, Endian::Little);
+    let mut rng = Rng::with_seed(1);
+    noise
+        .values
+        .iter_mut()
+        .for_each(|value| *value = f64::from(rng.u8(..)));
+
+    // Longer than the decoder's buffer, so that voxels are stored before the file is found too short.
+    let mut large = Array::new([96, 64, 50], VoxelType::U8, Endian::Little);
+    large
+        .values
+        .iter_mut()
+        .for_each(|value| *value = f64::from(rng.u8(..)));
+
+    let oriented = "space: LPS\nspace directions: (1,0,0) (0,2,0) (0,0,-3)\nkey:=value\n";
+    let matrix = "TransformMatrix = 1 0 0 0 1 0 0 0 1\nElementSpacing = 1 2 3\n";
+    let packed = format!("CompressedData = True\n{matrix}");
+    let mut nifti = floats.nifti();
+    nifti.int16(252, 1);
+    nifti.int16(254, 1);
+    nifti.floats(280, &[1., 0., 0., 0., 0., 2., 0., 0., 0., 0., 3., 0.]);
+    let seed = |name, bytes| Seed {
+        name,
+        bytes,
+        packed_later: false,
+    };
+    vec![
+        seed("v.nrrd", small.nrrd("raw", oriented)),
+        seed(
+            "v.nrrd",
+            floats.nrrd("gzip", "byte skip: 0\nspacings: 1 1 1\n"),
+        ),
+        seed("v.nrrd", noise.nrrd("gzip", "spacings: 1 1 1\n")),
+        seed(
+            "v.nhdr",
+            small
+                .nrrd_header("raw", "line skip: 1\nbyte skip: 3\ndata file: data.bin\n")
+                .into(),
+        ),
+        seed("v.mha", small.mha(matrix)),
+        seed("v.mha", noise.mha(&packed)),
+        seed(
+            "v.mhd",
+            small.meta_header("HeaderSize = 5\n", "data.bin").into(),
+        ),
+        seed("v.nii", nifti.bytes.clone()),
+        seed("v.nii.gz", gzip(&noise.nifti().bytes)),
+        Seed {
+            name: "v.nii.gz",
+            bytes: nifti.bytes,
+            packed_later: true,
+        },
+        seed("v.nrrd", large.nrrd("raw", "spacings: 1 1 1\n")),
+        seed("v.nrrd", large.nrrd("gzip", "spacings: 1 1 1\n")),
+        seed("v.npy", small.npy(1, false)),
+        seed("v.npy", floats.npy(2, true)),
+        seed("v_4x3x2_int16.raw", small.bytes()),
+    ]
+}
+
+/// A place in the file, more often in its header than elsewhere.
+fn place(bytes: &[u8], rng: &mut Rng) -> usize {
+    let end = if rng.bool() {
+        bytes.len().min(360)
+    } else {
+        bytes.len()
+    };
+    rng.usize(..=end.saturating_sub(1))
+}
+
+/// The line, or what there is of it, around a place.
+fn line(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
+    let newline = |byte: &u8| *byte == b'\n';
+    let begin = bytes[..at].iter().rposition(newline).map_or(0, |n| n + 1);
+    let end = bytes[at..].iter().position(newline);
+    begin..end.map_or(bytes.len(), |n| at + n + 1)
+}
+
+/// The digits after a place.
+fn number(bytes: &[u8], at: usize) -> Option<std::ops::Range<usize>> {
+    let begin = at + bytes[at..].iter().position(u8::is_ascii_digit)?;
+    let length = bytes[begin..]
+        .iter()
+        .take_while(|byte| byte.is_ascii_digit())
+        .count();
+    Some(begin..begin + length)
+}
+
+fn mutate(bytes: &mut Vec<u8>, rng: &mut Rng) {
+    if bytes.is_empty() {
+        return;
+    }
+    let at = place(bytes, rng);
+    let hostile = NUMBERS[rng.usize(..NUMBERS.len())].bytes();
+    match rng.u8(..10) {
+        0 => bytes[at] ^= 1 << rng.u8(..8),
+        1 => bytes[at] = rng.u8(..),
+        2 => bytes.truncate(at),
+        3 => {
+            bytes.splice(at..at, hostile);
+        }
+        4 | 5 => {
+            if let Some(digits) = number(bytes, at) {
+                bytes.splice(digits, hostile);
+            }
+        }
+        6 => {
+            let line = line(bytes, at);
+            bytes.drain(line);
+        }
+        7 => {
+            let line = line(bytes, at);
+            let copy = bytes[line.clone()].to_vec();
+            bytes.splice(line.end..line.end, copy);
+        }
+        8 => {
+            let bits = BITS[rng.usize(..BITS.len())];
+            let even = at & !1;
+            let word = if rng.bool() {
+                bits.to_le_bytes()
+            } else {
+                bits.to_be_bytes()
+            };
+            let end = bytes.len().min(even + 4);
+            bytes[even..end].copy_from_slice(&word[..end - even]);
+        }
+        _ => {
+            let end = (at + rng.usize(1..9)).min(bytes.len());
+            bytes.drain(at..end);
+        }
+    }
+}
+
+fn overrides(rng: &mut Rng) -> VolumeOverrides {
+    let corner = |rng: &mut Rng| std::array::from_fn(|_| rng.u32(..5));
+    VolumeOverrides {
+        crop: (rng.u8(..8) == 0).then(|| [corner(rng), corner(rng)]),
+        spacing: (rng.u8(..8) == 0).then_some([1.0; 3]),
+        ..Default::default()
+    }
+}
+
+/// Loads a file; true if it is a volume, which then must be a proper one.
+fn loads_properly(path: &Path, overrides: &VolumeOverrides) -> bool {
+    let Ok(volume) = Volume::load(path, overrides) else {
+        return false;
+    };
+    let count: usize = volume.dims.iter().map(|size| *size as usize).product();
+    assert!(count > 0 && volume.voxels.len() == count);
+    assert!(
+        volume
+            .spacing
+            .iter()
+            .all(|size| size.is_finite() && *size > 0.0)
+    );
+    assert!(volume.scale > 0.0 && volume.scale.is_finite() && volume.offset.is_finite());
+    assert!(volume.range[0] <= volume.range[1] && volume.range.iter().all(|v| v.is_finite()));
+    true
+}
+
+#[test]
+fn mutated_files_neither_panic_nor_hang_nor_ask_for_more_memory_than_they_are_worth() {
+    let _turn = TURN.lock();
+    let folder = folder();
+    let companion = [b"line\n...".as_slice(), &[7; 64]].concat();
+    write(folder.path(), "data.bin", &companion);
+    let seeds = seeds();
+    for seed in &seeds {
+        let bytes = if seed.packed_later {
+            gzip(&seed.bytes)
+        } else {
+            seed.bytes.clone()
+        };
+        let path = write(folder.path(), seed.name, bytes);
+        assert!(
+            loads_properly(&path, &VolumeOverrides::default()),
+            "{}",
+            seed.name
+        );
+    }
+
+    let mut volumes = 0;
+    for n in 0..INPUTS {
+        let mut rng = Rng::with_seed(n as u64);
+        let seed = &seeds[n % seeds.len()];
+        let mut bytes = seed.bytes.clone();
+        for _ in 0..rng.u8(1..5) {
+            mutate(&mut bytes, &mut rng);
+        }
+        if seed.packed_later {
+            bytes = gzip(&bytes);
+        }
+        let overrides = overrides(&mut rng);
+        let path = write(folder.path(), seed.name, &bytes);
+
+        let begin = Instant::now();
+        let region = Region::new(ALLOCATOR);
+        let outcome = catch_unwind(AssertUnwindSafe(|| loads_properly(&path, &overrides)));
+        let allocated = region.change().bytes_allocated;
+        let input = || {
+            let header = &bytes[..bytes.len().min(500)];
+            format!("input {n}: {}", header.escape_ascii())
+        };
+        let Ok(is_volume) = outcome else {
+            panic!("loading panicked on {}", input());
+        };
+        let allowed = allowance(bytes.len() + companion.len());
+        assert!(
+            allocated <= allowed,
+            "{allocated} > {allowed} bytes for {}",
+            input()
+        );
+        assert!(
+            begin.elapsed() < Duration::from_secs(5),
+            "slow: {}",
+            input()
+        );
+        volumes += usize::from(is_volume);
+    }
+    // Mutations that always or never spoil a file would test little.
+    assert!(
+        (INPUTS / 20..INPUTS * 19 / 20).contains(&volumes),
+        "{volumes} of {INPUTS} are volumes"
+    );
+}
+
+#[test]
+fn memory_behind_compression_grows_with_what_arrives() {
+    let _turn = TURN.lock();
+    let folder = folder();
+    let mut rng = Rng::with_seed(2);
+    let noise: Vec<u8> = (0..1 << 20).map(|_| rng.u8(..)).collect();
+    // A megabyte of noise, said to be the beginning of a gigabyte.
+    let promise = Array {
+        dims: [1024, 1024, 1000],
+        voxel_type: VoxelType::U8,
+        endian: Endian::Little,
+        values: Vec::new(),
+    };
+    let header = promise.nrrd_header("gzip", "\n");
+    let file = [header.as_bytes(), &gzip(&noise)].concat();
+    let path = write(folder.path(), "v.nrrd", &file);
+    let region = Region::new(ALLOCATOR);
+    let message = Volume::load(&path, &VolumeOverrides::default())
+        .unwrap_err()
+        .to_string();
+    let allocated = region.change().bytes_allocated;
+    assert!(message.contains("holds 1048576 bytes"), "{message}");
+    assert!(allocated <= allowance(file.len()), "{allocated} bytes");
+}
