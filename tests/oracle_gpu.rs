@@ -81,8 +81,8 @@ fn full_light_through_opacities() {
         name: "full light, 5 bounces",
         scene,
         volume: hills(Storage::F32, [1.0, 0.7, 1.6]),
-        oracle_samples: 2000,
-        gpu_samples: 2048,
+        oracle_samples: 6000,
+        gpu_samples: 4096,
         limits: within(0.005),
     });
 }

@@ -215,7 +215,7 @@ impl FromStr for VoxelType {
         let found = VoxelType::NAMES.iter().find(|(_, name)| *name == text);
         found.map(|(voxel_type, _)| *voxel_type).ok_or_else(|| {
             let names = VoxelType::NAMES.map(|(_, name)| name).join(", ");
-            Error::input(format!("type \"{text}\": expected one of {names}"))
+            Error::input(format!("expected one of {names}"))
         })
     }
 }
@@ -227,9 +227,7 @@ impl FromStr for Endian {
         match text {
             "little" => Ok(Endian::Little),
             "big" => Ok(Endian::Big),
-            _ => Err(Error::input(format!(
-                "endian \"{text}\": expected \"little\" or \"big\""
-            ))),
+            _ => Err(Error::input("expected \"little\" or \"big\"")),
         }
     }
 }

@@ -116,10 +116,9 @@ impl FromStr for Axes {
             .and_then(|letters| letters.try_into().ok())
             .and_then(Axes::distinct)
             .ok_or_else(|| {
-                Error::input(format!(
-                    "axes \"{text}\": expected one of L|R, one of A|P and one of S|I in any order, \
-                     where i, j and k grow, such as \"LPS\""
-                ))
+                let expected = "expected one of L|R, one of A|P and one of S|I in any order, \
+                                where i, j and k grow, such as \"LPS\"";
+                Error::input(expected)
             })
     }
 }
