@@ -8,6 +8,8 @@ mod oracle;
 #[path = "../probe/mod.rs"]
 mod probe;
 
+mod brdf;
+mod half_vectors;
 mod numbers;
 mod phase;
 mod sky;
@@ -83,6 +85,26 @@ mod twins {
             pub sampled: vec3,
             pub sampled_radiance: vec3,
             pub sampled_density: float,
+        }
+
+        pub struct BrdfPush {
+            pub count: uint,
+            /// The isosurface's index.
+            pub surface: uint,
+        }
+
+        /// Unit vectors that point away from the surface, and numbers to sample with.
+        pub struct BrdfInput {
+            pub normal: vec3,
+            pub view: vec3,
+            pub light: vec3,
+            pub u: vec3,
+        }
+
+        pub struct BrdfOutput {
+            pub value: vec3,
+            pub density: float,
+            pub sampled: vec3,
         }
     }
 }
