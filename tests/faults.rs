@@ -19,9 +19,9 @@ struct File {
     text: &'static str,
 }
 
-const DELTA_TRACKING: File = File {
-    path: "delta_tracking.comp",
-    text: include_str!("../glsl/delta_tracking.comp"),
+const PATH: File = File {
+    path: "include/path.glsl",
+    text: include_str!("../glsl/include/path.glsl"),
 };
 const MAJORANTS: File = File {
     path: "majorants.comp",
@@ -150,13 +150,13 @@ fn in_a_medium_under_an_image_and_a_sun() {
         },
         Fault {
             name: "albedo twice",
-            file: DELTA_TRACKING,
-            right: "path.throughput *= transfer_color(value);",
-            wrong: "path.throughput *= transfer_color(value) * transfer_color(value);",
+            file: PATH,
+            right: "path.throughput *= transfer_color(path.value);",
+            wrong: "path.throughput *= transfer_color(path.value) * transfer_color(path.value);",
         },
         Fault {
             name: "blocked light dropped",
-            file: DELTA_TRACKING,
+            file: PATH,
             right: "path.shadow_radiance *= transmittance;",
             // The sample is taken anew instead of counting as dark.
             wrong: "path.shadow_radiance *= transmittance;
@@ -180,9 +180,9 @@ fn in_a_medium_under_an_image_and_a_sun() {
         },
         Fault {
             name: "unscattered light counted twice",
-            file: DELTA_TRACKING,
-            right: "path.sum.rgb += path.shadow_radiance;",
-            wrong: "path.sum.rgb += 2.0 * path.shadow_radiance;",
+            file: PATH,
+            right: "contribute(path, path.shadow_radiance);",
+            wrong: "contribute(path, 2.0 * path.shadow_radiance);",
         },
         Fault {
             name: "no weight where two strategies meet",
@@ -213,8 +213,8 @@ fn behind_half_transparent_surfaces() {
     };
     let opacity = Fault {
         name: "1 − o missing in shadow rays",
-        file: DELTA_TRACKING,
-        right: "*= surface_transmittance(ray, path.shadow_t_end, known, path.inside);",
+        file: PATH,
+        right: "*= surface_transmittance(ray, span.x, span.y, known, path.inside);",
         wrong: "*= 1.0;",
     };
     assert_noticed(&trial, &[opacity]);

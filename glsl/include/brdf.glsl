@@ -119,7 +119,8 @@ float brdf_density(Material m, vec3 n, vec3 v, vec3 l) {
     if (has_disney && m.surface.shading == SHADING_DISNEY) {
         vec3 h = normalize(l + v);
         float h_sine2 = sine_squared(n, h);
-        float jacobian = max(dot(n, h), 0.0) / (4.0 * max(dot(l, h), 1e-12));
+        // l·h is half the length of l + v, which does not cancel where l is near −v.
+        float jacobian = max(dot(n, h), 0.0) / max(2.0 * length(l + v), 1e-12);
         float coat_share = 1.0 - m.diffuse_share - m.specular_share;
         density += jacobian * (m.specular_share * ggx_d(h_sine2, m.alpha)
                              + coat_share * gtr1_d(h_sine2, clearcoat_alpha(m)));

@@ -83,6 +83,17 @@ LightSample sample_image(vec2 u, uint word, float pick) {
     return light;
 }
 
+// One of the suns, by its power.
+LightSample sample_sun(float pick) {
+    uint index = 0u;
+    while (index + 1u < sun_count && pick >= suns.at[index].cumulative_probability) {
+        ++index;
+    }
+    float below = index > 0u ? suns.at[index - 1u].cumulative_probability : 0.0;
+    float probability = suns.at[index].cumulative_probability - below;
+    return LightSample(-suns.at[index].direction, suns.at[index].irradiance / probability, ALONE);
+}
+
 // The last word is used twice: for the kind of light, and, stretched again, for a cell or its alias.
 LightSample sample_light(uvec4 words) {
     float kind = unit_interval(words.w);
@@ -90,18 +101,8 @@ LightSample sample_light(uvec4 words) {
         vec2 u = vec2(unit_interval(words.x), unit_interval(words.y));
         return sample_image(u, words.z, kind / scene.image_probability);
     }
-    float pick = unit_interval(words.z);
-    uint index = 0u;
-    while (index + 1u < sun_count && pick >= suns.at[index].cumulative_probability) {
-        ++index;
-    }
-    float below = index > 0u ? suns.at[index - 1u].cumulative_probability : 0.0;
-    float probability = suns.at[index].cumulative_probability - below;
-    LightSample light;
-    light.direction = -suns.at[index].direction;
-    light.density = ALONE;
-    light.radiance = suns.at[index].irradiance
-                   / (probability * (1.0 - scene.image_probability));
+    LightSample light = sample_sun(unit_interval(words.z));
+    light.radiance /= 1.0 - scene.image_probability;
     return light;
 }
 

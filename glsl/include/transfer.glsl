@@ -38,3 +38,11 @@ vec3 transfer_color(float v) {
     Bracket b = transfer_bracket(v);
     return mix(transfer.at[b.low].color, transfer.at[b.high].color, b.t);
 }
+
+// Colour and, in a, opacity.
+vec4 transfer_at(float v) {
+    Bracket b = transfer_bracket(v);
+    TransferPoint low = transfer.at[b.low];
+    TransferPoint high = transfer.at[b.high];
+    return mix(vec4(low.color, low.opacity), vec4(high.color, high.opacity), b.t);
+}

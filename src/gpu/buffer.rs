@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
-use super::memory::{Holding, Memory, Owner};
+use super::memory::{Holding, Memory, Owner, human};
 use crate::error::{Error, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +35,16 @@ impl Buffer {
     /// An empty buffer still gets 16 bytes, since Vulkan has no empty ones.
     pub fn new(memory: &Arc<Memory>, mut desc: BufferDesc) -> Result<Buffer> {
         desc.bytes = desc.bytes.max(16);
+        let limits = &memory.limits;
+        if desc.bytes > limits.max_storage_buffer_bytes {
+            return Err(Error::Memory(format!(
+                "{} needs {}, but {} takes buffers of at most {}",
+                desc.name,
+                human(desc.bytes),
+                limits.name,
+                human(limits.max_storage_buffer_bytes)
+            )));
+        }
         let device = &memory.device;
         let info = vk::BufferCreateInfo::default().size(desc.bytes).usage(
             vk::BufferUsageFlags::STORAGE_BUFFER

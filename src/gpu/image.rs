@@ -5,8 +5,8 @@ use std::sync::Arc;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
-use super::device::Device;
 use super::memory::{Holding, Memory, Owner};
+use super::survey::DeviceSummary;
 use crate::error::{Error, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,15 +57,15 @@ impl ImageDesc {
             )
     }
 
-    fn check_size(&self, device: &Device) -> Result<()> {
+    fn check_size(&self, limits: &DeviceSummary) -> Result<()> {
         let most = match self.volumetric {
-            true => device.summary.max_image_3d,
-            false => device.summary.max_image_2d,
+            true => limits.max_image_3d,
+            false => limits.max_image_2d,
         };
         match self.extent.iter().max() {
             Some(&longest) if longest > most => Err(Error::Memory(format!(
                 "{} is {longest} texels long, but {} takes at most {most} a side",
-                self.name, device.summary.name
+                self.name, limits.name
             ))),
             _ => Ok(()),
         }
@@ -83,7 +83,7 @@ impl ImageDesc {
             vk::Format::R8_UNORM => 1,
             vk::Format::R16_UNORM => 2,
             vk::Format::R32_SFLOAT => 4,
-            vk::Format::R32G32_SFLOAT => 8,
+            vk::Format::R32G32_SFLOAT | vk::Format::R16G16B16A16_SFLOAT => 8,
             vk::Format::R32G32B32A32_SFLOAT => 16,
             other => unreachable!("{other:?} is not used"),
         }
@@ -93,7 +93,7 @@ impl ImageDesc {
 impl Image {
     pub fn new(memory: &Arc<Memory>, desc: ImageDesc) -> Result<Image> {
         let device = &memory.device;
-        desc.check_size(device)?;
+        desc.check_size(&memory.limits)?;
         let info = desc.info();
         let query = vk::DeviceImageMemoryRequirements::default().create_info(&info);
         let mut requirements = vk::MemoryRequirements2::default();

@@ -17,6 +17,7 @@ use gpu_allocator::vulkan::{
 use gpu_allocator::{AllocationSizes, AllocatorDebugSettings, MemoryLocation};
 
 use super::device::Device;
+use super::survey::DeviceSummary;
 use crate::error::{Error, Result};
 
 /// One named resource and its size.
@@ -28,6 +29,8 @@ pub struct ResourceBytes {
 
 pub struct Memory {
     pub(super) device: Arc<Device>,
+    /// The device's own, or those of one that a plan is made for.
+    pub limits: DeviceSummary,
     pub budget: u64,
     ledger: Mutex<Ledger>,
     /// `None` in a dry run.
@@ -78,17 +81,20 @@ impl Memory {
         .map_err(|e| Error::Memory(format!("the memory allocator did not start: {e}")))?;
         Ok(Arc::new(Memory {
             device: device.clone(),
+            limits: device.summary.clone(),
             budget,
             ledger: Mutex::default(),
             allocator: Some(Mutex::new(allocator)),
         }))
     }
 
-    /// A gate that counts and allocates nothing, with the same budget and the same refusals.
-    pub fn dry_run(device: &Arc<Device>, budget: u64) -> Arc<Memory> {
+    /// A gate that counts and allocates nothing. It knows no budget, and keeps to `limits`, which may
+    /// be those of another device.
+    pub fn dry_run(device: &Arc<Device>, limits: DeviceSummary) -> Arc<Memory> {
         Arc::new(Memory {
             device: device.clone(),
-            budget,
+            limits,
+            budget: u64::MAX,
             ledger: Mutex::default(),
             allocator: None,
         })
@@ -130,12 +136,12 @@ impl Memory {
         requirements: &vk::MemoryRequirements,
     ) -> Result<Holding> {
         let bytes = requirements.size;
-        let limit = self.device.summary.max_allocation_bytes;
+        let limit = self.limits.max_allocation_bytes;
         if bytes > limit {
             return Err(Error::Memory(format!(
                 "{name} needs {}, but {} allocates at most {} at once",
                 human(bytes),
-                self.device.summary.name,
+                self.limits.name,
                 human(limit)
             )));
         }

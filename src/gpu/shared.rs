@@ -10,6 +10,7 @@ pub mod types {
     pub type vec2 = [f32; 2];
     pub type vec3 = [f32; 3];
     pub type vec4 = [f32; 4];
+    pub type ivec3 = [i32; 3];
     pub type uvec2 = [u32; 2];
     pub type uvec3 = [u32; 3];
 }

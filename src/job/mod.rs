@@ -4,6 +4,7 @@ mod plan;
 mod render;
 mod report;
 mod schedule;
+mod trace;
 
 use std::path::Path;
 

@@ -7,11 +7,9 @@ use crate::cli::{self, PlanArgs};
 use crate::error::{Error, Result};
 use crate::gpu::{Device, human};
 use crate::info::to_json;
-use crate::render::Plan;
+use crate::render::{Choice, Plan, choose};
+use crate::scene::file::Opened;
 use crate::scene::{Scene, Variant};
-
-/// Why `auto` picks what it picks.
-pub const REASON: &str = "the caching variant is not in this version";
 
 /// How much memory may be used, and who says so.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -64,30 +62,31 @@ struct Printed<'a> {
     next_better: &'a str,
 }
 
-const NEXT_BETTER: &str = "none in this version";
-
 pub fn plan(args: &PlanArgs) -> Result<u8> {
     let opened = open_scene(&args.scene, false)?;
     check_supported(&opened.scene)?;
     let device = Device::open(&device_choice(args.gpu.device.as_ref()))?;
     let budget = Budget::of(&device, args.gpu.vram_budget);
-    let plan = Plan::new(&device, &opened.volume, &opened.scene)?;
+    let Opened { volume, scene, .. } = &opened;
+    let Choice {
+        plan,
+        reason,
+        next_better,
+    } = choose(&device, &device.summary, budget.bytes, volume, scene)?;
     let printed = Printed {
-        variant: "non-caching",
-        reason: REASON,
+        variant: plan.variant(),
+        reason: &reason,
         device: &device.summary.name,
         budget_bytes: budget.bytes,
         budget_source: &budget.source,
         planned_bytes: plan.bytes(),
         plan: &plan,
-        next_better: NEXT_BETTER,
+        next_better: &next_better,
     };
     match args.json {
-        true => print(&to_json(&printed)?)?,
-        false => print(&printed.table())?,
-    };
-    check_fits(&plan, &budget)?;
-    Ok(0)
+        true => print(&to_json(&printed)?),
+        false => print(&printed.table()),
+    }
 }
 
 impl Printed<'_> {
@@ -105,24 +104,6 @@ impl Printed<'_> {
     }
 }
 
-/// An error that says what is in the way and what would help.
-pub fn check_fits(plan: &Plan, budget: &Budget) -> Result<()> {
-    let needed = plan.bytes();
-    if needed <= budget.bytes {
-        return Ok(());
-    }
-    let largest = plan.resources.iter().max_by_key(|r| r.bytes);
-    let largest = largest.map_or(String::new(), |r| {
-        format!(", {} of it for the {}", human(r.bytes), r.name)
-    });
-    Err(Error::Memory(format!(
-        "this render needs {}{largest}, but the budget is {} (from {}): raise --vram-budget to {needed}, lower --size, or set volume.crop",
-        human(needed),
-        human(budget.bytes),
-        budget.source
-    )))
-}
-
 /// A ray keeps its side of every surface in one word.
 const MOST_SURFACES: usize = 32;
 
@@ -133,12 +114,11 @@ pub fn check_supported(scene: &Scene) -> Result<()> {
             "surfaces.iso: there are {surfaces} surfaces; at most {MOST_SURFACES} are possible"
         )));
     }
-    let asked = match scene.render.variant {
-        Variant::Auto | Variant::NonCaching => return Ok(()),
-        Variant::Caching => "caching",
-        Variant::Published => "published",
-    };
-    Err(Error::Input(format!(
-        "render.variant: \"{asked}\" is not in this version; use \"auto\" or \"non-caching\""
-    )))
+    if scene.render.variant == Variant::Published {
+        return Err(Error::input(
+            "render.variant: \"published\" is not in this version; use \"auto\", \"caching\" or \
+             \"non-caching\"",
+        ));
+    }
+    Ok(())
 }

@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use crate::gpu::{Memory, Span, Timings};
-use crate::output::stats::{MemoryStats, PassStats, ResourceStats, StageStats};
+use crate::output::stats::{CacheStats, MemoryStats, PassStats, ResourceStats, StageStats};
 use crate::output::trace::Trace;
+use crate::render::{Plan, Renderer};
 
 /// What the CPU did one after another.
 pub struct Clock {
@@ -73,6 +74,27 @@ pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {
         peak_bytes: memory.peak(),
         resources: resources.collect(),
     }
+}
+
+/// `goal` is the relative error at which the cache counts as converged.
+pub fn cache(renderer: &Renderer, plan: &Plan, goal: f64) -> Option<CacheStats> {
+    let (cache, layout) = (renderer.cache.as_ref()?, plan.cache.as_ref()?);
+    let converged = cache.relative_error <= goal;
+    Some(CacheStats {
+        dims: layout.nodes,
+        format: match layout.is_f16 {
+            true => "f16",
+            false => "f32",
+        }
+        .into(),
+        bytes: renderer.resources.cache.as_ref()?.bytes(),
+        cells: layout.all_nodes(),
+        active_cells: layout.active_nodes(),
+        updates_per_cell: cache.updates as f64,
+        relative_error: cache.relative_error,
+        converged,
+        seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),
+    })
 }
 
 pub fn trace(clock: &Clock, timings: &Timings, memory: &Memory) -> Trace {

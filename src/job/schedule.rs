@@ -7,6 +7,7 @@
 use std::time::Duration;
 
 use crate::cli::Stop;
+use crate::render::Cache;
 
 /// How far a render has come.
 #[derive(Debug, Clone, Copy)]
@@ -33,11 +34,35 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
         return Some(format!("the relative error is below {goal}"));
     }
     if let Some(goal) = stop.time
+        && done.units > 0
         && done.took >= goal
     {
         return Some(format!("{:.1} s are over", goal.as_secs_f64()));
     }
     None
+}
+
+/// The cache's share of the error asked for: it is in every sample alike, and none averages it away.
+const CACHE_SHARE_OF_ERROR: f64 = 0.25;
+/// At which the cache counts as converged where no error is asked for.
+const CACHE_ERROR: f64 = 0.002;
+/// The cache's share of the time, at most.
+const CACHE_SHARE_OF_TIME: f64 = 0.5;
+
+/// The relative error at which the cache counts as converged.
+pub fn cache_goal(stop: &Stop) -> f64 {
+    stop.relative_error
+        .map_or(CACHE_ERROR, |goal| CACHE_SHARE_OF_ERROR * goal)
+}
+
+/// Whether the picture needs samples more than the cache needs paths: a cell gets no more of them
+/// than a pixel gets samples, where that is said.
+pub fn cache_is_done(stop: &Stop, cache: &Cache) -> bool {
+    // The next batch takes as long as all of them so far.
+    let late = |time: Duration| 2 * cache.took > time.mul_f64(CACHE_SHARE_OF_TIME);
+    cache.relative_error <= cache_goal(stop)
+        || stop.spp.is_some_and(|goal| cache.updates >= goal.get())
+        || cache.updates > 0 && stop.time.is_some_and(late)
 }
 
 /// Samples per pixel of the next unit.

@@ -99,6 +99,19 @@ impl Progress {
         }
     }
 
+    /// Before the first sample: how far the cache is.
+    pub fn filled(&mut self, updates: u32, relative_error: f64) {
+        let mut status = format!("cache: {updates} paths a cell");
+        if relative_error.is_finite() {
+            status += &format!(", relative error {relative_error:.4}");
+        }
+        match &mut self.shown {
+            Shown::Nothing => {}
+            Shown::Bar(bar) => bar.set_message(status),
+            Shown::Lines { log, .. } => print(log, &status),
+        }
+    }
+
     /// Leaves the terminal as it was.
     pub fn finish(self) {
         if let Shown::Bar(bar) = self.shown {

@@ -5,8 +5,10 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use glam::DVec3;
 
+use super::cache_layout::CacheLayout;
 use super::environment_table;
 use super::filter_probe::filter_is_precise;
+use super::occupancy::Occupancy;
 use super::shared::{
     self, Clip, EnvironmentCell, Features, MACROCELL, SHADING_DISNEY, SHADING_LAMBERT,
     SHADING_PHONG, SceneConstants, Sun, Surface, TransferPoint,
@@ -30,6 +32,8 @@ pub struct SceneBuffers {
     pub sky: Vec<EnvironmentCell>,
     /// A single black texel if the scene has no image.
     pub environment: EnvironmentImage,
+    /// Where the cache's nodes are, in the variant that has one.
+    pub cache: Option<CacheLayout>,
 }
 
 impl SceneBuffers {
@@ -82,6 +86,7 @@ impl SceneBuffers {
                 Background::Color(color) => color.map(|c| c as f32),
                 _ => [0.0; 3],
             },
+            suns_grey: suns.iter().map(|s| grey(s.irradiance)).sum(),
             ..SceneConstants::zeroed()
         };
         place_camera(&mut constants, &scene.camera);
@@ -98,8 +103,59 @@ impl SceneBuffers {
                 height: 1,
                 texels: vec![[0.0; 3]],
             }),
+            cache: None,
         }
     }
+
+    /// The same scene for the variant with a cache.
+    pub fn with_cache(mut self, layout: CacheLayout) -> SceneBuffers {
+        let constants = &mut self.constants;
+        constants.cache_nodes = layout.nodes;
+        constants.cache_step = layout.step;
+        constants.cache_bricks = layout.bricks;
+        constants.cache_places = layout.places;
+        constants.cache_stride = (1.0 / layout.scale).max(1.0) as u32;
+        constants.cache_unit = cache_unit(constants, &self.environment);
+        self.features.cache_order = cache_order(constants.g);
+        self.features.cache_is_f16 = layout.is_f16;
+        self.cache = Some(layout);
+        self
+    }
+
+    /// Where the cache needs memory.
+    pub fn occupancy(&self, volume: &Volume) -> Occupancy {
+        Occupancy::new(
+            volume,
+            &self.constants,
+            &self.transfer,
+            &self.surfaces,
+            &self.clips,
+        )
+    }
+}
+
+/// The smallest m with |g|^m ≤ ¼. A lattice with two moments of the light cannot hold what a narrow
+/// phase function sees of it; after so many collisions a path sees no more than that.
+fn cache_order(g: f32) -> u32 {
+    match g.abs() {
+        g if g <= 0.25 => 1,
+        g => (0.25f32.ln() / g.ln()).ceil() as u32,
+    }
+}
+
+/// About the largest radiance that a node may hold, as a power of two: dividing by it rounds nothing.
+fn cache_unit(constants: &SceneConstants, image: &EnvironmentImage) -> f32 {
+    let sky: f32 = image.texels.iter().map(|&texel| grey(texel)).sum();
+    let brightness =
+        constants.suns_grey + grey(constants.environment) + sky / image.texels.len() as f32;
+    match brightness > 0.0 {
+        true => brightness.log2().ceil().exp2(),
+        false => 1.0,
+    }
+}
+
+fn grey(rgb: [f32; 3]) -> f32 {
+    rgb.iter().sum::<f32>() / 3.0
 }
 
 fn features(scene: &Scene, suns: &[Sun], filter_in_shader: bool) -> Features {
@@ -121,6 +177,8 @@ fn features(scene: &Scene, suns: &[Sun], filter_in_shader: bool) -> Features {
         background_is_color: matches!(scene.render.background, Background::Color(_)),
         background_is_transparent: scene.render.background == Background::Transparent,
         filter_in_shader,
+        cache_order: 0,
+        cache_is_f16: false,
     }
 }
 

@@ -6,7 +6,11 @@ use crate::gpu::{Buffer, Frame, Image};
 /// Fills an image with texels in x, y, z order.
 pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[u8]) -> Result<()> {
     let mut rest = texels;
-    for (low, extent) in pieces(image, staging.desc.bytes) {
+    for (low, extent) in pieces(
+        image.desc.extent,
+        image.desc.texel_bytes(),
+        staging.desc.bytes,
+    ) {
         let bytes = extent.iter().product::<u32>() as usize * image.desc.texel_bytes();
         let (piece, remaining) = rest.split_at(bytes);
         rest = remaining;
@@ -18,9 +22,18 @@ pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[
 
 /// All texels of an RGBA32F image, in x, y, z order.
 pub fn download(frame: &mut Frame, staging: &Buffer, image: &Image) -> Result<Vec<[f32; 4]>> {
-    let texels = image.desc.extent.iter().product::<u32>() as usize;
-    let mut all = Vec::with_capacity(texels);
-    for (low, extent) in pieces(image, staging.desc.bytes) {
+    download_corner(frame, staging, image, image.desc.extent)
+}
+
+/// The texels of its lowest `extent`.
+pub fn download_corner(
+    frame: &mut Frame,
+    staging: &Buffer,
+    image: &Image,
+    extent: [u32; 3],
+) -> Result<Vec<[f32; 4]>> {
+    let mut all = Vec::with_capacity(extent.iter().product::<u32>() as usize);
+    for (low, extent) in pieces(extent, image.desc.texel_bytes(), staging.desc.bytes) {
         frame.run(|f| f.download(image, staging, low, extent))?;
         let count = extent.iter().product::<u32>() as usize;
         let mapped = staging.mapped().unwrap_or_default();
@@ -29,10 +42,10 @@ pub fn download(frame: &mut Frame, staging: &Buffer, image: &Image) -> Result<Ve
     Ok(all)
 }
 
-/// Boxes of whole rows or whole slices that cover the image in order, each at most `most_bytes`.
-fn pieces(image: &Image, most_bytes: u64) -> Vec<([u32; 3], [u32; 3])> {
-    let [width, height, depth] = image.desc.extent;
-    let row = width as u64 * image.desc.texel_bytes() as u64;
+/// Boxes of whole rows or whole slices that cover `extent` in order, each at most `most_bytes`.
+fn pieces(extent: [u32; 3], texel_bytes: usize, most_bytes: u64) -> Vec<([u32; 3], [u32; 3])> {
+    let [width, height, depth] = extent;
+    let row = width as u64 * texel_bytes as u64;
     let rows = (most_bytes / row) as u32;
     let mut pieces = Vec::new();
     if rows >= height {

@@ -1,20 +1,29 @@
 //! How a scene becomes a picture: the GPU's resources, one file a pass, and the frame.
 
 mod accumulate;
+mod cache;
+mod cache_layout;
+mod cell_tracking;
 mod constants;
 mod copy;
+mod cut_cells;
 mod delta_tracking;
 mod environment_table;
 mod filter_probe;
 mod iso_depth;
 mod macrocell_ranges;
 mod majorants;
+mod occupancy;
 mod plan;
+mod ray_march;
 mod renderer;
 mod resources;
 pub mod shared;
+mod slots;
 
+pub use cache::Cache;
+pub use cache_layout::CacheLayout;
 pub use constants::SceneBuffers;
-pub use plan::Plan;
+pub use plan::{Choice, Plan, choose};
 pub use renderer::{Film, FirstHits, Renderer, Totals};
 pub use resources::Resources;

@@ -1,32 +1,221 @@
-//! What a render will take of the GPU's memory, before anything is allocated: a dry run of the
-//! statements that allocate it.
+//! What a render will take of the GPU's memory, before anything is allocated, and which variant that
+//! allows. A plan is a dry run of the statements that allocate.
+//!
+//! The ladder goes down by predicted quality: a coarser cache loses more than a shorter float, and no
+//! cache at all is right as well, but slow for its noise.
 
 use std::sync::Arc;
 
+use super::cache_layout::CacheLayout;
 use super::constants::SceneBuffers;
 use super::resources::Resources;
-use crate::error::Result;
-use crate::gpu::{Device, Memory, ResourceBytes};
-use crate::scene::Scene;
+use crate::error::{Error, Result};
+use crate::gpu::{Device, DeviceSummary, Memory, ResourceBytes, human};
 use crate::scene::volume::Volume;
+use crate::scene::{CacheFormat, CacheScale, Scene, Variant};
 
 /// Every resource and its bytes, in order of allocation; all are alive at once.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Plan {
     pub resources: Vec<ResourceBytes>,
+    #[serde(skip)]
+    pub cache: Option<CacheLayout>,
+}
+
+/// The variant to render with, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    pub plan: Plan,
+    /// The end of a sentence: "caching, because …".
+    pub reason: String,
+    /// What the next better one would need.
+    pub next_better: String,
 }
 
 impl Plan {
     /// Fails where the device's limits, not its free memory, are in the way.
-    pub fn new(device: &Arc<Device>, volume: &Volume, scene: &Scene) -> Result<Plan> {
-        let dry_run = Memory::dry_run(device, u64::MAX);
-        Resources::allocate(&dry_run, volume, &SceneBuffers::unprobed(scene, volume))?;
+    pub fn new(
+        device: &Arc<Device>,
+        limits: &DeviceSummary,
+        volume: &Volume,
+        scene: &Scene,
+        cache: Option<CacheLayout>,
+    ) -> Result<Plan> {
+        let mut buffers = SceneBuffers::unprobed(scene, volume);
+        if let Some(layout) = &cache {
+            buffers = buffers.with_cache(layout.clone());
+        }
+        let dry_run = Memory::dry_run(device, limits.clone());
+        Resources::allocate(&dry_run, volume, &buffers)?;
         Ok(Plan {
             resources: dry_run.resources(),
+            cache,
         })
     }
 
     pub fn bytes(&self) -> u64 {
         self.resources.iter().map(|r| r.bytes).sum()
     }
+
+    pub fn variant(&self) -> &'static str {
+        match self.cache {
+            Some(_) => "caching",
+            None => "non-caching",
+        }
+    }
+
+    /// "caching at scale 0.5 in f16", for messages.
+    pub fn name(&self) -> String {
+        match &self.cache {
+            Some(cache) => rung_name(cache.scale, cache.format()),
+            None => "non-caching".to_string(),
+        }
+    }
+}
+
+fn rung_name(scale: f64, format: CacheFormat) -> String {
+    let format = match format {
+        CacheFormat::F16 => "f16",
+        _ => "f32",
+    };
+    format!("caching at scale {scale} in {format}")
+}
+
+/// The cache's settings that the scene allows, best first.
+fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
+    let scales = match scene.render.cache_scale {
+        CacheScale::Auto => vec![1.0, 0.5, 0.25, 0.125],
+        CacheScale::Fixed(scale) => vec![scale],
+    };
+    let formats = match scene.render.cache_format {
+        CacheFormat::Auto => vec![CacheFormat::F32, CacheFormat::F16],
+        format => vec![format],
+    };
+    let with_formats = |scale: f64| formats.iter().map(move |&format| (scale, format));
+    scales.into_iter().flat_map(with_formats).collect()
+}
+
+/// Cells that a CPU fills with light in about a minute; a GPU is some hundred times as fast. Only
+/// `auto` minds: whoever names a scale gets it.
+const MOST_CELLS_CPU: u64 = 1 << 20;
+
+fn too_slow(limits: &DeviceSummary, scene: &Scene, layout: &CacheLayout) -> bool {
+    limits.kind == "CPU"
+        && scene.render.cache_scale == CacheScale::Auto
+        && layout.active_nodes() > MOST_CELLS_CPU
+}
+
+/// Why a cache is of no use to the scene, if so.
+fn useless(scene: &Scene) -> Option<&'static str> {
+    let medium = scene.medium.as_ref();
+    if scene.render.max_bounces > 0 {
+        Some("render.max_bounces is set, and a cache holds light after any number of bounces")
+    } else if medium.is_none_or(|m| m.density <= 0.0 || m.transfer.iter().all(|p| p.opacity <= 0.0))
+    {
+        Some("no medium scatters light that a cache could hold")
+    } else {
+        None
+    }
+}
+
+/// The best variant that stays within `budget` bytes and the device's limits.
+pub fn choose(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    volume: &Volume,
+    scene: &Scene,
+) -> Result<Choice> {
+    let wanted = scene.render.variant;
+    let plan = |cache| Plan::new(device, limits, volume, scene, cache);
+    let without = |reason: String, next_better: String| {
+        Ok(Choice {
+            plan: fitting(plan(None)?, budget, Vec::new())?,
+            reason,
+            next_better,
+        })
+    };
+    match (wanted, useless(scene)) {
+        (Variant::NonCaching, _) => {
+            return without("it was asked for".into(), "not looked for".into());
+        }
+        (Variant::Auto, Some(why)) => return without(why.into(), "none is of use here".into()),
+        _ => {}
+    }
+    let occupancy = SceneBuffers::unprobed(scene, volume).occupancy(volume);
+    let mut better = Vec::new();
+    for (scale, format) in rungs(scene) {
+        let most = limits.max_image_3d;
+        let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, most);
+        let name = rung_name(scale, format);
+        match layout.and_then(|layout| plan(Some(layout))) {
+            Ok(Plan {
+                cache: Some(layout),
+                ..
+            }) if too_slow(limits, scene, &layout) => better.push(format!(
+                "{name} has {} cells, more than a CPU fills soon",
+                layout.active_nodes()
+            )),
+            Ok(plan) if plan.bytes() <= budget => {
+                return Ok(Choice {
+                    reason: reason(&plan, wanted, &better),
+                    next_better: better.pop().unwrap_or("there is none".into()),
+                    plan,
+                });
+            }
+            Ok(plan) => better.push(format!("{name} needs {}", needs(plan.bytes()))),
+            Err(Error::Memory(why)) => better.push(format!("{name} is impossible: {why}")),
+            Err(other) => return Err(other),
+        }
+    }
+    if wanted == Variant::Caching {
+        return Err(too_small(&plan(None)?, budget, better));
+    }
+    let next_better = better.last().cloned().unwrap_or_default();
+    Ok(Choice {
+        plan: fitting(plan(None)?, budget, better)?,
+        reason: format!("no cache fits: {next_better}"),
+        next_better,
+    })
+}
+
+fn reason(plan: &Plan, wanted: Variant, better: &[String]) -> String {
+    let asked = match wanted {
+        Variant::Caching => "it was asked for, and ",
+        _ => "",
+    };
+    let fits = format!("{} takes {}", plan.name(), human(plan.bytes()));
+    match better.last() {
+        None => format!("{asked}nothing better is needed: {fits}"),
+        Some(why) => format!("{asked}it is the best that fits: {fits}, while {why}"),
+    }
+}
+
+fn needs(bytes: u64) -> String {
+    format!("{} ({bytes} bytes)", human(bytes))
+}
+
+fn fitting(plan: Plan, budget: u64, better: Vec<String>) -> Result<Plan> {
+    match plan.bytes() <= budget {
+        true => Ok(plan),
+        false => Err(too_small(&plan, budget, better)),
+    }
+}
+
+/// Says what is in the way and what would fit.
+fn too_small(without_cache: &Plan, budget: u64, caching: Vec<String>) -> Error {
+    let needed = without_cache.bytes();
+    let largest = without_cache.resources.iter().max_by_key(|r| r.bytes);
+    let largest = largest.map_or(String::new(), |r| {
+        format!(", {} of it for the {}", human(r.bytes), r.name)
+    });
+    let smallest_cache = caching
+        .last()
+        .map_or(String::new(), |why| format!("; {why}"));
+    Error::Memory(format!(
+        "the budget is {} bytes, but non-caching needs {}{largest}{smallest_cache}: raise \
+         --vram-budget, lower --size, or set volume.crop",
+        budget,
+        needs(needed),
+    ))
 }

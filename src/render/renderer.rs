@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::accumulate::Accumulate;
+use super::cache::Cache;
 use super::constants::SceneBuffers;
 use super::copy;
 use super::delta_tracking::DeltaTracking;
@@ -25,6 +26,8 @@ pub struct Renderer {
     pub resources: Resources,
     delta_tracking: DeltaTracking,
     accumulate: Accumulate,
+    /// Only in the variant that has one.
+    pub cache: Option<Cache>,
 }
 
 /// What has been done so far.
@@ -74,6 +77,10 @@ impl Renderer {
             resources: Resources::allocate(memory, volume, scene)?,
             delta_tracking: DeltaTracking::new(device, shaders, features)?,
             accumulate: Accumulate::new(device, shaders, features)?,
+            cache: match scene.cache {
+                Some(_) => Some(Cache::new(device, shaders, features)?),
+                None => None,
+            },
         };
         renderer.load(device, shaders, volume, scene)?;
         Ok(renderer)
@@ -117,7 +124,24 @@ impl Renderer {
         if let Some(to) = &r.first_surface {
             IsoDepth::new(device, shaders, &scene.features)?.run(frame, r, to)?;
         }
-        Ok(())
+        Cache::prepare(device, shaders, &scene.features, frame, r)
+    }
+
+    /// Another batch of paths for the cache. False if `stop` is raised before its end.
+    pub fn fill_cache(&mut self, stop: &AtomicBool) -> Result<bool> {
+        match &mut self.cache {
+            Some(cache) => cache.batch(&mut self.frame, &self.resources, stop),
+            None => Ok(true),
+        }
+    }
+
+    /// The picture that the cache shows at once, row 0 on top.
+    pub fn march(&mut self) -> Result<Vec<[f32; 4]>> {
+        let r = &self.resources;
+        if let Some(cache) = &self.cache {
+            cache.march(&mut self.frame, r)?;
+        }
+        copy::download(&mut self.frame, &r.staging, &r.unit_sum)
     }
 
     /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
@@ -131,11 +155,10 @@ impl Renderer {
                 return Ok(false);
             }
             let first = self.totals.samples;
-            let lookups;
-            (lookups, under_way) =
-                self.delta_tracking
-                    .advance(&mut self.frame, r, samples, first)?;
-            self.totals.lookups += lookups as u64;
+            let frame = &mut self.frame;
+            let progress = self.delta_tracking.advance(frame, r, samples, first)?;
+            under_way = progress.under_way;
+            self.totals.lookups += progress.lookups as u64;
         }
         let [width, height, _] = r.mean.desc.extent;
         self.totals.samples += samples;
@@ -149,6 +172,16 @@ impl Renderer {
         Ok(true)
     }
 
+    /// Paths traced, for the cache and for the picture.
+    pub fn paths(&self) -> u64 {
+        self.totals.paths + self.cache.as_ref().map_or(0, |c| c.paths)
+    }
+
+    /// Reads of the volume by them.
+    pub fn lookups(&self) -> u64 {
+        self.totals.lookups + self.cache.as_ref().map_or(0, |c| c.lookups)
+    }
+
     /// The picture after the last whole unit.
     pub fn film(&mut self) -> Result<Film> {
         let r = &self.resources;
@@ -156,16 +189,34 @@ impl Renderer {
         let mean = copy::download(frame, &r.staging, &r.mean)?;
         let squares = copy::download(frame, &r.staging, &r.squares)?;
         let divisor = (self.totals.units.saturating_sub(1)) as f32 * self.totals.samples as f32;
-        let stderr = squares
-            .iter()
-            .map(|s| {
-                std::array::from_fn(|c| match self.totals.units {
-                    0 | 1 => f32::INFINITY,
-                    _ => (s[c] / divisor).max(0.0).sqrt(),
-                })
+        let shared = self.shared_error(&mean);
+        let stderr = squares.iter().zip(&mean).map(|(s, m)| {
+            std::array::from_fn(|c| match self.totals.units {
+                0 | 1 => f32::INFINITY,
+                _ if m[3] == 0.0 => (s[c] / divisor).max(0.0).sqrt(),
+                _ => (s[c] / divisor).max(0.0).sqrt().hypot(shared * m[c] * m[3]),
             })
-            .collect();
+        });
+        let stderr = stderr.collect();
         Ok(Film { mean, stderr })
+    }
+
+    /// The cache's own error, which is in all samples alike, as a share of what each pixel covers: so
+    /// large that its rms over the picture is what was measured.
+    fn shared_error(&self, mean: &[[f32; 4]]) -> f32 {
+        let Some(cache) = &self.cache else {
+            return 0.0;
+        };
+        let covered = mean.iter().flat_map(|m| [0, 1, 2].map(|c| m[c] * m[3]));
+        let squares: f64 = covered.map(|x| f64::from(x).powi(2)).sum();
+        let rgb = mean.iter().flat_map(|m| [m[0], m[1], m[2]]);
+        let brightness: f64 = rgb.map(f64::from).sum();
+        let count = 3.0 * mean.len() as f64;
+        let rms = (squares / count).sqrt();
+        match rms > 0.0 {
+            true => (cache.relative_error * brightness / count / rms) as f32,
+            false => 0.0,
+        }
     }
 
     pub fn first_hits(&mut self) -> Result<FirstHits> {

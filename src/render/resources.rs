@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
+use super::cache_layout::CacheLayout;
 use super::constants::{SceneBuffers, volume_format};
-use super::shared::{Counters, Path};
+use super::shared::{BRICK, Counters, NodeWork, Path};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Image, ImageDesc, Memory, Placement};
 use crate::scene::volume::Volume;
@@ -40,7 +41,27 @@ pub struct Resources {
     pub squares: Image,
     /// What the pixels' centres see; only with surfaces.
     pub first_surface: Option<FirstSurface>,
+    /// Only in the variant that has one.
+    pub cache: Option<CacheResources>,
     pub staging: Buffer,
+}
+
+/// The cache: its nodes' light, and where to find it.
+pub struct CacheResources {
+    /// Light without the suns' own; in alpha, the suns' share.
+    pub light: Image,
+    /// Only in an anisotropic medium.
+    pub flux: Option<Image>,
+    /// For each brick of the lattice, its place in the images.
+    pub pages: Buffer,
+    /// For each place, its brick.
+    pub bricks: Buffer,
+    pub active_bricks: u32,
+    pub active_nodes: u64,
+    /// For each place, a bit a cell; only where surfaces stop light.
+    pub cuts: Option<Buffer>,
+    /// What the slots are working on.
+    pub work: Buffer,
 }
 
 /// Of the first surface behind each pixel's centre.
@@ -117,6 +138,10 @@ impl Resources {
                     albedo: Image::new(memory, picture("albedo"))?,
                 }),
             },
+            cache: match &scene.cache {
+                None => None,
+                Some(layout) => Some(CacheResources::allocate(memory, layout, scene, slots)?),
+            },
             staging: Buffer::new(
                 memory,
                 BufferDesc {
@@ -141,7 +166,26 @@ impl Resources {
         if let Some(surface) = &self.first_surface {
             images.extend([&surface.normal_depth, &surface.albedo]);
         }
+        if let Some(cache) = &self.cache {
+            images.push(&cache.light);
+            images.extend(&cache.flux);
+        }
         images
+    }
+
+    /// What reading the cache takes. Shaders that read none are bound to something that is there.
+    pub fn cache_bindings(&self) -> [(&'static str, Binding<'_>); 4] {
+        let cache = self.cache.as_ref();
+        let light = cache.map_or(&self.majorants, |c| &c.light);
+        let flux = cache.and_then(|c| c.flux.as_ref());
+        let pages = cache.map_or(&self.counters, |c| &c.pages);
+        let cuts = cache.and_then(|c| c.cuts.as_ref());
+        [
+            ("cache_light", Binding::Image(light)),
+            ("cache_flux", Binding::Image(flux.unwrap_or(light))),
+            ("pages", Binding::Buffer(pages)),
+            ("cuts", Binding::Buffer(cuts.unwrap_or(pages))),
+        ]
     }
 
     pub fn volume_binding(&self) -> Binding<'_> {
@@ -151,8 +195,87 @@ impl Resources {
         }
     }
 
+    /// What marching through the scene takes.
+    pub fn march_bindings(&self) -> [(&'static str, Binding<'_>); 10] {
+        [
+            ("scene_block", Binding::Buffer(&self.scene)),
+            ("volume", self.volume_binding()),
+            ("transfer", Binding::Buffer(&self.transfer)),
+            ("clips", Binding::Buffer(&self.clips)),
+            ("ranges", Binding::Image(&self.ranges)),
+            ("majorants", Binding::Image(&self.majorants)),
+            ("surfaces", Binding::Buffer(&self.surfaces)),
+            ("suns", Binding::Buffer(&self.suns)),
+            ("environment", Binding::Image(&self.environment)),
+            ("sky", Binding::Buffer(&self.sky)),
+        ]
+    }
+
+    /// What paths take besides that.
+    pub fn path_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
+        [
+            ("paths", Binding::Buffer(&self.paths)),
+            ("counters", Binding::Buffer(&self.counters)),
+        ]
+    }
+
     pub fn slots(&self) -> u32 {
         (self.paths.desc.bytes / size_of::<Path>() as u64) as u32
+    }
+}
+
+impl CacheResources {
+    fn allocate(
+        memory: &Arc<Memory>,
+        layout: &CacheLayout,
+        scene: &SceneBuffers,
+        slots: u32,
+    ) -> Result<CacheResources> {
+        let nodes = |name| ImageDesc {
+            name,
+            extent: layout.extent(),
+            volumetric: true,
+            written: true,
+            format: match layout.is_f16 {
+                true => Format::R16G16B16A16_SFLOAT,
+                false => Format::R32G32B32A32_SFLOAT,
+            },
+        };
+        let on_device = |name, bytes| BufferDesc {
+            name,
+            bytes,
+            placement: Placement::Device,
+        };
+        let places: u64 = layout.places.iter().map(|&n| n as u64).product();
+        let cells = (BRICK * BRICK * BRICK) as u64;
+        let cuts = || Buffer::new(memory, on_device("cut cells", places * cells / 8));
+        Ok(CacheResources {
+            light: Image::new(memory, nodes("cache: light"))?,
+            flux: match scene.features.is_anisotropic {
+                true => Some(Image::new(memory, nodes("cache: flux"))?),
+                false => None,
+            },
+            pages: Buffer::with_data(memory, "cache: pages", &layout.pages())?,
+            bricks: Buffer::with_data(memory, "cache: bricks", &layout.active)?,
+            active_bricks: layout.active.len() as u32,
+            active_nodes: layout.active_nodes(),
+            cuts: match scene.features.full_light {
+                true => Some(cuts()?),
+                false => None,
+            },
+            work: Buffer::new(
+                memory,
+                on_device("cache: work", slots as u64 * size_of::<NodeWork>() as u64),
+            )?,
+        })
+    }
+
+    /// At rest: what the picture needs.
+    pub fn bytes(&self) -> u64 {
+        let images = [Some(&self.light), self.flux.as_ref()];
+        let images = images.into_iter().flatten().map(|i| i.desc.bytes());
+        let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
+        images.sum::<u64>() + self.pages.desc.bytes + self.bricks.desc.bytes + cuts
     }
 }
 
@@ -163,7 +286,7 @@ fn staging_bytes(images: &[ImageDesc]) -> u64 {
 }
 
 fn slots(memory: &Memory, [width, height]: [u32; 2]) -> u32 {
-    let most = match memory.device().summary.kind {
+    let most = match memory.limits.kind {
         "CPU" => SLOTS_CPU,
         _ => SLOTS_GPU,
     };

@@ -14,6 +14,8 @@ use crate::{shared, specialization};
 
 /// Trilinear cells along an axis of a macrocell.
 pub const MACROCELL: u32 = 8;
+/// Nodes of the cache along an axis of a brick.
+pub const BRICK: u32 = 4;
 
 shared! {
     /// Everything about the scene that is one of a kind.
@@ -55,6 +57,20 @@ shared! {
         pub image_cells: uvec2,
         /// Seen by rays that meet nothing if `background_is_color`.
         pub background: vec3,
+        /// Σ of the suns' irradiance, each the mean of its channels.
+        pub suns_grey: float,
+        /// Nodes of the cache along each axis, from face to face of the box.
+        pub cache_nodes: uvec3,
+        /// From node to node, grid units.
+        pub cache_step: vec3,
+        /// Bricks of nodes.
+        pub cache_bricks: uvec3,
+        /// Places for bricks in the cache's images.
+        pub cache_places: uvec3,
+        /// Voxels from node to node: steps of a march for which light is read once.
+        pub cache_stride: uint,
+        /// Radiance that the cache's images hold as 1.
+        pub cache_unit: float,
     }
 
     /// A point of the transfer function.
@@ -121,20 +137,33 @@ shared! {
         pub dimension: uint,
         /// `PHASE_*`.
         pub phase: uint,
+        /// Collisions and reflections so far.
         pub bounces: uint,
+        /// The former alone.
+        pub collisions: uint,
         /// Grid space.
         pub origin: vec3,
         /// World space, unit.
         pub direction: vec3,
         pub t: float,
         pub t_end: float,
-        /// What stands at `t_end`: a surface's index, or −1.
+        /// What stands at `t_end`: a surface's index, nothing (−1) or a collision (−2).
         pub surface: int,
+        /// The collision's stored value.
+        pub value: float,
         /// Bit s: the ray is where V ≥ value of surface s, just before `t_end`.
         pub inside: uint,
         pub throughput: vec3,
+        /// Of a march under way, not yet in `throughput`.
+        pub transmittance: float,
+        /// A place that it has passed, picked in proportion to the light taken there.
+        pub pick_t: float,
         /// Density of the current direction, 1/sr.
         pub pdf: float,
+        /// Where along the path the shadow ray starts.
+        pub shadow_from: float,
+        /// `PHASE_*` once it has arrived.
+        pub next_phase: uint,
         pub shadow_direction: vec3,
         pub shadow_t: float,
         pub shadow_t_end: float,
@@ -144,11 +173,23 @@ shared! {
         pub sum: vec4,
     }
 
+    /// The node that a slot is working on.
+    pub struct NodeWork {
+        pub node: ivec3,
+        /// In which the path under way left the node.
+        pub first_direction: vec3,
+        /// The first shadow ray of the path under way went to a sun.
+        pub shadow_is_sun: uint,
+        /// Sums over the paths of this batch, as in the cache's images.
+        pub light: vec4,
+        pub flux: vec3,
+    }
+
     /// Counters that the shaders add to and the host reads after every dispatch; they start at zero
     /// with a unit and wrap around.
     pub struct Counters {
-        /// The next pixel to hand out.
-        pub next_pixel: uint,
+        /// The next pixel or node to hand out.
+        pub next: uint,
         /// Slots that had a path on its way at the end of a dispatch, added up over dispatches.
         pub unfinished: uint,
         /// Reads of the volume by tracking: tentative collisions.
@@ -163,6 +204,34 @@ shared! {
         /// Loop iterations after which a slot leaves its path to the next dispatch.
         pub work: uint,
         pub slots: uint,
+    }
+
+    pub struct CellPush {
+        /// Paths that each node gets before the queue is empty.
+        pub samples: uint,
+        /// That each node has had before.
+        pub first_sample: uint,
+        /// As in `TrackPush`.
+        pub work: uint,
+        pub slots: uint,
+        /// Bricks in the queue.
+        pub bricks: uint,
+    }
+
+    pub struct CutPush {
+        pub bricks: uint,
+        /// Bricks in a row of workgroups.
+        pub row: uint,
+    }
+
+    pub struct MarchPush {
+        /// Every so many pixels along both axes are marched.
+        pub stride: uint,
+        /// A transmittance behind which nothing is looked at.
+        pub opaque_below: float,
+        /// 1: instead of the picture, the part of it that a picture at rest takes from the cache as
+        /// well, and in alpha the picture's mean over channels.
+        pub measures: uint,
     }
 
     pub struct ProbePush {
@@ -196,6 +265,10 @@ specialization! {
         pub background_is_transparent: bool,
         /// The device's filter is not good enough for this volume: interpolate in the shader.
         pub filter_in_shader: bool,
+        /// The cache is read from a path's so-manieth collision on: 1 for the first; 0 = there is
+        /// none.
+        pub cache_order: uint,
+        pub cache_is_f16: bool,
     }
 }
 
@@ -217,6 +290,8 @@ codes! {
     pub const PHASE_FLIGHT: u32 = 1;
     // Its shadow ray is on its way to a light.
     pub const PHASE_SHADOW: u32 = 2;
+    // A flight is over: whatever stands at its end happens.
+    pub const PHASE_ARRIVAL: u32 = 3;
     // Where the device's filter is probed.
     pub const PROBE_POSITIONS: u32 = 4096;
 }
@@ -228,7 +303,7 @@ pub fn glsl() -> String {
         .map(|(name, value)| format!("const uint {name} = {value}u;\n"))
         .collect();
     [
-        &format!("const int MACROCELL = {MACROCELL};\n"),
+        &format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
         &codes,
         &Features::glsl(),
         SceneConstants::GLSL,
@@ -238,8 +313,12 @@ pub fn glsl() -> String {
         Clip::GLSL,
         EnvironmentCell::GLSL,
         Path::GLSL,
+        NodeWork::GLSL,
         Counters::GLSL,
         TrackPush::GLSL,
+        CellPush::GLSL,
+        CutPush::GLSL,
+        MarchPush::GLSL,
         ProbePush::GLSL,
         AccumulatePush::GLSL,
     ]

@@ -82,7 +82,9 @@ fn the_exr_holds_layers_and_says_how_it_was_made() {
 #[test]
 fn statistics_keep_their_contract() {
     let folder = Folder::new();
-    folder.succeed("render ball.toml -o a.exr --stats s.json --spp 16 --seed 3");
+    folder.succeed(
+        "render ball.toml --variant non-caching -o a.exr --stats s.json --spp 16 --seed 3",
+    );
     let stats = folder.json("s.json");
     for key in ["variant", "reason", "device", "driver"] {
         assert!(stats[key].as_str().is_some_and(|s| !s.is_empty()), "{key}");
@@ -188,16 +190,19 @@ fn a_transparent_background_leaves_coverage() {
 #[test]
 fn the_plan_is_what_a_render_takes() {
     let folder = Folder::new();
-    let plan = folder.succeed("plan ball.toml --json");
+    let variant = "--variant non-caching";
+    let plan = folder.succeed(&format!("plan ball.toml {variant} --json"));
     let plan: Value = serde_json::from_slice(&plan.stdout).expect("JSON");
     let planned = plan["planned_bytes"].as_u64().expect("bytes");
     let just_enough = format!("--vram-budget {planned}");
     folder.succeed(&format!(
-        "render ball.toml --spp 1 -o a.png --stats s.json {just_enough}"
+        "render ball.toml {variant} --spp 1 -o a.png --stats s.json {just_enough}"
     ));
     assert_eq!(folder.json("s.json")["memory"]["peak_bytes"], planned);
     let too_little = format!("--vram-budget {}", planned - 1);
-    let output = folder.run(&format!("render ball.toml --spp 1 -o b.png {too_little}"));
+    let output = folder.run(&format!(
+        "render ball.toml {variant} --spp 1 -o b.png {too_little}"
+    ));
     assert_eq!(output.status.code(), Some(4), "{output:?}");
 }
 

@@ -1,0 +1,176 @@
+// Paths from the cache's nodes: estimates of the light that arrives there, averaged over directions.
+//
+// A path begins at a node as if it had just collided there in an isotropic medium: with a shadow ray,
+// and in a direction that is uniform over the sphere. What it brings goes to the node's mean and flux;
+// what the first shadow ray brings from a sun goes to the suns' share. Slots take nodes from a queue as
+// in delta_tracking.comp.
+//
+// A batch is as large as all that a node has had before, so that half of every merge is new: rounding
+// to 16 bits then adds up to less than one unit in the last place, after any number of updates.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "transfer.glsl"
+#include "ray.glsl"
+#include "ranges.glsl"
+#include "random.glsl"
+#include "phase.glsl"
+#include "tracking.glsl"
+#include "surface.glsl"
+#include "brdf.glsl"
+#include "light.glsl"
+#include "cells.glsl"
+#include "cache.glsl"
+#include "march.glsl"
+#include "path.glsl"
+
+layout(local_size_x = 64) in;
+layout(push_constant, scalar) uniform PushBlock { CellPush push; };
+layout(binding = 10, scalar) buffer PathBlock { Path at[]; } paths;
+layout(binding = 11, scalar) buffer CounterBlock { Counters count; } counters;
+layout(binding = 12) writeonly uniform image3D light_out;
+layout(binding = 13) writeonly uniform image3D flux_out;
+layout(binding = 14, scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
+layout(binding = 19, scalar) readonly buffer BrickBlock { uint at[]; } bricks;
+
+// Samples are counted from here, so that no camera path has the same random numbers.
+const uint CELL_SAMPLES = 0x80000000u;
+const uint NODES_PER_BRICK = uint(BRICK * BRICK * BRICK);
+
+NodeWork node_work;
+
+float grey(vec3 radiance) {
+    return dot(radiance, vec3(1.0 / 3.0));
+}
+
+void arrive(vec3 radiance, vec3 towards_light) {
+    node_work.light.rgb += radiance;
+    node_work.flux -= grey(radiance) * towards_light;
+}
+
+void contribute(inout Path path, vec3 radiance) {
+    if (path.bounces > 0u) {
+        arrive(radiance, node_work.first_direction);
+    } else if (node_work.shadow_is_sun != 0u) {
+        node_work.light.a += radiance.x;
+    } else {
+        arrive(radiance, path.shadow_direction);
+    }
+}
+
+void cover(inout Path path, float share) {}
+
+void escape(inout Path path) {
+    arrive(path.throughput * escaping_radiance(path.direction, path.pdf),
+           node_work.first_direction);
+}
+
+bool begin_node(inout Path path) {
+    uint index = atomicAdd(counters.count.next, 1u);
+    uint brick = index / NODES_PER_BRICK;
+    if (brick >= push.bricks) {
+        return false;
+    }
+    int inner = int(index % NODES_PER_BRICK);
+    ivec3 offset = ivec3(inner % BRICK, inner / BRICK % BRICK, inner / (BRICK * BRICK));
+    ivec3 node = BRICK * unpacked(bricks.at[brick]) + offset;
+    uvec3 nodes = scene.cache_nodes;
+    path.pixel = (node.z * nodes.y + node.y) * nodes.x + node.x;
+    path.samples_left = all(lessThan(node, ivec3(nodes))) ? push.samples : 0u;
+    path.sample_index = CELL_SAMPLES + push.first_sample - 1u;
+    node_work.node = node;
+    node_work.light = vec4(0.0);
+    node_work.flux = vec3(0.0);
+    return true;
+}
+
+// Next-event estimation as at a collision. The directions' density on the sphere is 1/4π, and the mean
+// over directions divides by 4π: for a sky, radiance over density and 4π; for a sun, its share.
+void ask_for_light(inout Path path, inout Random random) {
+    LightSample light = sample_light(random_words(random));
+    bool is_sun = light.density == ALONE;
+    vec3 radiance = light_weight(light, 0.25 / PI) * light.radiance * (0.25 / PI);
+    if (is_sun) {
+        radiance = vec3(grey(light.radiance) / scene.suns_grey);
+    }
+    node_work.shadow_is_sun = is_sun ? 1u : 0u;
+    path.shadow_from = 0.0;
+    aim_shadow_ray(path, light.direction, radiance, NOTHING, PHASE_FLIGHT);
+}
+
+void begin_sample(inout Path path) {
+    --path.samples_left;
+    ++path.sample_index;
+    begin_path(path);
+    path.origin = node_position(node_work.node);
+    Random random = random_of(path);
+    if (has_light_sampling) {
+        ask_for_light(path, random);
+    }
+    vec4 u = random_numbers(random);
+    node_work.first_direction = direction_around(vec3(0.0, 0.0, 1.0), 1.0 - 2.0 * u.x, u.y);
+    path.pdf = 0.25 / PI;
+    turn(path, node_work.first_direction, NOTHING, random);
+    path.dimension = random.dimension;
+}
+
+// To the nearest 16-bit float that is not denormal; a device's own conversion may round towards zero.
+vec3 rounded(vec3 x) {
+    if (!cache_is_f16) {
+        return x;
+    }
+    uvec3 bits = floatBitsToUint(x);
+    bits += 0xFFFu + (bits >> 13u & 1u);
+    return uintBitsToFloat(bits & ~0x1FFFu);
+}
+
+// Merges the batch with what the node has had before.
+void finish_node() {
+    ivec3 texel = node_texel(node_work.node);
+    float share = float(push.samples) / float(push.first_sample + push.samples);
+    vec4 light = node_work.light / float(push.samples);
+    light.rgb /= scene.cache_unit;
+    if (share < 1.0) {
+        light = mix(texelFetch(cache_light, texel, 0), light, share);
+    }
+    imageStore(light_out, texel, vec4(rounded(light.rgb), rounded(light.aaa).x));
+    if (is_anisotropic) {
+        vec3 flux = node_work.flux / (float(push.samples) * scene.cache_unit);
+        if (share < 1.0) {
+            flux = mix(texelFetch(cache_flux, texel, 0).rgb, flux, share);
+        }
+        imageStore(flux_out, texel, vec4(rounded(flux), 0.0));
+    }
+}
+
+void main() {
+    uint slot = gl_GlobalInvocationID.x;
+    if (slot >= push.slots) {
+        return;
+    }
+    Path path = paths.at[slot];
+    node_work = node_works.at[slot];
+    bool working = true;
+    while (working && work < push.work) {
+        ++work;
+        if (path.phase == PHASE_IDLE) {
+            working = path.samples_left > 0u || begin_node(path);
+            if (working && path.samples_left > 0u) {
+                begin_sample(path);
+            }
+        }
+        if (working && path.phase != PHASE_IDLE) {
+            advance(path);
+            if (path.phase == PHASE_IDLE && path.samples_left == 0u) {
+                finish_node();
+            }
+        }
+    }
+    paths.at[slot] = path;
+    node_works.at[slot] = node_work;
+    if (working) {
+        atomicAdd(counters.count.unfinished, 1u);
+    }
+    atomicAdd(counters.count.lookups, lookups);
+}

@@ -1,0 +1,52 @@
+// Which of the cache's cells a surface cuts: those over which the field takes values on both sides of
+// it. One bit a cell, one workgroup a brick.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "ray.glsl"
+#include "ranges.glsl"
+#include "surface.glsl"
+#include "cells.glsl"
+
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(push_constant, scalar) uniform PushBlock { CutPush push; };
+layout(binding = 18, scalar) writeonly buffer CutBlock { uint at[]; } cuts;
+layout(binding = 19, scalar) readonly buffer BrickBlock { uint at[]; } bricks;
+
+shared uint words[2];
+
+void main() {
+    uint brick = gl_WorkGroupID.y * push.row + gl_WorkGroupID.x;
+    if (brick >= push.bricks) {
+        return;
+    }
+    uint thread = gl_LocalInvocationIndex;
+    if (thread < 2u) {
+        words[thread] = 0u;
+    }
+    barrier();
+    ivec3 cell = BRICK * unpacked(bricks.at[brick]) + ivec3(gl_LocalInvocationID);
+    ivec3 last = ivec3(scene.dims) - 1;
+    ivec3 low = clamp(ivec3(floor(node_position(cell))) - 1, ivec3(0), last);
+    ivec3 high = clamp(ivec3(floor(node_position(cell + 1))), ivec3(0), last);
+    vec2 range = vec2(3.4e38, -3.4e38);
+    for (int z = low.z; z <= high.z; ++z) {
+        for (int y = low.y; y <= high.y; ++y) {
+            for (int x = low.x; x <= high.x; ++x) {
+                float v = volume_voxel(ivec3(x, y, z));
+                range = vec2(min(range.x, v), max(range.y, v));
+            }
+        }
+    }
+    for (uint s = 0u; s < surface_count; ++s) {
+        float value = surfaces.at[s].value;
+        if (range.x < value && range.y >= value) {
+            atomicOr(words[thread / 32u], 1u << thread % 32u);
+        }
+    }
+    barrier();
+    if (thread < 2u) {
+        cuts.at[2u * brick + thread] = words[thread];
+    }
+}

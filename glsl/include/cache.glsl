@@ -1,0 +1,95 @@
+// The cache: light that arrives at the nodes of a lattice, which spans the box from face to face.
+//
+// A node (cells.glsl) holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB),
+// and how much of the suns' light arrives unscattered (A, the mean over suns by brightness). Suns are
+// kept apart because their light has edges: what is read of it is corrected by a shadow ray at rest.
+// With an anisotropic medium a second image holds the flux of the same light, grey (RGB).
+//
+// Nodes come in bricks of BRICK³; only those that some ray can read have a place in the images, found
+// through the page table. Values are in units of scene.cache_unit, so that no format overflows.
+
+layout(binding = 15) uniform sampler3D cache_light;
+layout(binding = 16) uniform sampler3D cache_flux;
+layout(binding = 17, scalar) readonly buffer PageBlock { uint at[]; } pages;
+// A bit for each cell of a brick: a surface cuts it. Two words a brick.
+layout(binding = 18, scalar) readonly buffer CutBlock { uint at[]; } cuts;
+
+uint page_of(ivec3 brick) {
+    ivec3 bricks = ivec3(scene.cache_bricks);
+    return pages.at[(brick.z * bricks.y + brick.y) * bricks.x + brick.x];
+}
+
+// Where a node lies in the images.
+ivec3 node_texel(ivec3 node) {
+    return BRICK * unpacked(page_of(node / BRICK)) + node % BRICK;
+}
+
+bool is_cut(CacheCell cell) {
+    uvec3 at = uvec3(unpacked(page_of(cell.low / BRICK)));
+    uint slot = (at.z * scene.cache_places.y + at.y) * scene.cache_places.x + at.x;
+    uvec3 inner = uvec3(cell.low % BRICK);
+    uint bit = (inner.z * BRICK + inner.y) * BRICK + inner.x;
+    return (cuts.at[2u * slot + bit / 32u] >> bit % 32u & 1u) != 0u;
+}
+
+struct CachedLight {
+    vec3 mean;  // radiance over all directions, without the suns' own
+    float suns; // share of the suns that arrives
+    vec3 flux;  // mean of radiance times direction of travel, grey
+};
+
+CachedLight read_cache(CacheCell cell) {
+    ivec3 a = cell.low;
+    ivec3 b = a + 1;
+    ivec3 texels[8] = ivec3[8](
+        node_texel(a), node_texel(ivec3(b.x, a.yz)),
+        node_texel(ivec3(a.x, b.y, a.z)), node_texel(ivec3(b.xy, a.z)),
+        node_texel(ivec3(a.xy, b.z)), node_texel(ivec3(b.x, a.y, b.z)),
+        node_texel(ivec3(a.x, b.yz)), node_texel(b));
+    vec3 p = cell.p;
+    vec3 q = 1.0 - p;
+    vec4 weights = vec4(q.x * q.y, p.x * q.y, q.x * p.y, p.x * p.y);
+    vec4 near = weights * q.z;
+    vec4 far = weights * p.z;
+    vec4 light = near.x * texelFetch(cache_light, texels[0], 0)
+               + near.y * texelFetch(cache_light, texels[1], 0)
+               + near.z * texelFetch(cache_light, texels[2], 0)
+               + near.w * texelFetch(cache_light, texels[3], 0)
+               + far.x * texelFetch(cache_light, texels[4], 0)
+               + far.y * texelFetch(cache_light, texels[5], 0)
+               + far.z * texelFetch(cache_light, texels[6], 0)
+               + far.w * texelFetch(cache_light, texels[7], 0);
+    CachedLight r = CachedLight(light.rgb * scene.cache_unit, light.a, vec3(0.0));
+    if (is_anisotropic) {
+        r.flux = near.x * texelFetch(cache_flux, texels[0], 0).rgb
+               + near.y * texelFetch(cache_flux, texels[1], 0).rgb
+               + near.z * texelFetch(cache_flux, texels[2], 0).rgb
+               + near.w * texelFetch(cache_flux, texels[3], 0).rgb
+               + far.x * texelFetch(cache_flux, texels[4], 0).rgb
+               + far.y * texelFetch(cache_flux, texels[5], 0).rgb
+               + far.z * texelFetch(cache_flux, texels[6], 0).rgb
+               + far.w * texelFetch(cache_flux, texels[7], 0).rgb;
+        r.flux *= scene.cache_unit;
+    }
+    return r;
+}
+
+// ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
+// light on its way out. The flux's colour is that of the mean.
+vec3 scattered_light(CachedLight light, vec3 travel) {
+    if (!is_anisotropic) {
+        return light.mean;
+    }
+    float grey = dot(light.mean, vec3(1.0 / 3.0));
+    float share = grey > 0.0 ? 3.0 * scene.g * dot(light.flux, travel) / grey : 0.0;
+    return light.mean * max(0.0, 1.0 + share);
+}
+
+// What the suns would bring if all of them reached the point: Σ p(ω, ω_sun)·E.
+vec3 suns_scattered(vec3 travel) {
+    vec3 sum = vec3(0.0);
+    for (uint s = 0u; s < sun_count; ++s) {
+        sum += phase_density(dot(suns.at[s].direction, travel)) * suns.at[s].irradiance;
+    }
+    return sum;
+}

@@ -1,0 +1,46 @@
+// The steps of a march through the medium, front to back: Σ T·(1 − exp(−σt·Δ))·albedo·light. A step is
+// at most a voxel long, and a fraction of a mean free path of the densest place nearby.
+
+const float VOXELS_PER_STEP = 1.0;
+const float OPTICAL_DEPTH_PER_STEP = 0.5;
+
+// 1 − exp(−x) without cancellation.
+float absorbed_by(float x) {
+    return x < 0.01 ? x * (1.0 - x * (0.5 - x / 6.0)) : 1.0 - exp(-x);
+}
+
+// The next step, [t, t + size], never across a macrocell's border. False at t_end.
+bool next_step(Ray ray, inout Walk walk, inout float t, float t_end, out float size) {
+    ivec3 cells = ivec3(scene.macrocells);
+    bool inside = t < t_end;
+    float majorant = inside ? macrocell_majorant(walk.cell) : 0.0;
+    while (inside && (majorant <= 0.0 || walk.exit <= t)) {
+        t = max(t, min(walk.exit, t_end));
+        inside = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), cells);
+        majorant = inside ? macrocell_majorant(walk.cell) : 0.0;
+    }
+    float left = min(walk.exit, t_end) - t;
+    float longest = min(VOXELS_PER_STEP / length(ray.step), OPTICAL_DEPTH_PER_STEP / majorant);
+    size = left / max(1.0, ceil(left / longest - 1e-3));
+    return inside;
+}
+
+// What a march has taken since it last read the cache: light varies little from step to step.
+struct Taken {
+    vec3 albedo;  // Σ weight·albedo
+    float weight; // Σ T·(1 − exp(−σt·Δ))
+    float t;      // Σ weight·t
+};
+
+void take(inout Taken taken, float weight, vec3 albedo, float t) {
+    taken.albedo += weight * albedo;
+    taken.weight += weight;
+    taken.t += weight * t;
+}
+
+// The light scattered towards the ray's beginning from where `taken` was taken, on average.
+vec3 light_taken(Taken taken, Ray ray, vec3 suns_here) {
+    float t = taken.t / max(taken.weight, 1e-30);
+    CachedLight light = read_cache(cache_cell(ray.origin + t * ray.step));
+    return taken.albedo * (scattered_light(light, -ray.direction) + light.suns * suns_here);
+}

@@ -1,0 +1,116 @@
+// The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre,
+// marched front to back, without noise. Surfaces are exact hits, shaded by what the cache holds where
+// they are: the suns' share, and the mean of all other light in place of what arrives over the normal.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "transfer.glsl"
+#include "ray.glsl"
+#include "ranges.glsl"
+#include "random.glsl"
+#include "phase.glsl"
+#include "tracking.glsl"
+#include "surface.glsl"
+#include "brdf.glsl"
+#include "light.glsl"
+#include "cells.glsl"
+#include "cache.glsl"
+#include "camera.glsl"
+#include "march.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(push_constant, scalar) uniform PushBlock { MarchPush push; };
+layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
+
+// What has been collected so far.
+struct Front {
+    vec3 radiance;
+    vec3 lasting; // the part of it that a picture at rest takes from the cache as well
+    float transmittance;
+};
+
+void march_segment(Ray ray, float t, float t_end, inout Front front) {
+    if (!has_medium || !(t < t_end)) {
+        return;
+    }
+    Walk walk = begin_walk(ray, t, float(MACROCELL), ivec3(scene.macrocells));
+    vec3 suns_here = suns_scattered(-ray.direction);
+    Taken taken = Taken(vec3(0.0), 0.0, 0.0);
+    bool onwards = true;
+    for (uint i = 1u; onwards; ++i) {
+        float size = 0.0;
+        onwards = next_step(ray, walk, t, t_end, size);
+        if (onwards) {
+            float at = t + 0.5 * size;
+            vec4 medium = transfer_at(lookup(ray, at));
+            float weight = front.transmittance * absorbed_by(scene.density * medium.a * size);
+            front.transmittance -= weight;
+            take(taken, weight, medium.rgb, at);
+            t += size;
+            onwards = front.transmittance > push.opaque_below;
+        }
+        if (!onwards || i % scene.cache_stride == 0u) {
+            front.radiance += light_taken(taken, ray, suns_here);
+            front.lasting += light_taken(taken, ray, vec3(0.0));
+            taken = Taken(vec3(0.0), 0.0, 0.0);
+        }
+    }
+}
+
+vec3 shade(Ray ray, Crossing crossing) {
+    Hit hit = hit_at(ray, crossing);
+    Material material = make_material(uint(crossing.surface));
+    CachedLight light = read_cache(cache_cell(ray.origin + crossing.t * ray.step));
+    vec3 radiance = material.surface.color * light.mean;
+    for (uint s = 0u; s < sun_count; ++s) {
+        vec3 l = -suns.at[s].direction;
+        if (dot(hit.geometric, l) > 0.0) {
+            vec3 f = brdf_value(material, hit.shading, -ray.direction, l);
+            radiance += light.suns * f * max(0.0, dot(hit.shading, l)) * suns.at[s].irradiance;
+        }
+    }
+    return radiance;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel * int(push.stride), ivec2(scene.size)))) {
+        return;
+    }
+    float entry, t_end;
+    Ray ray = camera_ray((vec2(pixel) + 0.5) * float(push.stride), entry, t_end);
+    Front front = Front(vec3(0.0), vec3(0.0), 1.0);
+    Crossing crossing = Crossing(0.0, -1, 0u);
+    int known = -1;
+    bool fresh = true;
+    bool onwards = true;
+    float t = 0.0;
+    while (onwards && t_end > 0.0) {
+        if (surface_count > 0u) {
+            find_crossing(ray, t_end, known, fresh, crossing);
+        }
+        onwards = crossing.surface >= 0;
+        march_segment(ray, t, onwards ? crossing.t : t_end, front);
+        if (onwards) {
+            float opacity = surfaces.at[crossing.surface].opacity;
+            front.radiance += front.transmittance * opacity * shade(ray, crossing);
+            front.transmittance *= 1.0 - opacity;
+            t = crossing.t;
+            known = crossing.surface;
+            fresh = false;
+            crossing.inside ^= 1u << crossing.surface;
+            onwards = front.transmittance > push.opaque_below;
+        }
+    }
+    vec3 background = background_is_color ? scene.background
+                                          : escaping_radiance(ray.direction, ALONE);
+    if (!background_is_transparent) {
+        front.radiance += front.transmittance * background;
+    }
+    vec4 result = vec4(front.radiance, 1.0 - front.transmittance);
+    if (push.measures != 0u) {
+        result = vec4(front.lasting, dot(front.radiance, vec3(1.0 / 3.0)));
+    }
+    imageStore(unit_sum, pixel, result);
+}

@@ -1,0 +1,106 @@
+//! The loops of a render: batches of paths for the cache, then unit after unit of samples for the
+//! picture, until it is enough.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::schedule::{Done, cache_is_done, next_unit, reason_to_stop};
+use crate::cli::Stop;
+use crate::error::{Error, Result};
+use crate::output::progress::{Goal, Progress};
+use crate::output::relative_error;
+use crate::render::Renderer;
+
+pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// For work that Ctrl-C has to wait for.
+static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
+
+/// What rendering left, besides the picture.
+pub struct Outcome {
+    pub relative_error: f64,
+    pub first_frame: Instant,
+    pub why_stopped: String,
+}
+
+pub fn goal(stop: &Stop) -> Goal {
+    Goal {
+        spp: stop.spp.map(|n| n.get() as u64),
+        seconds: stop.time.map(|t| t.as_secs_f64()),
+        relative_error: stop.relative_error,
+    }
+}
+
+pub fn catch_interrupts() {
+    // Fails only where a handler is set already, and that one does the same.
+    let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+}
+
+/// Batch after batch, until the cache shows a picture that is good enough for `stop`.
+pub fn fill_until(stop: &Stop, renderer: &mut Renderer, progress: &mut Progress) -> Result<()> {
+    while let Some(cache) = &renderer.cache
+        && !cache_is_done(stop, cache)
+    {
+        if !renderer.fill_cache(&INTERRUPTED)? {
+            return Ok(());
+        }
+        if let Some(cache) = &renderer.cache {
+            progress.filled(cache.updates, cache.relative_error);
+        }
+    }
+    Ok(())
+}
+
+/// Unit after unit, until `stop` or Ctrl-C. `--time` counts from `began`.
+pub fn trace_until(
+    stop: &Stop,
+    renderer: &mut Renderer,
+    began: Instant,
+    progress: &mut Progress,
+) -> Result<Outcome> {
+    let mut first_frame = None;
+    let mut done = Done {
+        samples: 0,
+        units: 0,
+        took: began.elapsed(),
+        relative_error: f64::INFINITY,
+    };
+    let why_stopped = loop {
+        if let Some(reason) = reason_to_stop(stop, &done) {
+            break reason;
+        }
+        // Whoever interrupts the filling of a cache still gets the picture that it shows.
+        let has_light = renderer.cache.as_ref().is_some_and(|c| c.updates > 0);
+        let interrupt = match has_light && done.units == 0 {
+            true => &UNSTOPPABLE,
+            false => &INTERRUPTED,
+        };
+        if !renderer.unit(next_unit(stop, &done), interrupt)? {
+            break "of Ctrl-C".into();
+        }
+        first_frame.get_or_insert_with(Instant::now);
+        done.samples = renderer.totals.samples;
+        done.units = renderer.totals.units;
+        done.relative_error = match done.units {
+            1 => f64::INFINITY,
+            _ => {
+                let film = renderer.film()?;
+                relative_error(&rgb(&film.mean), &film.stderr)
+            }
+        };
+        done.took = began.elapsed();
+        progress.update(
+            done.samples as u64,
+            done.took.as_secs_f64(),
+            done.relative_error,
+        );
+    };
+    Ok(Outcome {
+        relative_error: done.relative_error,
+        first_frame: first_frame.ok_or(Error::Interrupted)?,
+        why_stopped,
+    })
+}
+
+pub fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
+    texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
+}

@@ -1,0 +1,149 @@
+//! Where the cache's nodes are, and which of them have memory.
+//!
+//! Nodes lie on a lattice from face to face of the box, so that nothing is extrapolated at the border,
+//! about `scale` of them to a voxel along each axis. They come in bricks of `BRICK`³; a brick gets a
+//! place in the cache's images only if a macrocell within reach of its nodes scatters light or shows a
+//! surface. The page table says which place: ten bits for each axis.
+
+use super::occupancy::Occupancy;
+use super::shared::BRICK;
+use crate::error::{Error, Result};
+use crate::scene::CacheFormat;
+
+/// Places along an axis that fit into ten bits.
+const MOST_PLACES: u32 = 1024;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct CacheLayout {
+    /// Nodes per voxel along an axis.
+    pub scale: f64,
+    pub is_f16: bool,
+    /// Nodes along each axis.
+    pub nodes: [u32; 3],
+    /// From node to node, grid units.
+    pub step: [f32; 3],
+    /// Bricks along each axis.
+    pub bricks: [u32; 3],
+    /// Lattice positions of the bricks that have memory, packed.
+    pub active: Vec<u32>,
+    /// Places for bricks along each axis of the images.
+    pub places: [u32; 3],
+}
+
+impl CacheLayout {
+    /// `format` must be decided. Fails where images of `most_texels` a side are too small.
+    pub fn new(
+        dims: [u32; 3],
+        occupancy: &Occupancy,
+        scale: f64,
+        format: CacheFormat,
+        most_texels: u32,
+    ) -> Result<CacheLayout> {
+        let nodes = dims.map(|n| ((n as f64 * scale).ceil() as u32).max(2));
+        let step = std::array::from_fn(|a| dims[a] as f32 / (nodes[a] - 1) as f32);
+        let bricks = nodes.map(|n| n.div_ceil(BRICK));
+        let active = active_bricks(bricks, step, occupancy);
+        let most_places = (most_texels / BRICK).min(MOST_PLACES - 1);
+        let Some(places) = places(active.len() as u32, most_places) else {
+            return Err(Error::Memory(format!(
+                "its {} bricks of nodes are more than a 3D image of {most_texels} texels a side holds",
+                active.len()
+            )));
+        };
+        Ok(CacheLayout {
+            scale,
+            is_f16: format == CacheFormat::F16,
+            nodes,
+            step,
+            bricks,
+            active,
+            places,
+        })
+    }
+
+    pub fn format(&self) -> CacheFormat {
+        match self.is_f16 {
+            true => CacheFormat::F16,
+            false => CacheFormat::F32,
+        }
+    }
+
+    /// For each brick of the lattice its place, packed; those without memory share the first.
+    pub fn pages(&self) -> Vec<u32> {
+        let [width, height, depth] = self.bricks;
+        let mut pages = vec![0; (width * height * depth) as usize];
+        for (slot, &brick) in self.active.iter().enumerate() {
+            let slot = slot as u32;
+            let [x, y, _] = self.places;
+            let [i, j, k] = unpack(brick);
+            pages[((k * height + j) * width + i) as usize] =
+                pack([slot % x, slot / x % y, slot / (x * y)]);
+        }
+        pages
+    }
+
+    /// Texels of the images.
+    pub fn extent(&self) -> [u32; 3] {
+        self.places.map(|n| n * BRICK)
+    }
+
+    pub fn all_nodes(&self) -> u64 {
+        self.nodes.iter().map(|&n| n as u64).product()
+    }
+
+    /// Nodes that have memory.
+    pub fn active_nodes(&self) -> u64 {
+        let inside = |&brick: &u32| -> u64 {
+            let low = unpack(brick).map(|i| i * BRICK);
+            (0..3)
+                .map(|a| (self.nodes[a] - low[a]).min(BRICK) as u64)
+                .product()
+        };
+        self.active.iter().map(inside).sum()
+    }
+}
+
+fn pack([x, y, z]: [u32; 3]) -> u32 {
+    x | y << 10 | z << 20
+}
+
+fn unpack(word: u32) -> [u32; 3] {
+    [word, word >> 10, word >> 20].map(|bits| bits & 1023)
+}
+
+/// A node is read anywhere up to its neighbours.
+fn active_bricks(bricks: [u32; 3], step: [f32; 3], occupancy: &Occupancy) -> Vec<u32> {
+    let reach = |first: u32, a: usize| {
+        let low = (first * BRICK) as f32 - 1.0;
+        let high = (first * BRICK + BRICK) as f32;
+        [0.5 + low * step[a], 0.5 + high * step[a]]
+    };
+    let mut active = Vec::new();
+    for z in 0..bricks[2] {
+        for y in 0..bricks[1] {
+            for x in 0..bricks[0] {
+                let spans = [reach(x, 0), reach(y, 1), reach(z, 2)];
+                if occupancy.any(spans.map(|s| s[0]), spans.map(|s| s[1])) {
+                    active.push(pack([x, y, z]));
+                }
+            }
+        }
+    }
+    active
+}
+
+/// The smallest box of places for so many bricks with no side longer than `most`, near a cube.
+fn places(bricks: u32, most: u32) -> Option<[u32; 3]> {
+    let bricks = bricks.max(1);
+    let cube = (bricks as f64).cbrt().ceil() as u32;
+    let widths = (cube..=(2 * cube).min(most)).chain([most.min(bricks)]);
+    let boxes = widths.flat_map(|width| {
+        let square = ((bricks as f64 / width as f64).sqrt().ceil() as u32).clamp(1, most);
+        (square..=(2 * square).min(most)).map(move |height| {
+            let depth = bricks.div_ceil(width * height);
+            [width, height, depth]
+        })
+    });
+    let volume = |b: &[u32; 3]| b.iter().map(|&n| n as u64).product::<u64>();
+    boxes.filter(|b| b[2] <= most).min_by_key(volume)
+}

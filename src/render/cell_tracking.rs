@@ -1,0 +1,72 @@
+//! Paths from the cache's nodes.
+
+use std::sync::Arc;
+
+use super::resources::{CacheResources, Resources};
+use super::shared::{CellPush, Features};
+use super::slots::{Progress, Slots};
+use crate::error::Result;
+use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+
+pub struct CellTracking {
+    pass: Pass,
+    slots: Slots,
+}
+
+impl CellTracking {
+    /// Its paths do not read the cache: they estimate what it should hold.
+    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
+        let features = Features {
+            cache_order: 0,
+            ..*features
+        };
+        let desc = PassDesc {
+            name: "cell_tracking",
+            specialization: &features.words(),
+        };
+        Ok(CellTracking {
+            pass: Pass::new(device, shaders, &desc)?,
+            slots: Slots::new(),
+        })
+    }
+
+    /// Forgets all paths and starts the queue of nodes anew.
+    pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.slots.restart(frame, r)
+    }
+
+    /// Takes all paths of a batch of `samples` paths a node further; each node has had `before`.
+    pub fn advance(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheResources,
+        samples: u32,
+        before: u32,
+    ) -> Result<Progress> {
+        let CellTracking { pass, slots } = self;
+        slots.advance(frame, r, |frame, work| {
+            let push = CellPush {
+                samples,
+                first_sample: before,
+                work,
+                slots: r.slots(),
+                bricks: cache.active_bricks,
+            };
+            let flux = cache.flux.as_ref().unwrap_or(&cache.light);
+            let bindings = [
+                &r.march_bindings()[..],
+                &r.cache_bindings(),
+                &r.path_bindings(),
+                &[
+                    ("light_out", Binding::Image(&cache.light)),
+                    ("flux_out", Binding::Image(flux)),
+                    ("node_works", Binding::Buffer(&cache.work)),
+                    ("bricks", Binding::Buffer(&cache.bricks)),
+                ],
+            ]
+            .concat();
+            frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
+        })
+    }
+}

@@ -1,0 +1,52 @@
+//! Which of the cache's cells are cut by a surface; whenever the volume or an isovalue changes.
+
+use std::sync::Arc;
+
+use super::resources::{CacheResources, Resources};
+use super::shared::{BRICK, CutPush, Features};
+use crate::error::Result;
+use crate::gpu::{Binding, Buffer, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+
+/// Bricks in a row of workgroups.
+const ROW: u32 = 64;
+
+pub struct CutCells(Pass);
+
+impl CutCells {
+    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
+        let desc = PassDesc {
+            name: "cut_cells",
+            specialization: &features.words(),
+        };
+        Ok(CutCells(Pass::new(device, shaders, &desc)?))
+    }
+
+    pub fn run(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheResources,
+        cuts: &Buffer,
+    ) -> Result<()> {
+        let bindings = [
+            ("scene_block", Binding::Buffer(&r.scene)),
+            ("volume", Binding::Image(&r.volume)),
+            ("clips", Binding::Buffer(&r.clips)),
+            ("ranges", Binding::Image(&r.ranges)),
+            ("surfaces", Binding::Buffer(&r.surfaces)),
+            ("bricks", Binding::Buffer(&cache.bricks)),
+            ("cuts", Binding::Buffer(cuts)),
+        ];
+        let push = CutPush {
+            bricks: cache.active_bricks,
+            row: ROW,
+        };
+        let rows = push.bricks.div_ceil(ROW);
+        frame.run_in_slices(
+            &self.0,
+            &bindings,
+            &push,
+            [ROW * BRICK, rows * BRICK, BRICK],
+        )
+    }
+}

@@ -1,0 +1,81 @@
+//! Slots that take work from a queue, dispatch after dispatch. One dispatch takes each slot's path a
+//! bounded amount of work further; the host sizes that amount so that a dispatch stays far below the
+//! two seconds after which Windows resets a GPU, and looks in between whether anything is left to do.
+
+use std::time::Instant;
+
+use bytemuck::Zeroable;
+
+use super::resources::Resources;
+use super::shared::Counters;
+use crate::error::Result;
+use crate::gpu::Frame;
+
+/// A dispatch should take about this long.
+const TARGET_MS: f64 = 70.0;
+const LEAST_WORK: u32 = 16;
+/// lavapipe ends loops silently after 65535 iterations of a group of eight threads.
+const MOST_WORK: u32 = 4096;
+
+pub struct Slots {
+    /// Loop iterations that a slot makes in the next dispatch.
+    work: u32,
+    /// As the last dispatch left them.
+    counted: Counters,
+}
+
+/// What a dispatch did.
+pub struct Progress {
+    /// Reads of the volume by tracking.
+    pub lookups: u32,
+    /// Some path is still on its way.
+    pub under_way: bool,
+}
+
+impl Slots {
+    pub fn new() -> Slots {
+        Slots {
+            work: LEAST_WORK,
+            counted: Counters::zeroed(),
+        }
+    }
+
+    /// Forgets all paths and starts the queue anew.
+    pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.counted = Counters::zeroed();
+        frame.run(|f| {
+            f.zero(&r.counters)?;
+            f.zero(&r.paths)
+        })
+    }
+
+    /// Takes all paths further by what `record` records, given the amount of work.
+    pub fn advance(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        record: impl FnOnce(&mut Frame, u32) -> Result<()>,
+    ) -> Result<Progress> {
+        let began = Instant::now();
+        frame.run(|f| {
+            record(f, self.work)?;
+            f.copy(&r.counters, &r.staging)
+        })?;
+        self.adapt(began.elapsed().as_secs_f64() * 1e3);
+        let mapped = r.staging.mapped().unwrap_or_default();
+        let counted: Counters = bytemuck::pod_read_unaligned(&mapped[..size_of::<Counters>()]);
+        let before = std::mem::replace(&mut self.counted, counted);
+        Ok(Progress {
+            lookups: counted.lookups.wrapping_sub(before.lookups),
+            under_way: counted.unfinished != before.unfinished,
+        })
+    }
+
+    fn adapt(&mut self, took_ms: f64) {
+        if took_ms < 0.5 * TARGET_MS {
+            self.work = (self.work * 2).min(MOST_WORK);
+        } else if took_ms > 1.5 * TARGET_MS {
+            self.work = (self.work / 2).max(LEAST_WORK);
+        }
+    }
+}
