@@ -1,5 +1,5 @@
-// Which of the cache's cells a surface cuts: those over which the field takes values on both sides of
-// it. One bit a cell, one workgroup a brick.
+// Which of the cache's cubes a surface cuts: those over which the field takes values on both sides of
+// it. One bit a cube, one workgroup a brick.
 
 #version 460
 #include "scene.glsl"
@@ -26,10 +26,14 @@ void main() {
         words[thread] = 0u;
     }
     barrier();
-    ivec3 cell = BRICK * unpacked(bricks.at[brick]) + ivec3(gl_LocalInvocationID);
+    ivec3 cube = BRICK * unpacked(bricks.at[brick]) + ivec3(gl_LocalInvocationID);
     ivec3 last = ivec3(scene.dims) - 1;
-    ivec3 low = clamp(ivec3(floor(node_position(cell))) - 1, ivec3(0), last);
-    ivec3 high = clamp(ivec3(floor(node_position(cell + 1))), ivec3(0), last);
+    ivec3 low = ivec3(floor(node_position(cube))) - 1;
+    ivec3 high = ivec3(floor(node_position(cube + 1)));
+    low = clamp(low, ivec3(0), last);
+    high = clamp(high, ivec3(0), last);
+    low = mix(low, ivec3(0), equal(cube, ivec3(0)));
+    high = mix(high, last, greaterThanEqual(cube + 2, ivec3(scene.cache_nodes)));
     vec2 range = vec2(3.4e38, -3.4e38);
     for (int z = low.z; z <= high.z; ++z) {
         for (int y = low.y; y <= high.y; ++y) {

@@ -1,6 +1,7 @@
 // The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre,
 // marched front to back, without noise. Surfaces are exact hits, shaded by what the cache holds where
 // they are: the suns' share, and the mean of all other light in place of what arrives over the normal.
+// Where it holds nothing, far from the medium, they are lit as if there were none.
 
 #version 460
 #include "scene.glsl"
@@ -58,10 +59,18 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     }
 }
 
+CachedLight light_on_surface(vec3 g) {
+    Cube cube = cube_at(g);
+    if (has_memory(cube)) {
+        return read_cache(cube);
+    }
+    return CachedLight(escaping_radiance(vec3(0.0, 1.0, 0.0), ALONE), 1.0, vec3(0.0));
+}
+
 vec3 shade(Ray ray, Crossing crossing) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
-    CachedLight light = read_cache(cache_cell(ray.origin + crossing.t * ray.step));
+    CachedLight light = light_on_surface(ray.origin + crossing.t * ray.step);
     vec3 radiance = material.surface.color * light.mean;
     for (uint s = 0u; s < sun_count; ++s) {
         vec3 l = -suns.at[s].direction;

@@ -1,6 +1,6 @@
-// The cache: light that arrives at the nodes of a lattice, which spans the box from face to face.
+// The cache: light that arrives at the nodes of a lattice (cells.glsl).
 //
-// A node (cells.glsl) holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB),
+// A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB),
 // and how much of the suns' light arrives unscattered (A, the mean over suns by brightness). Suns are
 // kept apart because their light has edges: what is read of it is corrected by a shadow ray at rest.
 // With an anisotropic medium a second image holds the flux of the same light, grey (RGB).
@@ -11,7 +11,7 @@
 layout(binding = 15) uniform sampler3D cache_light;
 layout(binding = 16) uniform sampler3D cache_flux;
 layout(binding = 17, scalar) readonly buffer PageBlock { uint at[]; } pages;
-// A bit for each cell of a brick: a surface cuts it. Two words a brick.
+// A bit for each cube of a brick: a surface cuts it. Two words a brick.
 layout(binding = 18, scalar) readonly buffer CutBlock { uint at[]; } cuts;
 
 uint page_of(ivec3 brick) {
@@ -19,15 +19,19 @@ uint page_of(ivec3 brick) {
     return pages.at[(brick.z * bricks.y + brick.y) * bricks.x + brick.x];
 }
 
+bool has_memory(Cube cube) {
+    return page_of(cube.low / BRICK) != NO_PLACE;
+}
+
 // Where a node lies in the images.
 ivec3 node_texel(ivec3 node) {
     return BRICK * unpacked(page_of(node / BRICK)) + node % BRICK;
 }
 
-bool is_cut(CacheCell cell) {
-    uvec3 at = uvec3(unpacked(page_of(cell.low / BRICK)));
+bool is_cut(Cube cube) {
+    uvec3 at = uvec3(unpacked(page_of(cube.low / BRICK)));
     uint slot = (at.z * scene.cache_places.y + at.y) * scene.cache_places.x + at.x;
-    uvec3 inner = uvec3(cell.low % BRICK);
+    uvec3 inner = uvec3(cube.low % BRICK);
     uint bit = (inner.z * BRICK + inner.y) * BRICK + inner.x;
     return (cuts.at[2u * slot + bit / 32u] >> bit % 32u & 1u) != 0u;
 }
@@ -38,15 +42,15 @@ struct CachedLight {
     vec3 flux;  // mean of radiance times direction of travel, grey
 };
 
-CachedLight read_cache(CacheCell cell) {
-    ivec3 a = cell.low;
-    ivec3 b = a + 1;
+CachedLight read_cache(Cube cube) {
+    ivec3 a = cube.low;
+    ivec3 b = min(a + 1, ivec3(scene.cache_nodes) - 1);
     ivec3 texels[8] = ivec3[8](
         node_texel(a), node_texel(ivec3(b.x, a.yz)),
         node_texel(ivec3(a.x, b.y, a.z)), node_texel(ivec3(b.xy, a.z)),
         node_texel(ivec3(a.xy, b.z)), node_texel(ivec3(b.x, a.y, b.z)),
         node_texel(ivec3(a.x, b.yz)), node_texel(b));
-    vec3 p = cell.p;
+    vec3 p = cube.p;
     vec3 q = 1.0 - p;
     vec4 weights = vec4(q.x * q.y, p.x * q.y, q.x * p.y, p.x * p.y);
     vec4 near = weights * q.z;
@@ -59,6 +63,7 @@ CachedLight read_cache(CacheCell cell) {
                + far.y * texelFetch(cache_light, texels[5], 0)
                + far.z * texelFetch(cache_light, texels[6], 0)
                + far.w * texelFetch(cache_light, texels[7], 0);
+    light = max(light, 0.0); // extrapolation may leave what light can be
     CachedLight r = CachedLight(light.rgb * scene.cache_unit, light.a, vec3(0.0));
     if (is_anisotropic) {
         r.flux = near.x * texelFetch(cache_flux, texels[0], 0).rgb

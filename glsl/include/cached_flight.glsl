@@ -10,14 +10,14 @@ const float OPAQUE_BELOW = 1e-6;
 bool reads_cache(Path path) {
     vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
     return cache_order > 0u && path.collisions + 1u >= cache_order
-        && !(full_light && is_cut(cache_cell(g)));
+        && !(full_light && is_cut(cube_at(g)));
 }
 
 // The end of a path at a collision, with a shadow ray for the suns.
 void collect(inout Path path, inout Random random) {
     vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
     vec3 throughput = path.throughput * transfer_color(path.value);
-    CachedLight light = read_cache(cache_cell(g));
+    CachedLight light = read_cache(cube_at(g));
     contribute(path, throughput * scattered_light(light, -path.direction));
     path.origin = g;
     if (sun_count > 0u) {
@@ -35,7 +35,7 @@ void correct_suns(inout Path path, Ray ray, inout Random random) {
     vec3 g = ray.origin + path.pick_t * ray.step;
     vec3 share = path.throughput * (1.0 - path.transmittance)
                * transfer_color(lookup(ray, path.pick_t));
-    contribute(path, -share * read_cache(cache_cell(g)).suns * suns_scattered(-path.direction));
+    contribute(path, -share * read_cache(cube_at(g)).suns * suns_scattered(-path.direction));
     LightSample light = sample_sun(random_numbers(random).x);
     float density = phase_density(dot(path.direction, light.direction));
     path.shadow_from = path.pick_t;
@@ -97,7 +97,7 @@ void march(inout Path path, Ray ray, inout Random random) {
         s.absorbed = onwards ? s.absorbed : 0.0;
         path.t += onwards ? size : 0.0;
         float pick = random_numbers(random).x;
-        if (full_light && is_cut(cache_cell(ray.origin + s.picked_t * ray.step))) {
+        if (full_light && is_cut(cube_at(ray.origin + s.picked_t * ray.step))) {
             if (pick < s.absorbed) {
                 path.t_end = s.picked_t;
                 path.surface = COLLISION;

@@ -1,8 +1,9 @@
-// The lattice of the cache: nodes from face to face of the box, cells between them, bricks of BRICK³
-// nodes. A cell or brick is named by its lowest node.
+// The lattice of the cache: equal cells that fill the box, a node at the centre of each. Between nodes,
+// light is interpolated; from the outer ones to the box's faces it is extrapolated. The *cube* of a node
+// is what lies between it and the next nodes, out to the faces at the border. Bricks are BRICK³ nodes.
 
 vec3 node_position(ivec3 node) {
-    return 0.5 + vec3(node) * scene.cache_step;
+    return 0.5 + (vec3(node) + 0.5) * scene.cache_step;
 }
 
 // Three numbers of ten bits.
@@ -10,16 +11,18 @@ ivec3 unpacked(uint word) {
     return ivec3(word, word >> 10u, word >> 20u) & 1023;
 }
 
-// The cell that holds a point, and where in it.
-struct CacheCell {
+// The lowest node of the cube that holds a point, and where the point is in it: in [0, 1], and beyond
+// near the faces.
+struct Cube {
     ivec3 low;
     vec3 p;
 };
 
-CacheCell cache_cell(vec3 g) {
-    vec3 c = clamp((g - 0.5) / scene.cache_step, vec3(0.0), vec3(scene.cache_nodes - 1u));
-    CacheCell cell;
-    cell.low = min(ivec3(c), ivec3(scene.cache_nodes) - 2);
-    cell.p = c - vec3(cell.low);
-    return cell;
+Cube cube_at(vec3 g) {
+    vec3 c = (g - 0.5) / scene.cache_step - 0.5;
+    Cube cube;
+    cube.low = clamp(ivec3(floor(c)), ivec3(0), max(ivec3(scene.cache_nodes) - 2, 0));
+    // A single node along an axis stands for all of it.
+    cube.p = mix(c - vec3(cube.low), vec3(0.0), equal(scene.cache_nodes, uvec3(1u)));
+    return cube;
 }

@@ -41,6 +41,6 @@ void take(inout Taken taken, float weight, vec3 albedo, float t) {
 // The light scattered towards the ray's beginning from where `taken` was taken, on average.
 vec3 light_taken(Taken taken, Ray ray, vec3 suns_here) {
     float t = taken.t / max(taken.weight, 1e-30);
-    CachedLight light = read_cache(cache_cell(ray.origin + t * ray.step));
+    CachedLight light = read_cache(cube_at(ray.origin + t * ray.step));
     return taken.albedo * (scattered_light(light, -ray.direction) + light.suns * suns_here);
 }

@@ -64,6 +64,10 @@ impl Frame {
         Ok(())
     }
 
+    pub fn device(&self) -> Arc<Device> {
+        self.device.clone()
+    }
+
     /// Records, submits and waits. An error while recording submits nothing.
     pub fn run(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<()> {
         self.begin().map_err(|e| self.lost(e))?;

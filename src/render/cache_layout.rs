@@ -1,12 +1,12 @@
 //! Where the cache's nodes are, and which of them have memory.
 //!
-//! Nodes lie on a lattice from face to face of the box, so that nothing is extrapolated at the border,
-//! about `scale` of them to a voxel along each axis. They come in bricks of `BRICK`³; a brick gets a
-//! place in the cache's images only if a macrocell within reach of its nodes scatters light or shows a
-//! surface. The page table says which place: ten bits for each axis.
+//! Nodes lie at the centres of equal cells that fill the box, `scale` of them to a voxel along each
+//! axis. They come in bricks of `BRICK`³; a brick gets a place in the cache's images only if a macrocell
+//! within reach of its nodes scatters light or shows a surface. The page table says which place: ten
+//! bits for each axis.
 
 use super::occupancy::Occupancy;
-use super::shared::BRICK;
+use super::shared::{BRICK, NO_PLACE};
 use crate::error::{Error, Result};
 use crate::scene::CacheFormat;
 
@@ -39,8 +39,8 @@ impl CacheLayout {
         format: CacheFormat,
         most_texels: u32,
     ) -> Result<CacheLayout> {
-        let nodes = dims.map(|n| ((n as f64 * scale).ceil() as u32).max(2));
-        let step = std::array::from_fn(|a| dims[a] as f32 / (nodes[a] - 1) as f32);
+        let nodes = dims.map(|n| (n as f64 * scale).ceil() as u32);
+        let step = std::array::from_fn(|a| dims[a] as f32 / nodes[a] as f32);
         let bricks = nodes.map(|n| n.div_ceil(BRICK));
         let active = active_bricks(bricks, step, occupancy);
         let most_places = (most_texels / BRICK).min(MOST_PLACES - 1);
@@ -68,10 +68,10 @@ impl CacheLayout {
         }
     }
 
-    /// For each brick of the lattice its place, packed; those without memory share the first.
+    /// For each brick of the lattice its place, packed; `NO_PLACE` for those without memory.
     pub fn pages(&self) -> Vec<u32> {
         let [width, height, depth] = self.bricks;
-        let mut pages = vec![0; (width * height * depth) as usize];
+        let mut pages = vec![NO_PLACE; (width * height * depth) as usize];
         for (slot, &brick) in self.active.iter().enumerate() {
             let slot = slot as u32;
             let [x, y, _] = self.places;
@@ -111,11 +111,11 @@ fn unpack(word: u32) -> [u32; 3] {
     [word, word >> 10, word >> 20].map(|bits| bits & 1023)
 }
 
-/// A node is read anywhere up to its neighbours.
+/// A node is read as far as its neighbours, and near the faces half a cell further.
 fn active_bricks(bricks: [u32; 3], step: [f32; 3], occupancy: &Occupancy) -> Vec<u32> {
     let reach = |first: u32, a: usize| {
         let low = (first * BRICK) as f32 - 1.0;
-        let high = (first * BRICK + BRICK) as f32;
+        let high = (first * BRICK + BRICK + 1) as f32;
         [0.5 + low * step[a], 0.5 + high * step[a]]
     };
     let mut active = Vec::new();

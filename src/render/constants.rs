@@ -128,9 +128,36 @@ impl SceneBuffers {
             volume,
             &self.constants,
             &self.transfer,
-            &self.surfaces,
+            self.obstacles(),
             &self.clips,
         )
+    }
+
+    /// Surfaces that stop light on its way to the cache.
+    fn obstacles(&self) -> &[Surface] {
+        match self.features.full_light {
+            true => &self.surfaces,
+            false => &[],
+        }
+    }
+
+    /// Whether light cached for `self` is right for `other` as well, with the same volume. It is not
+    /// where anything differs that its paths meet: medium, lights, clip planes, and in `full` light
+    /// surfaces. Camera, picture and, in `local` light, surfaces do not matter.
+    pub fn shares_light_with(&self, other: &SceneBuffers) -> bool {
+        let medium = |s: &SceneBuffers| (s.constants.density, s.constants.g);
+        let sky = |s: &SceneBuffers| (s.constants.environment, s.constants.image_cells);
+        let normals =
+            |s: &SceneBuffers| s.features.full_light.then_some(s.features.analytic_normals);
+        self.cache == other.cache
+            && medium(self) == medium(other)
+            && self.transfer == other.transfer
+            && self.suns == other.suns
+            && sky(self) == sky(other)
+            && self.environment == other.environment
+            && self.clips == other.clips
+            && self.obstacles() == other.obstacles()
+            && normals(self) == normals(other)
     }
 }
 

@@ -1,5 +1,5 @@
-//! Which macrocells matter to the cache: those where the medium scatters or a surface shows. The plan
-//! has to know the cache's size before anything is on the GPU, so this is worked out on the CPU; the
+//! Which macrocells matter to the cache: those where the medium scatters, and in `full` light those
+//! where a surface shows. (In `local` light a cache has to outlive isovalues.) The plan has to know the cache's size before anything is on the GPU, so this is worked out on the CPU; the
 //! shaders' ranges and majorants are the same, voxel by voxel.
 
 use std::thread;

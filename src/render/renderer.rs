@@ -127,6 +127,32 @@ impl Renderer {
         Cache::prepare(device, shaders, &scene.features, frame, r)
     }
 
+    /// Goes on with another scene of the same volume, sky image, picture size and features, and as many
+    /// suns, surfaces, clip planes and transfer points; `before` is the one so far. Returns whether
+    /// the cache's light is still right; if not, it is gone.
+    pub fn change(&mut self, before: &SceneBuffers, scene: &SceneBuffers) -> Result<bool> {
+        let r = &mut self.resources;
+        r.write(scene);
+        let device = self.frame.device();
+        let shaders = Shaders::new(shared::glsl())?;
+        if before.transfer != scene.transfer || before.constants.density != scene.constants.density
+        {
+            Majorants::new(&device, &shaders, &scene.features)?.run(&mut self.frame, r)?;
+        }
+        if let Some(to) = &r.first_surface {
+            IsoDepth::new(&device, &shaders, &scene.features)?.run(&mut self.frame, r, to)?;
+        }
+        let lasts = before.shares_light_with(scene);
+        if !lasts && let Some(cache) = &mut self.cache {
+            cache.clear();
+            Cache::prepare(&device, &shaders, &scene.features, &mut self.frame, r)?;
+        }
+        self.totals.samples = 0;
+        self.totals.units = 0;
+        self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))?;
+        Ok(lasts)
+    }
+
     /// Another batch of paths for the cache. False if `stop` is raised before its end.
     pub fn fill_cache(&mut self, stop: &AtomicBool) -> Result<bool> {
         match &mut self.cache {

@@ -153,6 +153,15 @@ impl Resources {
         })
     }
 
+    /// Puts another scene, of the same sizes, in the place of the one it was allocated for.
+    pub fn write(&mut self, scene: &SceneBuffers) {
+        self.scene.write(&[scene.constants]);
+        self.transfer.write(&scene.transfer);
+        self.surfaces.write(&scene.surfaces);
+        self.suns.write(&scene.suns);
+        self.clips.write(&scene.clips);
+    }
+
     pub fn images(&self) -> Vec<&Image> {
         let mut images = vec![
             &self.volume,

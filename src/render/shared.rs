@@ -59,7 +59,7 @@ shared! {
         pub background: vec3,
         /// Σ of the suns' irradiance, each the mean of its channels.
         pub suns_grey: float,
-        /// Nodes of the cache along each axis, from face to face of the box.
+        /// Nodes of the cache along each axis.
         pub cache_nodes: uvec3,
         /// From node to node, grid units.
         pub cache_step: vec3,
@@ -292,6 +292,8 @@ codes! {
     pub const PHASE_SHADOW: u32 = 2;
     // A flight is over: whatever stands at its end happens.
     pub const PHASE_ARRIVAL: u32 = 3;
+    // In the cache's page table: a brick without memory. Its bits for a place are those of the first.
+    pub const NO_PLACE: u32 = 0x8000_0000;
     // Where the device's filter is probed.
     pub const PROBE_POSITIONS: u32 = 4096;
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isolume::gpu::{Device, DeviceChoice, Memory, Shaders, Validation};
-use isolume::render::{Film, FirstHits, Renderer, SceneBuffers, shared};
+use isolume::render::{CacheLayout, Film, FirstHits, Renderer, SceneBuffers, shared};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -111,5 +111,67 @@ pub fn uniform_medium(density: f64, albedo: f64, g: f64) -> Medium {
         density,
         g,
         transfer: vec![point(0.0)],
+    }
+}
+
+/// A renderer whose cache holds `updates` paths a cell (a power of two).
+pub struct Cached {
+    pub device: Arc<Device>,
+    pub renderer: Renderer,
+    pub buffers: SceneBuffers,
+}
+
+pub fn cached(
+    scene: &Scene,
+    volume: &Volume,
+    scale: f64,
+    format: CacheFormat,
+    updates: u32,
+    seed: u32,
+) -> Cached {
+    let device = device();
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let buffers = SceneBuffers::new(&device, scene, volume, seed).expect("buffers");
+    let occupancy = buffers.occupancy(volume);
+    let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, 4096);
+    let buffers = buffers.with_cache(layout.expect("a layout"));
+    let renderer = Renderer::new(&memory, volume, &buffers).expect("a renderer");
+    let mut cached = Cached {
+        device,
+        renderer,
+        buffers,
+    };
+    cached.fill(updates);
+    cached
+}
+
+impl Cached {
+    pub fn updates(&self) -> u32 {
+        self.renderer.cache.as_ref().expect("a cache").updates
+    }
+
+    pub fn fill(&mut self, updates: u32) {
+        let stop = AtomicBool::new(false);
+        while self.updates() < updates {
+            assert!(self.renderer.fill_cache(&stop).expect("a batch"));
+        }
+    }
+
+    /// The picture at rest, after `units` units of `samples` samples each.
+    pub fn at_rest(&mut self, units: u32, samples: u32) -> Film {
+        for _ in 0..units {
+            let stop = AtomicBool::new(false);
+            assert!(self.renderer.unit(samples, &stop).expect("a unit"));
+        }
+        let film = self.renderer.film().expect("a film");
+        assert_silent(&self.device);
+        film
+    }
+
+    /// The picture for a moving camera.
+    pub fn march(&mut self) -> Vec<[f32; 4]> {
+        let picture = self.renderer.march().expect("a picture");
+        assert_silent(&self.device);
+        picture
     }
 }

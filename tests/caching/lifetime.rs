@@ -1,0 +1,104 @@
+//! What keeps the cache's light and what ends it.
+
+use isolume::render::SceneBuffers;
+use isolume::scene::*;
+
+use crate::common::*;
+
+fn scene(light: LightModel) -> Scene {
+    let camera = Camera {
+        eye: [0.0, 0.0, 30.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Perspective { fov_y: 30.0 },
+    };
+    let mut scene = empty_scene([8, 8], camera);
+    scene.medium = Some(uniform_medium(0.1, 0.8, 0.3));
+    scene.environment.radiance = [1.0; 3];
+    scene.suns = vec![DirectionalLight {
+        direction: [0.0, -1.0, 0.0],
+        irradiance: [2.0; 3],
+    }];
+    scene.clips = vec![ClipPlane {
+        normal: [1.0, 0.0, 0.0],
+        offset: 3.0,
+    }];
+    scene.surfaces.light = light;
+    scene.surfaces.iso = vec![Isosurface {
+        value: 0.5,
+        opacity: 1.0,
+        color: [0.8; 3],
+        shading: Shading::Lambert,
+    }];
+    scene
+}
+
+/// Whether the light lasts, and whether the renderer acts on it.
+fn lasts(light: LightModel, change: impl Fn(&mut Scene)) -> bool {
+    let values = (0..512).map(|i| (i % 8) as f32 / 8.0).collect();
+    let voxels = isolume::scene::volume::Voxels::F32(values);
+    let volume = isolume::scene::volume::Volume::from_values([8; 3], [1.0; 3], voxels);
+    let volume = volume.expect("a volume");
+    let before = scene(light);
+    let mut after = before.clone();
+    change(&mut after);
+    let mut cache = cached(&before, &volume, 0.5, CacheFormat::F16, 2, 1);
+    let buffers = SceneBuffers::new(&cache.device, &after, &volume, 1).expect("buffers");
+    let layout = cache.buffers.cache.clone().expect("a cache");
+    let buffers = buffers.with_cache(layout);
+    let lasts = cache
+        .renderer
+        .change(&cache.buffers, &buffers)
+        .expect("a change");
+    assert_eq!(cache.updates(), if lasts { 2 } else { 0 });
+    lasts
+}
+
+fn lasts_in_both(change: impl Fn(&mut Scene)) -> bool {
+    let local = lasts(LightModel::Local, &change);
+    assert_eq!(local, lasts(LightModel::Full, &change));
+    local
+}
+
+#[test]
+fn the_camera_and_the_picture_keep_it() {
+    assert!(lasts_in_both(|s| s.camera.eye = [5.0, 20.0, 10.0]));
+    assert!(lasts_in_both(|s| s.render.exposure = 2.0));
+    assert!(lasts_in_both(|s| s.render.tone = Tone::Filmic));
+}
+
+#[test]
+fn surfaces_keep_it_in_local_light_alone() {
+    let isovalue = |s: &mut Scene| s.surfaces.iso[0].value = 0.3;
+    let material = |s: &mut Scene| s.surfaces.iso[0].color = [0.1; 3];
+    assert!(lasts(LightModel::Local, isovalue) && lasts(LightModel::Local, material));
+    assert!(!lasts(LightModel::Full, isovalue) && !lasts(LightModel::Full, material));
+}
+
+#[test]
+fn lights_and_the_medium_end_it() {
+    assert!(!lasts_in_both(|s| s.suns[0].direction = [0.6, -0.8, 0.0]));
+    assert!(!lasts_in_both(|s| s.suns[0].irradiance = [2.0, 2.0, 1.0]));
+    assert!(!lasts_in_both(|s| s.environment.radiance = [0.5; 3]));
+    assert!(!lasts_in_both(|s| s.medium.as_mut().unwrap().density = 0.2));
+    assert!(!lasts_in_both(|s| s.medium.as_mut().unwrap().g = 0.2));
+    let color = |s: &mut Scene| s.medium.as_mut().unwrap().transfer[0].color = [0.5; 3];
+    assert!(!lasts_in_both(color));
+    assert!(!lasts_in_both(|s| s.clips[0].offset = 2.0));
+}
+
+#[test]
+fn after_a_change_the_picture_is_that_of_a_new_renderer() {
+    let volume = constant_field(1.0, [8; 3], [1.0; 3]);
+    let before = scene(LightModel::Local);
+    let mut after = before.clone();
+    after.camera.eye = [10.0, 5.0, 28.0];
+    after.medium = Some(uniform_medium(0.3, 0.6, 0.3));
+    let mut changed = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 8, 1);
+    let lasts = changed.renderer.change(&changed.buffers, &fresh.buffers);
+    assert!(!lasts.expect("a change"));
+    changed.fill(8);
+    assert_eq!(changed.march(), fresh.march());
+    assert_eq!(changed.at_rest(2, 2).mean, fresh.at_rest(2, 2).mean);
+}
