@@ -165,6 +165,16 @@ impl Device {
     }
 }
 
+/// What `error` is to the user: memory that ran out, or a device that does not work.
+pub(super) fn failure(error: vk::Result, message: String) -> Error {
+    match error {
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+            Error::Memory(message)
+        }
+        _ => Error::Device(message),
+    }
+}
+
 impl Drop for Device {
     fn drop(&mut self) {
         // SAFETY: the last `Arc` is gone, and with it every object made from the device.

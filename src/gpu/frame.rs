@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::device::Device;
+use super::device::{Device, failure};
 use super::timing::{Span, Timings};
 use crate::error::{Error, Result};
 
@@ -139,12 +139,7 @@ impl Frame {
             None => String::new(),
         };
         let message = format!("{} failed{last}: {error}", self.device.summary.name);
-        match error {
-            vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
-                Error::Memory(message)
-            }
-            _ => Error::Device(message),
-        }
+        failure(error, message)
     }
 
     /// Everything before is visible to what follows at `stage`.

@@ -1,7 +1,13 @@
 //! The Vulkan instance, and what the validation layers say to it.
+//!
+//! Messages are kept for whoever asks. What nobody has asked for when the instance goes, it prints:
+//! what came on the way to another error, and, since the messenger outlives the device, the objects and
+//! memory that were left alive when the device was destroyed. A device that is itself never
+//! destroyed is silent.
 
 use std::ffi::{CStr, c_void};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ash::{ext, vk};
 
@@ -22,6 +28,8 @@ pub(super) struct Instance {
     pub raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Messages>,
+    /// How many of them were asked for.
+    heard: AtomicUsize,
     _entry: ash::Entry,
 }
 
@@ -65,6 +73,7 @@ impl Instance {
             raw,
             messenger: None,
             messages: Box::default(),
+            heard: AtomicUsize::new(0),
             _entry: entry,
         };
         if validation == Validation::On {
@@ -91,10 +100,10 @@ impl Instance {
 
     /// What the validation layers said so far.
     pub fn messages(&self) -> Vec<String> {
-        self.messages
-            .lock()
-            .unwrap_or_else(|broken| broken.into_inner())
-            .clone()
+        let messages = self.messages.lock();
+        let messages = messages.unwrap_or_else(|broken| broken.into_inner());
+        self.heard.store(messages.len(), Ordering::Relaxed);
+        messages.clone()
     }
 
     fn listen(&mut self) -> Result<()> {
@@ -144,6 +153,10 @@ impl Drop for Instance {
                 debug.destroy_debug_utils_messenger(messenger, None);
             }
             self.raw.destroy_instance(None);
+        }
+        let heard = self.heard.load(Ordering::Relaxed);
+        for message in &self.messages()[heard..] {
+            eprintln!("Vulkan validation: {message}");
         }
     }
 }

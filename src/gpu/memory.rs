@@ -7,14 +7,15 @@
 //! A gate can be a *dry run*: resources made through it are null, but counted. The plan is the dry
 //! run of the very code that allocates, so the two cannot drift apart.
 
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
 use std::time::Instant;
 
 use ash::vk;
 use gpu_allocator::vulkan::{
     Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc,
 };
-use gpu_allocator::{AllocationSizes, AllocatorDebugSettings, MemoryLocation};
+use gpu_allocator::{AllocationError, AllocationSizes, AllocatorDebugSettings, MemoryLocation};
 
 use super::device::Device;
 use super::survey::DeviceSummary;
@@ -180,27 +181,31 @@ impl Holding {
     ) -> Result<&Allocation> {
         let allocator = self.memory.allocator.as_ref();
         let allocator = allocator.expect("a dry run has no owners to allocate for");
-        let allocation = allocator
-            .lock()
-            .unwrap_or_else(|broken| broken.into_inner())
-            .allocate(&AllocationCreateDesc {
-                name: self.entry.name,
-                requirements,
-                location,
-                linear: matches!(owner, Owner::Buffer(_)),
-                allocation_scheme: match owner {
-                    Owner::Image(image) => AllocationScheme::DedicatedImage(image),
-                    Owner::Buffer(buffer) => AllocationScheme::DedicatedBuffer(buffer),
-                },
-            })
-            .map_err(|e| {
-                Error::Memory(format!(
-                    "{} ({}) could not be allocated on {}: {e}; lower --vram-budget",
-                    self.entry.name,
-                    human(self.entry.bytes),
-                    self.memory.device.summary.name
-                ))
-            })?;
+        let desc = AllocationCreateDesc {
+            name: self.entry.name,
+            requirements,
+            location,
+            linear: matches!(owner, Owner::Buffer(_)),
+            allocation_scheme: match owner {
+                Owner::Image(image) => AllocationScheme::DedicatedImage(image),
+                Owner::Buffer(buffer) => AllocationScheme::DedicatedBuffer(buffer),
+            },
+        };
+        let allocation = match shall_fail() {
+            true => Err(AllocationError::OutOfMemory),
+            false => allocator
+                .lock()
+                .unwrap_or_else(|broken| broken.into_inner())
+                .allocate(&desc),
+        };
+        let allocation = allocation.map_err(|e| {
+            Error::Memory(format!(
+                "{} ({}) could not be allocated on {}: {e}; lower --vram-budget",
+                self.entry.name,
+                human(self.entry.bytes),
+                self.memory.device.summary.name
+            ))
+        })?;
         Ok(self.allocation.insert(allocation))
     }
 
@@ -239,6 +244,15 @@ impl Drop for Holding {
             ledger.alive.remove(index);
         }
     }
+}
+
+/// `ISOLUME_FAIL_ALLOCATION=n` lets the process's allocation n, counted from 0, fail as if the driver
+/// had no memory left: a test sees what each of them leaves behind.
+fn shall_fail() -> bool {
+    static WHICH: LazyLock<Option<usize>> =
+        LazyLock::new(|| std::env::var("ISOLUME_FAIL_ALLOCATION").ok()?.parse().ok());
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    *WHICH == Some(COUNT.fetch_add(1, Ordering::Relaxed))
 }
 
 /// "1.5 GiB", for messages.

@@ -7,7 +7,7 @@ use ash::vk;
 use rspirv_reflect::{PushConstantInfo, Reflection};
 
 use super::buffer::Buffer;
-use super::device::Device;
+use super::device::{Device, failure};
 use super::image::Image;
 use super::shader::Shaders;
 use crate::error::{Error, Result};
@@ -72,7 +72,7 @@ impl Pass {
             pipeline: vk::Pipeline::null(),
         };
         pass.build(&code, desc.specialization)
-            .map_err(|e| failed(e.to_string()))?;
+            .map_err(|e| failure(e, format!("pass {}: {e}", desc.name)))?;
         Ok(pass)
     }
 

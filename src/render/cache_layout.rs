@@ -10,7 +10,7 @@ use super::shared::{BRICK, NO_PLACE};
 use crate::error::{Error, Result};
 use crate::scene::CacheFormat;
 
-/// Places along an axis that fit into ten bits.
+/// Places, or bricks of the lattice, along an axis that fit into ten bits.
 const MOST_PLACES: u32 = 1024;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -42,6 +42,12 @@ impl CacheLayout {
         let nodes = dims.map(|n| (n as f64 * scale).ceil() as u32);
         let step = std::array::from_fn(|a| dims[a] as f32 / nodes[a] as f32);
         let bricks = nodes.map(|n| n.div_ceil(BRICK));
+        if bricks.iter().any(|&n| n > MOST_PLACES) {
+            return Err(Error::Memory(format!(
+                "its {nodes:?} nodes are more than {} along an axis",
+                MOST_PLACES * BRICK
+            )));
+        }
         let active = active_bricks(bricks, step, occupancy);
         let most_places = (most_texels / BRICK).min(MOST_PLACES - 1);
         let Some(places) = places(active.len() as u32, most_places) else {

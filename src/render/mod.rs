@@ -24,6 +24,7 @@ mod slots;
 pub use cache::Cache;
 pub use cache_layout::CacheLayout;
 pub use constants::SceneBuffers;
+pub use occupancy::{Occupancy, macrocell_ranges};
 pub use plan::{Choice, Plan, choose};
 pub use renderer::{Film, FirstHits, Renderer, Totals};
 pub use resources::Resources;

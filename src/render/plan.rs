@@ -128,9 +128,10 @@ pub fn choose(
 ) -> Result<Choice> {
     let wanted = scene.render.variant;
     let plan = |cache| Plan::new(device, limits, volume, scene, cache);
+    let without_cache = || plan(None).map_err(with_remedy);
     let without = |reason: String, next_better: String| {
         Ok(Choice {
-            plan: fitting(plan(None)?, budget, Vec::new())?,
+            plan: fitting(without_cache()?, budget, Vec::new())?,
             reason,
             next_better,
         })
@@ -169,11 +170,12 @@ pub fn choose(
         }
     }
     if wanted == Variant::Caching {
-        return Err(too_small(&plan(None)?, budget, better));
+        let without = fitting(without_cache()?, budget, better.clone())?;
+        return Err(no_cache(&without, budget, &better));
     }
     let next_better = better.last().cloned().unwrap_or_default();
     Ok(Choice {
-        plan: fitting(plan(None)?, budget, better)?,
+        plan: fitting(without_cache()?, budget, better)?,
         reason: format!("no cache fits: {next_better}"),
         next_better,
     })
@@ -200,6 +202,25 @@ fn fitting(plan: Plan, budget: u64, better: Vec<String>) -> Result<Plan> {
         true => Ok(plan),
         false => Err(too_small(&plan, budget, better)),
     }
+}
+
+/// For a device that is too small even without a cache.
+fn with_remedy(error: Error) -> Error {
+    match error {
+        Error::Memory(why) => Error::Memory(format!("{why}: lower --size, or set volume.crop")),
+        other => other,
+    }
+}
+
+/// For whoever asks for a cache where only the variant without one fits.
+fn no_cache(without: &Plan, budget: u64, caching: &[String]) -> Error {
+    let smallest = caching.last().map_or("", |why| why);
+    Error::Memory(format!(
+        "no cache that was asked for fits into the budget of {budget} bytes: {smallest}, \
+         non-caching only {}: raise --vram-budget, allow a smaller --cache-scale or --cache-format, or \
+         choose --variant auto",
+        needs(without.bytes()),
+    ))
 }
 
 /// Says what is in the way and what would fit.

@@ -299,7 +299,8 @@ fn slots(memory: &Memory, [width, height]: [u32; 2]) -> u32 {
         "CPU" => SLOTS_CPU,
         _ => SLOTS_GPU,
     };
-    most.min((width * height).next_multiple_of(64))
+    let pixels = width as u64 * height as u64;
+    pixels.next_multiple_of(64).min(most as u64) as u32
 }
 
 /// The volume's image, in the data's own width.

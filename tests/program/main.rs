@@ -1,6 +1,7 @@
 //! The program from outside: the real binary in a folder of its own, judged by its exit status, what
 //! it prints and the files that it leaves. Vulkan's validation layers watch every render.
 
+mod allocations;
 mod outputs;
 mod refusals;
 mod stopping;
@@ -97,9 +98,9 @@ impl Folder {
         command
     }
 
+    #[track_caller]
     fn run(&self, arguments: &str) -> Output {
-        let output = self.isolume(arguments).output();
-        output.expect("the program starts")
+        ended(&mut self.isolume(arguments))
     }
 
     /// Runs what must succeed.
@@ -109,6 +110,17 @@ impl Folder {
         assert!(output.status.success(), "{arguments}: {output:?}");
         output
     }
+}
+
+/// Runs to the end. Validation has nothing to say then, not even of what the device left behind.
+#[track_caller]
+fn ended(command: &mut Command) -> Output {
+    let output = command.output().expect("the program starts");
+    assert!(
+        !text(&output.stderr).contains("Vulkan validation"),
+        "{output:?}"
+    );
+    output
 }
 
 fn text(bytes: &[u8]) -> &str {

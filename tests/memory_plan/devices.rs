@@ -1,0 +1,124 @@
+//! Devices as their drivers describe them: what a plan knows of a device.
+
+use isolume::gpu::DeviceSummary;
+
+const MIB: u64 = 1 << 20;
+const GIB: u64 = 1 << 30;
+
+/// Drivers that have no other limit state the last 32-bit number.
+const ANY_BUFFER: u64 = u32::MAX as u64;
+
+fn device(name: &str, kind: &'static str, heap: u64) -> DeviceSummary {
+    DeviceSummary {
+        index: 0,
+        name: name.into(),
+        kind,
+        driver: "none".into(),
+        api: "1.3.0".into(),
+        device_local_bytes: heap,
+        max_image_2d: 16384,
+        max_image_3d: 2048,
+        max_storage_buffer_bytes: ANY_BUFFER,
+        max_allocation_bytes: heap,
+        lacks: Vec::new(),
+    }
+}
+
+fn nvidia(name: &str, heap: u64) -> DeviceSummary {
+    DeviceSummary {
+        max_image_2d: 32768,
+        max_image_3d: 16384,
+        max_allocation_bytes: 0xffe0_0000,
+        ..device(name, "discrete GPU", heap)
+    }
+}
+
+pub fn nvidia_8() -> DeviceSummary {
+    nvidia("NVIDIA GeForce RTX 3070", 8 * GIB)
+}
+
+pub fn nvidia_24() -> DeviceSummary {
+    nvidia("NVIDIA GeForce RTX 4090", 24 * GIB)
+}
+
+pub fn nvidia_80() -> DeviceSummary {
+    nvidia("NVIDIA A100-SXM4-80GB", 80 * GIB)
+}
+
+pub fn nvidia_141() -> DeviceSummary {
+    nvidia("NVIDIA H200", 141_000_000_000)
+}
+
+fn amd(name: &str, heap: u64) -> DeviceSummary {
+    DeviceSummary {
+        max_image_3d: 8192,
+        max_allocation_bytes: 2 * GIB,
+        ..device(name, "discrete GPU", heap)
+    }
+}
+
+pub fn amd_4() -> DeviceSummary {
+    amd("AMD Radeon RX 6500 XT", 4 * GIB)
+}
+
+pub fn amd_16() -> DeviceSummary {
+    amd("AMD Radeon RX 7800 XT", 16 * GIB)
+}
+
+pub fn intel() -> DeviceSummary {
+    DeviceSummary {
+        max_storage_buffer_bytes: GIB,
+        max_allocation_bytes: 4 * GIB,
+        ..device("Intel(R) Iris(R) Xe Graphics", "integrated GPU", 12 * GIB)
+    }
+}
+
+/// One memory for all.
+pub fn apple() -> DeviceSummary {
+    device("Apple M2", "integrated GPU", 11 * GIB)
+}
+
+pub fn lavapipe() -> DeviceSummary {
+    DeviceSummary {
+        max_image_3d: 4096,
+        max_storage_buffer_bytes: 128 * MIB,
+        ..device("llvmpipe", "CPU", 2 * GIB)
+    }
+}
+
+pub fn tiny() -> DeviceSummary {
+    device("VideoCore", "integrated GPU", 128 * MIB)
+}
+
+/// The least that Vulkan allows.
+pub fn minimum() -> DeviceSummary {
+    DeviceSummary {
+        max_image_2d: 4096,
+        max_image_3d: 256,
+        max_storage_buffer_bytes: 128 * MIB,
+        max_allocation_bytes: GIB,
+        ..device("the least of devices", "other", 2 * GIB)
+    }
+}
+
+/// One whose 3D images are so long.
+pub fn with_short_images(longest: u32) -> DeviceSummary {
+    DeviceSummary {
+        max_image_3d: longest,
+        ..minimum()
+    }
+}
+
+pub fn with_small_buffers(bytes: u64) -> DeviceSummary {
+    DeviceSummary {
+        max_storage_buffer_bytes: bytes,
+        ..minimum()
+    }
+}
+
+pub fn with_small_allocations(bytes: u64) -> DeviceSummary {
+    DeviceSummary {
+        max_allocation_bytes: bytes,
+        ..minimum()
+    }
+}
