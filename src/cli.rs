@@ -170,6 +170,22 @@ pub struct Stop {
     pub relative_error: Option<f64>,
 }
 
+/// Where nothing says otherwise.
+const DEFAULT_TIME: Duration = Duration::from_secs(60);
+
+impl Stop {
+    /// For a variant that does not know its error: one that was to stop by it alone takes the default
+    /// time.
+    pub fn without_error(self) -> Stop {
+        let never = self.spp.is_none() && self.time.is_none();
+        Stop {
+            time: self.time.or(never.then_some(DEFAULT_TIME)),
+            relative_error: None,
+            ..self
+        }
+    }
+}
+
 impl RenderArgs {
     pub fn stop(&self) -> Stop {
         let given = Stop {
@@ -184,7 +200,7 @@ impl RenderArgs {
                 relative_error: None,
             } => Stop {
                 spp: None,
-                time: Some(Duration::from_secs(60)),
+                time: Some(DEFAULT_TIME),
                 relative_error: Some(0.02),
             },
             _ => given,

@@ -8,8 +8,8 @@ use crate::error::{Error, Result};
 use crate::gpu::{Device, human};
 use crate::info::to_json;
 use crate::render::{Choice, Plan, choose};
+use crate::scene::Scene;
 use crate::scene::file::Opened;
-use crate::scene::{Scene, Variant};
 
 /// How much memory may be used, and who says so.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -113,12 +113,6 @@ pub fn check_supported(scene: &Scene) -> Result<()> {
         return Err(Error::Input(format!(
             "surfaces.iso: there are {surfaces} surfaces; at most {MOST_SURFACES} are possible"
         )));
-    }
-    if scene.render.variant == Variant::Published {
-        return Err(Error::input(
-            "render.variant: \"published\" is not in this version; use \"auto\", \"caching\" or \
-             \"non-caching\"",
-        ));
     }
     Ok(())
 }

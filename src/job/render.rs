@@ -17,7 +17,7 @@ use crate::output::stats::Stats;
 use crate::output::{Format, Outputs, Picture, Provenance, check_writable};
 use crate::render::{Film, FirstHits, Renderer, SceneBuffers, choose};
 use crate::scene::file::Opened;
-use crate::scene::{Background, Scene, describe};
+use crate::scene::{Background, Scene, Variant, describe};
 
 /// Exit status after Ctrl-C with the outputs written.
 const INTERRUPTED_STATUS: u8 = 130;
@@ -49,7 +49,10 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         Renderer::new(&memory, volume, &buffers)
     })?;
     trace::catch_interrupts();
-    let stop = args.stop();
+    let stop = match scene.render.variant {
+        Variant::Published => args.stop().without_error(),
+        _ => args.stop(),
+    };
     let mut progress = Progress::new(args.quiet, trace::goal(&stop));
     let began = Instant::now();
     clock.time("fill the cache", || {
@@ -152,12 +155,19 @@ fn check_validation(device: &Device) -> Result<()> {
 
 fn last_line(stats: &Stats, files: &[std::path::PathBuf], why_stopped: &str) -> String {
     let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    let samples = match stats.variant.as_str() {
+        "published" => "updates per cell",
+        _ => "samples per pixel",
+    };
+    let error = match stats.relative_error.is_finite() {
+        true => format!("{:.4}", stats.relative_error),
+        false => "unknown".into(),
+    };
     format!(
-        "{}: {} samples per pixel in {:.1} s, relative error {:.4}, stopped because {why_stopped}; {} on {}",
+        "{}: {} {samples} in {:.1} s, relative error {error}, stopped because {why_stopped}; {} on {}",
         files.join(", "),
         stats.spp,
         stats.wall_s,
-        stats.relative_error,
         stats.variant,
         stats.device,
     )

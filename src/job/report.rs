@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::gpu::{Memory, Span, Timings};
 use crate::output::stats::{CacheStats, MemoryStats, PassStats, ResourceStats, StageStats};
 use crate::output::trace::Trace;
-use crate::render::{Plan, Renderer};
+use crate::render::{Plan, PublishedResources, Renderer};
 
 /// What the CPU did one after another.
 pub struct Clock {
@@ -78,6 +78,9 @@ pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {
 
 /// `goal` is the relative error at which the cache counts as converged.
 pub fn cache(renderer: &Renderer, plan: &Plan, goal: f64) -> Option<CacheStats> {
+    if let Some(cells) = &renderer.resources.published {
+        return Some(published_cells(cells, renderer.totals.paths));
+    }
     let (cache, layout) = (renderer.cache.as_ref()?, plan.cache.as_ref()?);
     let converged = cache.relative_error <= goal;
     Some(CacheStats {
@@ -95,6 +98,21 @@ pub fn cache(renderer: &Renderer, plan: &Plan, goal: f64) -> Option<CacheStats> 
         converged,
         seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),
     })
+}
+
+/// It knows its size and no error.
+fn published_cells(cells: &PublishedResources, paths: u64) -> CacheStats {
+    CacheStats {
+        dims: cells.radiance.desc.extent,
+        format: "f32".into(),
+        bytes: cells.bytes(),
+        cells: cells.count(),
+        active_cells: cells.count(),
+        updates_per_cell: paths as f64 / cells.count() as f64,
+        relative_error: f64::INFINITY,
+        converged: false,
+        seconds_to_converge: None,
+    }
 }
 
 pub fn trace(clock: &Clock, timings: &Timings, memory: &Memory) -> Trace {

@@ -24,8 +24,10 @@ const UNITS_TO_TRUST: u32 = 16;
 
 /// Why to stop now, as the end of a sentence; `None`: go on.
 pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
-    if stop.spp.is_some_and(|goal| done.samples >= goal.get()) {
-        return Some(format!("--spp {} is reached", done.samples));
+    if let Some(goal) = stop.spp
+        && done.samples >= goal.get()
+    {
+        return Some(format!("--spp {goal} is reached"));
     }
     if let Some(goal) = stop.relative_error
         && done.units >= UNITS_TO_TRUST

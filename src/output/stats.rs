@@ -21,7 +21,7 @@ pub struct Stats {
     pub paths: u64,
     pub lookups_per_path: f64,
     pub relative_error: f64,
-    /// Only for the caching variant.
+    /// Only for a variant that has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<CacheStats>,
 }
@@ -90,6 +90,7 @@ pub struct CacheStats {
     pub cells: u64,
     pub active_cells: u64,
     pub updates_per_cell: f64,
+    /// Not finite where it is unknown.
     pub relative_error: f64,
     pub converged: bool,
     /// `None` if it has not.

@@ -18,7 +18,7 @@ use crate::gpu::{Device, Format, Shaders};
 use crate::scene::volume::{Volume, Voxels};
 use crate::scene::{
     Background, Camera, EnvironmentImage, Isosurface, LightModel, Normals, Projection, Scene,
-    Shading,
+    Shading, Variant,
 };
 
 /// What the scene puts on the GPU, besides the volume.
@@ -34,6 +34,8 @@ pub struct SceneBuffers {
     pub environment: EnvironmentImage,
     /// Where the cache's nodes are, in the variant that has one.
     pub cache: Option<CacheLayout>,
+    /// Whether the variant is the published baseline.
+    pub published: bool,
 }
 
 impl SceneBuffers {
@@ -104,6 +106,7 @@ impl SceneBuffers {
                 texels: vec![[0.0; 3]],
             }),
             cache: None,
+            published: scene.render.variant == Variant::Published,
         }
     }
 

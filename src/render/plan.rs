@@ -20,6 +20,8 @@ pub struct Plan {
     pub resources: Vec<ResourceBytes>,
     #[serde(skip)]
     pub cache: Option<CacheLayout>,
+    #[serde(skip)]
+    published: bool,
 }
 
 /// The variant to render with, and why.
@@ -50,6 +52,7 @@ impl Plan {
         Ok(Plan {
             resources: dry_run.resources(),
             cache,
+            published: buffers.published,
         })
     }
 
@@ -60,6 +63,7 @@ impl Plan {
     pub fn variant(&self) -> &'static str {
         match self.cache {
             Some(_) => "caching",
+            None if self.published => "published",
             None => "non-caching",
         }
     }
@@ -68,7 +72,7 @@ impl Plan {
     pub fn name(&self) -> String {
         match &self.cache {
             Some(cache) => rung_name(cache.scale, cache.format()),
-            None => "non-caching".to_string(),
+            None => self.variant().to_string(),
         }
     }
 }
@@ -137,7 +141,7 @@ pub fn choose(
         })
     };
     match (wanted, useless(scene)) {
-        (Variant::NonCaching, _) => {
+        (Variant::NonCaching | Variant::Published, _) => {
             return without("it was asked for".into(), "not looked for".into());
         }
         (Variant::Auto, Some(why)) => return without(why.into(), "none is of use here".into()),
@@ -225,6 +229,7 @@ fn no_cache(without: &Plan, budget: u64, caching: &[String]) -> Error {
 
 /// Says what is in the way and what would fit.
 fn too_small(without_cache: &Plan, budget: u64, caching: Vec<String>) -> Error {
+    let variant = without_cache.variant();
     let needed = without_cache.bytes();
     let largest = without_cache.resources.iter().max_by_key(|r| r.bytes);
     let largest = largest.map_or(String::new(), |r| {
@@ -234,7 +239,7 @@ fn too_small(without_cache: &Plan, budget: u64, caching: Vec<String>) -> Error {
         .last()
         .map_or(String::new(), |why| format!("; {why}"));
     Error::Memory(format!(
-        "the budget is {} bytes, but non-caching needs {}{largest}{smallest_cache}: raise \
+        "the budget is {} bytes, but {variant} needs {}{largest}{smallest_cache}: raise \
          --vram-budget, lower --size, or set volume.crop",
         budget,
         needs(needed),

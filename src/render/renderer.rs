@@ -1,4 +1,4 @@
-//! The `non-caching` variant from top to bottom: load once, then unit after unit of samples.
+//! A render from top to bottom: load once, then unit after unit of samples.
 //!
 //! A unit gives every pixel the same number of new samples. Pictures are only taken at the end of a
 //! unit: stopping a pixel in the middle of its work would favour its short paths.
@@ -14,6 +14,7 @@ use super::delta_tracking::DeltaTracking;
 use super::iso_depth::IsoDepth;
 use super::macrocell_ranges::MacrocellRanges;
 use super::majorants::Majorants;
+use super::published::Published;
 use super::resources::Resources;
 use super::shared::{self, AccumulatePush};
 use crate::error::Result;
@@ -28,6 +29,7 @@ pub struct Renderer {
     accumulate: Accumulate,
     /// Only in the variant that has one.
     pub cache: Option<Cache>,
+    published: Option<Published>,
 }
 
 /// What has been done so far.
@@ -35,6 +37,7 @@ pub struct Renderer {
 pub struct Totals {
     /// Samples in every pixel.
     pub samples: u32,
+    /// Of which the spread between samples is known; `published` has a single one that grows.
     pub units: u32,
     pub paths: u64,
     /// Reads of the volume by tracking.
@@ -80,6 +83,10 @@ impl Renderer {
             cache: match scene.cache {
                 Some(_) => Some(Cache::new(device, shaders, features)?),
                 None => None,
+            },
+            published: match scene.published {
+                true => Some(Published::new(device, shaders, scene)?),
+                false => None,
             },
         };
         renderer.load(device, shaders, volume, scene)?;
@@ -171,9 +178,13 @@ impl Renderer {
     }
 
     /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
-    /// `stop` is raised before the last path ends.
+    /// `stop` is raised before the last path ends. In `published`, a unit is a round instead, whatever
+    /// `samples` says.
     pub fn unit(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
         let r = &mut self.resources;
+        if let Some(published) = &mut self.published {
+            return published.round(&mut self.frame, r, &mut self.totals, stop);
+        }
         self.delta_tracking.restart(&mut self.frame, r)?;
         let mut under_way = true;
         while under_way {
@@ -212,6 +223,9 @@ impl Renderer {
     pub fn film(&mut self) -> Result<Film> {
         let r = &self.resources;
         let frame = &mut self.frame;
+        if let Some(published) = &self.published {
+            published.march(frame, r)?;
+        }
         let mean = copy::download(frame, &r.staging, &r.mean)?;
         let squares = copy::download(frame, &r.staging, &r.squares)?;
         let divisor = (self.totals.units.saturating_sub(1)) as f32 * self.totals.samples as f32;

@@ -43,6 +43,8 @@ pub struct Resources {
     pub first_surface: Option<FirstSurface>,
     /// Only in the variant that has one.
     pub cache: Option<CacheResources>,
+    /// Only in that variant.
+    pub published: Option<PublishedResources>,
     pub staging: Buffer,
 }
 
@@ -62,6 +64,18 @@ pub struct CacheResources {
     pub cuts: Option<Buffer>,
     /// What the slots are working on.
     pub work: Buffer,
+}
+
+/// The published baseline's cells, one a voxel: 14 floats each.
+pub struct PublishedResources {
+    /// Mean over paths and, in alpha, their number.
+    pub radiance: Image,
+    /// Of the path under way: position and number of bounces.
+    pub position: Image,
+    /// Its direction and the red of its throughput.
+    pub direction: Image,
+    /// The rest of its throughput.
+    pub throughput: Image,
 }
 
 /// Of the first surface behind each pixel's centre.
@@ -142,6 +156,10 @@ impl Resources {
                 None => None,
                 Some(layout) => Some(CacheResources::allocate(memory, layout, scene, slots)?),
             },
+            published: match scene.published {
+                true => Some(PublishedResources::allocate(memory, volume.dims)?),
+                false => None,
+            },
             staging: Buffer::new(
                 memory,
                 BufferDesc {
@@ -179,6 +197,7 @@ impl Resources {
             images.push(&cache.light);
             images.extend(&cache.flux);
         }
+        images.extend(self.published.iter().flat_map(PublishedResources::images));
         images
     }
 
@@ -285,6 +304,50 @@ impl CacheResources {
         let images = images.into_iter().flatten().map(|i| i.desc.bytes());
         let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
         images.sum::<u64>() + self.pages.desc.bytes + self.bricks.desc.bytes + cuts
+    }
+}
+
+impl PublishedResources {
+    fn allocate(memory: &Arc<Memory>, dims: [u32; 3]) -> Result<PublishedResources> {
+        let cells = |name, format| {
+            let desc = ImageDesc {
+                name,
+                extent: dims,
+                volumetric: true,
+                written: true,
+                format,
+            };
+            Image::new(memory, desc)
+        };
+        Ok(PublishedResources {
+            radiance: cells("published: radiance", Format::R32G32B32A32_SFLOAT)?,
+            position: cells("published: position", Format::R32G32B32A32_SFLOAT)?,
+            direction: cells("published: direction", Format::R32G32B32A32_SFLOAT)?,
+            throughput: cells("published: throughput", Format::R32G32_SFLOAT)?,
+        })
+    }
+
+    fn images(&self) -> [&Image; 4] {
+        [
+            &self.radiance,
+            &self.position,
+            &self.direction,
+            &self.throughput,
+        ]
+    }
+
+    /// Cells.
+    pub fn count(&self) -> u64 {
+        self.radiance
+            .desc
+            .extent
+            .iter()
+            .map(|&n| n as u64)
+            .product()
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.images().iter().map(|i| i.desc.bytes()).sum()
     }
 }
 

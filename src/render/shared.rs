@@ -194,6 +194,8 @@ shared! {
         pub unfinished: uint,
         /// Reads of the volume by tracking: tentative collisions.
         pub lookups: uint,
+        /// Paths that have ended; counted in `published` alone.
+        pub finished: uint,
     }
 
     pub struct TrackPush {
@@ -232,6 +234,20 @@ shared! {
         /// 1: instead of the picture, the part of it that a picture at rest takes from the cache as
         /// well, and in alpha the picture's mean over channels.
         pub measures: uint,
+    }
+
+    pub struct PublishedPush {
+        /// Dispatches over all cells so far.
+        pub round: uint,
+        /// Of each path in this one.
+        pub steps: uint,
+        /// The largest extinction anywhere.
+        pub majorant: float,
+    }
+
+    pub struct PublishedMarchPush {
+        /// Of Algorithm 1, in each pixel.
+        pub depth_iterations: uint,
     }
 
     pub struct ProbePush {
@@ -321,6 +337,8 @@ pub fn glsl() -> String {
         CellPush::GLSL,
         CutPush::GLSL,
         MarchPush::GLSL,
+        PublishedPush::GLSL,
+        PublishedMarchPush::GLSL,
         ProbePush::GLSL,
         AccumulatePush::GLSL,
     ]

@@ -188,6 +188,31 @@ fn a_transparent_background_leaves_coverage() {
 }
 
 #[test]
+fn the_published_baseline_renders_by_name() {
+    let folder = Folder::new();
+    let arguments = "--variant published --spp 4 --time 600 -o a.exr -o a.png --stats s.json";
+    let output = folder.succeed(&format!("render ball.toml {arguments}"));
+    let line = last_line(&output);
+    assert!(line.contains("relative error unknown"), "{line}");
+    let stats = folder.json("s.json");
+    assert_eq!(stats["variant"], "published");
+    assert_eq!(stats["reason"], "it was asked for");
+    assert!(stats["spp"].as_u64() >= Some(4), "{stats:#}");
+    assert!(stats["relative_error"].is_null(), "{stats:#}");
+    let memory = &stats["memory"];
+    assert_eq!(memory["planned_bytes"], memory["peak_bytes"]);
+    let cache = &stats["cache"];
+    assert_eq!(cache["dims"], serde_json::json!([16, 16, 16]));
+    assert_eq!(cache["format"], "f32");
+    assert_eq!(cache["bytes"], 56 * 16 * 16 * 16);
+    assert_eq!(cache["cells"], cache["active_cells"]);
+    assert!(cache["updates_per_cell"].as_f64() >= Some(4.0), "{cache}");
+    let plan = folder.succeed("plan ball.toml --variant published --json");
+    let plan: Value = serde_json::from_slice(&plan.stdout).expect("JSON");
+    assert_eq!(plan["planned_bytes"], memory["planned_bytes"]);
+}
+
+#[test]
 fn the_plan_is_what_a_render_takes() {
     let folder = Folder::new();
     let variant = "--variant non-caching";

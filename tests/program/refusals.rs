@@ -116,17 +116,6 @@ fn files_that_cannot_be_read_are_named() {
 }
 
 #[test]
-fn variants_that_are_not_there_yet_are_refused() {
-    let folder = Folder::new();
-    let said = refused(
-        &folder,
-        "render ball.toml --variant published -o a.exr --spp 1",
-        3,
-    );
-    assert!(said.contains("published"), "{said}");
-}
-
-#[test]
 fn wrong_usage_exits_with_2() {
     let folder = Folder::new();
     for arguments in [

@@ -1,0 +1,111 @@
+//! The `published` variant: Šmajdek et al., "Combined volume and surface rendering with global
+//! illumination caching" (2023), as it stands, to be measured against. It has a dense cache of one cell
+//! a voxel, with a path under way in each; `published_transport.comp` and `published_march.comp` say
+//! what it estimates instead of our transport model.
+//!
+//! Its unit of work is a round: a few steps of every cell's path. A sample is a path that has ended in
+//! every cell, on average. How noisy its picture is, it does not know.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use bytemuck::Zeroable;
+
+use super::constants::SceneBuffers;
+use super::published_march::PublishedMarch;
+use super::published_transport::PublishedTransport;
+use super::renderer::Totals;
+use super::resources::Resources;
+use super::shared::{Counters, PublishedMarchPush, PublishedPush};
+use crate::error::{Error, Result};
+use crate::gpu::{Device, Format, Frame, Shaders};
+
+/// Of a path in one round.
+const STEPS: u32 = 8;
+/// The paper keeps each pixel's depth from frame to frame and goes on with it. A picture after so many
+/// rounds has had the iterations that it would have had then, up to a limit for pictures at rest.
+const DEPTH_ITERATIONS_PER_ROUND: u32 = 100;
+const MOST_DEPTH_ITERATIONS: u32 = 1000;
+/// In place of a majorant of zero: a flight then leaves any volume, and no number overflows.
+const LEAST_MAJORANT: f32 = 1e-30;
+
+pub struct Published {
+    transport: PublishedTransport,
+    march: PublishedMarch,
+    /// The largest extinction that the transfer function allows.
+    majorant: f32,
+    rounds: u32,
+    /// As the last round left them.
+    counted: Counters,
+}
+
+impl Published {
+    pub fn new(device: &Arc<Device>, shaders: &Shaders, scene: &SceneBuffers) -> Result<Published> {
+        if !device.filters(Format::R32G32B32A32_SFLOAT) {
+            let name = &device.summary.name;
+            return Err(Error::Device(format!(
+                "{name} does not filter 32-bit floats, as the variant \"published\" has it; use \
+                 another one"
+            )));
+        }
+        let opacities = scene.transfer.iter().map(|p| p.opacity);
+        let opacity = opacities.fold(0.0, f32::max);
+        Ok(Published {
+            transport: PublishedTransport::new(device, shaders, &scene.features)?,
+            march: PublishedMarch::new(device, shaders, &scene.features)?,
+            majorant: (scene.constants.density * opacity).max(LEAST_MAJORANT),
+            rounds: 0,
+            counted: Counters::zeroed(),
+        })
+    }
+
+    /// Takes every cell's path a few steps further. False, and nothing has happened, if `stop` is raised.
+    pub fn round(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        totals: &mut Totals,
+        stop: &AtomicBool,
+    ) -> Result<bool> {
+        let Some(cells) = &r.published else {
+            return Ok(true);
+        };
+        if stop.load(Ordering::Relaxed) {
+            return Ok(false);
+        }
+        if self.rounds == 0 {
+            frame.run(|f| f.zero(&r.counters))?;
+        }
+        let push = PublishedPush {
+            round: self.rounds,
+            steps: STEPS,
+            majorant: self.majorant,
+        };
+        self.transport.run(frame, r, cells, &push)?;
+        self.rounds += 1;
+        frame.run(|f| f.copy(&r.counters, &r.staging))?;
+        let mapped = r.staging.mapped().unwrap_or_default();
+        let counted: Counters = bytemuck::pod_read_unaligned(&mapped[..size_of::<Counters>()]);
+        let before = std::mem::replace(&mut self.counted, counted);
+        totals.paths += counted.finished.wrapping_sub(before.finished) as u64;
+        totals.lookups += counted.lookups.wrapping_sub(before.lookups) as u64;
+        totals.samples = (totals.paths / cells.count()) as u32;
+        if totals.units == 0 {
+            self.march(frame, r)?;
+            totals.units = 1;
+        }
+        Ok(true)
+    }
+
+    /// The picture that the cache shows now, into `mean`.
+    pub fn march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        let Some(cells) = &r.published else {
+            return Ok(());
+        };
+        let iterations = self.rounds.saturating_mul(DEPTH_ITERATIONS_PER_ROUND);
+        let push = PublishedMarchPush {
+            depth_iterations: iterations.min(MOST_DEPTH_ITERATIONS),
+        };
+        self.march.run(frame, r, cells, &push)
+    }
+}

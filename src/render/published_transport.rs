@@ -1,0 +1,45 @@
+//! Paths from the cells of the published baseline.
+
+use std::sync::Arc;
+
+use super::resources::{PublishedResources, Resources};
+use super::shared::{Features, PublishedPush};
+use crate::error::Result;
+use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+
+pub struct PublishedTransport(Pass);
+
+impl PublishedTransport {
+    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
+        let desc = PassDesc {
+            name: "published_transport",
+            specialization: &features.words(),
+        };
+        Ok(PublishedTransport(Pass::new(device, shaders, &desc)?))
+    }
+
+    /// Takes each cell's path a few steps further.
+    pub fn run(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cells: &PublishedResources,
+        push: &PublishedPush,
+    ) -> Result<()> {
+        let bindings = [
+            ("scene_block", Binding::Buffer(&r.scene)),
+            ("volume", r.volume_binding()),
+            ("transfer", Binding::Buffer(&r.transfer)),
+            ("clips", Binding::Buffer(&r.clips)),
+            ("suns", Binding::Buffer(&r.suns)),
+            ("environment", Binding::Image(&r.environment)),
+            ("sky", Binding::Buffer(&r.sky)),
+            ("counters", Binding::Buffer(&r.counters)),
+            ("radiance_cells", Binding::Image(&cells.radiance)),
+            ("position_cells", Binding::Image(&cells.position)),
+            ("direction_cells", Binding::Image(&cells.direction)),
+            ("throughput_cells", Binding::Image(&cells.throughput)),
+        ];
+        frame.run_in_slices(&self.0, &bindings, push, cells.radiance.desc.extent)
+    }
+}
