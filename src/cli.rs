@@ -117,6 +117,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "REL", value_parser = positive)]
     error: Option<f64>,
 
+    /// Render so many views around the object, from one cache: OUT.0001.exr and so on. What stops a
+    /// render stops each view.
+    #[arg(long, value_name = "N")]
+    pub orbit: Option<NonZeroU32>,
+
     /// Seed of the random numbers.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,

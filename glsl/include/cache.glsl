@@ -87,7 +87,7 @@ vec3 scattered_light(CachedLight light, vec3 travel) {
     }
     float grey = dot(light.mean, vec3(1.0 / 3.0));
     float share = grey > 0.0 ? 3.0 * scene.g * dot(light.flux, travel) / grey : 0.0;
-    return light.mean * max(0.0, 1.0 + share);
+    return light.mean * (1.0 + share);
 }
 
 // What the suns would bring if all of them reached the point: Σ p(ω, ω_sun)·E.

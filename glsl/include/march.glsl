@@ -42,5 +42,6 @@ void take(inout Taken taken, float weight, vec3 albedo, float t) {
 vec3 light_taken(Taken taken, Ray ray, vec3 suns_here) {
     float t = taken.t / max(taken.weight, 1e-30);
     CachedLight light = read_cache(cube_at(ray.origin + t * ray.step));
-    return taken.albedo * (scattered_light(light, -ray.direction) + light.suns * suns_here);
+    vec3 scattered = max(vec3(0.0), scattered_light(light, -ray.direction));
+    return taken.albedo * (scattered + light.suns * suns_here);
 }

@@ -1,13 +1,13 @@
 //! `isolume render`: open, plan, render until it is enough, write.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 use super::plan::{Budget, check_supported};
 use super::report::{self, Clock};
 use super::schedule::cache_goal;
-use super::trace::{self, INTERRUPTED, rgb};
+use super::trace::{self, INTERRUPTED, Outcome, rgb};
 use super::{device_choice, open_scene};
 use crate::cli::RenderArgs;
 use crate::error::{Error, Result};
@@ -54,21 +54,35 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         _ => args.stop(),
     };
     let mut progress = Progress::new(args.quiet, trace::goal(&stop));
-    let began = Instant::now();
+    let mut began = Instant::now();
     clock.time("fill the cache", || {
         trace::fill_until(&stop, &mut renderer, &mut progress)
     })?;
-    let outcome = clock.time("render", || {
-        trace::trace_until(&stop, &mut renderer, began, &mut progress)
-    })?;
+    let mut outputs = Outputs::default();
+    let mut outcomes: Vec<Outcome> = Vec::new();
+    for view in views(args, &opened) {
+        if !outcomes.is_empty() {
+            began = Instant::now();
+            let next = buffers.seen_by(&view.scene.camera);
+            renderer.change(&buffers, &next)?;
+            buffers = next;
+        }
+        let outcome = clock.time("render", || {
+            trace::trace_until(&stop, &mut renderer, began, &mut progress)
+        })?;
+        let picture = picture(renderer.film()?, renderer.first_hits()?, &view.scene);
+        clock.time("encode the picture", || {
+            stage_pictures(&mut outputs, &view, &opened, &picture, &device, args.seed)
+        })?;
+        outcomes.push(outcome);
+        if INTERRUPTED.load(Ordering::Relaxed) {
+            break;
+        }
+    }
     progress.finish();
-    let picture = picture(renderer.film()?, renderer.first_hits()?, scene);
     check_validation(&device)?;
 
-    let mut outputs = Outputs::default();
-    clock.time("encode the picture", || {
-        stage_pictures(&mut outputs, &files, &opened, &picture, &device, args.seed)
-    })?;
+    let (first, last) = (&outcomes[0], &outcomes[outcomes.len() - 1]);
     let stats = Stats {
         variant: choice.plan.variant().into(),
         reason: choice.reason.clone(),
@@ -77,14 +91,15 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         spp: renderer.totals.samples as u64,
         seed: args.seed as u64,
         wall_s: clock.began.elapsed().as_secs_f64(),
-        first_frame_s: (outcome.first_frame - clock.began).as_secs_f64(),
+        first_frame_s: (first.first_frame - clock.began).as_secs_f64(),
         passes: report::passes(&renderer.frame.timings),
         stages: clock.stages(),
         memory: report::memory(&memory, choice.plan.bytes()),
         paths: renderer.paths(),
         lookups_per_path: renderer.lookups() as f64 / renderer.paths() as f64,
-        relative_error: outcome.relative_error,
+        relative_error: last.relative_error,
         cache: report::cache(&renderer, &choice.plan, cache_goal(&stop)),
+        views: outcomes.iter().map(Outcome::stats).collect(),
     };
     if let Some(path) = &args.stats {
         outputs.json(path, &stats)?;
@@ -95,12 +110,42 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     }
     outputs.commit()?;
     if !args.quiet {
-        eprintln!("{}", last_line(&stats, &files, &outcome.why_stopped));
+        eprintln!("{}", last_line(&stats, &files, &last.why_stopped));
     }
     match INTERRUPTED.load(Ordering::Relaxed) {
         true => Ok(INTERRUPTED_STATUS),
         false => Ok(0),
     }
+}
+
+/// One picture of an orbit, or the only one.
+struct View {
+    scene: Scene,
+    files: Vec<PathBuf>,
+}
+
+fn views(args: &RenderArgs, opened: &Opened) -> Vec<View> {
+    let Some(count) = args.orbit else {
+        return vec![View {
+            scene: opened.scene.clone(),
+            files: args.outputs(),
+        }];
+    };
+    let numbered = |file: PathBuf, number: u32| {
+        let extension = file.extension().unwrap_or_default().to_string_lossy();
+        file.with_extension(format!("{number:04}.{extension}"))
+    };
+    let view = |number: u32| {
+        let mut scene = opened.scene.clone();
+        let share = f64::from(number - 1) / f64::from(count.get());
+        scene.camera = scene.camera.orbited(share);
+        let files = args.outputs().into_iter();
+        View {
+            scene,
+            files: files.map(|file| numbered(file, number)).collect(),
+        }
+    };
+    (1..=count.get()).map(view).collect()
 }
 
 fn picture(film: Film, hits: FirstHits, scene: &Scene) -> Picture {
@@ -120,19 +165,19 @@ fn picture(film: Film, hits: FirstHits, scene: &Scene) -> Picture {
 
 fn stage_pictures(
     outputs: &mut Outputs,
-    files: &[std::path::PathBuf],
+    view: &View,
     opened: &Opened,
     picture: &Picture,
     device: &Device,
     seed: u32,
 ) -> Result<()> {
     let provenance = Provenance {
-        scene: describe(&opened.file, &opened.volume, &opened.scene),
+        scene: describe(&opened.file, &opened.volume, &view.scene),
         seed,
         device: device.summary.name.clone(),
         software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
     };
-    for file in files {
+    for file in &view.files {
         let path: &Path = file;
         match Format::of(path)? {
             Format::Exr => outputs.exr(path, picture, &provenance)?,
@@ -153,7 +198,7 @@ fn check_validation(device: &Device) -> Result<()> {
     }
 }
 
-fn last_line(stats: &Stats, files: &[std::path::PathBuf], why_stopped: &str) -> String {
+fn last_line(stats: &Stats, files: &[PathBuf], why_stopped: &str) -> String {
     let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
     let samples = match stats.variant.as_str() {
         "published" => "updates per cell",

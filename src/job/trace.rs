@@ -2,13 +2,14 @@
 //! picture, until it is enough.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::schedule::{Done, cache_is_done, next_unit, reason_to_stop};
 use crate::cli::Stop;
 use crate::error::{Error, Result};
 use crate::output::progress::{Goal, Progress};
 use crate::output::relative_error;
+use crate::output::stats::ViewStats;
 use crate::render::Renderer;
 
 pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -17,9 +18,21 @@ static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
 
 /// What rendering left, besides the picture.
 pub struct Outcome {
+    pub samples: u32,
+    pub took: Duration,
     pub relative_error: f64,
     pub first_frame: Instant,
     pub why_stopped: String,
+}
+
+impl Outcome {
+    pub fn stats(&self) -> ViewStats {
+        ViewStats {
+            spp: self.samples as u64,
+            wall_s: self.took.as_secs_f64(),
+            relative_error: self.relative_error,
+        }
+    }
 }
 
 pub fn goal(stop: &Stop) -> Goal {
@@ -95,6 +108,8 @@ pub fn trace_until(
         );
     };
     Ok(Outcome {
+        samples: done.samples,
+        took: done.took,
         relative_error: done.relative_error,
         first_frame: first_frame.ok_or(Error::Interrupted)?,
         why_stopped,

@@ -24,6 +24,15 @@ pub struct Stats {
     /// Only for a variant that has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<CacheStats>,
+    /// One by one; the first with the filling of the cache.
+    pub views: Vec<ViewStats>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct ViewStats {
+    pub spp: u64,
+    pub wall_s: f64,
+    pub relative_error: f64,
 }
 
 /// One kind of GPU pass over all its runs.

@@ -1,6 +1,6 @@
 //! The camera. Right-handed: looking down −z with +y up, +x is to the right.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::volume::{Anatomical, Axes};
@@ -12,6 +12,18 @@ pub struct Camera {
     /// Not parallel to the view direction.
     pub up: [f64; 3],
     pub projection: Projection,
+}
+
+impl Camera {
+    /// Turned about the target and `up`, by a share of a full turn.
+    pub fn orbited(&self, share: f64) -> Camera {
+        let (target, up) = (DVec3::from(self.target), DVec3::from(self.up).normalize());
+        let turn = DQuat::from_axis_angle(up, share * std::f64::consts::TAU);
+        Camera {
+            eye: (target + turn * (DVec3::from(self.eye) - target)).to_array(),
+            ..*self
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
