@@ -1,6 +1,5 @@
-// Path tracing from the camera. As `non-caching` it is unbiased: free flights end at collisions. As
-// `caching` at rest, a flight from which the cache may be read (`cache_order`) is marched through it
-// instead, and ends at a surface or outside.
+// Path tracing from the camera: unbiased as `non-caching`; as `caching` at rest, paths end where they may
+// read the cache (cached_flight.glsl).
 //
 // Each slot takes a pixel from a queue, traces all of its samples one after another, and takes the
 // next pixel, so that no lane idles because its neighbour's paths are longer. A slot does a

@@ -1,7 +1,9 @@
-// Paths that read the cache. The camera's own segment is marched: it takes the light that the cache
-// holds all along its way, and so has next to no noise. A path that comes from elsewhere flies on to a
-// collision and reads the cache there. Where a surface cuts a cell, the cell's nodes may lie behind it:
-// there a path collides and scatters as if there were no cache.
+// Paths that read the cache: at a collision, which then ends them. Where a surface cuts a cube, its nodes
+// may lie behind the surface: there a path scatters as if there were no cache.
+//
+// Without surfaces, the camera's own segment is marched instead: it takes the light that the cache holds
+// all along its way, and so has next to no noise. (With surfaces their noise is what is seen, and a
+// march costs several collisions.)
 
 // Below this nothing behind is seen: a float's last digits.
 const float OPAQUE_BELOW = 1e-6;
@@ -59,13 +61,12 @@ struct MarchStep {
     float absorbed; // 1 − exp(−optical depth)
     vec3 albedo;    // of what it meets, and where, on average
     float t;
-    float picked_t; // one place, in proportion to what is met there, and its value
-    float picked_value;
+    float picked_t; // one place, in proportion to what is met there
 };
 
 // By two independent samples: with optical depths a and b, exp(−(a + b)/2) is too large by half the
 // variance of their mean (Jensen), of which (a − b)²/4 is an estimate.
-MarchStep sample_step(Ray ray, float t, float size, vec4 u) {
+MarchStep sample_step(Ray ray, float t, float size, vec3 u) {
     vec2 places = t + size * u.xy;
     vec2 values = vec2(lookup(ray, places.x), lookup(ray, places.y));
     vec4 first = transfer_at(values.x);
@@ -74,17 +75,15 @@ MarchStep sample_step(Ray ray, float t, float size, vec4 u) {
     float mean = 0.5 * (depths.x + depths.y);
     float variance = 0.25 * (depths.x - depths.y) * (depths.x - depths.y);
     vec2 shares = mean > 0.0 ? 0.5 * depths / mean : vec2(0.5);
-    bool picks_first = u.w < shares.x;
     MarchStep s;
     s.absorbed = absorbed_by(mean) + 0.5 * variance * (1.0 - absorbed_by(mean));
     s.albedo = shares.x * first.rgb + shares.y * second.rgb;
     s.t = dot(shares, places);
-    s.picked_t = picks_first ? places.x : places.y;
-    s.picked_value = picks_first ? values.x : values.y;
+    s.picked_t = u.z < shares.x ? places.x : places.y;
     return s;
 }
 
-// The camera's segment. Light is read once for as many steps as there are voxels between nodes.
+// Marches the camera's segment. Light is read once for as many steps as there are voxels between nodes.
 void march(inout Path path, Ray ray, inout Random random) {
     Walk walk = begin_walk(ray, path.t, float(MACROCELL), ivec3(scene.macrocells));
     vec3 suns_here = suns_scattered(-path.direction);
@@ -93,28 +92,18 @@ void march(inout Path path, Ray ray, inout Random random) {
     for (uint i = 1u; onwards && i <= STEPS; ++i) {
         float size = 0.0;
         onwards = next_step(ray, walk, path.t, path.t_end, size);
-        MarchStep s = sample_step(ray, path.t, size, random_numbers(random));
+        vec4 u = random_numbers(random);
+        MarchStep s = sample_step(ray, path.t, size, u.xyz);
         s.absorbed = onwards ? s.absorbed : 0.0;
         path.t += onwards ? size : 0.0;
-        float pick = random_numbers(random).x;
-        if (full_light && is_cut(cube_at(ray.origin + s.picked_t * ray.step))) {
-            if (pick < s.absorbed) {
-                path.t_end = s.picked_t;
-                path.surface = COLLISION;
-                path.value = s.picked_value;
-                onwards = false;
-            }
-        } else {
-            float weight = path.transmittance * s.absorbed;
-            path.transmittance -= weight;
-            take(taken, weight, s.albedo, s.t);
-            if (pick * (1.0 - path.transmittance) < weight) {
-                path.pick_t = s.picked_t;
-            }
+        float weight = path.transmittance * s.absorbed;
+        path.transmittance -= weight;
+        take(taken, weight, s.albedo, s.t);
+        if (u.w * (1.0 - path.transmittance) < weight) {
+            path.pick_t = s.picked_t;
         }
         if (path.transmittance < OPAQUE_BELOW) {
             path.transmittance = 0.0;
-            path.surface = NOTHING;
             onwards = false;
         }
         if (!onwards || i % scene.cache_stride == 0u) {

@@ -236,7 +236,7 @@ void advance(inout Path path) {
     Random random = random_of(path);
     if (path.phase == PHASE_FLIGHT) {
         Ray ray = make_ray(path.origin, path.direction);
-        if (cache_order == 1u && path.bounces == 0u) {
+        if (cache_order == 1u && surface_count == 0u && path.bounces == 0u) {
             march(path, ray, random);
         } else {
             fly(path, ray, random);

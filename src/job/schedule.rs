@@ -50,6 +50,8 @@ const CACHE_SHARE_OF_ERROR: f64 = 0.25;
 const CACHE_ERROR: f64 = 0.002;
 /// The cache's share of the time, at most.
 const CACHE_SHARE_OF_TIME: f64 = 0.5;
+/// The same where a march shows it: that takes few samples.
+const CACHE_SHARE_OF_TIME_MARCHED: f64 = 0.8;
 
 /// The relative error at which the cache counts as converged.
 pub fn cache_goal(stop: &Stop) -> f64 {
@@ -57,14 +59,47 @@ pub fn cache_goal(stop: &Stop) -> f64 {
         .map_or(CACHE_ERROR, |goal| CACHE_SHARE_OF_ERROR * goal)
 }
 
-/// Whether the picture needs samples more than the cache needs paths: a cell gets no more of them
-/// than a pixel gets samples, where that is said.
-pub fn cache_is_done(stop: &Stop, cache: &Cache) -> bool {
-    // The next batch takes as long as all of them so far.
-    let late = |time: Duration| 2 * cache.took > time.mul_f64(CACHE_SHARE_OF_TIME);
-    cache.relative_error <= cache_goal(stop)
-        || stop.spp.is_some_and(|goal| cache.updates >= goal.get())
-        || cache.updates > 0 && stop.time.is_some_and(late)
+/// How far a cache has come.
+#[derive(Debug, Clone, Copy)]
+pub struct Filled {
+    pub updates: u32,
+    pub took: Duration,
+    pub relative_error: f64,
+    pub is_marched: bool,
+}
+
+impl Filled {
+    pub fn of(cache: &Cache) -> Filled {
+        Filled {
+            updates: cache.updates,
+            took: cache.took,
+            relative_error: cache.relative_error,
+            is_marched: cache.is_marched,
+        }
+    }
+}
+
+/// Paths for each cell in the next batch; `None` once the picture needs samples more than the cache needs
+/// paths. A cell gets no more paths than a pixel gets samples, where that is said.
+pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
+    if filled.relative_error <= cache_goal(stop)
+        || stop.spp.is_some_and(|goal| filled.updates >= goal.get())
+    {
+        return None;
+    }
+    let double = filled.updates.max(1);
+    let Some(time) = stop.time.filter(|_| filled.updates > 0) else {
+        return Some(double);
+    };
+    let share = match filled.is_marched {
+        true => CACHE_SHARE_OF_TIME_MARCHED,
+        false => CACHE_SHARE_OF_TIME,
+    };
+    let left = time.mul_f64(share).saturating_sub(filled.took);
+    let rate = filled.updates as f64 / filled.took.as_secs_f64();
+    let samples = double.min((rate * left.as_secs_f64()) as u32);
+    // A batch that is small beside what is there changes nothing that can be seen.
+    (8 * samples >= filled.updates).then_some(samples)
 }
 
 /// Samples per pixel of the next unit.
@@ -126,6 +161,22 @@ mod tests {
         assert!(reason_to_stop(&stop, &done(15, 15, 1.0, 0.01)).is_none());
         assert!(reason_to_stop(&stop, &done(16, 16, 1.0, 0.01)).is_some());
         assert!(reason_to_stop(&stop, &done(16, 16, 1.0, f64::NAN)).is_none());
+    }
+
+    #[test]
+    fn a_cache_takes_its_share_of_the_time_and_no_more() {
+        let stop = stop(None, Some(10), None);
+        let filled = |updates, seconds| Filled {
+            updates,
+            took: Duration::from_secs_f64(seconds),
+            relative_error: 0.5,
+            is_marched: false,
+        };
+        assert_eq!(next_batch(&stop, &filled(0, 0.0)), Some(1));
+        assert_eq!(next_batch(&stop, &filled(16, 1.0)), Some(16));
+        assert_eq!(next_batch(&stop, &filled(64, 4.0)), Some(16));
+        assert_eq!(next_batch(&stop, &filled(64, 4.9)), None);
+        assert_eq!(next_batch(&stop, &filled(1, 20.0)), None);
     }
 
     #[test]

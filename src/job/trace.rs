@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::schedule::{Done, cache_is_done, next_unit, reason_to_stop};
+use super::schedule::{Done, Filled, next_batch, next_unit, reason_to_stop};
 use crate::cli::Stop;
 use crate::error::{Error, Result};
 use crate::output::progress::{Goal, Progress};
@@ -51,11 +51,9 @@ pub fn catch_interrupts() {
 /// Batch after batch, until the cache shows a picture that is good enough for `stop`.
 pub fn fill_until(stop: &Stop, renderer: &mut Renderer, progress: &mut Progress) -> Result<()> {
     while let Some(cache) = &renderer.cache
-        && !cache_is_done(stop, cache)
+        && let Some(samples) = next_batch(stop, &Filled::of(cache))
+        && renderer.fill_cache(samples, &INTERRUPTED)?
     {
-        if !renderer.fill_cache(&INTERRUPTED)? {
-            return Ok(());
-        }
         if let Some(cache) = &renderer.cache {
             progress.filled(cache.updates, cache.relative_error);
         }

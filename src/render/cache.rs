@@ -1,10 +1,11 @@
 //! The caching variant's state: how many paths each node has had, and how far the picture that the
 //! cache shows still is from what more paths would make of it.
 //!
-//! Batches double: each gives a node as many new paths as it has had. The picture marched before a
-//! batch and the one after it then differ by (new − old)/2, whose spread is the later picture's own
-//! standard error: batch and history are independent and equally noisy. That is measured, for the
-//! camera at hand, where averaging over many cells along a ray is part of the answer.
+//! Batches double, as a rule: each gives a node as many new paths as it has had. With a history of n paths
+//! and a batch of N, what is shown changes by N/(n + N) of the difference between two independent
+//! estimates, and n/N of the square of that change is the variance of what is shown then. So the error
+//! is measured where it matters: in the picture of the camera at hand, where averaging over many cells
+//! along a ray is part of the answer.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,14 +20,14 @@ use super::shared::Features;
 use crate::error::Result;
 use crate::gpu::{Device, Frame, Shaders};
 
-/// Paths a node in the first batch.
-const FIRST_BATCH: u32 = 1;
 /// The error is measured on about so many pixels along the picture's longer side.
 const MEASURED_PIXELS: u32 = 128;
 
 pub struct Cache {
     tracking: CellTracking,
     ray_march: RayMarch,
+    /// A picture at rest marches through it (see `cached_flight.glsl`).
+    pub is_marched: bool,
     /// Paths that each node has had.
     pub updates: u32,
     /// Paths traced and reads of the volume in all.
@@ -44,6 +45,7 @@ impl Cache {
         Ok(Cache {
             tracking: CellTracking::new(device, shaders, features)?,
             ray_march: RayMarch::new(device, shaders, features)?,
+            is_marched: features.cache_order == 1 && features.surface_count == 0,
             updates: 0,
             paths: 0,
             lookups: 0,
@@ -77,14 +79,19 @@ impl Cache {
         self.shown.clear();
     }
 
-    /// Doubles the paths of every node and measures the error. False if `stop` is raised before the
-    /// last of them: some nodes have had the batch then, some not, and the next batch is the same.
-    pub fn batch(&mut self, frame: &mut Frame, r: &Resources, stop: &AtomicBool) -> Result<bool> {
+    /// Gives every node `samples` more paths and measures the error. False if `stop` is raised before
+    /// the last of them: some nodes have had the batch then, some not, and it does not count.
+    pub fn batch(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        samples: u32,
+        stop: &AtomicBool,
+    ) -> Result<bool> {
         let Some(resources) = &r.cache else {
             return Ok(true);
         };
         let began = Instant::now();
-        let samples = self.updates.max(FIRST_BATCH);
         self.tracking.restart(frame, r)?;
         let mut under_way = true;
         while under_way {
@@ -97,21 +104,23 @@ impl Cache {
             under_way = progress.under_way;
             self.lookups += progress.lookups as u64;
         }
+        let history = self.updates;
         self.updates += samples;
         self.paths += samples as u64 * resources.active_nodes;
-        self.measure(frame, r)?;
+        self.measure(frame, r, history as f64 / samples as f64)?;
         self.took += began.elapsed();
         Ok(true)
     }
 
-    fn measure(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    /// `history` is n/N.
+    fn measure(&mut self, frame: &mut Frame, r: &Resources, history: f64) -> Result<()> {
         let [width, height, _] = r.unit_sum.desc.extent;
         let stride = width.max(height).div_ceil(MEASURED_PIXELS);
         let corner = [width.div_ceil(stride), height.div_ceil(stride), 1];
         self.ray_march.measure(frame, r, stride)?;
         let now = copy::download_corner(frame, &r.staging, &r.unit_sum, corner)?;
         if !self.shown.is_empty() {
-            self.relative_error = relative_difference(&self.shown, &now);
+            self.relative_error = history.sqrt() * relative_difference(&self.shown, &now);
         }
         self.shown = now;
         Ok(())

@@ -88,7 +88,7 @@ fn rung_name(scale: f64, format: CacheFormat) -> String {
 /// The cache's settings that the scene allows, best first.
 fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
     let scales = match scene.render.cache_scale {
-        CacheScale::Auto => vec![1.0, 0.5, 0.25, 0.125],
+        CacheScale::Auto => vec![1.0, 0.5, 0.25, COARSEST],
         CacheScale::Fixed(scale) => vec![scale],
     };
     let formats = match scene.render.cache_format {
@@ -102,10 +102,12 @@ fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
 /// Cells that a CPU fills with light in about a minute; a GPU is some hundred times as fast. Only
 /// `auto` minds: whoever names a scale gets it.
 const MOST_CELLS_CPU: u64 = 1 << 20;
+const COARSEST: f64 = 0.125;
 
 fn too_slow(limits: &DeviceSummary, scene: &Scene, layout: &CacheLayout) -> bool {
     limits.kind == "CPU"
         && scene.render.cache_scale == CacheScale::Auto
+        && layout.scale > COARSEST
         && layout.active_nodes() > MOST_CELLS_CPU
 }
 

@@ -160,10 +160,10 @@ impl Renderer {
         Ok(lasts)
     }
 
-    /// Another batch of paths for the cache. False if `stop` is raised before its end.
-    pub fn fill_cache(&mut self, stop: &AtomicBool) -> Result<bool> {
+    /// A batch of `samples` paths for each node of the cache. False if `stop` is raised before its end.
+    pub fn fill_cache(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
         match &mut self.cache {
-            Some(cache) => cache.batch(&mut self.frame, &self.resources, stop),
+            Some(cache) => cache.batch(&mut self.frame, &self.resources, samples, stop),
             None => Ok(true),
         }
     }

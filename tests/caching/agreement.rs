@@ -93,7 +93,10 @@ fn assert_agrees(setting: Setting) {
 fn blobs() {
     assert_agrees(Setting {
         scene: "blobs",
-        edits: &["render.size=[48, 48]"],
+        edits: &[
+            "render.size=[48, 48]",
+            "volume.crop=[[8, 8, 8], [32, 32, 32]]",
+        ],
         updates: 16,
         at_rest: 64,
         reference: 256,

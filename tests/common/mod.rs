@@ -146,6 +146,15 @@ pub fn cached(
 }
 
 impl Cached {
+    /// Begins anew with other random numbers, without compiling anything.
+    pub fn reseed(&mut self, seed: u32) {
+        let before = self.buffers.clone();
+        self.buffers.constants.seed = seed;
+        let changed = self.renderer.change(&before, &self.buffers);
+        changed.expect("the same scene");
+        self.renderer.cache.as_mut().expect("a cache").clear();
+    }
+
     pub fn updates(&self) -> u32 {
         self.renderer.cache.as_ref().expect("a cache").updates
     }
@@ -153,7 +162,8 @@ impl Cached {
     pub fn fill(&mut self, updates: u32) {
         let stop = AtomicBool::new(false);
         while self.updates() < updates {
-            assert!(self.renderer.fill_cache(&stop).expect("a batch"));
+            let double = self.updates().max(1);
+            assert!(self.renderer.fill_cache(double, &stop).expect("a batch"));
         }
     }
 

@@ -29,7 +29,7 @@ fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung
     let memory = Memory::new(device, plan.bytes()).expect("memory");
     let mut renderer = Renderer::new(&memory, &volume, &buffers).expect(&what);
     let stop = AtomicBool::new(false);
-    assert!(renderer.fill_cache(&stop).expect(&what), "{what}");
+    assert!(renderer.fill_cache(1, &stop).expect(&what), "{what}");
     assert!(renderer.unit(1, &stop).expect(&what), "{what}");
     renderer.film().expect(&what);
     renderer.first_hits().expect(&what);
