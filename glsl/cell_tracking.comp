@@ -22,8 +22,8 @@
 #include "light.glsl"
 #include "cells.glsl"
 #include "cache.glsl"
-#include "march.glsl"
 #include "path.glsl"
+#include "uncached.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { CellPush push; };

@@ -11,12 +11,14 @@ const float OPAQUE_BELOW = 1e-6;
 // Whether the collision at path.t_end may take its light from the cache.
 bool reads_cache(Path path) {
     vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
-    return cache_order > 0u && path.collisions + 1u >= cache_order
-        && !(full_light && is_cut(cube_at(g)));
+    return path.collisions + 1u >= cache_order && !(full_light && is_cut(cube_at(g)));
 }
 
 // The end of a path at a collision, with a shadow ray for the suns.
-void collect(inout Path path, inout Random random) {
+bool collect(inout Path path, inout Random random) {
+    if (!reads_cache(path)) {
+        return false;
+    }
     vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
     vec3 throughput = path.throughput * transfer_color(path.value);
     CachedLight light = read_cache(cube_at(g));
@@ -29,6 +31,7 @@ void collect(inout Path path, inout Random random) {
                        PHASE_FLIGHT);
     }
     end_path(path);
+    return true;
 }
 
 // The suns' part of what the march took from the cache, made exact: a shadow ray from a place picked
@@ -84,7 +87,10 @@ MarchStep sample_step(Ray ray, float t, float size, vec3 u) {
 }
 
 // Marches the camera's segment. Light is read once for as many steps as there are voxels between nodes.
-void march(inout Path path, Ray ray, inout Random random) {
+bool march(inout Path path, Ray ray, inout Random random) {
+    if (cache_order > 1u || surface_count > 0u || path.bounces > 0u) {
+        return false;
+    }
     Walk walk = begin_walk(ray, path.t, float(MACROCELL), ivec3(scene.macrocells));
     vec3 suns_here = suns_scattered(-path.direction);
     Taken taken = Taken(vec3(0.0), 0.0, 0.0);
@@ -114,4 +120,5 @@ void march(inout Path path, Ray ray, inout Random random) {
     if (!onwards) {
         settle(path, ray, random);
     }
+    return true;
 }

@@ -10,6 +10,10 @@ void contribute(inout Path path, vec3 radiance);
 void cover(inout Path path, float share);
 // The path leaves the box.
 void escape(inout Path path);
+// At a collision: takes all that it will bring and ends the path there, if that can be known.
+bool collect(inout Path path, inout Random random);
+// Goes on with a flight by other means than waiting for a collision, if there are any.
+bool march(inout Path path, Ray ray, inout Random random);
 
 // What stands at path.t_end besides a surface's index.
 const int NOTHING = -1;
@@ -187,8 +191,6 @@ void end_path(inout Path path) {
     path.surface = NOTHING;
 }
 
-#include "cached_flight.glsl"
-
 void scatter(inout Path path, inout Random random) {
     if (path.bounces == 0u) {
         cover(path, path.transmittance);
@@ -201,8 +203,7 @@ void scatter(inout Path path, inout Random random) {
     }
     ++path.bounces;
     bool alive = true;
-    if (path.surface == COLLISION && reads_cache(path)) {
-        collect(path, random);
+    if (path.surface == COLLISION && collect(path, random)) {
         return;
     }
     if (path.surface >= 0) {
@@ -236,9 +237,7 @@ void advance(inout Path path) {
     Random random = random_of(path);
     if (path.phase == PHASE_FLIGHT) {
         Ray ray = make_ray(path.origin, path.direction);
-        if (cache_order == 1u && surface_count == 0u && path.bounces == 0u) {
-            march(path, ray, random);
-        } else {
+        if (!march(path, ray, random)) {
             fly(path, ray, random);
         }
     }

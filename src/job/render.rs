@@ -1,5 +1,6 @@
 //! `isolume render`: open, plan, render until it is enough, write.
 
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -54,9 +55,10 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         _ => args.stop(),
     };
     let mut progress = Progress::new(args.quiet, trace::goal(&stop));
+    let pictures = args.orbit.map_or(1, NonZeroU32::get);
     let mut began = Instant::now();
     clock.time("fill the cache", || {
-        trace::fill_until(&stop, &mut renderer, &mut progress)
+        trace::fill_until(&stop, &mut renderer, pictures, &mut progress)
     })?;
     let mut outputs = Outputs::default();
     let mut outcomes: Vec<Outcome> = Vec::new();

@@ -4,10 +4,10 @@
 //! ones show a picture soon, late ones cost little to begin and to end, at least sixteen of them give
 //! a standard error, and a stop never throws away more than a sixteenth of the work.
 
+use std::num::NonZeroU32;
 use std::time::Duration;
 
 use crate::cli::Stop;
-use crate::render::Cache;
 
 /// How far a render has come.
 #[derive(Debug, Clone, Copy)]
@@ -66,25 +66,21 @@ pub struct Filled {
     pub took: Duration,
     pub relative_error: f64,
     pub is_marched: bool,
+    /// Pixels, of all pictures to be made, to a cell.
+    pub pixels_per_cell: f64,
 }
 
-impl Filled {
-    pub fn of(cache: &Cache) -> Filled {
-        Filled {
-            updates: cache.updates,
-            took: cache.took,
-            relative_error: cache.relative_error,
-            is_marched: cache.is_marched,
-        }
-    }
-}
+/// Paths a cell from which an error can be told.
+const FEWEST_UPDATES: u32 = 4;
 
 /// Paths for each cell in the next batch; `None` once the picture needs samples more than the cache needs
-/// paths. A cell gets no more paths than a pixel gets samples, where that is said.
+/// paths. Where samples are counted, the cache gets about as many paths as the pictures get samples.
 pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
-    if filled.relative_error <= cache_goal(stop)
-        || stop.spp.is_some_and(|goal| filled.updates >= goal.get())
-    {
+    let enough = |spp: NonZeroU32| {
+        let fair = (f64::from(spp.get()) * filled.pixels_per_cell) as u32;
+        filled.updates >= fair.max(FEWEST_UPDATES)
+    };
+    if filled.relative_error <= cache_goal(stop) || stop.spp.is_some_and(enough) {
         return None;
     }
     let double = filled.updates.max(1);
@@ -122,7 +118,6 @@ pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::num::NonZeroU32;
 
     fn stop(spp: Option<u32>, seconds: Option<u64>, relative_error: Option<f64>) -> Stop {
         Stop {
@@ -171,12 +166,27 @@ mod tests {
             took: Duration::from_secs_f64(seconds),
             relative_error: 0.5,
             is_marched: false,
+            pixels_per_cell: 0.5,
         };
         assert_eq!(next_batch(&stop, &filled(0, 0.0)), Some(1));
         assert_eq!(next_batch(&stop, &filled(16, 1.0)), Some(16));
         assert_eq!(next_batch(&stop, &filled(64, 4.0)), Some(16));
         assert_eq!(next_batch(&stop, &filled(64, 4.9)), None);
         assert_eq!(next_batch(&stop, &filled(1, 20.0)), None);
+    }
+
+    #[test]
+    fn a_cache_takes_as_many_paths_as_pictures_take_samples() {
+        let stop = stop(Some(64), None, None);
+        let filled = |updates| Filled {
+            updates,
+            took: Duration::ZERO,
+            relative_error: 0.5,
+            is_marched: false,
+            pixels_per_cell: 0.25,
+        };
+        assert_eq!(next_batch(&stop, &filled(8)), Some(8));
+        assert_eq!(next_batch(&stop, &filled(16)), None);
     }
 
     #[test]

@@ -48,10 +48,15 @@ pub fn catch_interrupts() {
     let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
 }
 
-/// Batch after batch, until the cache shows a picture that is good enough for `stop`.
-pub fn fill_until(stop: &Stop, renderer: &mut Renderer, progress: &mut Progress) -> Result<()> {
-    while let Some(cache) = &renderer.cache
-        && let Some(samples) = next_batch(stop, &Filled::of(cache))
+/// Batch after batch, until the cache shows `pictures` that are good enough for `stop`.
+pub fn fill_until(
+    stop: &Stop,
+    renderer: &mut Renderer,
+    pictures: u32,
+    progress: &mut Progress,
+) -> Result<()> {
+    while let Some(filled) = filled(renderer, pictures)
+        && let Some(samples) = next_batch(stop, &filled)
         && renderer.fill_cache(samples, &INTERRUPTED)?
     {
         if let Some(cache) = &renderer.cache {
@@ -59,6 +64,20 @@ pub fn fill_until(stop: &Stop, renderer: &mut Renderer, progress: &mut Progress)
         }
     }
     Ok(())
+}
+
+fn filled(renderer: &Renderer, pictures: u32) -> Option<Filled> {
+    let cache = renderer.cache.as_ref()?;
+    let cells = renderer.resources.cache.as_ref()?.active_nodes;
+    let [width, height, _] = renderer.resources.mean.desc.extent;
+    let pixels = f64::from(width) * f64::from(height) * f64::from(pictures);
+    Some(Filled {
+        updates: cache.updates,
+        took: cache.took,
+        relative_error: cache.relative_error,
+        is_marched: cache.is_marched,
+        pixels_per_cell: pixels / cells as f64,
+    })
 }
 
 /// Unit after unit, until `stop` or Ctrl-C. `--time` counts from `began`.

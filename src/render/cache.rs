@@ -15,7 +15,7 @@ use super::cell_tracking::CellTracking;
 use super::copy;
 use super::cut_cells::CutCells;
 use super::ray_march::RayMarch;
-use super::resources::Resources;
+use super::resources::{CacheResources, Resources};
 use super::shared::Features;
 use crate::error::Result;
 use crate::gpu::{Device, Frame, Shaders};
@@ -107,17 +107,23 @@ impl Cache {
         let history = self.updates;
         self.updates += samples;
         self.paths += samples as u64 * resources.active_nodes;
-        self.measure(frame, r, history as f64 / samples as f64)?;
+        self.measure(frame, r, resources, history as f64 / samples as f64)?;
         self.took += began.elapsed();
         Ok(true)
     }
 
     /// `history` is n/N.
-    fn measure(&mut self, frame: &mut Frame, r: &Resources, history: f64) -> Result<()> {
+    fn measure(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheResources,
+        history: f64,
+    ) -> Result<()> {
         let [width, height, _] = r.unit_sum.desc.extent;
         let stride = width.max(height).div_ceil(MEASURED_PIXELS);
         let corner = [width.div_ceil(stride), height.div_ceil(stride), 1];
-        self.ray_march.measure(frame, r, stride)?;
+        self.ray_march.measure(frame, r, cache, stride)?;
         let now = copy::download_corner(frame, &r.staging, &r.unit_sum, corner)?;
         if !self.shown.is_empty() {
             self.relative_error = history.sqrt() * relative_difference(&self.shown, &now);
@@ -128,7 +134,10 @@ impl Cache {
 
     /// The picture that the cache shows now, into `unit_sum`.
     pub fn march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.ray_march.run(frame, r)
+        match &r.cache {
+            Some(cache) => self.ray_march.run(frame, r, cache),
+            None => Ok(()),
+        }
     }
 }
 

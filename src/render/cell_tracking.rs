@@ -14,12 +14,7 @@ pub struct CellTracking {
 }
 
 impl CellTracking {
-    /// Its paths do not read the cache: they estimate what it should hold.
     pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let features = Features {
-            cache_order: 0,
-            ..*features
-        };
         let desc = PassDesc {
             name: "cell_tracking",
             specialization: &features.words(),
@@ -56,7 +51,7 @@ impl CellTracking {
             let flux = cache.flux.as_ref().unwrap_or(&cache.light);
             let bindings = [
                 &r.march_bindings()[..],
-                &r.cache_bindings(),
+                &cache.bindings(),
                 &r.path_bindings(),
                 &[
                     ("light_out", Binding::Image(&cache.light)),

@@ -1,8 +1,8 @@
-//! Paths from the camera.
+//! Paths from the camera: those of `non-caching`, and those that read the cache.
 
 use std::sync::Arc;
 
-use super::resources::Resources;
+use super::resources::{CacheResources, Resources};
 use super::shared::{Features, TrackPush};
 use super::slots::{Progress, Slots};
 use crate::error::Result;
@@ -16,7 +16,10 @@ pub struct DeltaTracking {
 impl DeltaTracking {
     pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
         let desc = PassDesc {
-            name: "delta_tracking",
+            name: match features.cache_order {
+                0 => "delta_tracking",
+                _ => "cached_tracking",
+            },
             specialization: &features.words(),
         };
         Ok(DeltaTracking {
@@ -46,9 +49,10 @@ impl DeltaTracking {
                 work,
                 slots: r.slots(),
             };
+            let cache = r.cache.as_ref().map(CacheResources::bindings);
             let bindings = [
                 &r.march_bindings()[..],
-                &r.cache_bindings(),
+                cache.as_ref().map_or(&[], |bindings| &bindings[..]),
                 &r.path_bindings(),
                 &[("unit_sum", Binding::Image(&r.unit_sum))],
             ]

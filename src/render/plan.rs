@@ -99,16 +99,19 @@ fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
     scales.into_iter().flat_map(with_formats).collect()
 }
 
-/// Cells that a CPU fills with light in about a minute; a GPU is some hundred times as fast. Only
-/// `auto` minds: whoever names a scale gets it.
-const MOST_CELLS_CPU: u64 = 1 << 20;
+/// Cells that a CPU should fill: for each pixel of the picture, since their paths cost as much as a pixel's,
+/// and where that is very few. A GPU is some hundred times as fast. Only `auto` minds: whoever names a
+/// scale gets it.
+const MOST_CELLS_PER_PIXEL_CPU: u64 = 4;
+const FEW_CELLS: u64 = 1 << 18;
 const COARSEST: f64 = 0.125;
 
 fn too_slow(limits: &DeviceSummary, scene: &Scene, layout: &CacheLayout) -> bool {
+    let pixels = scene.render.size.iter().map(|&n| n as u64).product::<u64>();
     limits.kind == "CPU"
         && scene.render.cache_scale == CacheScale::Auto
         && layout.scale > COARSEST
-        && layout.active_nodes() > MOST_CELLS_CPU
+        && layout.active_nodes() > FEW_CELLS.max(MOST_CELLS_PER_PIXEL_CPU * pixels)
 }
 
 /// Why a cache is of no use to the scene, if so.
@@ -160,7 +163,7 @@ pub fn choose(
                 cache: Some(layout),
                 ..
             }) if too_slow(limits, scene, &layout) => better.push(format!(
-                "{name} has {} cells, more than a CPU fills soon",
+                "{name} has {} cells, more than a CPU fills while it renders a picture of this size",
                 layout.active_nodes()
             )),
             Ok(plan) if plan.bytes() <= budget => {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::resources::Resources;
+use super::resources::{CacheResources, Resources};
 use super::shared::{Features, MarchPush};
 use crate::error::Result;
 use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
@@ -22,20 +22,27 @@ impl RayMarch {
     }
 
     /// Leaves the picture in `unit_sum`.
-    pub fn run(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.dispatch(frame, r, 1, false)
+    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheResources) -> Result<()> {
+        self.dispatch(frame, r, cache, 1, false)
     }
 
     /// Leaves what the cache's error is measured by (`MarchPush::measures`), for every `stride`-th pixel
     /// along both axes, in the corner of `unit_sum`.
-    pub fn measure(&self, frame: &mut Frame, r: &Resources, stride: u32) -> Result<()> {
-        self.dispatch(frame, r, stride, true)
+    pub fn measure(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheResources,
+        stride: u32,
+    ) -> Result<()> {
+        self.dispatch(frame, r, cache, stride, true)
     }
 
     fn dispatch(
         &self,
         frame: &mut Frame,
         r: &Resources,
+        cache: &CacheResources,
         stride: u32,
         measures: bool,
     ) -> Result<()> {
@@ -46,7 +53,7 @@ impl RayMarch {
         };
         let bindings = [
             &r.march_bindings()[..],
-            &r.cache_bindings(),
+            &cache.bindings(),
             &[("unit_sum", Binding::Image(&r.unit_sum))],
         ]
         .concat();

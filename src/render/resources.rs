@@ -201,21 +201,6 @@ impl Resources {
         images
     }
 
-    /// What reading the cache takes. Shaders that read none are bound to something that is there.
-    pub fn cache_bindings(&self) -> [(&'static str, Binding<'_>); 4] {
-        let cache = self.cache.as_ref();
-        let light = cache.map_or(&self.majorants, |c| &c.light);
-        let flux = cache.and_then(|c| c.flux.as_ref());
-        let pages = cache.map_or(&self.counters, |c| &c.pages);
-        let cuts = cache.and_then(|c| c.cuts.as_ref());
-        [
-            ("cache_light", Binding::Image(light)),
-            ("cache_flux", Binding::Image(flux.unwrap_or(light))),
-            ("pages", Binding::Buffer(pages)),
-            ("cuts", Binding::Buffer(cuts.unwrap_or(pages))),
-        ]
-    }
-
     pub fn volume_binding(&self) -> Binding<'_> {
         match self.filtered {
             true => Binding::Filtered(&self.volume),
@@ -296,6 +281,22 @@ impl CacheResources {
                 on_device("cache: work", slots as u64 * size_of::<NodeWork>() as u64),
             )?,
         })
+    }
+
+    /// What reading the cache takes. What a scene does without is bound to something that is there.
+    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 4] {
+        [
+            ("cache_light", Binding::Image(&self.light)),
+            (
+                "cache_flux",
+                Binding::Image(self.flux.as_ref().unwrap_or(&self.light)),
+            ),
+            ("pages", Binding::Buffer(&self.pages)),
+            (
+                "cuts",
+                Binding::Buffer(self.cuts.as_ref().unwrap_or(&self.pages)),
+            ),
+        ]
     }
 
     /// At rest: what the picture needs.

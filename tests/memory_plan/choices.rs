@@ -85,7 +85,7 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
             (amd_16, Below(ONE_F16), Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
             (intel, For(HALF_F32), Ok(HALF_F32), "the best that fits"),
             (apple, Below(HALF_F32), Ok(HALF_F16), "while caching at scale 0.5 in f32 needs"),
-            (lavapipe, For(HALF_F16), Ok(HALF_F16), "the best that fits"),
+            (amd_16, For(HALF_F16), Ok(HALF_F16), "the best that fits"),
             (tiny, Below(HALF_F16), Ok(QUARTER_F32), "while caching at scale 0.5 in f16 needs"),
             (minimum, For(QUARTER_F32), Ok(QUARTER_F32), "the best that fits"),
             (nvidia_80, Below(QUARTER_F32), Ok(QUARTER_F16), "while caching at scale 0.25 in f32 needs"),
@@ -119,7 +119,7 @@ fn heaps_decide_about_a_large_volume() {
             (apple, Heap, Ok(ONE_F32), "nothing better is needed"),
             (minimum, Heap, Ok(ONE_F32), "nothing better is needed"),
             (tiny, Heap, Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
-            (lavapipe, Heap, Ok(QUARTER_F32), "more than a CPU fills soon"),
+            (lavapipe, Heap, Ok(QUARTER_F32), "more than a CPU fills while it renders"),
         ],
     );
     assert_choices(

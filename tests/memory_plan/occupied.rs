@@ -102,13 +102,14 @@ impl Covered {
         }
     }
 
-    /// As `read_cache` reads: the nodes of the cell that holds the point.
+    /// As `read_cache` reads: the nodes around the point, or the outermost ones.
     fn contains(&self, g: DVec3) -> bool {
-        let c = ((g - 0.5) / self.step).max(DVec3::ZERO);
-        let low = c.as_uvec3().min(self.nodes - 2);
+        let c = ((g - 0.5) / self.step - 0.5).max(DVec3::ZERO);
+        let last = self.nodes - 1;
+        let low = c.as_uvec3().min(last.saturating_sub(UVec3::ONE));
         (0..8).all(|corner| {
             let offset = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
-            self.active.contains(&((low + offset) / BRICK))
+            self.active.contains(&((low + offset).min(last) / BRICK))
         })
     }
 }
@@ -145,6 +146,7 @@ fn random_scene(random: &mut Rng, volume: &Volume) -> Scene {
         medium.transfer = random_transfer(random, volume.range);
     }
     if random.bool() {
+        scene.surfaces.light = LightModel::Full; // in `local` light the cache outlives surfaces
         scene
             .surfaces
             .iso

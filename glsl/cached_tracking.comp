@@ -1,0 +1,22 @@
+// The picture at rest in the `caching` variant: paths from the camera that end where they may read the
+// cache.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "transfer.glsl"
+#include "ray.glsl"
+#include "ranges.glsl"
+#include "random.glsl"
+#include "phase.glsl"
+#include "tracking.glsl"
+#include "surface.glsl"
+#include "brdf.glsl"
+#include "light.glsl"
+#include "cells.glsl"
+#include "cache.glsl"
+#include "camera.glsl"
+#include "march.glsl"
+#include "path.glsl"
+#include "cached_flight.glsl"
+#include "camera_path.glsl"
