@@ -97,9 +97,9 @@ fn blobs() {
             "render.size=[48, 48]",
             "volume.crop=[[8, 8, 8], [32, 32, 32]]",
         ],
-        updates: 16,
+        updates: 8,
         at_rest: 64,
-        reference: 256,
+        reference: 192,
     });
 }
 
@@ -111,8 +111,8 @@ fn tissue() {
             "render.size=[48, 48]",
             "surfaces.iso=[{ value = 150.0, opacity = 0.5 }]",
         ],
-        updates: 16,
+        updates: 8,
         at_rest: 64,
-        reference: 256,
+        reference: 192,
     });
 }

@@ -1,6 +1,7 @@
 //! What keeps the cache's light and what ends it.
 
-use isolume::render::SceneBuffers;
+use isolume::render::{CacheLayout, SceneBuffers};
+use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::common::*;
@@ -33,25 +34,19 @@ fn scene(light: LightModel) -> Scene {
     scene
 }
 
-/// Whether the light lasts, and whether the renderer acts on it.
 fn lasts(light: LightModel, change: impl Fn(&mut Scene)) -> bool {
     let values = (0..512).map(|i| (i % 8) as f32 / 8.0).collect();
-    let voxels = isolume::scene::volume::Voxels::F32(values);
-    let volume = isolume::scene::volume::Volume::from_values([8; 3], [1.0; 3], voxels);
-    let volume = volume.expect("a volume");
+    let volume = Volume::from_values([8; 3], [1.0; 3], Voxels::F32(values)).expect("a volume");
     let before = scene(light);
     let mut after = before.clone();
     change(&mut after);
-    let mut cache = cached(&before, &volume, 0.5, CacheFormat::F16, 2, 1);
-    let buffers = SceneBuffers::new(&cache.device, &after, &volume, 1).expect("buffers");
-    let layout = cache.buffers.cache.clone().expect("a cache");
-    let buffers = buffers.with_cache(layout);
-    let lasts = cache
-        .renderer
-        .change(&cache.buffers, &buffers)
-        .expect("a change");
-    assert_eq!(cache.updates(), if lasts { 2 } else { 0 });
-    lasts
+    let buffers = |scene: &Scene| {
+        let buffers = SceneBuffers::unprobed(scene, &volume);
+        let occupancy = buffers.occupancy(&volume);
+        let layout = CacheLayout::new([8; 3], &occupancy, 0.5, CacheFormat::F16, 4096);
+        buffers.with_cache(layout.expect("a layout"))
+    };
+    buffers(&before).shares_light_with(&buffers(&after))
 }
 
 fn lasts_in_both(change: impl Fn(&mut Scene)) -> bool {
@@ -88,6 +83,19 @@ fn lights_and_the_medium_end_it() {
 }
 
 #[test]
+fn another_camera_finds_the_cache_filled() {
+    let volume = constant_field(1.0, [8; 3], [1.0; 3]);
+    let before = scene(LightModel::Local);
+    let mut cache = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let mut after = before.clone();
+    after.camera.eye = [10.0, 5.0, 28.0];
+    let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let lasts = cache.renderer.change(&cache.buffers, &fresh.buffers);
+    assert!(lasts.expect("a change") && cache.updates() == 4);
+    assert_eq!(cache.march(), fresh.march());
+}
+
+#[test]
 fn after_a_change_the_picture_is_that_of_a_new_renderer() {
     let volume = constant_field(1.0, [8; 3], [1.0; 3]);
     let before = scene(LightModel::Local);
@@ -97,7 +105,7 @@ fn after_a_change_the_picture_is_that_of_a_new_renderer() {
     let mut changed = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
     let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 8, 1);
     let lasts = changed.renderer.change(&changed.buffers, &fresh.buffers);
-    assert!(!lasts.expect("a change"));
+    assert!(!lasts.expect("a change") && changed.updates() == 0);
     changed.fill(8);
     assert_eq!(changed.march(), fresh.march());
     assert_eq!(changed.at_rest(2, 2).mean, fresh.at_rest(2, 2).mean);

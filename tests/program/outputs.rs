@@ -1,7 +1,7 @@
 //! What a command leaves behind when all is well.
 
 use exr::prelude::{AttributeValue, Text};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::{Folder, last_line, text};
 
@@ -124,6 +124,36 @@ fn statistics_keep_their_contract() {
     let sum: f64 = resources.iter().map(|r| number(&r["bytes"])).sum();
     assert_eq!(sum, peak);
     assert!(resources.iter().all(|r| r["name"].is_string()));
+}
+
+#[test]
+fn an_orbit_looks_at_one_cache_from_all_sides() {
+    let folder = Folder::new();
+    let cached = "render ball.toml --variant caching --cache-scale 0.5 --cache-format f16";
+    folder.succeed(&format!(
+        "{cached} --orbit 3 --spp 4 -o turn.exr --stats s.json"
+    ));
+    let names = ["turn.0001.exr", "turn.0002.exr", "turn.0003.exr"];
+    let written = folder.names();
+    assert!(
+        names.iter().all(|n| written.iter().any(|w| w == n)),
+        "{written:?}"
+    );
+    assert_ne!(folder.read(names[0]), folder.read(names[1]));
+
+    let stats = folder.json("s.json");
+    assert_eq!(stats["variant"], "caching");
+    assert_eq!(stats["views"].as_array().map(Vec::len), Some(3));
+    let cache = &stats["cache"];
+    assert_eq!(
+        (&cache["dims"], &cache["format"]),
+        (&json!([8, 8, 8]), &json!("f16"))
+    );
+    assert_eq!(cache["cells"], 512);
+    let number = |key: &str| cache[key].as_f64().unwrap_or_else(|| panic!("{stats:#}"));
+    assert!(number("active_cells") > 0.0 && number("active_cells") <= 512.0);
+    assert!(number("updates_per_cell") >= 4.0 && number("relative_error") > 0.0);
+    assert!(number("bytes") > 0.0 && cache["converged"].is_boolean());
 }
 
 #[test]
