@@ -313,7 +313,7 @@ fn stats_have_the_keys_that_scripts_rely_on() {
                 "budget_bytes": 0, "planned_bytes": 0, "peak_bytes": 0,
                 "resources": [{"name": "volume", "bytes": 8}]
             },
-            "paths": 0, "lookups_per_path": null, "relative_error": null
+            "paths": 0, "lookups_per_path": null, "relative_error": null, "views": []
         })
     );
 

@@ -88,7 +88,7 @@ MarchStep sample_step(Ray ray, float t, float size, vec3 u) {
 
 // Marches the camera's segment. Light is read once for as many steps as there are voxels between nodes.
 bool march(inout Path path, Ray ray, inout Random random) {
-    if (cache_order > 1u || surface_count > 0u || path.bounces > 0u) {
+    if (!has_medium || cache_order > 1u || surface_count > 0u || path.bounces > 0u) {
         return false;
     }
     Walk walk = begin_walk(ray, path.t, float(MACROCELL), ivec3(scene.macrocells));

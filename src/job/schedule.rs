@@ -74,14 +74,13 @@ pub struct Filled {
 const FEWEST_UPDATES: u32 = 4;
 
 /// Paths for each cell in the next batch; `None` once the picture needs samples more than the cache needs
-/// paths. Where only samples are counted, the cache gets about as many paths as the pictures get samples.
+/// paths. Where samples are counted, the cache gets about as many paths as the pictures get samples.
 pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
     let enough = |spp: NonZeroU32| {
         let fair = (f64::from(spp.get()) * filled.pixels_per_cell) as u32;
         filled.updates >= fair.max(FEWEST_UPDATES)
     };
-    let only_counted = stop.time.is_none() && stop.relative_error.is_none();
-    if filled.relative_error <= cache_goal(stop) || only_counted && stop.spp.is_some_and(enough) {
+    if filled.relative_error <= cache_goal(stop) || stop.spp.is_some_and(enough) {
         return None;
     }
     let double = filled.updates.max(1);

@@ -99,10 +99,8 @@ fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
     scales.into_iter().flat_map(with_formats).collect()
 }
 
-/// Cells that a CPU should fill: for each pixel of the picture, since their paths cost as much as a pixel's,
-/// and where that is very few. A GPU is some hundred times as fast. Only `auto` minds: whoever names a
-/// scale gets it.
-const MOST_CELLS_PER_PIXEL_CPU: u64 = 4;
+/// Cells that a CPU should fill: as many as the picture has pixels, since a cell's path costs as much as a
+/// pixel's, or few. A GPU is some hundred times as fast. Only `auto` minds: whoever names a scale gets it.
 const FEW_CELLS: u64 = 1 << 18;
 const COARSEST: f64 = 0.125;
 
@@ -111,7 +109,7 @@ fn too_slow(limits: &DeviceSummary, scene: &Scene, layout: &CacheLayout) -> bool
     limits.kind == "CPU"
         && scene.render.cache_scale == CacheScale::Auto
         && layout.scale > COARSEST
-        && layout.active_nodes() > FEW_CELLS.max(MOST_CELLS_PER_PIXEL_CPU * pixels)
+        && layout.active_nodes() > FEW_CELLS.max(pixels)
 }
 
 /// Why a cache is of no use to the scene, if so.

@@ -189,7 +189,7 @@ fn emptiness_costs_next_to_nothing() {
         ],
     );
     assert_choices(
-        (sparse(128, Kind::U8), as_it_is),
+        (sparse(80, Kind::U8), as_it_is),
         &[(lavapipe, Heap, Ok(ONE_F32), "nothing better")],
     );
     assert_choices(

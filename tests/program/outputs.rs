@@ -26,7 +26,8 @@ fn a_render_leaves_whole_files_and_nothing_else() {
     let trace = folder.json("p.json");
     let events = trace["traceEvents"].as_array().expect("events");
     for (phase, name) in [
-        ("X", "delta_tracking"),
+        ("X", "cell_tracking"),
+        ("X", "cached_tracking"),
         ("X", "render"),
         ("C", "device memory"),
     ] {
