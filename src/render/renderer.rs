@@ -141,18 +141,19 @@ impl Renderer {
         let r = &mut self.resources;
         r.write(scene);
         let device = self.frame.device();
-        let shaders = Shaders::new(shared::glsl())?;
+        // A compiler takes a while to start, and a camera needs none.
+        let shaders = || Shaders::new(shared::glsl());
         if before.transfer != scene.transfer || before.constants.density != scene.constants.density
         {
-            Majorants::new(&device, &shaders, &scene.features)?.run(&mut self.frame, r)?;
+            Majorants::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r)?;
         }
         if let Some(to) = &r.first_surface {
-            IsoDepth::new(&device, &shaders, &scene.features)?.run(&mut self.frame, r, to)?;
+            IsoDepth::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r, to)?;
         }
         let lasts = before.shares_light_with(scene);
         if !lasts && let Some(cache) = &mut self.cache {
             cache.clear();
-            Cache::prepare(&device, &shaders, &scene.features, &mut self.frame, r)?;
+            Cache::prepare(&device, &shaders()?, &scene.features, &mut self.frame, r)?;
         }
         self.totals.samples = 0;
         self.totals.units = 0;

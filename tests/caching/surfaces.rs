@@ -111,13 +111,14 @@ fn a_hard_shadow_keeps_its_edge_and_its_depth() {
         reference[0].mean < 0.2 * lit,
         "there is a shadow: {reference:?}"
     );
-    for scale in [1.0, 0.5] {
+    // The layer is three cells thick at scale ½: what scatters in it more than once is rounded off.
+    for (scale, bias) in [(1.0, 0.002), (0.5, 0.01)] {
         let mut cache = cached(&scene, &volume, scale, CacheFormat::F16, 64, 2);
         let shadow = profile(&cache.at_rest(16, 64));
         for (ring, (a, b)) in shadow.iter().zip(&reference).enumerate() {
             let (difference, noise) = ((a.mean - b.mean) / lit, a.stderr.hypot(b.stderr) / lit);
             println!("scale {scale}, ring {ring}: {difference:+.4} ± {noise:.4} of the light");
-            assert!(difference.abs() <= 4.0 * noise + 0.002, "{a:?}, not {b:?}");
+            assert!(difference.abs() <= 4.0 * noise + bias, "{a:?}, not {b:?}");
         }
     }
 }
