@@ -99,19 +99,19 @@ fn slab(depth: f64, albedo: f64, g: f64) -> Slab {
         depth,
         albedo,
         g,
-        layers: if depth > 2.0 { 32 } else { 16 },
+        layers: if depth > 2.0 { 64 } else { 16 },
     }
 }
 
 #[test]
 fn thin_slabs() {
-    slab(0.5, 1.0, 0.0).expect(1024, 16, [0.202506, 0.797494]);
+    slab(0.5, 1.0, 0.0).expect(2048, 16, [0.202506, 0.797494]);
     slab(1.0, 0.5, 0.0).expect(256, 16, [0.099119, 0.446058]);
 }
 
 #[test]
 fn a_thick_slab() {
-    slab(4.0, 1.0, 0.0).expect(2048, 16, [0.690926, 0.309074]);
+    slab(4.0, 1.0, 0.0).expect(4096, 16, [0.690926, 0.309074]);
 }
 
 #[test]
