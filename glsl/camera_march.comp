@@ -62,20 +62,19 @@ struct Front {
 };
 
 // Light is read once for as many steps as there are voxels between nodes.
-Front march(Ray ray, float t_end, inout Random random) {
+Front march_segment(Ray ray, float t_end, inout Random random) {
     Front front = Front(vec3(0.0), 1.0, 0.0);
-    float t = 0.0;
-    Walk walk = begin_walk(ray, t, float(MACROCELL), ivec3(scene.macrocells));
+    March march = begin_march(ray, 0.0, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
     Taken taken = Taken(vec3(0.0), 0.0, 0.0);
     bool onwards = true;
     for (uint i = 1u; onwards; ++i) {
-        float size = 0.0;
-        onwards = next_step(ray, walk, t, t_end, size);
+        float size = next_step(ray, march);
+        onwards = size > 0.0;
         if (onwards) {
             vec4 u = random_numbers(random);
-            MarchStep s = sample_step(ray, t, size, u.xyz);
-            t += size;
+            MarchStep s = sample_step(ray, march.t, size, u.xyz);
+            march.t += size;
             float weight = front.transmittance * s.absorbed;
             front.transmittance -= weight;
             take(taken, weight, s.albedo, s.t);
@@ -125,7 +124,7 @@ void main() {
     Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
     Front front = Front(vec3(0.0), 1.0, 0.0);
     if (t_end > 0.0) {
-        front = march(ray, t_end, random);
+        front = march_segment(ray, t_end, random);
         if (sun_count > 0u && front.transmittance < 1.0) {
             front.radiance += correct_suns(ray, front, random);
         }

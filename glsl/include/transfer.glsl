@@ -36,9 +36,12 @@ vec4 transfer_at(float v) {
     int point = transfer_point(v);
     vec4 p = transfer_values(point);
     float t = clamp((v - p.x) * p.y, 0.0, 1.0);
+    if (has_one_color) {
+        return vec4(scene.color, mix(p.z, p.w, t));
+    }
     return vec4(mix(transfer_colors(point), transfer_colors(point + 1), t), mix(p.z, p.w, t));
 }
 
 vec3 transfer_color(float v) {
-    return transfer_at(v).rgb;
+    return has_one_color ? scene.color : transfer_at(v).rgb;
 }

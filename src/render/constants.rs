@@ -78,6 +78,7 @@ impl SceneBuffers {
         let transfer = transfer(scene, volume);
         let mut constants = SceneConstants {
             transfer_segments: transfer_segments(&transfer),
+            color: transfer.first().map_or([0.0; 3], |p| p.color),
             dims: volume.dims,
             macrocells: macrocells(volume.dims),
             spacing: volume.spacing.map(|s| s as f32),
@@ -105,7 +106,7 @@ impl SceneBuffers {
         place_camera(&mut constants, &scene.camera);
         SceneBuffers {
             constants,
-            features: features(scene, &suns, filter_in_shader),
+            features: features(scene, &transfer, &suns, filter_in_shader),
             transfer,
             surfaces: surfaces(scene, volume),
             clips: clips(scene),
@@ -226,12 +227,18 @@ fn grey(rgb: [f32; 3]) -> f32 {
     rgb.iter().sum::<f32>() / 3.0
 }
 
-fn features(scene: &Scene, suns: &[Sun], filter_in_shader: bool) -> Features {
+fn features(
+    scene: &Scene,
+    transfer: &[TransferPoint],
+    suns: &[Sun],
+    filter_in_shader: bool,
+) -> Features {
     let medium = scene.medium.as_ref().filter(|m| m.density > 0.0);
     let iso = &scene.surfaces.iso;
     let any = |wanted: fn(&Shading) -> bool| iso.iter().any(|s| wanted(&s.shading));
     Features {
         has_medium: medium.is_some(),
+        has_one_color: transfer.windows(2).all(|w| w[0].color == w[1].color),
         surface_count: iso.len() as u32,
         full_light: !iso.is_empty() && scene.surfaces.light == LightModel::Full,
         analytic_normals: scene.surfaces.normals == Normals::Analytic,

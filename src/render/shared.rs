@@ -36,6 +36,8 @@ shared! {
         pub g: float,
         /// Columns of the transfer function from which values are interpolated.
         pub transfer_segments: uint,
+        /// Of all points of the transfer function if `has_one_color`.
+        pub color: vec3,
         /// Collisions and reflections on a path; 0 = no limit.
         pub max_bounces: uint,
         pub seed: uint,
@@ -261,6 +263,8 @@ specialization! {
     /// What a scene needs; the rest is compiled away.
     pub struct Features {
         pub has_medium: bool,
+        /// All points of the transfer function have the same.
+        pub has_one_color: bool,
         /// Isosurfaces; 0 = none.
         pub surface_count: uint,
         /// Every ray sees surfaces, not the camera's alone.
