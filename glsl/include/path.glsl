@@ -176,7 +176,7 @@ bool survives(inout Path path, inout Random random) {
     if (scene.max_bounces > 0u) {
         return brightest > 0.0;
     }
-    const float ROULETTE_BELOW = 0.2;
+    const float ROULETTE_BELOW = 0.4;
     if (brightest < ROULETTE_BELOW) {
         if (random_numbers(random).x * ROULETTE_BELOW >= brightest) {
             return false;

@@ -66,7 +66,7 @@ Track track_from(Ray ray, float t, float t_end) {
 // One loop for both, so that a lane's flight and its neighbour's shadow ray go on together.
 uint advance_track(Ray ray, bool is_shadow, inout Track track, inout Random random,
                    inout float value, inout float transmittance) {
-    const float ROULETTE_BELOW = 0.1;
+    const float ROULETTE_BELOW = 0.3;
     uint outcome = track.t < track.t_end ? OUTCOME_PENDING : OUTCOME_END;
     Walk walk = walk_from(ray, track.cell, float(MACROCELL));
     float majorant = macrocell_majorant(walk.cell);

@@ -111,7 +111,10 @@ impl Renderer {
         scene: &SceneBuffers,
     ) -> Result<()> {
         let r = &mut self.resources;
-        self.frame.run(|f| f.clear(&r.images()))?;
+        self.frame.run(|f| {
+            f.adopt(&r.images())?;
+            f.clear(&r.images_from_zero())
+        })?;
         let voxels: &[u8] = match &volume.voxels {
             Voxels::U8(v) => v,
             Voxels::U16(v) => bytemuck::cast_slice(v),

@@ -186,21 +186,26 @@ impl Resources {
     }
 
     pub fn images(&self) -> Vec<&Image> {
-        let mut images = vec![
+        let mut images = self.images_from_zero();
+        images.extend([
             &self.volume,
             &self.ranges,
             &self.majorants,
             &self.transfer,
             &self.environment,
-            &self.unit_sum,
-            &self.mean,
-            &self.squares,
-        ];
+        ]);
+        images.extend(self.cache.iter().map(|cache| &cache.pages));
+        images
+    }
+
+    /// Those that are read before all of their texels are written.
+    pub fn images_from_zero(&self) -> Vec<&Image> {
+        let mut images = vec![&self.unit_sum, &self.mean, &self.squares];
         if let Some(surface) = &self.first_surface {
             images.extend([&surface.normal_depth, &surface.albedo]);
         }
         if let Some(cache) = &self.cache {
-            images.extend([&cache.light, &cache.pages]);
+            images.push(&cache.light);
             images.extend(&cache.flux);
         }
         images.extend(self.published.iter().flat_map(PublishedResources::images));
