@@ -7,6 +7,13 @@
 
 layout(binding = 6, scalar) readonly buffer SurfaceBlock { Surface at[]; } surfaces;
 
+// Read once, as the scene's constants are; most scenes have a single surface.
+float first_isovalue = surfaces.at[0].value;
+
+float isovalue(uint surface) {
+    return surface == 0u ? first_isovalue : surfaces.at[surface].value;
+}
+
 struct Crossing {
     float t;
     int surface; // −1: none
@@ -90,15 +97,16 @@ vec3 local_position(Ray ray, float t, vec3 cell) {
 
 // The first crossing in the trilinear cell between t0 and t1, for all surfaces. `known` is a surface
 // on which the ray starts at t0, or −1; `fresh` says that the sides are not known yet.
-void cross_cell(Ray ray, ivec3 cell, float t0, float t1, int known, bool fresh,
+void cross_cell(Ray ray, Corners corners, ivec3 cell, float t0, float t1, int known, bool fresh,
                 inout Crossing crossing) {
-    work += 1u + 4u * surface_count;
-    Cell k = volume_cell(cell);
+    work += 4u * surface_count;
+    Cell k = cell_of(corners);
+    vec2 range = corner_range(corners);
     vec3 a = local_position(ray, t0, vec3(cell));
     vec3 e = ray.step * (t1 - t0);
     float nearest = 2.0;
     for (uint s = 0u; s < surface_count; ++s) {
-        float value = surfaces.at[s].value;
+        float value = isovalue(s);
         uint bit = 1u << s;
         Cell relative = k;
         relative.c -= value; // exact for integers, and here the digits are needed
@@ -109,11 +117,11 @@ void cross_cell(Ray ray, ivec3 cell, float t0, float t1, int known, bool fresh,
             crossing.inside = c.x >= 0.0 ? crossing.inside | bit : crossing.inside & ~bit;
         }
         bool inside = (crossing.inside & bit) != 0u;
-        bool uniform_cell = int(s) != known && (k.low >= value || k.high < value);
+        bool uniform_cell = int(s) != known && (range.x >= value || range.y < value);
         float u = 2.0;
         if (!uniform_cell) {
             u = first_change(c, inside);
-        } else if ((k.low >= value) != inside) {
+        } else if ((range.x >= value) != inside) {
             u = 0.0;
         }
         if (u <= 1.0 && u < nearest) {
@@ -126,9 +134,10 @@ void cross_cell(Ray ray, ivec3 cell, float t0, float t1, int known, bool fresh,
     }
 }
 
-bool macrocell_straddles(vec2 range, uint inside, bool fresh) {
+// Whether a ray may cross a surface where the field takes values in `range`.
+bool may_cross(vec2 range, uint inside, bool fresh) {
     for (uint s = 0u; s < surface_count; ++s) {
-        float value = surfaces.at[s].value;
+        float value = isovalue(s);
         bool truth = range.x >= value;
         bool changes = range.x < value && range.y >= value;
         if (changes || (!fresh && truth != ((inside >> s & 1u) != 0u))) {
@@ -141,9 +150,42 @@ bool macrocell_straddles(vec2 range, uint inside, bool fresh) {
 uint sides_of(vec2 range) {
     uint inside = 0u;
     for (uint s = 0u; s < surface_count; ++s) {
-        inside |= range.x >= surfaces.at[s].value ? 1u << s : 0u;
+        inside |= range.x >= isovalue(s) ? 1u << s : 0u;
     }
     return inside;
+}
+
+// The first crossing in the cells of a macrocell that the ray leaves at t_end. Cells without one are passed
+// in a loop of their own: threads then look for roots together, each in a cell that may have some.
+void cross_cells(Ray ray, inout float t, float t_end, inout int known, inout bool fresh,
+                 inout Crossing crossing) {
+    ivec3 cells = ivec3(scene.dims) + 1;
+    Walk walk = begin_walk(ray, t, 1.0, cells);
+    Corners corners = volume_corners(walk.cell);
+    bool first = true;
+    bool more = true;
+    while (more && crossing.surface < 0) {
+        float t0 = t;
+        bool found = false;
+        while (more && !found) {
+            ivec3 onwards = walk.next;
+            if (!first) {
+                more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
+                corners = next_corners(corners, walk.cell, onwards);
+            }
+            first = false;
+            t0 = t;
+            t = max(t, min(walk.exit, t_end));
+            found = more && t > t0
+                 && (known >= 0 || fresh
+                     || may_cross(corner_range(corners), crossing.inside, false));
+        }
+        if (found) {
+            cross_cell(ray, corners, walk.cell, t0, t, known, fresh, crossing);
+            fresh = false;
+            known = -1;
+        }
+    }
 }
 
 // The first crossing after crossing.t and before t_end. With `fresh`, the ray's sides are found where
@@ -151,38 +193,30 @@ uint sides_of(vec2 range) {
 void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing crossing) {
     crossing.surface = -1;
     float t = crossing.t;
-    if (!(t < t_end)) {
-        return;
-    }
     ivec3 macrocells = ivec3(scene.macrocells);
-    ivec3 cells = ivec3(scene.dims) + 1;
-    Walk outer = begin_walk(ray, t, float(MACROCELL), macrocells);
-    bool more = true;
+    Walk walk = begin_walk(ray, t, float(MACROCELL), macrocells);
+    bool more = t < t_end;
     while (more && crossing.surface < 0) {
-        float outer_exit = min(outer.exit, t_end);
-        vec2 range = macrocell_range(outer.cell);
-        if (known >= 0 || macrocell_straddles(range, crossing.inside, fresh)) {
-            Walk inner = begin_walk(ray, t, 1.0, cells);
-            bool inner_more = true;
-            while (inner_more && crossing.surface < 0) {
-                float exit = min(inner.exit, outer_exit);
-                if (exit > t) {
-                    cross_cell(ray, inner.cell, t, exit, known, fresh, crossing);
-                    fresh = false;
-                    known = -1;
-                    t = exit;
-                }
-                inner_more = inner.exit < outer_exit && step_walk(inner, ray, 1.0, cells);
+        bool found = false;
+        while (more && !found) {
+            vec2 range = macrocell_range(walk.cell);
+            found = known >= 0 || may_cross(range, crossing.inside, fresh);
+            if (!found) {
+                crossing.inside = fresh ? sides_of(range) : crossing.inside;
+                fresh = false;
+                t = max(t, min(walk.exit, t_end));
+                more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
             }
-        } else if (fresh) {
-            crossing.inside = sides_of(range);
-            fresh = false;
         }
-        t = max(t, outer_exit);
-        more = outer.exit < t_end && step_walk(outer, ray, float(MACROCELL), macrocells);
+        if (found) {
+            float exit = min(walk.exit, t_end);
+            cross_cells(ray, t, exit, known, fresh, crossing);
+            t = max(t, exit);
+            more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
+        }
     }
     if (crossing.surface < 0) {
-        crossing.t = t_end;
+        crossing.t = max(t_end, crossing.t);
     }
 }
 

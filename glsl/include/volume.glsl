@@ -35,26 +35,52 @@ Corners volume_corners(ivec3 cell) {
                         texelFetch(volume, b, 0).r));
 }
 
+// The corners of `cell`, given those of the cell before it, which lies back by `onwards` (a unit vector):
+// they share a face, and only the other one is read.
+Corners next_corners(Corners before, ivec3 cell, ivec3 onwards) {
+    ivec3 last = ivec3(scene.dims) - 1;
+    bool x = onwards.x != 0;
+    bool z = onwards.z != 0;
+    bool up = onwards.x + onwards.y + onwards.z > 0;
+    ivec3 b = ivec3(!x, x, 0);
+    ivec3 c = ivec3(0, z, !z);
+    ivec3 origin = cell - 1 + max(onwards, 0);
+    vec4 read = vec4(texelFetch(volume, clamp(origin, ivec3(0), last), 0).r,
+                     texelFetch(volume, clamp(origin + b, ivec3(0), last), 0).r,
+                     texelFetch(volume, clamp(origin + c, ivec3(0), last), 0).r,
+                     texelFetch(volume, clamp(origin + b + c, ivec3(0), last), 0).r);
+    vec4 n = before.near;
+    vec4 f = before.far;
+    vec4 shared_low = x ? vec4(n.yw, f.yw) : z ? f : vec4(n.zw, f.zw);
+    vec4 shared_high = x ? vec4(n.xz, f.xz) : z ? n : vec4(n.xy, f.xy);
+    vec4 low = up ? shared_low : read;
+    vec4 high = up ? read : shared_high;
+    return Corners(x ? vec4(low.x, high.x, low.y, high.y) : z ? low : vec4(low.xy, high.xy),
+                   x ? vec4(low.z, high.z, low.w, high.w) : z ? high : vec4(low.zw, high.zw));
+}
+
+// Smallest and largest stored value.
+vec2 corner_range(Corners corners) {
+    vec4 least = min(corners.near, corners.far);
+    vec4 most = max(corners.near, corners.far);
+    return vec2(stored_value(min(min(least.x, least.y), min(least.z, least.w))),
+                stored_value(max(max(most.x, most.y), max(most.z, most.w))));
+}
+
 // The trilinear cell floor(g) as a polynomial in the local position p ∈ [0, 1]³:
 // V = c + x·p.x + y·p.y + z·p.z + xy·p.x·p.y + yz·p.y·p.z + xz·p.x·p.z + xyz·p.x·p.y·p.z.
 struct Cell {
     float c, x, y, z, xy, yz, xz, xyz;
-    float low, high;
 };
 
-Cell volume_cell(ivec3 cell) {
-    Corners corners = volume_corners(cell);
+Cell cell_of(Corners corners) {
     vec4 n = corners.near;
     vec4 f = corners.far;
     if (scene.stored_max != 1.0) {
         n = round(n * scene.stored_max);
         f = round(f * scene.stored_max);
     }
-    vec4 least = min(n, f);
-    vec4 most = max(n, f);
     Cell r;
-    r.low = min(min(least.x, least.y), min(least.z, least.w));
-    r.high = max(max(most.x, most.y), max(most.z, most.w));
     r.c = n.x;
     r.x = n.y - n.x;
     r.y = n.z - n.x;
@@ -90,7 +116,7 @@ float volume_value(vec3 g) {
 // The interpolant's gradient in world units.
 vec3 volume_gradient(vec3 g) {
     vec3 cell = floor(g);
-    Cell k = volume_cell(ivec3(cell));
+    Cell k = cell_of(volume_corners(ivec3(cell)));
     vec3 p = g - cell;
     return vec3(k.x + p.y * k.xy + p.z * (k.xz + p.y * k.xyz),
                 k.y + p.x * k.xy + p.z * (k.yz + p.x * k.xyz),
