@@ -5,6 +5,8 @@
 //! into a scene. Words such as `non-caching` are read by the scene's own types, so that a flag and
 //! the file cannot drift apart.
 
+mod bench;
+
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -17,6 +19,7 @@ use toml::Value;
 
 use crate::scene::preset::Preset;
 use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
+pub use bench::{BenchArgs, BenchVariant};
 
 /// Renders scientific and medical volumes: global illumination and sharp isosurfaces, on Vulkan.
 #[derive(Debug, Parser)]
@@ -32,6 +35,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Print what GPU memory a render would take, and allocate nothing.
     Plan(Box<PlanArgs>),
+    /// Measure error against time for several variants, and write a report.
+    Bench(Box<BenchArgs>),
     /// Print the complete scene as commented TOML.
     Scene(Box<SceneArgs>),
     /// Compare two pictures.

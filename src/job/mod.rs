@@ -1,9 +1,11 @@
 //! Carries out what the command line asks for.
 
+mod bench;
 mod plan;
 mod render;
 mod report;
 mod schedule;
+mod setup;
 mod trace;
 
 use std::path::Path;
@@ -22,6 +24,7 @@ pub fn run(cli: Cli) -> Result<u8> {
     match cli.command {
         Command::Render(args) => render::render(&args),
         Command::Plan(args) => plan::plan(&args),
+        Command::Bench(args) => bench::bench(&args),
         Command::Scene(args) => print_scene(&args),
         Command::Compare(args) => print_comparison(&args),
         Command::Info(args) => match &args.volume {

@@ -16,6 +16,40 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// For work that Ctrl-C has to wait for.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
 
+/// Counts the time spent on rendering. It can stand still while somebody looks at the picture.
+pub struct Stopwatch {
+    before: Duration,
+    running_since: Option<Instant>,
+}
+
+impl Stopwatch {
+    pub fn paused() -> Stopwatch {
+        Stopwatch {
+            before: Duration::ZERO,
+            running_since: None,
+        }
+    }
+
+    pub fn started() -> Stopwatch {
+        let mut watch = Stopwatch::paused();
+        watch.go_on();
+        watch
+    }
+
+    pub fn elapsed(&self) -> Duration {
+        self.before + self.running_since.map_or(Duration::ZERO, |i| i.elapsed())
+    }
+
+    pub fn pause(&mut self) {
+        self.before = self.elapsed();
+        self.running_since = None;
+    }
+
+    pub fn go_on(&mut self) {
+        self.running_since.get_or_insert_with(Instant::now);
+    }
+}
+
 /// What rendering left, besides the picture.
 pub struct Outcome {
     pub samples: u32,
@@ -41,6 +75,10 @@ pub fn goal(stop: &Stop) -> Goal {
         seconds: stop.time.map(|t| t.as_secs_f64()),
         relative_error: stop.relative_error,
     }
+}
+
+pub fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
 }
 
 pub fn catch_interrupts() {
@@ -80,18 +118,19 @@ fn filled(renderer: &Renderer, pictures: u32) -> Option<Filled> {
     })
 }
 
-/// Unit after unit, until `stop` or Ctrl-C. `--time` counts from `began`.
+/// Unit after unit, until `stop` or Ctrl-C, on top of those that the picture has already. `--time` is
+/// what `watch` shows.
 pub fn trace_until(
     stop: &Stop,
     renderer: &mut Renderer,
-    began: Instant,
+    watch: &Stopwatch,
     progress: &mut Progress,
 ) -> Result<Outcome> {
     let mut first_frame = None;
     let mut done = Done {
-        samples: 0,
-        units: 0,
-        took: began.elapsed(),
+        samples: renderer.totals.samples,
+        units: renderer.totals.units,
+        took: watch.elapsed(),
         relative_error: f64::INFINITY,
     };
     let why_stopped = loop {
@@ -117,7 +156,7 @@ pub fn trace_until(
                 relative_error(&rgb(&film.mean), &film.stderr)
             }
         };
-        done.took = began.elapsed();
+        done.took = watch.elapsed();
         progress.update(
             done.samples as u64,
             done.took.as_secs_f64(),

@@ -61,7 +61,7 @@ impl PassStats {
 }
 
 /// Interpolated between the closest ranks; NaN where nothing ran.
-fn quantile(sorted: &[f64], fraction: f64) -> f64 {
+pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
     };

@@ -27,6 +27,8 @@ pub struct Renderer {
     pub resources: Resources,
     delta_tracking: DeltaTracking,
     accumulate: Accumulate,
+    /// Only with surfaces.
+    iso_depth: Option<IsoDepth>,
     /// Only in the variant that has one.
     pub cache: Option<Cache>,
     published: Option<Published>,
@@ -80,6 +82,10 @@ impl Renderer {
             resources: Resources::allocate(memory, volume, scene)?,
             delta_tracking: DeltaTracking::new(device, shaders, features)?,
             accumulate: Accumulate::new(device, shaders, features)?,
+            iso_depth: match features.surface_count {
+                0 => None,
+                _ => Some(IsoDepth::new(device, shaders, features)?),
+            },
             cache: match scene.cache {
                 Some(_) => Some(Cache::new(device, shaders, features)?),
                 None => None,
@@ -128,8 +134,8 @@ impl Renderer {
         if scene.features.has_medium {
             majorants.run(frame, r)?;
         }
-        if let Some(to) = &r.first_surface {
-            IsoDepth::new(device, shaders, &scene.features)?.run(frame, r, to)?;
+        if let (Some(iso_depth), Some(to)) = (&self.iso_depth, &r.first_surface) {
+            iso_depth.run(frame, r, to)?;
         }
         Cache::prepare(device, shaders, &scene.features, frame, r)
     }
@@ -147,18 +153,24 @@ impl Renderer {
         {
             Majorants::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r)?;
         }
-        if let Some(to) = &r.first_surface {
-            IsoDepth::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r, to)?;
+        if let (Some(iso_depth), Some(to)) = (&self.iso_depth, &r.first_surface) {
+            iso_depth.run(&mut self.frame, r, to)?;
         }
         let lasts = before.shares_light_with(scene);
         if !lasts && let Some(cache) = &mut self.cache {
             cache.clear();
             Cache::prepare(&device, &shaders()?, &scene.features, &mut self.frame, r)?;
         }
+        self.begin_picture()?;
+        Ok(lasts)
+    }
+
+    /// Forgets the picture's samples; the cache stays.
+    pub fn begin_picture(&mut self) -> Result<()> {
+        let r = &self.resources;
         self.totals.samples = 0;
         self.totals.units = 0;
-        self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))?;
-        Ok(lasts)
+        self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))
     }
 
     /// A batch of `samples` paths for each node of the cache. False if `stop` is raised before its end.
