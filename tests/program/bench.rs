@@ -73,7 +73,8 @@ fn a_report_holds_what_the_contract_names() {
     let [first, last] = [0, 1].map(|i| number(&uncached[i]["psnr"]));
     assert!(last > first + 3.0, "{first} dB, then {last} dB");
 
-    let cached = &runs[1];
+    let cached = &runs[2];
+    assert_eq!(cached["variant"], "caching:0.5:f16");
     let orbit = &cached["orbit"];
     let [median, p99] = ["march_ms_median", "march_ms_p99"].map(|key| number(&orbit[key]));
     assert!(orbit["frames"] == 24 && 0.0 < median && median <= p99);
