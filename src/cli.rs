@@ -134,11 +134,11 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub gpu: GpuArgs,
 
-    /// Write statistics as JSON.
+    /// Write statistics as JSON, and print where the time went.
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
 
-    /// Write a Chrome/Perfetto trace: GPU passes, CPU stages, memory.
+    /// Write a Chrome/Perfetto trace: GPU passes, CPU stages, memory; and print where the time went.
     #[arg(long, value_name = "FILE.json")]
     pub profile: Option<PathBuf>,
 

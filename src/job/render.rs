@@ -3,7 +3,7 @@
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
-use super::open_scene;
+use super::open_scene_timed;
 use super::plan::check_supported;
 use super::report::{self, Clock};
 use super::schedule::cache_goal;
@@ -11,6 +11,7 @@ use super::setup::{Host, Loaded};
 use super::trace::{self, Outcome, Stopwatch, rgb};
 use crate::cli::RenderArgs;
 use crate::error::Result;
+use crate::output::profile;
 use crate::output::progress::Progress;
 use crate::output::stats::Stats;
 use crate::output::{Format, Outputs, Picture, Provenance, check_writable};
@@ -27,7 +28,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     for file in files.iter().chain(&args.stats).chain(&args.profile) {
         check_writable(file)?;
     }
-    let opened = clock.time("read the volume", || open_scene(&args.scene, args.quiet))?;
+    let opened = open_scene_timed(&args.scene, args.quiet, &mut clock)?;
     check_supported(&opened.scene)?;
     let host = Host::open(&args.gpu, &mut clock)?;
     let Opened { volume, scene, .. } = &opened;
@@ -57,7 +58,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         let outcome = clock.time("render", || {
             trace::trace_until(&stop, renderer, &watch, &mut progress)
         })?;
-        clock.time("encode the picture", || {
+        clock.time("save the pictures", || {
             let picture = picture(renderer.film()?, renderer.first_hits()?, &view.scene);
             stage_pictures(&mut outputs, &view, &opened, &picture, &host, args.seed)
         })?;
@@ -86,7 +87,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         wall_s: clock.began.elapsed().as_secs_f64(),
         first_frame_s: (first.first_frame - clock.began).as_secs_f64(),
         passes: report::passes(&renderer.frame.timings),
-        stages: clock.stages(),
+        stages: clock.stages(&renderer.frame.timings),
         memory: loaded.memory_stats(),
         paths: renderer.paths(),
         lookups_per_path: renderer.lookups() as f64 / renderer.paths() as f64,
@@ -103,6 +104,9 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     }
     outputs.commit()?;
     if !args.quiet {
+        if args.stats.is_some() || args.profile.is_some() {
+            eprint!("{}", profile::table(&stats));
+        }
         eprintln!("{}", last_line(&stats, &files, &last.why_stopped));
     }
     match trace::interrupted() {

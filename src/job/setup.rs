@@ -42,9 +42,10 @@ impl Host {
         seed: u32,
         clock: &mut Clock,
     ) -> Result<Loaded> {
-        let memory = Memory::new(&self.device, self.budget.bytes)?;
-        let mut buffers = clock.time("prepare the scene", || {
-            SceneBuffers::new(&self.device, scene, volume, seed)
+        let (memory, mut buffers) = clock.time("prepare the scene", || -> Result<_> {
+            let memory = Memory::new(&self.device, self.budget.bytes)?;
+            let buffers = SceneBuffers::new(&self.device, scene, volume, seed)?;
+            Ok((memory, buffers))
         })?;
         if let Some(layout) = &choice.plan.cache {
             buffers = buffers.with_cache(layout.clone());
@@ -52,6 +53,7 @@ impl Host {
         let renderer = clock.time("compile and upload", || {
             Renderer::new(&memory, volume, &buffers)
         })?;
+        clock.part("compile", renderer.compiling);
         Ok(Loaded {
             choice,
             memory,

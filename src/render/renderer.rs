@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use super::accumulate::Accumulate;
 use super::cache::Cache;
@@ -25,6 +26,8 @@ pub struct Renderer {
     pub frame: Frame,
     pub totals: Totals,
     pub resources: Resources,
+    /// What the compiling of all passes took.
+    pub compiling: Duration,
     delta_tracking: DeltaTracking,
     accumulate: Accumulate,
     /// Only with surfaces.
@@ -80,6 +83,7 @@ impl Renderer {
             frame: Frame::new(device)?,
             totals: Totals::default(),
             resources: Resources::allocate(memory, volume, scene)?,
+            compiling: Duration::ZERO,
             delta_tracking: DeltaTracking::new(device, shaders, features)?,
             accumulate: Accumulate::new(device, shaders, features)?,
             iso_depth: match features.surface_count {
@@ -96,6 +100,7 @@ impl Renderer {
             },
         };
         renderer.load(device, shaders, volume, scene)?;
+        renderer.compiling = shaders.time_spent();
         Ok(renderer)
     }
 
