@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::Bench;
 use super::entrants::Subject;
-use super::report::CacheSetting;
+use super::report::{CacheSetting, RunReport};
 use super::run::voxels;
 use crate::cli::{BenchVariant, Stop};
 use crate::compare::{LinearImage, measure as compare};
@@ -26,16 +26,30 @@ const SETTINGS: [BenchVariant; 5] = [
     BenchVariant::caching(0.125, F32),
 ];
 
-/// Empty where the whole cache does not fit.
-pub fn measure(bench: &mut Bench<'_>, subject: &Subject) -> Result<Vec<CacheSetting>> {
+/// Empty where the whole cache does not fit, or takes too long to fill.
+pub fn measure(
+    bench: &mut Bench<'_>,
+    subject: &Subject,
+    runs: &[RunReport],
+    skipped: &mut Vec<String>,
+) -> Result<Vec<CacheSetting>> {
     let mut settings: Vec<CacheSetting> = Vec::new();
     let mut whole: Option<LinearImage> = None;
     for variant in &SETTINGS {
         let entrant = match subject.entrant(&bench.host, bench.volume, variant) {
             Ok(entrant) => entrant,
-            Err(Error::Memory(_)) if settings.is_empty() => break,
+            Err(Error::Memory(why)) if settings.is_empty() => {
+                skipped.push(format!("cache settings: {why}"));
+                break;
+            }
             Err(other) => return Err(other),
         };
+        if settings.is_empty()
+            && let Err(why) = bench.in_time(&entrant, runs)
+        {
+            skipped.push(format!("cache settings: {why}"));
+            break;
+        }
         bench.say(&format!(
             "{}cache settings: {}",
             subject.prefix, entrant.word

@@ -28,10 +28,10 @@ use crate::error::{Error, Result};
 use crate::output::Outputs;
 use crate::scene::file::Opened;
 use crate::scene::volume::Volume;
-use entrants::{Subject, subjects};
+use entrants::{Entrant, Subject, subjects};
 use folder::Folder;
 use reference::Reference;
-use report::{Report, SubjectReport};
+use report::{Report, RunReport, SubjectReport};
 
 /// What all measurements of a bench share.
 struct Bench<'a> {
@@ -109,12 +109,19 @@ impl Bench<'_> {
             Some(image) => Reference::given(image, self.args, subject)?,
             None => Reference::render(self, subject)?,
         };
-        let mut runs = Vec::new();
+        let mut runs: Vec<RunReport> = Vec::new();
         let mut uncached = Vec::new();
         let mut similarity = Vec::new();
+        let mut skipped = subject.skipped.clone();
         for entrant in &subject.entrants {
             if trace::interrupted() {
                 break;
+            }
+            if self.args.variants.is_empty()
+                && let Err(why) = self.in_time(entrant, &runs)
+            {
+                skipped.push(why);
+                continue;
             }
             self.say(&format!("{}{}", subject.prefix, entrant.word));
             let (run, looks) = run::measure(self, subject, entrant, &reference)?;
@@ -125,16 +132,17 @@ impl Bench<'_> {
             }
             runs.push(run);
         }
+        let cache_settings = match subject.has_cache() && !trace::interrupted() {
+            true => cache_settings::measure(self, subject, &runs, &mut skipped)?,
+            false => Vec::new(),
+        };
         Ok(SubjectReport {
             shading: subject.shading,
             reference: reference.report,
             runs,
             similarity,
-            cache_settings: match subject.has_cache() {
-                true => cache_settings::measure(self, subject)?,
-                false => Vec::new(),
-            },
-            skipped: subject.skipped.clone(),
+            cache_settings,
+            skipped,
         })
     }
 
@@ -160,6 +168,26 @@ impl Bench<'_> {
             eprintln!("{}", folder.file("report.md").display());
         }
         Ok(())
+    }
+
+    /// Whether each cell of a cache can have a path before all is over, at the speed of the runs so far;
+    /// if not, why not.
+    fn in_time(&self, entrant: &Entrant, runs: &[RunReport]) -> Result<(), String> {
+        let layout = entrant.choice.plan.cache.as_ref();
+        let rates = runs.iter().map(|run| run.paths_per_second);
+        let (Some(layout), Some(rate)) = (layout, rates.reduce(f64::max)) else {
+            return Ok(());
+        };
+        let needed = layout.active_nodes() as f64 / rate;
+        match needed <= self.longest().as_secs_f64() {
+            true => Ok(()),
+            false => Err(format!(
+                "{}: a path for each of its {} cells takes {needed:.0} s or more; give --seconds a \
+                 longer time",
+                entrant.word,
+                layout.active_nodes()
+            )),
+        }
     }
 
     fn say(&self, what: &str) {

@@ -46,30 +46,34 @@ pub fn all(subject: &SubjectReport) -> Result<Vec<(&'static str, String)>> {
     let noise = subject.reference.noise.as_ref();
     // A reference without any noise has infinitely many decibels.
     let shown = |value: f64| (value > 0.0 && value.is_finite()).then_some(value);
+    let plot = |is_logarithmic, what, curves: Vec<Curve>, floor: Option<f64>| {
+        let span = Span::of(&curves, floor)?;
+        Some(Plot {
+            is_logarithmic,
+            what,
+            curves,
+            floor,
+            span,
+        })
+    };
+    let floors = [
+        noise.and_then(|n| shown(n.mse)),
+        noise.and_then(|n| shown(n.psnr)),
+    ];
     let plots = [
-        (
-            ERROR_TIME,
-            Axis::Logarithmic("mean squared error"),
-            mse,
-            noise.and_then(|n| shown(n.mse)),
-        ),
+        (ERROR_TIME, plot(true, "mean squared error", mse, floors[0])),
         (
             PSNR_TIME,
-            Axis::Linear("PSNR to the reference, dB"),
-            psnr,
-            noise.and_then(|n| shown(n.psnr)),
+            plot(false, "PSNR to the reference, dB", psnr, floors[1]),
         ),
         (
             SIMILARITY_TIME,
-            Axis::Linear("PSNR to non-caching, dB"),
-            alike.collect(),
-            None,
+            plot(false, "PSNR to non-caching, dB", alike.collect(), None),
         ),
     ];
-    let drawn = plots.into_iter().filter_map(|(name, axis, curves, floor)| {
-        let span = Span::of(&curves, floor)?;
-        Some(draw(axis, curves, floor, span).map(|svg| (name, svg)))
-    });
+    let drawn = plots
+        .into_iter()
+        .filter_map(|(name, plot)| Some(draw(&plot?).map(|svg| (name, svg))));
     drawn.collect()
 }
 
@@ -102,9 +106,15 @@ fn curves(subject: &SubjectReport, value: impl Fn(&Point) -> f64) -> Vec<Curve> 
     curves
 }
 
-enum Axis {
-    Logarithmic(&'static str),
-    Linear(&'static str),
+/// One picture; time runs on a logarithmic axis.
+struct Plot {
+    is_logarithmic: bool,
+    /// What the values are.
+    what: &'static str,
+    curves: Vec<Curve>,
+    /// Where the reference's noise is.
+    floor: Option<f64>,
+    span: Span,
 }
 
 /// What the axes have to show.
@@ -129,30 +139,20 @@ impl Span {
     }
 }
 
-fn draw(axis: Axis, curves: Vec<Curve>, floor: Option<f64>, span: Span) -> Result<String> {
+fn draw(plot: &Plot) -> Result<String> {
     let mut svg = String::new();
     let area = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
-    let [left, right] = [span.x[0] / 1.3, span.x[1] * 1.3];
-    let [low, high] = span.y;
-    let times = (left..right).log_scale();
-    let drawn = match axis {
-        Axis::Logarithmic(name) => {
+    let Span {
+        x: [left, right],
+        y: [low, high],
+    } = plot.span;
+    let times = (left / 1.3..right * 1.3).log_scale();
+    let drawn = match plot.is_logarithmic {
+        true => {
             let values = (low / 1.6..high * 1.6).log_scale();
-            on_axes(
-                &area,
-                times,
-                values,
-                name,
-                &curves,
-                floor,
-                &span,
-                &scientific,
-            )
+            on_axes(&area, times, values, plot, &scientific)
         }
-        Axis::Linear(name) => {
-            let values = (low - 2.0)..(high + 2.0);
-            on_axes(&area, times, values, name, &curves, floor, &span, &plain)
-        }
+        false => on_axes(&area, times, low - 2.0..high + 2.0, plot, &plain),
     };
     drawn.map_err(|e| Error::Input(format!("a plot could not be drawn: {e}")))?;
     drop(area);
@@ -165,10 +165,7 @@ fn on_axes<X, Y>(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     times: X,
     values: Y,
-    what: &str,
-    curves: &[Curve],
-    floor: Option<f64>,
-    span: &Span,
+    plot: &Plot,
     label: &dyn Fn(&f64) -> String,
 ) -> Drawn
 where
@@ -177,6 +174,13 @@ where
     X::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y::CoordDescType: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
+    let Plot {
+        what,
+        curves,
+        floor,
+        span,
+        ..
+    } = plot;
     let text = ("sans-serif", 14).into_font().color(&INK);
     let mut chart = ChartBuilder::on(area)
         .margin(12)
@@ -187,7 +191,7 @@ where
     chart
         .configure_mesh()
         .x_desc("seconds of rendering")
-        .y_desc(what)
+        .y_desc(*what)
         .x_label_formatter(&plain)
         .y_label_formatter(label)
         .label_style(text.clone())
@@ -196,7 +200,7 @@ where
         .bold_line_style(FAINT)
         .light_line_style(TRANSPARENT)
         .draw()?;
-    if let Some(y) = floor {
+    if let Some(y) = *floor {
         let ends = [(span.x[0], y), (span.x[1], y)];
         chart.draw_series(DashedLineSeries::new(ends, 2, 4, INK.stroke_width(1)))?;
     }
