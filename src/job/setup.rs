@@ -62,6 +62,19 @@ impl Host {
         })
     }
 
+    /// The same, with nothing left to compile, for measurements.
+    pub fn load_warm(
+        &self,
+        volume: &Volume,
+        scene: &Scene,
+        choice: Choice,
+        seed: u32,
+    ) -> Result<Loaded> {
+        let mut loaded = self.load(volume, scene, choice, seed, &mut Clock::new())?;
+        loaded.renderer.warm_up()?;
+        Ok(loaded)
+    }
+
     /// Validation is only on where somebody wants to know: any message is an error then.
     pub fn check_validation(&self) -> Result<()> {
         match self.device.validation_messages().first() {

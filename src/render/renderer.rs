@@ -170,6 +170,29 @@ impl Renderer {
         Ok(lasts)
     }
 
+    /// Runs each pass for a moment and forgets what it did: some drivers finish compiling only then, and
+    /// whoever measures does not want to measure that.
+    pub fn warm_up(&mut self) -> Result<()> {
+        let (frame, r) = (&mut self.frame, &self.resources);
+        if let Some(published) = &mut self.published {
+            let never = AtomicBool::new(false);
+            published.round(frame, r, &mut Totals::default(), &never)?;
+            published.restart(frame, r)?;
+        } else {
+            self.delta_tracking.restart(frame, r)?;
+            self.delta_tracking.advance(frame, r, 1, 0)?;
+            let push = AccumulatePush {
+                samples: 1.0,
+                samples_so_far: 1.0,
+            };
+            frame.run(|f| self.accumulate.record(f, r, &push))?;
+        }
+        if let Some(cache) = &mut self.cache {
+            cache.warm_up(frame, r)?;
+        }
+        self.begin_picture()
+    }
+
     /// Forgets the picture's samples; the cache stays.
     pub fn begin_picture(&mut self) -> Result<()> {
         let r = &self.resources;

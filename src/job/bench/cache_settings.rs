@@ -10,7 +10,7 @@ use super::run::voxels;
 use crate::cli::{BenchVariant, Stop};
 use crate::compare::{LinearImage, measure as compare};
 use crate::error::{Error, Result};
-use crate::job::report::{self, Clock};
+use crate::job::report;
 use crate::job::trace::{self, INTERRUPTED, rgb};
 use crate::output::progress::Progress;
 use crate::render::Renderer;
@@ -56,8 +56,7 @@ pub fn measure(
         ));
         let seed = bench.args.seed;
         let (scene, choice) = (&entrant.scene, entrant.choice);
-        let clock = &mut Clock::new();
-        let mut loaded = bench.host.load(bench.volume, scene, choice, seed, clock)?;
+        let mut loaded = bench.host.load_warm(bench.volume, scene, choice, seed)?;
         match settings.as_slice() {
             [whole] => fill_as_often(whole.paths_per_cell, &mut loaded.renderer)?,
             _ => fill_for(bench.longest(), &mut loaded.renderer)?,

@@ -117,7 +117,8 @@ impl Subject {
     }
 
     pub fn has_cache(&self) -> bool {
-        self.entrants.iter().any(|e| e.choice.plan.cache.is_some())
+        let cells = |e: &Entrant| e.choice.plan.cache.as_ref().map(|c| c.active_nodes());
+        self.entrants.iter().any(|e| cells(e) > Some(0))
     }
 }
 

@@ -10,7 +10,7 @@ use crate::cli::Stop;
 use crate::compare::{LinearImage, measure as compare};
 use crate::error::{Error, Result};
 use crate::job::render::{picture, provenance};
-use crate::job::report::{self, Clock};
+use crate::job::report;
 use crate::job::schedule::cache_goal;
 use crate::job::setup::Loaded;
 use crate::job::trace::{self, Stopwatch};
@@ -39,11 +39,10 @@ pub fn measure(
 ) -> Result<(RunReport, Vec<Look>)> {
     let began = Instant::now();
     let (seed, choice) = (bench.args.seed, entrant.choice.clone());
-    let clock = &mut Clock::new();
     let mut run = Run {
         loaded: bench
             .host
-            .load(bench.volume, &entrant.scene, choice, seed, clock)?,
+            .load_warm(bench.volume, &entrant.scene, choice, seed)?,
         watch: Stopwatch::paused(),
         entrant,
         prefix: format!("{}{}", subject.prefix, entrant.file_word()),
@@ -73,6 +72,7 @@ pub fn measure(
             memory: run.loaded.memory_stats(),
             bytes_per_active_cell: cache
                 .as_ref()
+                .filter(|c| c.active_cells > 0)
                 .map(|c| c.bytes as f64 / c.active_cells as f64),
             bytes_per_voxel: cache.as_ref().map(|c| c.bytes as f64 / voxels(bench)),
             cache,
