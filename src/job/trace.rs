@@ -4,6 +4,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use cpu_time::ProcessTime;
+
 use super::schedule::{Done, Filled, next_batch, next_unit, reason_to_stop};
 use crate::cli::Stop;
 use crate::error::{Error, Result};
@@ -16,16 +18,19 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// For work that Ctrl-C has to wait for.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
 
-/// Counts the time spent on rendering. It can stand still while somebody looks at the picture.
+/// Counts the time spent on rendering, of the wall and of the CPU's cores together. It can stand still
+/// while somebody looks at the picture.
 pub struct Stopwatch {
     before: Duration,
-    running_since: Option<Instant>,
+    cpu_before: Duration,
+    running_since: Option<(Instant, ProcessTime)>,
 }
 
 impl Stopwatch {
     pub fn paused() -> Stopwatch {
         Stopwatch {
             before: Duration::ZERO,
+            cpu_before: Duration::ZERO,
             running_since: None,
         }
     }
@@ -37,16 +42,24 @@ impl Stopwatch {
     }
 
     pub fn elapsed(&self) -> Duration {
-        self.before + self.running_since.map_or(Duration::ZERO, |i| i.elapsed())
+        let now = self.running_since.map(|(wall, _)| wall.elapsed());
+        self.before + now.unwrap_or_default()
+    }
+
+    /// Of all threads: a driver that renders on the CPU has its own.
+    pub fn cpu(&self) -> Duration {
+        let now = self.running_since.map(|(_, cpu)| cpu.elapsed());
+        self.cpu_before + now.unwrap_or_default()
     }
 
     pub fn pause(&mut self) {
-        self.before = self.elapsed();
+        (self.before, self.cpu_before) = (self.elapsed(), self.cpu());
         self.running_since = None;
     }
 
     pub fn go_on(&mut self) {
-        self.running_since.get_or_insert_with(Instant::now);
+        self.running_since
+            .get_or_insert_with(|| (Instant::now(), ProcessTime::now()));
     }
 }
 

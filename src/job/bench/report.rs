@@ -82,6 +82,8 @@ pub struct Point {
     pub asked_s: f64,
     /// A picture can only be had between two units of work, so it may be late.
     pub seconds: f64,
+    /// The same in CPU time of all cores: what counts where the device is the CPU, and it is busy.
+    pub cpu_s: f64,
     pub file: Option<String>,
     pub samples: u32,
     pub paths_per_cell: Option<u32>,

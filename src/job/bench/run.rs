@@ -184,6 +184,7 @@ impl Run<'_> {
         let point = Point {
             asked_s: asked.as_secs_f64(),
             seconds,
+            cpu_s: self.watch.cpu().as_secs_f64(),
             file,
             samples: renderer.totals.samples,
             paths_per_cell: renderer.cache.as_ref().map(|c| c.updates),
