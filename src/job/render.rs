@@ -85,7 +85,9 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         spp: renderer.totals.samples as u64,
         seed: args.seed as u64,
         wall_s: clock.began.elapsed().as_secs_f64(),
-        first_frame_s: (first.first_frame - clock.began).as_secs_f64(),
+        first_frame_s: first
+            .first_frame
+            .map_or(f64::NAN, |at| at.duration_since(clock.began).as_secs_f64()),
         passes: report::passes(&renderer.frame.timings),
         stages: clock.stages(&renderer.frame.timings),
         memory: loaded.memory_stats(),

@@ -68,7 +68,8 @@ pub struct Outcome {
     pub samples: u32,
     pub took: Duration,
     pub relative_error: f64,
-    pub first_frame: Instant,
+    /// `None` if the picture had all its samples before.
+    pub first_frame: Option<Instant>,
     pub why_stopped: String,
 }
 
@@ -176,11 +177,14 @@ pub fn trace_until(
             done.relative_error,
         );
     };
+    if done.units == 0 {
+        return Err(Error::Interrupted);
+    }
     Ok(Outcome {
         samples: done.samples,
         took: done.took,
         relative_error: done.relative_error,
-        first_frame: first_frame.ok_or(Error::Interrupted)?,
+        first_frame,
         why_stopped,
     })
 }

@@ -136,6 +136,9 @@ impl Run<'_> {
                 Err(Error::Interrupted) => break,
                 other => other?,
             }
+            if trace::interrupted() {
+                break;
+            }
             let film = self.loaded.renderer.film()?;
             let name = format!("{}.{}s.exr", self.prefix, asked.as_secs_f64());
             looks.push(self.look(bench, film, asked, Some(name))?);
@@ -258,6 +261,9 @@ impl Run<'_> {
             match outcome {
                 Err(Error::Interrupted) => break,
                 other => drop(other?),
+            }
+            if trace::interrupted() {
+                break;
             }
             let film = self.loaded.renderer.film()?;
             points.push(self.look(bench, film, asked, None)?.0);
