@@ -170,12 +170,15 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Whether each cell of a cache can have a path before all is over, at the speed of the runs so far;
-    /// if not, why not.
+    /// Whether each cell of a cache can have a path before all is over, at the speed of the caches so far,
+    /// or of whatever has run; if not, why not.
     fn in_time(&self, entrant: &Entrant, runs: &[RunReport]) -> Result<(), String> {
         let layout = entrant.choice.plan.cache.as_ref();
-        let rates = runs.iter().map(|run| run.paths_per_second);
-        let (Some(layout), Some(rate)) = (layout, rates.reduce(f64::max)) else {
+        let fastest = |cached: bool| {
+            let like = runs.iter().filter(|run| run.orbit.is_some() == cached);
+            like.map(|run| run.paths_per_second).reduce(f64::max)
+        };
+        let (Some(layout), Some(rate)) = (layout, fastest(true).or(fastest(false))) else {
             return Ok(());
         };
         let needed = layout.active_nodes() as f64 / rate;
