@@ -168,7 +168,8 @@ fn late(point: &Point) -> String {
 
 fn similarity(report: &Report, subject: &SubjectReport) -> String {
     let mut table = by_time("variant (dB; SSIM)", report);
-    for similarity in &subject.similarity {
+    let seen = subject.similarity.iter().filter(|s| !s.points.is_empty());
+    for similarity in seen {
         let at = |seconds| {
             let point = similarity.points.iter().find(|p| p.asked_s == seconds)?;
             let ssim = point.ssim.map_or(String::new(), |s| format!("; {s:.4}"));
@@ -387,6 +388,6 @@ picture, exposed, clipped and sRGB-encoded. They contain the reference's own noi
 is that of the whole picture, with the standard error of both pictures' means; what a cache has wrong is
 in all its pixels alike, so that the error is too small there. 1/(MSE·s) is that of the last picture;
 it is constant where only noise is left. Times to 30 and 40 dB are read off between two pictures, PSNR as
-linear in the time's logarithm. A cache is filled for its share of each span; when it has got better,
-the picture begins anew.
+linear in the time's logarithm. A cache is filled for its share of each span between two times, so that
+its pictures are not quite as good as those of a render that fills it first.
 ";

@@ -2,8 +2,8 @@
 //!
 //! Each variant renders once, without a break, and is looked at when the times asked for have passed:
 //! what looking takes does not count. A cache goes on being filled as the times go up, with the same
-//! share of each span as in a render of that length; when it has got better, the picture begins anew.
-//! So a picture at t seconds is at most as good as that of `isolume render --time t`, never better.
+//! share of each span as in a render of that length. A picture at t seconds is therefore not quite as
+//! good as that of `isolume render --time t`, which has filled its cache before the first sample.
 
 mod cache_settings;
 mod entrants;

@@ -16,7 +16,7 @@ use crate::job::setup::Loaded;
 use crate::job::trace::{self, Stopwatch};
 use crate::output::progress::Progress;
 use crate::output::stats::{CacheStats, quantile};
-use crate::render::Film;
+use crate::render::{Film, Renderer};
 
 /// Views of the orbit.
 const VIEWS: u32 = 24;
@@ -147,15 +147,20 @@ impl Run<'_> {
         Ok(looks)
     }
 
-    /// Fills the cache with its share of the time, then goes on with the picture: with a new one if the
-    /// cache has got better.
+    /// Fills the cache with its share of the time, then goes on with the picture. Where it is marched, a
+    /// sample has little noise of its own, and a better cache is worth a new picture; elsewhere the
+    /// samples so far are worth more.
     fn render_until(&mut self, asked: Duration, progress: &mut Progress) -> Result<()> {
         let stop = until(asked);
         let renderer = &mut self.loaded.renderer;
-        let updates = renderer.cache.as_ref().map(|c| c.updates);
+        let marched_updates = |renderer: &Renderer| {
+            let cache = renderer.cache.as_ref().filter(|c| c.is_marched);
+            cache.map(|c| c.updates)
+        };
+        let before = marched_updates(renderer);
         self.watch.go_on();
         trace::fill_until(&stop, renderer, 1, progress)?;
-        if renderer.cache.as_ref().map(|c| c.updates) != updates && renderer.totals.units > 0 {
+        if marched_updates(renderer) != before && renderer.totals.units > 0 {
             renderer.begin_picture()?;
         }
         let outcome = trace::trace_until(&stop, renderer, &self.watch, progress);
