@@ -112,6 +112,8 @@ pub struct Orbit {
     /// From the camera's change to the picture in the host's memory.
     pub frame_ms_median: f64,
     pub frame_ms_p99: f64,
+    /// Of the same, the CPU time of all cores.
+    pub frame_cpu_ms_median: f64,
 }
 
 #[derive(Debug, Serialize)]

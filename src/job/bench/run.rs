@@ -214,26 +214,30 @@ impl Run<'_> {
     fn orbit(&mut self) -> Result<Orbit> {
         let mut march_ms = Vec::new();
         let mut frame_ms = Vec::new();
+        let mut cpu_ms = Vec::new();
         for view in 1..=VIEWS {
             let share = f64::from(view) / f64::from(VIEWS);
-            let began = Instant::now();
+            let watch = Stopwatch::started();
             let before = self.loaded.renderer.frame.timings.spans.len();
             let camera = self.entrant.scene.camera.orbited(share);
             self.loaded.look_from(&camera)?;
             self.loaded.renderer.march()?;
-            frame_ms.push(began.elapsed().as_secs_f64() * 1e3);
+            frame_ms.push(watch.elapsed().as_secs_f64() * 1e3);
+            cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
             let spans = &self.loaded.renderer.frame.timings.spans[before..];
             let marching = spans.iter().filter(|span| span.pass == "ray_march");
             march_ms.push(marching.map(|span| span.duration_us / 1e3).sum());
         }
-        march_ms.sort_by(f64::total_cmp);
-        frame_ms.sort_by(f64::total_cmp);
+        for times in [&mut march_ms, &mut frame_ms, &mut cpu_ms] {
+            times.sort_by(f64::total_cmp);
+        }
         Ok(Orbit {
             frames: march_ms.len(),
             march_ms_median: quantile(&march_ms, 0.5),
             march_ms_p99: quantile(&march_ms, 0.99),
             frame_ms_median: quantile(&frame_ms, 0.5),
             frame_ms_p99: quantile(&frame_ms, 0.99),
+            frame_cpu_ms_median: quantile(&cpu_ms, 0.5),
         })
     }
 
