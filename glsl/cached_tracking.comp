@@ -1,5 +1,5 @@
-// The picture at rest in the `caching` variant: paths from the camera that end where they may read the
-// cache.
+// The picture at rest in the `caching` variant, with surfaces or an anisotropic medium: paths from the
+// camera that end where they may read the cache.
 
 #version 460
 #include "scene.glsl"
@@ -16,7 +16,6 @@
 #include "cells.glsl"
 #include "cache.glsl"
 #include "camera.glsl"
-#include "march.glsl"
 #include "path.glsl"
 #include "cached_flight.glsl"
 #include "camera_path.glsl"

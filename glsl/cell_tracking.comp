@@ -95,8 +95,7 @@ void ask_for_light(inout Path path, inout Random random) {
         radiance = vec3(grey(light.radiance) / scene.suns_grey);
     }
     node_work.shadow_is_sun = is_sun ? 1u : 0u;
-    path.shadow_from = 0.0;
-    aim_shadow_ray(path, light.direction, radiance, NOTHING, PHASE_FLIGHT);
+    aim_shadow_ray(path, light.direction, radiance, NOTHING);
 }
 
 void begin_sample(inout Path path) {

@@ -19,10 +19,11 @@ void main() {
     for (int z = low.z; z <= high.z; ++z) {
         for (int y = low.y; y <= high.y; ++y) {
             for (int x = low.x; x <= high.x; ++x) {
-                float v = volume_voxel(ivec3(x, y, z));
-                range = vec2(min(range.x, v), max(range.y, v));
+                float texel = texelFetch(volume, ivec3(x, y, z), 0).r;
+                range = vec2(min(range.x, texel), max(range.y, texel));
             }
         }
     }
-    imageStore(ranges, macrocell, vec4(range, 0.0, 0.0));
+    vec2 stored = vec2(stored_value(range.x), stored_value(range.y));
+    imageStore(ranges, macrocell, vec4(stored, 0.0, 0.0));
 }

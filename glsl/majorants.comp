@@ -20,10 +20,10 @@ void main() {
     float rounding = 1e-6 * max(abs(range.x), abs(range.y));
     range += vec2(-rounding, rounding);
     float opacity = max(transfer_opacity(range.x), transfer_opacity(range.y));
-    for (uint i = 0u; i < scene.transfer_points; ++i) {
-        TransferPoint point = transfer.at[i];
-        if (point.value >= range.x && point.value <= range.y) {
-            opacity = max(opacity, point.opacity);
+    for (int i = 0; i < textureSize(transfer, 0).x; ++i) {
+        vec4 point = transfer_values(i);
+        if (point.x >= range.x && point.x <= range.y) {
+            opacity = max(opacity, point.z);
         }
     }
     imageStore(majorants, macrocell, vec4(scene.density * opacity));

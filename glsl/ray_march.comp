@@ -35,20 +35,20 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     if (!has_medium || !(t < t_end)) {
         return;
     }
-    Walk walk = begin_walk(ray, t, float(MACROCELL), ivec3(scene.macrocells));
+    March march = begin_march(ray, t, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
     Taken taken = Taken(vec3(0.0), 0.0, 0.0);
     bool onwards = true;
     for (uint i = 1u; onwards; ++i) {
-        float size = 0.0;
-        onwards = next_step(ray, walk, t, t_end, size);
+        float size = next_step(ray, march);
+        onwards = size > 0.0;
         if (onwards) {
-            float at = t + 0.5 * size;
+            float at = march.t + 0.5 * size;
             vec4 medium = transfer_at(lookup(ray, at));
             float weight = front.transmittance * absorbed_by(scene.density * medium.a * size);
             front.transmittance -= weight;
             take(taken, weight, medium.rgb, at);
-            t += size;
+            march.t += size;
             onwards = front.transmittance > push.opaque_below;
         }
         if (!onwards || i % scene.cache_stride == 0u) {

@@ -157,14 +157,14 @@ fn in_a_medium_under_an_image_and_a_sun() {
         Fault {
             name: "blocked light dropped",
             file: PATH,
-            right: "path.shadow_radiance *= transmittance;",
+            right: "contribute(path, path.shadow_transmittance * path.shadow_radiance);",
             // The sample is taken anew instead of counting as dark.
-            wrong: "path.shadow_radiance *= transmittance;
-                    if (transmittance == 0.0) {
+            wrong: "if (path.shadow_transmittance == 0.0) {
                         ++path.samples_left;
                         path.phase = PHASE_IDLE;
-                        outcome = OUTCOME_PENDING;
-                    }",
+                        return;
+                    }
+                    contribute(path, path.shadow_transmittance * path.shadow_radiance);",
         },
         Fault {
             name: "environment mirrored",
@@ -181,8 +181,8 @@ fn in_a_medium_under_an_image_and_a_sun() {
         Fault {
             name: "unscattered light counted twice",
             file: PATH,
-            right: "contribute(path, path.shadow_radiance);",
-            wrong: "contribute(path, 2.0 * path.shadow_radiance);",
+            right: "contribute(path, path.shadow_transmittance * path.shadow_radiance);",
+            wrong: "contribute(path, 2.0 * path.shadow_transmittance * path.shadow_radiance);",
         },
         Fault {
             name: "no weight where two strategies meet",

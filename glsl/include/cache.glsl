@@ -10,13 +10,12 @@
 
 layout(binding = 15) uniform sampler3D cache_light;
 layout(binding = 16) uniform sampler3D cache_flux;
-layout(binding = 17, scalar) readonly buffer PageBlock { uint at[]; } pages;
+layout(binding = 17) uniform usampler3D pages;
 // A bit for each cube of a brick: a surface cuts it. Two words a brick.
 layout(binding = 18, scalar) readonly buffer CutBlock { uint at[]; } cuts;
 
 uint page_of(ivec3 brick) {
-    ivec3 bricks = ivec3(scene.cache_bricks);
-    return pages.at[(brick.z * bricks.y + brick.y) * bricks.x + brick.x];
+    return texelFetch(pages, brick, 0).x;
 }
 
 bool has_memory(Cube cube) {

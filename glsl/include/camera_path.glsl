@@ -49,10 +49,10 @@ void begin_sample(inout Path path) {
     Random random = random_of(path);
     vec2 jitter = random_numbers(random).xy;
     vec2 corner = vec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
-    float entry;
-    Ray ray = camera_ray(corner + jitter, entry, path.t_end);
+    float entry, t_end;
+    Ray ray = camera_ray(corner + jitter, entry, t_end);
     path.origin = ray.origin;
-    path.direction = ray.direction;
+    begin_flight(path, ray, 0.0, t_end);
     if (surface_count > 0u && path.t_end > 0.0) {
         find_surface(path, ray, NOTHING, true, random);
     }

@@ -9,20 +9,32 @@ float absorbed_by(float x) {
     return x < 0.01 ? x * (1.0 - x * (0.5 - x / 6.0)) : 1.0 - exp(-x);
 }
 
-// The next step, [t, t + size], never across a macrocell's border. False at t_end.
-bool next_step(Ray ray, inout Walk walk, inout float t, float t_end, out float size) {
+// A march under way.
+struct March {
+    float t, t_end;
+    Walk walk;      // through macrocells
+    float majorant; // of the one at t
+};
+
+March begin_march(Ray ray, float t, float t_end) {
+    Walk walk = begin_walk(ray, t, float(MACROCELL), ivec3(scene.macrocells));
+    return March(t, t_end, walk, macrocell_majorant(walk.cell));
+}
+
+// The next step's size, from march.t on, never across a macrocell's border; ≤ 0 at the end.
+float next_step(Ray ray, inout March march) {
     ivec3 cells = ivec3(scene.macrocells);
-    bool inside = t < t_end;
-    float majorant = inside ? macrocell_majorant(walk.cell) : 0.0;
-    while (inside && (majorant <= 0.0 || walk.exit <= t)) {
-        t = max(t, min(walk.exit, t_end));
-        inside = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), cells);
-        majorant = inside ? macrocell_majorant(walk.cell) : 0.0;
+    bool inside = march.t < march.t_end;
+    while (inside && (march.majorant <= 0.0 || march.walk.exit <= march.t)) {
+        march.t = max(march.t, min(march.walk.exit, march.t_end));
+        inside = march.walk.exit < march.t_end
+              && step_walk(march.walk, ray, float(MACROCELL), cells);
+        march.majorant = macrocell_majorant(march.walk.cell);
     }
-    float left = min(walk.exit, t_end) - t;
-    float longest = min(VOXELS_PER_STEP / length(ray.step), OPTICAL_DEPTH_PER_STEP / majorant);
-    size = left / max(1.0, ceil(left / longest - 1e-3));
-    return inside;
+    float left = min(march.walk.exit, march.t_end) - march.t;
+    float longest = min(VOXELS_PER_STEP / length(ray.step),
+                        OPTICAL_DEPTH_PER_STEP / march.majorant);
+    return inside ? left / max(1.0, ceil(left / longest - 1e-3)) : 0.0;
 }
 
 // What a march has taken since it last read the cache: light varies little from step to step.

@@ -12,8 +12,6 @@ void cover(inout Path path, float share);
 void escape(inout Path path);
 // At a collision: takes all that it will bring and ends the path there, if that can be known.
 bool collect(inout Path path, inout Random random);
-// Goes on with a flight by other means than waiting for a collision, if there are any.
-bool march(inout Path path, Ray ray, inout Random random);
 
 // What stands at path.t_end besides a surface's index.
 const int NOTHING = -1;
@@ -36,11 +34,18 @@ void begin_path(inout Path path) {
     path.bounces = 0u;
     path.collisions = 0u;
     path.throughput = vec3(1.0);
-    path.transmittance = 1.0;
     path.pdf = ALONE;
     path.inside = 0u;
-    path.t = 0.0;
     path.surface = NOTHING;
+}
+
+// The path's flight begins on `ray`, at path.origin.
+void begin_flight(inout Path path, Ray ray, float t, float t_end) {
+    Track track = track_from(ray, t, t_end);
+    path.direction = ray.direction;
+    path.t = t;
+    path.t_end = t_end;
+    path.cell = track.cell;
 }
 
 // Follows `ray` through its surfaces: each reflects with its opacity. Leaves path.t_end at the first
@@ -85,31 +90,29 @@ float surface_transmittance(Ray ray, float t, float t_end, int known, uint insid
 
 // The path turns into `direction` at path.origin; `known` is the surface it starts on, or −1.
 void turn(inout Path path, vec3 direction, int known, inout Random random) {
-    path.direction = direction;
     Ray ray = make_ray(path.origin, direction);
     vec2 span = clip_ray(ray, 0.0);
-    path.t = span.x;
-    path.t_end = span.y;
-    path.transmittance = 1.0;
+    begin_flight(path, ray, span.x, span.y);
     path.surface = NOTHING;
     if (full_light) {
         find_surface(path, ray, known, true, random);
     }
 }
 
-// Next-event estimation: sends a shadow ray that will bring `radiance` to the point path.shadow_from
-// along the path; the path goes on with `next_phase`.
-void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known, uint next_phase) {
-    path.next_phase = next_phase;
-    path.phase = next_phase;
+// Next-event estimation: sends a shadow ray that will bring `radiance` to path.origin; the flight goes
+// on after it.
+void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
     if (max(radiance.x, max(radiance.y, radiance.z)) <= 0.0) {
         return;
     }
-    Ray ray = make_ray(path.origin + path.shadow_from * path.direction / scene.spacing, direction);
+    Ray ray = make_ray(path.origin, direction);
     vec2 span = clip_ray(ray, 0.0);
+    Track track = track_from(ray, span.x, span.y);
     path.shadow_direction = direction;
-    path.shadow_t = span.x;
-    path.shadow_t_end = span.y;
+    path.shadow_t = track.t;
+    path.shadow_t_end = track.t_end;
+    path.shadow_cell = track.cell;
+    path.shadow_transmittance = 1.0;
     path.shadow_radiance = radiance;
     if (full_light) {
         path.shadow_radiance *= surface_transmittance(ray, span.x, span.y, known, path.inside);
@@ -125,7 +128,7 @@ void scatter_in_medium(inout Path path, inout Random random) {
         LightSample light = sample_light(random_words(random));
         float density = phase_density(dot(path.direction, light.direction));
         vec3 radiance = path.throughput * density * light_weight(light, density) * light.radiance;
-        aim_shadow_ray(path, light.direction, radiance, NOTHING, PHASE_FLIGHT);
+        aim_shadow_ray(path, light.direction, radiance, NOTHING);
     }
     vec4 u = random_numbers(random);
     float cosine = phase_sample_cosine(u.x);
@@ -149,7 +152,7 @@ bool reflect_at_surface(inout Path path, inout Random random) {
             float density = brdf_density(material, hit.shading, v, l);
             vec3 f = brdf_value(material, hit.shading, v, l) * max(0.0, dot(hit.shading, l));
             vec3 radiance = path.throughput * f * light_weight(light, density) * light.radiance;
-            aim_shadow_ray(path, l, radiance, s, PHASE_FLIGHT);
+            aim_shadow_ray(path, l, radiance, s);
         }
     }
     vec4 u = random_numbers(random);
@@ -173,7 +176,7 @@ bool survives(inout Path path, inout Random random) {
     if (scene.max_bounces > 0u) {
         return brightest > 0.0;
     }
-    const float ROULETTE_BELOW = 0.2;
+    const float ROULETTE_BELOW = 0.4;
     if (brightest < ROULETTE_BELOW) {
         if (random_numbers(random).x * ROULETTE_BELOW >= brightest) {
             return false;
@@ -193,10 +196,9 @@ void end_path(inout Path path) {
 
 void scatter(inout Path path, inout Random random) {
     if (path.bounces == 0u) {
-        cover(path, path.transmittance);
+        cover(path, 1.0);
     }
     path.phase = PHASE_FLIGHT;
-    path.shadow_from = 0.0;
     if (scene.max_bounces > 0u && path.bounces >= scene.max_bounces) {
         end_path(path);
         return;
@@ -216,13 +218,29 @@ void scatter(inout Path path, inout Random random) {
     }
 }
 
-
-// A free flight to the next collision, to a surface or to the end.
-void fly(inout Path path, Ray ray, inout Random random) {
+// Takes the path's flight or shadow ray on.
+void fly(inout Path path, inout Random random) {
+    bool is_shadow = has_light_sampling && path.phase == PHASE_SHADOW;
+    Ray ray = make_ray(path.origin, is_shadow ? path.shadow_direction : path.direction);
+    Track track = Track(path.t, path.t_end, path.cell);
+    if (is_shadow) {
+        track = Track(path.shadow_t, path.shadow_t_end, path.shadow_cell);
+    }
     uint outcome = OUTCOME_END;
     if (has_medium) {
-        outcome = track_collision(ray, path.t, path.t_end, random, path.value);
+        outcome = advance_track(ray, is_shadow, track, random, path.value, path.shadow_transmittance);
     }
+    if (is_shadow) {
+        path.shadow_t = track.t;
+        path.shadow_cell = track.cell;
+        if (outcome == OUTCOME_END) {
+            contribute(path, path.shadow_transmittance * path.shadow_radiance);
+            path.phase = PHASE_FLIGHT;
+        }
+        return;
+    }
+    path.t = track.t;
+    path.cell = track.cell;
     if (outcome == OUTCOME_COLLISION) {
         path.t_end = path.t;
         path.surface = COLLISION;
@@ -232,14 +250,11 @@ void fly(inout Path path, Ray ray, inout Random random) {
     }
 }
 
-// Takes the path to its next event and handles it.
+// Takes the path on, and handles what it arrives at.
 void advance(inout Path path) {
     Random random = random_of(path);
-    if (path.phase == PHASE_FLIGHT) {
-        Ray ray = make_ray(path.origin, path.direction);
-        if (!march(path, ray, random)) {
-            fly(path, ray, random);
-        }
+    if (path.phase != PHASE_IDLE) {
+        fly(path, random);
     }
     if (path.phase == PHASE_ARRIVAL) {
         if (path.surface == NOTHING) {
@@ -247,21 +262,6 @@ void advance(inout Path path) {
             path.phase = PHASE_IDLE;
         } else {
             scatter(path, random);
-        }
-    }
-    if (has_light_sampling && path.phase == PHASE_SHADOW) {
-        vec3 from = path.origin + path.shadow_from * path.direction / scene.spacing;
-        Ray shadow = make_ray(from, path.shadow_direction);
-        float transmittance = 1.0;
-        uint outcome = OUTCOME_END;
-        if (has_medium) {
-            outcome = track_transmittance(shadow, path.shadow_t, path.shadow_t_end, random,
-                                          transmittance);
-        }
-        path.shadow_radiance *= transmittance;
-        if (outcome == OUTCOME_END) {
-            contribute(path, path.shadow_radiance);
-            path.phase = path.next_phase;
         }
     }
     path.dimension = random.dimension;

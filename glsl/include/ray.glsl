@@ -60,43 +60,53 @@ vec2 clip_ray(Ray ray, float from) {
 // lavapipe silently ends every loop of a thread group after 65535 of them.
 uint work = 0u;
 
-// Walks a ray through boxes of `size` grid units on a lattice from the grid's origin.
+// A walk of a ray through boxes of `size` grid units on a lattice from the grid's origin.
 struct Walk {
     ivec3 cell;
-    float exit;  // t at which the ray leaves the cell
-    int axis;    // through which side
+    float exit;   // t at which the ray leaves the cell
+    ivec3 next;   // from the cell to the next one
+    // Of the ray: no component is ever picked by an index that is not a constant, since compilers keep
+    // what is indexed so in memory.
+    vec3 inverse; // 1 / step; 0 where the ray never leaves along an axis
+    vec3 ahead;   // 1 where the cell's upper side is the one that is left
 };
 
 void find_exit(inout Walk walk, Ray ray, float size) {
-    walk.exit = 3.4e38;
-    for (int a = 0; a < 3; ++a) {
-        // Recomputed from the cell's index each time, so that no error adds up along the ray.
-        float side = (float(walk.cell[a]) + (ray.step[a] > 0.0 ? 1.0 : 0.0)) * size;
-        float t = ray.step[a] != 0.0 ? (side - ray.origin[a]) / ray.step[a] : 3.4e38;
-        if (t < walk.exit) {
-            walk.exit = t;
-            walk.axis = a;
-        }
-    }
+    // Recomputed from the cell's index each time, so that no error adds up along the ray.
+    vec3 sides = (vec3(walk.cell) + walk.ahead) * size;
+    vec3 t = mix((sides - ray.origin) * walk.inverse, vec3(3.4e38), equal(walk.inverse, vec3(0.0)));
+    walk.exit = min(t.x, min(t.y, t.z));
+    bool x = t.x == walk.exit;
+    bool y = !x && t.y == walk.exit;
+    walk.next = ivec3(sign(walk.inverse)) * ivec3(x, y, !x && !y);
+}
+
+// A walk that stands in a known cell.
+Walk walk_from(Ray ray, ivec3 cell, float size) {
+    Walk walk;
+    walk.cell = cell;
+    walk.inverse = mix(1.0 / ray.step, vec3(0.0), lessThan(abs(ray.step), vec3(1e-30)));
+    walk.ahead = vec3(greaterThan(ray.step, vec3(0.0)));
+    find_exit(walk, ray, size);
+    return walk;
+}
+
+ivec3 cell_at(Ray ray, float t, float size, ivec3 cells) {
+    return clamp(ivec3(floor((ray.origin + t * ray.step) / size)), ivec3(0), cells - 1);
 }
 
 Walk begin_walk(Ray ray, float t, float size, ivec3 cells) {
-    Walk walk;
-    walk.axis = 0;
-    walk.cell = clamp(ivec3(floor((ray.origin + t * ray.step) / size)), ivec3(0), cells - 1);
-    find_exit(walk, ray, size);
-    return walk;
+    return walk_from(ray, cell_at(ray, t, size, cells), size);
 }
 
 // False once the ray has left the lattice.
 bool step_walk(inout Walk walk, Ray ray, float size, ivec3 cells) {
     ++work;
-    int a = walk.axis;
-    int next = walk.cell[a] + (ray.step[a] > 0.0 ? 1 : -1);
-    if (next < 0 || next >= cells[a]) {
+    ivec3 next = walk.cell + walk.next;
+    if (next != clamp(next, ivec3(0), cells - 1)) {
         return false;
     }
-    walk.cell[a] = next;
+    walk.cell = next;
     find_exit(walk, ray, size);
     return true;
 }

@@ -5,4 +5,5 @@
 #include "shared.glsl"
 
 layout(binding = 0, scalar) readonly buffer SceneBlock { SceneConstants constants; } scene_block;
-#define scene scene_block.constants
+// Read once: lavapipe reads a buffer thread by thread wherever control flow has diverged.
+SceneConstants scene = scene_block.constants;

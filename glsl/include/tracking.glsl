@@ -1,8 +1,9 @@
 // Null-collision tracking against the macrocells' majorants (Woodcock et al. 1965; Novák et al.
 // 2014 for ratio tracking; piecewise-constant majorants as in pbrt-v4, 11.2.2).
 //
-// Both walks stop after STEPS tentative collisions and can be resumed where they stopped: the
-// exponential distribution has no memory. That bounds the time of a dispatch whatever the medium.
+// Tracking stops after STEPS tentative collisions and can be resumed where it stopped: the exponential
+// distribution has no memory. That bounds the time of a dispatch whatever the medium, and lanes that have
+// arrived do not wait long for their neighbours.
 
 // Largest extinction in each macrocell, per world unit.
 layout(binding = 5) uniform sampler3D majorants;
@@ -11,24 +12,24 @@ float macrocell_majorant(ivec3 macrocell) {
     return texelFetch(majorants, macrocell, 0).r;
 }
 
-const uint STEPS = 32u;
+const uint STEPS = 8u;
 
 const uint OUTCOME_PENDING = 0u;
 const uint OUTCOME_COLLISION = 1u;
 const uint OUTCOME_END = 2u;
 
-// Moves t on to the next tentative collision, or to t_end. Returns the majorant there, or −1.
-float next_tentative(Ray ray, inout Walk walk, inout float t, float t_end, float optical_depth) {
+// Moves t on to the next tentative collision, or to t_end: false. `majorant` is that of the walk's cell.
+bool next_tentative(Ray ray, inout Walk walk, inout float majorant, inout float t, float t_end,
+                    float optical_depth) {
     const float size = float(MACROCELL);
     ivec3 cells = ivec3(scene.macrocells);
-    float majorant = macrocell_majorant(walk.cell);
     bool inside = true;
     while (inside) {
         float exit = min(walk.exit, t_end);
         float here = majorant * max(exit - t, 0.0);
         if (optical_depth < here) {
             t = min(t + optical_depth / majorant, exit);
-            return majorant;
+            return true;
         }
         optical_depth -= here;
         t = max(t, exit);
@@ -36,7 +37,7 @@ float next_tentative(Ray ray, inout Walk walk, inout float t, float t_end, float
         majorant = macrocell_majorant(walk.cell);
     }
     t = t_end;
-    return -1.0;
+    return false;
 }
 
 // Reads of the volume by tracking.
@@ -44,56 +45,51 @@ uint lookups = 0u;
 
 float lookup(Ray ray, float t) {
     ++lookups;
-    work += 2u + uint(findMSB(scene.transfer_points));
+    work += 2u + uint(findMSB(scene.transfer_segments));
     return volume_value(ray.origin + t * ray.step);
 }
 
-// Delta tracking from t: to a real collision at t with stored value `value`, or to t_end.
-uint track_collision(Ray ray, inout float t, float t_end, inout Random random, out float value) {
-    value = 0.0;
-    if (!(t < t_end)) {
-        return OUTCOME_END;
-    }
-    Walk walk = begin_walk(ray, t, float(MACROCELL), ivec3(scene.macrocells));
-    for (uint i = 0u; i < STEPS; ++i) {
-        uvec4 words = random_words(random);
-        float majorant = next_tentative(ray, walk, t, t_end, exponential(words.x));
-        if (majorant < 0.0) {
-            return OUTCOME_END;
-        }
-        value = lookup(ray, t);
-        float sigma_t = scene.density * transfer_opacity(value);
-        if (unit_interval(words.y) * majorant < sigma_t) {
-            return OUTCOME_COLLISION;
-        }
-    }
-    return OUTCOME_PENDING;
+// Where tracking stands on its ray, between [t, t_end].
+struct Track {
+    float t, t_end;
+    ivec3 cell; // macrocell at t
+};
+
+Track track_from(Ray ray, float t, float t_end) {
+    return Track(t, t_end, cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells)));
 }
 
-// Ratio tracking from t: `transmittance` is multiplied on the way, and goes through Russian roulette
-// once it is small, so that it reaches exactly 0 or t_end.
-uint track_transmittance(Ray ray, inout float t, float t_end, inout Random random,
-                         inout float transmittance) {
-    const float ROULETTE_BELOW = 0.1;
-    if (!(t < t_end)) {
-        return OUTCOME_END;
-    }
-    Walk walk = begin_walk(ray, t, float(MACROCELL), ivec3(scene.macrocells));
-    for (uint i = 0u; i < STEPS; ++i) {
+// Delta tracking to a real collision at track.t with stored value `value`; or, for a shadow ray, ratio
+// tracking: `transmittance` is multiplied on the way, and goes through Russian roulette once it is
+// small, so that it reaches exactly 0 or t_end.
+//
+// One loop for both, so that a lane's flight and its neighbour's shadow ray go on together.
+uint advance_track(Ray ray, bool is_shadow, inout Track track, inout Random random,
+                   inout float value, inout float transmittance) {
+    const float ROULETTE_BELOW = 0.3;
+    uint outcome = track.t < track.t_end ? OUTCOME_PENDING : OUTCOME_END;
+    Walk walk = walk_from(ray, track.cell, float(MACROCELL));
+    float majorant = macrocell_majorant(walk.cell);
+    for (uint i = 0u; i < STEPS && outcome == OUTCOME_PENDING; ++i) {
         uvec4 words = random_words(random);
-        float majorant = next_tentative(ray, walk, t, t_end, exponential(words.x));
-        if (majorant < 0.0) {
-            return OUTCOME_END;
+        if (!next_tentative(ray, walk, majorant, track.t, track.t_end, exponential(words.x))) {
+            outcome = OUTCOME_END;
+            break;
         }
-        float sigma_t = scene.density * transfer_opacity(lookup(ray, t));
-        transmittance *= max(0.0, 1.0 - sigma_t / majorant);
-        if (transmittance < ROULETTE_BELOW) {
-            if (unit_interval(words.y) * ROULETTE_BELOW >= transmittance) {
-                transmittance = 0.0;
-                return OUTCOME_END;
+        value = lookup(ray, track.t);
+        float sigma_t = scene.density * transfer_opacity(value);
+        float u = unit_interval(words.y);
+        if (!is_shadow) {
+            outcome = u * majorant < sigma_t ? OUTCOME_COLLISION : OUTCOME_PENDING;
+        } else {
+            transmittance *= max(0.0, 1.0 - sigma_t / majorant);
+            if (transmittance < ROULETTE_BELOW) {
+                bool dies = u * ROULETTE_BELOW >= transmittance;
+                transmittance = dies ? 0.0 : ROULETTE_BELOW;
+                outcome = dies ? OUTCOME_END : OUTCOME_PENDING;
             }
-            transmittance = ROULETTE_BELOW;
         }
     }
-    return OUTCOME_PENDING;
+    track.cell = walk.cell;
+    return outcome;
 }

@@ -1,48 +1,47 @@
 // The transfer function: piecewise linear over stored values, constant beyond the ends; of two
 // points at one value, V ≥ value takes the second.
 
-layout(binding = 2, scalar) readonly buffer TransferBlock { TransferPoint at[]; } transfer;
+// A column a point: value, 1 / (distance to the next value), opacity, the next point's opacity; below it
+// the colour. The last point stands twice. (An image and not a buffer: lavapipe reads buffers thread by thread.)
+layout(binding = 2) uniform sampler2D transfer;
 
-// Between which points v lies: the last point with value ≤ v and the one after it.
-struct Bracket {
-    uint low, high;
-    float t;
-};
+vec4 transfer_values(int point) {
+    return texelFetch(transfer, ivec2(point, 0), 0);
+}
 
-Bracket transfer_bracket(float v) {
-    uint low = 0u;
-    uint high = scene.transfer_points;
-    while (low < high) {
-        uint middle = (low + high) >> 1u;
-        if (v >= transfer.at[middle].value) {
-            low = middle + 1u;
-        } else {
-            high = middle;
-        }
+vec3 transfer_colors(int point) {
+    return texelFetch(transfer, ivec2(point, 1), 0).rgb;
+}
+
+// From which point to interpolate to the next: the last one with value ≤ v; the first, if there is none.
+// Beyond the last segment interpolation stays at its end.
+int transfer_point(float v) {
+    int point = 0;
+    int points = int(scene.transfer_segments);
+    while (points > 1) {
+        int half_way = points >> 1;
+        point += v >= transfer_values(point + half_way).x ? half_way : 0;
+        points -= half_way;
     }
-    uint last = scene.transfer_points - 1u;
-    Bracket b;
-    b.low = max(low, 1u) - 1u;
-    b.high = min(low, last);
-    float span = transfer.at[b.high].value - transfer.at[b.low].value;
-    b.t = span > 0.0 ? (v - transfer.at[b.low].value) / span : 0.0;
-    return b;
+    return point;
 }
 
 float transfer_opacity(float v) {
-    Bracket b = transfer_bracket(v);
-    return mix(transfer.at[b.low].opacity, transfer.at[b.high].opacity, b.t);
-}
-
-vec3 transfer_color(float v) {
-    Bracket b = transfer_bracket(v);
-    return mix(transfer.at[b.low].color, transfer.at[b.high].color, b.t);
+    vec4 p = transfer_values(transfer_point(v));
+    return mix(p.z, p.w, clamp((v - p.x) * p.y, 0.0, 1.0));
 }
 
 // Colour and, in a, opacity.
 vec4 transfer_at(float v) {
-    Bracket b = transfer_bracket(v);
-    TransferPoint low = transfer.at[b.low];
-    TransferPoint high = transfer.at[b.high];
-    return mix(vec4(low.color, low.opacity), vec4(high.color, high.opacity), b.t);
+    int point = transfer_point(v);
+    vec4 p = transfer_values(point);
+    float t = clamp((v - p.x) * p.y, 0.0, 1.0);
+    if (has_one_color) {
+        return vec4(scene.color, mix(p.z, p.w, t));
+    }
+    return vec4(mix(transfer_colors(point), transfer_colors(point + 1), t), mix(p.z, p.w, t));
+}
+
+vec3 transfer_color(float v) {
+    return has_one_color ? scene.color : transfer_at(v).rgb;
 }

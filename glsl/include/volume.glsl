@@ -3,12 +3,16 @@
 
 layout(binding = 1) uniform sampler3D volume;
 
-// The voxel's exact stored value, clamped at the border. Texels are integers in disguise: the
-// normalised formats hold k/255 and k/65535 only to rounding.
+// The exact stored value of a voxel's texel, which may be an integer in disguise: the normalised formats
+// hold k/255 and k/65535 only to rounding.
+float stored_value(float texel) {
+    return scene.stored_max == 1.0 ? texel : round(texel * scene.stored_max);
+}
+
+// The voxel's exact stored value, clamped at the border.
 float volume_voxel(ivec3 voxel) {
     voxel = clamp(voxel, ivec3(0), ivec3(scene.dims) - 1);
-    float texel = texelFetch(volume, voxel, 0).r;
-    return scene.stored_max == 1.0 ? texel : round(texel * scene.stored_max);
+    return stored_value(texelFetch(volume, voxel, 0).r);
 }
 
 // Texels at the corners of a trilinear cell, clamped at the border: x grows from component 0 to 1 and

@@ -135,15 +135,16 @@ impl Frame {
         Ok(())
     }
 
-    /// Brings new images into the GENERAL layout, their texels zero.
-    pub fn clear(&mut self, images: &[&Image]) -> Result<()> {
-        self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+    /// Brings new images into the GENERAL layout, their texels undefined.
+    pub fn adopt(&mut self, images: &[&Image]) -> Result<()> {
+        let stage = vk::PipelineStageFlags2::ALL_TRANSFER;
+        self.timed("adopt", stage, |frame| {
             let barriers: Vec<_> = images
                 .iter()
                 .map(|image| {
                     vk::ImageMemoryBarrier2::default()
                         .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                        .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                        .dst_stage_mask(stage)
                         .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
                         .old_layout(vk::ImageLayout::UNDEFINED)
                         .new_layout(vk::ImageLayout::GENERAL)
@@ -152,10 +153,23 @@ impl Frame {
                 })
                 .collect();
             let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+            // SAFETY: the command buffer is recording, and the images outlive the submission.
+            unsafe {
+                frame
+                    .device
+                    .raw
+                    .cmd_pipeline_barrier2(frame.commands, &info)
+            };
+            Ok(())
+        })
+    }
+
+    /// Sets all texels to zero.
+    pub fn clear(&mut self, images: &[&Image]) -> Result<()> {
+        self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
             let raw = &frame.device.raw;
             // SAFETY: the command buffer is recording, and the images outlive the submission.
             unsafe {
-                raw.cmd_pipeline_barrier2(frame.commands, &info);
                 for image in images {
                     raw.cmd_clear_color_image(
                         frame.commands,

@@ -82,7 +82,7 @@ impl ImageDesc {
         match self.format {
             vk::Format::R8_UNORM => 1,
             vk::Format::R16_UNORM => 2,
-            vk::Format::R32_SFLOAT => 4,
+            vk::Format::R32_SFLOAT | vk::Format::R32_UINT => 4,
             vk::Format::R32G32_SFLOAT | vk::Format::R16G16B16A16_SFLOAT => 8,
             vk::Format::R32G32B32A32_SFLOAT => 16,
             other => unreachable!("{other:?} is not used"),

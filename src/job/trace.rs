@@ -127,7 +127,7 @@ fn filled(renderer: &Renderer, pictures: u32) -> Option<Filled> {
         updates: cache.updates,
         took: cache.took,
         relative_error: cache.relative_error,
-        is_marched: cache.is_marched,
+        is_marched: renderer.is_marched(),
         pixels_per_cell: pixels / cells as f64,
     })
 }

@@ -26,8 +26,6 @@ const MEASURED_PIXELS: u32 = 128;
 pub struct Cache {
     tracking: CellTracking,
     ray_march: RayMarch,
-    /// A picture at rest marches through it (see `cached_flight.glsl`).
-    pub is_marched: bool,
     /// Paths that each node has had.
     pub updates: u32,
     /// Paths traced and reads of the volume in all.
@@ -45,7 +43,6 @@ impl Cache {
         Ok(Cache {
             tracking: CellTracking::new(device, shaders, features)?,
             ray_march: RayMarch::new(device, shaders, features)?,
-            is_marched: features.cache_order == 1 && features.surface_count == 0,
             updates: 0,
             paths: 0,
             lookups: 0,

@@ -50,7 +50,8 @@ impl CellTracking {
             };
             let flux = cache.flux.as_ref().unwrap_or(&cache.light);
             let bindings = [
-                &r.march_bindings()[..],
+                &r.medium_bindings()[..],
+                &r.surface_bindings(),
                 &cache.bindings(),
                 &r.path_bindings(),
                 &[

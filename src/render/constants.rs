@@ -11,7 +11,7 @@ use super::filter_probe::filter_is_precise;
 use super::occupancy::Occupancy;
 use super::shared::{
     self, Clip, EnvironmentCell, Features, MACROCELL, SHADING_DISNEY, SHADING_LAMBERT,
-    SHADING_PHONG, SceneConstants, Sun, Surface, TransferPoint,
+    SHADING_PHONG, SceneConstants, Sun, Surface,
 };
 use crate::error::Result;
 use crate::gpu::{Device, Format, Shaders};
@@ -37,6 +37,15 @@ pub struct SceneBuffers {
     pub cache: Option<CacheLayout>,
     /// Whether the variant is the published baseline.
     pub published: bool,
+}
+
+/// A point of the transfer function.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransferPoint {
+    /// Stored value.
+    pub value: f32,
+    pub opacity: f32,
+    pub color: [f32; 3],
 }
 
 impl SceneBuffers {
@@ -66,7 +75,10 @@ impl SceneBuffers {
             (Some(_), true) => 1.0,
             (Some(_), false) => 0.5,
         };
+        let transfer = transfer(scene, volume);
         let mut constants = SceneConstants {
+            transfer_segments: transfer_segments(&transfer),
+            color: transfer.first().map_or([0.0; 3], |p| p.color),
             dims: volume.dims,
             macrocells: macrocells(volume.dims),
             spacing: volume.spacing.map(|s| s as f32),
@@ -78,7 +90,6 @@ impl SceneBuffers {
             },
             density: scene.medium.as_ref().map_or(0.0, |m| m.density as f32),
             g: scene.medium.as_ref().map_or(0.0, |m| m.g as f32),
-            transfer_points: scene.medium.as_ref().map_or(0, |m| m.transfer.len() as u32),
             max_bounces: scene.render.max_bounces,
             seed,
             size: scene.render.size,
@@ -95,8 +106,8 @@ impl SceneBuffers {
         place_camera(&mut constants, &scene.camera);
         SceneBuffers {
             constants,
-            features: features(scene, &suns, filter_in_shader),
-            transfer: transfer(scene, volume),
+            features: features(scene, &transfer, &suns, filter_in_shader),
+            transfer,
             surfaces: surfaces(scene, volume),
             clips: clips(scene),
             suns,
@@ -131,6 +142,22 @@ impl SceneBuffers {
         let mut other = self.clone();
         place_camera(&mut other.constants, camera);
         other
+    }
+
+    /// The texels of the transfer function's image, a column a point, of which the last stands twice:
+    /// value, 1 / (distance to the next value), opacity and the next point's opacity; below, colour.
+    pub fn transfer_texels(&self) -> Vec<[f32; 4]> {
+        let points = || self.transfer.iter().chain(self.transfer.last());
+        let next = points().skip(1).chain(self.transfer.last());
+        let shares = points().zip(next).map(|(point, next)| {
+            let distance = next.value - point.value;
+            let per_value = if distance > 0.0 { 1.0 / distance } else { 0.0 };
+            [point.value, per_value, point.opacity, next.opacity]
+        });
+        let colors = points().map(|p| p.color);
+        shares
+            .chain(colors.map(|[r, g, b]| [r, g, b, 0.0]))
+            .collect()
     }
 
     /// Where the cache needs memory.
@@ -200,12 +227,18 @@ fn grey(rgb: [f32; 3]) -> f32 {
     rgb.iter().sum::<f32>() / 3.0
 }
 
-fn features(scene: &Scene, suns: &[Sun], filter_in_shader: bool) -> Features {
+fn features(
+    scene: &Scene,
+    transfer: &[TransferPoint],
+    suns: &[Sun],
+    filter_in_shader: bool,
+) -> Features {
     let medium = scene.medium.as_ref().filter(|m| m.density > 0.0);
     let iso = &scene.surfaces.iso;
     let any = |wanted: fn(&Shading) -> bool| iso.iter().any(|s| wanted(&s.shading));
     Features {
         has_medium: medium.is_some(),
+        has_one_color: transfer.windows(2).all(|w| w[0].color == w[1].color),
         surface_count: iso.len() as u32,
         full_light: !iso.is_empty() && scene.surfaces.light == LightModel::Full,
         analytic_normals: scene.surfaces.normals == Normals::Analytic,
@@ -252,6 +285,13 @@ fn transfer(scene: &Scene, volume: &Volume) -> Vec<TransferPoint> {
             color: p.color.map(|c| c as f32),
         })
         .collect()
+}
+
+/// From points: from each to the next, and one more if the last is a step, which begins where it ends.
+fn transfer_segments(points: &[TransferPoint]) -> u32 {
+    let steps_at_end = matches!(points, [.., a, b] if a.value == b.value);
+    let segments = points.len().max(2) - 1;
+    (segments + usize::from(steps_at_end)) as u32
 }
 
 fn surfaces(scene: &Scene, volume: &Volume) -> Vec<Surface> {

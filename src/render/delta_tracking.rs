@@ -1,6 +1,7 @@
 //! Paths from the camera: those of `non-caching`, and those that read the cache.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::resources::{CacheResources, Resources};
 use super::shared::{Features, TrackPush};
@@ -28,13 +29,37 @@ impl DeltaTracking {
         })
     }
 
-    /// Forgets all paths and starts the queue of pixels anew.
-    pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.slots.restart(frame, r)
+    /// Traces `samples` paths for each pixel, from its `first`-th sample on, and leaves their sums in
+    /// `unit_sum`. Returns the reads of the volume; `None` if `stop` is raised before the last path ends.
+    pub fn unit(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        samples: u32,
+        first: u32,
+        stop: &AtomicBool,
+    ) -> Result<Option<u64>> {
+        self.slots.restart(frame, r)?;
+        let mut lookups = 0;
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            let progress = self.advance(frame, r, samples, first)?;
+            lookups += progress.lookups as u64;
+            if !progress.under_way {
+                return Ok(Some(lookups));
+            }
+        }
     }
 
-    /// Takes all paths of a unit of `samples` samples a pixel further.
-    pub fn advance(
+    /// A few steps of a unit, which the next one begins anew.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.slots.restart(frame, r)?;
+        self.advance(frame, r, 1, 0).map(drop)
+    }
+
+    fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
@@ -51,7 +76,8 @@ impl DeltaTracking {
             };
             let cache = r.cache.as_ref().map(CacheResources::bindings);
             let bindings = [
-                &r.march_bindings()[..],
+                &r.medium_bindings()[..],
+                &r.surface_bindings(),
                 cache.as_ref().map_or(&[], |bindings| &bindings[..]),
                 &r.path_bindings(),
                 &[("unit_sum", Binding::Image(&r.unit_sum))],

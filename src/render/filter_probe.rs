@@ -55,7 +55,7 @@ pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format
     let pass = Pass::new(device, shaders, &desc)?;
     let mut frame = Frame::new(device)?;
     frame.run(|f| {
-        f.clear(&[&image])?;
+        f.adopt(&[&image])?;
         f.upload(&staging, &image, [0; 3], [2; 3])?;
         let bindings = [
             ("checkerboard", Binding::Filtered(&image)),

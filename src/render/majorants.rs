@@ -21,7 +21,7 @@ impl Majorants {
     pub fn run(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
-            ("transfer", Binding::Buffer(&r.transfer)),
+            ("transfer", Binding::Image(&r.transfer)),
             ("ranges", Binding::Image(&r.ranges)),
             ("majorants", Binding::Image(&r.majorants)),
         ];

@@ -3,6 +3,7 @@
 mod accumulate;
 mod cache;
 mod cache_layout;
+mod camera_march;
 mod cell_tracking;
 mod constants;
 mod copy;

@@ -4,7 +4,8 @@
 
 use std::thread;
 
-use super::shared::{Clip, MACROCELL, SceneConstants, Surface, TransferPoint};
+use super::constants::TransferPoint;
+use super::shared::{Clip, MACROCELL, SceneConstants, Surface};
 use crate::scene::volume::{Volume, Voxels};
 
 pub struct Occupancy {

@@ -29,7 +29,7 @@ impl PublishedMarch {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
             ("volume", r.volume_binding()),
-            ("transfer", Binding::Buffer(&r.transfer)),
+            ("transfer", Binding::Image(&r.transfer)),
             ("clips", Binding::Buffer(&r.clips)),
             ("ranges", Binding::Image(&r.ranges)),
             ("surfaces", Binding::Buffer(&r.surfaces)),

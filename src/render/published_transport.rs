@@ -29,7 +29,7 @@ impl PublishedTransport {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
             ("volume", r.volume_binding()),
-            ("transfer", Binding::Buffer(&r.transfer)),
+            ("transfer", Binding::Image(&r.transfer)),
             ("clips", Binding::Buffer(&r.clips)),
             ("suns", Binding::Buffer(&r.suns)),
             ("environment", Binding::Image(&r.environment)),

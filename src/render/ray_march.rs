@@ -52,7 +52,8 @@ impl RayMarch {
             measures: measures as u32,
         };
         let bindings = [
-            &r.march_bindings()[..],
+            &r.medium_bindings()[..],
+            &r.surface_bindings(),
             &cache.bindings(),
             &[("unit_sum", Binding::Image(&r.unit_sum))],
         ]

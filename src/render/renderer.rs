@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use super::accumulate::Accumulate;
 use super::cache::Cache;
+use super::camera_march::CameraMarch;
 use super::constants::SceneBuffers;
 use super::copy;
 use super::delta_tracking::DeltaTracking;
@@ -28,13 +29,19 @@ pub struct Renderer {
     pub resources: Resources,
     /// What the compiling of all passes took.
     pub compiling: Duration,
-    delta_tracking: DeltaTracking,
+    sampling: Sampling,
     accumulate: Accumulate,
     /// Only with surfaces.
     iso_depth: Option<IsoDepth>,
     /// Only in the variant that has one.
     pub cache: Option<Cache>,
-    published: Option<Published>,
+}
+
+/// How a picture at rest gets its samples.
+enum Sampling {
+    Tracking(DeltaTracking),
+    March(CameraMarch),
+    Published(Published),
 }
 
 /// What has been done so far.
@@ -84,7 +91,13 @@ impl Renderer {
             totals: Totals::default(),
             resources: Resources::allocate(memory, volume, scene)?,
             compiling: Duration::ZERO,
-            delta_tracking: DeltaTracking::new(device, shaders, features)?,
+            sampling: match scene.published {
+                true => Sampling::Published(Published::new(device, shaders, scene)?),
+                false if features.is_marched() => {
+                    Sampling::March(CameraMarch::new(device, shaders, features)?)
+                }
+                false => Sampling::Tracking(DeltaTracking::new(device, shaders, features)?),
+            },
             accumulate: Accumulate::new(device, shaders, features)?,
             iso_depth: match features.surface_count {
                 0 => None,
@@ -93,10 +106,6 @@ impl Renderer {
             cache: match scene.cache {
                 Some(_) => Some(Cache::new(device, shaders, features)?),
                 None => None,
-            },
-            published: match scene.published {
-                true => Some(Published::new(device, shaders, scene)?),
-                false => None,
             },
         };
         renderer.load(device, shaders, volume, scene)?;
@@ -113,7 +122,10 @@ impl Renderer {
         scene: &SceneBuffers,
     ) -> Result<()> {
         let r = &mut self.resources;
-        self.frame.run(|f| f.clear(&r.images()))?;
+        self.frame.run(|f| {
+            f.adopt(&r.images())?;
+            f.clear(&r.images_from_zero())
+        })?;
         let voxels: &[u8] = match &volume.voxels {
             Voxels::U8(v) => v,
             Voxels::U16(v) => bytemuck::cast_slice(v),
@@ -121,6 +133,7 @@ impl Renderer {
         };
         let frame = &mut self.frame;
         copy::upload(frame, &mut r.staging, &r.volume, voxels)?;
+        upload_transfer(frame, r, scene)?;
         let texels: Vec<[f32; 4]> = scene
             .environment
             .texels
@@ -142,6 +155,15 @@ impl Renderer {
         if let (Some(iso_depth), Some(to)) = (&self.iso_depth, &r.first_surface) {
             iso_depth.run(frame, r, to)?;
         }
+        if let (Some(cache), Some(layout)) = (&r.cache, &scene.cache) {
+            let pages = layout.pages();
+            copy::upload(
+                frame,
+                &mut r.staging,
+                &cache.pages,
+                bytemuck::cast_slice(&pages),
+            )?;
+        }
         Cache::prepare(device, shaders, &scene.features, frame, r)
     }
 
@@ -156,6 +178,7 @@ impl Renderer {
         let shaders = || Shaders::new(shared::glsl());
         if before.transfer != scene.transfer || before.constants.density != scene.constants.density
         {
+            upload_transfer(&mut self.frame, r, scene)?;
             Majorants::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r)?;
         }
         if let (Some(iso_depth), Some(to)) = (&self.iso_depth, &r.first_surface) {
@@ -174,13 +197,20 @@ impl Renderer {
     /// whoever measures does not want to measure that.
     pub fn warm_up(&mut self) -> Result<()> {
         let (frame, r) = (&mut self.frame, &self.resources);
-        if let Some(published) = &mut self.published {
-            let never = AtomicBool::new(false);
-            published.round(frame, r, &mut Totals::default(), &never)?;
-            published.restart(frame, r)?;
-        } else {
-            self.delta_tracking.restart(frame, r)?;
-            self.delta_tracking.advance(frame, r, 1, 0)?;
+        match &mut self.sampling {
+            Sampling::Published(published) => {
+                let never = AtomicBool::new(false);
+                published.round(frame, r, &mut Totals::default(), &never)?;
+                published.restart(frame, r)?;
+            }
+            Sampling::Tracking(tracking) => tracking.warm_up(frame, r)?,
+            Sampling::March(march) => {
+                if let Some(cache) = &r.cache {
+                    march.run(frame, r, cache, 0)?;
+                }
+            }
+        }
+        if !matches!(self.sampling, Sampling::Published(_)) {
             let push = AccumulatePush {
                 samples: 1.0,
                 samples_so_far: 1.0,
@@ -222,22 +252,41 @@ impl Renderer {
     /// `stop` is raised before the last path ends. In `published`, a unit is a round instead, whatever
     /// `samples` says.
     pub fn unit(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
-        let r = &mut self.resources;
-        if let Some(published) = &mut self.published {
-            return published.round(&mut self.frame, r, &mut self.totals, stop);
-        }
-        self.delta_tracking.restart(&mut self.frame, r)?;
-        let mut under_way = true;
-        while under_way {
-            if stop.load(Ordering::Relaxed) {
-                return Ok(false);
+        let frame = &mut self.frame;
+        let r = &self.resources;
+        match &mut self.sampling {
+            Sampling::Published(published) => published.round(frame, r, &mut self.totals, stop),
+            Sampling::Tracking(tracking) => {
+                let first = self.totals.samples;
+                let Some(lookups) = tracking.unit(frame, r, samples, first, stop)? else {
+                    return Ok(false);
+                };
+                self.totals.lookups += lookups;
+                self.accumulate(samples)?;
+                Ok(true)
             }
-            let first = self.totals.samples;
-            let frame = &mut self.frame;
-            let progress = self.delta_tracking.advance(frame, r, samples, first)?;
-            under_way = progress.under_way;
-            self.totals.lookups += progress.lookups as u64;
+            Sampling::March(_) => self.march_samples(samples, stop),
         }
+    }
+
+    /// Each sample is a unit of its own, which keeps those before it.
+    fn march_samples(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
+        for sample in 0..samples {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(sample > 0);
+            }
+            if let (Sampling::March(march), Some(cache)) = (&self.sampling, &self.resources.cache) {
+                let first = self.totals.samples;
+                march.run(&mut self.frame, &self.resources, cache, first)?;
+            }
+            self.accumulate(1)?;
+        }
+        Ok(true)
+    }
+
+    /// Folds the unit that has just ended into the picture.
+    fn accumulate(&mut self, samples: u32) -> Result<()> {
+        let r = &self.resources;
         let [width, height, _] = r.mean.desc.extent;
         self.totals.samples += samples;
         self.totals.units += 1;
@@ -246,8 +295,12 @@ impl Renderer {
             samples: samples as f32,
             samples_so_far: self.totals.samples as f32,
         };
-        self.frame.run(|f| self.accumulate.record(f, r, &push))?;
-        Ok(true)
+        self.frame.run(|f| self.accumulate.record(f, r, &push))
+    }
+
+    /// Whether a picture at rest is marched.
+    pub fn is_marched(&self) -> bool {
+        matches!(self.sampling, Sampling::March(_))
     }
 
     /// Paths traced, for the cache and for the picture.
@@ -264,7 +317,7 @@ impl Renderer {
     pub fn film(&mut self) -> Result<Film> {
         let r = &self.resources;
         let frame = &mut self.frame;
-        if let Some(published) = &self.published {
+        if let Sampling::Published(published) = &self.sampling {
             published.march(frame, r)?;
         }
         let mean = copy::download(frame, &r.staging, &r.mean)?;
@@ -314,5 +367,18 @@ impl Renderer {
                 albedo: vec![[0.0; 4]; pixels],
             },
         })
+    }
+}
+
+fn upload_transfer(frame: &mut Frame, r: &mut Resources, scene: &SceneBuffers) -> Result<()> {
+    let texels = scene.transfer_texels();
+    match texels.is_empty() {
+        true => Ok(()),
+        false => copy::upload(
+            frame,
+            &mut r.staging,
+            &r.transfer,
+            bytemuck::cast_slice(&texels),
+        ),
     }
 }

@@ -26,7 +26,7 @@ pub struct Resources {
     /// Per macrocell: the largest extinction.
     pub majorants: Image,
     pub scene: Buffer,
-    pub transfer: Buffer,
+    pub transfer: Image,
     pub surfaces: Buffer,
     pub suns: Buffer,
     pub clips: Buffer,
@@ -55,7 +55,7 @@ pub struct CacheResources {
     /// Only in an anisotropic medium.
     pub flux: Option<Image>,
     /// For each brick of the lattice, its place in the images.
-    pub pages: Buffer,
+    pub pages: Image,
     /// For each place, its brick.
     pub bricks: Buffer,
     pub active_bricks: u32,
@@ -120,7 +120,7 @@ impl Resources {
             ranges: Image::new(memory, lattice("macrocell ranges", Format::R32G32_SFLOAT))?,
             majorants: Image::new(memory, lattice("majorants", Format::R32_SFLOAT))?,
             scene: Buffer::with_data(memory, "scene constants", &[scene.constants])?,
-            transfer: Buffer::with_data(memory, "transfer function", &scene.transfer)?,
+            transfer: Image::new(memory, transfer_desc(scene.transfer.len()))?,
             surfaces: Buffer::with_data(memory, "surfaces", &scene.surfaces)?,
             suns: Buffer::with_data(memory, "suns", &scene.suns)?,
             clips: Buffer::with_data(memory, "clip planes", &scene.clips)?,
@@ -164,7 +164,13 @@ impl Resources {
                 memory,
                 BufferDesc {
                     name: "staging",
-                    bytes: staging_bytes(&[volume_desc(volume), environment, picture("mean")]),
+                    bytes: staging_bytes(&[
+                        volume_desc(volume),
+                        transfer_desc(scene.transfer.len()),
+                        scene.cache.as_ref().map_or(environment, pages_desc),
+                        environment,
+                        picture("mean"),
+                    ]),
                     placement: Placement::Readback,
                 },
             )?,
@@ -174,22 +180,27 @@ impl Resources {
     /// Puts another scene, of the same sizes, in the place of the one it was allocated for.
     pub fn write(&mut self, scene: &SceneBuffers) {
         self.scene.write(&[scene.constants]);
-        self.transfer.write(&scene.transfer);
         self.surfaces.write(&scene.surfaces);
         self.suns.write(&scene.suns);
         self.clips.write(&scene.clips);
     }
 
     pub fn images(&self) -> Vec<&Image> {
-        let mut images = vec![
+        let mut images = self.images_from_zero();
+        images.extend([
             &self.volume,
             &self.ranges,
             &self.majorants,
+            &self.transfer,
             &self.environment,
-            &self.unit_sum,
-            &self.mean,
-            &self.squares,
-        ];
+        ]);
+        images.extend(self.cache.iter().map(|cache| &cache.pages));
+        images
+    }
+
+    /// Those that are read before all of their texels are written.
+    pub fn images_from_zero(&self) -> Vec<&Image> {
+        let mut images = vec![&self.unit_sum, &self.mean, &self.squares];
         if let Some(surface) = &self.first_surface {
             images.extend([&surface.normal_depth, &surface.albedo]);
         }
@@ -208,23 +219,29 @@ impl Resources {
         }
     }
 
-    /// What marching through the scene takes.
-    pub fn march_bindings(&self) -> [(&'static str, Binding<'_>); 10] {
+    /// What seeing the medium takes.
+    pub fn medium_bindings(&self) -> [(&'static str, Binding<'_>); 8] {
         [
             ("scene_block", Binding::Buffer(&self.scene)),
             ("volume", self.volume_binding()),
-            ("transfer", Binding::Buffer(&self.transfer)),
+            ("transfer", Binding::Image(&self.transfer)),
             ("clips", Binding::Buffer(&self.clips)),
-            ("ranges", Binding::Image(&self.ranges)),
             ("majorants", Binding::Image(&self.majorants)),
-            ("surfaces", Binding::Buffer(&self.surfaces)),
             ("suns", Binding::Buffer(&self.suns)),
             ("environment", Binding::Image(&self.environment)),
             ("sky", Binding::Buffer(&self.sky)),
         ]
     }
 
-    /// What paths take besides that.
+    /// What surfaces take besides that.
+    pub fn surface_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
+        [
+            ("ranges", Binding::Image(&self.ranges)),
+            ("surfaces", Binding::Buffer(&self.surfaces)),
+        ]
+    }
+
+    /// What paths take besides both.
     pub fn path_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
         [
             ("paths", Binding::Buffer(&self.paths)),
@@ -268,7 +285,7 @@ impl CacheResources {
                 true => Some(Image::new(memory, nodes("cache: flux"))?),
                 false => None,
             },
-            pages: Buffer::with_data(memory, "cache: pages", &layout.pages())?,
+            pages: Image::new(memory, pages_desc(layout))?,
             bricks: Buffer::with_data(memory, "cache: bricks", &layout.active)?,
             active_bricks: layout.active.len() as u32,
             active_nodes: layout.active_nodes(),
@@ -291,10 +308,10 @@ impl CacheResources {
                 "cache_flux",
                 Binding::Image(self.flux.as_ref().unwrap_or(&self.light)),
             ),
-            ("pages", Binding::Buffer(&self.pages)),
+            ("pages", Binding::Image(&self.pages)),
             (
                 "cuts",
-                Binding::Buffer(self.cuts.as_ref().unwrap_or(&self.pages)),
+                Binding::Buffer(self.cuts.as_ref().unwrap_or(&self.bricks)),
             ),
         ]
     }
@@ -304,7 +321,7 @@ impl CacheResources {
         let images = [Some(&self.light), self.flux.as_ref()];
         let images = images.into_iter().flatten().map(|i| i.desc.bytes());
         let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
-        images.sum::<u64>() + self.pages.desc.bytes + self.bricks.desc.bytes + cuts
+        images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + cuts
     }
 }
 
@@ -365,6 +382,28 @@ fn slots(memory: &Memory, [width, height]: [u32; 2]) -> u32 {
     };
     let pixels = width as u64 * height as u64;
     pixels.next_multiple_of(64).min(most as u64) as u32
+}
+
+/// A column for each point of the transfer function, and one more.
+fn transfer_desc(points: usize) -> ImageDesc {
+    ImageDesc {
+        name: "transfer function",
+        extent: [points as u32 + 1, 2, 1],
+        volumetric: false,
+        written: false,
+        format: Format::R32G32B32A32_SFLOAT,
+    }
+}
+
+/// A texel for each brick of the cache's lattice.
+fn pages_desc(layout: &CacheLayout) -> ImageDesc {
+    ImageDesc {
+        name: "cache: pages",
+        extent: layout.bricks,
+        volumetric: true,
+        written: false,
+        format: Format::R32_UINT,
+    }
 }
 
 /// The volume's image, in the data's own width.

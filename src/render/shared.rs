@@ -34,7 +34,10 @@ shared! {
         pub density: float,
         /// Henyey–Greenstein asymmetry.
         pub g: float,
-        pub transfer_points: uint,
+        /// Columns of the transfer function from which values are interpolated.
+        pub transfer_segments: uint,
+        /// Of all points of the transfer function if `has_one_color`.
+        pub color: vec3,
         /// Collisions and reflections on a path; 0 = no limit.
         pub max_bounces: uint,
         pub seed: uint,
@@ -71,14 +74,6 @@ shared! {
         pub cache_stride: uint,
         /// Radiance that the cache's images hold as 1.
         pub cache_unit: float,
-    }
-
-    /// A point of the transfer function.
-    pub struct TransferPoint {
-        /// Stored value.
-        pub value: float,
-        pub opacity: float,
-        pub color: vec3,
     }
 
     pub struct Surface {
@@ -147,6 +142,8 @@ shared! {
         pub direction: vec3,
         pub t: float,
         pub t_end: float,
+        /// The macrocell at `t`.
+        pub cell: ivec3,
         /// What stands at `t_end`: a surface's index, nothing (−1) or a collision (−2).
         pub surface: int,
         /// The collision's stored value.
@@ -154,20 +151,16 @@ shared! {
         /// Bit s: the ray is where V ≥ value of surface s, just before `t_end`.
         pub inside: uint,
         pub throughput: vec3,
-        /// Of a march under way, not yet in `throughput`.
-        pub transmittance: float,
-        /// A place that it has passed, picked in proportion to the light taken there.
-        pub pick_t: float,
         /// Density of the current direction, 1/sr.
         pub pdf: float,
-        /// Where along the path the shadow ray starts.
-        pub shadow_from: float,
-        /// `PHASE_*` once it has arrived.
-        pub next_phase: uint,
         pub shadow_direction: vec3,
         pub shadow_t: float,
         pub shadow_t_end: float,
-        /// What arrives if nothing is in between, times the transmittance so far.
+        /// As `cell`.
+        pub shadow_cell: ivec3,
+        /// So far.
+        pub shadow_transmittance: float,
+        /// What arrives if nothing is in between.
         pub shadow_radiance: vec3,
         /// Of the samples of this pixel, coverage in w.
         pub sum: vec4,
@@ -236,6 +229,11 @@ shared! {
         pub measures: uint,
     }
 
+    pub struct CameraMarchPush {
+        /// Index of the sample that every pixel gets.
+        pub sample_index: uint,
+    }
+
     pub struct PublishedPush {
         /// Dispatches over all cells so far.
         pub round: uint,
@@ -265,6 +263,8 @@ specialization! {
     /// What a scene needs; the rest is compiled away.
     pub struct Features {
         pub has_medium: bool,
+        /// All points of the transfer function have the same.
+        pub has_one_color: bool,
         /// Isosurfaces; 0 = none.
         pub surface_count: uint,
         /// Every ray sees surfaces, not the camera's alone.
@@ -285,6 +285,13 @@ specialization! {
         /// none.
         pub cache_order: uint,
         pub cache_is_f16: bool,
+    }
+}
+
+impl Features {
+    /// Whether a picture at rest is marched, and not traced: `camera_march.comp` says why.
+    pub fn is_marched(&self) -> bool {
+        self.cache_order == 1 && self.has_medium && self.surface_count == 0
     }
 }
 
@@ -325,7 +332,6 @@ pub fn glsl() -> String {
         &codes,
         &Features::glsl(),
         SceneConstants::GLSL,
-        TransferPoint::GLSL,
         Surface::GLSL,
         Sun::GLSL,
         Clip::GLSL,
@@ -337,6 +343,7 @@ pub fn glsl() -> String {
         CellPush::GLSL,
         CutPush::GLSL,
         MarchPush::GLSL,
+        CameraMarchPush::GLSL,
         PublishedPush::GLSL,
         PublishedMarchPush::GLSL,
         ProbePush::GLSL,

@@ -154,7 +154,7 @@ impl Run<'_> {
         let stop = until(asked);
         let renderer = &mut self.loaded.renderer;
         let marched_updates = |renderer: &Renderer| {
-            let cache = renderer.cache.as_ref().filter(|c| c.is_marched);
+            let cache = renderer.cache.as_ref().filter(|_| renderer.is_marched());
             cache.map(|c| c.updates)
         };
         let before = marched_updates(renderer);

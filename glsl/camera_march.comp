@@ -1,0 +1,138 @@
+// The picture at rest in the `caching` variant where nothing but an isotropic medium is seen: one ray
+// through a random place of each pixel takes the light that the cache holds all along its way, and so has
+// next to no noise. (With surfaces their noise is what is seen, and a march costs several collisions; see
+// cached_tracking.comp.)
+//
+// The suns' part is made exact: from a place picked in proportion to what it contributed, a shadow ray
+// against what the cache says there.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "transfer.glsl"
+#include "ray.glsl"
+#include "random.glsl"
+#include "phase.glsl"
+#include "tracking.glsl"
+#include "light.glsl"
+#include "cells.glsl"
+#include "cache.glsl"
+#include "camera.glsl"
+#include "march.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(push_constant, scalar) uniform PushBlock { CameraMarchPush push; };
+layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
+
+// Below this nothing behind is seen: a float's last digits.
+const float OPAQUE_BELOW = 1e-6;
+
+// A step of the march.
+struct MarchStep {
+    float absorbed; // 1 − exp(−optical depth)
+    vec3 albedo;    // of what it meets, and where, on average
+    float t;
+    float picked_t; // one place, in proportion to what is met there
+};
+
+// By two independent samples: with optical depths a and b, exp(−(a + b)/2) is too large by half the
+// variance of their mean (Jensen), of which (a − b)²/4 is an estimate.
+MarchStep sample_step(Ray ray, float t, float size, vec3 u) {
+    vec2 places = t + size * u.xy;
+    vec2 values = vec2(lookup(ray, places.x), lookup(ray, places.y));
+    vec4 first = transfer_at(values.x);
+    vec4 second = transfer_at(values.y);
+    vec2 depths = scene.density * size * vec2(first.a, second.a);
+    float mean = 0.5 * (depths.x + depths.y);
+    float variance = 0.25 * (depths.x - depths.y) * (depths.x - depths.y);
+    vec2 shares = mean > 0.0 ? 0.5 * depths / mean : vec2(0.5);
+    MarchStep s;
+    s.absorbed = absorbed_by(mean) + 0.5 * variance * (1.0 - absorbed_by(mean));
+    s.albedo = shares.x * first.rgb + shares.y * second.rgb;
+    s.t = dot(shares, places);
+    s.picked_t = u.z < shares.x ? places.x : places.y;
+    return s;
+}
+
+// What a ray has met so far.
+struct Front {
+    vec3 radiance;
+    float transmittance;
+    float picked_t; // a place, picked in proportion to the light taken there
+};
+
+// Light is read once for as many steps as there are voxels between nodes.
+Front march_segment(Ray ray, float t_end, inout Random random) {
+    Front front = Front(vec3(0.0), 1.0, 0.0);
+    March march = begin_march(ray, 0.0, t_end);
+    vec3 suns_here = suns_scattered(-ray.direction);
+    Taken taken = Taken(vec3(0.0), 0.0, 0.0);
+    bool onwards = true;
+    for (uint i = 1u; onwards; ++i) {
+        float size = next_step(ray, march);
+        onwards = size > 0.0;
+        if (onwards) {
+            vec4 u = random_numbers(random);
+            MarchStep s = sample_step(ray, march.t, size, u.xyz);
+            march.t += size;
+            float weight = front.transmittance * s.absorbed;
+            front.transmittance -= weight;
+            take(taken, weight, s.albedo, s.t);
+            if (u.w * (1.0 - front.transmittance) < weight) {
+                front.picked_t = s.picked_t;
+            }
+            if (front.transmittance < OPAQUE_BELOW) {
+                front.transmittance = 0.0;
+                onwards = false;
+            }
+        }
+        if (!onwards || i % scene.cache_stride == 0u) {
+            front.radiance += light_taken(taken, ray, suns_here);
+            taken = Taken(vec3(0.0), 0.0, 0.0);
+        }
+    }
+    return front;
+}
+
+// What the suns bring to the picked place, less what the cache says of it.
+vec3 correct_suns(Ray ray, Front front, inout Random random) {
+    vec3 g = ray.origin + front.picked_t * ray.step;
+    vec3 share = (1.0 - front.transmittance) * transfer_color(lookup(ray, front.picked_t));
+    LightSample sun = sample_sun(random_numbers(random).x);
+    Ray shadow = make_ray(g, sun.direction);
+    vec2 span = clip_ray(shadow, 0.0);
+    Track track = track_from(shadow, span.x, span.y);
+    float transmittance = 1.0;
+    float value;
+    uint outcome = OUTCOME_PENDING;
+    while (outcome == OUTCOME_PENDING) {
+        outcome = advance_track(shadow, true, track, random, value, transmittance);
+    }
+    vec3 arrives = transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
+    vec3 cached = read_cache(cube_at(g)).suns * suns_scattered(-ray.direction);
+    return share * (arrives - cached);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
+        return;
+    }
+    Random random = Random(uint(pixel.y) * scene.size.x + uint(pixel.x), push.sample_index, 0u);
+    vec2 jitter = random_numbers(random).xy;
+    float entry, t_end;
+    Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
+    Front front = Front(vec3(0.0), 1.0, 0.0);
+    if (t_end > 0.0) {
+        front = march_segment(ray, t_end, random);
+        if (sun_count > 0u && front.transmittance < 1.0) {
+            front.radiance += correct_suns(ray, front, random);
+        }
+    }
+    vec3 background = background_is_color ? scene.background
+                                          : escaping_radiance(ray.direction, ALONE);
+    if (!background_is_transparent) {
+        front.radiance += front.transmittance * background;
+    }
+    imageStore(unit_sum, pixel, vec4(front.radiance, 1.0 - front.transmittance));
+}
