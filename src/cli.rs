@@ -5,6 +5,8 @@
 //! into a scene. Words such as `non-caching` are read by the scene's own types, so that a flag and
 //! the file cannot drift apart.
 
+mod bench;
+
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -17,6 +19,7 @@ use toml::Value;
 
 use crate::scene::preset::Preset;
 use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
+pub use bench::{BenchArgs, BenchVariant};
 
 /// Renders scientific and medical volumes: global illumination and sharp isosurfaces, on Vulkan.
 #[derive(Debug, Parser)]
@@ -32,6 +35,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Print what GPU memory a render would take, and allocate nothing.
     Plan(Box<PlanArgs>),
+    /// Measure error against time for several variants, and write a report.
+    Bench(Box<BenchArgs>),
     /// Print the complete scene as commented TOML.
     Scene(Box<SceneArgs>),
     /// Compare two pictures.
@@ -129,11 +134,11 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub gpu: GpuArgs,
 
-    /// Write statistics as JSON.
+    /// Write statistics as JSON, and print where the time went.
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
 
-    /// Write a Chrome/Perfetto trace: GPU passes, CPU stages, memory.
+    /// Write a Chrome/Perfetto trace: GPU passes, CPU stages, memory; and print where the time went.
     #[arg(long, value_name = "FILE.json")]
     pub profile: Option<PathBuf>,
 

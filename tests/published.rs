@@ -33,12 +33,22 @@ fn scene(medium: Medium) -> Scene {
 }
 
 /// The picture after `updates` paths a cell, on average.
-fn publish(mut scene: Scene, volume: &Volume, updates: u32) -> Vec<[f32; 4]> {
+fn publish(scene: Scene, volume: &Volume, updates: u32) -> Vec<[f32; 4]> {
+    publish_after(|_| (), scene, volume, updates)
+}
+
+fn publish_after(
+    prepare: impl FnOnce(&mut Renderer),
+    mut scene: Scene,
+    volume: &Volume,
+    updates: u32,
+) -> Vec<[f32; 4]> {
     scene.render.variant = Variant::Published;
     let device = device();
     let memory = Memory::new(&device, BUDGET).expect("memory");
     let buffers = SceneBuffers::new(&device, &scene, volume, 3).expect("buffers");
     let mut renderer = Renderer::new(&memory, volume, &buffers).expect("a renderer");
+    prepare(&mut renderer);
     while renderer.totals.samples < updates {
         let stop = AtomicBool::new(false);
         assert!(renderer.unit(1, &stop).expect("a round"));
@@ -150,4 +160,12 @@ fn it_takes_56_bytes_a_voxel() {
     let bytes: u64 = cells.map(|r| r.bytes).sum();
     assert_eq!(bytes, 56 * u64::from(SIDE).pow(3));
     assert_eq!(with.bytes(), without.bytes() + bytes);
+}
+
+#[test]
+fn a_warm_up_leaves_nothing_behind() {
+    let scene = scene(uniform_medium(3.0, 0.8, 0.0));
+    let warm_up = |renderer: &mut Renderer| renderer.warm_up().expect("a warm-up");
+    let warm = publish_after(warm_up, scene.clone(), &block(), 4);
+    assert_eq!(warm, publish(scene, &block(), 4));
 }

@@ -22,13 +22,15 @@ pub use self::image::LinearImage;
 /// Every metric of one pair of pictures. What is infinite or undefined is null in JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Of linear radiance, like all of the next three: mean of d².
+    /// Of linear radiance, like all of the next four: mean of d².
     pub mse: f64,
     /// Mean of d² / (reference² + 0.01).
     pub relmse: f64,
     /// Mean of test − reference.
     pub bias: f64,
-    /// The same, relative to the reference's mean.
+    /// Its standard error; `None` unless both pictures have theirs.
+    pub bias_stderr: Option<f64>,
+    /// The bias, relative to the reference's mean.
     pub rel_bias: f64,
     /// Of display values, like the next two, in dB; infinite for equal pictures.
     pub psnr: f64,
@@ -61,6 +63,7 @@ pub fn measure(reference: &LinearImage, test: &LinearImage, exposure: f64) -> Re
         mse: linear.mse,
         relmse: linear.relmse,
         bias: linear.bias,
+        bias_stderr: z.stderr,
         rel_bias: linear.bias / linear.reference_mean,
         psnr: display::psnr(&shown_reference, &shown_test),
         ssim: ssim::ssim(&shown_reference, &shown_test),
@@ -116,6 +119,11 @@ impl Comparison {
                 Some(self.bias),
                 "radiance: mean of test − reference",
             ),
+            (
+                "bias_stderr",
+                self.bias_stderr,
+                "radiance: standard error of the bias",
+            ),
             ("rel_bias", Some(self.rel_bias), "bias / mean of reference"),
             ("psnr", Some(self.psnr), "dB, display values"),
             ("ssim", self.ssim, "display values: 1 is equal"),
@@ -129,7 +137,7 @@ impl Comparison {
         ];
         let lines = rows.map(|(name, value, meaning)| {
             let value = value.map_or("-".to_owned(), number);
-            format!("{name:<10} {value:>11}  {meaning}\n")
+            format!("{name:<11} {value:>11}  {meaning}\n")
         });
         lines.concat()
     }

@@ -7,6 +7,8 @@ use super::image::LinearImage;
 
 /// Differences of means in units of their standard error.
 pub(super) struct ZScores {
+    /// Of the difference of the means.
+    pub stderr: Option<f64>,
     pub bias: Option<f64>,
     /// The largest magnitude over all whole tiles.
     pub tile_max: Option<f64>,
@@ -19,6 +21,7 @@ const NO_VARIANCE: f64 = 1e-12;
 pub(super) fn z_scores(reference: &LinearImage, test: &LinearImage) -> ZScores {
     let (Some(reference_stderr), Some(test_stderr)) = (&reference.stderr, &test.stderr) else {
         return ZScores {
+            stderr: None,
             bias: None,
             tile_max: None,
         };
@@ -37,8 +40,10 @@ pub(super) fn z_scores(reference: &LinearImage, test: &LinearImage) -> ZScores {
     };
     let tiles = (0..reference.height / TILE)
         .flat_map(|y| (0..reference.width / TILE).map(move |x| (x * TILE, y * TILE)));
+    let whole = over(0, 0, reference.width, reference.height);
     ZScores {
-        bias: over(0, 0, reference.width, reference.height).z(),
+        stderr: Some(whole.variance.sqrt() / reference.rgb.len() as f64),
+        bias: whole.z(),
         tile_max: tiles
             .filter_map(|(x, y)| over(x, y, TILE, TILE).z())
             .map(f64::abs)

@@ -2,6 +2,7 @@
 //! the names that the shader gives them, so that a swap cannot go unnoticed.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 use rspirv_reflect::{PushConstantInfo, Reflection};
@@ -50,6 +51,7 @@ pub(super) struct Slot {
 
 impl Pass {
     pub fn new(device: &Arc<Device>, shaders: &Shaders, desc: &PassDesc<'_>) -> Result<Pass> {
+        let began = Instant::now();
         let code = shaders.compile(desc.name)?;
         let failed = |e: String| Error::Device(format!("pass {}: {e}", desc.name));
         let reflection = Reflection::new_from_spirv(bytemuck::cast_slice(&code))
@@ -73,6 +75,7 @@ impl Pass {
         };
         pass.build(&code, desc.specialization)
             .map_err(|e| failure(e, format!("pass {}: {e}", desc.name)))?;
+        shaders.spend(began.elapsed());
         Ok(pass)
     }
 

@@ -2,8 +2,10 @@
 //!
 //! `ISOLUME_GLSL=DIR` reads it from disk instead, so that a shader can be changed without a rebuild.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::time::{Duration, Instant};
 
 use include_dir::{Dir, include_dir};
 use shaderc::{
@@ -23,10 +25,13 @@ pub struct Shaders {
     folder: Option<PathBuf>,
     /// Files beside those of `glsl/`, by name: a test's own passes.
     added: HashMap<String, String>,
+    /// On starting the compiler, and on every pass since.
+    spent: Cell<Duration>,
 }
 
 impl Shaders {
     pub fn new(shared: String) -> Result<Shaders> {
+        let began = Instant::now();
         let compiler = Compiler::new()
             .map_err(|e| Error::Device(format!("the shader compiler did not start: {e}")))?;
         Ok(Shaders {
@@ -34,6 +39,7 @@ impl Shaders {
             shared,
             folder: std::env::var_os("ISOLUME_GLSL").map(PathBuf::from),
             added: HashMap::new(),
+            spent: Cell::new(began.elapsed()),
         })
     }
 
@@ -41,6 +47,15 @@ impl Shaders {
     pub fn with_file(mut self, name: &str, text: &str) -> Shaders {
         self.added.insert(name.into(), text.into());
         self
+    }
+
+    pub(super) fn spend(&self, time: Duration) {
+        self.spent.set(self.spent.get() + time);
+    }
+
+    /// What compiling has taken so far, the driver's share included.
+    pub fn time_spent(&self) -> Duration {
+        self.spent.get()
     }
 
     /// SPIR-V of `glsl/NAME.comp`.

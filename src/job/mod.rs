@@ -1,12 +1,15 @@
 //! Carries out what the command line asks for.
 
+mod bench;
 mod plan;
 mod render;
 mod report;
 mod schedule;
+mod setup;
 mod trace;
 
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 use crate::cli::{self, Cli, Command, CompareArgs, SceneArgs};
 use crate::compare;
@@ -14,14 +17,16 @@ use crate::error::{Error, Result};
 use crate::gpu::{DeviceChoice, Validation};
 use crate::info;
 use crate::scene::file::Opened;
-use crate::scene::volume::Volume;
+use crate::scene::volume::{Volume, VolumeOverrides};
 use crate::scene::{describe, open};
+use report::Clock;
 
 /// Runs a command and returns the exit status.
 pub fn run(cli: Cli) -> Result<u8> {
     match cli.command {
         Command::Render(args) => render::render(&args),
         Command::Plan(args) => plan::plan(&args),
+        Command::Bench(args) => bench::bench(&args),
         Command::Scene(args) => print_scene(&args),
         Command::Compare(args) => print_comparison(&args),
         Command::Info(args) => match &args.volume {
@@ -32,7 +37,22 @@ pub fn run(cli: Cli) -> Result<u8> {
 }
 
 fn open_scene(args: &SceneArgs, quiet: bool) -> Result<Opened> {
-    let opened = open(&args.input, args.preset, &args.edits(), Volume::load)?;
+    open_scene_timed(args, quiet, &mut Clock::new())
+}
+
+fn open_scene_timed(args: &SceneArgs, quiet: bool, clock: &mut Clock) -> Result<Opened> {
+    let (mut loading, mut reading) = (Duration::ZERO, Duration::ZERO);
+    let load = |path: &Path, overrides: &VolumeOverrides| {
+        let began = Instant::now();
+        let (volume, took) = Volume::load_timed(path, overrides)?;
+        (loading, reading) = (began.elapsed(), took);
+        Ok(volume)
+    };
+    let opened = clock.time("open the scene", || {
+        open(&args.input, args.preset, &args.edits(), load)
+    })?;
+    clock.part("read the voxels", reading);
+    clock.part("decode them", loading.saturating_sub(reading));
     if !quiet {
         for note in &opened.notes {
             eprintln!("note: {note}");

@@ -2,26 +2,25 @@
 
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
-use std::time::Instant;
 
-use super::plan::{Budget, check_supported};
+use super::open_scene_timed;
+use super::plan::check_supported;
 use super::report::{self, Clock};
 use super::schedule::cache_goal;
-use super::trace::{self, INTERRUPTED, Outcome, rgb};
-use super::{device_choice, open_scene};
+use super::setup::{Host, Loaded};
+use super::trace::{self, Outcome, Stopwatch, rgb};
 use crate::cli::RenderArgs;
-use crate::error::{Error, Result};
-use crate::gpu::{Device, Memory};
+use crate::error::Result;
+use crate::output::profile;
 use crate::output::progress::Progress;
 use crate::output::stats::Stats;
 use crate::output::{Format, Outputs, Picture, Provenance, check_writable};
-use crate::render::{Film, FirstHits, Renderer, SceneBuffers, choose};
+use crate::render::{Film, FirstHits};
 use crate::scene::file::Opened;
 use crate::scene::{Background, Scene, Variant, describe};
 
 /// Exit status after Ctrl-C with the outputs written.
-const INTERRUPTED_STATUS: u8 = 130;
+pub const INTERRUPTED_STATUS: u8 = 130;
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
     let mut clock = Clock::new();
@@ -29,26 +28,12 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     for file in files.iter().chain(&args.stats).chain(&args.profile) {
         check_writable(file)?;
     }
-    let opened = clock.time("read the volume", || open_scene(&args.scene, args.quiet))?;
+    let opened = open_scene_timed(&args.scene, args.quiet, &mut clock)?;
     check_supported(&opened.scene)?;
-    let device = clock.time("open the device", || {
-        Device::open(&device_choice(args.gpu.device.as_ref()))
-    })?;
-    let budget = Budget::of(&device, args.gpu.vram_budget);
+    let host = Host::open(&args.gpu, &mut clock)?;
     let Opened { volume, scene, .. } = &opened;
-    let choice = clock.time("plan", || {
-        choose(&device, &device.summary, budget.bytes, volume, scene)
-    })?;
-    let memory = Memory::new(&device, budget.bytes)?;
-    let mut buffers = clock.time("prepare the scene", || {
-        SceneBuffers::new(&device, scene, volume, args.seed)
-    })?;
-    if let Some(layout) = &choice.plan.cache {
-        buffers = buffers.with_cache(layout.clone());
-    }
-    let mut renderer = clock.time("compile and upload", || {
-        Renderer::new(&memory, volume, &buffers)
-    })?;
+    let choice = clock.time("plan", || host.choose(volume, scene))?;
+    let mut loaded = host.load(volume, scene, choice, args.seed, &mut clock)?;
     trace::catch_interrupts();
     let stop = match scene.render.variant {
         Variant::Published => args.stop().without_error(),
@@ -56,65 +41,77 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     };
     let mut progress = Progress::new(args.quiet, trace::goal(&stop));
     let pictures = args.orbit.map_or(1, NonZeroU32::get);
-    let mut began = Instant::now();
+    let mut watch = Stopwatch::started();
     clock.time("fill the cache", || {
-        trace::fill_until(&stop, &mut renderer, pictures, &mut progress)
+        trace::fill_until(&stop, &mut loaded.renderer, pictures, &mut progress)
     })?;
     let mut outputs = Outputs::default();
     let mut outcomes: Vec<Outcome> = Vec::new();
     for view in views(args, &opened) {
         if !outcomes.is_empty() {
-            began = Instant::now();
-            let next = buffers.seen_by(&view.scene.camera);
-            renderer.change(&buffers, &next)?;
-            buffers = next;
+            watch = Stopwatch::started();
+            clock.time("look from elsewhere", || {
+                loaded.look_from(&view.scene.camera)
+            })?;
         }
+        let renderer = &mut loaded.renderer;
         let outcome = clock.time("render", || {
-            trace::trace_until(&stop, &mut renderer, began, &mut progress)
+            trace::trace_until(&stop, renderer, &watch, &mut progress)
         })?;
-        let picture = picture(renderer.film()?, renderer.first_hits()?, &view.scene);
-        clock.time("encode the picture", || {
-            stage_pictures(&mut outputs, &view, &opened, &picture, &device, args.seed)
+        clock.time("save the pictures", || {
+            let picture = picture(renderer.film()?, renderer.first_hits()?, &view.scene);
+            stage_pictures(&mut outputs, &view, &opened, &picture, &host, args.seed)
         })?;
         outcomes.push(outcome);
-        if INTERRUPTED.load(Ordering::Relaxed) {
+        if trace::interrupted() {
             break;
         }
     }
     progress.finish();
-    check_validation(&device)?;
+    host.check_validation()?;
 
+    let Loaded {
+        choice,
+        memory,
+        renderer,
+        ..
+    } = &loaded;
     let (first, last) = (&outcomes[0], &outcomes[outcomes.len() - 1]);
     let stats = Stats {
         variant: choice.plan.variant().into(),
         reason: choice.reason.clone(),
-        device: device.summary.name.clone(),
-        driver: device.summary.driver.clone(),
+        device: host.device.summary.name.clone(),
+        driver: host.device.summary.driver.clone(),
         spp: renderer.totals.samples as u64,
         seed: args.seed as u64,
         wall_s: clock.began.elapsed().as_secs_f64(),
-        first_frame_s: (first.first_frame - clock.began).as_secs_f64(),
+        first_frame_s: first
+            .first_frame
+            .map_or(f64::NAN, |at| at.duration_since(clock.began).as_secs_f64()),
         passes: report::passes(&renderer.frame.timings),
-        stages: clock.stages(),
-        memory: report::memory(&memory, choice.plan.bytes()),
+        stages: clock.stages(&renderer.frame.timings),
+        memory: loaded.memory_stats(),
         paths: renderer.paths(),
         lookups_per_path: renderer.lookups() as f64 / renderer.paths() as f64,
         relative_error: last.relative_error,
-        cache: report::cache(&renderer, &choice.plan, cache_goal(&stop)),
+        cache: report::cache(renderer, &choice.plan, cache_goal(&stop)),
         views: outcomes.iter().map(Outcome::stats).collect(),
     };
     if let Some(path) = &args.stats {
         outputs.json(path, &stats)?;
     }
     if let Some(path) = &args.profile {
-        let trace = report::trace(&clock, &renderer.frame.timings, &memory);
+        let trace = report::trace(&clock, &renderer.frame.timings, memory);
         outputs.json(path, &trace)?;
     }
     outputs.commit()?;
     if !args.quiet {
+        if args.stats.is_some() || args.profile.is_some() {
+            eprint!("{}", profile::table(&stats));
+        }
         eprintln!("{}", last_line(&stats, &files, &last.why_stopped));
     }
-    match INTERRUPTED.load(Ordering::Relaxed) {
+    match trace::interrupted() {
         true => Ok(INTERRUPTED_STATUS),
         false => Ok(0),
     }
@@ -150,7 +147,7 @@ fn views(args: &RenderArgs, opened: &Opened) -> Vec<View> {
     (1..=count.get()).map(view).collect()
 }
 
-fn picture(film: Film, hits: FirstHits, scene: &Scene) -> Picture {
+pub fn picture(film: Film, hits: FirstHits, scene: &Scene) -> Picture {
     let last = |texels: &[[f32; 4]]| texels.iter().map(|t| t[3]).collect();
     let [width, height] = scene.render.size;
     Picture {
@@ -165,20 +162,26 @@ fn picture(film: Film, hits: FirstHits, scene: &Scene) -> Picture {
     }
 }
 
+/// `scene` as text.
+pub fn provenance(scene: String, host: &Host, seed: u32) -> Provenance {
+    Provenance {
+        scene,
+        seed,
+        device: host.device.summary.name.clone(),
+        software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
+    }
+}
+
 fn stage_pictures(
     outputs: &mut Outputs,
     view: &View,
     opened: &Opened,
     picture: &Picture,
-    device: &Device,
+    host: &Host,
     seed: u32,
 ) -> Result<()> {
-    let provenance = Provenance {
-        scene: describe(&opened.file, &opened.volume, &view.scene),
-        seed,
-        device: device.summary.name.clone(),
-        software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
-    };
+    let scene = describe(&opened.file, &opened.volume, &view.scene);
+    let provenance = provenance(scene, host, seed);
     for file in &view.files {
         let path: &Path = file;
         match Format::of(path)? {
@@ -190,14 +193,6 @@ fn stage_pictures(
         }
     }
     Ok(())
-}
-
-/// Validation is only on where somebody wants to know: any message is an error then.
-fn check_validation(device: &Device) -> Result<()> {
-    match device.validation_messages().first() {
-        Some(message) => Err(Error::Device(format!("Vulkan validation: {message}"))),
-        None => Ok(()),
-    }
 }
 
 fn last_line(stats: &Stats, files: &[PathBuf], why_stopped: &str) -> String {

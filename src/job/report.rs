@@ -1,9 +1,11 @@
 //! Statistics and profile of a run, from what the renderer and the clock remember.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use crate::gpu::{Memory, Span, Timings};
-use crate::output::stats::{CacheStats, MemoryStats, PassStats, ResourceStats, StageStats};
+use crate::output::stats::{
+    CacheStats, MemoryStats, PartStats, PassStats, ResourceStats, StageStats,
+};
 use crate::output::trace::Trace;
 use crate::render::{Plan, PublishedResources, Renderer};
 
@@ -17,6 +19,7 @@ struct Stage {
     name: &'static str,
     start_us: f64,
     duration_us: f64,
+    parts: Vec<PartStats>,
 }
 
 impl Clock {
@@ -34,16 +37,47 @@ impl Clock {
             name,
             start_us: start.as_secs_f64() * 1e6,
             duration_us: (self.began.elapsed() - start).as_secs_f64() * 1e6,
+            parts: Vec::new(),
         });
         result
     }
 
-    pub fn stages(&self) -> Vec<StageStats> {
-        let stage = |s: &Stage| StageStats {
-            name: s.name.into(),
-            ms: s.duration_us / 1e3,
-        };
-        self.stages.iter().map(stage).collect()
+    /// Says more of the last stage.
+    pub fn part(&mut self, name: &str, took: Duration) {
+        if let Some(stage) = self.stages.last_mut() {
+            stage.parts.push(PartStats {
+                name: name.into(),
+                ms: took.as_secs_f64() * 1e3,
+            });
+        }
+    }
+
+    /// Stages of one name are added up, in order of first appearance.
+    pub fn stages(&self, timings: &Timings) -> Vec<StageStats> {
+        let offset_us = (timings.began - self.began).as_secs_f64() * 1e6;
+        let mut stages: Vec<StageStats> = Vec::new();
+        for stage in &self.stages {
+            let during = |span: &&Span| {
+                let from_start = offset_us + span.start_us - stage.start_us;
+                (0.0..stage.duration_us).contains(&from_start)
+            };
+            let busy = timings.spans.iter().filter(during);
+            let gpu_ms = busy.fold(0.0, |ms, span| ms + span.duration_us / 1e3);
+            let ms = stage.duration_us / 1e3;
+            match stages.iter_mut().find(|s| s.name == stage.name) {
+                Some(sum) => {
+                    sum.ms += ms;
+                    sum.gpu_ms += gpu_ms;
+                }
+                None => stages.push(StageStats {
+                    name: stage.name.into(),
+                    ms,
+                    gpu_ms,
+                    parts: stage.parts.clone(),
+                }),
+            }
+        }
+        stages
     }
 }
 

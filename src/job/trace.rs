@@ -4,6 +4,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use cpu_time::ProcessTime;
+
 use super::schedule::{Done, Filled, next_batch, next_unit, reason_to_stop};
 use crate::cli::Stop;
 use crate::error::{Error, Result};
@@ -16,12 +18,58 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// For work that Ctrl-C has to wait for.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
 
+/// Counts the time spent on rendering, of the wall and of the CPU's cores together. It can stand still
+/// while somebody looks at the picture.
+pub struct Stopwatch {
+    before: Duration,
+    cpu_before: Duration,
+    running_since: Option<(Instant, ProcessTime)>,
+}
+
+impl Stopwatch {
+    pub fn paused() -> Stopwatch {
+        Stopwatch {
+            before: Duration::ZERO,
+            cpu_before: Duration::ZERO,
+            running_since: None,
+        }
+    }
+
+    pub fn started() -> Stopwatch {
+        let mut watch = Stopwatch::paused();
+        watch.go_on();
+        watch
+    }
+
+    pub fn elapsed(&self) -> Duration {
+        let now = self.running_since.map(|(wall, _)| wall.elapsed());
+        self.before + now.unwrap_or_default()
+    }
+
+    /// Of all threads: a driver that renders on the CPU has its own.
+    pub fn cpu(&self) -> Duration {
+        let now = self.running_since.map(|(_, cpu)| cpu.elapsed());
+        self.cpu_before + now.unwrap_or_default()
+    }
+
+    pub fn pause(&mut self) {
+        (self.before, self.cpu_before) = (self.elapsed(), self.cpu());
+        self.running_since = None;
+    }
+
+    pub fn go_on(&mut self) {
+        self.running_since
+            .get_or_insert_with(|| (Instant::now(), ProcessTime::now()));
+    }
+}
+
 /// What rendering left, besides the picture.
 pub struct Outcome {
     pub samples: u32,
     pub took: Duration,
     pub relative_error: f64,
-    pub first_frame: Instant,
+    /// `None` if the picture had all its samples before.
+    pub first_frame: Option<Instant>,
     pub why_stopped: String,
 }
 
@@ -41,6 +89,10 @@ pub fn goal(stop: &Stop) -> Goal {
         seconds: stop.time.map(|t| t.as_secs_f64()),
         relative_error: stop.relative_error,
     }
+}
+
+pub fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
 }
 
 pub fn catch_interrupts() {
@@ -80,18 +132,19 @@ fn filled(renderer: &Renderer, pictures: u32) -> Option<Filled> {
     })
 }
 
-/// Unit after unit, until `stop` or Ctrl-C. `--time` counts from `began`.
+/// Unit after unit, until `stop` or Ctrl-C, on top of those that the picture has already. `--time` is
+/// what `watch` shows.
 pub fn trace_until(
     stop: &Stop,
     renderer: &mut Renderer,
-    began: Instant,
+    watch: &Stopwatch,
     progress: &mut Progress,
 ) -> Result<Outcome> {
     let mut first_frame = None;
     let mut done = Done {
-        samples: 0,
-        units: 0,
-        took: began.elapsed(),
+        samples: renderer.totals.samples,
+        units: renderer.totals.units,
+        took: watch.elapsed(),
         relative_error: f64::INFINITY,
     };
     let why_stopped = loop {
@@ -117,18 +170,21 @@ pub fn trace_until(
                 relative_error(&rgb(&film.mean), &film.stderr)
             }
         };
-        done.took = began.elapsed();
+        done.took = watch.elapsed();
         progress.update(
             done.samples as u64,
             done.took.as_secs_f64(),
             done.relative_error,
         );
     };
+    if done.units == 0 {
+        return Err(Error::Interrupted);
+    }
     Ok(Outcome {
         samples: done.samples,
         took: done.took,
         relative_error: done.relative_error,
-        first_frame: first_frame.ok_or(Error::Interrupted)?,
+        first_frame,
         why_stopped,
     })
 }

@@ -7,6 +7,7 @@ mod atomic;
 pub mod display;
 mod exr;
 mod png;
+pub mod profile;
 pub mod progress;
 pub mod stats;
 pub mod trace;

@@ -61,7 +61,7 @@ impl PassStats {
 }
 
 /// Interpolated between the closest ranks; NaN where nothing ran.
-fn quantile(sorted: &[f64], fraction: f64) -> f64 {
+pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
     };
@@ -70,9 +70,20 @@ fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     low + (high - low) * rank.fract()
 }
 
-/// One stage of work on the CPU: loading, planning, compiling, writing.
+/// One stage of the work, as the CPU sees it: loading, planning, compiling, writing.
 #[derive(Debug, Clone, Serialize)]
 pub struct StageStats {
+    pub name: String,
+    pub ms: f64,
+    /// While the GPU worked.
+    pub gpu_ms: f64,
+    /// What is known of it in more detail: it does not add up to the whole.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<PartStats>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct PartStats {
     pub name: String,
     pub ms: f64,
 }

@@ -76,6 +76,16 @@ impl Cache {
         self.shown.clear();
     }
 
+    /// A few steps of a first batch, which the next one begins anew, and a picture of it.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        let Some(resources) = &r.cache else {
+            return Ok(());
+        };
+        self.tracking.restart(frame, r)?;
+        self.tracking.advance(frame, r, resources, 1, 0)?;
+        self.ray_march.run(frame, r, resources)
+    }
+
     /// Gives every node `samples` more paths and measures the error. False if `stop` is raised before
     /// the last of them: some nodes have had the batch then, some not, and it does not count.
     pub fn batch(

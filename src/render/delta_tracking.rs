@@ -53,6 +53,12 @@ impl DeltaTracking {
         }
     }
 
+    /// A few steps of a unit, which the next one begins anew.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.slots.restart(frame, r)?;
+        self.advance(frame, r, 1, 0).map(drop)
+    }
+
     fn advance(
         &mut self,
         frame: &mut Frame,

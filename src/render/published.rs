@@ -97,6 +97,16 @@ impl Published {
         Ok(true)
     }
 
+    /// Forgets all light and all paths.
+    pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.rounds = 0;
+        self.counted = Counters::zeroed();
+        match &r.published {
+            Some(cells) => frame.run(|f| f.clear(&cells.images())),
+            None => Ok(()),
+        }
+    }
+
     /// The picture that the cache shows now, into `mean`.
     pub fn march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
         let Some(cells) = &r.published else {

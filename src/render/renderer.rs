@@ -5,6 +5,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use super::accumulate::Accumulate;
 use super::cache::Cache;
@@ -26,8 +27,12 @@ pub struct Renderer {
     pub frame: Frame,
     pub totals: Totals,
     pub resources: Resources,
+    /// What the compiling of all passes took.
+    pub compiling: Duration,
     sampling: Sampling,
     accumulate: Accumulate,
+    /// Only with surfaces.
+    iso_depth: Option<IsoDepth>,
     /// Only in the variant that has one.
     pub cache: Option<Cache>,
 }
@@ -85,6 +90,7 @@ impl Renderer {
             frame: Frame::new(device)?,
             totals: Totals::default(),
             resources: Resources::allocate(memory, volume, scene)?,
+            compiling: Duration::ZERO,
             sampling: match scene.published {
                 true => Sampling::Published(Published::new(device, shaders, scene)?),
                 false if features.is_marched() => {
@@ -93,12 +99,17 @@ impl Renderer {
                 false => Sampling::Tracking(DeltaTracking::new(device, shaders, features)?),
             },
             accumulate: Accumulate::new(device, shaders, features)?,
+            iso_depth: match features.surface_count {
+                0 => None,
+                _ => Some(IsoDepth::new(device, shaders, features)?),
+            },
             cache: match scene.cache {
                 Some(_) => Some(Cache::new(device, shaders, features)?),
                 None => None,
             },
         };
         renderer.load(device, shaders, volume, scene)?;
+        renderer.compiling = shaders.time_spent();
         Ok(renderer)
     }
 
@@ -141,8 +152,8 @@ impl Renderer {
         if scene.features.has_medium {
             majorants.run(frame, r)?;
         }
-        if let Some(to) = &r.first_surface {
-            IsoDepth::new(device, shaders, &scene.features)?.run(frame, r, to)?;
+        if let (Some(iso_depth), Some(to)) = (&self.iso_depth, &r.first_surface) {
+            iso_depth.run(frame, r, to)?;
         }
         if let (Some(cache), Some(layout)) = (&r.cache, &scene.cache) {
             let pages = layout.pages();
@@ -170,18 +181,54 @@ impl Renderer {
             upload_transfer(&mut self.frame, r, scene)?;
             Majorants::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r)?;
         }
-        if let Some(to) = &r.first_surface {
-            IsoDepth::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r, to)?;
+        if let (Some(iso_depth), Some(to)) = (&self.iso_depth, &r.first_surface) {
+            iso_depth.run(&mut self.frame, r, to)?;
         }
         let lasts = before.shares_light_with(scene);
         if !lasts && let Some(cache) = &mut self.cache {
             cache.clear();
             Cache::prepare(&device, &shaders()?, &scene.features, &mut self.frame, r)?;
         }
+        self.begin_picture()?;
+        Ok(lasts)
+    }
+
+    /// Runs each pass for a moment and forgets what it did: some drivers finish compiling only then, and
+    /// whoever measures does not want to measure that.
+    pub fn warm_up(&mut self) -> Result<()> {
+        let (frame, r) = (&mut self.frame, &self.resources);
+        match &mut self.sampling {
+            Sampling::Published(published) => {
+                let never = AtomicBool::new(false);
+                published.round(frame, r, &mut Totals::default(), &never)?;
+                published.restart(frame, r)?;
+            }
+            Sampling::Tracking(tracking) => tracking.warm_up(frame, r)?,
+            Sampling::March(march) => {
+                if let Some(cache) = &r.cache {
+                    march.run(frame, r, cache, 0)?;
+                }
+            }
+        }
+        if !matches!(self.sampling, Sampling::Published(_)) {
+            let push = AccumulatePush {
+                samples: 1.0,
+                samples_so_far: 1.0,
+            };
+            frame.run(|f| self.accumulate.record(f, r, &push))?;
+        }
+        if let Some(cache) = &mut self.cache {
+            cache.warm_up(frame, r)?;
+        }
+        self.begin_picture()
+    }
+
+    /// Forgets the picture's samples; the cache stays.
+    pub fn begin_picture(&mut self) -> Result<()> {
+        let r = &self.resources;
         self.totals.samples = 0;
         self.totals.units = 0;
-        self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))?;
-        Ok(lasts)
+        self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))
     }
 
     /// A batch of `samples` paths for each node of the cache. False if `stop` is raised before its end.

@@ -345,7 +345,7 @@ impl PublishedResources {
         })
     }
 
-    fn images(&self) -> [&Image; 4] {
+    pub fn images(&self) -> [&Image; 4] {
         [
             &self.radiance,
             &self.position,

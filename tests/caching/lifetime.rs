@@ -110,3 +110,17 @@ fn after_a_change_the_picture_is_that_of_a_new_renderer() {
     assert_eq!(changed.march(), fresh.march());
     assert_eq!(changed.at_rest(2, 2).mean, fresh.at_rest(2, 2).mean);
 }
+
+#[test]
+fn a_warm_up_leaves_nothing_behind() {
+    let volume = constant_field(1.0, [8; 3], [1.0; 3]);
+    let scene = scene(LightModel::Local);
+    let [mut cold, mut warm] = [0, 1].map(|_| cached(&scene, &volume, 0.5, CacheFormat::F16, 0, 1));
+    warm.renderer.warm_up().expect("a warm-up");
+    assert!(warm.updates() == 0 && warm.renderer.paths() == 0);
+    for renderer in [&mut cold, &mut warm] {
+        renderer.fill(4);
+    }
+    assert_eq!(cold.march(), warm.march());
+    assert_eq!(cold.at_rest(2, 2).mean, warm.at_rest(2, 2).mean);
+}

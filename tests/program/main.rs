@@ -2,6 +2,7 @@
 //! it prints and the files that it leaves. Vulkan's validation layers watch every render.
 
 mod allocations;
+mod bench;
 mod outputs;
 mod refusals;
 mod stopping;

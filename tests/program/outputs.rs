@@ -128,6 +128,46 @@ fn statistics_keep_their_contract() {
 }
 
 #[test]
+fn a_profile_accounts_for_the_wall_time() {
+    let folder = Folder::new();
+    let render = "render ball.toml -o a.exr --time 1";
+    let output = folder.succeed(&format!("{render} --stats s.json"));
+    let said = text(&output.stderr);
+    for name in [
+        "open the scene",
+        "read the voxels",
+        "decode them",
+        "compile",
+        "save the pictures",
+        "not covered",
+        "cell_tracking",
+        "paths/s",
+    ] {
+        let named = |line: &str| line.contains(name);
+        assert!(said.lines().any(named), "{name}: {said}");
+    }
+    assert!(last_line(&output).contains("stopped because"), "{said}");
+
+    let stats = folder.json("s.json");
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{stats:#}"));
+    let sum = |list: &Value, key: &str| -> f64 {
+        let entries = list.as_array().expect("a list");
+        entries.iter().map(|e| number(&e[key])).sum()
+    };
+    let wall_ms = 1e3 * number(&stats["wall_s"]);
+    let covered = sum(&stats["stages"], "ms");
+    assert!((0.95 * wall_ms..=wall_ms).contains(&covered), "{stats:#}");
+    let busy = sum(&stats["stages"], "gpu_ms");
+    let passes = sum(&stats["passes"], "gpu_ms_total");
+    assert!((passes - busy).abs() <= 0.05 * passes, "{stats:#}");
+
+    let silent = folder.succeed(&format!("{render} --stats s.json --quiet"));
+    assert_eq!(text(&silent.stderr), "");
+    let usual = folder.succeed(render);
+    assert!(!text(&usual.stderr).contains("GPU pass"), "{usual:?}");
+}
+
+#[test]
 fn an_orbit_looks_at_one_cache_from_all_sides() {
     let folder = Folder::new();
     let cached = "render ball.toml --variant caching --cache-scale 0.5 --cache-format f16";

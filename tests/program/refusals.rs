@@ -5,7 +5,7 @@ use crate::{Folder, SCENE, text};
 
 /// Runs what must fail, and returns its sentence.
 #[track_caller]
-fn refused(folder: &Folder, arguments: &str, status: i32) -> String {
+pub fn refused(folder: &Folder, arguments: &str, status: i32) -> String {
     let before = folder.names();
     let output = folder.run(arguments);
     let said = text(&output.stderr).trim_end().to_string();

@@ -6,6 +6,7 @@
 //! memory grows with the voxels that really arrive.
 
 use std::path::Path;
+use std::time::Duration;
 
 use super::header::{Header, Parsed};
 use super::orientation::{Axes, Orientation};
@@ -17,7 +18,12 @@ use crate::error::{Error, Result};
 /// Bytes read at a time.
 const CHUNK: usize = 256 << 10;
 
-pub(super) fn decode(path: &Path, header: &Header, overrides: &VolumeOverrides) -> Result<Volume> {
+/// The volume, and what the reading and inflating of its bytes took.
+pub(super) fn decode(
+    path: &Path,
+    header: &Header,
+    overrides: &VolumeOverrides,
+) -> Result<(Volume, Duration)> {
     let named = |fault| Error::input(format!("{}: {fault}", path.display()));
     header.bytes().map_err(named)?;
     let region = Region::new(header.dims, overrides.crop).map_err(named)?;
@@ -33,6 +39,7 @@ pub(super) fn decode(path: &Path, header: &Header, overrides: &VolumeOverrides) 
         )),
     };
     let source = Source::open(header).map_err(in_data)?;
+    let reading = source.time_reading();
     let decoded = read(source, region, header).map_err(|failure| match failure {
         Failure::Fault(fault) => in_data(fault),
         Failure::Memory(bytes) => Error::Memory(format!(
@@ -60,7 +67,7 @@ pub(super) fn decode(path: &Path, header: &Header, overrides: &VolumeOverrides) 
     }
     volume.settle_values().map_err(named)?;
     volume.settle_axes(overrides.axes.map_or(header.orientation, Orientation::from));
-    Ok(volume)
+    Ok((volume, reading.get()))
 }
 
 pub(super) fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> Result<Volume> {

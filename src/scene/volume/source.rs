@@ -3,8 +3,11 @@
 //! Lengths are checked before anybody allocates for them: a raw file must hold every voxel, and
 //! compressed data at least as many bytes as could possibly expand to them.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::rc::Rc;
+use std::time::{Duration, Instant};
 
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
@@ -21,6 +24,7 @@ pub(super) struct Source {
     begin: u64,
     end: u64,
     shape: String,
+    reading: Rc<Cell<Duration>>,
 }
 
 enum Reader {
@@ -68,7 +72,13 @@ impl Source {
             begin: data.skip,
             end,
             shape: header.shape(),
+            reading: Rc::default(),
         })
+    }
+
+    /// What reading and inflating have taken, now and later.
+    pub fn time_reading(&self) -> Rc<Cell<Duration>> {
+        self.reading.clone()
     }
 
     /// Whether the file is known to hold all that the header promises.
@@ -79,6 +89,7 @@ impl Source {
     /// Fills `bytes` from `offset` bytes after the first voxel's start, at or after where the last
     /// read ended.
     pub fn read(&mut self, offset: u64, bytes: &mut [u8]) -> Parsed<()> {
+        let began = Instant::now();
         self.skip_to(self.begin + offset)?;
         let mut filled = 0;
         while filled < bytes.len() {
@@ -91,6 +102,7 @@ impl Source {
                 Err(e) => self.fault(e)?,
             }
         }
+        self.reading.set(self.reading.get() + began.elapsed());
         Ok(())
     }
 

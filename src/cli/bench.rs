@@ -1,0 +1,127 @@
+//! What `isolume bench` takes.
+
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::{GpuArgs, SceneArgs, seconds, word};
+use crate::scene::file::ShadingModel;
+use crate::scene::{CacheFormat, CacheScale, Variant};
+
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The folder for report.md, report.json, plots and pictures; made if it is missing.
+    #[arg(short = 'o', long = "output", value_name = "DIR")]
+    pub folder: PathBuf,
+
+    /// What to measure: non-caching, published, or caching[:SCALE[:FORMAT]] as in caching:0.5:f16.
+    /// Without it: non-caching, the caches at 1, 0.5 and 0.25 in f16 that fit, and published.
+    #[arg(long, value_name = "V,…", value_delimiter = ',')]
+    pub variants: Vec<BenchVariant>,
+
+    /// When to look at the picture, in seconds of rendering; the filling of a cache counts.
+    #[arg(long, value_name = "S,…", value_delimiter = ',', default_value = "1,2,4,8,16",
+          value_parser = seconds)]
+    seconds: Vec<Duration>,
+
+    /// The converged picture; without it, non-caching renders one for four times the longest time.
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+
+    /// Measure all this with every surface shaded so: lambert, phong, disney.
+    #[arg(long, value_name = "MODEL,…", value_delimiter = ',', value_parser = word::<ShadingModel>)]
+    pub shading: Vec<ShadingModel>,
+
+    /// Seed of the random numbers; a reference that is rendered here has another one.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+
+    #[command(flatten)]
+    pub gpu: GpuArgs,
+
+    /// No progress and no notes; errors only.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+impl BenchArgs {
+    /// In ascending order, each once.
+    pub fn seconds(&self) -> Vec<Duration> {
+        let mut seconds = self.seconds.clone();
+        seconds.sort();
+        seconds.dedup();
+        seconds
+    }
+}
+
+/// A variant and how its cache is made, as in `caching:0.5:f16`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BenchVariant {
+    pub variant: Variant,
+    pub scale: CacheScale,
+    pub format: CacheFormat,
+}
+
+impl BenchVariant {
+    pub const fn without_cache(variant: Variant) -> BenchVariant {
+        BenchVariant {
+            variant,
+            scale: CacheScale::Auto,
+            format: CacheFormat::Auto,
+        }
+    }
+
+    pub const fn caching(scale: f64, format: CacheFormat) -> BenchVariant {
+        BenchVariant {
+            variant: Variant::Caching,
+            scale: CacheScale::Fixed(scale),
+            format,
+        }
+    }
+}
+
+impl FromStr for BenchVariant {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<BenchVariant, String> {
+        let mut words = text.split(':');
+        let variant = word::<Variant>(words.next().unwrap_or_default())?;
+        let (scale, format) = (words.next(), words.next());
+        if words.next().is_some() || (variant != Variant::Caching && scale.is_some()) {
+            return Err("expected non-caching, published or caching[:SCALE[:FORMAT]]".into());
+        }
+        Ok(BenchVariant {
+            variant,
+            scale: scale.map_or(Ok(CacheScale::Auto), word)?,
+            format: format.map_or(Ok(CacheFormat::Auto), word)?,
+        })
+    }
+}
+
+/// As it is written on the command line, without what is left to the plan.
+impl fmt::Display for BenchVariant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self.variant {
+            Variant::Auto => "auto",
+            Variant::Caching => "caching",
+            Variant::NonCaching => "non-caching",
+            Variant::Published => "published",
+        })?;
+        let scale = match self.scale {
+            CacheScale::Fixed(scale) => scale.to_string(),
+            CacheScale::Auto => "auto".into(),
+        };
+        match (self.scale, self.format) {
+            (CacheScale::Auto, CacheFormat::Auto) => Ok(()),
+            (_, CacheFormat::Auto) => write!(f, ":{scale}"),
+            (_, CacheFormat::F16) => write!(f, ":{scale}:f16"),
+            (_, CacheFormat::F32) => write!(f, ":{scale}:f32"),
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! What is measured: each shading model of the scene, and for each the variants that are possible.
+
+use crate::cli::{BenchArgs, BenchVariant};
+use crate::error::{Error, Result};
+use crate::job::setup::Host;
+use crate::render::Choice;
+use crate::scene::file::{Opened, SceneFile, ShadingModel};
+use crate::scene::volume::Volume;
+use crate::scene::{CacheFormat, Scene, Variant, describe, resolve};
+
+/// Where none is named, those that fit.
+const DEFAULT: [BenchVariant; 5] = [
+    BenchVariant::without_cache(Variant::NonCaching),
+    BenchVariant::caching(1.0, CacheFormat::F16),
+    BenchVariant::caching(0.5, CacheFormat::F16),
+    BenchVariant::caching(0.25, CacheFormat::F16),
+    BenchVariant::without_cache(Variant::Published),
+];
+
+/// The scene with one shading model.
+pub struct Subject {
+    /// `None`: as the scene has it.
+    pub shading: Option<ShadingModel>,
+    /// Of its files' names, where there are several subjects: `phong.`.
+    pub prefix: String,
+    file: SceneFile,
+    pub entrants: Vec<Entrant>,
+    /// Variants that were not named and are not possible here, and why.
+    pub skipped: Vec<String>,
+}
+
+/// One variant of it.
+pub struct Entrant {
+    pub word: String,
+    pub scene: Scene,
+    /// For a picture's header.
+    pub text: String,
+    pub choice: Choice,
+}
+
+pub fn subjects(args: &BenchArgs, host: &Host, opened: &Opened) -> Result<Vec<Subject>> {
+    if !args.shading.is_empty() && opened.scene.surfaces.iso.is_empty() {
+        return Err(Error::Input(format!(
+            "--shading is for surfaces, and {} has none; --iso VALUE adds one",
+            args.scene.input.display()
+        )));
+    }
+    let mut models: Vec<Option<ShadingModel>> = args.shading.iter().copied().map(Some).collect();
+    models.dedup();
+    if models.is_empty() {
+        models.push(None);
+    }
+    let several = models.len() > 1;
+    models
+        .into_iter()
+        .map(|model| Subject::new(args, host, opened, model, several))
+        .collect()
+}
+
+impl Subject {
+    fn new(
+        args: &BenchArgs,
+        host: &Host,
+        opened: &Opened,
+        shading: Option<ShadingModel>,
+        is_one_of_several: bool,
+    ) -> Result<Subject> {
+        let mut file = opened.file.clone();
+        if shading.is_some() {
+            for iso in &mut file.surfaces.iso {
+                iso.shading = shading;
+            }
+        }
+        let mut subject = Subject {
+            shading,
+            prefix: match (shading, is_one_of_several) {
+                (Some(model), true) => format!("{}.", model.name()),
+                _ => String::new(),
+            },
+            file,
+            entrants: Vec::new(),
+            skipped: Vec::new(),
+        };
+        let (variants, named) = match args.variants.is_empty() {
+            true => (&DEFAULT[..], false),
+            false => (&args.variants[..], true),
+        };
+        for variant in variants {
+            match subject.entrant(host, &opened.volume, variant) {
+                Ok(entrant) => subject.entrants.push(entrant),
+                Err(error) if named || variant.variant == Variant::NonCaching => return Err(error),
+                Err(why) => subject.skipped.push(format!("{variant}: {why}")),
+            }
+        }
+        // Others are compared with its pictures as they come.
+        subject.entrants.sort_by_key(|e| !e.is_non_caching());
+        Ok(subject)
+    }
+
+    /// Settles the scene and its plan for one variant.
+    pub fn entrant(&self, host: &Host, volume: &Volume, variant: &BenchVariant) -> Result<Entrant> {
+        let mut file = self.file.clone();
+        file.render.variant = Some(variant.variant);
+        file.render.cache_scale = Some(variant.scale);
+        file.render.cache_format = Some(variant.format);
+        let (scene, _) = resolve(&file, volume)?;
+        Ok(Entrant {
+            word: variant.to_string(),
+            text: describe(&file, volume, &scene),
+            choice: host.choose(volume, &scene)?,
+            scene,
+        })
+    }
+
+    pub fn exposure(&self) -> f64 {
+        self.file.render.exposure.unwrap_or(0.0)
+    }
+
+    pub fn has_cache(&self) -> bool {
+        let cells = |e: &Entrant| e.choice.plan.cache.as_ref().map(|c| c.active_nodes());
+        self.entrants.iter().any(|e| cells(e) > Some(0))
+    }
+}
+
+impl Entrant {
+    pub fn is_non_caching(&self) -> bool {
+        self.choice.plan.variant() == "non-caching"
+    }
+
+    /// For a file's name, which a colon has no place in.
+    pub fn file_word(&self) -> String {
+        self.word.replace(':', "-")
+    }
+}

@@ -1,0 +1,42 @@
+//! The folder that a report goes into.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// Made if it is missing; what is still empty when this is dropped goes again.
+pub struct Folder {
+    path: PathBuf,
+    is_new: bool,
+}
+
+impl Folder {
+    pub fn make(path: &Path) -> Result<Folder> {
+        if path.exists() && !path.is_dir() {
+            return Err(Error::Input(format!(
+                "-o {}: it is a file; name a folder for the report",
+                path.display()
+            )));
+        }
+        let folder = Folder {
+            path: path.to_owned(),
+            is_new: !path.exists(),
+        };
+        fs::create_dir_all(path).map_err(|error| Error::io(path, error))?;
+        Ok(folder)
+    }
+
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if self.is_new {
+            // Fails where there is a report in it, as it should.
+            let _ = fs::remove_dir(&self.path);
+        }
+    }
+}

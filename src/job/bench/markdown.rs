@@ -1,0 +1,393 @@
+//! report.md: what report.json holds, for people.
+
+use std::fmt::Write;
+
+use super::plots::{ERROR_TIME, PSNR_TIME, SIMILARITY_TIME};
+use super::report::{CacheSetting, Point, Report, RunReport, SubjectReport};
+use crate::compare::Comparison;
+use crate::gpu::human;
+
+/// The paper's 14 floats.
+const PAPER_BYTES_PER_VOXEL: f64 = 56.0;
+
+pub fn page(report: &Report) -> String {
+    let [width, height] = report.size;
+    let [x, y, z] = report.volume_dims;
+    let mut page = format!(
+        "# Error against time: {}\n\n`{}`\n\n\
+         Isolume {}, {} ({}), seed {}; a volume of {x}×{y}×{z} voxels, pictures of {width}×{height} \
+         pixels. Times are seconds of rendering: the filling of a cache counts, the compiling of \
+         shaders and the writing of pictures do not.\n",
+        report.scene, report.command, report.version, report.device, report.driver, report.seed,
+    );
+    for (subject, prefix) in report.subjects.iter().zip(report.prefixes()) {
+        if let Some(model) = subject.shading {
+            page += &format!("\n# Shading: {}\n", model.name());
+        }
+        page += &sections(report, subject, &prefix);
+    }
+    page + READING
+}
+
+fn sections(report: &Report, subject: &SubjectReport, prefix: &str) -> String {
+    let plot = |name: &str, what: &str| format!("\n![{what}]({prefix}{name})\n");
+    [
+        reference(subject),
+        format!("\n## Error\n{}", plot(ERROR_TIME, "MSE against time")),
+        final_errors(subject),
+        format!("\n{}", plot(PSNR_TIME, "PSNR against time")),
+        over_time(report, subject),
+        new_views(subject),
+        frames(subject),
+        memory(subject),
+        match subject.similarity.is_empty() {
+            true => String::new(),
+            false => similarity(report, subject) + &plot(SIMILARITY_TIME, "Similarity over time"),
+        },
+        cache_settings(&subject.cache_settings),
+        skipped(subject),
+    ]
+    .concat()
+}
+
+fn reference(subject: &SubjectReport) -> String {
+    let reference = &subject.reference;
+    let made = match (reference.seconds, reference.samples) {
+        (Some(seconds), Some(samples)) => format!(
+            ", rendered here without a cache and with another seed: {samples} samples per pixel in \
+             {seconds:.1} s"
+        ),
+        _ => ", as given".into(),
+    };
+    let noise = match &reference.noise {
+        Some(noise) => format!(
+            "By its own account its noise is an MSE of {}, or {} dB: what comes near that, and is \
+             marked with \\*, may be better than it looks.",
+            number(noise.mse),
+            decibels(noise.psnr)
+        ),
+        None => "It does not say how noisy it is.".into(),
+    };
+    format!("\nThe reference is `{}`{made}. {noise}\n", reference.file)
+}
+
+fn final_errors(subject: &SubjectReport) -> String {
+    let mut table = Table::new(&[
+        "variant",
+        "seconds",
+        "samples",
+        "MSE",
+        "relMSE",
+        "PSNR",
+        "SSIM",
+        "FLIP",
+        "bias of the mean",
+        "1/(MSE·s)",
+        "to 30 dB",
+        "to 40 dB",
+    ]);
+    for run in &subject.runs {
+        let Some(last) = run.points.last() else {
+            continue;
+        };
+        let reached = |seconds: Option<f64>| match seconds {
+            Some(seconds) if seconds == run.points[0].seconds => format!("≤ {} s", number(seconds)),
+            Some(seconds) => format!("{} s", number(seconds)),
+            None => format!("not within {} s", number(last.seconds)),
+        };
+        table.row(
+            [
+                run.variant.clone(),
+                format!("{:.2}", last.seconds),
+                last.samples.to_string(),
+            ]
+            .into_iter()
+            .chain(errors(&last.error, last.within_reference_noise))
+            .chain([
+                bias(&last.error),
+                number(last.efficiency),
+                reached(run.seconds_to_30_db),
+                reached(run.seconds_to_40_db),
+            ]),
+        );
+    }
+    if let Some(noise) = &subject.reference.noise {
+        let name = ["the reference's own noise", "", ""].map(String::from);
+        let rest = ["", "", "", ""].map(String::from);
+        table.row(name.into_iter().chain(errors(noise, false)).chain(rest));
+    }
+    table.text()
+}
+
+fn errors(error: &Comparison, is_noise: bool) -> [String; 5] {
+    let star = if is_noise { "\\*" } else { "" };
+    [
+        number(error.mse) + star,
+        number(error.relmse) + star,
+        decibels(error.psnr) + star,
+        error.ssim.map_or("–".into(), |s| format!("{s:.4}")),
+        format!("{:.4}", error.flip),
+    ]
+}
+
+fn bias(error: &Comparison) -> String {
+    let percent = 100.0 * error.rel_bias;
+    match error.bias_stderr {
+        Some(stderr) if error.bias != 0.0 => {
+            let stderr = (stderr * error.rel_bias / error.bias).abs() * 100.0;
+            format!("{percent:+.3} ± {stderr:.3} %")
+        }
+        _ => format!("{percent:+.3} %"),
+    }
+}
+
+fn over_time(report: &Report, subject: &SubjectReport) -> String {
+    let mut table = by_time("variant (PSNR, dB)", report);
+    for run in &subject.runs {
+        let at = |seconds| {
+            let point = run.points.iter().find(|p| p.asked_s == seconds)?;
+            let star = if point.within_reference_noise {
+                "\\*"
+            } else {
+                ""
+            };
+            Some(decibels(point.error.psnr) + star + &late(point))
+        };
+        table.by_time(report, run.variant.clone(), at);
+    }
+    table.text()
+}
+
+/// Where a picture could not be had in time.
+fn late(point: &Point) -> String {
+    match point.is_late() {
+        true => format!(" (at {:.2} s)", point.seconds),
+        false => String::new(),
+    }
+}
+
+fn similarity(report: &Report, subject: &SubjectReport) -> String {
+    let mut table = by_time("variant (dB; SSIM)", report);
+    let seen = subject.similarity.iter().filter(|s| !s.points.is_empty());
+    for similarity in seen {
+        let at = |seconds| {
+            let point = similarity.points.iter().find(|p| p.asked_s == seconds)?;
+            let ssim = point.ssim.map_or(String::new(), |s| format!("; {s:.4}"));
+            Some(decibels(point.psnr) + &ssim)
+        };
+        table.by_time(report, similarity.variant.clone(), at);
+    }
+    format!(
+        "\n## How alike the variants are\n\nPSNR and SSIM to the picture of non-caching after the \
+         same time (the paper's Figure 4); its noise bounds them.\n{}",
+        table.text()
+    )
+}
+
+fn new_views(subject: &SubjectReport) -> String {
+    let mut table = Table::new(&["variant", "first picture after", "MSE", "PSNR", "later"]);
+    for run in &subject.runs {
+        let Some((first, later)) = run.new_view.split_first() else {
+            continue;
+        };
+        let later = later.iter().map(|p| {
+            let (mse, psnr) = (number(p.error.mse), decibels(p.error.psnr));
+            format!("{:.2} s: {mse}, {psnr} dB", p.seconds)
+        });
+        table.row([
+            run.variant.clone(),
+            format!("{:.1} ms", 1e3 * first.seconds),
+            number(first.error.mse),
+            decibels(first.error.psnr),
+            later.collect::<Vec<_>>().join("; "),
+        ]);
+    }
+    section(
+        "A new view from a warm cache",
+        "The camera comes from elsewhere to the scene's view, with the cache that the run left: first \
+         what a march shows at once, then what samples make of it.",
+        table,
+    )
+}
+
+fn frames(subject: &SubjectReport) -> String {
+    let mut table = Table::new(&[
+        "variant",
+        "frames",
+        "march, median",
+        "p99",
+        "frames/s",
+        "with camera and download, median",
+        "p99",
+    ]);
+    for run in &subject.runs {
+        let Some(orbit) = &run.orbit else { continue };
+        let ms = |ms: f64| format!("{ms:.2} ms");
+        table.row([
+            run.variant.clone(),
+            orbit.frames.to_string(),
+            ms(orbit.march_ms_median),
+            ms(orbit.march_ms_p99),
+            format!("{:.1}", 1e3 / orbit.march_ms_median),
+            ms(orbit.frame_ms_median),
+            ms(orbit.frame_ms_p99),
+        ]);
+    }
+    let what = "A turn around the object, marched through the cache.";
+    section("Frames", what, table)
+}
+
+fn memory(subject: &SubjectReport) -> String {
+    let mut table = Table::new(&[
+        "variant",
+        "planned",
+        "peak",
+        "cache",
+        "active cells",
+        "bytes per active cell",
+        "bytes per voxel",
+        "paths/s",
+        "reads per path",
+    ]);
+    let row = |run: &RunReport| {
+        let cache = run.cache.as_ref();
+        let or_none = |value: Option<String>| value.unwrap_or("–".into());
+        [
+            run.variant.clone(),
+            human(run.memory.planned_bytes),
+            human(run.memory.peak_bytes),
+            or_none(cache.map(|c| human(c.bytes))),
+            or_none(cache.map(|c| format!("{} of {}", c.active_cells, c.cells))),
+            or_none(run.bytes_per_active_cell.map(|b| format!("{b:.2}"))),
+            or_none(run.bytes_per_voxel.map(|b| format!("{b:.3}"))),
+            number(run.paths_per_second),
+            format!("{:.1}", run.lookups_per_path),
+        ]
+    };
+    for run in &subject.runs {
+        table.row(row(run));
+    }
+    section(
+        "Memory and speed",
+        "In device memory; paths and reads of the volume are those of the cache and of the picture.",
+        table,
+    )
+}
+
+fn cache_settings(settings: &[CacheSetting]) -> String {
+    let mut table = Table::new(&[
+        "cache",
+        "PSNR",
+        "SSIM",
+        "its relative error",
+        "paths a cell",
+        "bytes per active cell",
+        "bytes per voxel",
+        "of the paper's 56",
+    ]);
+    for setting in settings {
+        let share = setting.bytes_per_voxel / PAPER_BYTES_PER_VOXEL;
+        table.row([
+            setting.variant.clone(),
+            setting.psnr.map_or("the measure".into(), decibels),
+            setting.ssim.map_or("–".into(), |s| format!("{s:.5}")),
+            number(setting.relative_error),
+            setting.paths_per_cell.to_string(),
+            format!("{:.2}", setting.bytes_per_active_cell),
+            format!("{:.3}", setting.bytes_per_voxel),
+            format!("{:.2} %", 100.0 * share),
+        ]);
+    }
+    section(
+        "Cache settings",
+        "The same view through each cache, against that through the whole one in 32 bits (the paper's \
+         Table 1). The f16 cache has had the same paths; the others have paths of their own, so that \
+         they differ by both caches' noise as well.",
+        table,
+    )
+}
+
+fn skipped(subject: &SubjectReport) -> String {
+    let lines = subject.skipped.iter().map(|why| format!("- {why}\n"));
+    match subject.skipped.is_empty() {
+        true => String::new(),
+        false => format!("\n## Not possible here\n\n{}", lines.collect::<String>()),
+    }
+}
+
+/// Nothing where the table is empty.
+fn section(title: &str, what: &str, table: Table) -> String {
+    match table.rows {
+        0 => String::new(),
+        _ => format!("\n## {title}\n\n{what}\n{}", table.text()),
+    }
+}
+
+fn by_time(first: &str, report: &Report) -> Table {
+    let times = report.seconds.iter().map(|s| format!("{s} s"));
+    let heads: Vec<String> = std::iter::once(first.to_string()).chain(times).collect();
+    Table::new(&heads.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+/// Rows of a Markdown table.
+struct Table {
+    text: String,
+    rows: usize,
+}
+
+impl Table {
+    fn new(heads: &[&str]) -> Table {
+        let rule = "|---".to_string() + &"|---:".repeat(heads.len() - 1);
+        Table {
+            text: format!("\n| {} |\n{rule}|\n", heads.join(" | ")),
+            rows: 0,
+        }
+    }
+
+    fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        let cells: Vec<String> = cells.into_iter().collect();
+        let _ = writeln!(self.text, "| {} |", cells.join(" | "));
+        self.rows += 1;
+    }
+
+    fn by_time(&mut self, report: &Report, name: String, at: impl Fn(f64) -> Option<String>) {
+        let cells = report.seconds.iter().map(|&s| at(s).unwrap_or("–".into()));
+        self.row(std::iter::once(name).chain(cells));
+    }
+
+    fn text(self) -> String {
+        self.text
+    }
+}
+
+fn decibels(psnr: f64) -> String {
+    match psnr.is_finite() {
+        true => format!("{psnr:.1}"),
+        false => "∞".into(),
+    }
+}
+
+/// Three digits that count.
+fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        v if !v.is_finite() => "–".into(),
+        v if v >= 1e5 => format!("{value:.2e}"),
+        v if v >= 100.0 => format!("{value:.0}"),
+        v if v >= 10.0 => format!("{value:.1}"),
+        v if v >= 1e-2 => format!("{value:.3}"),
+        _ => format!("{value:.2e}"),
+    }
+}
+
+const READING: &str = "
+## How to read this
+
+MSE and relMSE (d² over reference² + 0.01) are of linear radiance; PSNR, SSIM and FLIP of the display
+picture, exposed, clipped and sRGB-encoded. They contain the reference's own noise. The bias of the mean
+is that of the whole picture, with the standard error of both pictures' means; what a cache has wrong is
+in all its pixels alike, so that the error is too small there. 1/(MSE·s) is that of the last picture;
+it is constant where only noise is left. Times to 30 and 40 dB are read off between two pictures, PSNR as
+linear in the time's logarithm. A cache is filled for its share of each span between two times, so that
+its pictures are not quite as good as those of a render that fills it first.
+";

@@ -1,0 +1,205 @@
+//! `isolume bench`: how fast each variant gets how close to the right picture.
+//!
+//! Each variant renders once, without a break, and is looked at when the times asked for have passed:
+//! what looking takes does not count. A cache goes on being filled as the times go up, with the same
+//! share of each span as in a render of that length. A picture at t seconds is therefore not quite as
+//! good as that of `isolume render --time t`, which has filled its cache before the first sample.
+
+mod cache_settings;
+mod entrants;
+mod folder;
+mod markdown;
+mod plots;
+mod reference;
+mod report;
+mod run;
+
+use std::time::Duration;
+
+use super::open_scene;
+use super::plan::check_supported;
+use super::render::INTERRUPTED_STATUS;
+use super::report::Clock;
+use super::setup::Host;
+use super::trace;
+use crate::cli::BenchArgs;
+use crate::compare::LinearImage;
+use crate::error::{Error, Result};
+use crate::output::Outputs;
+use crate::scene::file::Opened;
+use crate::scene::volume::Volume;
+use entrants::{Entrant, Subject, subjects};
+use folder::Folder;
+use reference::Reference;
+use report::{Report, RunReport, SubjectReport};
+
+/// What all measurements of a bench share.
+struct Bench<'a> {
+    args: &'a BenchArgs,
+    host: Host,
+    volume: &'a Volume,
+    folder: Folder,
+    /// When to look, in ascending order.
+    seconds: Vec<Duration>,
+    outputs: Outputs,
+}
+
+pub fn bench(args: &BenchArgs) -> Result<u8> {
+    check_words(args)?;
+    let given = match &args.reference {
+        Some(path) => Some(LinearImage::read(path)?),
+        None => None,
+    };
+    let opened = open_scene(&args.scene, args.quiet)?;
+    check_supported(&opened.scene)?;
+    if let Some(given) = &given {
+        reference::check_size(given, &opened.scene)?;
+    }
+    let host = Host::open(&args.gpu, &mut Clock::new())?;
+    let subjects = subjects(args, &host, &opened)?;
+    let mut bench = Bench {
+        args,
+        host,
+        volume: &opened.volume,
+        folder: Folder::make(&args.folder)?,
+        seconds: args.seconds(),
+        outputs: Outputs::default(),
+    };
+    trace::catch_interrupts();
+    let mut measured = Vec::new();
+    for subject in &subjects {
+        measured.push(bench.measure(subject, given.as_ref())?);
+        if trace::interrupted() {
+            break;
+        }
+    }
+    bench.host.check_validation()?;
+    bench.finish(&opened, measured)?;
+    match trace::interrupted() {
+        true => Ok(INTERRUPTED_STATUS),
+        false => Ok(0),
+    }
+}
+
+/// Flags that other commands share, and that mean nothing here.
+fn check_words(args: &BenchArgs) -> Result<()> {
+    let scene = &args.scene;
+    let singular = [&scene.variant, &scene.cache_scale, &scene.cache_format];
+    if singular.iter().any(|flag| flag.is_some()) {
+        return Err(Error::Usage(
+            "--variant, --cache-scale and --cache-format are for one render; bench takes them \
+             together, as in --variants non-caching,caching:0.5:f16"
+                .into(),
+        ));
+    }
+    if args.reference.is_some() && args.shading.len() > 1 {
+        return Err(Error::Usage(format!(
+            "--reference is one picture, but --shading names {} models; measure one at a time, or \
+             leave --reference out",
+            args.shading.len()
+        )));
+    }
+    Ok(())
+}
+
+impl Bench<'_> {
+    /// All variants of one subject.
+    fn measure(&mut self, subject: &Subject, given: Option<&LinearImage>) -> Result<SubjectReport> {
+        let reference = match given {
+            Some(image) => Reference::given(image, self.args, subject)?,
+            None => Reference::render(self, subject)?,
+        };
+        let mut runs: Vec<RunReport> = Vec::new();
+        let mut uncached = Vec::new();
+        let mut similarity = Vec::new();
+        let mut skipped = subject.skipped.clone();
+        for entrant in &subject.entrants {
+            if trace::interrupted() {
+                break;
+            }
+            if self.args.variants.is_empty()
+                && let Err(why) = self.in_time(entrant, &runs)
+            {
+                skipped.push(why);
+                continue;
+            }
+            self.say(&format!("{}{}", subject.prefix, entrant.word));
+            let (run, looks) = run::measure(self, subject, entrant, &reference)?;
+            if entrant.is_non_caching() {
+                uncached = looks;
+            } else if !uncached.is_empty() {
+                similarity.push(run::similarity(entrant, subject, &uncached, &looks)?);
+            }
+            runs.push(run);
+        }
+        let cache_settings = match subject.has_cache() && !trace::interrupted() {
+            true => cache_settings::measure(self, subject, &runs, &mut skipped)?,
+            false => Vec::new(),
+        };
+        Ok(SubjectReport {
+            shading: subject.shading,
+            reference: reference.report,
+            runs,
+            similarity,
+            cache_settings,
+            skipped,
+        })
+    }
+
+    /// Writes everything, and says where.
+    fn finish(self, opened: &Opened, subjects: Vec<SubjectReport>) -> Result<()> {
+        let Bench {
+            args,
+            host,
+            folder,
+            mut outputs,
+            ..
+        } = self;
+        let report = Report::new(args, &host, opened, subjects);
+        for (subject, prefix) in report.subjects.iter().zip(report.prefixes()) {
+            for (name, svg) in plots::all(subject)? {
+                outputs.text(&folder.file(&format!("{prefix}{name}")), &svg)?;
+            }
+        }
+        outputs.json(&folder.file("report.json"), &report)?;
+        outputs.text(&folder.file("report.md"), &markdown::page(&report))?;
+        outputs.commit()?;
+        if !args.quiet {
+            eprintln!("{}", folder.file("report.md").display());
+        }
+        Ok(())
+    }
+
+    /// Whether each cell of a cache can have a path before all is over, at the speed of the caches so far,
+    /// or of whatever has run; if not, why not.
+    fn in_time(&self, entrant: &Entrant, runs: &[RunReport]) -> Result<(), String> {
+        let layout = entrant.choice.plan.cache.as_ref();
+        let fastest = |cached: bool| {
+            let like = runs.iter().filter(|run| run.orbit.is_some() == cached);
+            like.map(|run| run.paths_per_second).reduce(f64::max)
+        };
+        let (Some(layout), Some(rate)) = (layout, fastest(true).or(fastest(false))) else {
+            return Ok(());
+        };
+        let needed = layout.active_nodes() as f64 / rate;
+        match needed <= self.longest().as_secs_f64() {
+            true => Ok(()),
+            false => Err(format!(
+                "{}: a path for each of its {} cells takes {needed:.0} s or more; give --seconds a \
+                 longer time",
+                entrant.word,
+                layout.active_nodes()
+            )),
+        }
+    }
+
+    fn say(&self, what: &str) {
+        if !self.args.quiet {
+            eprintln!("{what}");
+        }
+    }
+
+    fn longest(&self) -> Duration {
+        self.seconds.last().copied().unwrap_or_default()
+    }
+}

@@ -1,0 +1,141 @@
+//! The picture that all others are measured against, and how noisy it is itself.
+
+use std::time::Duration;
+
+use super::Bench;
+use super::entrants::Subject;
+use super::report::ReferenceReport;
+use crate::cli::{BenchArgs, BenchVariant, Stop};
+use crate::compare::{Comparison, LinearImage, measure};
+use crate::error::{Error, Result};
+use crate::job::render::{picture, provenance};
+use crate::job::report::Clock;
+use crate::job::trace::{self, Stopwatch};
+use crate::output::progress::Progress;
+use crate::scene::{Scene, Variant};
+
+/// Of the longest time that is measured, a reference takes so many times.
+const TIMES_AS_LONG: u32 = 4;
+
+pub struct Reference {
+    pub image: LinearImage,
+    pub report: ReferenceReport,
+}
+
+pub fn check_size(given: &LinearImage, scene: &Scene) -> Result<()> {
+    let [width, height] = scene.render.size;
+    match (given.width, given.height) == (width as usize, height as usize) {
+        true => Ok(()),
+        false => Err(Error::Input(format!(
+            "{}: the reference has {}x{} pixels, the scene {width}x{height}; give --size {}x{}",
+            given.name, given.width, given.height, given.width, given.height
+        ))),
+    }
+}
+
+impl Reference {
+    pub fn given(image: &LinearImage, args: &BenchArgs, subject: &Subject) -> Result<Reference> {
+        let path = args.reference.as_ref().expect("it was read");
+        let exposure = subject.exposure();
+        Ok(Reference {
+            image: image.clone(),
+            report: ReferenceReport {
+                file: path.display().to_string(),
+                seconds: None,
+                samples: None,
+                noise: own_noise(image, exposure)?,
+            },
+        })
+    }
+
+    /// Without a cache, which would be biased, and with random numbers of its own.
+    pub fn render(bench: &mut Bench<'_>, subject: &Subject) -> Result<Reference> {
+        let Bench {
+            args, host, volume, ..
+        } = bench;
+        let seed = args.seed.wrapping_add(1);
+        let uncached = BenchVariant::without_cache(Variant::NonCaching);
+        let entrant = subject.entrant(host, volume, &uncached)?;
+        let mut loaded = host.load(
+            volume,
+            &entrant.scene,
+            entrant.choice,
+            seed,
+            &mut Clock::new(),
+        )?;
+        let time = bench.longest() * TIMES_AS_LONG;
+        let name = format!("{}reference.exr", subject.prefix);
+        bench.say(&format!("{name}: {} s", time.as_secs_f64()));
+        let outcome = render_for(time, bench, &mut loaded.renderer)?;
+        let renderer = &mut loaded.renderer;
+        let picture = picture(renderer.film()?, renderer.first_hits()?, &entrant.scene);
+        let provenance = provenance(entrant.text, &bench.host, seed);
+        let path = bench.folder.file(&name);
+        bench.outputs.exr(&path, &picture, &provenance)?;
+        let image = LinearImage::from_picture(&name, &picture);
+        Ok(Reference {
+            report: ReferenceReport {
+                file: name,
+                seconds: Some(outcome.took.as_secs_f64()),
+                samples: Some(outcome.samples),
+                noise: own_noise(&image, entrant.scene.render.exposure)?,
+            },
+            image,
+        })
+    }
+}
+
+fn render_for(
+    time: Duration,
+    bench: &Bench<'_>,
+    renderer: &mut crate::render::Renderer,
+) -> Result<trace::Outcome> {
+    let stop = Stop {
+        spp: None,
+        time: Some(time),
+        relative_error: None,
+    };
+    let mut progress = Progress::new(bench.args.quiet, trace::goal(&stop));
+    let outcome = trace::trace_until(&stop, renderer, &Stopwatch::started(), &mut progress);
+    progress.finish();
+    outcome
+}
+
+/// What every metric says of a picture that differs from the reference by just as much noise as the
+/// reference has by its own account. `None` where it has none.
+fn own_noise(reference: &LinearImage, exposure: f64) -> Result<Option<Comparison>> {
+    let Some(stderr) = &reference.stderr else {
+        return Ok(None);
+    };
+    let mut noise = Gaussian(0);
+    let pixels = reference.rgb.iter().zip(stderr);
+    let noisy = LinearImage {
+        name: "the reference's noise".into(),
+        rgb: pixels
+            .map(|(rgb, stderr)| std::array::from_fn(|c| rgb[c] + stderr[c] * noise.next()))
+            .collect(),
+        ..reference.clone()
+    };
+    measure(reference, &noisy, exposure).map(Some)
+}
+
+/// Normal deviates by Box and Muller, from the numbers of splitmix64
+/// (Steele, Lea, Flood: "Fast splittable pseudorandom number generators", 2014).
+struct Gaussian(u64);
+
+impl Gaussian {
+    fn next(&mut self) -> f32 {
+        let radius = (-2.0 * self.uniform().ln()).sqrt();
+        (radius * (std::f64::consts::TAU * self.uniform()).cos()) as f32
+    }
+
+    /// In (0, 1].
+    fn uniform(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        ((z >> 11) + 1) as f64 * (-53f64).exp2()
+    }
+}

@@ -1,0 +1,194 @@
+//! What a bench found, as report.json holds it. Field names are a contract with scripts; numbers that
+//! are unknown or infinite are null.
+
+use serde::Serialize;
+
+use crate::cli::BenchArgs;
+use crate::compare::Comparison;
+use crate::job::setup::Host;
+use crate::output::stats::{CacheStats, MemoryStats};
+use crate::scene::file::{Opened, ShadingModel};
+
+#[derive(Debug, Serialize)]
+pub struct Report {
+    pub version: &'static str,
+    pub command: String,
+    pub device: String,
+    pub driver: String,
+    pub budget_bytes: u64,
+    pub scene: String,
+    pub volume_dims: [u32; 3],
+    /// Width and height of the pictures.
+    pub size: [u32; 2],
+    pub seed: u32,
+    /// When pictures were looked at.
+    pub seconds: Vec<f64>,
+    /// One for each shading model; a single one, as the scene has it, where none was named.
+    pub subjects: Vec<SubjectReport>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct SubjectReport {
+    /// Null: as the scene has it.
+    pub shading: Option<ShadingModel>,
+    pub reference: ReferenceReport,
+    pub runs: Vec<RunReport>,
+    /// Of each run to the non-caching one, at the same times.
+    pub similarity: Vec<Similarity>,
+    /// Pictures through coarser and shorter caches against those through a whole one in 32 bits.
+    pub cache_settings: Vec<CacheSetting>,
+    /// Default variants that are not possible here, and why.
+    pub skipped: Vec<String>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct ReferenceReport {
+    pub file: String,
+    /// Null where it was given.
+    pub seconds: Option<f64>,
+    pub samples: Option<u32>,
+    /// Of a picture that differs from the reference by as much noise as that has by its own account;
+    /// null where it says nothing of it.
+    pub noise: Option<Comparison>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct RunReport {
+    /// As on the command line.
+    pub variant: String,
+    /// What that has become, and why.
+    pub plan: String,
+    pub reason: String,
+    /// Until the first path could start: reading aside.
+    pub load_s: f64,
+    pub points: Vec<Point>,
+    pub seconds_to_30_db: Option<f64>,
+    pub seconds_to_40_db: Option<f64>,
+    pub paths_per_second: f64,
+    pub lookups_per_path: f64,
+    pub memory: MemoryStats,
+    /// Null without a cache.
+    pub cache: Option<CacheStats>,
+    pub bytes_per_active_cell: Option<f64>,
+    pub bytes_per_voxel: Option<f64>,
+    pub orbit: Option<Orbit>,
+    /// The same view, with the cache that the run left and nothing else.
+    pub new_view: Vec<Point>,
+}
+
+/// A picture at some time, against the reference.
+#[derive(Debug, Clone, Serialize)]
+pub struct Point {
+    pub asked_s: f64,
+    /// A picture can only be had between two units of work, so it may be late.
+    pub seconds: f64,
+    /// The same in CPU time of all cores: what counts where the device is the CPU, and it is busy.
+    pub cpu_s: f64,
+    pub file: Option<String>,
+    pub samples: u32,
+    pub paths_per_cell: Option<u32>,
+    #[serde(flatten)]
+    pub error: Comparison,
+    /// 1/(MSE·s).
+    pub efficiency: f64,
+    /// The MSE is at most twice that of the reference's noise: it says little of the picture.
+    pub within_reference_noise: bool,
+}
+
+impl Point {
+    /// By more than can be overlooked.
+    pub fn is_late(&self) -> bool {
+        self.seconds > 1.1 * self.asked_s
+    }
+}
+
+/// Marched through the cache from all sides.
+#[derive(Debug, Serialize)]
+pub struct Orbit {
+    pub frames: usize,
+    /// What the ray-march takes of the device.
+    pub march_ms_median: f64,
+    pub march_ms_p99: f64,
+    /// From the camera's change to the picture in the host's memory.
+    pub frame_ms_median: f64,
+    pub frame_ms_p99: f64,
+    /// Of the same, the CPU time of all cores.
+    pub frame_cpu_ms_median: f64,
+}
+
+#[derive(Debug, Serialize)]
+pub struct Similarity {
+    pub variant: String,
+    pub points: Vec<SimilarityPoint>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct SimilarityPoint {
+    pub asked_s: f64,
+    pub psnr: f64,
+    pub ssim: Option<f64>,
+}
+
+#[derive(Debug, Serialize)]
+pub struct CacheSetting {
+    pub variant: String,
+    pub paths_per_cell: u32,
+    /// The cache's own estimate: what the figures beside it can be trusted to.
+    pub relative_error: f64,
+    /// Null for the whole cache itself.
+    pub psnr: Option<f64>,
+    pub ssim: Option<f64>,
+    pub bytes: u64,
+    pub active_cells: u64,
+    pub bytes_per_active_cell: f64,
+    pub bytes_per_voxel: f64,
+}
+
+impl Report {
+    pub fn new(
+        args: &BenchArgs,
+        host: &Host,
+        opened: &Opened,
+        subjects: Vec<SubjectReport>,
+    ) -> Report {
+        let words = std::env::args().skip(1).collect::<Vec<_>>();
+        Report {
+            version: env!("CARGO_PKG_VERSION"),
+            command: format!("isolume {}", words.join(" ")),
+            device: host.device.summary.name.clone(),
+            driver: host.device.summary.driver.clone(),
+            budget_bytes: host.budget.bytes,
+            scene: args.scene.input.display().to_string(),
+            volume_dims: opened.volume.dims,
+            size: opened.scene.render.size,
+            seed: args.seed,
+            seconds: args.seconds().iter().map(|s| s.as_secs_f64()).collect(),
+            subjects,
+        }
+    }
+
+    /// Of the subjects' files, `phong.` and so on where there are several.
+    pub fn prefixes(&self) -> Vec<String> {
+        let prefix = |subject: &SubjectReport| match (self.subjects.len(), subject.shading) {
+            (2.., Some(model)) => format!("{}.", model.name()),
+            _ => String::new(),
+        };
+        self.subjects.iter().map(prefix).collect()
+    }
+}
+
+/// When a run gets to so many dB: PSNR is taken as linear in the time's logarithm between two points,
+/// as it is where the error falls as a power of the time. The first point's time, if that is there.
+pub fn seconds_to(psnr: f64, points: &[Point]) -> Option<f64> {
+    let after = points.iter().position(|p| p.error.psnr >= psnr)?;
+    let later = &points[after];
+    let Some(earlier) = after.checked_sub(1).map(|i| &points[i]) else {
+        return Some(later.seconds);
+    };
+    if later.error.psnr.is_infinite() {
+        return Some(later.seconds);
+    }
+    let share = (psnr - earlier.error.psnr) / (later.error.psnr - earlier.error.psnr);
+    let ratio = later.seconds / earlier.seconds;
+    Some(earlier.seconds * ratio.powf(share))
+}

@@ -1,0 +1,296 @@
+//! One variant, from its first path to the last time asked for.
+
+use std::time::{Duration, Instant};
+
+use super::Bench;
+use super::entrants::{Entrant, Subject};
+use super::reference::Reference;
+use super::report::{Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to};
+use crate::cli::Stop;
+use crate::compare::{LinearImage, measure as compare};
+use crate::error::{Error, Result};
+use crate::job::render::{picture, provenance};
+use crate::job::report;
+use crate::job::schedule::cache_goal;
+use crate::job::setup::Loaded;
+use crate::job::trace::{self, Stopwatch};
+use crate::output::progress::Progress;
+use crate::output::stats::{CacheStats, quantile};
+use crate::render::{Film, Renderer};
+
+/// Views of the orbit.
+const VIEWS: u32 = 24;
+/// A new view is looked at until this share of the longest time is over: it is soon good enough.
+const NEW_VIEW_SHARE: f64 = 0.25;
+
+/// A picture at one of the times asked for.
+pub struct Look {
+    pub asked: Duration,
+    is_late: bool,
+    pub image: LinearImage,
+}
+
+/// The run's figures and what it looked like.
+pub fn measure(
+    bench: &mut Bench<'_>,
+    subject: &Subject,
+    entrant: &Entrant,
+    reference: &Reference,
+) -> Result<(RunReport, Vec<Look>)> {
+    let began = Instant::now();
+    let (seed, choice) = (bench.args.seed, entrant.choice.clone());
+    let mut run = Run {
+        loaded: bench
+            .host
+            .load_warm(bench.volume, &entrant.scene, choice, seed)?,
+        watch: Stopwatch::paused(),
+        entrant,
+        prefix: format!("{}{}", subject.prefix, entrant.file_word()),
+        reference,
+    };
+    let load_s = began.elapsed().as_secs_f64();
+    let looks = run.look_at_all(bench)?;
+    let took = run.watch.elapsed().as_secs_f64();
+    let (paths, lookups) = (run.loaded.renderer.paths(), run.loaded.renderer.lookups());
+    let (orbit, new_view) = match run.loaded.renderer.cache.is_some() && !trace::interrupted() {
+        true => (Some(run.orbit()?), run.new_view(bench)?),
+        false => (None, Vec::new()),
+    };
+    let cache = run.cache();
+    let (points, looks): (Vec<Point>, Vec<Look>) = looks.into_iter().unzip();
+    Ok((
+        RunReport {
+            variant: entrant.word.clone(),
+            plan: entrant.choice.plan.name(),
+            reason: entrant.choice.reason.clone(),
+            load_s,
+            seconds_to_30_db: seconds_to(30.0, &points),
+            seconds_to_40_db: seconds_to(40.0, &points),
+            points,
+            paths_per_second: paths as f64 / took,
+            lookups_per_path: lookups as f64 / paths as f64,
+            memory: run.loaded.memory_stats(),
+            bytes_per_active_cell: cache
+                .as_ref()
+                .filter(|c| c.active_cells > 0)
+                .map(|c| c.bytes as f64 / c.active_cells as f64),
+            bytes_per_voxel: cache.as_ref().map(|c| c.bytes as f64 / voxels(bench)),
+            cache,
+            orbit,
+            new_view,
+        },
+        looks,
+    ))
+}
+
+pub fn voxels(bench: &Bench<'_>) -> f64 {
+    bench.volume.dims.iter().map(|&n| f64::from(n)).product()
+}
+
+/// How alike the pictures of two runs are at the same times.
+pub fn similarity(
+    entrant: &Entrant,
+    subject: &Subject,
+    uncached: &[Look],
+    looks: &[Look],
+) -> Result<Similarity> {
+    let mut points = Vec::new();
+    for look in looks.iter().filter(|look| !look.is_late) {
+        let same_time = |other: &&Look| other.asked == look.asked && !other.is_late;
+        if let Some(other) = uncached.iter().find(same_time) {
+            let alike = compare(&other.image, &look.image, subject.exposure())?;
+            points.push(SimilarityPoint {
+                asked_s: look.asked.as_secs_f64(),
+                psnr: alike.psnr,
+                ssim: alike.ssim,
+            });
+        }
+    }
+    Ok(Similarity {
+        variant: entrant.word.clone(),
+        points,
+    })
+}
+
+/// A render that is looked at now and then.
+struct Run<'a> {
+    loaded: Loaded,
+    watch: Stopwatch,
+    entrant: &'a Entrant,
+    /// Of its files' names.
+    prefix: String,
+    reference: &'a Reference,
+}
+
+impl Run<'_> {
+    fn look_at_all(&mut self, bench: &mut Bench<'_>) -> Result<Vec<(Point, Look)>> {
+        let longest = bench.longest();
+        let mut progress = Progress::new(bench.args.quiet, trace::goal(&until(longest)));
+        let mut looks = Vec::new();
+        for asked in bench.seconds.clone() {
+            // A first batch for a large cache may take longer than the first times asked for.
+            if self.watch.elapsed() >= asked {
+                continue;
+            }
+            match self.render_until(asked, &mut progress) {
+                Err(Error::Interrupted) => break,
+                other => other?,
+            }
+            if trace::interrupted() {
+                break;
+            }
+            let film = self.loaded.renderer.film()?;
+            let name = format!("{}.{}s.exr", self.prefix, asked.as_secs_f64());
+            looks.push(self.look(bench, film, asked, Some(name))?);
+        }
+        progress.finish();
+        Ok(looks)
+    }
+
+    /// Fills the cache with its share of the time, then goes on with the picture. Where it is marched, a
+    /// sample has little noise of its own, and a better cache is worth a new picture; elsewhere the
+    /// samples so far are worth more.
+    fn render_until(&mut self, asked: Duration, progress: &mut Progress) -> Result<()> {
+        let stop = until(asked);
+        let renderer = &mut self.loaded.renderer;
+        let marched_updates = |renderer: &Renderer| {
+            let cache = renderer.cache.as_ref().filter(|_| renderer.is_marched());
+            cache.map(|c| c.updates)
+        };
+        let before = marched_updates(renderer);
+        self.watch.go_on();
+        trace::fill_until(&stop, renderer, 1, progress)?;
+        if marched_updates(renderer) != before && renderer.totals.units > 0 {
+            renderer.begin_picture()?;
+        }
+        let outcome = trace::trace_until(&stop, renderer, &self.watch, progress);
+        self.watch.pause();
+        outcome.map(drop)
+    }
+
+    /// Compares what there is now with the reference; a picture with a name is kept.
+    fn look(
+        &mut self,
+        bench: &mut Bench<'_>,
+        film: Film,
+        asked: Duration,
+        file: Option<String>,
+    ) -> Result<(Point, Look)> {
+        let renderer = &mut self.loaded.renderer;
+        let scene = &self.entrant.scene;
+        let picture = picture(film, renderer.first_hits()?, scene);
+        let image = LinearImage::from_picture(&self.prefix, &picture);
+        let error = compare(&self.reference.image, &image, scene.render.exposure)?;
+        if let Some(name) = &file {
+            let from = provenance(self.entrant.text.clone(), &bench.host, bench.args.seed);
+            bench
+                .outputs
+                .exr(&bench.folder.file(name), &picture, &from)?;
+        }
+        let seconds = self.watch.elapsed().as_secs_f64();
+        let noise = self.reference.report.noise.as_ref();
+        let point = Point {
+            asked_s: asked.as_secs_f64(),
+            seconds,
+            cpu_s: self.watch.cpu().as_secs_f64(),
+            file,
+            samples: renderer.totals.samples,
+            paths_per_cell: renderer.cache.as_ref().map(|c| c.updates),
+            efficiency: 1.0 / (error.mse * seconds),
+            within_reference_noise: noise.is_some_and(|noise| error.mse <= 2.0 * noise.mse),
+            error,
+        };
+        let is_late = point.is_late();
+        Ok((
+            point,
+            Look {
+                asked,
+                is_late,
+                image,
+            },
+        ))
+    }
+
+    fn orbit(&mut self) -> Result<Orbit> {
+        let mut march_ms = Vec::new();
+        let mut frame_ms = Vec::new();
+        let mut cpu_ms = Vec::new();
+        for view in 1..=VIEWS {
+            let share = f64::from(view) / f64::from(VIEWS);
+            let watch = Stopwatch::started();
+            let before = self.loaded.renderer.frame.timings.spans.len();
+            let camera = self.entrant.scene.camera.orbited(share);
+            self.loaded.look_from(&camera)?;
+            self.loaded.renderer.march()?;
+            frame_ms.push(watch.elapsed().as_secs_f64() * 1e3);
+            cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
+            let spans = &self.loaded.renderer.frame.timings.spans[before..];
+            let marching = spans.iter().filter(|span| span.pass == "ray_march");
+            march_ms.push(marching.map(|span| span.duration_us / 1e3).sum());
+        }
+        for times in [&mut march_ms, &mut frame_ms, &mut cpu_ms] {
+            times.sort_by(f64::total_cmp);
+        }
+        Ok(Orbit {
+            frames: march_ms.len(),
+            march_ms_median: quantile(&march_ms, 0.5),
+            march_ms_p99: quantile(&march_ms, 0.99),
+            frame_ms_median: quantile(&frame_ms, 0.5),
+            frame_ms_p99: quantile(&frame_ms, 0.99),
+            frame_cpu_ms_median: quantile(&cpu_ms, 0.5),
+        })
+    }
+
+    /// Comes back to the scene's own view, which the cache knows nothing of: first what a march shows at
+    /// once, then what samples make of it.
+    fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<Vec<Point>> {
+        let most = bench.longest().mul_f64(NEW_VIEW_SHARE);
+        let mut progress = Progress::new(true, trace::goal(&until(most)));
+        self.watch = Stopwatch::started();
+        self.loaded.look_from(&self.entrant.scene.camera)?;
+        let mean = self.loaded.renderer.march()?;
+        self.watch.pause();
+        let marched = Film {
+            stderr: vec![[f32::INFINITY; 3]; mean.len()],
+            mean,
+        };
+        let name = format!("{}.new-view.exr", self.prefix);
+        let mut points = vec![self.look(bench, marched, Duration::ZERO, Some(name))?.0];
+        for asked in bench.seconds.clone() {
+            if asked > most && points.len() > 1 {
+                break;
+            }
+            if self.watch.elapsed() >= asked {
+                continue;
+            }
+            self.watch.go_on();
+            let renderer = &mut self.loaded.renderer;
+            let outcome = trace::trace_until(&until(asked), renderer, &self.watch, &mut progress);
+            self.watch.pause();
+            match outcome {
+                Err(Error::Interrupted) => break,
+                other => drop(other?),
+            }
+            if trace::interrupted() {
+                break;
+            }
+            let film = self.loaded.renderer.film()?;
+            points.push(self.look(bench, film, asked, None)?.0);
+        }
+        Ok(points)
+    }
+
+    fn cache(&self) -> Option<CacheStats> {
+        let goal = cache_goal(&until(self.watch.elapsed()));
+        report::cache(&self.loaded.renderer, &self.loaded.choice.plan, goal)
+    }
+}
+
+/// By time alone.
+fn until(time: Duration) -> Stop {
+    Stop {
+        spp: None,
+        time: Some(time),
+        relative_error: None,
+    }
+}
