@@ -107,7 +107,8 @@ void begin_sample(inout Path path) {
     if (has_light_sampling) {
         ask_for_light(path, random);
     }
-    vec4 u = random_numbers(random);
+    Random rotation = Random(path.pixel, CELL_SAMPLES, random.dimension++);
+    vec2 u = even_point(random_words(rotation).xy, path.sample_index - CELL_SAMPLES);
     node_work.first_direction = direction_around(vec3(0.0, 0.0, 1.0), 1.0 - 2.0 * u.x, u.y);
     path.pdf = 0.25 / PI;
     turn(path, node_work.first_direction, NOTHING, random);

@@ -34,6 +34,14 @@ vec4 random_numbers(inout Random random) {
                 unit_interval(words.w));
 }
 
+// The index-th of points that fill the unit square evenly, for any number of them: Roberts' R2 sequence
+// (an additive recurrence), moved by `rotation`. Each alone is uniform if the rotation is, so that
+// nothing is biased. In fixed point: a float's fraction would lose digits with the index.
+vec2 even_point(uvec2 rotation, uint index) {
+    uvec2 p = rotation + index * uvec2(3242174889u, 2447445413u);
+    return vec2(unit_interval(p.x), unit_interval(p.y));
+}
+
 // −ln(1 − u) for the 32-bit u = (word + ½)·2⁻³². Small u go through the series, since 1 − u would
 // lose their digits; large ones through the complement, so that the tail reaches 22.9.
 float exponential(uint word) {
