@@ -45,7 +45,18 @@ impl Shaders {
 
     /// SPIR-V of `glsl/NAME.comp`.
     pub fn compile(&self, name: &str) -> Result<Vec<u32>> {
-        let file = format!("{name}.comp");
+        self.compile_file(format!("{name}.comp"), ShaderKind::Compute)
+    }
+
+    /// SPIR-V of `glsl/NAME.vert` and `glsl/NAME.frag`.
+    pub fn compile_drawing(&self, name: &str) -> Result<[Vec<u32>; 2]> {
+        Ok([
+            self.compile_file(format!("{name}.vert"), ShaderKind::Vertex)?,
+            self.compile_file(format!("{name}.frag"), ShaderKind::Fragment)?,
+        ])
+    }
+
+    fn compile_file(&self, file: String, kind: ShaderKind) -> Result<Vec<u32>> {
         let failed = |e: String| Error::Device(format!("shader {file}: {e}"));
         let source = self.source(&file).map_err(failed)?;
         let mut options = CompileOptions::new().map_err(|e| failed(e.to_string()))?;
@@ -68,7 +79,7 @@ impl Shaders {
         });
         let artifact = self
             .compiler
-            .compile_into_spirv(&source, ShaderKind::Compute, &file, "main", Some(&options))
+            .compile_into_spirv(&source, kind, &file, "main", Some(&options))
             .map_err(|e| failed(e.to_string()))?;
         Ok(artifact.as_binary().to_vec())
     }
