@@ -11,8 +11,27 @@ use super::pass::{Binding, Pass, Slot};
 use super::surface::Target;
 use crate::error::{Error, Result};
 
-/// How long a slice of a sliced pass should take.
+/// How long a slice of a sliced pass should take where nobody is waiting for a frame.
 const SLICE_MS: f64 = 50.0;
+
+/// How far a pass that runs in slices has come.
+pub struct Slices {
+    /// How long one should take.
+    target_ms: f64,
+    begin: u32,
+    /// Workgroups along the axis in the next one.
+    count: u32,
+}
+
+impl Slices {
+    pub fn new(target_ms: f64) -> Slices {
+        Slices {
+            target_ms,
+            begin: 0,
+            count: 1,
+        }
+    }
+}
 
 impl Frame {
     /// Runs `pass` over at least `threads` threads along x, y and z; the shader drops the excess.
@@ -346,25 +365,37 @@ impl Frame {
         push: &P,
         threads: [u32; 3],
     ) -> Result<()> {
+        let mut slices = Slices::new(SLICE_MS);
+        while !self.run_slice(pass, bindings, push, threads, &mut slices)? {}
+        Ok(())
+    }
+
+    /// The next slice of such a pass. Returns whether it was the last.
+    pub fn run_slice<P: bytemuck::NoUninit>(
+        &mut self,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+        slices: &mut Slices,
+    ) -> Result<bool> {
         let groups = pass.groups(threads);
         let axis = if groups[2] > 1 { 2 } else { 1 };
-        let mut begin = [0; 3];
-        let mut slice = 1;
-        while begin[axis] < groups[axis] {
-            let mut count = groups;
-            count[axis] = slice.min(groups[axis] - begin[axis]);
-            let began = Instant::now();
-            self.run(|f| {
-                f.timed(pass.name, vk::PipelineStageFlags2::COMPUTE_SHADER, |f| {
-                    f.bind(pass, bindings)?;
-                    f.dispatch(pass, bytemuck::bytes_of(push), begin, count)
-                })
-            })?;
-            begin[axis] += count[axis];
-            let took_ms = began.elapsed().as_secs_f64() * 1e3;
-            slice = (slice as f64 * (SLICE_MS / took_ms).clamp(0.5, 8.0)).ceil() as u32;
-        }
-        Ok(())
+        let (mut begin, mut count) = ([0; 3], groups);
+        begin[axis] = slices.begin;
+        count[axis] = slices.count.min(groups[axis] - slices.begin);
+        let began = Instant::now();
+        self.run(|f| {
+            f.timed(pass.name, vk::PipelineStageFlags2::COMPUTE_SHADER, |f| {
+                f.bind(pass, bindings)?;
+                f.dispatch(pass, bytemuck::bytes_of(push), begin, count)
+            })
+        })?;
+        let took_ms = began.elapsed().as_secs_f64() * 1e3;
+        let growth = (slices.target_ms / took_ms).clamp(0.5, 8.0);
+        slices.begin += count[axis];
+        slices.count = (slices.count as f64 * growth).ceil() as u32;
+        Ok(slices.begin == groups[axis])
     }
 }
 

@@ -153,6 +153,11 @@ impl Image {
         Ok(())
     }
 
+    /// Of the device that it is on.
+    pub fn limits(&self) -> &DeviceSummary {
+        &self.holding.device().summary
+    }
+
     fn destroy(&mut self) {
         let device = &self.holding.device().raw;
         // SAFETY: frames wait for their work before they return, so nothing uses the image.

@@ -23,6 +23,7 @@ mod renderer;
 mod resources;
 pub mod shared;
 mod slots;
+mod tone_map;
 
 pub use cache::Cache;
 pub use cache_layout::CacheLayout;

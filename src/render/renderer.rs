@@ -16,10 +16,14 @@ use super::macrocell_ranges::MacrocellRanges;
 use super::majorants::Majorants;
 use super::published::Published;
 use super::resources::Resources;
-use super::shared::{self, AccumulatePush};
+use super::shared::{self, AccumulatePush, ToneMapPush};
+use super::tone_map::ToneMap;
 use crate::error::Result;
-use crate::gpu::{Device, Frame, Memory, Shaders};
+use crate::gpu::{Device, Frame, Image, Memory, Shaders, Slices};
 use crate::scene::volume::{Volume, Voxels};
+
+/// Of a march that nobody is waiting for.
+const MARCH_SLICE_MS: f64 = 50.0;
 
 pub struct Renderer {
     pub frame: Frame,
@@ -27,6 +31,14 @@ pub struct Renderer {
     pub resources: Resources,
     delta_tracking: DeltaTracking,
     accumulate: Accumulate,
+    majorants: Majorants,
+    /// Only with surfaces.
+    iso_depth: Option<IsoDepth>,
+    tone_map: ToneMap,
+    /// Samples a pixel of the unit under way.
+    under_way: Option<u32>,
+    /// The picture so far is that of another scene.
+    is_stale: bool,
     /// Only in the variant that has one.
     pub cache: Option<Cache>,
     published: Option<Published>,
@@ -80,6 +92,14 @@ impl Renderer {
             resources: Resources::allocate(memory, volume, scene)?,
             delta_tracking: DeltaTracking::new(device, shaders, features)?,
             accumulate: Accumulate::new(device, shaders, features)?,
+            majorants: Majorants::new(device, shaders, features)?,
+            iso_depth: match features.surface_count {
+                0 => None,
+                _ => Some(IsoDepth::new(device, shaders, features)?),
+            },
+            tone_map: ToneMap::new(device, shaders)?,
+            under_way: None,
+            is_stale: false,
             cache: match scene.cache {
                 Some(_) => Some(Cache::new(device, shaders, features)?),
                 None => None,
@@ -93,7 +113,7 @@ impl Renderer {
         Ok(renderer)
     }
 
-    /// Brings the scene onto the GPU: voxels, macrocells, majorants, and what the pixels' centres see.
+    /// Brings the scene onto the GPU: voxels, macrocells and majorants.
     fn load(
         &mut self,
         device: &Arc<Device>,
@@ -123,42 +143,68 @@ impl Renderer {
             bytemuck::cast_slice(&texels),
         )?;
         let macrocell_ranges = MacrocellRanges::new(device, shaders, &scene.features)?;
-        let majorants = Majorants::new(device, shaders, &scene.features)?;
         macrocell_ranges.run(frame, r)?;
         if scene.features.has_medium {
-            majorants.run(frame, r)?;
+            self.majorants.run(frame, r)?;
         }
-        if let Some(to) = &r.first_surface {
-            IsoDepth::new(device, shaders, &scene.features)?.run(frame, r, to)?;
+        match &self.cache {
+            Some(cache) => cache.prepare(frame, r),
+            None => Ok(()),
         }
-        Cache::prepare(device, shaders, &scene.features, frame, r)
     }
 
-    /// Goes on with another scene of the same volume, sky image, picture size and features, and as many
-    /// suns, surfaces, clip planes and transfer points; `before` is the one so far. Returns whether
-    /// the cache's light is still right; if not, it is gone.
+    /// Goes on with another scene of the same volume, sky image and features, and a picture that its
+    /// images have room for; `before` is the one so far. Returns whether the cache's light is still
+    /// right; if not, it is gone.
     pub fn change(&mut self, before: &SceneBuffers, scene: &SceneBuffers) -> Result<bool> {
         let r = &mut self.resources;
-        r.write(scene);
-        let device = self.frame.device();
-        // A compiler takes a while to start, and a camera needs none.
-        let shaders = || Shaders::new(shared::glsl());
+        let frame = &mut self.frame;
+        if r.write(before, scene)?
+            && let Some(cache) = &r.cache
+        {
+            frame.run(|f| f.clear(&cache.images().collect::<Vec<_>>()))?;
+        }
         if before.transfer != scene.transfer || before.constants.density != scene.constants.density
         {
-            Majorants::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r)?;
-        }
-        if let Some(to) = &r.first_surface {
-            IsoDepth::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r, to)?;
+            self.majorants.run(frame, r)?;
         }
         let lasts = before.shares_light_with(scene);
-        if !lasts && let Some(cache) = &mut self.cache {
-            cache.clear();
-            Cache::prepare(&device, &shaders()?, &scene.features, &mut self.frame, r)?;
+        if let Some(cache) = &mut self.cache {
+            cache.look_elsewhere();
+            if !lasts {
+                cache.clear();
+                cache.prepare(frame, r)?;
+            }
         }
+        self.restart();
+        Ok(lasts)
+    }
+
+    /// Makes room for pictures of another size.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        self.resources.resize(size)?;
+        if let Some(cache) = &mut self.cache {
+            cache.abandon();
+        }
+        self.frame.run(|f| f.clear(&self.resources.picture()))?;
+        self.restart();
+        Ok(())
+    }
+
+    /// Begins the picture anew.
+    fn restart(&mut self) {
         self.totals.samples = 0;
         self.totals.units = 0;
-        self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))?;
-        Ok(lasts)
+        self.under_way = None;
+        self.is_stale = true;
+    }
+
+    /// How long a piece of work may take from now on, while somebody is waiting for a frame.
+    pub fn take_slices_of(&mut self, ms: f64) {
+        self.delta_tracking.slots.target_ms = ms;
+        if let Some(cache) = &mut self.cache {
+            cache.tracking.slots.target_ms = ms;
+        }
     }
 
     /// A batch of `samples` paths for each node of the cache. False if `stop` is raised before its end.
@@ -169,36 +215,79 @@ impl Renderer {
         }
     }
 
+    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended.
+    pub fn advance_cache(&mut self, samples: u32) -> Result<bool> {
+        match &mut self.cache {
+            Some(cache) => cache.advance(&mut self.frame, &self.resources, samples),
+            None => Ok(true),
+        }
+    }
+
     /// The picture that the cache shows at once, row 0 on top.
     pub fn march(&mut self) -> Result<Vec<[f32; 4]>> {
+        let mut slices = Slices::new(MARCH_SLICE_MS);
+        while !self.advance_march(&mut slices)? {}
         let r = &self.resources;
-        if let Some(cache) = &self.cache {
-            cache.march(&mut self.frame, r)?;
-        }
         copy::download(&mut self.frame, &r.staging, &r.unit_sum)
+    }
+
+    /// A slice of that picture, which is in `unit_sum` after the last. Returns whether it was that. A
+    /// unit under way is lost.
+    pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
+        self.under_way = None;
+        match &self.cache {
+            Some(cache) => cache.march(&mut self.frame, &self.resources, slices),
+            None => Ok(true),
+        }
+    }
+
+    /// Encodes for display what a march has just left, or the mean so far.
+    pub fn tone_map(&mut self, marched: bool, to: &Image, push: &ToneMapPush) -> Result<()> {
+        let r = &self.resources;
+        let from = match marched {
+            true => &r.unit_sum,
+            false => &r.mean,
+        };
+        let tone_map = &self.tone_map;
+        self.frame.run(|f| tone_map.record(f, from, to, push))
     }
 
     /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
     /// `stop` is raised before the last path ends. In `published`, a unit is a round instead, whatever
     /// `samples` says.
     pub fn unit(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
-        let r = &mut self.resources;
-        if let Some(published) = &mut self.published {
-            return published.round(&mut self.frame, r, &mut self.totals, stop);
-        }
-        self.delta_tracking.restart(&mut self.frame, r)?;
-        let mut under_way = true;
-        while under_way {
+        self.under_way = None;
+        loop {
             if stop.load(Ordering::Relaxed) {
                 return Ok(false);
             }
-            let first = self.totals.samples;
-            let frame = &mut self.frame;
-            let progress = self.delta_tracking.advance(frame, r, samples, first)?;
-            under_way = progress.under_way;
-            self.totals.lookups += progress.lookups as u64;
+            if self.advance_unit(samples)? {
+                return Ok(true);
+            }
         }
-        let [width, height, _] = r.mean.desc.extent;
+    }
+
+    /// Goes on with a unit for a slice of time, or begins one. Returns whether it has ended.
+    pub fn advance_unit(&mut self, samples: u32) -> Result<bool> {
+        self.clear_if_stale()?;
+        let r = &mut self.resources;
+        let frame = &mut self.frame;
+        if let Some(published) = &mut self.published {
+            published.round(frame, r, &mut self.totals)?;
+            return Ok(true);
+        }
+        if self.under_way.is_none() {
+            self.delta_tracking.restart(frame, r)?;
+        }
+        let samples = *self.under_way.get_or_insert(samples);
+        let first = self.totals.samples;
+        let progress = self.delta_tracking.advance(frame, r, samples, first)?;
+        self.totals.lookups += progress.lookups as u64;
+        if progress.under_way {
+            return Ok(false);
+        }
+        let [width, height] = r.size;
+        self.under_way = None;
         self.totals.samples += samples;
         self.totals.units += 1;
         self.totals.paths += samples as u64 * width as u64 * height as u64;
@@ -206,8 +295,16 @@ impl Renderer {
             samples: samples as f32,
             samples_so_far: self.totals.samples as f32,
         };
-        self.frame.run(|f| self.accumulate.record(f, r, &push))?;
+        frame.run(|f| self.accumulate.record(f, r, &push))?;
         Ok(true)
+    }
+
+    fn clear_if_stale(&mut self) -> Result<()> {
+        let r = &self.resources;
+        match std::mem::take(&mut self.is_stale) {
+            true => self.frame.run(|f| f.clear(&[&r.mean, &r.squares])),
+            false => Ok(()),
+        }
     }
 
     /// Paths traced, for the cache and for the picture.
@@ -222,6 +319,7 @@ impl Renderer {
 
     /// The picture after the last whole unit.
     pub fn film(&mut self) -> Result<Film> {
+        self.clear_if_stale()?;
         let r = &self.resources;
         let frame = &mut self.frame;
         if let Some(published) = &self.published {
@@ -262,6 +360,9 @@ impl Renderer {
 
     pub fn first_hits(&mut self) -> Result<FirstHits> {
         let r = &self.resources;
+        if let (Some(pass), Some(to)) = (&self.iso_depth, &r.first_surface) {
+            pass.run(&mut self.frame, r, to)?;
+        }
         let [width, height, _] = r.mean.desc.extent;
         let pixels = width as usize * height as usize;
         Ok(match &r.first_surface {

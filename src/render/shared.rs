@@ -254,6 +254,17 @@ shared! {
         pub seed: uint,
     }
 
+    pub struct ToneMapPush {
+        /// Pixels of the picture.
+        pub source: uvec2,
+        /// Pixels to show it in.
+        pub size: uvec2,
+        /// Factor.
+        pub exposure: float,
+        /// 0: clip; 1: the filmic curve.
+        pub filmic: uint,
+    }
+
     pub struct AccumulatePush {
         /// Samples in this unit and in all units so far, this one included.
         pub samples: float,
@@ -340,6 +351,7 @@ pub fn glsl() -> String {
         PublishedPush::GLSL,
         PublishedMarchPush::GLSL,
         ProbePush::GLSL,
+        ToneMapPush::GLSL,
         AccumulatePush::GLSL,
     ]
     .concat()
