@@ -164,6 +164,31 @@ impl Swapchain {
         Ok(swapchain)
     }
 
+    /// Takes the window's size of now. The old images go first.
+    pub fn resize(&mut self, wanted: [u32; 2]) -> Result<()> {
+        let (memory, surface) = (self.holding.memory(), self.surface.clone());
+        self.destroy();
+        *self = Swapchain::new(&memory, &surface, wanted)?;
+        Ok(())
+    }
+
+    fn destroy(&mut self) {
+        let device = &self.surface.device;
+        let queue = device.queue();
+        // SAFETY: frames wait for their work; what is being shown is waited for here, where the
+        // guard keeps other threads off the queue.
+        unsafe {
+            let _ = device.raw.queue_wait_idle(*queue);
+            for view in self.views.drain(..) {
+                device.raw.destroy_image_view(view, None);
+            }
+            device.raw.destroy_fence(self.acquired, None);
+            self.loader.destroy_swapchain(self.raw, None);
+        }
+        (self.acquired, self.raw) = (vk::Fence::null(), vk::SwapchainKHR::null());
+        self.holding.release();
+    }
+
     fn create(&mut self, info: &vk::SwapchainCreateInfoKHR<'_>) -> Result<(), vk::Result> {
         let device = &self.surface.device;
         // SAFETY: `info` is valid; everything is destroyed in Drop.
@@ -239,18 +264,7 @@ impl Swapchain {
 
 impl Drop for Swapchain {
     fn drop(&mut self) {
-        let device = &self.surface.device;
-        let queue = device.queue();
-        // SAFETY: frames wait for their work; what is being shown is waited for here, where the
-        // guard keeps other threads off the queue.
-        unsafe {
-            let _ = device.raw.queue_wait_idle(*queue);
-            for &view in &self.views {
-                device.raw.destroy_image_view(view, None);
-            }
-            device.raw.destroy_fence(self.acquired, None);
-            self.loader.destroy_swapchain(self.raw, None);
-        }
+        self.destroy();
     }
 }
 

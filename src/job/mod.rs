@@ -1,8 +1,8 @@
 //! Carries out what the command line asks for.
 
-mod plan;
+pub mod plan;
 mod render;
-mod report;
+pub mod report;
 mod schedule;
 mod trace;
 
@@ -16,11 +16,13 @@ use crate::info;
 use crate::scene::file::Opened;
 use crate::scene::volume::Volume;
 use crate::scene::{describe, open};
+use crate::view::view;
 
 /// Runs a command and returns the exit status.
 pub fn run(cli: Cli) -> Result<u8> {
     match cli.command {
         Command::Render(args) => render::render(&args),
+        Command::View(args) => view(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Scene(args) => print_scene(&args),
         Command::Compare(args) => print_comparison(&args),
@@ -72,7 +74,7 @@ fn print(text: &str) -> Result<u8> {
 
 /// The device that `--device` names. `ISOLUME_VALIDATION=1` watches it with Vulkan's validation
 /// layers, and makes any of their messages an error.
-fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice {
+pub fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice {
     let watched = std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1");
     DeviceChoice {
         wanted: wanted.map(|choice| match choice {

@@ -176,7 +176,7 @@ impl Renderer {
                 cache.prepare(frame, r)?;
             }
         }
-        self.restart();
+        self.begin_picture();
         Ok(lasts)
     }
 
@@ -187,12 +187,12 @@ impl Renderer {
             cache.abandon();
         }
         self.frame.run(|f| f.clear(&self.resources.picture()))?;
-        self.restart();
+        self.begin_picture();
         Ok(())
     }
 
     /// Begins the picture anew.
-    fn restart(&mut self) {
+    pub fn begin_picture(&mut self) {
         self.totals.samples = 0;
         self.totals.units = 0;
         self.under_way = None;
@@ -244,6 +244,9 @@ impl Renderer {
     /// Encodes for display what a march has just left, or the mean so far.
     pub fn tone_map(&mut self, marched: bool, to: &Image, push: &ToneMapPush) -> Result<()> {
         let r = &self.resources;
+        if let Some(published) = &self.published {
+            published.march(&mut self.frame, r)?;
+        }
         let from = match marched {
             true => &r.unit_sum,
             false => &r.mean,
@@ -305,6 +308,11 @@ impl Renderer {
             true => self.frame.run(|f| f.clear(&[&r.mean, &r.squares])),
             false => Ok(()),
         }
+    }
+
+    /// `published` does not.
+    pub fn knows_its_error(&self) -> bool {
+        self.published.is_none()
     }
 
     /// Paths traced, for the cache and for the picture.

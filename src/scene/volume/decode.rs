@@ -6,9 +6,11 @@
 //! memory grows with the voxels that really arrive.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::header::{Header, Parsed};
 use super::orientation::{Axes, Orientation};
+use super::reading::Reading;
 use super::region::Region;
 use super::source::Source;
 use super::{Endian, Volume, VolumeOverrides, VoxelType, Voxels};
@@ -17,7 +19,12 @@ use crate::error::{Error, Result};
 /// Bytes read at a time.
 const CHUNK: usize = 256 << 10;
 
-pub(super) fn decode(path: &Path, header: &Header, overrides: &VolumeOverrides) -> Result<Volume> {
+pub(super) fn decode(
+    path: &Path,
+    header: &Header,
+    overrides: &VolumeOverrides,
+    reading: &Arc<Reading>,
+) -> Result<Volume> {
     let named = |fault| Error::input(format!("{}: {fault}", path.display()));
     header.bytes().map_err(named)?;
     let region = Region::new(header.dims, overrides.crop).map_err(named)?;
@@ -32,7 +39,7 @@ pub(super) fn decode(path: &Path, header: &Header, overrides: &VolumeOverrides) 
             header.data.path.display()
         )),
     };
-    let source = Source::open(header).map_err(in_data)?;
+    let source = Source::open(header, reading).map_err(in_data)?;
     let decoded = read(source, region, header).map_err(|failure| match failure {
         Failure::Fault(fault) => in_data(fault),
         Failure::Memory(bytes) => Error::Memory(format!(

@@ -5,10 +5,12 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::sync::Arc;
 
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
 use super::header::{Encoding, Header, Parsed, Start, open};
+use super::reading::Reading;
 
 /// Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
 const MAX_DEFLATE_RATIO: u64 = 1032;
@@ -21,6 +23,7 @@ pub(super) struct Source {
     begin: u64,
     end: u64,
     shape: String,
+    reading: Arc<Reading>,
 }
 
 enum Reader {
@@ -29,7 +32,7 @@ enum Reader {
 }
 
 impl Source {
-    pub fn open(header: &Header) -> Parsed<Source> {
+    pub fn open(header: &Header, reading: &Arc<Reading>) -> Parsed<Source> {
         let data = &header.data;
         let bytes = header.bytes()?;
         let (mut file, length) = open(&data.path)?;
@@ -68,6 +71,7 @@ impl Source {
             begin: data.skip,
             end,
             shape: header.shape(),
+            reading: reading.clone(),
         })
     }
 
@@ -80,6 +84,7 @@ impl Source {
     /// read ended.
     pub fn read(&mut self, offset: u64, bytes: &mut [u8]) -> Parsed<()> {
         self.skip_to(self.begin + offset)?;
+        self.reading.reach(self.position, self.end)?;
         let mut filled = 0;
         while filled < bytes.len() {
             match self.reader.read(&mut bytes[filled..]) {

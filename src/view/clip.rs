@@ -1,0 +1,71 @@
+//! The clip plane that C makes, and its handle on the picture: a knob that slides along the normal.
+
+use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2};
+use glam::DVec3;
+
+use super::camera::{frame, height_at_target, project};
+use super::session::Session;
+use crate::scene::{ClipPlane, Scene};
+
+const COLOR: Color32 = Color32::from_rgb(255, 190, 60);
+const RADIUS: f32 = 7.0;
+/// The arrow's length, as a share of the picture's height.
+const ARROW: f64 = 0.12;
+
+/// Cuts away the half that faces the viewer, or takes the last plane out.
+pub fn toggle(scene: &mut Scene) {
+    if scene.clips.pop().is_none() {
+        let [forward, _, _] = frame(&scene.camera);
+        scene.clips.push(ClipPlane {
+            normal: (-forward).to_array(),
+            offset: 0.0,
+        });
+    }
+}
+
+/// The handles of all planes. Returns whether one of them is being dragged.
+pub fn handles(ui: &mut Ui, rect: Rect, session: &mut Session) -> bool {
+    let camera = session.scene.camera;
+    let screen = |p: [f64; 2]| {
+        rect.center() + Vec2::new(p[0] as f32, p[1] as f32) * rect.height()
+    };
+    let mut held = false;
+    for (i, clip) in session.scene.clips.iter_mut().enumerate() {
+        let normal = DVec3::from(clip.normal);
+        let foot = normal * clip.offset;
+        let tip = foot + normal * ARROW * height_at_target(&camera);
+        let (Some(from), Some(to)) = (project(&camera, foot), project(&camera, tip)) else {
+            continue;
+        };
+        let (from, to) = (screen(from), screen(to));
+        let area = Rect::from_center_size(from, Vec2::splat(3.0 * RADIUS));
+        let response = ui.interact(area, ui.scope_id().with(("clip", i)), Sense::drag());
+        if response.dragged() {
+            held = true;
+            clip.offset += slide(response.drag_delta(), to - from, &camera, rect);
+        }
+        draw(ui, from, to, response.hovered() || response.dragged());
+    }
+    held
+}
+
+/// World units along the normal for a drag on the screen, where the normal is seen as `arrow`. One that
+/// points at the viewer follows the drag upwards.
+fn slide(drag: Vec2, arrow: Vec2, camera: &crate::scene::Camera, rect: Rect) -> f64 {
+    let world_per_point = height_at_target(camera) / rect.height() as f64;
+    let shortest = 0.25 * ARROW as f32 * rect.height();
+    match arrow.length() < shortest {
+        true => -drag.y as f64 * world_per_point,
+        false => {
+            let along = drag.dot(arrow) / arrow.length_sq();
+            along as f64 * ARROW * height_at_target(camera)
+        }
+    }
+}
+
+fn draw(ui: &Ui, from: Pos2, to: Pos2, is_lit: bool) {
+    let painter = ui.painter();
+    painter.arrow(from, to - from, Stroke::new(2.0, COLOR));
+    let radius = if is_lit { RADIUS * 1.3 } else { RADIUS };
+    painter.circle(from, radius, COLOR, Stroke::new(1.5, Color32::BLACK));
+}
