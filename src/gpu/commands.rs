@@ -157,6 +157,12 @@ impl Frame {
 
     /// Brings new images into the GENERAL layout, their texels zero.
     pub fn clear(&mut self, images: &[&Image]) -> Result<()> {
+        self.clear_to(images, [0.0; 4])
+    }
+
+    /// The same with other texels.
+    pub fn clear_to(&mut self, images: &[&Image], texel: [f32; 4]) -> Result<()> {
+        let color = vk::ClearColorValue { float32: texel };
         self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
             let barriers: Vec<_> = images
                 .iter()
@@ -181,7 +187,7 @@ impl Frame {
                         frame.commands,
                         image.raw,
                         vk::ImageLayout::GENERAL,
-                        &vk::ClearColorValue::default(),
+                        &color,
                         &[COLOR],
                     );
                 }

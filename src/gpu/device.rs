@@ -34,6 +34,9 @@ pub struct Device {
     pub(super) linear: vk::Sampler,
     /// Where work happens that a barrier has to wait for.
     pub(super) work_stages: vk::PipelineStageFlags2,
+    /// Once Mesa's CPU driver has drawn anything, it writes timestamps when it draws next, not where they
+    /// were recorded; submissions are then timed by the host's clock.
+    pub(super) has_late_timestamps: bool,
     has_memory_budget: bool,
     pub summary: DeviceSummary,
     // Dropped after the device, in this order.
@@ -131,6 +134,7 @@ impl Device {
                         | vk::PipelineStageFlags2::ALL_TRANSFER
                 }
             },
+            has_late_timestamps: draws && summary.kind == "CPU",
             has_memory_budget,
             summary,
             instance,

@@ -158,6 +158,14 @@ impl Cache {
         Ok(())
     }
 
+    /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
+    pub fn record_march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        match &r.cache {
+            Some(cache) => self.ray_march.record(frame, r, cache),
+            None => Ok(()),
+        }
+    }
+
     /// The next slice of the picture that the cache shows now, into `unit_sum`. Returns whether it was
     /// the last.
     pub fn march(&self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {

@@ -136,6 +136,17 @@ impl SceneBuffers {
         }
     }
 
+    /// A texel of the cache for light that nobody has traced yet.
+    pub fn guessed_light(&self) -> [f32; 4] {
+        const ARRIVES: f32 = 0.6;
+        let texels = &self.environment.texels;
+        let image = |c: usize| texels.iter().map(|t| t[c]).sum::<f32>() / texels.len() as f32;
+        let sky = |c: usize| self.constants.environment[c] + image(c);
+        let suns = self.constants.suns_grey / (4.0 * std::f32::consts::PI);
+        let light = |c: usize| ARRIVES * (sky(c) + suns * ARRIVES) / self.constants.cache_unit;
+        [light(0), light(1), light(2), ARRIVES]
+    }
+
     /// The same picture with fewer pixels.
     pub fn reduced_to(&self, size: [u32; 2]) -> SceneBuffers {
         let mut other = self.clone();

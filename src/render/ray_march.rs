@@ -21,6 +21,12 @@ impl RayMarch {
         Ok(RayMarch(Pass::new(device, shaders, &desc)?))
     }
 
+    /// Leaves the picture in `unit_sum`, in a submission under way.
+    pub fn record(&self, frame: &mut Frame, r: &Resources, cache: &CacheResources) -> Result<()> {
+        let [width, height] = r.size;
+        frame.pass(&self.0, &bindings(r, cache), &push(1, false), [width, height, 1])
+    }
+
     /// Leaves the next slice of the picture in `unit_sum`. Returns whether it was the last.
     pub fn advance(
         &self,

@@ -180,6 +180,16 @@ impl Renderer {
         Ok(lasts)
     }
 
+    /// Fills a cache that knows nothing with a guess, so that there is something to see until paths have
+    /// replaced it: light that is dimmed everywhere alike.
+    pub fn guess_light(&mut self, scene: &SceneBuffers) -> Result<()> {
+        let guess = scene.guessed_light();
+        match &self.resources.cache {
+            Some(cache) => self.frame.run(|f| f.clear_to(&[&cache.light], guess)),
+            None => Ok(()),
+        }
+    }
+
     /// Makes room for pictures of another size.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         self.resources.resize(size)?;
@@ -229,6 +239,18 @@ impl Renderer {
         while !self.advance_march(&mut slices)? {}
         let r = &self.resources;
         copy::download(&mut self.frame, &r.staging, &r.unit_sum)
+    }
+
+    /// All of it in one piece of work, encoded for display: for pictures of few pixels.
+    pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+        self.under_way = None;
+        let (r, cache, tone_map) = (&self.resources, &self.cache, &self.tone_map);
+        self.frame.run(|f| {
+            if let Some(cache) = cache {
+                cache.record_march(f, r)?;
+            }
+            tone_map.record(f, &r.unit_sum, to, push)
+        })
     }
 
     /// A slice of that picture, which is in `unit_sum` after the last. Returns whether it was that. A

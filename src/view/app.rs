@@ -1,6 +1,7 @@
 //! The event loop, and a frame from top to bottom.
 
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use egui::{CentralPanel, Rect};
@@ -17,7 +18,7 @@ use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
 use super::watch::{INTERVAL, Watch};
-use super::{camera, clip, gizmo, panels, pointer, save};
+use super::{INTERRUPTED, camera, clip, gizmo, panels, pointer, save};
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::output::Outputs;
@@ -214,9 +215,9 @@ impl<'a> App<'a> {
                 if let Some(session) = session {
                     let axes = session.document.opened.volume.axes;
                     pointer::steer(ui, rect, session);
-                    clip::handles(ui, rect, session);
+                    clip::handle(ui, rect, session);
                     gizmo::draw(ui, rect, &session.scene.camera, axes);
-                    hud::status(ui, rect, session, report);
+                    hud::status(ui, rect, session, report, &memory);
                     hud::windows(ui, hud, report, session.live.as_ref(), &memory);
                     if !ui.input(|i| i.pointer.any_down()) {
                         session.history.settle(&session.scene);
@@ -279,7 +280,7 @@ impl<'a> App<'a> {
         match wish {
             Wish::Home => session.scene.camera = session.home,
             Wish::View(n) => session.scene.camera = from_side(session, n),
-            Wish::Clip => clip::toggle(&mut session.scene),
+            Wish::Clip => clip::toggle(session),
             Wish::Undo => session.history.undo(&mut session.scene),
             Wish::Redo => session.history.redo(&mut session.scene),
             Wish::NextVariant => {
@@ -477,7 +478,10 @@ impl ApplicationHandler<()> for App<'_> {
         }
     }
 
-    fn user_event(&mut self, _: &ActiveEventLoop, (): ()) {
+    fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
+        if INTERRUPTED.load(Ordering::Relaxed) {
+            event_loop.exit();
+        }
         self.interface_due = Some(Instant::now());
     }
 

@@ -12,6 +12,9 @@ use super::session::Session;
 use super::stage::Stage;
 use crate::gpu::{Memory, human};
 
+/// Points that a sentence is wide before it is broken.
+const LONGEST_LINE: f32 = 330.0;
+
 /// Which of them are open.
 #[derive(Default)]
 pub struct Hud {
@@ -45,18 +48,27 @@ impl Message {
 }
 
 /// Frames a second, what the picture is doing, and the variant, in the upper left corner.
-pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report) {
+pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &MemoryNow) {
     let mut lines = Vec::new();
     if let Some(live) = &session.live {
         lines.push(headline(live, report));
         lines.extend(light(live));
-        lines.push(format!("{}, because {}", live.choice.plan.name(), live.choice.reason));
+        lines.push(format!(
+            "{}: {} of {}",
+            live.choice.plan.name(),
+            human(memory.used),
+            human(memory.budget)
+        ));
     }
     overlay(ui, "status", rect, Align2::LEFT_TOP, |ui| {
         ui.set_max_width((rect.width() - 40.0).max(80.0));
         for (i, line) in lines.iter().enumerate() {
             let text = RichText::new(line).size(11.0);
             ui.label(if i == 0 { text.strong() } else { text });
+        }
+        if let Some(live) = &session.live {
+            let why = format!("because {}", live.choice.reason);
+            ui.response().on_hover_text(why);
         }
     });
 }
@@ -111,9 +123,10 @@ pub fn windows(ui: &Ui, hud: &mut Hud, report: &Report, live: Option<&Live>, mem
 
 fn table(ui: &mut Ui, name: &str, rows: &[[String; 2]]) {
     egui::Grid::new(name).striped(true).show(ui, |ui| {
+        ui.set_max_width(LONGEST_LINE);
         for [left, right] in rows {
             ui.label(left);
-            ui.label(right);
+            ui.add(egui::Label::new(right).wrap());
             ui.end_row();
         }
     });
@@ -153,6 +166,11 @@ impl MemoryNow {
             rows.push([name.to_string(), human(bytes)]);
         }
         rows.push(["the budget is from".into(), self.source.clone()]);
+        if let Some(live) = live {
+            let variant = live.choice.plan.variant().to_string();
+            rows.push([variant, format!("because {}", live.choice.reason)]);
+            rows.push(["the next better".into(), live.choice.next_better.clone()]);
+        }
         rows
     }
 }

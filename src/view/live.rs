@@ -63,7 +63,8 @@ impl Live {
         if let Some(layout) = &choice.plan.cache {
             buffers = buffers.with_cache(layout.clone());
         }
-        let renderer = Renderer::new(&memory, volume, &buffers)?;
+        let mut renderer = Renderer::new(&memory, volume, &buffers)?;
+        renderer.guess_light(&buffers)?;
         Ok(Live {
             picture: Picture::new(&renderer, &device.summary),
             for_window,
@@ -93,9 +94,13 @@ impl Live {
             }
             self.choice.plan = plan;
         }
+        let has_new_cache = next.cache != self.full.cache;
         self.scene = scene.clone();
         self.full = next;
         let lasts = self.tell(self.full.reduced_to(self.told.constants.size))?;
+        if has_new_cache {
+            self.renderer.guess_light(&self.full)?;
+        }
         self.picture.restart();
         Ok(match lasts {
             true => Followed::Kept,

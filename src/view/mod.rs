@@ -23,11 +23,18 @@ mod session;
 mod stage;
 mod watch;
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use winit::event_loop::EventLoop;
 
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::output::check_writable;
+
+/// Ctrl-C closes the window.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// The exit status then.
+const INTERRUPTED_STATUS: u8 = 130;
 
 pub fn view(args: &ViewArgs) -> Result<u8> {
     if let Some(file) = &args.stats {
@@ -40,9 +47,19 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
              needs none"
         ))
     })?;
+    let proxy = event_loop.create_proxy();
+    // Fails only where a handler is set already, and there is none.
+    let _ = ctrlc::set_handler(move || {
+        INTERRUPTED.store(true, Ordering::Relaxed);
+        let _ = proxy.send_event(());
+    });
     let mut app = app::App::new(args, event_loop.create_proxy());
     event_loop
         .run_app(&mut app)
         .map_err(|e| Error::Device(format!("the window system failed: {e}")))?;
-    app.finish()
+    let status = app.finish()?;
+    match INTERRUPTED.load(Ordering::Relaxed) {
+        true => Ok(INTERRUPTED_STATUS),
+        false => Ok(status),
+    }
 }

@@ -18,6 +18,8 @@ use crate::scene::Tone;
 
 /// A picture in motion should take about this long.
 const MOVING_MS: f64 = 28.0;
+/// With fewer pixels along an axis, of those at rest, nothing can be recognised.
+const LEAST_SCALE: f64 = 0.15;
 /// What the cache gets of a frame in motion.
 const FILLING_MS: f64 = 12.0;
 /// A piece of work at rest; a frame has one, so that it answers soon.
@@ -52,7 +54,7 @@ pub struct Picture {
     /// Of the picture at rest; not finite while it is unknown.
     pub relative_error: f64,
     /// Some picture of this scene can be seen.
-    pub is_shown: bool,
+    is_shown: bool,
     /// Exposure or tone are others than what is shown.
     pub is_toned_otherwise: bool,
 }
@@ -145,40 +147,32 @@ impl Live {
 
     /// A whole picture, of as many pixels as there is time for, and a little light.
     fn move_on(&mut self, shown: &Image) -> Result<bool> {
-        let has_light = self.renderer.cache.as_ref().is_none_or(|c| c.updates > 0);
-        let is_over = self.picture.last_motion.elapsed() >= REST_AFTER;
-        if is_over && self.picture.is_shown {
+        if self.picture.is_shown && self.picture.last_motion.elapsed() >= REST_AFTER {
             self.rest()?;
             return Ok(false);
         }
-        self.renderer.take_slices_of(FILLING_MS);
-        let mut changed = false;
-        if has_light || self.picture.is_shown {
-            let began = Instant::now();
-            self.reduce_to(self.moving_size())?;
-            self.make_whole()?;
-            self.show(shown)?;
-            self.picture.is_shown = true;
-            self.picture.adapt(began.elapsed().as_secs_f64() * 1e3);
-            changed = true;
-        }
+        let began = Instant::now();
+        self.reduce_to(self.moving_size())?;
+        self.make_whole(shown)?;
+        self.picture.is_shown = true;
+        self.picture.adapt(began.elapsed().as_secs_f64() * 1e3);
         if !self.cache_is_converged() {
+            self.renderer.take_slices_of(FILLING_MS);
             self.renderer.advance_cache(self.next_batch())?;
         }
-        Ok(changed)
+        Ok(true)
     }
 
     /// A march, or a sample for each pixel.
-    fn make_whole(&mut self) -> Result<()> {
+    fn make_whole(&mut self, shown: &Image) -> Result<()> {
         if self.renderer.cache.is_some() {
-            let mut slices = Slices::new(MOVING_MS);
-            while !self.renderer.advance_march(&mut slices)? {}
-            return Ok(());
+            let push = self.tone_map_push(shown);
+            return self.renderer.march_at_once(shown, &push);
         }
         self.renderer.take_slices_of(MOVING_MS);
         self.renderer.begin_picture();
         while !self.renderer.advance_unit(1)? {}
-        Ok(())
+        self.show(shown)
     }
 
     fn rest(&mut self) -> Result<()> {
@@ -247,15 +241,19 @@ impl Live {
     fn show(&mut self, shown: &Image) -> Result<()> {
         let is_refined = matches!(self.picture.stage, Doing::Refining | Doing::Nothing);
         let marched = self.renderer.cache.is_some() && !is_refined;
+        let push = self.tone_map_push(shown);
+        self.renderer.tone_map(marched, shown, &push)
+    }
+
+    fn tone_map_push(&self, shown: &Image) -> ToneMapPush {
         let [width, height, _] = shown.desc.extent;
         let render = &self.scene.render;
-        let push = ToneMapPush {
+        ToneMapPush {
             source: self.renderer.resources.size,
             size: [width, height],
             exposure: render.exposure.exp2() as f32,
             filmic: (render.tone == Tone::Filmic) as u32,
-        };
-        self.renderer.tone_map(marched, shown, &push)
+        }
     }
 
     fn updates(&self) -> Option<u32> {
@@ -295,8 +293,8 @@ impl Picture {
     /// Pixels take time in proportion to their number, the square of the scale.
     fn adapt(&mut self, took_ms: f64) {
         let wanted = self.scale * (MOVING_MS / took_ms).sqrt();
-        let calmed = 0.5 * (self.scale + wanted);
-        self.scale = calmed.clamp(0.08, 1.0);
+        let calmed = 0.75 * self.scale + 0.25 * wanted;
+        self.scale = calmed.clamp(LEAST_SCALE, 1.0);
     }
 }
 

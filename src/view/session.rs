@@ -34,6 +34,8 @@ pub struct Chosen {
     pub point: usize,
     pub surface: usize,
     pub sun: usize,
+    /// The plane that C has made.
+    pub clip: Option<usize>,
     /// A drag on the picture turns the sun instead of the camera.
     pub aims_sun: bool,
 }

@@ -14,7 +14,9 @@ use super::keys::Wish;
 use super::session::Session;
 
 /// Points that the panels are wide.
-const WIDTH: f32 = 250.0;
+const WIDTH: f32 = 256.0;
+/// Of a slider's rail, so that its figure and its name have room beside it.
+const RAIL: f32 = 76.0;
 
 /// Shows the panels to the right of what `ui` has left for the picture; returns what their buttons ask
 /// for.
@@ -25,7 +27,8 @@ pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Wish> {
         buttons(ui, session, &mut wishes);
         ui.separator();
         ScrollArea::vertical().show(ui, |ui| {
-            ui.set_width(ui.available_width());
+            ui.spacing_mut().slider_width = RAIL;
+            ui.spacing_mut().item_spacing.x = 6.0;
             section(ui, "Presets", false, |ui| presets::show(ui, session));
             section(ui, "Transfer function", true, |ui| transfer::show(ui, session));
             section(ui, "Medium", false, |ui| medium::show(ui, session));
