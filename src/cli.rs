@@ -153,6 +153,10 @@ pub struct ViewArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x800", value_parser = extent)]
     pub window: [u32; 2],
 
+    /// Refine a picture at rest by at most so many samples per pixel.
+    #[arg(long, value_name = "N", default_value = "1024")]
+    pub spp: NonZeroU32,
+
     /// Seed of the random numbers.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u32,

@@ -4,6 +4,9 @@
 const float VOXELS_PER_STEP = 1.0;
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
 
+// Steps may be longer for a picture that is soon gone.
+float step_scale = 1.0;
+
 // 1 − exp(−x) without cancellation.
 float absorbed_by(float x) {
     return x < 0.01 ? x * (1.0 - x * (0.5 - x / 6.0)) : 1.0 - exp(-x);
@@ -20,7 +23,7 @@ bool next_step(Ray ray, inout Walk walk, inout float t, float t_end, out float s
         majorant = inside ? macrocell_majorant(walk.cell) : 0.0;
     }
     float left = min(walk.exit, t_end) - t;
-    float longest = min(VOXELS_PER_STEP / length(ray.step), OPTICAL_DEPTH_PER_STEP / majorant);
+    float longest = step_scale * min(VOXELS_PER_STEP / length(ray.step), OPTICAL_DEPTH_PER_STEP / majorant);
     size = left / max(1.0, ceil(left / longest - 1e-3));
     return inside;
 }

@@ -10,6 +10,9 @@ use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Slices, Specia
 /// A transmittance behind which nothing can be seen in eight bits.
 const OPAQUE_BELOW: f32 = 1e-3;
 
+/// Of a picture in motion.
+const STEP_SCALE: f32 = 2.0;
+
 pub struct RayMarch(Pass);
 
 impl RayMarch {
@@ -21,10 +24,15 @@ impl RayMarch {
         Ok(RayMarch(Pass::new(device, shaders, &desc)?))
     }
 
-    /// Leaves the picture in `unit_sum`, in a submission under way.
+    /// Leaves a picture of few pixels in `unit_sum`, in a submission under way. Their rays take longer
+    /// steps.
     pub fn record(&self, frame: &mut Frame, r: &Resources, cache: &CacheResources) -> Result<()> {
         let [width, height] = r.size;
-        frame.pass(&self.0, &bindings(r, cache), &push(1, false), [width, height, 1])
+        let push = MarchPush {
+            step_scale: STEP_SCALE,
+            ..push(1, false)
+        };
+        frame.pass(&self.0, &bindings(r, cache), &push, [width, height, 1])
     }
 
     /// Leaves the next slice of the picture in `unit_sum`. Returns whether it was the last.
@@ -61,6 +69,7 @@ fn push(stride: u32, measures: bool) -> MarchPush {
     MarchPush {
         stride,
         opaque_below: OPAQUE_BELOW,
+        step_scale: 1.0,
         measures: measures as u32,
     }
 }

@@ -231,6 +231,8 @@ shared! {
         pub stride: uint,
         /// A transmittance behind which nothing is looked at.
         pub opaque_below: float,
+        /// How many times as long as usual steps may be.
+        pub step_scale: float,
         /// 1: instead of the picture, the part of it that a picture at rest takes from the cache as
         /// well, and in alpha the picture's mean over channels.
         pub measures: uint,

@@ -352,8 +352,7 @@ impl<'a> App<'a> {
         let (Some(stage), Some(session)) = (&self.stage, &mut self.session) else {
             return Ok(());
         };
-        let seed = self.args.seed;
-        let followed = session.follow(stage, &self.proxy, seed, &mut self.report);
+        let followed = session.follow(stage, &self.proxy, self.args, &mut self.report);
         match followed {
             Err(Error::Device(why)) => return Err(Error::Device(why)),
             Err(error) => self.complain(error),

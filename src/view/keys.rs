@@ -90,10 +90,11 @@ pub fn wishes(ui: &Ui) -> Vec<Wish> {
         return Vec::new();
     }
     ui.input_mut(|i| {
-        let pressed = BINDINGS
-            .iter()
-            .filter(|b| i.consume_key(b.modifiers, b.key));
-        pressed.map(|b| b.wish).collect()
+        let wishes = BINDINGS.iter().flat_map(|b| {
+            let times = i.count_and_consume_key(b.modifiers, b.key);
+            std::iter::repeat_n(b.wish, times)
+        });
+        wishes.collect()
     })
 }
 

@@ -16,6 +16,8 @@ pub struct Order {
     /// Its size is that of the picture.
     pub scene: Scene,
     pub seed: u32,
+    /// Samples a pixel of a picture at rest, at most.
+    pub samples: u32,
     /// What the window takes of the memory.
     pub window: Vec<ResourceBytes>,
 }
@@ -52,6 +54,7 @@ impl Live {
             memory,
             scene,
             seed,
+            samples,
             window,
         } = order;
         let volume = &document.opened.volume;
@@ -66,7 +69,7 @@ impl Live {
         let mut renderer = Renderer::new(&memory, volume, &buffers)?;
         renderer.guess_light(&buffers)?;
         Ok(Live {
-            picture: Picture::new(&renderer, &device.summary),
+            picture: Picture::new(&renderer, &device.summary, samples),
             for_window,
             renderer,
             choice,

@@ -29,15 +29,14 @@ const REST_AFTER: Duration = Duration::from_millis(180);
 
 /// The cache counts as converged at this relative error of the picture that it shows, or after so long at
 /// this picture's expense.
-pub const CACHE_ERROR: f64 = 0.004;
-const LONGEST_FILLING: Duration = Duration::from_secs(40);
+pub const CACHE_ERROR: f64 = 0.006;
+const LONGEST_FILLING: Duration = Duration::from_secs(30);
 /// Filling is watched by a new march when it has taken so many times as long as the last.
 const MARCH_SHARE: f64 = 3.0;
 /// Samples a pixel that look better than a march.
 const SAMPLES_TO_SHOW: u32 = 16;
-/// The picture counts as finished at this relative error, or with so many samples.
+/// The picture counts as finished at this relative error, or when it has had all its samples.
 const PICTURE_ERROR: f64 = 0.01;
-const MOST_SAMPLES: u32 = 4096;
 /// Units before the spread between them says enough to stop by.
 const UNITS_TO_TRUST: u32 = 16;
 
@@ -51,6 +50,8 @@ pub struct Picture {
     marched_in: Duration,
     /// When the last march ended.
     filled_since: Instant,
+    /// Samples a pixel, at rest.
+    most_samples: u32,
     /// Of the picture at rest; not finite while it is unknown.
     pub relative_error: f64,
     /// Some picture of this scene can be seen.
@@ -69,7 +70,7 @@ enum Doing {
 
 impl Picture {
     /// A CPU begins with few pixels, a GPU with all.
-    pub fn new(renderer: &Renderer, device: &DeviceSummary) -> Picture {
+    pub fn new(renderer: &Renderer, device: &DeviceSummary, most_samples: u32) -> Picture {
         let scale = match (device.kind, &renderer.cache) {
             ("CPU", Some(_)) => 0.35,
             ("CPU", None) => 0.25,
@@ -82,6 +83,7 @@ impl Picture {
             marched_updates: None,
             marched_in: Duration::ZERO,
             filled_since: Instant::now(),
+            most_samples,
             relative_error: f64::INFINITY,
             is_shown: false,
             is_toned_otherwise: false,
@@ -218,7 +220,9 @@ impl Live {
     fn refine_on(&mut self, shown: &Image) -> Result<bool> {
         self.renderer.take_slices_of(RESTING_MS);
         let samples = self.renderer.totals.samples;
-        if !self.renderer.advance_unit((samples / 16).max(1))? {
+        let left = self.picture.most_samples.saturating_sub(samples);
+        let unit = (samples / 16).min(left).max(1);
+        if !self.renderer.advance_unit(unit)? {
             return Ok(false);
         }
         let totals = self.renderer.totals;
@@ -231,7 +235,7 @@ impl Live {
             let rgb: Vec<_> = film.mean.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
             self.picture.relative_error = relative_error(&rgb, &film.stderr);
         }
-        if self.picture.relative_error <= PICTURE_ERROR || totals.samples >= MOST_SAMPLES {
+        if self.picture.relative_error <= PICTURE_ERROR || totals.samples >= self.picture.most_samples {
             self.picture.stage = Doing::Nothing;
         }
         Ok(shows)

@@ -9,6 +9,7 @@ use super::live::{Followed, Live, Order};
 use super::load::{Document, Load, build};
 use super::report::Report;
 use super::stage::Stage;
+use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::scene::{Camera, Scene, SceneFile, describe};
 
@@ -61,7 +62,7 @@ impl Session {
         &mut self,
         stage: &Stage,
         proxy: &EventLoopProxy<()>,
-        seed: u32,
+        args: &ViewArgs,
         report: &mut Report,
     ) -> Result<()> {
         let followed = match &mut self.live {
@@ -76,7 +77,7 @@ impl Session {
             Followed::Impossible => {
                 // What there is has to make room first.
                 self.live = None;
-                self.building = Some(self.begin_build(stage, proxy, seed)?);
+                self.building = Some(self.begin_build(stage, proxy, args)?);
             }
         }
         Ok(())
@@ -86,12 +87,13 @@ impl Session {
         &self,
         stage: &Stage,
         proxy: &EventLoopProxy<()>,
-        seed: u32,
+        args: &ViewArgs,
     ) -> Result<Load<Live>> {
         let order = Order {
             memory: stage.memory.clone(),
             scene: self.scene.clone(),
-            seed,
+            seed: args.seed,
+            samples: args.spp.get(),
             window: stage.plan(self.scene.render.size)?,
         };
         Ok(build(order, self.document.clone(), proxy))
