@@ -222,10 +222,7 @@ fn pipeline(
     modules: &[vk::ShaderModule],
     format: vk::Format,
 ) -> Result<vk::Pipeline, vk::Result> {
-    let kinds = [
-        vk::ShaderStageFlags::VERTEX,
-        vk::ShaderStageFlags::FRAGMENT,
-    ];
+    let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
     let stages: Vec<_> = kinds
         .iter()
         .zip(modules)
@@ -294,10 +291,14 @@ fn rectangle([low, high]: [[u32; 2]; 2]) -> vk::Rect2D {
 impl Frame {
     /// Draws what the canvas was filled with over the target.
     pub fn draw(&mut self, canvas: &Canvas, target: &Target) -> Result<()> {
-        self.timed("interface", vk::PipelineStageFlags2::ALL_COMMANDS, |frame| {
-            frame.record_draws(canvas, target);
-            Ok(())
-        })
+        self.timed(
+            "interface",
+            vk::PipelineStageFlags2::ALL_COMMANDS,
+            |frame| {
+                frame.record_draws(canvas, target);
+                Ok(())
+            },
+        )
     }
 
     fn record_draws(&self, canvas: &Canvas, target: &Target) {
@@ -345,11 +346,7 @@ impl Frame {
         // `run` waits for.
         unsafe {
             raw.cmd_begin_rendering(commands, &rendering);
-            raw.cmd_bind_pipeline(
-                commands,
-                vk::PipelineBindPoint::GRAPHICS,
-                canvas.pipeline,
-            );
+            raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, canvas.pipeline);
             raw.cmd_set_viewport(commands, 0, &viewport);
             raw.cmd_push_constants(
                 commands,

@@ -312,11 +312,7 @@ impl Frame {
             .subresource_range(COLOR)];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
         // SAFETY: the command buffer is recording, and the image outlives the submission.
-        unsafe {
-            self.device
-                .raw
-                .cmd_pipeline_barrier2(self.commands, &info)
-        };
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
     }
 
     /// Copies the lowest `extent` of an image into the rectangle [low, high) of the target, stretched.

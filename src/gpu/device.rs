@@ -62,11 +62,7 @@ impl Device {
         Device::open_from(instance, choice, true)
     }
 
-    fn open_from(
-        instance: Instance,
-        choice: &DeviceChoice,
-        draws: bool,
-    ) -> Result<Arc<Device>> {
+    fn open_from(instance: Instance, choice: &DeviceChoice, draws: bool) -> Result<Arc<Device>> {
         let summaries = survey(&instance)?;
         let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
         let physical = instance.physical_devices()?[summary.index];
@@ -130,8 +126,7 @@ impl Device {
             work_stages: match draws {
                 true => vk::PipelineStageFlags2::ALL_COMMANDS,
                 false => {
-                    vk::PipelineStageFlags2::COMPUTE_SHADER
-                        | vk::PipelineStageFlags2::ALL_TRANSFER
+                    vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::ALL_TRANSFER
                 }
             },
             has_late_timestamps: draws && summary.kind == "CPU",

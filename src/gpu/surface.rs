@@ -69,11 +69,15 @@ impl Surface {
             )
         };
         if !shows.map_err(|e| e.to_string())? {
-            return Err("its compute queue does not reach this display; choose another --device".into());
+            return Err(
+                "its compute queue does not reach this display; choose another --device".into(),
+            );
         }
         let formats = formats.map_err(|e| e.to_string())?;
         let found = formats.iter().find(|f| FORMATS.contains(&f.format));
-        found.copied().ok_or("it has no format of eight bits a channel".into())
+        found
+            .copied()
+            .ok_or("it has no format of eight bits a channel".into())
     }
 
     fn capabilities(&self) -> Result<vk::SurfaceCapabilitiesKHR> {
@@ -117,7 +121,11 @@ pub struct Target {
 
 impl Swapchain {
     /// `wanted` is the window's size in pixels, where the window system leaves it to us.
-    pub fn new(memory: &Arc<Memory>, surface: &Arc<Surface>, wanted: [u32; 2]) -> Result<Swapchain> {
+    pub fn new(
+        memory: &Arc<Memory>,
+        surface: &Arc<Surface>,
+        wanted: [u32; 2],
+    ) -> Result<Swapchain> {
         let device = memory.device();
         let capabilities = surface.capabilities()?;
         let extent = match capabilities.current_extent.width {
@@ -195,7 +203,9 @@ impl Swapchain {
         unsafe {
             self.raw = self.loader.create_swapchain(info, None)?;
             self.images = self.loader.get_swapchain_images(self.raw)?;
-            self.acquired = device.raw.create_fence(&vk::FenceCreateInfo::default(), None)?;
+            self.acquired = device
+                .raw
+                .create_fence(&vk::FenceCreateInfo::default(), None)?;
         }
         for &image in &self.images {
             let view = vk::ImageViewCreateInfo::default()

@@ -1,8 +1,8 @@
 //! Carries out what the command line asks for.
 
-pub mod plan;
+pub(crate) mod plan;
 mod render;
-pub mod report;
+pub(crate) mod report;
 mod schedule;
 mod trace;
 
@@ -74,7 +74,7 @@ fn print(text: &str) -> Result<u8> {
 
 /// The device that `--device` names. `ISOLUME_VALIDATION=1` watches it with Vulkan's validation
 /// layers, and makes any of their messages an error.
-pub fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice {
+pub(crate) fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice {
     let watched = std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1");
     DeviceChoice {
         wanted: wanted.map(|choice| match choice {

@@ -129,7 +129,8 @@ impl SceneBuffers {
     /// Another scene of the same volume, on the same device and with the same cache.
     pub fn changed_to(&self, scene: &Scene, volume: &Volume) -> SceneBuffers {
         let seed = self.constants.seed;
-        let changed = SceneBuffers::with_filter(scene, volume, seed, self.features.filter_in_shader);
+        let changed =
+            SceneBuffers::with_filter(scene, volume, seed, self.features.filter_in_shader);
         match &self.cache {
             Some(layout) => changed.with_cache(layout.clone()),
             None => changed,

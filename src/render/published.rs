@@ -59,12 +59,7 @@ impl Published {
     }
 
     /// Takes every cell's path a few steps further.
-    pub fn round(
-        &mut self,
-        frame: &mut Frame,
-        r: &Resources,
-        totals: &mut Totals,
-    ) -> Result<()> {
+    pub fn round(&mut self, frame: &mut Frame, r: &Resources, totals: &mut Totals) -> Result<()> {
         let Some(cells) = &r.published else {
             return Ok(());
         };

@@ -7,7 +7,9 @@ use super::cache_layout::CacheLayout;
 use super::constants::{SceneBuffers, volume_format};
 use super::shared::{Counters, NodeWork, Path};
 use crate::error::Result;
-use crate::gpu::{Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement};
+use crate::gpu::{
+    Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement,
+};
 use crate::scene::volume::Volume;
 
 /// Copies between host and device go through a buffer of at most this size, piece by piece.

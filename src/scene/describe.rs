@@ -151,7 +151,11 @@ fn describe_lights(page: &mut Page, file: &SceneFile, scene: &Scene) {
         page.line("radiance", radiance, "times the image");
         let image = table.image.as_ref().map(|image| file.origins.path(image));
         let image = image.unwrap_or_default();
-        page.line("image", image.to_string_lossy(), "latitude-longitude, +y on top");
+        page.line(
+            "image",
+            image.to_string_lossy(),
+            "latitude-longitude, +y on top",
+        );
     }
 }
 

@@ -371,7 +371,8 @@ impl<'a> App<'a> {
         let was_finished = live.picture.is_finished();
         let changed = live.advance(stage.shown())?;
         self.report.planned(live.planned_bytes());
-        self.report.take_times(&mut live.renderer.frame.timings.spans);
+        self.report
+            .take_times(&mut live.renderer.frame.timings.spans);
         if live.picture.is_finished() && !was_finished {
             self.report.finished(live);
             self.interface_due = Some(Instant::now());

@@ -140,7 +140,10 @@ mod tests {
     fn a_drag_down_brings_the_top_into_sight_and_stops_at_the_pole() {
         assert!(orbit(&camera(), [0.0, 0.2]).eye[1] > 0.0);
         let highest = orbit(&camera(), [0.0, 7.0]);
-        assert!(highest.eye[1] < 10.0 && highest.eye[1] > 9.99, "{highest:?}");
+        assert!(
+            highest.eye[1] < 10.0 && highest.eye[1] > 9.99,
+            "{highest:?}"
+        );
     }
 
     #[test]

@@ -16,10 +16,7 @@ const COLORS: [Color32; 3] = [
 ];
 
 pub fn draw(ui: &Ui, rect: Rect, camera: &Camera, axes: Option<Axes>) {
-    let center = Pos2::new(
-        rect.left() + SIZE + 20.0,
-        rect.bottom() - SIZE - 20.0,
-    );
+    let center = Pos2::new(rect.left() + SIZE + 20.0, rect.bottom() - SIZE - 20.0);
     let [forward, right, up] = frame(camera);
     let mut ends: Vec<(f64, Vec2, String, Color32)> = Vec::new();
     for (i, color) in COLORS.into_iter().enumerate() {
@@ -39,7 +36,13 @@ pub fn draw(ui: &Ui, rect: Rect, camera: &Camera, axes: Option<Axes>) {
         let place = center + seen * 1.28;
         let shadow = place + Vec2::splat(1.0);
         let font = FontId::proportional(12.0);
-        painter.text(shadow, Align2::CENTER_CENTER, &name, font.clone(), Color32::BLACK);
+        painter.text(
+            shadow,
+            Align2::CENTER_CENTER,
+            &name,
+            font.clone(),
+            Color32::BLACK,
+        );
         painter.text(place, Align2::CENTER_CENTER, name, font, color);
     }
 }

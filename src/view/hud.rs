@@ -80,7 +80,10 @@ fn headline(live: &Live, report: &Report) -> String {
     match picture.is_moving() {
         true => {
             let fps = 1e3 / report.moving_ms().max(1e-3);
-            format!("{fps:.0} frames/s at {:.0} % of the pixels", 100.0 * picture.scale.powi(2))
+            format!(
+                "{fps:.0} frames/s at {:.0} % of the pixels",
+                100.0 * picture.scale.powi(2)
+            )
         }
         false if samples == 0 => doing.into(),
         false if picture.relative_error.is_finite() => format!(
@@ -100,7 +103,9 @@ fn light(live: &Live) -> Option<String> {
         false => "error unknown yet".into(),
     };
     let updates = cache.updates;
-    Some(format!("cache: {updates} updates in each of {cells} cells, {error}"))
+    Some(format!(
+        "cache: {updates} updates in each of {cells} cells, {error}"
+    ))
 }
 
 /// The overlays that P, M and H open.
@@ -112,11 +117,22 @@ pub fn windows(ui: &Ui, hud: &mut Hud, report: &Report, live: Option<&Live>, mem
             .auto_sized()
             .show(ui.ctx(), |ui| table(ui, title, &rows));
     };
-    let times = report.passes().iter().map(|(name, recent)| {
-        [name.to_string(), format!("{:.2} ms", recent.mean())]
-    });
-    open("GPU time", &mut hud.shows_times, [24.0, 90.0], times.collect());
-    open("GPU memory", &mut hud.shows_memory, [24.0, 120.0], memory.rows(live));
+    let times = report
+        .passes()
+        .iter()
+        .map(|(name, recent)| [name.to_string(), format!("{:.2} ms", recent.mean())]);
+    open(
+        "GPU time",
+        &mut hud.shows_times,
+        [24.0, 90.0],
+        times.collect(),
+    );
+    open(
+        "GPU memory",
+        &mut hud.shows_memory,
+        [24.0, 120.0],
+        memory.rows(live),
+    );
     let help = help().map(|line| line.map(String::from)).collect();
     open("Keys and mouse", &mut hud.shows_help, [60.0, 60.0], help);
 }

@@ -51,7 +51,11 @@ const BY_VIEW: [&str; 2] = ["", ""];
 
 const BINDINGS: [Binding; 18] = [
     plain(Key::R, Wish::Home, ["R", "back to the first view"]),
-    plain(Key::Num1, Wish::View(0), ["1 – 6", "views from the six sides"]),
+    plain(
+        Key::Num1,
+        Wish::View(0),
+        ["1 – 6", "views from the six sides"],
+    ),
     plain(Key::Num2, Wish::View(1), BY_VIEW),
     plain(Key::Num3, Wish::View(2), BY_VIEW),
     plain(Key::Num4, Wish::View(3), BY_VIEW),

@@ -153,7 +153,12 @@ impl Live {
     }
 
     /// Whether the budget allows pictures of another size, with what the window takes then.
-    pub fn has_room_for(&self, size: [u32; 2], for_window: u64, document: &Document) -> Result<bool> {
+    pub fn has_room_for(
+        &self,
+        size: [u32; 2],
+        for_window: u64,
+        document: &Document,
+    ) -> Result<bool> {
         let plan = self.plan(&self.full.reduced_to(size), document)?;
         Ok(plan.bytes() + for_window <= self.memory.budget)
     }

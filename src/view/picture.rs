@@ -33,8 +33,8 @@ pub const CACHE_ERROR: f64 = 0.006;
 const LONGEST_FILLING: Duration = Duration::from_secs(30);
 /// Filling is watched by a new march when it has taken so many times as long as the last.
 const MARCH_SHARE: f64 = 3.0;
-/// Samples a pixel that look better than a march.
-const SAMPLES_TO_SHOW: u32 = 16;
+/// Samples look better than a march from this relative error on.
+const ERROR_TO_SHOW: f64 = 0.05;
 /// The picture counts as finished at this relative error, or when it has had all its samples.
 const PICTURE_ERROR: f64 = 0.01;
 /// Units before the spread between them says enough to stop by.
@@ -144,7 +144,12 @@ impl Live {
 
     fn shows_samples(&self) -> bool {
         let samples = self.renderer.totals.samples;
-        samples >= SAMPLES_TO_SHOW || samples > 0 && self.renderer.cache.is_none()
+        match self.renderer.cache {
+            Some(_) => {
+                self.picture.relative_error <= ERROR_TO_SHOW || samples >= self.picture.most_samples
+            }
+            None => samples > 0,
+        }
     }
 
     /// A whole picture, of as many pixels as there is time for, and a little light.
@@ -226,16 +231,18 @@ impl Live {
             return Ok(false);
         }
         let totals = self.renderer.totals;
-        let shows = self.shows_samples();
-        if shows {
-            self.show(shown)?;
-        }
         if totals.units >= UNITS_TO_TRUST && self.renderer.knows_its_error() {
             let film = self.renderer.film()?;
             let rgb: Vec<_> = film.mean.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
             self.picture.relative_error = relative_error(&rgb, &film.stderr);
         }
-        if self.picture.relative_error <= PICTURE_ERROR || totals.samples >= self.picture.most_samples {
+        let shows = self.shows_samples();
+        if shows {
+            self.show(shown)?;
+        }
+        if self.picture.relative_error <= PICTURE_ERROR
+            || totals.samples >= self.picture.most_samples
+        {
             self.picture.stage = Doing::Nothing;
         }
         Ok(shows)
@@ -301,4 +308,3 @@ impl Picture {
         self.scale = calmed.clamp(LEAST_SCALE, 1.0);
     }
 }
-

@@ -208,7 +208,8 @@ impl Report {
             relative_error: live.map_or(f64::NAN, |live| live.picture.relative_error),
             passes: self.passes.iter().map(|(n, r)| r.stats(n)).collect(),
             memory: report::memory(&stage.memory, self.planned),
-            cache: live.and_then(|live| report::cache(&live.renderer, &live.choice.plan, CACHE_ERROR)),
+            cache: live
+                .and_then(|live| report::cache(&live.renderer, &live.choice.plan, CACHE_ERROR)),
         }
     }
 }

@@ -67,9 +67,8 @@ impl WindowImages {
 
 impl Stage {
     pub fn open(event_loop: &ActiveEventLoop, args: &ViewArgs) -> Result<Stage> {
-        let failed = |e: &dyn std::fmt::Display| {
-            Error::Device(format!("no window could be opened: {e}"))
-        };
+        let failed =
+            |e: &dyn std::fmt::Display| Error::Device(format!("no window could be opened: {e}"));
         let [width, height] = args.window;
         let attributes = Window::default_attributes()
             .with_title("Isolume")

@@ -39,7 +39,15 @@ pub struct Shot {
 impl Display {
     pub fn new() -> Display {
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x1024x24", "-nolisten", "tcp"])
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                "1280x1024x24",
+                "-nolisten",
+                "tcp",
+            ])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -61,7 +69,12 @@ impl Display {
     /// The only window that is shown, with the keyboard's focus.
     pub fn window(&self) -> Window {
         for _ in 0..600 {
-            let tree = self.connection.query_tree(self.root).unwrap().reply().unwrap();
+            let tree = self
+                .connection
+                .query_tree(self.root)
+                .unwrap()
+                .reply()
+                .unwrap();
             let is_ours = |w: &&Window| {
                 let shown = self.connection.get_window_attributes(**w).unwrap().reply();
                 let name = AtomEnum::WM_NAME;
@@ -168,7 +181,12 @@ impl Display {
     }
 
     pub fn shoot(&self, window: Window) -> Shot {
-        let area = self.connection.get_geometry(window).unwrap().reply().unwrap();
+        let area = self
+            .connection
+            .get_geometry(window)
+            .unwrap()
+            .reply()
+            .unwrap();
         let image = self
             .connection
             .get_image(

@@ -123,9 +123,14 @@ impl Folder {
     /// `render` makes of `scene` what the window has shown in `area`.
     pub fn renders_like(&self, scene: &str, shown: &Shot, area: Area) {
         let arguments = format!("render {scene} --spp 64 -o again.png --quiet");
-        let output = self.isolume(&arguments).output().expect("the program starts");
+        let output = self
+            .isolume(&arguments)
+            .output()
+            .expect("the program starts");
         assert!(output.status.success(), "{output:?}");
-        let picture = image::open(self.path("again.png")).expect("a PNG").to_rgb8();
+        let picture = image::open(self.path("again.png"))
+            .expect("a PNG")
+            .to_rgb8();
         let [columns, rows] = area;
         let inside = |from: usize, end: usize| from..(from + TILE).min(end);
         for top in rows.clone().step_by(TILE) {
@@ -145,7 +150,9 @@ const TILE: usize = 16;
 
 /// Over all pixels and channels of a tile, of 255.
 fn mean([columns, rows]: &Area, pixel: impl Fn(usize, usize) -> [u8; 3]) -> f64 {
-    let all = rows.clone().flat_map(|y| columns.clone().map(move |x| (x, y)));
+    let all = rows
+        .clone()
+        .flat_map(|y| columns.clone().map(move |x| (x, y)));
     let sum: f64 = all
         .map(|(x, y)| pixel(x, y).iter().map(|c| f64::from(*c)).sum::<f64>())
         .sum();

@@ -19,8 +19,8 @@ mod source;
 
 use std::fmt;
 use std::path::Path;
-use std::sync::Arc;
 use std::str::FromStr;
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use header::{Encoding, Header, Parsed};

@@ -84,7 +84,12 @@ fn ball(ui: &mut Ui, sun: &mut DirectionalLight, [forward, right, up]: [DVec3; 3
     }
     let seen = Vec2::new(source.dot(right) as f32, -source.dot(up) as f32);
     let place: Pos2 = center + seen * radius;
-    painter.circle(center, radius, Color32::from_gray(48), Stroke::new(1.0, Color32::GRAY));
+    painter.circle(
+        center,
+        radius,
+        Color32::from_gray(48),
+        Stroke::new(1.0, Color32::GRAY),
+    );
     painter.line_segment([center, place], Stroke::new(1.0, Color32::GRAY));
     let bright = sun.irradiance.iter().copied().fold(1e-9, f64::max);
     let filled = display(sun.irradiance.map(|c| c / bright));

@@ -38,9 +38,6 @@ fn ramp(low: f64, high: f64, density: f64) -> Medium {
     Medium {
         density,
         g: 0.0,
-        transfer: vec![
-            point(0.5 * (low + high), 0.0),
-            point(high, 0.2),
-        ],
+        transfer: vec![point(0.5 * (low + high), 0.0), point(high, 0.2)],
     }
 }

@@ -30,7 +30,9 @@ pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Wish> {
             ui.spacing_mut().slider_width = RAIL;
             ui.spacing_mut().item_spacing.x = 6.0;
             section(ui, "Presets", false, |ui| presets::show(ui, session));
-            section(ui, "Transfer function", true, |ui| transfer::show(ui, session));
+            section(ui, "Transfer function", true, |ui| {
+                transfer::show(ui, session)
+            });
             section(ui, "Medium", false, |ui| medium::show(ui, session));
             section(ui, "Surfaces", true, |ui| surfaces::show(ui, session));
             section(ui, "Lights", false, |ui| lights::show(ui, session));
@@ -52,7 +54,12 @@ fn buttons(ui: &mut Ui, session: &Session, wishes: &mut Vec<Wish>) {
         let history = &session.history;
         button("Undo", history.can_undo(), Wish::Undo, "Ctrl Z");
         button("Redo", history.can_redo(), Wish::Redo, "Ctrl Shift Z");
-        button("Save", true, Wish::SaveScene, "S: the scene, for `isolume render`");
+        button(
+            "Save",
+            true,
+            Wish::SaveScene,
+            "S: the scene, for `isolume render`",
+        );
         button("Help", true, Wish::Help, "H");
     });
 }

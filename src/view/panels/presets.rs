@@ -66,33 +66,21 @@ const LOOKS: [Look; 6] = [
         name: "CT angiography",
         is_ct: true,
         density: 2.0,
-        transfer: &[
-            (90.0, 0.0, BLOOD),
-            (160.0, 0.5, BLOOD),
-            (350.0, 1.0, BLOOD),
-        ],
+        transfer: &[(90.0, 0.0, BLOOD), (160.0, 0.5, BLOOD), (350.0, 1.0, BLOOD)],
         surface: Some((500.0, IVORY)),
     },
     Look {
         name: "MR",
         is_ct: false,
         density: 3.0,
-        transfer: &[
-            (0.10, 0.0, FLESH),
-            (0.25, 0.25, FLESH),
-            (0.60, 0.8, GREY),
-        ],
+        transfer: &[(0.10, 0.0, FLESH), (0.25, 0.25, FLESH), (0.60, 0.8, GREY)],
         surface: None,
     },
     Look {
         name: "generic",
         is_ct: false,
         density: 1.0,
-        transfer: &[
-            (0.20, 0.0, SKIN),
-            (0.26, 1.0, SKIN),
-            (0.32, 0.03, FLESH),
-        ],
+        transfer: &[(0.20, 0.0, SKIN), (0.26, 1.0, SKIN), (0.32, 0.03, FLESH)],
         surface: Some((0.55, IVORY)),
     },
 ];

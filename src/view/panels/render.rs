@@ -38,9 +38,11 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
 
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, name: &str, value: &mut T, all: &[(&str, T)]) {
     let now = all.iter().find(|(_, v)| v == value).map_or("", |(n, _)| n);
-    ComboBox::from_label(name).selected_text(now).show_ui(ui, |ui| {
-        for (name, each) in all {
-            ui.selectable_value(value, *each, *name);
-        }
-    });
+    ComboBox::from_label(name)
+        .selected_text(now)
+        .show_ui(ui, |ui| {
+            for (name, each) in all {
+                ui.selectable_value(value, *each, *name);
+            }
+        });
 }

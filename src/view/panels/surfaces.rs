@@ -19,7 +19,13 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     if let Some(surface) = session.scene.surfaces.iso.get_mut(index) {
         let value = surface.value;
         let mark = [(value, display(surface.color))];
-        histogram(ui, &document.histogram, [low, high], HISTOGRAM_HEIGHT, &mark);
+        histogram(
+            ui,
+            &document.histogram,
+            [low, high],
+            HISTOGRAM_HEIGHT,
+            &mark,
+        );
         slider(ui, "value", &mut surface.value, [low, high], false);
         slider(ui, "opacity", &mut surface.opacity, [0.0, 1.0], false);
         shading(ui, surface);
@@ -49,7 +55,7 @@ fn list(ui: &mut Ui, session: &mut Session, [low, high]: [f64; 2]) {
     for (i, surface) in iso.iter_mut().enumerate() {
         ui.horizontal(|ui| {
             color(ui, &mut surface.color);
-            ui.radio_value(chosen, i, format!("{:.6}", significant(surface.value)));
+            ui.radio_value(chosen, i, significant(surface.value).to_string());
             if ui.small_button("remove").clicked() {
                 removed = Some(i);
             }
@@ -99,7 +105,10 @@ fn shading(ui: &mut Ui, surface: &mut Isosurface) {
         ("disney", DISNEY),
     ];
     let same = |a: &Shading| std::mem::discriminant(a) == std::mem::discriminant(&surface.shading);
-    let now = models.iter().position(|(_, model)| same(model)).unwrap_or(0);
+    let now = models
+        .iter()
+        .position(|(_, model)| same(model))
+        .unwrap_or(0);
     ComboBox::from_label("shading")
         .selected_text(models[now].0)
         .show_ui(ui, |ui| {

@@ -23,7 +23,11 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
         ui.weak("There is no medium.");
         return;
     };
-    let plot = Plot::new(ui, shown_range(medium, document.opened.volume.range), HEIGHT);
+    let plot = Plot::new(
+        ui,
+        shown_range(medium, document.opened.volume.range),
+        HEIGHT,
+    );
     plot.draw_histogram(&document.histogram);
     plot.draw_function(medium);
     edit(ui, &plot, medium, &mut session.chosen);
@@ -148,7 +152,11 @@ fn edit(ui: &mut Ui, plot: &Plot, medium: &mut Medium, chosen: &mut Chosen) {
     for i in 0..points.len() {
         let place = plot.at(points[i].value, points[i].opacity);
         let area = Rect::from_center_size(place, Vec2::splat(3.0 * POINT));
-        let response = ui.interact(area, ui.scope_id().with(("transfer", i)), Sense::click_and_drag());
+        let response = ui.interact(
+            area,
+            ui.scope_id().with(("transfer", i)),
+            Sense::click_and_drag(),
+        );
         if response.drag_started() || response.clicked() {
             chosen.point = i;
         }
@@ -165,7 +173,11 @@ fn edit(ui: &mut Ui, plot: &Plot, medium: &mut Medium, chosen: &mut Chosen) {
             removed = Some(i);
         }
         let is_lit = chosen.point == i || response.hovered();
-        let ring = if is_lit { Color32::WHITE } else { Color32::BLACK };
+        let ring = if is_lit {
+            Color32::WHITE
+        } else {
+            Color32::BLACK
+        };
         let radius = if is_lit { 1.25 * POINT } else { POINT };
         let filled = display(points[i].color);
         plot.painter
