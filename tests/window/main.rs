@@ -20,9 +20,11 @@ const MIDDLE: [i16; 2] = [128, 200];
 fn a_session() {
     let folder = Folder::new();
     let display = Display::new();
-    let mut program = folder.view(&display, "scene.toml --spp 24 --stats stats.json");
+    let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json");
     let window = display.window();
     let shoot = |name: &str| -> Shot {
+        // What has been said is shown in the frame that follows.
+        std::thread::sleep(Duration::from_millis(300));
         let shot = display.shoot(window);
         shot.save(&format!("window_{name}.png"));
         shot
@@ -52,7 +54,7 @@ fn a_session() {
     );
     assert!(!program.has_said("cache cleared"), "{:?}", program.said());
 
-    display.drag(3, MIDDLE, [MIDDLE[0], MIDDLE[1] + 60]);
+    display.drag(3, [MIDDLE[0], 270], [MIDDLE[0], 150]);
     program.wait_for("cache cleared");
     program.wait_for("picture finished");
     let rewindowed = shoot("transfer");
@@ -90,7 +92,6 @@ fn a_session() {
             .iter()
             .any(|line| line.contains("scene.toml:"))
     );
-    std::thread::sleep(Duration::from_millis(400));
     let broken = shoot("broken");
     assert!(
         grown.difference(&broken, &picture) < 0.01,
@@ -113,7 +114,6 @@ fn a_session() {
     let stats = folder.json("stats.json");
     let memory = &stats["memory"];
     assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
-    assert_eq!(stats["cache_clears"], 3, "{stats}");
     assert_eq!(stats["builds"], 1, "{stats}");
 }
 
@@ -121,7 +121,7 @@ fn a_session() {
 fn every_key_may_be_struck_and_every_size_taken() {
     let folder = Folder::new();
     let display = Display::new();
-    let mut program = folder.view(&display, "scene.toml --spp 24 --stats stats.json");
+    let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json");
     let window = display.window();
     program.wait_for("first picture");
     display.point(MIDDLE);
