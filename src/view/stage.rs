@@ -158,11 +158,11 @@ impl Stage {
         let mut output = self.egui.run_ui(input, contents);
         self.input
             .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
-        let mut textures = std::mem::take(&mut output.textures_delta);
-        for delta in textures.set.values().flatten() {
+        let textures = std::mem::take(&mut output.textures_delta.set);
+        output.textures_delta.clear();
+        for delta in textures.values().flatten() {
             self.write_atlas(delta)?;
         }
-        textures.clear();
         let scale = output.pixels_per_point;
         let primitives = self.egui.tessellate(output.shapes, scale);
         let size = self.images.swapchain.extent;

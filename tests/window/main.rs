@@ -170,3 +170,58 @@ fn a_lost_device_ends_with_a_message() {
         assert!(last.contains("failed"), "{submission}: {last}");
     }
 }
+
+/// Minutes of a random hand; run by name, with how many as `ISOLUME_SOAK_MINUTES`.
+#[test]
+#[ignore = "takes minutes"]
+fn memory_stays_flat_under_random_input() {
+    let minutes =
+        std::env::var("ISOLUME_SOAK_MINUTES").map_or(3.0, |m| m.parse().expect("minutes"));
+    let folder = Folder::new();
+    let display = Display::new();
+    let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json --quiet");
+    let window = display.window();
+    let mut random = fastrand::Rng::with_seed(7);
+    let [width, height] = WINDOW.map(|n| n as i16);
+    let mut resident = Vec::new();
+    let until = std::time::Instant::now() + Duration::from_secs_f64(60.0 * minutes);
+    let mut actions = 0;
+    while std::time::Instant::now() < until {
+        let mut place = || [random.i16(4..width - 4), random.i16(4..height - 4)];
+        let (from, to) = (place(), place());
+        match random.u32(0..12) {
+            0..5 => display.drag(random.u8(1..=3), from, to),
+            5..7 => (0..random.u32(1..6)).for_each(|_| display.click(4 + random.u8(0..2))),
+            7 => display.holding(SHIFT, || display.click(4 + random.u8(0..2))),
+            8 => {
+                let key = *random.choice(b"rcupmh123456").expect("a key");
+                display.strike(&[key.into()]);
+            }
+            9 => display.strike(&[CONTROL, 'z' as u32]),
+            10 => {
+                for _ in 0..20 {
+                    display.resize(window, random.u32(1..900), random.u32(1..700));
+                    std::thread::sleep(Duration::from_millis(20));
+                }
+                display.resize(window, WINDOW[0] as u32, WINDOW[1] as u32);
+            }
+            _ => std::thread::sleep(Duration::from_millis(random.u64(0..1500))),
+        }
+        actions += 1;
+        if actions % 20 == 0 {
+            resident.push(program.resident_kib());
+        }
+    }
+    display.close(window);
+    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+    let stats = folder.json("stats.json");
+    println!(
+        "{actions} actions, {} resizes, resident KiB: {resident:?}",
+        stats["resizes"]
+    );
+    let memory = &stats["memory"];
+    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+    let (early, late) = resident.split_at(resident.len() / 2);
+    let highest = |all: &[u64]| all.iter().copied().max().unwrap_or(0) as f64;
+    assert!(highest(late) < 1.1 * highest(early), "{resident:?}");
+}

@@ -122,7 +122,7 @@ impl Folder {
 
     /// `render` makes of `scene` what the window has shown in `area`.
     pub fn renders_like(&self, scene: &str, shown: &Shot, area: Area) {
-        let arguments = format!("render {scene} --spp 64 -o again.png --quiet");
+        let arguments = format!("render {scene} --spp 6 -o again.png --quiet");
         let output = self
             .isolume(&arguments)
             .output()
@@ -235,6 +235,15 @@ impl Program {
         let fields: Vec<&str> = stat.split_whitespace().collect();
         let number = |i: usize| fields[i].parse::<u64>().expect("a number");
         number(13) + number(14)
+    }
+
+    /// Memory that it has.
+    pub fn resident_kib(&self) -> u64 {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.child.id()));
+        let status = status.expect("Linux");
+        let line = status.lines().find(|line| line.starts_with("VmRSS"));
+        let number = line.and_then(|line| line.split_whitespace().nth(1));
+        number.and_then(|n| n.parse().ok()).expect("a number")
     }
 
     /// Waits for the program's end. Whatever it says until then is read.
