@@ -3,8 +3,10 @@
 //! A unit gives every pixel the same number of new samples. Pictures are only taken at the end of a
 //! unit: stopping a pixel in the middle of its work would favour its short paths.
 
+use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 
 use super::accumulate::Accumulate;
 use super::cache::Cache;
@@ -86,11 +88,18 @@ impl Renderer {
     ) -> Result<Renderer> {
         let device = memory.device();
         let features = &scene.features;
+        // The two largest sets of shaders, side by side: compiling is most of a start.
+        let (delta_tracking, cache) = thread::scope(|scope| {
+            let tracking = scope.spawn(|| DeltaTracking::new(device, shaders, features));
+            let cache = scene.cache.as_ref();
+            let cache = cache.map(|_| Cache::new(device, shaders, features));
+            (tracking.join(), cache.transpose())
+        });
         let mut renderer = Renderer {
             frame: Frame::new(device)?,
             totals: Totals::default(),
             resources: Resources::allocate(memory, volume, scene)?,
-            delta_tracking: DeltaTracking::new(device, shaders, features)?,
+            delta_tracking: delta_tracking.unwrap_or_else(|panic| resume_unwind(panic))?,
             accumulate: Accumulate::new(device, shaders, features)?,
             majorants: Majorants::new(device, shaders, features)?,
             iso_depth: match features.surface_count {
@@ -100,10 +109,7 @@ impl Renderer {
             tone_map: ToneMap::new(device, shaders)?,
             under_way: None,
             is_stale: false,
-            cache: match scene.cache {
-                Some(_) => Some(Cache::new(device, shaders, features)?),
-                None => None,
-            },
+            cache: cache?,
             published: match scene.published {
                 true => Some(Published::new(device, shaders, scene)?),
                 false => None,
@@ -266,9 +272,6 @@ impl Renderer {
     /// Encodes for display what a march has just left, or the mean so far.
     pub fn tone_map(&mut self, marched: bool, to: &Image, push: &ToneMapPush) -> Result<()> {
         let r = &self.resources;
-        if let Some(published) = &self.published {
-            published.march(&mut self.frame, r)?;
-        }
         let from = match marched {
             true => &r.unit_sum,
             false => &r.mean,
@@ -330,11 +333,6 @@ impl Renderer {
             true => self.frame.run(|f| f.clear(&[&r.mean, &r.squares])),
             false => Ok(()),
         }
-    }
-
-    /// `published` does not.
-    pub fn knows_its_error(&self) -> bool {
-        self.published.is_none()
     }
 
     /// Paths traced, for the cache and for the picture.

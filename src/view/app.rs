@@ -40,6 +40,8 @@ pub struct App<'a> {
     message: Option<Message>,
     /// Where the picture is, in pixels: low and high corner.
     place: [[u32; 2]; 2],
+    /// The size there, when the picture's was chosen.
+    fitted: [u32; 2],
     /// When the interface is to be run next, if nothing happens before.
     interface_due: Option<Instant>,
     /// What ended the session, if it did not end well.
@@ -60,6 +62,7 @@ impl<'a> App<'a> {
             shows_panels: true,
             message: None,
             place: [[0; 2]; 2],
+            fitted: [0; 2],
             interface_due: Some(Instant::now()),
             failure: None,
         }
@@ -321,6 +324,18 @@ impl<'a> App<'a> {
         };
         let [low, high] = self.place;
         let whole: [u32; 2] = std::array::from_fn(|a| high[a].saturating_sub(low[a]).max(1));
+        let is_settled = whole == self.fitted && !stage.is_outdated();
+        let size = stage.picture_size();
+        if is_settled
+            && session
+                .live
+                .as_ref()
+                .is_none_or(|l| l.scene.render.size == size)
+        {
+            session.scene.render.size = size;
+            return Ok(());
+        }
+        self.fitted = whole;
         let mut size = whole;
         for divisor in [1, 2, 4, 8] {
             size = whole.map(|n| n.div_ceil(divisor));

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::load::Document;
 use super::picture::Picture;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Memory, ResourceBytes};
 use crate::render::{CacheLayout, Choice, Plan, Renderer, SceneBuffers, choose};
-use crate::scene::Scene;
+use crate::scene::{Scene, Variant};
 
 /// What a renderer is made for.
 pub struct Order {
@@ -57,6 +57,12 @@ impl Live {
             samples,
             window,
         } = order;
+        if scene.render.variant == Variant::Published {
+            return Err(Error::input(
+                "render.variant: found \"published\", a baseline that `isolume render` measures \
+                 against; the window shows \"auto\", \"caching\" and \"non-caching\"",
+            ));
+        }
         let volume = &document.opened.volume;
         let device = memory.device();
         let for_window: u64 = window.iter().map(|r| r.bytes).sum();

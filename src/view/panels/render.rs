@@ -7,11 +7,10 @@ use crate::scene::{CacheFormat, CacheScale, Tone, Variant};
 use crate::view::session::Session;
 
 /// In the order that V goes through them.
-pub const VARIANTS: [(&str, Variant); 4] = [
+pub const VARIANTS: [(&str, Variant); 3] = [
     ("auto", Variant::Auto),
     ("caching", Variant::Caching),
     ("non-caching", Variant::NonCaching),
-    ("published", Variant::Published),
 ];
 const SCALES: [(&str, CacheScale); 5] = [
     ("auto", CacheScale::Auto),
