@@ -42,9 +42,13 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
     }
     let event_loop = EventLoop::with_user_event().build().map_err(|e| {
         let input = args.scene.input.display();
+        // What winit puts in front of the reason is a line of its own source.
+        let text = e.to_string();
+        let reason = text.rsplit(": ").next().unwrap_or_default();
+        let reason = reason.trim_end_matches('.');
         Error::Device(format!(
-            "there is no display to open a window on ({e}); `isolume render {input} -o picture.png` \
-             needs none"
+            "there is no display to open a window on ({reason}); `isolume render {input} -o \
+             picture.png` needs none"
         ))
     })?;
     let proxy = event_loop.create_proxy();
