@@ -87,6 +87,7 @@ void main() {
     if (any(greaterThanEqual(pixel * int(push.stride), ivec2(scene.size)))) {
         return;
     }
+    step_scale = push.step_scale;
     float entry, t_end;
     Ray ray = camera_ray((vec2(pixel) + 0.5) * float(push.stride), entry, t_end);
     Front front = Front(vec3(0.0), vec3(0.0), 1.0);

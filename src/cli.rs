@@ -33,6 +33,8 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene, or a bare volume with a preset.
     Render(Box<RenderArgs>),
+    /// Open a window on a scene or a bare volume.
+    View(Box<ViewArgs>),
     /// Print what GPU memory a render would take, and allocate nothing.
     Plan(Box<PlanArgs>),
     /// Measure error against time for several variants, and write a report.
@@ -143,6 +145,35 @@ pub struct RenderArgs {
     pub profile: Option<PathBuf>,
 
     /// No progress and no notes; errors only.
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct ViewArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+
+    /// The window's size when it opens.
+    #[arg(long, value_name = "WxH", default_value = "1280x800", value_parser = extent)]
+    pub window: [u32; 2],
+
+    /// Refine a picture at rest by at most so many samples per pixel.
+    #[arg(long, value_name = "N", default_value = "1024")]
+    pub spp: NonZeroU32,
+
+    /// Seed of the random numbers.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u32,
+
+    #[command(flatten)]
+    pub gpu: GpuArgs,
+
+    /// Write statistics of the session as JSON when the window closes.
+    #[arg(long, value_name = "FILE.json")]
+    pub stats: Option<PathBuf>,
+
+    /// Say nothing on stderr; errors only.
     #[arg(long)]
     pub quiet: bool,
 }
@@ -358,13 +389,16 @@ fn cache_format(text: &str) -> Result<Edit, String> {
     edit::<CacheFormat>("cache-format", "render.cache_format", text)
 }
 
-fn size(text: &str) -> Result<Edit, String> {
+fn extent(text: &str) -> Result<[u32; 2], String> {
     let parsed = text.split_once('x').and_then(|(width, height)| {
         let side = |text: &str| text.parse::<NonZeroU32>().ok();
-        Some([side(width)?, side(height)?].map(|side| i64::from(side.get())))
+        Some([side(width)?, side(height)?].map(NonZeroU32::get))
     });
-    let pixels = parsed.ok_or("expected WIDTHxHEIGHT in pixels, as in 1920x1080")?;
-    let pixels = Value::from(pixels.to_vec());
+    parsed.ok_or("expected WIDTHxHEIGHT in pixels, as in 1920x1080".into())
+}
+
+fn size(text: &str) -> Result<Edit, String> {
+    let pixels = Value::from(extent(text)?.map(i64::from).to_vec());
     Ok(Edit::set(format!("--size {text}"), "render.size", pixels))
 }
 

@@ -14,3 +14,4 @@ pub mod job;
 pub mod output;
 pub mod render;
 pub mod scene;
+pub mod view;

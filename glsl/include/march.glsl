@@ -4,6 +4,9 @@
 const float VOXELS_PER_STEP = 1.0;
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
 
+// Steps may be longer for a picture that is soon gone.
+float step_scale = 1.0;
+
 // 1 − exp(−x) without cancellation.
 float absorbed_by(float x) {
     return x < 0.01 ? x * (1.0 - x * (0.5 - x / 6.0)) : 1.0 - exp(-x);
@@ -32,8 +35,8 @@ float next_step(Ray ray, inout March march) {
         march.majorant = macrocell_majorant(march.walk.cell);
     }
     float left = min(march.walk.exit, march.t_end) - march.t;
-    float longest = min(VOXELS_PER_STEP / length(ray.step),
-                        OPTICAL_DEPTH_PER_STEP / march.majorant);
+    float longest = step_scale * min(VOXELS_PER_STEP / length(ray.step),
+                                     OPTICAL_DEPTH_PER_STEP / march.majorant);
     return inside ? left / max(1.0, ceil(left / longest - 1e-3)) : 0.0;
 }
 

@@ -106,6 +106,32 @@ impl Buffer {
         Ok(buffer)
     }
 
+    /// Takes another size and forgets the bytes. The old memory goes first, so that both together are
+    /// never needed.
+    pub fn resize(&mut self, bytes: u64) -> Result<()> {
+        let desc = BufferDesc { bytes, ..self.desc };
+        if bytes.max(16) != self.desc.bytes {
+            let memory = self.holding.memory();
+            self.destroy();
+            *self = Buffer::new(&memory, desc)?;
+        }
+        Ok(())
+    }
+
+    fn destroy(&mut self) {
+        // SAFETY: frames wait for their work before they return, so nothing uses the buffer.
+        unsafe { self.holding.device().raw.destroy_buffer(self.raw, None) };
+        self.raw = vk::Buffer::null();
+        self.holding.release();
+    }
+
+    /// Writes `data`, and takes its size.
+    pub fn rewrite<T: bytemuck::NoUninit>(&mut self, data: &[T]) -> Result<()> {
+        self.resize(std::mem::size_of_val(data) as u64)?;
+        self.write(data);
+        Ok(())
+    }
+
     /// Writes from the buffer's start. Does nothing in a dry run.
     pub fn write<T: bytemuck::NoUninit>(&mut self, data: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(data);
@@ -131,7 +157,6 @@ impl Buffer {
 
 impl Drop for Buffer {
     fn drop(&mut self) {
-        // SAFETY: frames wait for their work before they return, so nothing uses the buffer.
-        unsafe { self.holding.device().raw.destroy_buffer(self.raw, None) };
+        self.destroy();
     }
 }

@@ -8,10 +8,30 @@ use super::buffer::Buffer;
 use super::frame::Frame;
 use super::image::{COLOR, Image};
 use super::pass::{Binding, Pass, Slot};
+use super::surface::Target;
 use crate::error::{Error, Result};
 
-/// How long a slice of a sliced pass should take.
+/// How long a slice of a sliced pass should take where nobody is waiting for a frame.
 const SLICE_MS: f64 = 50.0;
+
+/// How far a pass that runs in slices has come.
+pub struct Slices {
+    /// How long one should take.
+    target_ms: f64,
+    begin: u32,
+    /// Workgroups along the axis in the next one.
+    count: u32,
+}
+
+impl Slices {
+    pub fn new(target_ms: f64) -> Slices {
+        Slices {
+            target_ms,
+            begin: 0,
+            count: 1,
+        }
+    }
+}
 
 impl Frame {
     /// Runs `pass` over at least `threads` threads along x, y and z; the shader drops the excess.
@@ -137,36 +157,22 @@ impl Frame {
 
     /// Brings new images into the GENERAL layout, their texels undefined.
     pub fn adopt(&mut self, images: &[&Image]) -> Result<()> {
-        let stage = vk::PipelineStageFlags2::ALL_TRANSFER;
-        self.timed("adopt", stage, |frame| {
-            let barriers: Vec<_> = images
-                .iter()
-                .map(|image| {
-                    vk::ImageMemoryBarrier2::default()
-                        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                        .dst_stage_mask(stage)
-                        .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
-                        .old_layout(vk::ImageLayout::UNDEFINED)
-                        .new_layout(vk::ImageLayout::GENERAL)
-                        .image(image.raw)
-                        .subresource_range(COLOR)
-                })
-                .collect();
-            let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-            // SAFETY: the command buffer is recording, and the images outlive the submission.
-            unsafe {
-                frame
-                    .device
-                    .raw
-                    .cmd_pipeline_barrier2(frame.commands, &info)
-            };
+        self.timed("adopt", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            frame.to_general(images);
             Ok(())
         })
     }
 
-    /// Sets all texels to zero.
+    /// The same, their texels zero.
     pub fn clear(&mut self, images: &[&Image]) -> Result<()> {
+        self.clear_to(images, [0.0; 4])
+    }
+
+    /// The same with other texels.
+    pub fn clear_to(&mut self, images: &[&Image], texel: [f32; 4]) -> Result<()> {
+        let color = vk::ClearColorValue { float32: texel };
         self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            frame.to_general(images);
             let raw = &frame.device.raw;
             // SAFETY: the command buffer is recording, and the images outlive the submission.
             unsafe {
@@ -175,13 +181,32 @@ impl Frame {
                         frame.commands,
                         image.raw,
                         vk::ImageLayout::GENERAL,
-                        &vk::ClearColorValue::default(),
+                        &color,
                         &[COLOR],
                     );
                 }
             }
             Ok(())
         })
+    }
+
+    fn to_general(&self, images: &[&Image]) {
+        let barriers: Vec<_> = images
+            .iter()
+            .map(|image| {
+                vk::ImageMemoryBarrier2::default()
+                    .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                    .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                    .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                    .old_layout(vk::ImageLayout::UNDEFINED)
+                    .new_layout(vk::ImageLayout::GENERAL)
+                    .image(image.raw)
+                    .subresource_range(COLOR)
+            })
+            .collect();
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+        // SAFETY: the command buffer is recording, and the images outlive the submission.
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
     }
 
     /// Copies texels from the buffer's start into the box [`low`, `low` + `extent`).
@@ -259,6 +284,92 @@ impl Frame {
         })
     }
 
+    /// Readies an image of the window to be drawn on, in one colour.
+    pub fn open_target(&mut self, target: &Target, rgb: [f32; 3]) -> Result<()> {
+        let [r, g, b] = rgb;
+        let color = vk::ClearColorValue {
+            float32: [r, g, b, 1.0],
+        };
+        self.timed("clear", vk::PipelineStageFlags2::ALL_COMMANDS, |frame| {
+            frame.change_layout(target, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+            // SAFETY: the command buffer is recording, and the image is in this layout.
+            unsafe {
+                frame.device.raw.cmd_clear_color_image(
+                    frame.commands,
+                    target.image,
+                    vk::ImageLayout::GENERAL,
+                    &color,
+                    &[COLOR],
+                )
+            };
+            Ok(())
+        })
+    }
+
+    /// Hands a finished image over to be shown.
+    pub fn close_target(&mut self, target: &Target) {
+        let to = vk::ImageLayout::PRESENT_SRC_KHR;
+        self.change_layout(target, vk::ImageLayout::GENERAL, to);
+    }
+
+    fn change_layout(&self, target: &Target, from: vk::ImageLayout, to: vk::ImageLayout) {
+        let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+        let barriers = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(any)
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .dst_access_mask(any)
+            .old_layout(from)
+            .new_layout(to)
+            .image(target.image)
+            .subresource_range(COLOR)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+        // SAFETY: the command buffer is recording, and the image outlives the submission.
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
+    }
+
+    /// Copies the lowest `extent` of an image into the rectangle [low, high) of the target, stretched.
+    pub fn place(
+        &mut self,
+        from: &Image,
+        extent: [u32; 2],
+        target: &Target,
+        [low, high]: [[u32; 2]; 2],
+    ) -> Result<()> {
+        let corner = |[x, y]: [u32; 2], z: i32| vk::Offset3D {
+            x: x as i32,
+            y: y as i32,
+            z,
+        };
+        let layers = vk::ImageSubresourceLayers {
+            aspect_mask: vk::ImageAspectFlags::COLOR,
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: 1,
+        };
+        let region = vk::ImageBlit {
+            src_subresource: layers,
+            src_offsets: [corner([0, 0], 0), corner(extent, 1)],
+            dst_subresource: layers,
+            dst_offsets: [corner(low, 0), corner(high, 1)],
+        };
+        self.timed("place", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            // SAFETY: the command buffer is recording; both rectangles lie inside their images.
+            unsafe {
+                frame.device.raw.cmd_blit_image(
+                    frame.commands,
+                    from.raw,
+                    vk::ImageLayout::GENERAL,
+                    target.image,
+                    vk::ImageLayout::GENERAL,
+                    &[region],
+                    vk::Filter::LINEAR,
+                )
+            };
+            Ok(())
+        })
+    }
+
     /// Runs `pass` over at least `threads` threads in submissions of its own, slice after slice along
     /// the last axis, so that none of them takes much longer than [`SLICE_MS`] whatever the device:
     /// Windows resets a GPU that is busy for two seconds.
@@ -269,25 +380,37 @@ impl Frame {
         push: &P,
         threads: [u32; 3],
     ) -> Result<()> {
+        let mut slices = Slices::new(SLICE_MS);
+        while !self.run_slice(pass, bindings, push, threads, &mut slices)? {}
+        Ok(())
+    }
+
+    /// The next slice of such a pass. Returns whether it was the last.
+    pub fn run_slice<P: bytemuck::NoUninit>(
+        &mut self,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+        slices: &mut Slices,
+    ) -> Result<bool> {
         let groups = pass.groups(threads);
         let axis = if groups[2] > 1 { 2 } else { 1 };
-        let mut begin = [0; 3];
-        let mut slice = 1;
-        while begin[axis] < groups[axis] {
-            let mut count = groups;
-            count[axis] = slice.min(groups[axis] - begin[axis]);
-            let began = Instant::now();
-            self.run(|f| {
-                f.timed(pass.name, vk::PipelineStageFlags2::COMPUTE_SHADER, |f| {
-                    f.bind(pass, bindings)?;
-                    f.dispatch(pass, bytemuck::bytes_of(push), begin, count)
-                })
-            })?;
-            begin[axis] += count[axis];
-            let took_ms = began.elapsed().as_secs_f64() * 1e3;
-            slice = (slice as f64 * (SLICE_MS / took_ms).clamp(0.5, 8.0)).ceil() as u32;
-        }
-        Ok(())
+        let (mut begin, mut count) = ([0; 3], groups);
+        begin[axis] = slices.begin;
+        count[axis] = slices.count.min(groups[axis] - slices.begin);
+        let began = Instant::now();
+        self.run(|f| {
+            f.timed(pass.name, vk::PipelineStageFlags2::COMPUTE_SHADER, |f| {
+                f.bind(pass, bindings)?;
+                f.dispatch(pass, bytemuck::bytes_of(push), begin, count)
+            })
+        })?;
+        let took_ms = began.elapsed().as_secs_f64() * 1e3;
+        let growth = (slices.target_ms / took_ms).clamp(0.5, 8.0);
+        slices.begin += count[axis];
+        slices.count = (slices.count as f64 * growth).ceil() as u32;
+        Ok(slices.begin == groups[axis])
     }
 }
 

@@ -3,9 +3,10 @@
 //! Validation is a property of the device: with it on, core and synchronization checks run, and
 //! every message is kept so that a test can demand that there were none.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use ash::{ext, khr, vk};
+use winit::raw_window_handle::RawDisplayHandle;
 
 use super::instance::{Instance, Validation};
 use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
@@ -25,11 +26,17 @@ pub struct Device {
     pub(super) push_descriptor: khr::push_descriptor::Device,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) physical: vk::PhysicalDevice,
-    pub(super) queue: vk::Queue,
+    /// Vulkan lets one thread at a time submit to it.
+    queue: Mutex<vk::Queue>,
     pub(super) queue_family: u32,
     pub(super) timestamp_period_ns: f64,
     pub(super) nearest: vk::Sampler,
     pub(super) linear: vk::Sampler,
+    /// Where work happens that a barrier has to wait for.
+    pub(super) work_stages: vk::PipelineStageFlags2,
+    /// Once Mesa's CPU driver has drawn anything, it writes timestamps when it draws next, not where they
+    /// were recorded; submissions are then timed by the host's clock.
+    pub(super) has_late_timestamps: bool,
     has_memory_budget: bool,
     pub summary: DeviceSummary,
     // Dropped after the device, in this order.
@@ -39,17 +46,34 @@ pub struct Device {
 impl Device {
     /// Opens the wanted device, or the best: discrete before integrated before CPU.
     pub fn open(choice: &DeviceChoice) -> Result<Arc<Device>> {
-        let instance = Instance::new(choice.validation)?;
+        let instance = Instance::new(choice.validation, &[])?;
+        Device::open_from(instance, choice, false)
+    }
+
+    /// The same, for windows of a display.
+    pub fn open_for_display(
+        choice: &DeviceChoice,
+        display: RawDisplayHandle,
+    ) -> Result<Arc<Device>> {
+        let extensions = ash_window::enumerate_required_extensions(display).map_err(|e| {
+            Error::Device(format!("Vulkan knows no way to draw on this display: {e}"))
+        })?;
+        let instance = Instance::new(choice.validation, extensions)?;
+        Device::open_from(instance, choice, true)
+    }
+
+    fn open_from(instance: Instance, choice: &DeviceChoice, draws: bool) -> Result<Arc<Device>> {
         let summaries = survey(&instance)?;
         let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
         let physical = instance.physical_devices()?[summary.index];
-        Device::create(instance, physical, summary)
+        Device::create(instance, physical, summary, draws)
     }
 
     fn create(
         instance: Instance,
         physical: vk::PhysicalDevice,
         summary: DeviceSummary,
+        draws: bool,
     ) -> Result<Arc<Device>> {
         let queue_family = compute_queue(&instance, physical)
             .ok_or_else(|| Error::Device(format!("{} has no compute queue", summary.name)))?;
@@ -58,6 +82,9 @@ impl Device {
             .queue_priorities(&[1.0])];
         let has_memory_budget = instance.has_extension(physical, ext::memory_budget::NAME);
         let mut extensions = vec![khr::push_descriptor::NAME.as_ptr()];
+        if draws {
+            extensions.push(khr::swapchain::NAME.as_ptr());
+        }
         if has_memory_budget {
             extensions.push(ext::memory_budget::NAME.as_ptr());
         }
@@ -68,7 +95,8 @@ impl Device {
             .host_query_reset(true);
         let mut thirteen = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
-            .maintenance4(true);
+            .maintenance4(true)
+            .dynamic_rendering(draws);
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
@@ -90,11 +118,18 @@ impl Device {
             labels,
             raw,
             physical,
-            queue,
+            queue: Mutex::new(queue),
             queue_family,
             timestamp_period_ns: limits.timestamp_period as f64,
             nearest: vk::Sampler::null(),
             linear: vk::Sampler::null(),
+            work_stages: match draws {
+                true => vk::PipelineStageFlags2::ALL_COMMANDS,
+                false => {
+                    vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::ALL_TRANSFER
+                }
+            },
+            has_late_timestamps: draws && summary.kind == "CPU",
             has_memory_budget,
             summary,
             instance,
@@ -102,6 +137,13 @@ impl Device {
         device.nearest = device.sampler(vk::Filter::NEAREST)?;
         device.linear = device.sampler(vk::Filter::LINEAR)?;
         Ok(Arc::new(device))
+    }
+
+    /// The queue, for this thread alone until the guard is dropped.
+    pub(super) fn queue(&self) -> MutexGuard<'_, vk::Queue> {
+        self.queue
+            .lock()
+            .unwrap_or_else(|broken| broken.into_inner())
     }
 
     fn sampler(&self, filter: vk::Filter) -> Result<vk::Sampler> {

@@ -82,7 +82,7 @@ impl ImageDesc {
         match self.format {
             vk::Format::R8_UNORM => 1,
             vk::Format::R16_UNORM => 2,
-            vk::Format::R32_SFLOAT | vk::Format::R32_UINT => 4,
+            vk::Format::R32_SFLOAT | vk::Format::R32_UINT | vk::Format::R8G8B8A8_UNORM => 4,
             vk::Format::R32G32_SFLOAT | vk::Format::R16G16B16A16_SFLOAT => 8,
             vk::Format::R32G32B32A32_SFLOAT => 16,
             other => unreachable!("{other:?} is not used"),
@@ -139,6 +139,35 @@ impl Image {
         image.view = unsafe { device.raw.create_image_view(&view, None) }.map_err(failed)?;
         Ok(image)
     }
+
+    /// Takes another extent and forgets the texels. The old memory goes first, so that both together
+    /// are never needed.
+    pub fn resize(&mut self, extent: [u32; 3]) -> Result<()> {
+        let desc = ImageDesc {
+            extent,
+            ..self.desc
+        };
+        let memory = self.holding.memory();
+        self.destroy();
+        *self = Image::new(&memory, desc)?;
+        Ok(())
+    }
+
+    /// Of the device that it is on.
+    pub fn limits(&self) -> &DeviceSummary {
+        &self.holding.device().summary
+    }
+
+    fn destroy(&mut self) {
+        let device = &self.holding.device().raw;
+        // SAFETY: frames wait for their work before they return, so nothing uses the image.
+        unsafe {
+            device.destroy_image_view(self.view, None);
+            device.destroy_image(self.raw, None);
+        }
+        (self.view, self.raw) = (vk::ImageView::null(), vk::Image::null());
+        self.holding.release();
+    }
 }
 
 pub(super) const COLOR: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
@@ -151,11 +180,6 @@ pub(super) const COLOR: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
 
 impl Drop for Image {
     fn drop(&mut self) {
-        let device = &self.holding.device().raw;
-        // SAFETY: frames wait for their work before they return, so nothing uses the image.
-        unsafe {
-            device.destroy_image_view(self.view, None);
-            device.destroy_image(self.raw, None);
-        }
+        self.destroy();
     }
 }

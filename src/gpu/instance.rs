@@ -5,7 +5,7 @@
 //! memory that were left alive when the device was destroyed. A device that is itself never
 //! destroyed is silent.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::{CStr, c_char, c_void};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -30,13 +30,14 @@ pub(super) struct Instance {
     messages: Box<Messages>,
     /// How many of them were asked for.
     heard: AtomicUsize,
-    _entry: ash::Entry,
+    pub entry: ash::Entry,
 }
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 impl Instance {
-    pub fn new(validation: Validation) -> Result<Instance> {
+    /// `extensions` are names that live as long as the program, as of a window system.
+    pub fn new(validation: Validation, extensions: &[*const c_char]) -> Result<Instance> {
         // SAFETY: the loader is only used through this entry, which the instance keeps alive.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| {
             Error::Device(format!(
@@ -47,7 +48,7 @@ impl Instance {
             .application_name(c"isolume")
             .api_version(vk::API_VERSION_1_3);
         let mut layers = Vec::new();
-        let mut extensions = Vec::new();
+        let mut extensions = extensions.to_vec();
         if validation == Validation::On {
             layers.push(VALIDATION_LAYER.as_ptr());
             extensions.push(ext::debug_utils::NAME.as_ptr());
@@ -67,6 +68,9 @@ impl Instance {
             vk::Result::ERROR_LAYER_NOT_PRESENT => Error::Device(
                 "validation was asked for, but VK_LAYER_KHRONOS_validation is not installed (Debian: vulkan-validationlayers)".into(),
             ),
+            vk::Result::ERROR_EXTENSION_NOT_PRESENT => Error::Device(
+                "no Vulkan driver here can draw into this display's windows: `isolume render` needs none".into(),
+            ),
             e => Error::Device(format!("Vulkan could not be started: {e}")),
         })?;
         let mut instance = Instance {
@@ -74,7 +78,7 @@ impl Instance {
             messenger: None,
             messages: Box::default(),
             heard: AtomicUsize::new(0),
-            _entry: entry,
+            entry,
         };
         if validation == Validation::On {
             instance.listen()?;
@@ -107,7 +111,7 @@ impl Instance {
     }
 
     fn listen(&mut self) -> Result<()> {
-        let debug = ext::debug_utils::Instance::new(&self._entry, &self.raw);
+        let debug = ext::debug_utils::Instance::new(&self.entry, &self.raw);
         let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(
                 vk::DebugUtilsMessageSeverityFlagsEXT::ERROR

@@ -109,6 +109,11 @@ impl Memory {
         self.allocator.is_none()
     }
 
+    /// Bytes in use now.
+    pub fn used(&self) -> u64 {
+        self.ledger().used
+    }
+
     /// The most that was ever allocated at once, in bytes.
     pub fn peak(&self) -> u64 {
         self.ledger().peak
@@ -221,13 +226,18 @@ impl Holding {
         &self.memory.device
     }
 
+    pub fn memory(&self) -> Arc<Memory> {
+        self.memory.clone()
+    }
+
     pub fn name(&self) -> &'static str {
         self.entry.name
     }
 }
 
-impl Drop for Holding {
-    fn drop(&mut self) {
+impl Holding {
+    /// Gives everything back; nothing is held from then on.
+    pub fn release(&mut self) {
         if let (Some(allocation), Some(allocator)) =
             (self.allocation.take(), self.memory.allocator.as_ref())
         {
@@ -238,11 +248,18 @@ impl Drop for Holding {
                 .free(allocation);
         }
         let mut ledger = self.memory.ledger();
-        let used = ledger.used - self.entry.bytes;
-        ledger.use_now(used);
         if let Some(index) = ledger.alive.iter().position(|e| *e == self.entry) {
             ledger.alive.remove(index);
+            let used = ledger.used - self.entry.bytes;
+            ledger.use_now(used);
         }
+        self.entry.bytes = 0;
+    }
+}
+
+impl Drop for Holding {
+    fn drop(&mut self) {
+        self.release();
     }
 }
 

@@ -7,6 +7,7 @@
 //! barriers are global: a frame puts one between any two passes.
 
 mod buffer;
+mod canvas;
 mod commands;
 mod device;
 mod frame;
@@ -16,10 +17,13 @@ mod memory;
 mod pass;
 mod shader;
 mod shared;
+mod surface;
 mod survey;
 mod timing;
 
 pub use buffer::{Buffer, BufferDesc, Placement};
+pub use canvas::{ATLAS_SIDE, Canvas, CanvasVertex, Patch};
+pub use commands::Slices;
 pub use device::{Device, DeviceChoice};
 pub use frame::Frame;
 pub use image::{Image, ImageDesc};
@@ -28,6 +32,7 @@ pub use memory::{Memory, ResourceBytes, human};
 pub use pass::{Binding, Pass, PassDesc};
 pub use shader::Shaders;
 pub use shared::{Shared, Specialization, Word, types};
+pub use surface::{Surface, Swapchain, Target};
 pub use survey::{DeviceSummary, list_devices};
 pub use timing::{Span, Timings};
 

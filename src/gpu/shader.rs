@@ -2,9 +2,9 @@
 //!
 //! `ISOLUME_GLSL=DIR` reads it from disk instead, so that a shader can be changed without a rebuild.
 
-use std::cell::Cell;
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use include_dir::{Dir, include_dir};
@@ -26,7 +26,7 @@ pub struct Shaders {
     /// Files beside those of `glsl/`, by name: a test's own passes.
     added: HashMap<String, String>,
     /// On starting the compiler, and on every pass since.
-    spent: Cell<Duration>,
+    spent: Mutex<Duration>,
 }
 
 impl Shaders {
@@ -39,7 +39,7 @@ impl Shaders {
             shared,
             folder: std::env::var_os("ISOLUME_GLSL").map(PathBuf::from),
             added: HashMap::new(),
-            spent: Cell::new(began.elapsed()),
+            spent: Mutex::new(began.elapsed()),
         })
     }
 
@@ -50,17 +50,28 @@ impl Shaders {
     }
 
     pub(super) fn spend(&self, time: Duration) {
-        self.spent.set(self.spent.get() + time);
+        *self.spent.lock().unwrap_or_else(PoisonError::into_inner) += time;
     }
 
-    /// What compiling has taken so far, the driver's share included.
+    /// What compiling has taken so far, the driver's share included; of two threads at once, both count.
     pub fn time_spent(&self) -> Duration {
-        self.spent.get()
+        *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// SPIR-V of `glsl/NAME.comp`.
     pub fn compile(&self, name: &str) -> Result<Vec<u32>> {
-        let file = format!("{name}.comp");
+        self.compile_file(format!("{name}.comp"), ShaderKind::Compute)
+    }
+
+    /// SPIR-V of `glsl/NAME.vert` and `glsl/NAME.frag`.
+    pub fn compile_drawing(&self, name: &str) -> Result<[Vec<u32>; 2]> {
+        Ok([
+            self.compile_file(format!("{name}.vert"), ShaderKind::Vertex)?,
+            self.compile_file(format!("{name}.frag"), ShaderKind::Fragment)?,
+        ])
+    }
+
+    fn compile_file(&self, file: String, kind: ShaderKind) -> Result<Vec<u32>> {
         let failed = |e: String| Error::Device(format!("shader {file}: {e}"));
         let source = self.source(&file).map_err(failed)?;
         let mut options = CompileOptions::new().map_err(|e| failed(e.to_string()))?;
@@ -83,7 +94,7 @@ impl Shaders {
         });
         let artifact = self
             .compiler
-            .compile_into_spirv(&source, ShaderKind::Compute, &file, "main", Some(&options))
+            .compile_into_spirv(&source, kind, &file, "main", Some(&options))
             .map_err(|e| failed(e.to_string()))?;
         Ok(artifact.as_binary().to_vec())
     }

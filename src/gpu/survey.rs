@@ -27,7 +27,7 @@ pub struct DeviceSummary {
 
 /// Every device that a Vulkan driver shows, usable or not.
 pub fn list_devices() -> Result<Vec<DeviceSummary>> {
-    survey(&Instance::new(Validation::Off)?)
+    survey(&Instance::new(Validation::Off, &[])?)
 }
 
 pub(super) fn survey(instance: &Instance) -> Result<Vec<DeviceSummary>> {

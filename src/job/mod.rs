@@ -1,9 +1,9 @@
 //! Carries out what the command line asks for.
 
 mod bench;
-mod plan;
+pub(crate) mod plan;
 mod render;
-mod report;
+pub(crate) mod report;
 mod schedule;
 mod setup;
 mod trace;
@@ -19,12 +19,14 @@ use crate::info;
 use crate::scene::file::Opened;
 use crate::scene::volume::{Volume, VolumeOverrides};
 use crate::scene::{describe, open};
+use crate::view::view;
 use report::Clock;
 
 /// Runs a command and returns the exit status.
 pub fn run(cli: Cli) -> Result<u8> {
     match cli.command {
         Command::Render(args) => render::render(&args),
+        Command::View(args) => view(&args),
         Command::Plan(args) => plan::plan(&args),
         Command::Bench(args) => bench::bench(&args),
         Command::Scene(args) => print_scene(&args),
@@ -92,7 +94,7 @@ fn print(text: &str) -> Result<u8> {
 
 /// The device that `--device` names. `ISOLUME_VALIDATION=1` watches it with Vulkan's validation
 /// layers, and makes any of their messages an error.
-fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice {
+pub(crate) fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice {
     let watched = std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1");
     DeviceChoice {
         wanted: wanted.map(|choice| match choice {

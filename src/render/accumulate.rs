@@ -25,6 +25,6 @@ impl Accumulate {
             ("mean", Binding::Image(&r.mean)),
             ("squares", Binding::Image(&r.squares)),
         ];
-        frame.pass(&self.0, &bindings, push, r.mean.desc.extent)
+        frame.pass(&self.0, &bindings, push, [r.size[0], r.size[1], 1])
     }
 }

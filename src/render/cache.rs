@@ -18,14 +18,16 @@ use super::ray_march::RayMarch;
 use super::resources::{CacheResources, Resources};
 use super::shared::Features;
 use crate::error::Result;
-use crate::gpu::{Device, Frame, Shaders};
+use crate::gpu::{Device, Frame, Shaders, Slices};
 
 /// The error is measured on about so many pixels along the picture's longer side.
 const MEASURED_PIXELS: u32 = 128;
 
 pub struct Cache {
-    tracking: CellTracking,
+    pub tracking: CellTracking,
     ray_march: RayMarch,
+    /// Only where surfaces stop light.
+    cut_cells: Option<CutCells>,
     /// Paths that each node has had.
     pub updates: u32,
     /// Paths traced and reads of the volume in all.
@@ -34,6 +36,8 @@ pub struct Cache {
     /// Of the picture that it shows: rms(standard error)/mean. Infinite until there are two batches.
     pub relative_error: f64,
     pub took: Duration,
+    /// Paths a node of the batch under way.
+    under_way: Option<u32>,
     /// The last measurement.
     shown: Vec<[f32; 4]>,
 }
@@ -43,28 +47,26 @@ impl Cache {
         Ok(Cache {
             tracking: CellTracking::new(device, shaders, features)?,
             ray_march: RayMarch::new(device, shaders, features)?,
+            cut_cells: match features.full_light {
+                true => Some(CutCells::new(device, shaders, features)?),
+                false => None,
+            },
             updates: 0,
             paths: 0,
             lookups: 0,
             relative_error: f64::INFINITY,
             took: Duration::ZERO,
+            under_way: None,
             shown: Vec::new(),
         })
     }
 
     /// What only has to be done when the surfaces or the volume change.
-    pub fn prepare(
-        device: &Arc<Device>,
-        shaders: &Shaders,
-        features: &Features,
-        frame: &mut Frame,
-        r: &Resources,
-    ) -> Result<()> {
-        match r.cache.as_ref().and_then(|c| Some((c, c.cuts.as_ref()?))) {
-            Some((cache, cuts)) => {
-                CutCells::new(device, shaders, features)?.run(frame, r, cache, cuts)
-            }
-            None => Ok(()),
+    pub fn prepare(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        let cuts = r.cache.as_ref().and_then(|c| Some((c, c.cuts.as_ref()?)));
+        match (&self.cut_cells, cuts) {
+            (Some(pass), Some((cache, cuts))) => pass.run(frame, r, cache, cuts),
+            _ => Ok(()),
         }
     }
 
@@ -73,6 +75,17 @@ impl Cache {
         self.updates = 0;
         self.relative_error = f64::INFINITY;
         self.took = Duration::ZERO;
+        self.under_way = None;
+        self.shown.clear();
+    }
+
+    /// Forgets the batch under way.
+    pub fn abandon(&mut self) {
+        self.under_way = None;
+    }
+
+    /// From elsewhere, the error has to be measured anew; until then the last one stands.
+    pub fn look_elsewhere(&mut self) {
         self.shown.clear();
     }
 
@@ -83,7 +96,7 @@ impl Cache {
         };
         self.tracking.restart(frame, r)?;
         self.tracking.advance(frame, r, resources, 1, 0)?;
-        self.ray_march.run(frame, r, resources)
+        self.ray_march.measure(frame, r, resources, 1)
     }
 
     /// Gives every node `samples` more paths and measures the error. False if `stop` is raised before
@@ -95,28 +108,41 @@ impl Cache {
         samples: u32,
         stop: &AtomicBool,
     ) -> Result<bool> {
+        self.under_way = None;
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            if self.advance(frame, r, samples)? {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Goes on with a batch for about as long as the slots aim at, or begins one of `samples` paths a
+    /// node. Returns whether it has ended, and been measured.
+    pub fn advance(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<bool> {
         let Some(resources) = &r.cache else {
             return Ok(true);
         };
         let began = Instant::now();
-        self.tracking.restart(frame, r)?;
-        let mut under_way = true;
-        while under_way {
-            if stop.load(Ordering::Relaxed) {
-                return Ok(false);
-            }
-            let progress = self
-                .tracking
-                .advance(frame, r, resources, samples, self.updates)?;
-            under_way = progress.under_way;
-            self.lookups += progress.lookups as u64;
+        if self.under_way.is_none() {
+            self.tracking.restart(frame, r)?;
         }
-        let history = self.updates;
-        self.updates += samples;
-        self.paths += samples as u64 * resources.active_nodes;
-        self.measure(frame, r, resources, history as f64 / samples as f64)?;
+        let samples = *self.under_way.get_or_insert(samples);
+        let progress = self
+            .tracking
+            .advance(frame, r, resources, samples, self.updates)?;
+        self.lookups += progress.lookups as u64;
+        if !progress.under_way {
+            let history = self.updates;
+            self.under_way = None;
+            self.updates += samples;
+            self.paths += samples as u64 * resources.active_nodes;
+            self.measure(frame, r, resources, history as f64 / samples as f64)?;
+        }
         self.took += began.elapsed();
-        Ok(true)
+        Ok(!progress.under_way)
     }
 
     /// `history` is n/N.
@@ -127,7 +153,7 @@ impl Cache {
         cache: &CacheResources,
         history: f64,
     ) -> Result<()> {
-        let [width, height, _] = r.unit_sum.desc.extent;
+        let [width, height] = r.size;
         let stride = width.max(height).div_ceil(MEASURED_PIXELS);
         let corner = [width.div_ceil(stride), height.div_ceil(stride), 1];
         self.ray_march.measure(frame, r, cache, stride)?;
@@ -139,11 +165,20 @@ impl Cache {
         Ok(())
     }
 
-    /// The picture that the cache shows now, into `unit_sum`.
-    pub fn march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
+    pub fn record_march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
         match &r.cache {
-            Some(cache) => self.ray_march.run(frame, r, cache),
+            Some(cache) => self.ray_march.record(frame, r, cache),
             None => Ok(()),
+        }
+    }
+
+    /// The next slice of the picture that the cache shows now, into `unit_sum`. Returns whether it was
+    /// the last.
+    pub fn march(&self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {
+        match &r.cache {
+            Some(cache) => self.ray_march.advance(frame, r, cache, slices),
+            None => Ok(true),
         }
     }
 }

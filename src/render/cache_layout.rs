@@ -67,6 +67,13 @@ impl CacheLayout {
         })
     }
 
+    /// Whether each brick that has memory in `other`, of the same scale, has memory here as well.
+    pub fn covers(&self, other: &CacheLayout) -> bool {
+        // Bricks are in order of their packed positions.
+        let has = |brick: &u32| self.active.binary_search(brick).is_ok();
+        other.active.iter().all(has)
+    }
+
     pub fn format(&self) -> CacheFormat {
         match self.is_f16 {
             true => CacheFormat::F16,

@@ -2,12 +2,20 @@
 
 use std::sync::Arc;
 
-use super::resources::{CacheResources, Resources};
+use super::resources::Resources;
 use super::shared::{CameraMarchPush, Features};
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Slices, Specialization};
 
-pub struct CameraMarch(Pass);
+/// Of a march that nobody is waiting for.
+const SLICE_MS: f64 = 50.0;
+
+pub struct CameraMarch {
+    pass: Pass,
+    slices: Slices,
+    /// How long a piece of work should take.
+    pub slice_ms: f64,
+}
 
 impl CameraMarch {
     pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
@@ -15,17 +23,28 @@ impl CameraMarch {
             name: "camera_march",
             specialization: &features.words(),
         };
-        Ok(CameraMarch(Pass::new(device, shaders, &desc)?))
+        Ok(CameraMarch {
+            pass: Pass::new(device, shaders, &desc)?,
+            slices: Slices::new(SLICE_MS),
+            slice_ms: SLICE_MS,
+        })
     }
 
-    /// Leaves one sample of every pixel, its so-manieth, in `unit_sum`.
-    pub fn run(
-        &self,
+    /// Takes a sample of every pixel, the `sample_index`-th, a slice further, or begins it. Returns whether
+    /// it is in `unit_sum` now.
+    pub fn advance(
+        &mut self,
         frame: &mut Frame,
         r: &Resources,
-        cache: &CacheResources,
         sample_index: u32,
-    ) -> Result<()> {
+        begins: bool,
+    ) -> Result<bool> {
+        let Some(cache) = &r.cache else {
+            return Ok(true);
+        };
+        if begins {
+            self.slices = Slices::new(self.slice_ms);
+        }
         let push = CameraMarchPush { sample_index };
         let bindings = [
             &r.medium_bindings()[..],
@@ -33,7 +52,12 @@ impl CameraMarch {
             &[("unit_sum", Binding::Image(&r.unit_sum))],
         ]
         .concat();
-        let [width, height, _] = r.unit_sum.desc.extent;
-        frame.run_in_slices(&self.0, &bindings, &push, [width, height, 1])
+        let threads = [r.size[0], r.size[1], 1];
+        frame.run_slice(&self.pass, &bindings, &push, threads, &mut self.slices)
+    }
+
+    /// A slice of a sample, which the next one begins anew.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.advance(frame, r, 0, true).map(drop)
     }
 }

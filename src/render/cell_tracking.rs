@@ -10,7 +10,7 @@ use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization
 
 pub struct CellTracking {
     pass: Pass,
-    slots: Slots,
+    pub slots: Slots,
 }
 
 impl CellTracking {

@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::cache_layout::CacheLayout;
 use super::environment_table;
 use super::filter_probe::filter_is_precise;
-use super::occupancy::Occupancy;
+use super::occupancy::{Occupancy, macrocell_ranges};
 use super::shared::{
     self, Clip, EnvironmentCell, Features, MACROCELL, SHADING_DISNEY, SHADING_LAMBERT,
     SHADING_PHONG, SceneConstants, Sun, Surface,
@@ -137,6 +137,35 @@ impl SceneBuffers {
         self
     }
 
+    /// Another scene of the same volume, on the same device and with the same cache.
+    pub fn changed_to(&self, scene: &Scene, volume: &Volume) -> SceneBuffers {
+        let seed = self.constants.seed;
+        let changed =
+            SceneBuffers::with_filter(scene, volume, seed, self.features.filter_in_shader);
+        match &self.cache {
+            Some(layout) => changed.with_cache(layout.clone()),
+            None => changed,
+        }
+    }
+
+    /// A texel of the cache for light that nobody has traced yet.
+    pub fn guessed_light(&self) -> [f32; 4] {
+        const ARRIVES: f32 = 0.6;
+        let texels = &self.environment.texels;
+        let image = |c: usize| texels.iter().map(|t| t[c]).sum::<f32>() / texels.len() as f32;
+        let sky = |c: usize| self.constants.environment[c] + image(c);
+        let suns = self.constants.suns_grey / (4.0 * std::f32::consts::PI);
+        let light = |c: usize| ARRIVES * (sky(c) + suns * ARRIVES) / self.constants.cache_unit;
+        [light(0), light(1), light(2), ARRIVES]
+    }
+
+    /// The same picture with fewer pixels.
+    pub fn reduced_to(&self, size: [u32; 2]) -> SceneBuffers {
+        let mut other = self.clone();
+        other.constants.size = size;
+        other
+    }
+
     /// The same scene from elsewhere.
     pub fn seen_by(&self, camera: &Camera) -> SceneBuffers {
         let mut other = self.clone();
@@ -162,8 +191,13 @@ impl SceneBuffers {
 
     /// Where the cache needs memory.
     pub fn occupancy(&self, volume: &Volume) -> Occupancy {
+        self.occupancy_of(&macrocell_ranges(volume, self.constants.macrocells))
+    }
+
+    /// The same, for who already knows the range of each macrocell.
+    pub fn occupancy_of(&self, ranges: &[[f32; 2]]) -> Occupancy {
         Occupancy::new(
-            volume,
+            ranges,
             &self.constants,
             &self.transfer,
             self.obstacles(),
@@ -267,7 +301,7 @@ pub fn volume_format(volume: &Volume) -> Format {
 }
 
 /// Macrocells along each axis that cover all trilinear cells.
-fn macrocells(dims: [u32; 3]) -> [u32; 3] {
+pub fn macrocells(dims: [u32; 3]) -> [u32; 3] {
     dims.map(|n| (n + 1).div_ceil(MACROCELL))
 }
 

@@ -1,7 +1,6 @@
 //! Paths from the camera: those of `non-caching`, and those that read the cache.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::resources::{CacheResources, Resources};
 use super::shared::{Features, TrackPush};
@@ -11,7 +10,7 @@ use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization
 
 pub struct DeltaTracking {
     pass: Pass,
-    slots: Slots,
+    pub slots: Slots,
 }
 
 impl DeltaTracking {
@@ -29,43 +28,19 @@ impl DeltaTracking {
         })
     }
 
-    /// Traces `samples` paths for each pixel, from its `first`-th sample on, and leaves their sums in
-    /// `unit_sum`. Returns the reads of the volume; `None` if `stop` is raised before the last path ends.
-    pub fn unit(
-        &mut self,
-        frame: &mut Frame,
-        r: &Resources,
-        samples: u32,
-        first: u32,
-        stop: &AtomicBool,
-    ) -> Result<Option<u64>> {
-        self.slots.restart(frame, r)?;
-        let mut lookups = 0;
-        loop {
-            if stop.load(Ordering::Relaxed) {
-                return Ok(None);
-            }
-            let progress = self.advance(frame, r, samples, first)?;
-            lookups += progress.lookups as u64;
-            if !progress.under_way {
-                return Ok(Some(lookups));
-            }
-        }
-    }
-
-    /// A few steps of a unit, which the next one begins anew.
-    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.slots.restart(frame, r)?;
-        self.advance(frame, r, 1, 0).map(drop)
-    }
-
-    fn advance(
+    /// Takes all paths of a unit of `samples` samples a pixel further, the first of them its
+    /// `first_sample`-th; or begins it. Once none is under way, their sums are in `unit_sum`.
+    pub fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
         samples: u32,
         first_sample: u32,
+        begins: bool,
     ) -> Result<Progress> {
+        if begins {
+            self.slots.restart(frame, r)?;
+        }
         let DeltaTracking { pass, slots } = self;
         slots.advance(frame, r, |frame, work| {
             let push = TrackPush {
@@ -85,5 +60,10 @@ impl DeltaTracking {
             .concat();
             frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
         })
+    }
+
+    /// A few steps of a unit, which the next one begins anew.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.advance(frame, r, 1, 0, true).map(drop)
     }
 }

@@ -24,10 +24,11 @@ mod renderer;
 mod resources;
 pub mod shared;
 mod slots;
+mod tone_map;
 
 pub use cache::Cache;
 pub use cache_layout::CacheLayout;
-pub use constants::SceneBuffers;
+pub use constants::{SceneBuffers, macrocells};
 pub use occupancy::{Occupancy, macrocell_ranges};
 pub use plan::{Choice, Plan, choose};
 pub use renderer::{Film, FirstHits, Renderer, Totals};

@@ -87,14 +87,13 @@ fn range_slice<T: Copy + PartialOrd>(
 
 impl Occupancy {
     pub fn new(
-        volume: &Volume,
+        ranges: &[[f32; 2]],
         constants: &SceneConstants,
         transfer: &[TransferPoint],
         surfaces: &[Surface],
         clips: &[Clip],
     ) -> Occupancy {
         let macrocells = constants.macrocells;
-        let ranges = macrocell_ranges(volume, macrocells);
         let matters = |(n, range): (usize, &[f32; 2])| {
             let shows = scatters(*range, constants.density, transfer)
                 || surfaces

@@ -44,14 +44,24 @@ impl Plan {
         cache: Option<CacheLayout>,
     ) -> Result<Plan> {
         let mut buffers = SceneBuffers::unprobed(scene, volume);
-        if let Some(layout) = &cache {
-            buffers = buffers.with_cache(layout.clone());
+        if let Some(layout) = cache {
+            buffers = buffers.with_cache(layout);
         }
+        Plan::of(device, limits, volume, &buffers)
+    }
+
+    /// The same for a scene as the GPU has it.
+    pub fn of(
+        device: &Arc<Device>,
+        limits: &DeviceSummary,
+        volume: &Volume,
+        buffers: &SceneBuffers,
+    ) -> Result<Plan> {
         let dry_run = Memory::dry_run(device, limits.clone());
-        Resources::allocate(&dry_run, volume, &buffers)?;
+        Resources::allocate(&dry_run, volume, buffers)?;
         Ok(Plan {
             resources: dry_run.resources(),
-            cache,
+            cache: buffers.cache.clone(),
             published: buffers.published,
         })
     }

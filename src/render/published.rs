@@ -7,7 +7,6 @@
 //! every cell, on average. How noisy its picture is, it does not know.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytemuck::Zeroable;
 
@@ -59,20 +58,11 @@ impl Published {
         })
     }
 
-    /// Takes every cell's path a few steps further. False, and nothing has happened, if `stop` is raised.
-    pub fn round(
-        &mut self,
-        frame: &mut Frame,
-        r: &Resources,
-        totals: &mut Totals,
-        stop: &AtomicBool,
-    ) -> Result<bool> {
+    /// Takes every cell's path a few steps further.
+    pub fn round(&mut self, frame: &mut Frame, r: &Resources, totals: &mut Totals) -> Result<()> {
         let Some(cells) = &r.published else {
-            return Ok(true);
+            return Ok(());
         };
-        if stop.load(Ordering::Relaxed) {
-            return Ok(false);
-        }
         if self.rounds == 0 {
             frame.run(|f| f.zero(&r.counters))?;
         }
@@ -94,11 +84,12 @@ impl Published {
             self.march(frame, r)?;
             totals.units = 1;
         }
-        Ok(true)
+        Ok(())
     }
 
-    /// Forgets all light and all paths.
-    pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    /// A round, of which all light and all paths are forgotten.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.round(frame, r, &mut Totals::default())?;
         self.rounds = 0;
         self.counted = Counters::zeroed();
         match &r.published {

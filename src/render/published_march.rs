@@ -39,6 +39,6 @@ impl PublishedMarch {
             ("radiance_cells", Binding::Filtered(&cells.radiance)),
             ("mean", Binding::Image(&r.mean)),
         ];
-        frame.run_in_slices(&self.0, &bindings, push, r.mean.desc.extent)
+        frame.run_in_slices(&self.0, &bindings, push, [r.size[0], r.size[1], 1])
     }
 }

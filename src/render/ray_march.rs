@@ -5,10 +5,13 @@ use std::sync::Arc;
 use super::resources::{CacheResources, Resources};
 use super::shared::{Features, MarchPush};
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Slices, Specialization};
 
 /// A transmittance behind which nothing can be seen in eight bits.
 const OPAQUE_BELOW: f32 = 1e-3;
+
+/// Of a picture in motion.
+const STEP_SCALE: f32 = 2.0;
 
 pub struct RayMarch(Pass);
 
@@ -21,9 +24,29 @@ impl RayMarch {
         Ok(RayMarch(Pass::new(device, shaders, &desc)?))
     }
 
-    /// Leaves the picture in `unit_sum`.
-    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheResources) -> Result<()> {
-        self.dispatch(frame, r, cache, 1, false)
+    /// Leaves a picture of few pixels in `unit_sum`, in a submission under way. Their rays take longer
+    /// steps.
+    pub fn record(&self, frame: &mut Frame, r: &Resources, cache: &CacheResources) -> Result<()> {
+        let [width, height] = r.size;
+        let push = MarchPush {
+            step_scale: STEP_SCALE,
+            ..push(1, false)
+        };
+        frame.pass(&self.0, &bindings(r, cache), &push, [width, height, 1])
+    }
+
+    /// Leaves the next slice of the picture in `unit_sum`. Returns whether it was the last.
+    pub fn advance(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheResources,
+        slices: &mut Slices,
+    ) -> Result<bool> {
+        let push = push(1, false);
+        let [width, height] = r.size;
+        let threads = [width, height, 1];
+        frame.run_slice(&self.0, &bindings(r, cache), &push, threads, slices)
     }
 
     /// Leaves what the cache's error is measured by (`MarchPush::measures`), for every `stride`-th pixel
@@ -35,31 +58,28 @@ impl RayMarch {
         cache: &CacheResources,
         stride: u32,
     ) -> Result<()> {
-        self.dispatch(frame, r, cache, stride, true)
-    }
-
-    fn dispatch(
-        &self,
-        frame: &mut Frame,
-        r: &Resources,
-        cache: &CacheResources,
-        stride: u32,
-        measures: bool,
-    ) -> Result<()> {
-        let push = MarchPush {
-            stride,
-            opaque_below: OPAQUE_BELOW,
-            measures: measures as u32,
-        };
-        let bindings = [
-            &r.medium_bindings()[..],
-            &r.surface_bindings(),
-            &cache.bindings(),
-            &[("unit_sum", Binding::Image(&r.unit_sum))],
-        ]
-        .concat();
-        let [width, height, _] = r.unit_sum.desc.extent;
+        let push = push(stride, true);
+        let [width, height] = r.size;
         let threads = [width.div_ceil(stride), height.div_ceil(stride), 1];
-        frame.run_in_slices(&self.0, &bindings, &push, threads)
+        frame.run_in_slices(&self.0, &bindings(r, cache), &push, threads)
     }
+}
+
+fn push(stride: u32, measures: bool) -> MarchPush {
+    MarchPush {
+        stride,
+        opaque_below: OPAQUE_BELOW,
+        step_scale: 1.0,
+        measures: measures as u32,
+    }
+}
+
+fn bindings<'a>(r: &'a Resources, cache: &'a CacheResources) -> Vec<(&'static str, Binding<'a>)> {
+    [
+        &r.medium_bindings()[..],
+        &r.surface_bindings(),
+        &cache.bindings(),
+        &[("unit_sum", Binding::Image(&r.unit_sum))],
+    ]
+    .concat()
 }

@@ -3,8 +3,10 @@
 //! A unit gives every pixel the same number of new samples. Pictures are only taken at the end of a
 //! unit: stopping a pixel in the middle of its work would favour its short paths.
 
+use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::Duration;
 
 use super::accumulate::Accumulate;
@@ -18,10 +20,14 @@ use super::macrocell_ranges::MacrocellRanges;
 use super::majorants::Majorants;
 use super::published::Published;
 use super::resources::Resources;
-use super::shared::{self, AccumulatePush};
+use super::shared::{self, AccumulatePush, ToneMapPush};
+use super::tone_map::ToneMap;
 use crate::error::Result;
-use crate::gpu::{Device, Frame, Memory, Shaders};
+use crate::gpu::{Device, Frame, Image, Memory, Shaders, Slices};
 use crate::scene::volume::{Volume, Voxels};
+
+/// Of a march that nobody is waiting for.
+const MARCH_SLICE_MS: f64 = 50.0;
 
 pub struct Renderer {
     pub frame: Frame,
@@ -31,8 +37,14 @@ pub struct Renderer {
     pub compiling: Duration,
     sampling: Sampling,
     accumulate: Accumulate,
+    majorants: Majorants,
     /// Only with surfaces.
     iso_depth: Option<IsoDepth>,
+    tone_map: ToneMap,
+    /// Samples a pixel of the unit under way.
+    under_way: Option<u32>,
+    /// The picture so far is that of another scene.
+    is_stale: bool,
     /// Only in the variant that has one.
     pub cache: Option<Cache>,
 }
@@ -42,6 +54,19 @@ enum Sampling {
     Tracking(DeltaTracking),
     March(CameraMarch),
     Published(Published),
+}
+
+impl Sampling {
+    fn new(device: &Arc<Device>, shaders: &Shaders, scene: &SceneBuffers) -> Result<Sampling> {
+        let features = &scene.features;
+        Ok(if scene.published {
+            Sampling::Published(Published::new(device, shaders, scene)?)
+        } else if features.is_marched() {
+            Sampling::March(CameraMarch::new(device, shaders, features)?)
+        } else {
+            Sampling::Tracking(DeltaTracking::new(device, shaders, features)?)
+        })
+    }
 }
 
 /// What has been done so far.
@@ -86,34 +111,36 @@ impl Renderer {
     ) -> Result<Renderer> {
         let device = memory.device();
         let features = &scene.features;
+        // The two largest sets of shaders, side by side: compiling is most of a start.
+        let (sampling, cache) = thread::scope(|scope| {
+            let sampling = scope.spawn(|| Sampling::new(device, shaders, scene));
+            let cache = scene.cache.as_ref();
+            let cache = cache.map(|_| Cache::new(device, shaders, features));
+            (sampling.join(), cache.transpose())
+        });
         let mut renderer = Renderer {
             frame: Frame::new(device)?,
             totals: Totals::default(),
             resources: Resources::allocate(memory, volume, scene)?,
             compiling: Duration::ZERO,
-            sampling: match scene.published {
-                true => Sampling::Published(Published::new(device, shaders, scene)?),
-                false if features.is_marched() => {
-                    Sampling::March(CameraMarch::new(device, shaders, features)?)
-                }
-                false => Sampling::Tracking(DeltaTracking::new(device, shaders, features)?),
-            },
+            sampling: sampling.unwrap_or_else(|panic| resume_unwind(panic))?,
             accumulate: Accumulate::new(device, shaders, features)?,
+            majorants: Majorants::new(device, shaders, features)?,
             iso_depth: match features.surface_count {
                 0 => None,
                 _ => Some(IsoDepth::new(device, shaders, features)?),
             },
-            cache: match scene.cache {
-                Some(_) => Some(Cache::new(device, shaders, features)?),
-                None => None,
-            },
+            tone_map: ToneMap::new(device, shaders)?,
+            under_way: None,
+            is_stale: false,
+            cache: cache?,
         };
         renderer.load(device, shaders, volume, scene)?;
         renderer.compiling = shaders.time_spent();
         Ok(renderer)
     }
 
-    /// Brings the scene onto the GPU: voxels, macrocells, majorants, and what the pixels' centres see.
+    /// Brings the scene onto the GPU: voxels, macrocells and majorants.
     fn load(
         &mut self,
         device: &Arc<Device>,
@@ -123,7 +150,7 @@ impl Renderer {
     ) -> Result<()> {
         let r = &mut self.resources;
         self.frame.run(|f| {
-            f.adopt(&r.images())?;
+            f.adopt(&r.images_to_fill())?;
             f.clear(&r.images_from_zero())
         })?;
         let voxels: &[u8] = match &volume.voxels {
@@ -147,49 +174,48 @@ impl Renderer {
             bytemuck::cast_slice(&texels),
         )?;
         let macrocell_ranges = MacrocellRanges::new(device, shaders, &scene.features)?;
-        let majorants = Majorants::new(device, shaders, &scene.features)?;
         macrocell_ranges.run(frame, r)?;
         if scene.features.has_medium {
-            majorants.run(frame, r)?;
+            self.majorants.run(frame, r)?;
         }
-        if let (Some(iso_depth), Some(to)) = (&self.iso_depth, &r.first_surface) {
-            iso_depth.run(frame, r, to)?;
+        upload_pages(frame, r, scene)?;
+        match &self.cache {
+            Some(cache) => cache.prepare(frame, r),
+            None => Ok(()),
         }
-        if let (Some(cache), Some(layout)) = (&r.cache, &scene.cache) {
-            let pages = layout.pages();
-            copy::upload(
-                frame,
-                &mut r.staging,
-                &cache.pages,
-                bytemuck::cast_slice(&pages),
-            )?;
-        }
-        Cache::prepare(device, shaders, &scene.features, frame, r)
     }
 
-    /// Goes on with another scene of the same volume, sky image, picture size and features, and as many
-    /// suns, surfaces, clip planes and transfer points; `before` is the one so far. Returns whether
-    /// the cache's light is still right; if not, it is gone.
+    /// Goes on with another scene of the same volume, sky image and features, and a picture that its
+    /// images have room for; `before` is the one so far. Returns whether the cache's light is still
+    /// right; if not, it is gone.
     pub fn change(&mut self, before: &SceneBuffers, scene: &SceneBuffers) -> Result<bool> {
         let r = &mut self.resources;
-        r.write(scene);
-        let device = self.frame.device();
-        // A compiler takes a while to start, and a camera needs none.
-        let shaders = || Shaders::new(shared::glsl());
+        let frame = &mut self.frame;
+        if r.write(before, scene)?
+            && let Some(cache) = &r.cache
+        {
+            frame.run(|f| {
+                f.clear(&cache.images().collect::<Vec<_>>())?;
+                f.adopt(&[&cache.pages])
+            })?;
+            upload_pages(frame, r, scene)?;
+        }
+        if before.transfer != scene.transfer {
+            upload_transfer(frame, r, scene)?;
+        }
         if before.transfer != scene.transfer || before.constants.density != scene.constants.density
         {
-            upload_transfer(&mut self.frame, r, scene)?;
-            Majorants::new(&device, &shaders()?, &scene.features)?.run(&mut self.frame, r)?;
-        }
-        if let (Some(iso_depth), Some(to)) = (&self.iso_depth, &r.first_surface) {
-            iso_depth.run(&mut self.frame, r, to)?;
+            self.majorants.run(frame, r)?;
         }
         let lasts = before.shares_light_with(scene);
-        if !lasts && let Some(cache) = &mut self.cache {
-            cache.clear();
-            Cache::prepare(&device, &shaders()?, &scene.features, &mut self.frame, r)?;
+        if let Some(cache) = &mut self.cache {
+            cache.look_elsewhere();
+            if !lasts {
+                cache.clear();
+                cache.prepare(frame, r)?;
+            }
         }
-        self.begin_picture()?;
+        self.begin_picture();
         Ok(lasts)
     }
 
@@ -197,38 +223,62 @@ impl Renderer {
     /// whoever measures does not want to measure that.
     pub fn warm_up(&mut self) -> Result<()> {
         let (frame, r) = (&mut self.frame, &self.resources);
-        match &mut self.sampling {
-            Sampling::Published(published) => {
-                let never = AtomicBool::new(false);
-                published.round(frame, r, &mut Totals::default(), &never)?;
-                published.restart(frame, r)?;
-            }
-            Sampling::Tracking(tracking) => tracking.warm_up(frame, r)?,
-            Sampling::March(march) => {
-                if let Some(cache) = &r.cache {
-                    march.run(frame, r, cache, 0)?;
-                }
-            }
-        }
-        if !matches!(self.sampling, Sampling::Published(_)) {
-            let push = AccumulatePush {
-                samples: 1.0,
-                samples_so_far: 1.0,
-            };
-            frame.run(|f| self.accumulate.record(f, r, &push))?;
-        }
         if let Some(cache) = &mut self.cache {
             cache.warm_up(frame, r)?;
         }
-        self.begin_picture()
+        match &mut self.sampling {
+            Sampling::Tracking(tracking) => tracking.warm_up(frame, r)?,
+            Sampling::March(march) => march.warm_up(frame, r)?,
+            Sampling::Published(published) => published.warm_up(frame, r)?,
+        }
+        let push = AccumulatePush {
+            samples: 1.0,
+            samples_so_far: 1.0,
+        };
+        frame.run(|f| self.accumulate.record(f, r, &push))?;
+        self.begin_picture();
+        Ok(())
     }
 
-    /// Forgets the picture's samples; the cache stays.
-    pub fn begin_picture(&mut self) -> Result<()> {
-        let r = &self.resources;
+    /// Fills a cache that knows nothing with a guess, so that there is something to see until paths have
+    /// replaced it: light that is dimmed everywhere alike.
+    pub fn guess_light(&mut self, scene: &SceneBuffers) -> Result<()> {
+        let guess = scene.guessed_light();
+        match &self.resources.cache {
+            Some(cache) => self.frame.run(|f| f.clear_to(&[&cache.light], guess)),
+            None => Ok(()),
+        }
+    }
+
+    /// Makes room for pictures of another size.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        self.resources.resize(size)?;
+        if let Some(cache) = &mut self.cache {
+            cache.abandon();
+        }
+        self.frame.run(|f| f.clear(&self.resources.picture()))?;
+        self.begin_picture();
+        Ok(())
+    }
+
+    /// Begins the picture anew; the cache stays.
+    pub fn begin_picture(&mut self) {
         self.totals.samples = 0;
         self.totals.units = 0;
-        self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))
+        self.under_way = None;
+        self.is_stale = true;
+    }
+
+    /// How long a piece of work may take from now on, while somebody is waiting for a frame.
+    pub fn take_slices_of(&mut self, ms: f64) {
+        match &mut self.sampling {
+            Sampling::Tracking(tracking) => tracking.slots.target_ms = ms,
+            Sampling::March(march) => march.slice_ms = ms,
+            Sampling::Published(_) => {}
+        }
+        if let Some(cache) = &mut self.cache {
+            cache.tracking.slots.target_ms = ms;
+        }
     }
 
     /// A batch of `samples` paths for each node of the cache. False if `stop` is raised before its end.
@@ -239,55 +289,105 @@ impl Renderer {
         }
     }
 
+    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended.
+    pub fn advance_cache(&mut self, samples: u32) -> Result<bool> {
+        match &mut self.cache {
+            Some(cache) => cache.advance(&mut self.frame, &self.resources, samples),
+            None => Ok(true),
+        }
+    }
+
     /// The picture that the cache shows at once, row 0 on top.
     pub fn march(&mut self) -> Result<Vec<[f32; 4]>> {
+        let mut slices = Slices::new(MARCH_SLICE_MS);
+        while !self.advance_march(&mut slices)? {}
         let r = &self.resources;
-        if let Some(cache) = &self.cache {
-            cache.march(&mut self.frame, r)?;
-        }
         copy::download(&mut self.frame, &r.staging, &r.unit_sum)
+    }
+
+    /// All of it in one piece of work, encoded for display: for pictures of few pixels.
+    pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+        self.under_way = None;
+        let (r, cache, tone_map) = (&self.resources, &self.cache, &self.tone_map);
+        self.frame.run(|f| {
+            if let Some(cache) = cache {
+                cache.record_march(f, r)?;
+            }
+            tone_map.record(f, &r.unit_sum, to, push)
+        })
+    }
+
+    /// A slice of that picture, which is in `unit_sum` after the last. Returns whether it was that. A
+    /// unit under way is lost.
+    pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
+        self.under_way = None;
+        match &self.cache {
+            Some(cache) => cache.march(&mut self.frame, &self.resources, slices),
+            None => Ok(true),
+        }
+    }
+
+    /// Encodes for display what a march has just left, or the mean so far.
+    pub fn tone_map(&mut self, marched: bool, to: &Image, push: &ToneMapPush) -> Result<()> {
+        let r = &self.resources;
+        let from = match marched {
+            true => &r.unit_sum,
+            false => &r.mean,
+        };
+        let tone_map = &self.tone_map;
+        self.frame.run(|f| tone_map.record(f, from, to, push))
     }
 
     /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
     /// `stop` is raised before the last path ends. In `published`, a unit is a round instead, whatever
     /// `samples` says.
     pub fn unit(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
-        let frame = &mut self.frame;
-        let r = &self.resources;
-        match &mut self.sampling {
-            Sampling::Published(published) => published.round(frame, r, &mut self.totals, stop),
-            Sampling::Tracking(tracking) => {
-                let first = self.totals.samples;
-                let Some(lookups) = tracking.unit(frame, r, samples, first, stop)? else {
-                    return Ok(false);
-                };
-                self.totals.lookups += lookups;
-                self.accumulate(samples)?;
-                Ok(true)
+        self.under_way = None;
+        // A march knows the spread between single samples, which are its units.
+        let units = if self.is_marched() { samples } else { 1 };
+        for unit in 0..units {
+            loop {
+                if stop.load(Ordering::Relaxed) {
+                    return Ok(unit > 0);
+                }
+                if self.advance_unit(samples)? {
+                    break;
+                }
             }
-            Sampling::March(_) => self.march_samples(samples, stop),
-        }
-    }
-
-    /// Each sample is a unit of its own, which keeps those before it.
-    fn march_samples(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
-        for sample in 0..samples {
-            if stop.load(Ordering::Relaxed) {
-                return Ok(sample > 0);
-            }
-            if let (Sampling::March(march), Some(cache)) = (&self.sampling, &self.resources.cache) {
-                let first = self.totals.samples;
-                march.run(&mut self.frame, &self.resources, cache, first)?;
-            }
-            self.accumulate(1)?;
         }
         Ok(true)
+    }
+
+    /// Goes on with a unit for a slice of time, or begins one. Returns whether it has ended.
+    pub fn advance_unit(&mut self, samples: u32) -> Result<bool> {
+        self.clear_if_stale()?;
+        let (frame, r) = (&mut self.frame, &self.resources);
+        let begins = self.under_way.is_none();
+        let samples = *self.under_way.get_or_insert(samples);
+        let first = self.totals.samples;
+        let ended = match &mut self.sampling {
+            Sampling::Tracking(tracking) => {
+                let progress = tracking.advance(frame, r, samples, first, begins)?;
+                self.totals.lookups += progress.lookups as u64;
+                (!progress.under_way).then_some(samples)
+            }
+            Sampling::March(march) => march.advance(frame, r, first, begins)?.then_some(1),
+            Sampling::Published(published) => {
+                published.round(frame, r, &mut self.totals)?;
+                return Ok(true);
+            }
+        };
+        match ended {
+            Some(samples) => self.accumulate(samples).map(|()| true),
+            None => Ok(false),
+        }
     }
 
     /// Folds the unit that has just ended into the picture.
     fn accumulate(&mut self, samples: u32) -> Result<()> {
         let r = &self.resources;
-        let [width, height, _] = r.mean.desc.extent;
+        let [width, height] = r.size;
+        self.under_way = None;
         self.totals.samples += samples;
         self.totals.units += 1;
         self.totals.paths += samples as u64 * width as u64 * height as u64;
@@ -303,6 +403,14 @@ impl Renderer {
         matches!(self.sampling, Sampling::March(_))
     }
 
+    fn clear_if_stale(&mut self) -> Result<()> {
+        let r = &self.resources;
+        match std::mem::take(&mut self.is_stale) {
+            true => self.frame.run(|f| f.clear(&[&r.mean, &r.squares])),
+            false => Ok(()),
+        }
+    }
+
     /// Paths traced, for the cache and for the picture.
     pub fn paths(&self) -> u64 {
         self.totals.paths + self.cache.as_ref().map_or(0, |c| c.paths)
@@ -315,6 +423,7 @@ impl Renderer {
 
     /// The picture after the last whole unit.
     pub fn film(&mut self) -> Result<Film> {
+        self.clear_if_stale()?;
         let r = &self.resources;
         let frame = &mut self.frame;
         if let Sampling::Published(published) = &self.sampling {
@@ -355,6 +464,9 @@ impl Renderer {
 
     pub fn first_hits(&mut self) -> Result<FirstHits> {
         let r = &self.resources;
+        if let (Some(pass), Some(to)) = (&self.iso_depth, &r.first_surface) {
+            pass.run(&mut self.frame, r, to)?;
+        }
         let [width, height, _] = r.mean.desc.extent;
         let pixels = width as usize * height as usize;
         Ok(match &r.first_surface {
@@ -372,13 +484,24 @@ impl Renderer {
 
 fn upload_transfer(frame: &mut Frame, r: &mut Resources, scene: &SceneBuffers) -> Result<()> {
     let texels = scene.transfer_texels();
-    match texels.is_empty() {
-        true => Ok(()),
-        false => copy::upload(
-            frame,
-            &mut r.staging,
-            &r.transfer,
-            bytemuck::cast_slice(&texels),
-        ),
+    if texels.is_empty() {
+        return Ok(());
+    }
+    if r.transfer.desc.bytes() != size_of_val(&texels[..]) as u64 {
+        r.resize_transfer(scene.transfer.len())?;
+        frame.run(|f| f.adopt(&[&r.transfer]))?;
+    }
+    let texels = bytemuck::cast_slice(&texels);
+    copy::upload(frame, &mut r.staging, &r.transfer, texels)
+}
+
+fn upload_pages(frame: &mut Frame, r: &mut Resources, scene: &SceneBuffers) -> Result<()> {
+    match (&r.cache, &scene.cache) {
+        (Some(cache), Some(layout)) => {
+            let pages = layout.pages();
+            let texels = bytemuck::cast_slice(&pages);
+            copy::upload(frame, &mut r.staging, &cache.pages, texels)
+        }
+        _ => Ok(()),
     }
 }

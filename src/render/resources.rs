@@ -5,9 +5,11 @@ use std::sync::Arc;
 
 use super::cache_layout::CacheLayout;
 use super::constants::{SceneBuffers, volume_format};
-use super::shared::{BRICK, Counters, NodeWork, Path};
+use super::shared::{Counters, NodeWork, Path};
 use crate::error::Result;
-use crate::gpu::{Binding, Buffer, BufferDesc, Format, Image, ImageDesc, Memory, Placement};
+use crate::gpu::{
+    Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement,
+};
 use crate::scene::volume::Volume;
 
 /// Copies between host and device go through a buffer of at most this size, piece by piece.
@@ -20,6 +22,8 @@ const SLOTS_CPU: u32 = 1 << 10;
 pub struct Resources {
     /// Whether the device's filter reads the volume.
     filtered: bool,
+    /// Pixels of the picture, which may be fewer than its images hold: those from the upper left corner.
+    pub size: [u32; 2],
     pub volume: Image,
     /// Per macrocell: smallest and largest stored value.
     pub ranges: Image,
@@ -113,9 +117,10 @@ impl Resources {
             written: false,
             format: Format::R32G32B32A32_SFLOAT,
         };
-        let slots = slots(memory, [width, height]);
+        let slots = slots(&memory.limits, [width, height]);
         Ok(Resources {
             filtered: !scene.features.filter_in_shader,
+            size: scene.constants.size,
             volume: Image::new(memory, volume_desc(volume))?,
             ranges: Image::new(memory, lattice("macrocell ranges", Format::R32G32_SFLOAT))?,
             majorants: Image::new(memory, lattice("majorants", Format::R32_SFLOAT))?,
@@ -177,37 +182,88 @@ impl Resources {
         })
     }
 
-    /// Puts another scene, of the same sizes, in the place of the one it was allocated for.
-    pub fn write(&mut self, scene: &SceneBuffers) {
-        self.scene.write(&[scene.constants]);
-        self.surfaces.write(&scene.surfaces);
-        self.suns.write(&scene.suns);
-        self.clips.write(&scene.clips);
+    /// Puts another scene of the same volume, sky image and features in the place of the one before.
+    /// True if the cache is another one, of which nothing is known.
+    pub fn write(&mut self, before: &SceneBuffers, scene: &SceneBuffers) -> Result<bool> {
+        self.size = scene.constants.size;
+        self.scene.rewrite(&[scene.constants])?;
+        self.surfaces.rewrite(&scene.surfaces)?;
+        self.suns.rewrite(&scene.suns)?;
+        self.clips.rewrite(&scene.clips)?;
+        match (&mut self.cache, &scene.cache) {
+            (Some(cache), Some(layout)) if before.cache != scene.cache => {
+                cache.lay_out(layout)?;
+                self.resize_staging()?;
+                Ok(true)
+            }
+            _ => Ok(false),
+        }
     }
 
-    pub fn images(&self) -> Vec<&Image> {
-        let mut images = self.images_from_zero();
-        images.extend([
+    /// Makes room for a transfer function of so many points.
+    pub fn resize_transfer(&mut self, points: usize) -> Result<()> {
+        self.transfer.resize(transfer_desc(points).extent)?;
+        self.resize_staging()
+    }
+
+    /// Makes room for a picture of another size; what its images held is gone.
+    pub fn resize(&mut self, [width, height]: [u32; 2]) -> Result<()> {
+        let slots = slots(self.mean.limits(), [width, height]);
+        self.paths.resize(slots as u64 * size_of::<Path>() as u64)?;
+        if let Some(cache) = &mut self.cache {
+            let bytes = slots as u64 * size_of::<NodeWork>() as u64;
+            cache.work.resize(bytes)?;
+        }
+        for image in self.picture_mut() {
+            image.resize([width, height, 1])?;
+        }
+        self.resize_staging()
+    }
+
+    fn resize_staging(&mut self) -> Result<()> {
+        let pages = self.cache.as_ref().map(|cache| cache.pages.desc);
+        let largest = [
+            self.volume.desc,
+            self.transfer.desc,
+            self.environment.desc,
+            self.mean.desc,
+            pages.unwrap_or(self.mean.desc),
+        ];
+        self.staging.resize(staging_bytes(&largest))
+    }
+
+    /// What has a texel for each pixel.
+    pub fn picture(&self) -> Vec<&Image> {
+        let surface = self.first_surface.iter();
+        let surface = surface.flat_map(|s| [&s.normal_depth, &s.albedo]);
+        let images = [&self.unit_sum, &self.mean, &self.squares];
+        images.into_iter().chain(surface).collect()
+    }
+
+    fn picture_mut(&mut self) -> Vec<&mut Image> {
+        let surface = self.first_surface.iter_mut();
+        let surface = surface.flat_map(|s| [&mut s.normal_depth, &mut s.albedo]);
+        let images = [&mut self.unit_sum, &mut self.mean, &mut self.squares];
+        images.into_iter().chain(surface).collect()
+    }
+
+    /// Those that are filled from outside, or by the pass that writes them.
+    pub fn images_to_fill(&self) -> Vec<&Image> {
+        let mut images = vec![
             &self.volume,
             &self.ranges,
             &self.majorants,
             &self.transfer,
             &self.environment,
-        ]);
+        ];
         images.extend(self.cache.iter().map(|cache| &cache.pages));
         images
     }
 
     /// Those that are read before all of their texels are written.
     pub fn images_from_zero(&self) -> Vec<&Image> {
-        let mut images = vec![&self.unit_sum, &self.mean, &self.squares];
-        if let Some(surface) = &self.first_surface {
-            images.extend([&surface.normal_depth, &surface.albedo]);
-        }
-        if let Some(cache) = &self.cache {
-            images.push(&cache.light);
-            images.extend(&cache.flux);
-        }
+        let mut images = self.picture();
+        images.extend(self.cache.iter().flat_map(CacheResources::images));
         images.extend(self.published.iter().flat_map(PublishedResources::images));
         images
     }
@@ -276,9 +332,7 @@ impl CacheResources {
             bytes,
             placement: Placement::Device,
         };
-        let places: u64 = layout.places.iter().map(|&n| n as u64).product();
-        let cells = (BRICK * BRICK * BRICK) as u64;
-        let cuts = || Buffer::new(memory, on_device("cut cells", places * cells / 8));
+        let cuts = || Buffer::new(memory, on_device("cut cells", cut_bytes(layout)));
         Ok(CacheResources {
             light: Image::new(memory, nodes("cache: light"))?,
             flux: match scene.features.is_anisotropic {
@@ -300,6 +354,26 @@ impl CacheResources {
         })
     }
 
+    /// Takes another layout of the same format; what the images held is gone.
+    fn lay_out(&mut self, layout: &CacheLayout) -> Result<()> {
+        self.light.resize(layout.extent())?;
+        if let Some(flux) = &mut self.flux {
+            flux.resize(layout.extent())?;
+        }
+        self.pages.resize(pages_desc(layout).extent)?;
+        self.bricks.rewrite(&layout.active)?;
+        if let Some(cuts) = &mut self.cuts {
+            cuts.resize(cut_bytes(layout))?;
+        }
+        self.active_bricks = layout.active.len() as u32;
+        self.active_nodes = layout.active_nodes();
+        Ok(())
+    }
+
+    pub fn images(&self) -> impl Iterator<Item = &Image> {
+        std::iter::once(&self.light).chain(&self.flux)
+    }
+
     /// What reading the cache takes. What a scene does without is bound to something that is there.
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 4] {
         [
@@ -318,8 +392,7 @@ impl CacheResources {
 
     /// At rest: what the picture needs.
     pub fn bytes(&self) -> u64 {
-        let images = [Some(&self.light), self.flux.as_ref()];
-        let images = images.into_iter().flatten().map(|i| i.desc.bytes());
+        let images = self.images().map(|i| i.desc.bytes());
         let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
         images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + cuts
     }
@@ -369,14 +442,20 @@ impl PublishedResources {
     }
 }
 
+/// A bit for each cell that has memory.
+fn cut_bytes(layout: &CacheLayout) -> u64 {
+    let cells = layout.extent().iter().map(|&n| n as u64).product::<u64>();
+    cells / 8
+}
+
 /// Enough for the largest image at once, within reason.
 fn staging_bytes(images: &[ImageDesc]) -> u64 {
     let largest = images.iter().map(ImageDesc::bytes).max().unwrap_or(0);
     largest.min(MOST_STAGING_BYTES)
 }
 
-fn slots(memory: &Memory, [width, height]: [u32; 2]) -> u32 {
-    let most = match memory.limits.kind {
+fn slots(limits: &DeviceSummary, [width, height]: [u32; 2]) -> u32 {
+    let most = match limits.kind {
         "CPU" => SLOTS_CPU,
         _ => SLOTS_GPU,
     };

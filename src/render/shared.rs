@@ -224,6 +224,8 @@ shared! {
         pub stride: uint,
         /// A transmittance behind which nothing is looked at.
         pub opaque_below: float,
+        /// How many times as long as usual steps may be.
+        pub step_scale: float,
         /// 1: instead of the picture, the part of it that a picture at rest takes from the cache as
         /// well, and in alpha the picture's mean over channels.
         pub measures: uint,
@@ -250,6 +252,17 @@ shared! {
 
     pub struct ProbePush {
         pub seed: uint,
+    }
+
+    pub struct ToneMapPush {
+        /// Pixels of the picture.
+        pub source: uvec2,
+        /// Pixels to show it in.
+        pub size: uvec2,
+        /// Factor.
+        pub exposure: float,
+        /// 0: clip; 1: the filmic curve.
+        pub filmic: uint,
     }
 
     pub struct AccumulatePush {
@@ -347,6 +360,7 @@ pub fn glsl() -> String {
         PublishedPush::GLSL,
         PublishedMarchPush::GLSL,
         ProbePush::GLSL,
+        ToneMapPush::GLSL,
         AccumulatePush::GLSL,
     ]
     .concat()

@@ -11,7 +11,7 @@ use super::shared::Counters;
 use crate::error::Result;
 use crate::gpu::Frame;
 
-/// A dispatch should take about this long.
+/// A dispatch should take about this long where nobody is waiting for a frame.
 const TARGET_MS: f64 = 70.0;
 const LEAST_WORK: u32 = 16;
 /// lavapipe ends loops silently after 65535 iterations of a group of eight threads.
@@ -20,6 +20,8 @@ const MOST_WORK: u32 = 4096;
 pub struct Slots {
     /// Loop iterations that a slot makes in the next dispatch.
     work: u32,
+    /// How long a dispatch should take.
+    pub target_ms: f64,
     /// As the last dispatch left them.
     counted: Counters,
 }
@@ -36,6 +38,7 @@ impl Slots {
     pub fn new() -> Slots {
         Slots {
             work: LEAST_WORK,
+            target_ms: TARGET_MS,
             counted: Counters::zeroed(),
         }
     }
@@ -72,9 +75,9 @@ impl Slots {
     }
 
     fn adapt(&mut self, took_ms: f64) {
-        if took_ms < 0.5 * TARGET_MS {
+        if took_ms < 0.5 * self.target_ms {
             self.work = (self.work * 2).min(MOST_WORK);
-        } else if took_ms > 1.5 * TARGET_MS {
+        } else if took_ms > 1.5 * self.target_ms {
             self.work = (self.work / 2).max(LEAST_WORK);
         }
     }

@@ -4,7 +4,7 @@
 use serde::Serialize;
 use toml::Value;
 
-use super::file::{LightKind, LightTable, SceneFile, ShadingModel};
+use super::file::{LightKind, SceneFile, ShadingModel};
 use super::volume::Volume;
 use super::{Isosurface, Medium, Projection, Scene, Shading};
 
@@ -128,35 +128,34 @@ fn describe_shading(page: &mut Page, iso: &Isosurface) {
     }
 }
 
+/// The constant environments were added up, so one stands for all. Without any light at all it has to be
+/// said that it is dark, since that is not the default.
 fn describe_lights(page: &mut Page, file: &SceneFile, scene: &Scene) {
-    let mut suns = scene.suns.iter();
-    let environment = |page: &mut Page, table: Option<&LightTable>| {
+    for sun in &scene.suns {
+        page.table("[[light]]");
+        page.line("type", LightKind::Directional, "");
+        page.line("direction", sun.direction, "in which the light travels");
+        page.line("irradiance", sun.irradiance, "on a plane facing it");
+    }
+    let images = file.light.iter().filter(|table| table.image.is_some());
+    let radiance = scene.environment.radiance;
+    if radiance != [0.0; 3] || (scene.suns.is_empty() && images.clone().next().is_none()) {
         page.table("[[light]]");
         page.line("type", LightKind::Environment, "");
-        let radiance = table.and_then(|table| table.radiance).unwrap_or([1.0; 3]);
-        page.line("radiance", radiance, "times the image, if there is one");
-        if let Some(image) = table.and_then(|table| table.image.as_ref()) {
-            page.line(
-                "image",
-                file.origins.path(image).to_string_lossy(),
-                "latitude-longitude, +y on top",
-            );
-        }
-    };
-    if file.light.is_empty() {
-        environment(page, None);
+        page.line("radiance", radiance, "");
     }
-    for table in &file.light {
-        match table.kind {
-            LightKind::Environment => environment(page, Some(table)),
-            LightKind::Directional => {
-                let sun = suns.next().expect("each directional light was resolved");
-                page.table("[[light]]");
-                page.line("type", LightKind::Directional, "");
-                page.line("direction", sun.direction, "in which the light travels");
-                page.line("irradiance", sun.irradiance, "on a plane facing it");
-            }
-        }
+    for table in images {
+        page.table("[[light]]");
+        page.line("type", LightKind::Environment, "");
+        let radiance = table.radiance.unwrap_or([1.0; 3]);
+        page.line("radiance", radiance, "times the image");
+        let image = table.image.as_ref().map(|image| file.origins.path(image));
+        let image = image.unwrap_or_default();
+        page.line(
+            "image",
+            image.to_string_lossy(),
+            "latitude-longitude, +y on top",
+        );
     }
 }
 

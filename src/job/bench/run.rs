@@ -161,7 +161,7 @@ impl Run<'_> {
         self.watch.go_on();
         trace::fill_until(&stop, renderer, 1, progress)?;
         if marched_updates(renderer) != before && renderer.totals.units > 0 {
-            renderer.begin_picture()?;
+            renderer.begin_picture();
         }
         let outcome = trace::trace_until(&stop, renderer, &self.watch, progress);
         self.watch.pause();

@@ -6,10 +6,12 @@
 //! memory grows with the voxels that really arrive.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use super::header::{Header, Parsed};
 use super::orientation::{Axes, Orientation};
+use super::reading::Reading;
 use super::region::Region;
 use super::source::Source;
 use super::{Endian, Volume, VolumeOverrides, VoxelType, Voxels};
@@ -23,6 +25,7 @@ pub(super) fn decode(
     path: &Path,
     header: &Header,
     overrides: &VolumeOverrides,
+    reading: &Arc<Reading>,
 ) -> Result<(Volume, Duration)> {
     let named = |fault| Error::input(format!("{}: {fault}", path.display()));
     header.bytes().map_err(named)?;
@@ -38,7 +41,7 @@ pub(super) fn decode(
             header.data.path.display()
         )),
     };
-    let source = Source::open(header).map_err(in_data)?;
+    let source = Source::open(header, reading).map_err(in_data)?;
     let reading = source.time_reading();
     let decoded = read(source, region, header).map_err(|failure| match failure {
         Failure::Fault(fault) => in_data(fault),

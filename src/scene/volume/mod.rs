@@ -13,18 +13,21 @@ mod npy;
 mod nrrd;
 mod orientation;
 mod raw;
+mod reading;
 mod region;
 mod source;
 
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::error::{Error, Result};
 use header::{Encoding, Header, Parsed};
 pub use histogram::Histogram;
 pub use orientation::{Anatomical, Axes};
+pub use reading::Reading;
 
 /// Voxel (i, j, k) sits at the cell centre (i+½, j+½, k+½)·spacing from the box's low corner.
 #[derive(Debug, Clone)]
@@ -99,9 +102,18 @@ impl Volume {
 
     /// The same, with what the reading and inflating of the file took.
     pub fn load_timed(path: &Path, overrides: &VolumeOverrides) -> Result<(Volume, Duration)> {
+        Volume::load_watched(path, overrides, &Arc::default())
+    }
+
+    /// The same while somebody watches.
+    pub fn load_watched(
+        path: &Path,
+        overrides: &VolumeOverrides,
+        reading: &Arc<Reading>,
+    ) -> Result<(Volume, Duration)> {
         let header = read_header(path, overrides)
             .map_err(|fault| Error::input(format!("{}: {fault}", path.display())))?;
-        decode::decode(path, &header, overrides)
+        decode::decode(path, &header, overrides, reading)
     }
 
     /// A volume made in memory; its values are the voxels as they are.

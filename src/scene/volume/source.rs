@@ -7,11 +7,13 @@ use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
 use super::header::{Encoding, Header, Parsed, Start, open};
+use super::reading::Reading;
 
 /// Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
 const MAX_DEFLATE_RATIO: u64 = 1032;
@@ -24,7 +26,8 @@ pub(super) struct Source {
     begin: u64,
     end: u64,
     shape: String,
-    reading: Rc<Cell<Duration>>,
+    reading: Arc<Reading>,
+    took: Rc<Cell<Duration>>,
 }
 
 enum Reader {
@@ -33,7 +36,7 @@ enum Reader {
 }
 
 impl Source {
-    pub fn open(header: &Header) -> Parsed<Source> {
+    pub fn open(header: &Header, reading: &Arc<Reading>) -> Parsed<Source> {
         let data = &header.data;
         let bytes = header.bytes()?;
         let (mut file, length) = open(&data.path)?;
@@ -72,13 +75,14 @@ impl Source {
             begin: data.skip,
             end,
             shape: header.shape(),
-            reading: Rc::default(),
+            reading: reading.clone(),
+            took: Rc::default(),
         })
     }
 
     /// What reading and inflating have taken, now and later.
     pub fn time_reading(&self) -> Rc<Cell<Duration>> {
-        self.reading.clone()
+        self.took.clone()
     }
 
     /// Whether the file is known to hold all that the header promises.
@@ -91,6 +95,7 @@ impl Source {
     pub fn read(&mut self, offset: u64, bytes: &mut [u8]) -> Parsed<()> {
         let began = Instant::now();
         self.skip_to(self.begin + offset)?;
+        self.reading.reach(self.position, self.end)?;
         let mut filled = 0;
         while filled < bytes.len() {
             match self.reader.read(&mut bytes[filled..]) {
@@ -102,7 +107,7 @@ impl Source {
                 Err(e) => self.fault(e)?,
             }
         }
-        self.reading.set(self.reading.get() + began.elapsed());
+        self.took.set(self.took.get() + began.elapsed());
         Ok(())
     }
 

@@ -1,0 +1,5 @@
+// What both stages of drawing a user interface share.
+
+#include "shared.glsl"
+
+layout(push_constant, scalar) uniform PushBlock { CanvasPush push; };

@@ -1,0 +1,384 @@
+//! Textured triangles over an image: what a user interface is drawn with.
+//!
+//! Its memory is of fixed size, so that a plan can count it before anyone has drawn anything: a
+//! texture of [`ATLAS_SIDE`]² texels, and so many vertices and indices. Of a picture with more, the
+//! rest is left out.
+
+use std::sync::Arc;
+
+use ash::vk;
+
+use super::buffer::{Buffer, BufferDesc, Placement};
+use super::device::{Device, failure};
+use super::frame::Frame;
+use super::image::{Image, ImageDesc};
+use super::memory::Memory;
+use super::shader::Shaders;
+use super::shared::Shared;
+use super::surface::{Surface, Target};
+use super::types::*;
+use crate::error::Result;
+use crate::shared;
+
+/// Texels along either side of the texture.
+pub const ATLAS_SIDE: u32 = 1024;
+const MOST_VERTICES: usize = 1 << 16;
+const MOST_INDICES: usize = 1 << 18;
+
+shared! {
+    pub struct CanvasVertex {
+        /// Pixels from the upper left corner.
+        pub position: vec2,
+        /// 1 is the end of what is used of the texture.
+        pub uv: vec2,
+        /// Eight bits a channel, red lowest; premultiplied, encoded for display.
+        pub color: uint,
+    }
+
+    pub struct CanvasPush {
+        /// Pixels.
+        pub size: vec2,
+        /// What is used of the texture, as a share of its sides.
+        pub uv_scale: vec2,
+    }
+}
+
+/// Triangles that are drawn inside one rectangle.
+pub struct Patch {
+    /// Low and high corner, pixels.
+    pub clip: [[u32; 2]; 2],
+    pub vertices: Vec<CanvasVertex>,
+    pub indices: Vec<u32>,
+}
+
+pub struct Canvas {
+    device: Arc<Device>,
+    set_layout: vk::DescriptorSetLayout,
+    layout: vk::PipelineLayout,
+    pipeline: vk::Pipeline,
+    vertices: Buffer,
+    indices: Buffer,
+    atlas: Image,
+    staging: Buffer,
+    /// What is used of the texture, texels.
+    used: [u32; 2],
+    draws: Vec<Draw>,
+}
+
+/// Indices `first` to `first + count`, inside a rectangle.
+struct Draw {
+    scissor: vk::Rect2D,
+    first: u32,
+    count: u32,
+}
+
+impl Canvas {
+    pub fn new(memory: &Arc<Memory>, surface: &Surface) -> Result<Canvas> {
+        let upload = |name, bytes: usize| BufferDesc {
+            name,
+            bytes: bytes as u64,
+            placement: Placement::Upload,
+        };
+        let side = ATLAS_SIDE as usize;
+        let vertices = upload(
+            "interface: vertices",
+            MOST_VERTICES * size_of::<CanvasVertex>(),
+        );
+        let indices = upload("interface: indices", MOST_INDICES * size_of::<u32>());
+        let atlas = ImageDesc {
+            name: "interface: texture",
+            extent: [ATLAS_SIDE, ATLAS_SIDE, 1],
+            volumetric: false,
+            written: false,
+            format: vk::Format::R8G8B8A8_UNORM,
+        };
+        let mut canvas = Canvas {
+            device: memory.device().clone(),
+            set_layout: vk::DescriptorSetLayout::null(),
+            layout: vk::PipelineLayout::null(),
+            pipeline: vk::Pipeline::null(),
+            vertices: Buffer::new(memory, vertices)?,
+            indices: Buffer::new(memory, indices)?,
+            atlas: Image::new(memory, atlas)?,
+            staging: Buffer::new(memory, upload("interface: staging", 4 * side * side))?,
+            used: [ATLAS_SIDE; 2],
+            draws: Vec::new(),
+        };
+        if !memory.is_dry_run() {
+            let shared = [CanvasVertex::GLSL, CanvasPush::GLSL].concat();
+            let stages = Shaders::new(shared)?.compile_drawing("canvas")?;
+            canvas
+                .build(&stages, surface.format.format)
+                .map_err(|e| failure(e, format!("the user interface cannot be drawn: {e}")))?;
+        }
+        Ok(canvas)
+    }
+
+    fn build(&mut self, stages: &[Vec<u32>; 2], format: vk::Format) -> Result<(), vk::Result> {
+        let raw = &self.device.raw;
+        let all = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
+        let bindings = BINDINGS.map(|(binding, kind)| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(binding)
+                .descriptor_type(kind)
+                .descriptor_count(1)
+                .stage_flags(all)
+        });
+        let set = vk::DescriptorSetLayoutCreateInfo::default()
+            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
+            .bindings(&bindings);
+        // SAFETY: `set` is valid; destroyed in Drop.
+        self.set_layout = unsafe { raw.create_descriptor_set_layout(&set, None) }?;
+        let (sets, ranges) = (
+            [self.set_layout],
+            [vk::PushConstantRange::default()
+                .stage_flags(all)
+                .size(size_of::<CanvasPush>() as u32)],
+        );
+        let layout = vk::PipelineLayoutCreateInfo::default()
+            .set_layouts(&sets)
+            .push_constant_ranges(&ranges);
+        // SAFETY: the set layout is alive; destroyed in Drop.
+        self.layout = unsafe { raw.create_pipeline_layout(&layout, None) }?;
+        let mut modules = Vec::new();
+        let mut build = || {
+            for code in stages {
+                let info = vk::ShaderModuleCreateInfo::default().code(code);
+                // SAFETY: the code is SPIR-V from the compiler; destroyed below.
+                modules.push(unsafe { raw.create_shader_module(&info, None) }?);
+            }
+            pipeline(&self.device, self.layout, &modules, format)
+        };
+        let built = build();
+        for module in modules {
+            // SAFETY: pipelines keep what they need of their modules.
+            unsafe { raw.destroy_shader_module(module, None) };
+        }
+        self.pipeline = built?;
+        Ok(())
+    }
+
+    /// Brings the texture into use; its texels are undefined as yet.
+    pub fn prepare(&self, frame: &mut Frame) -> Result<()> {
+        frame.run(|f| f.clear(&[&self.atlas]))
+    }
+
+    /// Writes texels, RGBA in rows, from `low` on; `used` is what is used of the texture from now on.
+    pub fn write_atlas(
+        &mut self,
+        frame: &mut Frame,
+        low: [u32; 2],
+        extent: [u32; 2],
+        texels: &[u8],
+        used: [u32; 2],
+    ) -> Result<()> {
+        self.used = used;
+        self.staging.write(texels);
+        frame.run(|f| {
+            f.upload(
+                &self.staging,
+                &self.atlas,
+                [low[0], low[1], 0],
+                [extent[0], extent[1], 1],
+            )
+        })
+    }
+
+    /// What to draw from now on.
+    pub fn fill(&mut self, patches: &[Patch]) {
+        let (mut vertices, mut indices) = (Vec::new(), Vec::new());
+        self.draws.clear();
+        for patch in patches {
+            let [low, high] = patch.clip;
+            if vertices.len() + patch.vertices.len() > MOST_VERTICES
+                || indices.len() + patch.indices.len() > MOST_INDICES
+                || (0..2).any(|a| high[a] <= low[a])
+            {
+                continue;
+            }
+            let first_vertex = vertices.len() as u32;
+            self.draws.push(Draw {
+                scissor: rectangle([low, high]),
+                first: indices.len() as u32,
+                count: patch.indices.len() as u32,
+            });
+            vertices.extend_from_slice(&patch.vertices);
+            indices.extend(patch.indices.iter().map(|i| i + first_vertex));
+        }
+        self.vertices.write(&vertices);
+        self.indices.write(&indices);
+    }
+}
+
+const BINDINGS: [(u32, vk::DescriptorType); 3] = [
+    (0, vk::DescriptorType::STORAGE_BUFFER),
+    (1, vk::DescriptorType::STORAGE_BUFFER),
+    (2, vk::DescriptorType::COMBINED_IMAGE_SAMPLER),
+];
+
+fn pipeline(
+    device: &Device,
+    layout: vk::PipelineLayout,
+    modules: &[vk::ShaderModule],
+    format: vk::Format,
+) -> Result<vk::Pipeline, vk::Result> {
+    let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
+    let stages: Vec<_> = kinds
+        .iter()
+        .zip(modules)
+        .map(|(&kind, &module)| {
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(kind)
+                .module(module)
+                .name(c"main")
+        })
+        .collect();
+    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
+        .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+    let viewport = vk::PipelineViewportStateCreateInfo::default()
+        .viewport_count(1)
+        .scissor_count(1);
+    let rasterization = vk::PipelineRasterizationStateCreateInfo::default().line_width(1.0);
+    let samples = vk::PipelineMultisampleStateCreateInfo::default()
+        .rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    let over = [vk::PipelineColorBlendAttachmentState::default()
+        .blend_enable(true)
+        .src_color_blend_factor(vk::BlendFactor::ONE)
+        .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+        .src_alpha_blend_factor(vk::BlendFactor::ONE)
+        .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
+        .color_write_mask(vk::ColorComponentFlags::RGBA)];
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&over);
+    let changing = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&changing);
+    let formats = [format];
+    let mut rendering =
+        vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
+    let info = [vk::GraphicsPipelineCreateInfo::default()
+        .stages(&stages)
+        .vertex_input_state(&vertex_input)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&rasterization)
+        .multisample_state(&samples)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering)];
+    // SAFETY: modules and layout are alive; the pipeline is destroyed in the canvas's Drop.
+    let made = unsafe {
+        device
+            .raw
+            .create_graphics_pipelines(vk::PipelineCache::null(), &info, None)
+    };
+    Ok(made.map_err(|(_, e)| e)?[0])
+}
+
+fn rectangle([low, high]: [[u32; 2]; 2]) -> vk::Rect2D {
+    vk::Rect2D {
+        offset: vk::Offset2D {
+            x: low[0] as i32,
+            y: low[1] as i32,
+        },
+        extent: vk::Extent2D {
+            width: high[0] - low[0],
+            height: high[1] - low[1],
+        },
+    }
+}
+
+impl Frame {
+    /// Draws what the canvas was filled with over the target.
+    pub fn draw(&mut self, canvas: &Canvas, target: &Target) -> Result<()> {
+        self.timed(
+            "interface",
+            vk::PipelineStageFlags2::ALL_COMMANDS,
+            |frame| {
+                frame.record_draws(canvas, target);
+                Ok(())
+            },
+        )
+    }
+
+    fn record_draws(&self, canvas: &Canvas, target: &Target) {
+        let [width, height] = target.extent;
+        let whole = rectangle([[0, 0], target.extent]);
+        let attachments = [vk::RenderingAttachmentInfo::default()
+            .image_view(target.view)
+            .image_layout(vk::ImageLayout::GENERAL)
+            .load_op(vk::AttachmentLoadOp::LOAD)
+            .store_op(vk::AttachmentStoreOp::STORE)];
+        let rendering = vk::RenderingInfo::default()
+            .render_area(whole)
+            .layer_count(1)
+            .color_attachments(&attachments);
+        let viewport = [vk::Viewport {
+            width: width as f32,
+            height: height as f32,
+            max_depth: 1.0,
+            ..Default::default()
+        }];
+        let push = CanvasPush {
+            size: target.extent.map(|n| n as f32),
+            uv_scale: canvas.used.map(|n| n as f32 / ATLAS_SIDE as f32),
+        };
+        let buffers = [&canvas.vertices, &canvas.indices].map(|buffer| {
+            [vk::DescriptorBufferInfo::default()
+                .buffer(buffer.raw)
+                .range(vk::WHOLE_SIZE)]
+        });
+        let texture = [vk::DescriptorImageInfo::default()
+            .sampler(self.device.linear)
+            .image_view(canvas.atlas.view)
+            .image_layout(vk::ImageLayout::GENERAL)];
+        let writes = BINDINGS.map(|(binding, kind)| {
+            let write = vk::WriteDescriptorSet::default()
+                .dst_binding(binding)
+                .descriptor_type(kind);
+            match buffers.get(binding as usize) {
+                Some(buffer) => write.buffer_info(buffer),
+                None => write.image_info(&texture),
+            }
+        });
+        let (raw, commands) = (&self.device.raw, self.commands);
+        // SAFETY: the command buffer is recording, and everything outlives the submission, which
+        // `run` waits for.
+        unsafe {
+            raw.cmd_begin_rendering(commands, &rendering);
+            raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, canvas.pipeline);
+            raw.cmd_set_viewport(commands, 0, &viewport);
+            raw.cmd_push_constants(
+                commands,
+                canvas.layout,
+                vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
+                0,
+                bytemuck::bytes_of(&push),
+            );
+            self.device.push_descriptor.cmd_push_descriptor_set(
+                commands,
+                vk::PipelineBindPoint::GRAPHICS,
+                canvas.layout,
+                0,
+                &writes,
+            );
+            for draw in &canvas.draws {
+                raw.cmd_set_scissor(commands, 0, &[draw.scissor]);
+                raw.cmd_draw(commands, draw.count, 1, draw.first, 0);
+            }
+            raw.cmd_end_rendering(commands);
+        }
+    }
+}
+
+impl Drop for Canvas {
+    fn drop(&mut self) {
+        let raw = &self.device.raw;
+        // SAFETY: frames wait for their work before they return, so nothing uses the pipeline.
+        unsafe {
+            raw.destroy_pipeline(self.pipeline, None);
+            raw.destroy_pipeline_layout(self.layout, None);
+            raw.destroy_descriptor_set_layout(self.set_layout, None);
+        }
+    }
+}

@@ -1,0 +1,330 @@
+//! A window as something to show images in.
+//!
+//! Images are acquired with a fence and shown after the frame's own fence, so that no semaphore is
+//! needed: what is shown is never older than the frame that drew it. The driver allocates them; the
+//! ledger counts what images of that kind take.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use ash::{khr, vk};
+use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+
+use super::device::{Device, failure};
+use super::image::COLOR;
+use super::memory::{Holding, Memory};
+use crate::error::{Error, Result};
+
+/// Eight bits a channel, encoded by whoever writes.
+const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
+/// So long without an image from the window system, the frame is left out.
+const PATIENCE_NS: u64 = 500_000_000;
+
+/// The window's side of it; lives as long as the window.
+pub struct Surface {
+    pub(super) device: Arc<Device>,
+    loader: khr::surface::Instance,
+    raw: vk::SurfaceKHR,
+    pub(super) format: vk::SurfaceFormatKHR,
+    // Last: the window goes after its surface.
+    _window: Arc<dyn Any + Send + Sync>,
+}
+
+impl Surface {
+    pub fn new<W>(device: &Arc<Device>, window: Arc<W>) -> Result<Arc<Surface>>
+    where
+        W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
+    {
+        let failed = |e: &dyn std::fmt::Display| {
+            let name = &device.summary.name;
+            Error::Device(format!("{name} cannot show anything in a window: {e}"))
+        };
+        let display = window.display_handle().map_err(|e| failed(&e))?.as_raw();
+        let handle = window.window_handle().map_err(|e| failed(&e))?.as_raw();
+        let instance = &device.instance;
+        // SAFETY: the handles belong to the live window, which the surface keeps alive.
+        let raw = unsafe {
+            ash_window::create_surface(&instance.entry, &instance.raw, display, handle, None)
+        };
+        let mut surface = Surface {
+            device: device.clone(),
+            loader: khr::surface::Instance::new(&instance.entry, &instance.raw),
+            raw: raw.map_err(|e| failed(&e))?,
+            format: vk::SurfaceFormatKHR::default(),
+            _window: window,
+        };
+        surface.format = surface.choose_format().map_err(|e| failed(&e))?;
+        Ok(Arc::new(surface))
+    }
+
+    fn choose_format(&self) -> Result<vk::SurfaceFormatKHR, String> {
+        let physical = self.device.physical;
+        // SAFETY: surface and device are alive.
+        let (shows, formats) = unsafe {
+            let family = self.device.queue_family;
+            let loader = &self.loader;
+            (
+                loader.get_physical_device_surface_support(physical, family, self.raw),
+                loader.get_physical_device_surface_formats(physical, self.raw),
+            )
+        };
+        if !shows.map_err(|e| e.to_string())? {
+            return Err(
+                "its compute queue does not reach this display; choose another --device".into(),
+            );
+        }
+        let formats = formats.map_err(|e| e.to_string())?;
+        let found = formats.iter().find(|f| FORMATS.contains(&f.format));
+        found
+            .copied()
+            .ok_or("it has no format of eight bits a channel".into())
+    }
+
+    fn capabilities(&self) -> Result<vk::SurfaceCapabilitiesKHR> {
+        // SAFETY: surface and device are alive.
+        let capabilities = unsafe {
+            self.loader
+                .get_physical_device_surface_capabilities(self.device.physical, self.raw)
+        };
+        capabilities.map_err(|e| lost(&self.device, e))
+    }
+}
+
+impl Drop for Surface {
+    fn drop(&mut self) {
+        // SAFETY: swapchains hold the surface, so none is left.
+        unsafe { self.loader.destroy_surface(self.raw, None) };
+    }
+}
+
+/// The images of a window at one size.
+pub struct Swapchain {
+    surface: Arc<Surface>,
+    loader: khr::swapchain::Device,
+    raw: vk::SwapchainKHR,
+    images: Vec<vk::Image>,
+    views: Vec<vk::ImageView>,
+    acquired: vk::Fence,
+    /// Pixels.
+    pub extent: [u32; 2],
+    holding: Holding,
+}
+
+/// An image of the window, to be drawn on and then shown.
+#[derive(Clone, Copy)]
+pub struct Target {
+    index: u32,
+    pub(super) image: vk::Image,
+    pub(super) view: vk::ImageView,
+    pub extent: [u32; 2],
+}
+
+impl Swapchain {
+    /// `wanted` is the window's size in pixels, where the window system leaves it to us.
+    pub fn new(
+        memory: &Arc<Memory>,
+        surface: &Arc<Surface>,
+        wanted: [u32; 2],
+    ) -> Result<Swapchain> {
+        let device = memory.device();
+        let capabilities = surface.capabilities()?;
+        let extent = match capabilities.current_extent.width {
+            u32::MAX => wanted,
+            width => [width, capabilities.current_extent.height],
+        };
+        let extent = extent.map(|n| n.max(1));
+        let least = capabilities.min_image_count.max(2);
+        let count = match capabilities.max_image_count {
+            0 => least,
+            most => least.min(most),
+        };
+        let mut swapchain = Swapchain {
+            surface: surface.clone(),
+            loader: khr::swapchain::Device::new(&device.instance.raw, &device.raw),
+            raw: vk::SwapchainKHR::null(),
+            images: Vec::new(),
+            views: Vec::new(),
+            acquired: vk::Fence::null(),
+            extent,
+            holding: reserve(memory, surface, extent, count)?,
+        };
+        if memory.is_dry_run() {
+            return Ok(swapchain);
+        }
+        let info = vk::SwapchainCreateInfoKHR::default()
+            .surface(surface.raw)
+            .min_image_count(count)
+            .image_format(surface.format.format)
+            .image_color_space(surface.format.color_space)
+            .image_extent(extent_2d(extent))
+            .image_array_layers(1)
+            .image_usage(USAGE)
+            .pre_transform(capabilities.current_transform)
+            .composite_alpha(opaque(capabilities.supported_composite_alpha))
+            .present_mode(vk::PresentModeKHR::FIFO)
+            .clipped(true);
+        swapchain.create(&info).map_err(|e| lost(device, e))?;
+        let made = swapchain.images.len() as u32;
+        if made != count {
+            swapchain.holding.release();
+            swapchain.holding = reserve(memory, surface, extent, made)?;
+        }
+        Ok(swapchain)
+    }
+
+    /// Takes the window's size of now. The old images go first.
+    pub fn resize(&mut self, wanted: [u32; 2]) -> Result<()> {
+        let (memory, surface) = (self.holding.memory(), self.surface.clone());
+        self.destroy();
+        *self = Swapchain::new(&memory, &surface, wanted)?;
+        Ok(())
+    }
+
+    fn destroy(&mut self) {
+        let device = &self.surface.device;
+        let queue = device.queue();
+        // SAFETY: frames wait for their work; what is being shown is waited for here, where the
+        // guard keeps other threads off the queue.
+        unsafe {
+            let _ = device.raw.queue_wait_idle(*queue);
+            for view in self.views.drain(..) {
+                device.raw.destroy_image_view(view, None);
+            }
+            device.raw.destroy_fence(self.acquired, None);
+            self.loader.destroy_swapchain(self.raw, None);
+        }
+        (self.acquired, self.raw) = (vk::Fence::null(), vk::SwapchainKHR::null());
+        self.holding.release();
+    }
+
+    fn create(&mut self, info: &vk::SwapchainCreateInfoKHR<'_>) -> Result<(), vk::Result> {
+        let device = &self.surface.device;
+        // SAFETY: `info` is valid; everything is destroyed in Drop.
+        unsafe {
+            self.raw = self.loader.create_swapchain(info, None)?;
+            self.images = self.loader.get_swapchain_images(self.raw)?;
+            self.acquired = device
+                .raw
+                .create_fence(&vk::FenceCreateInfo::default(), None)?;
+        }
+        for &image in &self.images {
+            let view = vk::ImageViewCreateInfo::default()
+                .image(image)
+                .view_type(vk::ImageViewType::TYPE_2D)
+                .format(info.image_format)
+                .subresource_range(COLOR);
+            // SAFETY: the image belongs to the live swapchain; destroyed in Drop.
+            self.views
+                .push(unsafe { device.raw.create_image_view(&view, None) }?);
+        }
+        Ok(())
+    }
+
+    /// The next image to draw on; `None` if the window has changed, or shows nothing for now.
+    pub fn acquire(&mut self) -> Result<Option<Target>> {
+        let device = self.surface.device.clone();
+        // SAFETY: the fence is unsignalled and waited for here.
+        let acquired = unsafe {
+            self.loader.acquire_next_image(
+                self.raw,
+                PATIENCE_NS,
+                vk::Semaphore::null(),
+                self.acquired,
+            )
+        };
+        let index = match acquired {
+            Ok((index, _)) => index,
+            Err(
+                vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::TIMEOUT | vk::Result::NOT_READY,
+            ) => return Ok(None),
+            Err(e) => return Err(lost(&device, e)),
+        };
+        // SAFETY: the acquisition signals the fence.
+        unsafe {
+            device
+                .raw
+                .wait_for_fences(&[self.acquired], true, u64::MAX)
+                .and_then(|()| device.raw.reset_fences(&[self.acquired]))
+        }
+        .map_err(|e| lost(&device, e))?;
+        Ok(Some(Target {
+            index,
+            image: self.images[index as usize],
+            view: self.views[index as usize],
+            extent: self.extent,
+        }))
+    }
+
+    /// Shows an image that was acquired and drawn on. False if the window has changed since.
+    pub fn present(&mut self, target: Target) -> Result<bool> {
+        let device = &self.surface.device;
+        let (swapchains, indices) = ([self.raw], [target.index]);
+        let info = vk::PresentInfoKHR::default()
+            .swapchains(&swapchains)
+            .image_indices(&indices);
+        let queue = device.queue();
+        // SAFETY: the image was acquired, and what drew on it has been waited for.
+        match unsafe { self.loader.queue_present(*queue, &info) } {
+            Ok(suboptimal) => Ok(!suboptimal),
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(false),
+            Err(e) => Err(lost(device, e)),
+        }
+    }
+}
+
+impl Drop for Swapchain {
+    fn drop(&mut self) {
+        self.destroy();
+    }
+}
+
+const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
+    vk::ImageUsageFlags::COLOR_ATTACHMENT.as_raw() | vk::ImageUsageFlags::TRANSFER_DST.as_raw(),
+);
+
+/// Enters `count` images in the ledger.
+fn reserve(
+    memory: &Arc<Memory>,
+    surface: &Surface,
+    [width, height]: [u32; 2],
+    count: u32,
+) -> Result<Holding> {
+    let info = vk::ImageCreateInfo::default()
+        .image_type(vk::ImageType::TYPE_2D)
+        .format(surface.format.format)
+        .extent(extent_2d([width, height]).into())
+        .mip_levels(1)
+        .array_layers(1)
+        .samples(vk::SampleCountFlags::TYPE_1)
+        .tiling(vk::ImageTiling::OPTIMAL)
+        .usage(USAGE);
+    let query = vk::DeviceImageMemoryRequirements::default().create_info(&info);
+    let mut requirements = vk::MemoryRequirements2::default();
+    // SAFETY: the query describes a valid image; nothing is created.
+    unsafe {
+        memory
+            .device()
+            .raw
+            .get_device_image_memory_requirements(&query, &mut requirements)
+    };
+    let mut all = requirements.memory_requirements;
+    all.size *= count as u64;
+    memory.reserve("window images", &all)
+}
+
+fn extent_2d([width, height]: [u32; 2]) -> vk::Extent2D {
+    vk::Extent2D { width, height }
+}
+
+fn opaque(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR {
+    let wanted = vk::CompositeAlphaFlagsKHR::OPAQUE;
+    match supported.contains(wanted) {
+        true => wanted,
+        false => vk::CompositeAlphaFlagsKHR::INHERIT,
+    }
+}
+
+fn lost(device: &Device, error: vk::Result) -> Error {
+    let message = format!("{} failed at the window: {error}", device.summary.name);
+    failure(error, message)
+}

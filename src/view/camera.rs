@@ -1,0 +1,155 @@
+//! Moving the camera by hand: a turntable about the target, whose axis is the camera's own `up`.
+
+use glam::{DQuat, DVec3};
+
+use crate::scene::volume::Axes;
+use crate::scene::{Camera, Projection, View};
+
+/// As near to the axis as the eye gets: a camera that looks along it does not know which way is up.
+const POLE_DEGREES: f64 = 1.0;
+
+/// A drag, as a share of the picture's height, to the right and down. All of the height is half a turn.
+pub fn orbit(camera: &Camera, drag: [f64; 2]) -> Camera {
+    let [_, _, up] = frame(camera);
+    let axis = DVec3::from(camera.up).normalize();
+    let arm = DVec3::from(camera.eye) - DVec3::from(camera.target);
+    let yaw = DQuat::from_axis_angle(axis, -drag[0] * std::f64::consts::PI);
+    let elevation = arm.angle_between(axis);
+    let pole = POLE_DEGREES.to_radians();
+    let wanted = elevation - drag[1] * std::f64::consts::PI;
+    let pitch = elevation - wanted.clamp(pole, std::f64::consts::PI - pole);
+    let right = up.cross(arm.normalize());
+    let turned = yaw * (DQuat::from_axis_angle(right, -pitch) * arm);
+    Camera {
+        eye: (DVec3::from(camera.target) + turned).to_array(),
+        ..*camera
+    }
+}
+
+/// Shifts the camera so that what lies at the target follows the pointer.
+pub fn pan(camera: &Camera, drag: [f64; 2]) -> Camera {
+    let [_, right, up] = frame(camera);
+    let shift = (up * drag[1] - right * drag[0]) * height_at_target(camera);
+    let moved = |p: [f64; 3]| (DVec3::from(p) + shift).to_array();
+    Camera {
+        eye: moved(camera.eye),
+        target: moved(camera.target),
+        ..*camera
+    }
+}
+
+/// Steps of a wheel; forward comes nearer.
+pub fn zoom(camera: &Camera, steps: f64) -> Camera {
+    let factor = 0.9f64.powf(steps);
+    let target = DVec3::from(camera.target);
+    let arm = DVec3::from(camera.eye) - target;
+    match camera.projection {
+        Projection::Perspective { .. } => Camera {
+            eye: (target + arm * factor).to_array(),
+            ..*camera
+        },
+        Projection::Orthographic { height } => Camera {
+            projection: Projection::Orthographic {
+                height: height * factor,
+            },
+            ..*camera
+        },
+    }
+}
+
+/// The six sides behind the keys 1 to 6.
+pub fn named_views(axes: Option<Axes>) -> [View; 6] {
+    match axes {
+        Some(_) => [
+            View::Anterior,
+            View::Posterior,
+            View::Left,
+            View::Right,
+            View::Superior,
+            View::Inferior,
+        ],
+        None => [
+            View::PlusZ,
+            View::MinusZ,
+            View::MinusX,
+            View::PlusX,
+            View::PlusY,
+            View::MinusY,
+        ],
+    }
+}
+
+/// Unit vectors into the picture, to its right, and to its top.
+pub fn frame(camera: &Camera) -> [DVec3; 3] {
+    let forward = (DVec3::from(camera.target) - DVec3::from(camera.eye)).normalize();
+    let right = forward.cross(DVec3::from(camera.up)).normalize();
+    [forward, right, right.cross(forward)]
+}
+
+/// World units that the picture is high where the target is.
+pub fn height_at_target(camera: &Camera) -> f64 {
+    let distance = DVec3::from(camera.eye).distance(DVec3::from(camera.target));
+    match camera.projection {
+        Projection::Perspective { fov_y } => 2.0 * distance * (0.5 * fov_y.to_radians()).tan(),
+        Projection::Orthographic { height } => height,
+    }
+}
+
+/// Where a point of the world is in the picture: from its centre, in shares of its height, to the right
+/// and down. `None` behind the eye.
+pub fn project(camera: &Camera, point: DVec3) -> Option<[f64; 2]> {
+    let [forward, right, up] = frame(camera);
+    let from_eye = point - DVec3::from(camera.eye);
+    let height = match camera.projection {
+        Projection::Perspective { fov_y } => {
+            let depth = from_eye.dot(forward);
+            if depth <= 0.0 {
+                return None;
+            }
+            2.0 * depth * (0.5 * fov_y.to_radians()).tan()
+        }
+        Projection::Orthographic { height } => height,
+    };
+    Some([from_eye.dot(right) / height, -from_eye.dot(up) / height])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera {
+            eye: [0.0, 0.0, 10.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Perspective { fov_y: 40.0 },
+        }
+    }
+
+    fn near(a: [f64; 3], b: [f64; 3]) -> bool {
+        DVec3::from(a).distance(DVec3::from(b)) < 1e-9
+    }
+
+    #[test]
+    fn a_drag_to_the_right_brings_the_left_side_into_sight() {
+        let turned = orbit(&camera(), [0.5, 0.0]);
+        assert!(near(turned.eye, [-10.0, 0.0, 0.0]), "{turned:?}");
+    }
+
+    #[test]
+    fn a_drag_down_brings_the_top_into_sight_and_stops_at_the_pole() {
+        assert!(orbit(&camera(), [0.0, 0.2]).eye[1] > 0.0);
+        let highest = orbit(&camera(), [0.0, 7.0]);
+        assert!(
+            highest.eye[1] < 10.0 && highest.eye[1] > 9.99,
+            "{highest:?}"
+        );
+    }
+
+    #[test]
+    fn what_lies_at_the_target_follows_a_pan() {
+        let panned = pan(&camera(), [0.25, -0.1]);
+        let [x, y] = project(&panned, DVec3::ZERO).expect("in front of the eye");
+        assert!((x - 0.25).abs() < 1e-9 && (y + 0.1).abs() < 1e-9, "{x} {y}");
+    }
+}

@@ -1,0 +1,67 @@
+//! Undo and redo: whole scenes, since they are small beside their volume. The camera is not part of it.
+
+use crate::scene::Scene;
+
+/// So many steps back.
+const MOST: usize = 100;
+
+pub struct History {
+    past: Vec<Scene>,
+    future: Vec<Scene>,
+    /// The scene as it was when the last change had ended.
+    settled: Scene,
+}
+
+impl History {
+    pub fn new(scene: &Scene) -> History {
+        History {
+            past: Vec::new(),
+            future: Vec::new(),
+            settled: scene.clone(),
+        }
+    }
+
+    /// A change is one step, however many frames a drag takes: it ends when no button is down.
+    pub fn settle(&mut self, scene: &Scene) {
+        let settled = like(&self.settled, scene);
+        if settled != *scene {
+            self.past.push(self.settled.clone());
+            self.future.clear();
+            self.settled = scene.clone();
+            let excess = self.past.len().saturating_sub(MOST);
+            self.past.drain(..excess);
+        }
+    }
+
+    pub fn undo(&mut self, scene: &mut Scene) {
+        step(&mut self.past, &mut self.future, &mut self.settled, scene);
+    }
+
+    pub fn redo(&mut self, scene: &mut Scene) {
+        step(&mut self.future, &mut self.past, &mut self.settled, scene);
+    }
+
+    pub fn can_undo(&self) -> bool {
+        !self.past.is_empty()
+    }
+
+    pub fn can_redo(&self) -> bool {
+        !self.future.is_empty()
+    }
+}
+
+fn step(from: &mut Vec<Scene>, to: &mut Vec<Scene>, settled: &mut Scene, scene: &mut Scene) {
+    if let Some(other) = from.pop() {
+        to.push(scene.clone());
+        *scene = like(&other, scene);
+        *settled = scene.clone();
+    }
+}
+
+/// `scene` seen as `other` is, in a picture of that size.
+fn like(scene: &Scene, other: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.camera = other.camera;
+    scene.render.size = other.render.size;
+    scene
+}

@@ -1,0 +1,244 @@
+//! Words and figures over the picture.
+
+use std::time::{Duration, Instant};
+
+use egui::{Align2, Area, Color32, Frame, Id, Order, Rect, RichText, Ui, Vec2, Window};
+
+use super::keys::help;
+use super::live::Live;
+use super::load::Load;
+use super::report::Report;
+use super::session::Session;
+use super::stage::Stage;
+use crate::gpu::{Memory, human};
+
+/// Points that a sentence is wide before it is broken.
+const LONGEST_LINE: f32 = 330.0;
+
+/// Which of them are open.
+#[derive(Default)]
+pub struct Hud {
+    pub shows_times: bool,
+    pub shows_memory: bool,
+    pub shows_help: bool,
+}
+
+/// What the last thing that happened has to say.
+pub struct Message {
+    text: String,
+    pub is_error: bool,
+    since: Instant,
+}
+
+/// A message that is no error goes away by itself.
+const LIFETIME: Duration = Duration::from_secs(5);
+
+impl Message {
+    pub fn new(text: String, is_error: bool) -> Message {
+        Message {
+            text,
+            is_error,
+            since: Instant::now(),
+        }
+    }
+
+    pub fn is_old(&self) -> bool {
+        !self.is_error && self.since.elapsed() > LIFETIME
+    }
+}
+
+/// Frames a second, what the picture is doing, and the variant, in the upper left corner.
+pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &MemoryNow) {
+    let mut lines = Vec::new();
+    if let Some(live) = &session.live {
+        lines.push(headline(live, report));
+        lines.extend(light(live));
+        lines.push(format!(
+            "{}: {} of {}",
+            live.choice.plan.name(),
+            human(memory.used),
+            human(memory.budget)
+        ));
+    }
+    overlay(ui, "status", rect, Align2::LEFT_TOP, |ui| {
+        ui.set_max_width((rect.width() - 40.0).max(80.0));
+        for (i, line) in lines.iter().enumerate() {
+            let text = RichText::new(line).size(11.0);
+            ui.label(if i == 0 { text.strong() } else { text });
+        }
+        if let Some(live) = &session.live {
+            let why = format!("because {}", live.choice.reason);
+            ui.response().on_hover_text(why);
+        }
+    });
+}
+
+fn headline(live: &Live, report: &Report) -> String {
+    let picture = &live.picture;
+    let samples = live.renderer.totals.samples;
+    let doing = picture.doing();
+    match picture.is_moving() {
+        true => {
+            let fps = 1e3 / report.moving_ms().max(1e-3);
+            format!(
+                "{fps:.0} frames/s at {:.0} % of the pixels",
+                100.0 * picture.scale.powi(2)
+            )
+        }
+        false if samples == 0 => doing.into(),
+        false if picture.relative_error.is_finite() => format!(
+            "{doing}: {samples} samples, error {:.1} %",
+            100.0 * picture.relative_error
+        ),
+        false => format!("{doing}: {samples} samples"),
+    }
+}
+
+/// How far the cache is.
+fn light(live: &Live) -> Option<String> {
+    let cache = live.renderer.cache.as_ref()?;
+    let cells = live.renderer.resources.cache.as_ref()?.active_nodes;
+    let error = match cache.relative_error.is_finite() {
+        true => format!("error {:.2} %", 100.0 * cache.relative_error),
+        false => "error unknown yet".into(),
+    };
+    let updates = cache.updates;
+    Some(format!(
+        "cache: {updates} updates in each of {cells} cells, {error}"
+    ))
+}
+
+/// The overlays that P, M and H open.
+pub fn windows(ui: &Ui, hud: &mut Hud, report: &Report, live: Option<&Live>, memory: &MemoryNow) {
+    let open = |title: &str, is_open: &mut bool, at: [f32; 2], rows: Vec<[String; 2]>| {
+        Window::new(title)
+            .open(is_open)
+            .default_pos(at)
+            .auto_sized()
+            .show(ui.ctx(), |ui| table(ui, title, &rows));
+    };
+    let times = report
+        .passes()
+        .iter()
+        .map(|(name, recent)| [name.to_string(), format!("{:.2} ms", recent.mean())]);
+    open(
+        "GPU time",
+        &mut hud.shows_times,
+        [24.0, 90.0],
+        times.collect(),
+    );
+    open(
+        "GPU memory",
+        &mut hud.shows_memory,
+        [24.0, 120.0],
+        memory.rows(live),
+    );
+    let help = help().map(|line| line.map(String::from)).collect();
+    open("Keys and mouse", &mut hud.shows_help, [60.0, 60.0], help);
+}
+
+fn table(ui: &mut Ui, name: &str, rows: &[[String; 2]]) {
+    egui::Grid::new(name).striped(true).show(ui, |ui| {
+        ui.set_max_width(LONGEST_LINE);
+        for [left, right] in rows {
+            ui.label(left);
+            ui.add(egui::Label::new(right).wrap());
+            ui.end_row();
+        }
+    });
+}
+
+/// What M shows, and the stats write.
+pub struct MemoryNow {
+    used: u64,
+    peak: u64,
+    budget: u64,
+    source: String,
+    resources: Vec<[String; 2]>,
+}
+
+impl MemoryNow {
+    pub fn of(stage: &Stage) -> MemoryNow {
+        let memory: &Memory = &stage.memory;
+        let row = |r: crate::gpu::ResourceBytes| [r.name.to_string(), human(r.bytes)];
+        MemoryNow {
+            used: memory.used(),
+            peak: memory.peak(),
+            budget: memory.budget,
+            source: stage.budget.source.clone(),
+            resources: memory.resources().into_iter().map(row).collect(),
+        }
+    }
+
+    fn rows(&self, live: Option<&Live>) -> Vec<[String; 2]> {
+        let mut rows = self.resources.clone();
+        let planned = live.map_or(0, Live::planned_bytes);
+        for (name, bytes) in [
+            ("in use", self.used),
+            ("planned", planned),
+            ("most at once", self.peak),
+            ("budget", self.budget),
+        ] {
+            rows.push([name.to_string(), human(bytes)]);
+        }
+        rows.push(["the budget is from".into(), self.source.clone()]);
+        if let Some(live) = live {
+            let variant = live.choice.plan.variant().to_string();
+            rows.push([variant, format!("because {}", live.choice.reason)]);
+            rows.push(["the next better".into(), live.choice.next_better.clone()]);
+        }
+        rows
+    }
+}
+
+/// A bar for what is under way.
+pub fn progress<T: Send + 'static>(ui: &Ui, rect: Rect, load: &Load<T>) {
+    overlay(ui, "progress", rect, Align2::CENTER_CENTER, |ui| {
+        ui.label(RichText::new(&load.what).size(14.0));
+        let seconds = load.took().as_secs_f32();
+        match load.share() {
+            Some(share) => {
+                let bar = egui::ProgressBar::new(share as f32);
+                let text = format!("{:.0} %, Esc cancels", 100.0 * share);
+                ui.add(bar.desired_width(220.0).text(text));
+            }
+            None => {
+                ui.label(format!("{seconds:.1} s"));
+            }
+        }
+    });
+}
+
+pub fn message(ui: &Ui, rect: Rect, message: &Message) -> bool {
+    let mut is_closed = false;
+    overlay(ui, "message", rect, Align2::CENTER_BOTTOM, |ui| {
+        ui.set_max_width((rect.width() - 60.0).max(80.0));
+        let color = match message.is_error {
+            true => Color32::from_rgb(255, 150, 130),
+            false => Color32::from_gray(220),
+        };
+        ui.label(RichText::new(&message.text).color(color));
+        if message.is_error {
+            is_closed = ui.small_button("close").clicked();
+        }
+    });
+    is_closed
+}
+
+/// A dark plate over the picture, at one of its sides.
+fn overlay(ui: &Ui, name: &str, rect: Rect, side: Align2, contents: impl FnOnce(&mut Ui)) {
+    let inner = rect.shrink(8.0);
+    let at = side.pos_in_rect(&inner);
+    Area::new(Id::unique(name))
+        .order(Order::Middle)
+        .pivot(side)
+        .fixed_pos(at + Vec2::ZERO)
+        .constrain_to(rect)
+        .show(ui.ctx(), |ui| {
+            Frame::NONE
+                .fill(Color32::from_black_alpha(150))
+                .corner_radius(4)
+                .inner_margin(6)
+                .show(ui, contents);
+        });
+}

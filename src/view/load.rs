@@ -1,0 +1,123 @@
+//! What takes longer than a frame, on a thread of its own: opening a scene, and compiling and loading
+//! what it takes on the GPU. Whoever no longer wants a result drops the receiver, and it goes unheard.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use winit::event_loop::EventLoopProxy;
+
+use super::live::{Live, Order};
+use crate::error::{Error, Result};
+use crate::job::plan::check_supported;
+use crate::render::macrocell_ranges;
+use crate::scene::file::Opened;
+use crate::scene::preset::Preset;
+use crate::scene::volume::{Histogram, Reading, Volume};
+use crate::scene::{Edit, open};
+
+/// Bins of the transfer function's histogram.
+const BINS: usize = 256;
+
+/// Work under way.
+pub struct Load<T> {
+    pub what: String,
+    began: Instant,
+    /// Of the file, where there is one to read.
+    reading: Option<Arc<Reading>>,
+    receiver: Receiver<Result<T>>,
+}
+
+/// A scene with what the window shows of its volume.
+pub struct Document {
+    pub path: PathBuf,
+    pub opened: Opened,
+    pub histogram: Histogram,
+    /// Smallest and largest stored value in each macrocell.
+    pub ranges: Vec<[f32; 2]>,
+}
+
+impl<T: Send + 'static> Load<T> {
+    fn begin(
+        what: String,
+        proxy: &EventLoopProxy<()>,
+        reading: Option<Arc<Reading>>,
+        work: impl FnOnce() -> Result<T> + Send + 'static,
+    ) -> Load<T> {
+        let (sender, receiver) = channel();
+        let proxy = proxy.clone();
+        thread::spawn(move || {
+            // Nobody may be listening any more; then the window is gone or wants something else.
+            let _ = sender.send(work());
+            let _ = proxy.send_event(());
+        });
+        Load {
+            what,
+            began: Instant::now(),
+            reading,
+            receiver,
+        }
+    }
+
+    pub fn took(&self) -> Duration {
+        self.began.elapsed()
+    }
+
+    /// How much of the file is read.
+    pub fn share(&self) -> Option<f64> {
+        self.reading.as_ref().map(|reading| reading.share())
+    }
+
+    /// What is read is no longer wanted.
+    pub fn stop(&self) {
+        if let Some(reading) = &self.reading {
+            reading.stop();
+        }
+    }
+
+    /// The result, once it is there.
+    pub fn result(&self) -> Option<Result<T>> {
+        match self.receiver.try_recv() {
+            Ok(result) => Some(result),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err(Error::Input(format!(
+                "{} ended without a result",
+                self.what
+            )))),
+        }
+    }
+}
+
+/// Opens a scene file or a volume.
+pub fn open_document(
+    path: PathBuf,
+    preset: Preset,
+    edits: Vec<Edit>,
+    proxy: &EventLoopProxy<()>,
+) -> Load<Document> {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    let what = format!("Opening {}", name.to_string_lossy());
+    let reading = Arc::new(Reading::default());
+    Load::begin(what, proxy, Some(reading.clone()), move || {
+        let opened = open(&path, preset, &edits, |path, overrides| {
+            Volume::load_watched(path, overrides, &reading).map(|(volume, _)| volume)
+        })?;
+        check_supported(&opened.scene)?;
+        let macrocells = crate::render::macrocells(opened.volume.dims);
+        Ok(Document {
+            histogram: Histogram::of(&opened.volume, BINS),
+            ranges: macrocell_ranges(&opened.volume, macrocells),
+            path,
+            opened,
+        })
+    })
+}
+
+/// Chooses a variant for a scene and brings it onto the GPU.
+pub fn build(order: Order, document: Arc<Document>, proxy: &EventLoopProxy<()>) -> Load<Live> {
+    Load::begin("Preparing the scene".into(), proxy, None, move || {
+        Live::build(order, &document)
+    })
+}

@@ -1,0 +1,69 @@
+//! The window: `isolume view`.
+//!
+//! One thread runs the event loop, and [`app`] holds its frame from top to bottom: panels and mouse
+//! change the scene, [`live`] brings the GPU up to it, and [`picture`] spends the frame's slice of time on
+//! whatever the picture needs most. Opening a volume and compiling a scene's passes take longer than a
+//! frame and happen on a thread of their own ([`load`]).
+
+mod app;
+mod camera;
+mod clip;
+mod gizmo;
+mod history;
+mod hud;
+mod keys;
+mod live;
+mod load;
+mod panels;
+mod picture;
+mod pointer;
+mod report;
+mod save;
+mod session;
+mod stage;
+mod watch;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use winit::event_loop::EventLoop;
+
+use crate::cli::ViewArgs;
+use crate::error::{Error, Result};
+use crate::output::check_writable;
+
+/// Ctrl-C closes the window.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// The exit status then.
+const INTERRUPTED_STATUS: u8 = 130;
+
+pub fn view(args: &ViewArgs) -> Result<u8> {
+    if let Some(file) = &args.stats {
+        check_writable(file)?;
+    }
+    let event_loop = EventLoop::with_user_event().build().map_err(|e| {
+        let input = args.scene.input.display();
+        // What winit puts in front of the reason is a line of its own source.
+        let text = e.to_string();
+        let reason = text.rsplit(": ").next().unwrap_or_default();
+        let reason = reason.trim_end_matches('.');
+        Error::Device(format!(
+            "there is no display to open a window on ({reason}); `isolume render {input} -o \
+             picture.png` needs none"
+        ))
+    })?;
+    let proxy = event_loop.create_proxy();
+    // Fails only where a handler is set already, and there is none.
+    let _ = ctrlc::set_handler(move || {
+        INTERRUPTED.store(true, Ordering::Relaxed);
+        let _ = proxy.send_event(());
+    });
+    let mut app = app::App::new(args, event_loop.create_proxy());
+    event_loop
+        .run_app(&mut app)
+        .map_err(|e| Error::Device(format!("the window system failed: {e}")))?;
+    let status = app.finish()?;
+    match INTERRUPTED.load(Ordering::Relaxed) {
+        true => Ok(INTERRUPTED_STATUS),
+        false => Ok(status),
+    }
+}

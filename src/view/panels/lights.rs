@@ -1,0 +1,101 @@
+//! Suns, and the constant sky.
+
+use egui::{Color32, Pos2, Sense, Stroke, Ui, Vec2};
+use glam::DVec3;
+
+use super::{color, display, slider};
+use crate::scene::DirectionalLight;
+use crate::view::camera::frame;
+use crate::view::session::Session;
+
+const BRIGHTEST_SUN: f64 = 20.0;
+const BRIGHTEST_SKY: f64 = 5.0;
+const BALL: f32 = 60.0;
+
+pub fn show(ui: &mut Ui, session: &mut Session) {
+    let count = session.scene.suns.len();
+    for i in 0..count {
+        ui.horizontal(|ui| {
+            let chosen = &mut session.chosen.sun;
+            ui.radio_value(chosen, i, format!("sun {}", i + 1));
+            if ui.small_button("remove").clicked() {
+                session.scene.suns.remove(i);
+                session.chosen.sun = 0;
+            }
+        });
+        if session.scene.suns.len() < count {
+            return;
+        }
+    }
+    let index = session.chosen.sun;
+    let [forward, right, up] = frame(&session.scene.camera);
+    if let Some(sun) = session.scene.suns.get_mut(index) {
+        ball(ui, sun, [forward, right, up]);
+        brightness(ui, "irradiance", &mut sun.irradiance, BRIGHTEST_SUN);
+        ui.checkbox(&mut session.chosen.aims_sun, "drag it on the picture");
+    } else {
+        session.chosen.aims_sun = false;
+    }
+    if ui.button("Add a sun").clicked() {
+        session.scene.suns.push(DirectionalLight {
+            direction: (forward - up + 0.5 * right).normalize().to_array(),
+            irradiance: [2.0; 3],
+        });
+        session.chosen.sun = count;
+    }
+    ui.separator();
+    let sky = &mut session.scene.environment.radiance;
+    brightness(ui, "sky", sky, BRIGHTEST_SKY);
+    if session.scene.environment.image.is_some() {
+        ui.weak("and the sky's image");
+    }
+}
+
+/// A light's colour and how bright it is, apart.
+fn brightness(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], most: f64) {
+    let bright = rgb.iter().copied().fold(0.0, f64::max);
+    let mut hue = match bright > 0.0 {
+        true => rgb.map(|c| c / bright),
+        false => [1.0; 3],
+    };
+    let mut wanted = bright;
+    ui.horizontal(|ui| {
+        let recolored = color(ui, &mut hue);
+        slider(ui, name, &mut wanted, [0.0, most.max(bright)], true);
+        if recolored || wanted != bright {
+            *rgb = hue.map(|c| c * wanted);
+        }
+    });
+}
+
+/// The side of a ball that faces the viewer, with the place where the sun stands over it; a drag moves it.
+fn ball(ui: &mut Ui, sun: &mut DirectionalLight, [forward, right, up]: [DVec3; 3]) {
+    let (response, painter) = ui.allocate_painter(Vec2::splat(BALL), Sense::click_and_drag());
+    let (center, radius) = (response.rect.center(), 0.46 * BALL);
+    let source = -DVec3::from(sun.direction);
+    let is_behind = source.dot(forward) > 0.0;
+    if let Some(at) = response.interact_pointer_pos() {
+        let p = (at - center) / radius;
+        let (x, y) = (p.x as f64, -p.y as f64);
+        let inside = (1.0 - x * x - y * y).max(0.0).sqrt();
+        let depth = if is_behind { inside } else { -inside };
+        let wanted = right * x + up * y + forward * depth;
+        sun.direction = (-wanted.normalize_or(-forward)).to_array();
+    }
+    let seen = Vec2::new(source.dot(right) as f32, -source.dot(up) as f32);
+    let place: Pos2 = center + seen * radius;
+    painter.circle(
+        center,
+        radius,
+        Color32::from_gray(48),
+        Stroke::new(1.0, Color32::GRAY),
+    );
+    painter.line_segment([center, place], Stroke::new(1.0, Color32::GRAY));
+    let bright = sun.irradiance.iter().copied().fold(1e-9, f64::max);
+    let filled = display(sun.irradiance.map(|c| c / bright));
+    match is_behind {
+        true => painter.circle_stroke(place, 5.0, Stroke::new(2.0, filled)),
+        false => painter.circle_filled(place, 6.0, filled),
+    };
+    response.on_hover_text("where the light comes from; a ring: from behind");
+}

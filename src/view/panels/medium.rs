@@ -1,0 +1,43 @@
+//! How dense the medium is, and where it scatters.
+
+use egui::Ui;
+
+use super::slider;
+use crate::scene::{Medium, TransferPoint};
+use crate::view::session::Session;
+
+/// Densities go to so many times the one that a scene has by default.
+const DENSEST: f64 = 40.0;
+
+pub fn show(ui: &mut Ui, session: &mut Session) {
+    let volume = &session.document.opened.volume;
+    let longest = volume.extent().into_iter().fold(0.0, f64::max);
+    let usual = 50.0 / longest;
+    let [low, high] = volume.range;
+    let Some(medium) = &mut session.scene.medium else {
+        if ui.button("Add a medium").clicked() {
+            session.scene.medium = Some(ramp(low, high, usual));
+        }
+        return;
+    };
+    let most = (DENSEST * usual).max(medium.density);
+    slider(ui, "density", &mut medium.density, [0.0, most], true);
+    slider(ui, "g (forward > 0)", &mut medium.g, [-0.95, 0.95], false);
+    if ui.button("Remove the medium").clicked() {
+        session.scene.medium = None;
+    }
+}
+
+/// Clear at the low end of the data, a little opaque at the high end.
+fn ramp(low: f64, high: f64, density: f64) -> Medium {
+    let point = |value, opacity| TransferPoint {
+        value,
+        opacity,
+        color: [0.9; 3],
+    };
+    Medium {
+        density,
+        g: 0.0,
+        transfer: vec![point(0.5 * (low + high), 0.0), point(high, 0.2)],
+    }
+}

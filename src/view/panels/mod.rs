@@ -1,0 +1,113 @@
+//! The panels beside the picture. Each changes the session's scene as it likes; the frame brings the GPU
+//! up to it afterwards.
+
+mod lights;
+mod medium;
+mod presets;
+pub mod render;
+mod surfaces;
+mod transfer;
+
+use egui::{CollapsingHeader, Color32, Panel, ScrollArea, Ui};
+
+use super::keys::Wish;
+use super::session::Session;
+
+/// Points that the panels are wide.
+const WIDTH: f32 = 256.0;
+/// Of a slider's rail, so that its figure and its name have room beside it.
+const RAIL: f32 = 76.0;
+
+/// Shows the panels to the right of what `ui` has left for the picture; returns what their buttons ask
+/// for.
+pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Wish> {
+    let mut wishes = Vec::new();
+    let panel = Panel::right("panels").exact_size(WIDTH).resizable(false);
+    panel.show(ui, |ui| {
+        buttons(ui, session, &mut wishes);
+        ui.separator();
+        ScrollArea::vertical().show(ui, |ui| {
+            ui.spacing_mut().slider_width = RAIL;
+            ui.spacing_mut().item_spacing.x = 6.0;
+            section(ui, "Presets", false, |ui| presets::show(ui, session));
+            section(ui, "Transfer function", true, |ui| {
+                transfer::show(ui, session)
+            });
+            section(ui, "Medium", false, |ui| medium::show(ui, session));
+            section(ui, "Surfaces", true, |ui| surfaces::show(ui, session));
+            section(ui, "Lights", false, |ui| lights::show(ui, session));
+            section(ui, "Render", false, |ui| render::show(ui, session));
+        });
+    });
+    separate_isovalues(session);
+    wishes
+}
+
+fn buttons(ui: &mut Ui, session: &Session, wishes: &mut Vec<Wish>) {
+    ui.horizontal(|ui| {
+        let mut button = |text: &str, is_enabled: bool, wish: Wish, tip: &str| {
+            let button = ui.add_enabled(is_enabled, egui::Button::new(text));
+            if button.on_hover_text(tip).clicked() {
+                wishes.push(wish);
+            }
+        };
+        let history = &session.history;
+        button("Undo", history.can_undo(), Wish::Undo, "Ctrl Z");
+        button("Redo", history.can_redo(), Wish::Redo, "Ctrl Shift Z");
+        button(
+            "Save",
+            true,
+            Wish::SaveScene,
+            "S: the scene, for `isolume render`",
+        );
+        button("Help", true, Wish::Help, "H");
+    });
+}
+
+fn section(ui: &mut Ui, title: &str, is_open: bool, contents: impl FnOnce(&mut Ui)) {
+    CollapsingHeader::new(title)
+        .default_open(is_open)
+        .show_unindented(ui, |ui| {
+            contents(ui);
+            ui.add_space(4.0);
+        });
+}
+
+/// Two surfaces of one value are an error in a scene: the one at hand gives way.
+fn separate_isovalues(session: &mut Session) {
+    let [low, high] = session.document.opened.volume.range;
+    let chosen = session.chosen.surface;
+    let iso = &mut session.scene.surfaces.iso;
+    let taken: Vec<f64> = iso.iter().map(|s| s.value).collect();
+    let others = |value: f64| (0..taken.len()).any(|i| i != chosen && taken[i] == value);
+    if let Some(surface) = iso.get_mut(chosen) {
+        while others(surface.value) {
+            surface.value += 1e-4 * (high - low);
+        }
+    }
+}
+
+/// A named slider from `low` to `high`; a logarithmic one is fine near zero.
+fn slider(ui: &mut Ui, name: &str, value: &mut f64, [low, high]: [f64; 2], logarithmic: bool) {
+    let slider = egui::Slider::new(value, low..=high)
+        .logarithmic(logarithmic)
+        .smallest_positive(1e-4)
+        .text(name);
+    ui.add(slider);
+}
+
+/// A linear colour as a button that opens a picker. Returns whether it has changed.
+fn color(ui: &mut Ui, rgb: &mut [f64; 3]) -> bool {
+    let mut edited = rgb.map(|c| c as f32);
+    let changed = ui.color_edit_button_rgb(&mut edited).changed();
+    if changed {
+        *rgb = edited.map(|c| f64::from(c).clamp(0.0, 1.0));
+    }
+    changed
+}
+
+/// A linear colour as egui has it.
+fn display(rgb: [f64; 3]) -> Color32 {
+    let [r, g, b] = rgb.map(|c| c as f32);
+    egui::Rgba::from_rgb(r, g, b).into()
+}

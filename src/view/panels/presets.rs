@@ -1,0 +1,143 @@
+//! Looks to begin with: a transfer function and surfaces, by the data's own units where they have some,
+//! by shares of the range otherwise. Light and camera stay.
+
+use egui::Ui;
+
+use crate::scene::{Isosurface, Medium, Shading, TransferPoint};
+use crate::view::session::Session;
+
+struct Look {
+    name: &'static str,
+    /// Values are Hounsfield units; otherwise shares of the data's range.
+    is_ct: bool,
+    /// Times the density that a scene has by default.
+    density: f64,
+    /// Value, opacity, colour.
+    transfer: &'static [(f64, f64, [f64; 3])],
+    /// Value and colour.
+    surface: Option<(f64, [f64; 3])>,
+}
+
+const SKIN: [f64; 3] = [0.99, 0.78, 0.66];
+const FLESH: [f64; 3] = [0.98, 0.60, 0.45];
+const BLOOD: [f64; 3] = [0.95, 0.30, 0.22];
+const IVORY: [f64; 3] = [0.86, 0.80, 0.68];
+const AIR: [f64; 3] = [0.80, 0.88, 0.96];
+const GREY: [f64; 3] = [0.90, 0.89, 0.87];
+
+const LOOKS: [Look; 6] = [
+    Look {
+        name: "CT bone",
+        is_ct: true,
+        density: 1.0,
+        transfer: &[
+            (-450.0, 0.0, SKIN),
+            (-300.0, 1.0, SKIN),
+            (-150.0, 0.03, FLESH),
+        ],
+        surface: Some((300.0, IVORY)),
+    },
+    Look {
+        name: "CT soft tissue",
+        is_ct: true,
+        density: 4.0,
+        transfer: &[
+            (-300.0, 0.0, SKIN),
+            (-100.0, 0.35, SKIN),
+            (40.0, 0.6, FLESH),
+            (200.0, 1.0, IVORY),
+        ],
+        surface: None,
+    },
+    Look {
+        name: "CT lung",
+        is_ct: true,
+        density: 2.0,
+        transfer: &[
+            (-960.0, 0.0, AIR),
+            (-850.0, 0.03, AIR),
+            (-600.0, 0.3, AIR),
+            (-450.0, 0.05, FLESH),
+            (-200.0, 0.02, FLESH),
+        ],
+        surface: Some((300.0, IVORY)),
+    },
+    Look {
+        name: "CT angiography",
+        is_ct: true,
+        density: 2.0,
+        transfer: &[(90.0, 0.0, BLOOD), (160.0, 0.5, BLOOD), (350.0, 1.0, BLOOD)],
+        surface: Some((500.0, IVORY)),
+    },
+    Look {
+        name: "MR",
+        is_ct: false,
+        density: 3.0,
+        transfer: &[(0.10, 0.0, FLESH), (0.25, 0.25, FLESH), (0.60, 0.8, GREY)],
+        surface: None,
+    },
+    Look {
+        name: "generic",
+        is_ct: false,
+        density: 1.0,
+        transfer: &[(0.20, 0.0, SKIN), (0.26, 1.0, SKIN), (0.32, 0.03, FLESH)],
+        surface: Some((0.55, IVORY)),
+    },
+];
+
+pub fn show(ui: &mut Ui, session: &mut Session) {
+    let volume = &session.document.opened.volume;
+    let range = volume.range;
+    let longest = volume.extent().into_iter().fold(0.0, f64::max);
+    ui.horizontal_wrapped(|ui| {
+        for look in &LOOKS {
+            if ui.button(look.name).clicked() {
+                let scene = &mut session.scene;
+                scene.medium = Some(look.medium(range, 50.0 / longest));
+                scene.surfaces.iso = look.surface(range).into_iter().collect();
+                session.chosen = Default::default();
+            }
+        }
+    });
+}
+
+impl Look {
+    fn value(&self, value: f64, [low, high]: [f64; 2]) -> f64 {
+        match self.is_ct {
+            true => value,
+            false => low + value * (high - low),
+        }
+    }
+
+    fn medium(&self, range: [f64; 2], usual: f64) -> Medium {
+        let point = |&(value, opacity, color): &(f64, f64, [f64; 3])| TransferPoint {
+            value: self.value(value, range),
+            opacity,
+            color,
+        };
+        Medium {
+            density: self.density * usual,
+            g: 0.0,
+            transfer: self.transfer.iter().map(point).collect(),
+        }
+    }
+
+    fn surface(&self, range: [f64; 2]) -> Option<Isosurface> {
+        self.surface.map(|(value, color)| Isosurface {
+            value: self.value(value, range),
+            opacity: 1.0,
+            color,
+            shading: Shading::Disney {
+                metallic: 0.0,
+                roughness: 0.45,
+                specular: 0.5,
+                specular_tint: 0.0,
+                sheen: 0.0,
+                sheen_tint: 0.5,
+                subsurface: 0.0,
+                clearcoat: 0.0,
+                clearcoat_gloss: 1.0,
+            },
+        })
+    }
+}

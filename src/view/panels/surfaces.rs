@@ -1,0 +1,159 @@
+//! The isosurfaces: a list, and what the one at hand is made of.
+
+use egui::{ComboBox, Ui};
+
+use super::transfer::histogram;
+use super::{color, display, slider};
+use crate::scene::{Isosurface, LightModel, Normals, Shading};
+use crate::view::session::Session;
+
+/// Rays keep their side of every surface in one word.
+const MOST: usize = 32;
+const HISTOGRAM_HEIGHT: f32 = 34.0;
+
+pub fn show(ui: &mut Ui, session: &mut Session) {
+    let [low, high] = session.document.opened.volume.range;
+    list(ui, session, [low, high]);
+    let index = session.chosen.surface;
+    let document = session.document.clone();
+    if let Some(surface) = session.scene.surfaces.iso.get_mut(index) {
+        let value = surface.value;
+        let mark = [(value, display(surface.color))];
+        histogram(
+            ui,
+            &document.histogram,
+            [low, high],
+            HISTOGRAM_HEIGHT,
+            &mark,
+        );
+        slider(ui, "value", &mut surface.value, [low, high], false);
+        slider(ui, "opacity", &mut surface.opacity, [0.0, 1.0], false);
+        shading(ui, surface);
+    }
+    let surfaces = &mut session.scene.surfaces;
+    if surfaces.iso.is_empty() {
+        return;
+    }
+    ui.horizontal(|ui| {
+        ui.label("light");
+        ui.selectable_value(&mut surfaces.light, LightModel::Local, "local")
+            .on_hover_text("only the camera sees surfaces; the cache outlives their changes");
+        ui.selectable_value(&mut surfaces.light, LightModel::Full, "full")
+            .on_hover_text("surfaces block and reflect light everywhere");
+    });
+    ui.horizontal(|ui| {
+        ui.label("normals");
+        ui.selectable_value(&mut surfaces.normals, Normals::Smooth, "smooth");
+        ui.selectable_value(&mut surfaces.normals, Normals::Analytic, "analytic");
+    });
+}
+
+fn list(ui: &mut Ui, session: &mut Session, [low, high]: [f64; 2]) {
+    let iso = &mut session.scene.surfaces.iso;
+    let chosen = &mut session.chosen.surface;
+    let mut removed = None;
+    for (i, surface) in iso.iter_mut().enumerate() {
+        ui.horizontal(|ui| {
+            color(ui, &mut surface.color);
+            ui.radio_value(chosen, i, significant(surface.value).to_string());
+            if ui.small_button("remove").clicked() {
+                removed = Some(i);
+            }
+        });
+    }
+    if let Some(i) = removed {
+        iso.remove(i);
+        *chosen = 0;
+    }
+    if iso.len() < MOST && ui.button("Add a surface").clicked() {
+        let highest = iso.iter().map(|s| s.value).fold(low, f64::max);
+        iso.push(Isosurface {
+            value: 0.5 * (highest + high),
+            opacity: 1.0,
+            color: [0.8; 3],
+            shading: Shading::Lambert,
+        });
+        *chosen = iso.len() - 1;
+    }
+}
+
+/// A few digits are enough to tell surfaces apart.
+fn significant(value: f64) -> f64 {
+    (value * 100.0).round() / 100.0
+}
+
+const PHONG: Shading = Shading::Phong {
+    specular: 0.5,
+    shininess: 32.0,
+};
+const DISNEY: Shading = Shading::Disney {
+    metallic: 0.0,
+    roughness: 0.45,
+    specular: 0.5,
+    specular_tint: 0.0,
+    sheen: 0.0,
+    sheen_tint: 0.5,
+    subsurface: 0.0,
+    clearcoat: 0.0,
+    clearcoat_gloss: 1.0,
+};
+
+fn shading(ui: &mut Ui, surface: &mut Isosurface) {
+    let models = [
+        ("lambert", Shading::Lambert),
+        ("phong", PHONG),
+        ("disney", DISNEY),
+    ];
+    let same = |a: &Shading| std::mem::discriminant(a) == std::mem::discriminant(&surface.shading);
+    let now = models
+        .iter()
+        .position(|(_, model)| same(model))
+        .unwrap_or(0);
+    ComboBox::from_label("shading")
+        .selected_text(models[now].0)
+        .show_ui(ui, |ui| {
+            for (i, (name, model)) in models.into_iter().enumerate() {
+                if ui.selectable_label(i == now, name).clicked() && i != now {
+                    surface.shading = model;
+                }
+            }
+        });
+    for (name, value, range) in parameters(&mut surface.shading) {
+        slider(ui, name, value, range, name == "shininess");
+    }
+}
+
+fn parameters(shading: &mut Shading) -> Vec<(&'static str, &mut f64, [f64; 2])> {
+    const UNIT: [f64; 2] = [0.0, 1.0];
+    match shading {
+        Shading::Lambert => Vec::new(),
+        Shading::Phong {
+            specular,
+            shininess,
+        } => vec![
+            ("specular", specular, UNIT),
+            ("shininess", shininess, [0.0, 1000.0]),
+        ],
+        Shading::Disney {
+            metallic,
+            roughness,
+            specular,
+            specular_tint,
+            sheen,
+            sheen_tint,
+            subsurface,
+            clearcoat,
+            clearcoat_gloss,
+        } => vec![
+            ("roughness", roughness, UNIT),
+            ("metallic", metallic, UNIT),
+            ("specular", specular, UNIT),
+            ("specular tint", specular_tint, UNIT),
+            ("sheen", sheen, UNIT),
+            ("sheen tint", sheen_tint, UNIT),
+            ("subsurface", subsurface, UNIT),
+            ("clearcoat", clearcoat, UNIT),
+            ("clearcoat gloss", clearcoat_gloss, UNIT),
+        ],
+    }
+}

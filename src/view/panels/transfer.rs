@@ -1,0 +1,249 @@
+//! The transfer function over the histogram: points to drag, a double click for a new one, a right click
+//! or Delete to take one away.
+//!
+//! Opacities that matter reach from 0.003 to 1, so the axis shows their square root; counts of voxels
+//! differ by more, so theirs is logarithmic.
+
+use egui::{Color32, Key, Mesh, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
+
+use super::{color, display};
+use crate::scene::volume::Histogram;
+use crate::scene::{Medium, TransferPoint};
+use crate::view::session::{Chosen, Session};
+
+const HEIGHT: f32 = 120.0;
+const POINT: f32 = 5.0;
+/// Around the plot, so that points at its border can be seen whole.
+const MARGIN: f32 = 6.0;
+const BARS: Color32 = Color32::from_gray(74);
+
+pub fn show(ui: &mut Ui, session: &mut Session) {
+    let document = session.document.clone();
+    let Some(medium) = &mut session.scene.medium else {
+        ui.weak("There is no medium.");
+        return;
+    };
+    let plot = Plot::new(
+        ui,
+        shown_range(medium, document.opened.volume.range),
+        HEIGHT,
+    );
+    plot.draw_histogram(&document.histogram);
+    plot.draw_function(medium);
+    edit(ui, &plot, medium, &mut session.chosen);
+    strip(ui, &plot, medium);
+    chosen_point(ui, medium, &mut session.chosen);
+}
+
+/// The data's range, and whatever points lie outside it.
+fn shown_range(medium: &Medium, [low, high]: [f64; 2]) -> [f64; 2] {
+    let values = medium.transfer.iter().map(|p| p.value);
+    let low = values.clone().fold(low, f64::min);
+    [low, values.fold(high, f64::max).max(low + 1e-9)]
+}
+
+/// A histogram with some values marked.
+pub fn histogram(
+    ui: &mut Ui,
+    histogram: &Histogram,
+    range: [f64; 2],
+    height: f32,
+    marks: &[(f64, Color32)],
+) {
+    let plot = Plot::new(ui, range, height);
+    plot.draw_histogram(histogram);
+    for (value, color) in marks {
+        let x = plot.x(*value);
+        let ends = [pos2(x, plot.area.top()), pos2(x, plot.area.bottom())];
+        plot.painter.line_segment(ends, Stroke::new(2.0, *color));
+    }
+}
+
+/// Values to the right, opacities upwards.
+struct Plot {
+    area: Rect,
+    range: [f64; 2],
+    painter: Painter,
+    response: egui::Response,
+}
+
+impl Plot {
+    fn new(ui: &mut Ui, range: [f64; 2], height: f32) -> Plot {
+        let size = Vec2::new(ui.available_width(), height);
+        let (response, painter) = ui.allocate_painter(size, Sense::click());
+        painter.rect_filled(response.rect, 3.0, Color32::from_gray(22));
+        Plot {
+            area: response.rect.shrink(MARGIN),
+            range,
+            painter,
+            response,
+        }
+    }
+
+    fn x(&self, value: f64) -> f32 {
+        let [low, high] = self.range;
+        self.area.left() + ((value - low) / (high - low)) as f32 * self.area.width()
+    }
+
+    fn at(&self, value: f64, opacity: f64) -> Pos2 {
+        let y = self.area.bottom() - opacity.sqrt() as f32 * self.area.height();
+        pos2(self.x(value), y)
+    }
+
+    /// The value and the opacity at a place on the screen.
+    fn under(&self, p: Pos2) -> (f64, f64) {
+        let [low, high] = self.range;
+        let t = ((p.x - self.area.left()) / self.area.width()) as f64;
+        let height = ((self.area.bottom() - p.y) / self.area.height()) as f64;
+        let value = low + t.clamp(0.0, 1.0) * (high - low);
+        (value, height.clamp(0.0, 1.0).powi(2))
+    }
+
+    fn draw_histogram(&self, histogram: &Histogram) {
+        let most = histogram.counts.iter().copied().max().unwrap_or(1);
+        let scale = 1.0 / (1.0 + most as f64).ln();
+        let mut mesh = Mesh::default();
+        for (bin, &count) in histogram.counts.iter().enumerate().filter(|(_, c)| **c > 0) {
+            let half = 0.5 * histogram.width;
+            let value = histogram.value(bin);
+            let height = ((1.0 + count as f64).ln() * scale) as f32 * self.area.height();
+            let left = self.x(value - half).max(self.area.left());
+            let right = self.x(value + half).min(self.area.right());
+            let top = self.area.bottom() - height;
+            let bar = Rect::from_min_max(pos2(left, top), pos2(right, self.area.bottom()));
+            mesh.add_colored_rect(bar, BARS);
+        }
+        self.painter.add(Shape::mesh(mesh));
+    }
+
+    fn draw_function(&self, medium: &Medium) {
+        let points = &medium.transfer;
+        let [low, high] = self.range;
+        let (Some(first), Some(last)) = (points.first(), points.last()) else {
+            return;
+        };
+        let ends = [self.at(low, first.opacity), self.at(high, last.opacity)];
+        let inner = points.windows(2).flat_map(|pair| self.curve(pair));
+        let last = self.at(last.value, last.opacity);
+        let line: Vec<Pos2> = std::iter::once(ends[0])
+            .chain(inner)
+            .chain([last, ends[1]])
+            .collect();
+        self.painter
+            .add(Shape::line(line, Stroke::new(1.5, Color32::from_gray(200))));
+    }
+
+    /// Straight in opacity is bent on this axis.
+    fn curve(&self, pair: &[TransferPoint]) -> impl Iterator<Item = Pos2> + '_ {
+        const STEPS: u32 = 8;
+        let (a, b) = (pair[0], pair[1]);
+        (0..STEPS).map(move |i| {
+            let t = f64::from(i) / f64::from(STEPS);
+            let mix = |a: f64, b: f64| a + t * (b - a);
+            self.at(mix(a.value, b.value), mix(a.opacity, b.opacity))
+        })
+    }
+}
+
+/// Points that can be dragged between their neighbours, made and taken away.
+fn edit(ui: &mut Ui, plot: &Plot, medium: &mut Medium, chosen: &mut Chosen) {
+    let points = &mut medium.transfer;
+    let mut removed = None;
+    for i in 0..points.len() {
+        let place = plot.at(points[i].value, points[i].opacity);
+        let area = Rect::from_center_size(place, Vec2::splat(3.0 * POINT));
+        let response = ui.interact(
+            area,
+            ui.scope_id().with(("transfer", i)),
+            Sense::click_and_drag(),
+        );
+        if response.drag_started() || response.clicked() {
+            chosen.point = i;
+        }
+        if response.dragged()
+            && let Some(at) = response.interact_pointer_pos()
+        {
+            let (value, opacity) = plot.under(at);
+            let least = i.checked_sub(1).map_or(f64::MIN, |n| points[n].value);
+            let most = points.get(i + 1).map_or(f64::MAX, |next| next.value);
+            points[i].value = value.clamp(least, most);
+            points[i].opacity = opacity;
+        }
+        if response.secondary_clicked() {
+            removed = Some(i);
+        }
+        let is_lit = chosen.point == i || response.hovered();
+        let ring = if is_lit {
+            Color32::WHITE
+        } else {
+            Color32::BLACK
+        };
+        let radius = if is_lit { 1.25 * POINT } else { POINT };
+        let filled = display(points[i].color);
+        plot.painter
+            .circle(place, radius, filled, Stroke::new(1.5, ring));
+    }
+    let has_pointer = plot.response.contains_pointer();
+    if has_pointer && ui.input(|i| i.key_pressed(Key::Delete)) {
+        removed = Some(chosen.point);
+    }
+    if let Some(i) = removed.filter(|i| points.len() > 1 && *i < points.len()) {
+        points.remove(i);
+        chosen.point = i.min(points.len() - 1);
+    }
+    if plot.response.double_clicked()
+        && let Some(at) = plot.response.interact_pointer_pos()
+    {
+        let (value, opacity) = plot.under(at);
+        let (_, color) = medium.classify(value);
+        let index = medium.transfer.partition_point(|p| p.value <= value);
+        let point = TransferPoint {
+            value,
+            opacity,
+            color,
+        };
+        medium.transfer.insert(index, point);
+        chosen.point = index;
+    }
+}
+
+/// The colours, under the plot.
+fn strip(ui: &mut Ui, plot: &Plot, medium: &Medium) {
+    const STEPS: usize = 64;
+    let size = Vec2::new(ui.available_width(), 10.0);
+    let (response, painter) = ui.allocate_painter(size, Sense::hover());
+    let rect = response.rect.shrink2(Vec2::new(MARGIN, 0.0));
+    let [low, high] = plot.range;
+    let mut mesh = Mesh::default();
+    for step in 0..=STEPS {
+        let t = step as f32 / STEPS as f32;
+        let (_, rgb) = medium.classify(low + f64::from(t) * (high - low));
+        let x = rect.left() + t * rect.width();
+        mesh.colored_vertex(pos2(x, rect.top()), display(rgb));
+        mesh.colored_vertex(pos2(x, rect.bottom()), display(rgb));
+        if step > 0 {
+            let n = 2 * step as u32;
+            mesh.add_triangle(n - 2, n - 1, n);
+            mesh.add_triangle(n - 1, n, n + 1);
+        }
+    }
+    painter.add(Shape::mesh(mesh));
+}
+
+fn chosen_point(ui: &mut Ui, medium: &mut Medium, chosen: &mut Chosen) {
+    let points = &mut medium.transfer;
+    let i = chosen.point.min(points.len().saturating_sub(1));
+    let least = i.checked_sub(1).map_or(f64::MIN, |n| points[n].value);
+    let most = points.get(i + 1).map_or(f64::MAX, |next| next.value);
+    let Some(point) = points.get_mut(i) else {
+        return;
+    };
+    ui.horizontal(|ui| {
+        color(ui, &mut point.color);
+        let value = egui::DragValue::new(&mut point.value).range(least..=most);
+        ui.add(value.max_decimals(3)).on_hover_text("value");
+        let opacity = egui::DragValue::new(&mut point.opacity).range(0.0..=1.0);
+        ui.add(opacity.speed(0.002).max_decimals(4))
+            .on_hover_text("opacity");
+    });
+}

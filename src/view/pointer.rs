@@ -1,0 +1,100 @@
+//! The mouse on the picture.
+
+use egui::{Event, PointerButton, Rect, Response, Sense, Ui};
+use glam::{DQuat, DVec3};
+
+use super::camera::{frame, orbit, pan, zoom};
+use super::session::Session;
+
+/// A step of the wheel moves an isovalue by so much of the data's range.
+const ISOVALUE_STEP: f64 = 0.005;
+/// Dragged over the picture's height, a window is so many times as wide.
+const WIDTH_PER_HEIGHT: f64 = 4.0;
+
+/// Senses the picture's rectangle and turns, shifts, zooms or re-windows what it shows.
+pub fn steer(ui: &mut Ui, rect: Rect, session: &mut Session) -> Response {
+    let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
+    let drag = response.drag_delta() / rect.height().max(1.0);
+    let drag = [drag.x as f64, drag.y as f64];
+    let shift = ui.input(|i| i.modifiers.shift);
+    if drag != [0.0; 2] {
+        let scene = &mut session.scene;
+        if response.dragged_by(PointerButton::Secondary) {
+            window_and_level(session, drag);
+        } else if response.dragged_by(PointerButton::Middle) || shift {
+            scene.camera = pan(&scene.camera, drag);
+        } else if session.chosen.aims_sun {
+            turn_sun(session, drag);
+        } else {
+            scene.camera = orbit(&scene.camera, drag);
+        }
+    }
+    if response.contains_pointer() {
+        let steps = wheel_steps(ui);
+        if steps != 0.0 && shift {
+            shift_isovalue(session, steps);
+        } else if steps != 0.0 {
+            session.scene.camera = zoom(&session.scene.camera, steps);
+        }
+    }
+    response
+}
+
+/// Steps of the wheel in this frame, forward positive; touch pads count in points.
+fn wheel_steps(ui: &Ui) -> f64 {
+    const POINTS_PER_STEP: f32 = 50.0;
+    ui.input(|i| {
+        let steps = i.events.iter().map(|event| match event {
+            Event::MouseWheel { unit, delta, .. } => {
+                let along = match delta.y {
+                    0.0 => delta.x,
+                    y => y,
+                };
+                match unit {
+                    egui::MouseWheelUnit::Point => along / POINTS_PER_STEP,
+                    _ => along,
+                }
+            }
+            _ => 0.0,
+        });
+        steps.sum::<f32>() as f64
+    })
+}
+
+fn shift_isovalue(session: &mut Session, steps: f64) {
+    let [low, high] = session.document.opened.volume.range;
+    let index = session.chosen.surface;
+    if let Some(surface) = session.scene.surfaces.iso.get_mut(index) {
+        let value = surface.value + steps * ISOVALUE_STEP * (high - low);
+        surface.value = value.clamp(low, high);
+    }
+}
+
+/// As in radiology: sideways widens the transfer function, up and down shifts it.
+fn window_and_level(session: &mut Session, drag: [f64; 2]) {
+    let [low, high] = session.document.opened.volume.range;
+    let Some(medium) = &mut session.scene.medium else {
+        return;
+    };
+    let points = &mut medium.transfer;
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return;
+    };
+    let middle = 0.5 * (first.value + last.value);
+    let factor = WIDTH_PER_HEIGHT.powf(drag[0]);
+    let shift = -drag[1] * 0.5 * (high - low);
+    for point in points {
+        point.value = middle + factor * (point.value - middle) + shift;
+    }
+}
+
+/// The light's source follows the pointer as if it lay on a ball.
+fn turn_sun(session: &mut Session, drag: [f64; 2]) {
+    let [_, right, up] = frame(&session.scene.camera);
+    if let Some(sun) = session.scene.suns.get_mut(session.chosen.sun) {
+        let about_up = DQuat::from_axis_angle(up, drag[0] * std::f64::consts::PI);
+        let about_right = DQuat::from_axis_angle(right, drag[1] * std::f64::consts::PI);
+        let turned = about_up * about_right * DVec3::from(sun.direction);
+        sun.direction = turned.normalize().to_array();
+    }
+}

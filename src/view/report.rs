@@ -1,0 +1,215 @@
+//! What the session tells: a line on stderr for what a log should have, and figures at its end.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use super::live::Live;
+use super::picture::CACHE_ERROR;
+use super::stage::Stage;
+use crate::gpu::Span;
+use crate::job::report;
+use crate::output::stats::{CacheStats, MemoryStats, PassStats};
+
+/// Of each pass and of frames, so many of the last runs count.
+const REMEMBERED: usize = 512;
+
+pub struct Report {
+    began: Instant,
+    is_quiet: bool,
+    passes: Vec<(&'static str, Recent)>,
+    /// Milliseconds between frames while something moves.
+    moving: Recent,
+    last_frame: Option<Instant>,
+    first_picture: Option<Duration>,
+    frames: u64,
+    cache_clears: u32,
+    builds: u32,
+    resizes: u32,
+    converged: u32,
+    /// Most bytes that were planned.
+    planned: u64,
+}
+
+/// The last runs of something, in milliseconds.
+#[derive(Default)]
+pub struct Recent {
+    ms: VecDeque<f64>,
+    runs: usize,
+    total_ms: f64,
+}
+
+impl Recent {
+    fn add(&mut self, ms: f64) {
+        if self.ms.len() == REMEMBERED {
+            self.ms.pop_front();
+        }
+        self.ms.push_back(ms);
+        self.runs += 1;
+        self.total_ms += ms;
+    }
+
+    /// Over the last few runs.
+    pub fn mean(&self) -> f64 {
+        let last = self.ms.iter().rev().take(16);
+        last.clone().sum::<f64>() / last.len().max(1) as f64
+    }
+
+    fn stats(&self, name: &str) -> PassStats {
+        let ms: Vec<f64> = self.ms.iter().copied().collect();
+        PassStats {
+            runs: self.runs,
+            gpu_ms_total: self.total_ms,
+            ..PassStats::from_runs(name, &ms)
+        }
+    }
+}
+
+/// What `--stats` writes.
+#[derive(Serialize)]
+pub struct SessionStats {
+    variant: String,
+    reason: String,
+    device: String,
+    driver: String,
+    seconds: f64,
+    /// From the window's opening to the first picture in it.
+    first_picture_s: Option<f64>,
+    frames: u64,
+    /// Between frames while something moves: median and 95th percentile.
+    moving_frame_ms_median: f64,
+    moving_frame_ms_p95: f64,
+    moving_scale: f64,
+    cache_clears: u32,
+    builds: u32,
+    resizes: u32,
+    pictures_finished: u32,
+    relative_error: f64,
+    passes: Vec<PassStats>,
+    memory: MemoryStats,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cache: Option<CacheStats>,
+}
+
+impl Report {
+    pub fn new(is_quiet: bool) -> Report {
+        Report {
+            began: Instant::now(),
+            is_quiet,
+            passes: Vec::new(),
+            moving: Recent::default(),
+            last_frame: None,
+            first_picture: None,
+            frames: 0,
+            cache_clears: 0,
+            builds: 0,
+            resizes: 0,
+            converged: 0,
+            planned: 0,
+        }
+    }
+
+    pub fn say(&self, line: &str) {
+        if !self.is_quiet {
+            eprintln!("{line}");
+        }
+    }
+
+    pub fn window_opened(&mut self) {
+        self.began = Instant::now();
+    }
+
+    pub fn built(&mut self, live: &Live) {
+        self.builds += 1;
+        self.say(&format!(
+            "showing: {}, because {}",
+            live.choice.plan.name(),
+            live.choice.reason
+        ));
+    }
+
+    pub fn cache_cleared(&mut self) {
+        self.cache_clears += 1;
+        self.say("cache cleared");
+    }
+
+    pub fn resized(&mut self, [width, height]: [u32; 2]) {
+        self.resizes += 1;
+        self.say(&format!("picture: {width}x{height}"));
+    }
+
+    pub fn finished(&mut self, live: &Live) {
+        self.converged += 1;
+        self.say(&format!(
+            "picture finished: {} samples, relative error {:.4}",
+            live.renderer.totals.samples, live.picture.relative_error
+        ));
+    }
+
+    pub fn planned(&mut self, bytes: u64) {
+        self.planned = self.planned.max(bytes);
+    }
+
+    /// A frame was shown.
+    pub fn frame(&mut self, is_moving: bool, has_picture: bool) {
+        self.frames += 1;
+        let now = Instant::now();
+        if has_picture && self.first_picture.is_none() {
+            let took = now - self.began;
+            self.first_picture = Some(took);
+            self.say(&format!("first picture after {:.2} s", took.as_secs_f64()));
+        }
+        if let Some(last) = self.last_frame.filter(|_| is_moving) {
+            self.moving.add((now - last).as_secs_f64() * 1e3);
+        }
+        self.last_frame = is_moving.then_some(now);
+    }
+
+    /// Takes the times that a frame has gathered.
+    pub fn take_times(&mut self, spans: &mut Vec<Span>) {
+        for span in spans.drain(..) {
+            let index = self.passes.iter().position(|(name, _)| *name == span.pass);
+            let index = index.unwrap_or_else(|| {
+                self.passes.push((span.pass, Recent::default()));
+                self.passes.len() - 1
+            });
+            self.passes[index].1.add(span.duration_us / 1e3);
+        }
+    }
+
+    pub fn passes(&self) -> &[(&'static str, Recent)] {
+        &self.passes
+    }
+
+    pub fn moving_ms(&self) -> f64 {
+        self.moving.mean()
+    }
+
+    pub fn stats(&self, stage: &Stage, live: Option<&Live>) -> SessionStats {
+        let moving = self.moving.stats("moving");
+        let summary = &stage.device().summary;
+        let choice = live.map(|live| &live.choice);
+        SessionStats {
+            variant: choice.map_or(String::new(), |c| c.plan.variant().into()),
+            reason: choice.map_or(String::new(), |c| c.reason.clone()),
+            device: summary.name.clone(),
+            driver: summary.driver.clone(),
+            seconds: self.began.elapsed().as_secs_f64(),
+            first_picture_s: self.first_picture.map(|t| t.as_secs_f64()),
+            frames: self.frames,
+            moving_frame_ms_median: moving.gpu_ms_median,
+            moving_frame_ms_p95: moving.gpu_ms_p95,
+            moving_scale: live.map_or(f64::NAN, |live| live.picture.scale),
+            cache_clears: self.cache_clears,
+            builds: self.builds,
+            resizes: self.resizes,
+            pictures_finished: self.converged,
+            relative_error: live.map_or(f64::NAN, |live| live.picture.relative_error),
+            passes: self.passes.iter().map(|(n, r)| r.stats(n)).collect(),
+            memory: report::memory(&stage.memory, self.planned),
+            cache: live
+                .and_then(|live| report::cache(&live.renderer, &live.choice.plan, CACHE_ERROR)),
+        }
+    }
+}

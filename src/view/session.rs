@@ -1,0 +1,138 @@
+//! The open scene: as the panels have it, as the GPU has it, and how the one follows the other.
+
+use std::sync::Arc;
+
+use winit::event_loop::EventLoopProxy;
+
+use super::history::History;
+use super::live::{Followed, Live, Order};
+use super::load::{Document, Load, build};
+use super::report::Report;
+use super::stage::Stage;
+use crate::cli::ViewArgs;
+use crate::error::{Error, Result};
+use crate::scene::{Camera, Scene, SceneFile, describe};
+
+pub struct Session {
+    pub document: Arc<Document>,
+    /// The scene's file as it was read last.
+    file: SceneFile,
+    /// What is to be seen; panels change it as they like.
+    pub scene: Scene,
+    pub live: Option<Live>,
+    pub building: Option<Load<Live>>,
+    pub history: History,
+    /// Where the camera begins.
+    pub home: Camera,
+    /// The last scene that the GPU has shown.
+    shown: Option<Scene>,
+    /// In all lists of the panels, which item is at hand.
+    pub chosen: Chosen,
+}
+
+#[derive(Default)]
+pub struct Chosen {
+    pub point: usize,
+    pub surface: usize,
+    pub sun: usize,
+    /// The plane that C has made.
+    pub clip: Option<usize>,
+    /// A drag on the picture turns the sun instead of the camera.
+    pub aims_sun: bool,
+}
+
+impl Session {
+    pub fn new(document: Document) -> Session {
+        let scene = document.opened.scene.clone();
+        Session {
+            history: History::new(&scene),
+            home: scene.camera,
+            file: document.opened.file.clone(),
+            scene,
+            document: Arc::new(document),
+            live: None,
+            building: None,
+            shown: None,
+            chosen: Chosen::default(),
+        }
+    }
+
+    /// Brings the GPU up to the scene: at once, or by compiling anew.
+    pub fn follow(
+        &mut self,
+        stage: &Stage,
+        proxy: &EventLoopProxy<()>,
+        args: &ViewArgs,
+        report: &mut Report,
+    ) -> Result<()> {
+        let followed = match &mut self.live {
+            Some(live) if live.scene == self.scene => return Ok(()),
+            Some(live) => live.follow(&self.scene, &self.document)?,
+            None if self.building.is_some() => return Ok(()),
+            None => Followed::Impossible,
+        };
+        match followed {
+            Followed::Kept => {}
+            Followed::Cleared => report.cache_cleared(),
+            Followed::Impossible => {
+                // What there is has to make room first.
+                self.live = None;
+                self.building = Some(self.begin_build(stage, proxy, args)?);
+            }
+        }
+        Ok(())
+    }
+
+    fn begin_build(
+        &self,
+        stage: &Stage,
+        proxy: &EventLoopProxy<()>,
+        args: &ViewArgs,
+    ) -> Result<Load<Live>> {
+        let order = Order {
+            memory: stage.memory.clone(),
+            scene: self.scene.clone(),
+            seed: args.seed,
+            samples: args.spp.get(),
+            window: stage.plan(self.scene.render.size)?,
+        };
+        Ok(build(order, self.document.clone(), proxy))
+    }
+
+    /// Takes the renderer that was built, if it is there. A scene that could not be built gives way to
+    /// the last one that could, and what is wrong with it is returned.
+    pub fn take_built(&mut self, report: &mut Report) -> Result<Option<Error>> {
+        let Some(result) = self.building.as_ref().and_then(Load::result) else {
+            return Ok(None);
+        };
+        self.building = None;
+        match result {
+            Ok(live) => {
+                report.built(&live);
+                self.shown = Some(live.scene.clone());
+                self.live = Some(live);
+                Ok(None)
+            }
+            Err(Error::Device(why)) => Err(Error::Device(why)),
+            Err(error) => {
+                let Some(shown) = self.shown.take() else {
+                    return Err(error);
+                };
+                let camera = self.scene.camera;
+                self.scene = Scene { camera, ..shown };
+                Ok(Some(error))
+            }
+        }
+    }
+
+    /// The file has been edited on disk.
+    pub fn reread(&mut self, file: SceneFile, scene: Scene) {
+        self.scene = scene;
+        self.file = file;
+    }
+
+    /// The scene as a file that `render` reads.
+    pub fn describe(&self) -> String {
+        describe(&self.file, &self.document.opened.volume, &self.scene)
+    }
+}

@@ -1,0 +1,246 @@
+//! What is on the screen: the window, its images, the picture as it is shown, and the user interface
+//! over it. All its memory goes through the same gate as the renderer's.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use egui::{Context, Ui, ViewportId};
+use winit::dpi::PhysicalSize;
+use winit::event_loop::ActiveEventLoop;
+use winit::raw_window_handle::HasDisplayHandle;
+use winit::window::Window;
+
+use crate::cli::ViewArgs;
+use crate::error::{Error, Result};
+use crate::gpu::{
+    ATLAS_SIDE, Canvas, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory, Patch,
+    ResourceBytes, Surface, Swapchain,
+};
+use crate::job::device_choice;
+use crate::job::plan::Budget;
+
+/// What lies around the picture while there is none.
+const BACKGROUND: [f32; 3] = [0.07, 0.075, 0.085];
+
+pub struct Stage {
+    pub window: Arc<Window>,
+    pub memory: Arc<Memory>,
+    pub budget: Budget,
+    pub frame: Frame,
+    pub egui: Context,
+    surface: Arc<Surface>,
+    input: egui_winit::State,
+    images: WindowImages,
+    /// The window has changed since its images were made.
+    is_outdated: bool,
+}
+
+/// The memory of a window.
+struct WindowImages {
+    swapchain: Swapchain,
+    canvas: Canvas,
+    /// The picture, encoded for display.
+    shown: Image,
+}
+
+impl WindowImages {
+    fn allocate(
+        memory: &Arc<Memory>,
+        surface: &Arc<Surface>,
+        window: [u32; 2],
+        [width, height]: [u32; 2],
+    ) -> Result<WindowImages> {
+        let shown = ImageDesc {
+            name: "shown picture",
+            extent: [width, height, 1],
+            volumetric: false,
+            written: true,
+            format: Format::R8G8B8A8_UNORM,
+        };
+        Ok(WindowImages {
+            swapchain: Swapchain::new(memory, surface, window)?,
+            canvas: Canvas::new(memory, surface)?,
+            shown: Image::new(memory, shown)?,
+        })
+    }
+}
+
+impl Stage {
+    pub fn open(event_loop: &ActiveEventLoop, args: &ViewArgs) -> Result<Stage> {
+        let failed =
+            |e: &dyn std::fmt::Display| Error::Device(format!("no window could be opened: {e}"));
+        let [width, height] = args.window;
+        let attributes = Window::default_attributes()
+            .with_title("Isolume")
+            .with_inner_size(PhysicalSize::new(width, height));
+        let window = event_loop.create_window(attributes);
+        let window = Arc::new(window.map_err(|e| failed(&e))?);
+        let display = window.display_handle().map_err(|e| failed(&e))?.as_raw();
+        let choice = device_choice(args.gpu.device.as_ref());
+        let device = Device::open_for_display(&choice, display)?;
+        let budget = Budget::of(&device, args.gpu.vram_budget);
+        let memory = Memory::new(&device, budget.bytes)?;
+        let surface = Surface::new(&device, window.clone())?;
+        let egui = Context::default();
+        egui.set_theme(egui::Theme::Dark);
+        let input = egui_winit::State::new(
+            egui.clone(),
+            ViewportId::ROOT,
+            &*window,
+            Some(window.scale_factor() as f32),
+            None,
+            Some(ATLAS_SIDE as usize),
+        );
+        let mut frame = Frame::new(&device)?;
+        let size = window.inner_size().into();
+        let images = WindowImages::allocate(&memory, &surface, size, [1, 1])?;
+        images.canvas.prepare(&mut frame)?;
+        frame.run(|f| f.clear(&[&images.shown]))?;
+        Ok(Stage {
+            window,
+            memory,
+            budget,
+            frame,
+            egui,
+            surface,
+            input,
+            images,
+            is_outdated: false,
+        })
+    }
+
+    pub fn device(&self) -> &Arc<Device> {
+        self.memory.device()
+    }
+
+    /// Pixels of the picture as it is shown.
+    pub fn picture_size(&self) -> [u32; 2] {
+        let [width, height, _] = self.images.shown.desc.extent;
+        [width, height]
+    }
+
+    pub fn shown(&self) -> &Image {
+        &self.images.shown
+    }
+
+    /// What the window takes of the memory with a picture of this size.
+    pub fn plan(&self, picture: [u32; 2]) -> Result<Vec<ResourceBytes>> {
+        let dry_run = Memory::dry_run(self.device(), self.device().summary.clone());
+        let size = self.window.inner_size().into();
+        WindowImages::allocate(&dry_run, &self.surface, size, picture)?;
+        Ok(dry_run.resources())
+    }
+
+    /// Shows pictures of another size from now on; the one so far is gone.
+    pub fn resize_picture(&mut self, [width, height]: [u32; 2]) -> Result<()> {
+        let shown = &mut self.images.shown;
+        shown.resize([width, height, 1])?;
+        self.frame.run(|f| f.clear(&[shown]))
+    }
+
+    /// Hands an event to the user interface. Returns whether it wants to be drawn again.
+    pub fn hear(&mut self, event: &winit::event::WindowEvent) -> bool {
+        if matches!(event, winit::event::WindowEvent::Resized(_)) {
+            self.is_outdated = true;
+        }
+        self.input.on_window_event(&self.window, event).repaint
+    }
+
+    /// A window without a pixel, as when it is minimised.
+    pub fn is_hidden(&self) -> bool {
+        let size = self.window.inner_size();
+        size.width == 0 || size.height == 0
+    }
+
+    /// Runs the user interface and readies it to be drawn. Returns when it wants to be run again.
+    pub fn run_interface(&mut self, contents: impl FnMut(&mut Ui)) -> Result<Duration> {
+        let input = self.input.take_egui_input(&self.window);
+        let mut output = self.egui.run_ui(input, contents);
+        self.input
+            .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
+        let textures = std::mem::take(&mut output.textures_delta.set);
+        output.textures_delta.clear();
+        for delta in textures.values().flatten() {
+            self.write_atlas(delta)?;
+        }
+        let scale = output.pixels_per_point;
+        let primitives = self.egui.tessellate(output.shapes, scale);
+        let size = self.images.swapchain.extent;
+        let patches: Vec<Patch> = primitives
+            .into_iter()
+            .filter_map(|p| patch(p, scale, size))
+            .collect();
+        self.images.canvas.fill(&patches);
+        let root = output.viewport_output.get(&ViewportId::ROOT);
+        Ok(root.map_or(Duration::MAX, |root| root.repaint_delay))
+    }
+
+    fn write_atlas(&mut self, delta: &egui::epaint::ImageDelta) -> Result<()> {
+        let egui::ImageData::Color(image) = &delta.image;
+        let extent = image.size.map(|n| n as u32);
+        let used = self.egui.fonts(|fonts| fonts.font_image_size());
+        let low = delta.pos.unwrap_or([0, 0]).map(|n| n as u32);
+        self.images.canvas.write_atlas(
+            &mut self.frame,
+            low,
+            extent,
+            image.as_raw(),
+            used.map(|n| n as u32),
+        )
+    }
+
+    /// Shows the picture in the rectangle [low, high), in pixels, and the user interface over it.
+    pub fn show(&mut self, [low, high]: [[u32; 2]; 2]) -> Result<()> {
+        let size = self.window.inner_size().into();
+        let WindowImages {
+            swapchain,
+            canvas,
+            shown,
+        } = &mut self.images;
+        if std::mem::take(&mut self.is_outdated) {
+            swapchain.resize(size)?;
+        }
+        let Some(target) = swapchain.acquire()? else {
+            self.is_outdated = true;
+            return Ok(());
+        };
+        let high = std::array::from_fn(|a| high[a].min(target.extent[a]));
+        let [width, height, _] = shown.desc.extent;
+        self.frame.run(|f| {
+            f.open_target(&target, BACKGROUND)?;
+            if (0..2).all(|a| low[a] < high[a]) {
+                f.place(shown, [width, height], &target, [low, high])?;
+            }
+            f.draw(canvas, &target)?;
+            f.close_target(&target);
+            Ok(())
+        })?;
+        self.is_outdated |= !swapchain.present(target)?;
+        Ok(())
+    }
+
+    /// Whether the window has other images to be made before the next frame.
+    pub fn is_outdated(&self) -> bool {
+        self.is_outdated
+    }
+}
+
+/// Triangles of the user interface, from points to pixels.
+fn patch(primitive: egui::ClippedPrimitive, scale: f32, size: [u32; 2]) -> Option<Patch> {
+    let egui::epaint::Primitive::Mesh(mesh) = primitive.primitive else {
+        return None;
+    };
+    let clip = primitive.clip_rect;
+    let pixel = |x: f32, a: usize| ((x * scale).round().max(0.0) as u32).min(size[a]);
+    let corner = |p: egui::Pos2| [pixel(p.x, 0), pixel(p.y, 1)];
+    let vertex = |v: &egui::epaint::Vertex| CanvasVertex {
+        position: [v.pos.x * scale, v.pos.y * scale],
+        uv: [v.uv.x, v.uv.y],
+        color: u32::from_le_bytes(v.color.to_array()),
+    };
+    Some(Patch {
+        clip: [corner(clip.min), corner(clip.max)],
+        vertices: mesh.vertices.iter().map(vertex).collect(),
+        indices: mesh.indices,
+    })
+}
