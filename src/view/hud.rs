@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use egui::{Align2, Area, Color32, Frame, Id, Order, Rect, RichText, Ui, Vec2, Window};
+use egui::{Align2, Area, Color32, Frame, Id, Order, Rect, RichText, Ui, Window};
 
 use super::keys::help;
 use super::live::Live;
@@ -232,7 +232,7 @@ fn overlay(ui: &Ui, name: &str, rect: Rect, side: Align2, contents: impl FnOnce(
     Area::new(Id::unique(name))
         .order(Order::Middle)
         .pivot(side)
-        .fixed_pos(at + Vec2::ZERO)
+        .fixed_pos(at)
         .constrain_to(rect)
         .show(ui.ctx(), |ui| {
             Frame::NONE
