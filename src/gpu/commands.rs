@@ -8,7 +8,6 @@ use super::buffer::Buffer;
 use super::frame::Frame;
 use super::image::{COLOR, Image};
 use super::pass::{Binding, Pass, Slot};
-use super::surface::Target;
 use crate::error::{Error, Result};
 
 /// How long a slice of a sliced pass should take where nobody is waiting for a frame.
@@ -279,92 +278,6 @@ impl Frame {
                     .device
                     .raw
                     .cmd_fill_buffer(frame.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0)
-            };
-            Ok(())
-        })
-    }
-
-    /// Readies an image of the window to be drawn on, in one colour.
-    pub fn open_target(&mut self, target: &Target, rgb: [f32; 3]) -> Result<()> {
-        let [r, g, b] = rgb;
-        let color = vk::ClearColorValue {
-            float32: [r, g, b, 1.0],
-        };
-        self.timed("clear", vk::PipelineStageFlags2::ALL_COMMANDS, |frame| {
-            frame.change_layout(target, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
-            // SAFETY: the command buffer is recording, and the image is in this layout.
-            unsafe {
-                frame.device.raw.cmd_clear_color_image(
-                    frame.commands,
-                    target.image,
-                    vk::ImageLayout::GENERAL,
-                    &color,
-                    &[COLOR],
-                )
-            };
-            Ok(())
-        })
-    }
-
-    /// Hands a finished image over to be shown.
-    pub fn close_target(&mut self, target: &Target) {
-        let to = vk::ImageLayout::PRESENT_SRC_KHR;
-        self.change_layout(target, vk::ImageLayout::GENERAL, to);
-    }
-
-    fn change_layout(&self, target: &Target, from: vk::ImageLayout, to: vk::ImageLayout) {
-        let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
-        let barriers = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .src_access_mask(any)
-            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .dst_access_mask(any)
-            .old_layout(from)
-            .new_layout(to)
-            .image(target.image)
-            .subresource_range(COLOR)];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the command buffer is recording, and the image outlives the submission.
-        unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
-    }
-
-    /// Copies the lowest `extent` of an image into the rectangle [low, high) of the target, stretched.
-    pub fn place(
-        &mut self,
-        from: &Image,
-        extent: [u32; 2],
-        target: &Target,
-        [low, high]: [[u32; 2]; 2],
-    ) -> Result<()> {
-        let corner = |[x, y]: [u32; 2], z: i32| vk::Offset3D {
-            x: x as i32,
-            y: y as i32,
-            z,
-        };
-        let layers = vk::ImageSubresourceLayers {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        };
-        let region = vk::ImageBlit {
-            src_subresource: layers,
-            src_offsets: [corner([0, 0], 0), corner(extent, 1)],
-            dst_subresource: layers,
-            dst_offsets: [corner(low, 0), corner(high, 1)],
-        };
-        self.timed("place", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
-            // SAFETY: the command buffer is recording; both rectangles lie inside their images.
-            unsafe {
-                frame.device.raw.cmd_blit_image(
-                    frame.commands,
-                    from.raw,
-                    vk::ImageLayout::GENERAL,
-                    target.image,
-                    vk::ImageLayout::GENERAL,
-                    &[region],
-                    vk::Filter::LINEAR,
-                )
             };
             Ok(())
         })

@@ -19,6 +19,7 @@ mod shader;
 mod shared;
 mod surface;
 mod survey;
+mod target;
 mod timing;
 
 pub use buffer::{Buffer, BufferDesc, Placement};

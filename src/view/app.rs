@@ -1,6 +1,5 @@
 //! The event loop, and a frame from top to bottom.
 
-use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -8,44 +7,41 @@ use egui::{CentralPanel, Rect};
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
-use winit::window::{Fullscreen, WindowId};
+use winit::window::WindowId;
 
 use super::hud::{self, Hud, MemoryNow, Message};
 use super::keys::{Wish, wishes};
-use super::load::{Document, Load, open_document};
-use super::panels::render::VARIANTS;
+use super::load::{Document, Load};
 use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
 use super::watch::{INTERVAL, Watch};
-use super::{INTERRUPTED, camera, clip, gizmo, panels, pointer, save};
+use super::{INTERRUPTED, clip, gizmo, panels, pointer};
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::output::Outputs;
-use crate::scene::file::{SceneFile, is_scene};
-use crate::scene::{Camera, Scene, resolve};
 
 /// Figures are brought up to date so often while work goes on.
 const FIGURES: Duration = Duration::from_millis(250);
 pub struct App<'a> {
-    args: &'a ViewArgs,
-    proxy: EventLoopProxy<()>,
-    stage: Option<Stage>,
-    opening: Option<Load<Document>>,
-    session: Option<Session>,
-    watch: Option<Watch>,
-    report: Report,
-    hud: Hud,
-    shows_panels: bool,
-    message: Option<Message>,
+    pub(super) args: &'a ViewArgs,
+    pub(super) proxy: EventLoopProxy<()>,
+    pub(super) stage: Option<Stage>,
+    pub(super) opening: Option<Load<Document>>,
+    pub(super) session: Option<Session>,
+    pub(super) watch: Option<Watch>,
+    pub(super) report: Report,
+    pub(super) hud: Hud,
+    pub(super) shows_panels: bool,
+    pub(super) message: Option<Message>,
     /// Where the picture is, in pixels: low and high corner.
-    place: [[u32; 2]; 2],
+    pub(super) place: [[u32; 2]; 2],
     /// The size there, when the picture's was chosen.
-    fitted: [u32; 2],
+    pub(super) fitted: [u32; 2],
     /// When the interface is to be run next, if nothing happens before.
-    interface_due: Option<Instant>,
+    pub(super) interface_due: Option<Instant>,
     /// What ended the session, if it did not end well.
-    failure: Option<Error>,
+    pub(super) failure: Option<Error>,
 }
 
 impl<'a> App<'a> {
@@ -87,38 +83,6 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    fn take_opened(&mut self) -> Result<()> {
-        let Some(result) = self.opening.as_ref().and_then(Load::result) else {
-            return Ok(());
-        };
-        self.opening = None;
-        self.interface_due = Some(Instant::now());
-        match result {
-            Ok(document) => {
-                for note in &document.opened.notes {
-                    self.report.say(&format!("note: {note}"));
-                }
-                self.watch = is_scene(&document.path).then(|| Watch::new(&document.path));
-                self.set_title(&document);
-                // The renderer of the scene before has to make room.
-                self.session = None;
-                self.session = Some(Session::new(document));
-                self.message = None;
-            }
-            Err(error) if self.session.is_some() => self.complain(error),
-            Err(error) => return Err(error),
-        }
-        Ok(())
-    }
-
-    fn set_title(&self, document: &Document) {
-        if let Some(stage) = &self.stage {
-            let name = document.path.file_name().unwrap_or_default();
-            let title = format!("{} – Isolume", name.to_string_lossy());
-            stage.window.set_title(&title);
-        }
-    }
-
     fn take_built(&mut self) -> Result<()> {
         let Some(session) = &mut self.session else {
             return Ok(());
@@ -132,60 +96,6 @@ impl<'a> App<'a> {
             self.complain(error);
         }
         Ok(())
-    }
-
-    /// An edit of the scene file shows at once; one that is wrong is told, over the last good picture.
-    fn look_at_file(&mut self) {
-        let Some(watch) = self.watch.as_mut().filter(|_| self.opening.is_none()) else {
-            return;
-        };
-        if !watch.has_changed() {
-            return;
-        }
-        let path = watch.path.clone();
-        match self.read_again(&path) {
-            Ok(()) => {
-                self.message = None;
-                self.report.say("scene file read again");
-            }
-            Err(error) => self.complain(error),
-        }
-        self.interface_due = Some(Instant::now());
-    }
-
-    fn read_again(&mut self, path: &std::path::Path) -> Result<()> {
-        let edits = self.args.scene.edits();
-        let file = SceneFile::read(path, &edits)?;
-        let Some(session) = &mut self.session else {
-            return Ok(());
-        };
-        let opened = &session.document.opened;
-        if file.volume != opened.file.volume {
-            self.open(path.to_path_buf());
-            return Ok(());
-        }
-        let (scene, notes) = resolve(&file, &opened.volume)?;
-        for note in notes {
-            self.report.say(&format!("note: {note}"));
-        }
-        let mut scene = Scene {
-            camera: session.scene.camera,
-            ..scene
-        };
-        scene.render.size = session.scene.render.size;
-        session.reread(file, scene);
-        Ok(())
-    }
-
-    fn open(&mut self, path: PathBuf) {
-        let args = &self.args.scene;
-        let edits = match self.session.is_some() {
-            // What the command line changed was meant for its own scene.
-            true => Vec::new(),
-            false => args.edits(),
-        };
-        self.opening = Some(open_document(path, args.preset, edits, &self.proxy));
-        self.interface_due = Some(Instant::now());
     }
 
     /// Panels, mouse and keys: they change the scene, and wish for the rest.
@@ -253,67 +163,6 @@ impl<'a> App<'a> {
             self.tell("cancelled".into());
         }
         Ok(asked)
-    }
-
-    fn carry_out(&mut self, wishes: Vec<Wish>) {
-        for wish in wishes {
-            let done = self.carry_out_one(wish);
-            match done {
-                Ok(Some(text)) => self.tell(text),
-                Ok(None) => {}
-                Err(error) => self.complain(error),
-            }
-            self.interface_due = Some(Instant::now());
-        }
-    }
-
-    /// Returns what to say about it.
-    fn carry_out_one(&mut self, wish: Wish) -> Result<Option<String>> {
-        match wish {
-            Wish::PassTimes => self.hud.shows_times ^= true,
-            Wish::Memory => self.hud.shows_memory ^= true,
-            Wish::Help => self.hud.shows_help ^= true,
-            Wish::Panels => self.shows_panels ^= true,
-            Wish::FullScreen => self.toggle_full_screen(),
-            _ => {}
-        }
-        let Some(session) = &mut self.session else {
-            return Ok(None);
-        };
-        match wish {
-            Wish::Home => session.scene.camera = session.home,
-            Wish::View(n) => session.scene.camera = from_side(session, n),
-            Wish::Clip => clip::toggle(session),
-            Wish::Undo => session.history.undo(&mut session.scene),
-            Wish::Redo => session.history.redo(&mut session.scene),
-            Wish::NextVariant => {
-                let variant = &mut session.scene.render.variant;
-                let now = VARIANTS.iter().position(|(_, v)| v == variant);
-                let (name, next) = VARIANTS[(now.unwrap_or(0) + 1) % VARIANTS.len()];
-                *variant = next;
-                return Ok(Some(format!("variant: {name}")));
-            }
-            Wish::SaveImage => {
-                let path = save::image(session, self.args.seed)?;
-                return Ok(Some(format!("saved {}", path.display())));
-            }
-            Wish::SaveScene => {
-                let path = save::scene(session)?;
-                return Ok(Some(format!("saved {}", path.display())));
-            }
-            _ => {}
-        }
-        Ok(None)
-    }
-
-    fn toggle_full_screen(&self) {
-        if let Some(stage) = &self.stage {
-            let window = &stage.window;
-            window.set_fullscreen(match window.fullscreen() {
-                Some(_) => None,
-                None => Some(Fullscreen::Borderless(None)),
-            });
-        }
     }
 
     /// Makes pictures of the size that there is room for on the screen, or, where memory is short, of a
@@ -422,12 +271,12 @@ impl<'a> App<'a> {
             || self.session.as_ref().is_some_and(|s| s.building.is_some())
     }
 
-    fn tell(&mut self, text: String) {
+    pub(super) fn tell(&mut self, text: String) {
         self.report.say(&text);
         self.message = Some(Message::new(text, false));
     }
 
-    fn complain(&mut self, error: Error) {
+    pub(super) fn complain(&mut self, error: Error) {
         self.report.say(&format!("error: {error}"));
         self.message = Some(Message::new(error.to_string(), true));
         self.interface_due = Some(Instant::now());
@@ -517,20 +366,6 @@ impl ApplicationHandler<()> for App<'_> {
             None => ControlFlow::Wait,
         });
     }
-}
-
-/// The camera on one of the six sides, with the whole box in the picture.
-fn from_side(session: &Session, n: usize) -> Camera {
-    let volume = &session.document.opened.volume;
-    let view = camera::named_views(volume.axes)[n];
-    let now = &session.scene.camera;
-    let Some(back) = view.towards_eye(volume.axes) else {
-        return *now;
-    };
-    let [width, height] = session.scene.render.size;
-    let aspect = f64::from(width) / f64::from(height);
-    let up = crate::scene::camera::default_up(back, volume.axes);
-    Camera::framing(volume.extent(), [0.0; 3], back, up, now.projection, aspect)
 }
 
 fn bytes(resources: &[crate::gpu::ResourceBytes]) -> u64 {

@@ -2,15 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use egui::{Align2, Area, Color32, Frame, Id, Order, Rect, RichText, Ui, Vec2, Window};
+use egui::{Align2, Area, Color32, Frame, Id, Order, Rect, RichText, Ui, Window};
 
 use super::keys::help;
 use super::live::Live;
 use super::load::Load;
-use super::report::Report;
+use super::report::{Recent, Report};
 use super::session::Session;
 use super::stage::Stage;
 use crate::gpu::{Memory, human};
+use crate::render::Choice;
 
 /// Points that a sentence is wide before it is broken.
 const LONGEST_LINE: f32 = 330.0;
@@ -110,39 +111,53 @@ fn light(live: &Live) -> Option<String> {
 
 /// The overlays that P, M and H open.
 pub fn windows(ui: &Ui, hud: &mut Hud, report: &Report, live: Option<&Live>, memory: &MemoryNow) {
-    let open = |title: &str, is_open: &mut bool, at: [f32; 2], rows: Vec<[String; 2]>| {
+    type Rows = Vec<[String; 2]>;
+    let open = |title: &str, is_open: &mut bool, at: [f32; 2], rows: Rows, above: Vec<String>| {
         Window::new(title)
             .open(is_open)
             .default_pos(at)
             .auto_sized()
-            .show(ui.ctx(), |ui| table(ui, title, &rows));
+            .show(ui.ctx(), |ui| table(ui, title, &rows, &above));
     };
-    let times = report
-        .passes()
-        .iter()
-        .map(|(name, recent)| [name.to_string(), format!("{:.2} ms", recent.mean())]);
+    let time =
+        |(name, recent): &(&str, Recent)| [name.to_string(), format!("{:.2} ms", recent.mean())];
+    let times = report.passes().iter().map(time).collect();
     open(
         "GPU time",
         &mut hud.shows_times,
-        [24.0, 90.0],
-        times.collect(),
+        [16.0, 80.0],
+        times,
+        Vec::new(),
     );
+    let (rows, why) = (memory.rows(live), memory.sentences(live));
     open(
         "GPU memory",
         &mut hud.shows_memory,
-        [24.0, 120.0],
-        memory.rows(live),
+        [190.0, 80.0],
+        rows,
+        why,
     );
     let help = help().map(|line| line.map(String::from)).collect();
-    open("Keys and mouse", &mut hud.shows_help, [60.0, 60.0], help);
+    open(
+        "Keys and mouse",
+        &mut hud.shows_help,
+        [60.0, 60.0],
+        help,
+        Vec::new(),
+    );
 }
 
-fn table(ui: &mut Ui, name: &str, rows: &[[String; 2]]) {
+/// Sentences, and rows of a name and a figure under them.
+fn table(ui: &mut Ui, name: &str, rows: &[[String; 2]], above: &[String]) {
+    ui.set_max_width(LONGEST_LINE);
+    for sentence in above {
+        ui.label(sentence);
+    }
     egui::Grid::new(name).striped(true).show(ui, |ui| {
-        ui.set_max_width(LONGEST_LINE);
-        for [left, right] in rows {
-            ui.label(left);
-            ui.add(egui::Label::new(right).wrap());
+        for row in rows {
+            for text in row {
+                ui.add(egui::Label::new(text).extend());
+            }
             ui.end_row();
         }
     });
@@ -170,23 +185,25 @@ impl MemoryNow {
         }
     }
 
+    /// Why this variant, what the next better one would take, and who sets the budget.
+    fn sentences(&self, live: Option<&Live>) -> Vec<String> {
+        let choice = live.map(|live| &live.choice).into_iter();
+        let why = |c: &Choice| format!("{}, because {}.", c.plan.variant(), c.reason);
+        let better = |c: &Choice| format!("The next better: {}.", c.next_better);
+        let mut all: Vec<String> = choice.flat_map(|c| [why(c), better(c)]).collect();
+        all.push(format!("The budget is from {}.", self.source));
+        all
+    }
+
     fn rows(&self, live: Option<&Live>) -> Vec<[String; 2]> {
-        let mut rows = self.resources.clone();
         let planned = live.map_or(0, Live::planned_bytes);
-        for (name, bytes) in [
-            ("in use", self.used),
-            ("planned", planned),
-            ("most at once", self.peak),
-            ("budget", self.budget),
-        ] {
-            rows.push([name.to_string(), human(bytes)]);
-        }
-        rows.push(["the budget is from".into(), self.source.clone()]);
-        if let Some(live) = live {
-            let variant = live.choice.plan.variant().to_string();
-            rows.push([variant, format!("because {}", live.choice.reason)]);
-            rows.push(["the next better".into(), live.choice.next_better.clone()]);
-        }
+        let mut rows = vec![
+            ["in use".to_string(), human(self.used)],
+            ["planned".to_string(), human(planned)],
+            ["most at once".to_string(), human(self.peak)],
+            ["budget".to_string(), human(self.budget)],
+        ];
+        rows.extend(self.resources.iter().cloned());
         rows
     }
 }
@@ -232,7 +249,7 @@ fn overlay(ui: &Ui, name: &str, rect: Rect, side: Align2, contents: impl FnOnce(
     Area::new(Id::unique(name))
         .order(Order::Middle)
         .pivot(side)
-        .fixed_pos(at + Vec2::ZERO)
+        .fixed_pos(at)
         .constrain_to(rect)
         .show(ui.ctx(), |ui| {
             Frame::NONE

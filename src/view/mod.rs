@@ -14,6 +14,7 @@ mod hud;
 mod keys;
 mod live;
 mod load;
+mod opening;
 mod panels;
 mod picture;
 mod pointer;
@@ -22,6 +23,7 @@ mod save;
 mod session;
 mod stage;
 mod watch;
+mod wishes;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -17,7 +17,7 @@ use crate::render::shared::ToneMapPush;
 use crate::scene::Tone;
 
 /// A picture in motion should take about this long.
-const MOVING_MS: f64 = 32.0;
+const MOVING_MS: f64 = 28.0;
 /// With fewer pixels along an axis, of those at rest, nothing can be recognised.
 const LEAST_SCALE: f64 = 0.15;
 /// What the cache gets of a frame in motion.

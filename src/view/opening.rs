@@ -1,0 +1,100 @@
+//! Opening scenes and volumes, and the scene file as somebody edits it.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use super::app::App;
+use super::load::{Document, Load, open_document};
+use super::session::Session;
+use super::watch::Watch;
+use crate::error::Result;
+use crate::scene::file::{SceneFile, is_scene};
+use crate::scene::{Scene, resolve};
+
+impl App<'_> {
+    pub(super) fn take_opened(&mut self) -> Result<()> {
+        let Some(result) = self.opening.as_ref().and_then(Load::result) else {
+            return Ok(());
+        };
+        self.opening = None;
+        self.interface_due = Some(Instant::now());
+        match result {
+            Ok(document) => {
+                for note in &document.opened.notes {
+                    self.report.say(&format!("note: {note}"));
+                }
+                self.watch = is_scene(&document.path).then(|| Watch::new(&document.path));
+                self.set_title(&document);
+                // The renderer of the scene before has to make room.
+                self.session = None;
+                self.session = Some(Session::new(document));
+                self.message = None;
+            }
+            Err(error) if self.session.is_some() => self.complain(error),
+            Err(error) => return Err(error),
+        }
+        Ok(())
+    }
+
+    fn set_title(&self, document: &Document) {
+        if let Some(stage) = &self.stage {
+            let name = document.path.file_name().unwrap_or_default();
+            let title = format!("{} – Isolume", name.to_string_lossy());
+            stage.window.set_title(&title);
+        }
+    }
+
+    /// An edit of the scene file shows at once; one that is wrong is told, over the last good picture.
+    pub(super) fn look_at_file(&mut self) {
+        let Some(watch) = self.watch.as_mut().filter(|_| self.opening.is_none()) else {
+            return;
+        };
+        if !watch.has_changed() {
+            return;
+        }
+        let path = watch.path.clone();
+        match self.read_again(&path) {
+            Ok(()) => {
+                self.message = None;
+                self.report.say("scene file read again");
+            }
+            Err(error) => self.complain(error),
+        }
+        self.interface_due = Some(Instant::now());
+    }
+
+    fn read_again(&mut self, path: &Path) -> Result<()> {
+        let edits = self.args.scene.edits();
+        let file = SceneFile::read(path, &edits)?;
+        let Some(session) = &mut self.session else {
+            return Ok(());
+        };
+        let opened = &session.document.opened;
+        if file.volume != opened.file.volume {
+            self.open(path.to_path_buf());
+            return Ok(());
+        }
+        let (scene, notes) = resolve(&file, &opened.volume)?;
+        for note in notes {
+            self.report.say(&format!("note: {note}"));
+        }
+        let mut scene = Scene {
+            camera: session.scene.camera,
+            ..scene
+        };
+        scene.render.size = session.scene.render.size;
+        session.reread(file, scene);
+        Ok(())
+    }
+
+    pub(super) fn open(&mut self, path: PathBuf) {
+        let args = &self.args.scene;
+        let edits = match self.session.is_some() {
+            // What the command line changed was meant for its own scene.
+            true => Vec::new(),
+            false => args.edits(),
+        };
+        self.opening = Some(open_document(path, args.preset, edits, &self.proxy));
+        self.interface_due = Some(Instant::now());
+    }
+}

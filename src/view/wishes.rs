@@ -1,0 +1,90 @@
+//! What keys and buttons ask for, carried out.
+
+use std::time::Instant;
+
+use winit::window::Fullscreen;
+
+use super::app::App;
+use super::keys::Wish;
+use super::panels::render::VARIANTS;
+use super::session::Session;
+use super::{camera, clip, save};
+use crate::error::Result;
+use crate::scene::Camera;
+
+impl App<'_> {
+    pub(super) fn carry_out(&mut self, wishes: Vec<Wish>) {
+        for wish in wishes {
+            let done = self.carry_out_one(wish);
+            match done {
+                Ok(Some(text)) => self.tell(text),
+                Ok(None) => {}
+                Err(error) => self.complain(error),
+            }
+            self.interface_due = Some(Instant::now());
+        }
+    }
+
+    /// Returns what to say about it.
+    fn carry_out_one(&mut self, wish: Wish) -> Result<Option<String>> {
+        match wish {
+            Wish::PassTimes => self.hud.shows_times ^= true,
+            Wish::Memory => self.hud.shows_memory ^= true,
+            Wish::Help => self.hud.shows_help ^= true,
+            Wish::Panels => self.shows_panels ^= true,
+            Wish::FullScreen => self.toggle_full_screen(),
+            _ => {}
+        }
+        let Some(session) = &mut self.session else {
+            return Ok(None);
+        };
+        match wish {
+            Wish::Home => session.scene.camera = session.home,
+            Wish::View(n) => session.scene.camera = from_side(session, n),
+            Wish::Clip => clip::toggle(session),
+            Wish::Undo => session.history.undo(&mut session.scene),
+            Wish::Redo => session.history.redo(&mut session.scene),
+            Wish::NextVariant => {
+                let variant = &mut session.scene.render.variant;
+                let now = VARIANTS.iter().position(|(_, v)| v == variant);
+                let (name, next) = VARIANTS[(now.unwrap_or(0) + 1) % VARIANTS.len()];
+                *variant = next;
+                return Ok(Some(format!("variant: {name}")));
+            }
+            Wish::SaveImage => {
+                let path = save::image(session, self.args.seed)?;
+                return Ok(Some(format!("saved {}", path.display())));
+            }
+            Wish::SaveScene => {
+                let path = save::scene(session)?;
+                return Ok(Some(format!("saved {}", path.display())));
+            }
+            _ => {}
+        }
+        Ok(None)
+    }
+
+    fn toggle_full_screen(&self) {
+        if let Some(stage) = &self.stage {
+            let window = &stage.window;
+            window.set_fullscreen(match window.fullscreen() {
+                Some(_) => None,
+                None => Some(Fullscreen::Borderless(None)),
+            });
+        }
+    }
+}
+
+/// The camera on one of the six sides, with the whole box in the picture.
+fn from_side(session: &Session, n: usize) -> Camera {
+    let volume = &session.document.opened.volume;
+    let view = camera::named_views(volume.axes)[n];
+    let now = &session.scene.camera;
+    let Some(back) = view.towards_eye(volume.axes) else {
+        return *now;
+    };
+    let [width, height] = session.scene.render.size;
+    let aspect = f64::from(width) / f64::from(height);
+    let up = crate::scene::camera::default_up(back, volume.axes);
+    Camera::framing(volume.extent(), [0.0; 3], back, up, now.projection, aspect)
+}
