@@ -24,8 +24,8 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { CameraMarchPush push; };
 layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
 
-// Below this, three of four rays end, and the fourth stands for all.
-const float ROULETTE_BELOW = 1.0 / 512.0;
+// Below this nothing behind is seen: a float's last digits.
+const float OPAQUE_BELOW = 1e-6;
 
 // A step of the march.
 struct MarchStep {
@@ -66,34 +66,28 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
     Front front = Front(vec3(0.0), 1.0, 0.0);
     March march = begin_march(ray, 0.0, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
-    Taken taken = Taken(vec3(0.0), 0.0, 0.0);
     bool onwards = true;
-    for (uint i = 1u; onwards; ++i) {
-        float size = next_step(ray, march);
-        onwards = size > 0.0;
-        if (onwards) {
-            uvec4 words = random_words(random);
-            vec4 u = vec4(unit_interval(words.x), unit_interval(words.y),
-                          unit_interval(words.z), unit_interval(words.w));
-            MarchStep s = sample_step(ray, march.t, size, u.xyz);
-            march.t += size;
-            float weight = front.transmittance * s.absorbed;
-            front.transmittance -= weight;
-            take(taken, weight, s.albedo, s.t);
-            if (u.w * (1.0 - front.transmittance) < weight) {
-                front.picked_t = s.picked_t;
+    while (onwards && next_stretch(ray, march)) {
+        while (onwards && march.steps > 0u) {
+            Taken taken = Taken(vec3(0.0), 0.0, 0.0);
+            for (uint k = 0u; onwards && march.steps > 0u && k < scene.cache_stride; ++k) {
+                vec4 u = random_numbers(random);
+                MarchStep s = sample_step(ray, march.t, march.size, u.xyz);
+                make_step(march);
+                float weight = front.transmittance * s.absorbed;
+                front.transmittance -= weight;
+                take(taken, weight, s.albedo, s.t);
+                if (u.w * (1.0 - front.transmittance) < weight) {
+                    front.picked_t = s.picked_t;
+                }
+                onwards = front.transmittance >= OPAQUE_BELOW;
             }
-            if (front.transmittance < ROULETTE_BELOW) {
-                // Of bits that no number above is made from.
-                onwards = (words.x & 3u) == 0u;
-                front.transmittance *= onwards ? 4.0 : 0.0;
-            }
-        }
-        if (!onwards || i % scene.cache_stride == 0u) {
-            front.radiance += light_taken(taken, ray, suns_here);
-            taken = Taken(vec3(0.0), 0.0, 0.0);
+            CachedLight light = light_taken(taken, ray);
+            front.radiance +=
+                taken.albedo * (scattered_back(light, ray) + light.suns * suns_here);
         }
     }
+    front.transmittance = onwards ? front.transmittance : 0.0;
     return front;
 }
 

@@ -37,24 +37,24 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     }
     March march = begin_march(ray, t, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
-    Taken taken = Taken(vec3(0.0), 0.0, 0.0);
     bool onwards = true;
-    for (uint i = 1u; onwards; ++i) {
-        float size = next_step(ray, march);
-        onwards = size > 0.0;
-        if (onwards) {
-            float at = march.t + 0.5 * size;
-            vec4 medium = transfer_at(lookup(ray, at));
-            float weight = front.transmittance * absorbed_by(scene.density * medium.a * size);
-            front.transmittance -= weight;
-            take(taken, weight, medium.rgb, at);
-            march.t += size;
-            onwards = front.transmittance > push.opaque_below;
-        }
-        if (!onwards || i % scene.cache_stride == 0u) {
-            front.radiance += light_taken(taken, ray, suns_here);
-            front.lasting += light_taken(taken, ray, vec3(0.0));
-            taken = Taken(vec3(0.0), 0.0, 0.0);
+    while (onwards && next_stretch(ray, march)) {
+        while (onwards && march.steps > 0u) {
+            Taken taken = Taken(vec3(0.0), 0.0, 0.0);
+            for (uint k = 0u; onwards && march.steps > 0u && k < scene.cache_stride; ++k) {
+                float at = march.t + 0.5 * march.size;
+                vec4 medium = transfer_at(lookup(ray, at));
+                float depth = scene.density * medium.a * march.size;
+                float weight = front.transmittance * absorbed_by(depth);
+                front.transmittance -= weight;
+                take(taken, weight, medium.rgb, at);
+                make_step(march);
+                onwards = front.transmittance > push.opaque_below;
+            }
+            CachedLight light = light_taken(taken, ray);
+            vec3 scattered = taken.albedo * scattered_back(light, ray);
+            front.lasting += scattered;
+            front.radiance += scattered + taken.albedo * light.suns * suns_here;
         }
     }
 }

@@ -12,21 +12,25 @@ float absorbed_by(float x) {
     return x < 0.01 ? x * (1.0 - x * (0.5 - x / 6.0)) : 1.0 - exp(-x);
 }
 
-// A march under way.
+// A march under way, stretch by stretch: what a macrocell that holds medium has of the ray.
 struct March {
     float t, t_end;
     Walk walk;      // through macrocells
     float majorant; // of the one at t
+    float exit;     // where the stretch ends
+    float size;     // of its steps
+    uint steps;     // of them still to be made, from t on
 };
 
 March begin_march(Ray ray, float t, float t_end) {
     Walk walk = begin_walk(ray, t, float(MACROCELL), ivec3(scene.macrocells));
-    return March(t, t_end, walk, macrocell_majorant(walk.cell));
+    return March(t, t_end, walk, macrocell_majorant(walk.cell), t, 0.0, 0u);
 }
 
-// The next step's size, from march.t on, never across a macrocell's border; ≤ 0 at the end.
-float next_step(Ray ray, inout March march) {
+// Goes on to the next stretch; false if there is none.
+bool next_stretch(Ray ray, inout March march) {
     ivec3 cells = ivec3(scene.macrocells);
+    march.t = max(march.t, march.exit);
     bool inside = march.t < march.t_end;
     while (inside && (march.majorant <= 0.0 || march.walk.exit <= march.t)) {
         march.t = max(march.t, min(march.walk.exit, march.t_end));
@@ -34,10 +38,19 @@ float next_step(Ray ray, inout March march) {
               && step_walk(march.walk, ray, float(MACROCELL), cells);
         march.majorant = macrocell_majorant(march.walk.cell);
     }
-    float left = min(march.walk.exit, march.t_end) - march.t;
+    march.exit = min(march.walk.exit, march.t_end);
+    float left = march.exit - march.t;
     float longest = step_scale * min(VOXELS_PER_STEP / length(ray.step),
                                      OPTICAL_DEPTH_PER_STEP / march.majorant);
-    return inside ? left / max(1.0, ceil(left / longest - 1e-3)) : 0.0;
+    float steps = max(1.0, ceil(left / longest - 1e-3));
+    march.size = left / steps;
+    march.steps = inside && left > 0.0 ? uint(steps) : 0u;
+    return march.steps > 0u;
+}
+
+void make_step(inout March march) {
+    march.t += march.size;
+    --march.steps;
 }
 
 // What a march has taken since it last read the cache: light varies little from step to step.
@@ -53,10 +66,13 @@ void take(inout Taken taken, float weight, vec3 albedo, float t) {
     taken.t += weight * t;
 }
 
-// The light scattered towards the ray's beginning from where `taken` was taken, on average.
-vec3 light_taken(Taken taken, Ray ray, vec3 suns_here) {
+// The light that the cache holds where `taken` was taken, on average.
+CachedLight light_taken(Taken taken, Ray ray) {
     float t = taken.t / max(taken.weight, 1e-30);
-    CachedLight light = read_cache(cube_at(ray.origin + t * ray.step));
-    vec3 scattered = max(vec3(0.0), scattered_light(light, -ray.direction));
-    return taken.albedo * (scattered + light.suns * suns_here);
+    return read_cache(cube_at(ray.origin + t * ray.step));
+}
+
+// What of it is scattered towards the ray's beginning, without the suns' own.
+vec3 scattered_back(CachedLight light, Ray ray) {
+    return max(vec3(0.0), scattered_light(light, -ray.direction));
 }

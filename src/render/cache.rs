@@ -11,11 +11,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use super::cache_resources::CacheResources;
 use super::cell_tracking::CellTracking;
 use super::copy;
 use super::cut_cells::CutCells;
 use super::ray_march::RayMarch;
-use super::resources::{CacheResources, Resources};
+use super::resources::Resources;
 use super::shared::Features;
 use crate::error::Result;
 use crate::gpu::{Device, Frame, Shaders, Slices};

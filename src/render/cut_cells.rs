@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::resources::{CacheResources, Resources};
+use super::cache_resources::CacheResources;
+use super::resources::Resources;
 use super::shared::{BRICK, CutPush, Features};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, Device, Frame, Pass, PassDesc, Shaders, Specialization};

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::resources::{CacheResources, Resources};
+use super::cache_resources::CacheResources;
+use super::resources::Resources;
 use super::shared::{Features, TrackPush};
 use super::slots::{Progress, Slots};
 use crate::error::Result;

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use super::resources::{PublishedResources, Resources};
+use super::published_resources::PublishedResources;
+use super::resources::Resources;
 use super::shared::{Features, PublishedPush};
 use crate::error::Result;
 use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};

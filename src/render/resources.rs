@@ -3,8 +3,9 @@
 
 use std::sync::Arc;
 
-use super::cache_layout::CacheLayout;
+use super::cache_resources::{CacheResources, pages_desc};
 use super::constants::{SceneBuffers, volume_format};
+use super::published_resources::PublishedResources;
 use super::shared::{Counters, NodeWork, Path};
 use crate::error::Result;
 use crate::gpu::{
@@ -50,36 +51,6 @@ pub struct Resources {
     /// Only in that variant.
     pub published: Option<PublishedResources>,
     pub staging: Buffer,
-}
-
-/// The cache: its nodes' light, and where to find it.
-pub struct CacheResources {
-    /// Light without the suns' own; in alpha, the suns' share.
-    pub light: Image,
-    /// Only in an anisotropic medium.
-    pub flux: Option<Image>,
-    /// For each brick of the lattice, its place in the images.
-    pub pages: Image,
-    /// For each place, its brick.
-    pub bricks: Buffer,
-    pub active_bricks: u32,
-    pub active_nodes: u64,
-    /// For each place, a bit a cell; only where surfaces stop light.
-    pub cuts: Option<Buffer>,
-    /// What the slots are working on.
-    pub work: Buffer,
-}
-
-/// The published baseline's cells, one a voxel: 14 floats each.
-pub struct PublishedResources {
-    /// Mean over paths and, in alpha, their number.
-    pub radiance: Image,
-    /// Of the path under way: position and number of bounces.
-    pub position: Image,
-    /// Its direction and the red of its throughput.
-    pub direction: Image,
-    /// The rest of its throughput.
-    pub throughput: Image,
 }
 
 /// Of the first surface behind each pixel's centre.
@@ -310,144 +281,6 @@ impl Resources {
     }
 }
 
-impl CacheResources {
-    fn allocate(
-        memory: &Arc<Memory>,
-        layout: &CacheLayout,
-        scene: &SceneBuffers,
-        slots: u32,
-    ) -> Result<CacheResources> {
-        let nodes = |name| ImageDesc {
-            name,
-            extent: layout.extent(),
-            volumetric: true,
-            written: true,
-            format: match layout.is_f16 {
-                true => Format::R16G16B16A16_SFLOAT,
-                false => Format::R32G32B32A32_SFLOAT,
-            },
-        };
-        let on_device = |name, bytes| BufferDesc {
-            name,
-            bytes,
-            placement: Placement::Device,
-        };
-        let cuts = || Buffer::new(memory, on_device("cut cells", cut_bytes(layout)));
-        Ok(CacheResources {
-            light: Image::new(memory, nodes("cache: light"))?,
-            flux: match scene.features.is_anisotropic {
-                true => Some(Image::new(memory, nodes("cache: flux"))?),
-                false => None,
-            },
-            pages: Image::new(memory, pages_desc(layout))?,
-            bricks: Buffer::with_data(memory, "cache: bricks", &layout.active)?,
-            active_bricks: layout.active.len() as u32,
-            active_nodes: layout.active_nodes(),
-            cuts: match scene.features.full_light {
-                true => Some(cuts()?),
-                false => None,
-            },
-            work: Buffer::new(
-                memory,
-                on_device("cache: work", slots as u64 * size_of::<NodeWork>() as u64),
-            )?,
-        })
-    }
-
-    /// Takes another layout of the same format; what the images held is gone.
-    fn lay_out(&mut self, layout: &CacheLayout) -> Result<()> {
-        self.light.resize(layout.extent())?;
-        if let Some(flux) = &mut self.flux {
-            flux.resize(layout.extent())?;
-        }
-        self.pages.resize(pages_desc(layout).extent)?;
-        self.bricks.rewrite(&layout.active)?;
-        if let Some(cuts) = &mut self.cuts {
-            cuts.resize(cut_bytes(layout))?;
-        }
-        self.active_bricks = layout.active.len() as u32;
-        self.active_nodes = layout.active_nodes();
-        Ok(())
-    }
-
-    pub fn images(&self) -> impl Iterator<Item = &Image> {
-        std::iter::once(&self.light).chain(&self.flux)
-    }
-
-    /// What reading the cache takes. What a scene does without is bound to something that is there.
-    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 4] {
-        [
-            ("cache_light", Binding::Image(&self.light)),
-            (
-                "cache_flux",
-                Binding::Image(self.flux.as_ref().unwrap_or(&self.light)),
-            ),
-            ("pages", Binding::Image(&self.pages)),
-            (
-                "cuts",
-                Binding::Buffer(self.cuts.as_ref().unwrap_or(&self.bricks)),
-            ),
-        ]
-    }
-
-    /// At rest: what the picture needs.
-    pub fn bytes(&self) -> u64 {
-        let images = self.images().map(|i| i.desc.bytes());
-        let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
-        images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + cuts
-    }
-}
-
-impl PublishedResources {
-    fn allocate(memory: &Arc<Memory>, dims: [u32; 3]) -> Result<PublishedResources> {
-        let cells = |name, format| {
-            let desc = ImageDesc {
-                name,
-                extent: dims,
-                volumetric: true,
-                written: true,
-                format,
-            };
-            Image::new(memory, desc)
-        };
-        Ok(PublishedResources {
-            radiance: cells("published: radiance", Format::R32G32B32A32_SFLOAT)?,
-            position: cells("published: position", Format::R32G32B32A32_SFLOAT)?,
-            direction: cells("published: direction", Format::R32G32B32A32_SFLOAT)?,
-            throughput: cells("published: throughput", Format::R32G32_SFLOAT)?,
-        })
-    }
-
-    pub fn images(&self) -> [&Image; 4] {
-        [
-            &self.radiance,
-            &self.position,
-            &self.direction,
-            &self.throughput,
-        ]
-    }
-
-    /// Cells.
-    pub fn count(&self) -> u64 {
-        self.radiance
-            .desc
-            .extent
-            .iter()
-            .map(|&n| n as u64)
-            .product()
-    }
-
-    pub fn bytes(&self) -> u64 {
-        self.images().iter().map(|i| i.desc.bytes()).sum()
-    }
-}
-
-/// A bit for each cell that has memory.
-fn cut_bytes(layout: &CacheLayout) -> u64 {
-    let cells = layout.extent().iter().map(|&n| n as u64).product::<u64>();
-    cells / 8
-}
-
 /// Enough for the largest image at once, within reason.
 fn staging_bytes(images: &[ImageDesc]) -> u64 {
     let largest = images.iter().map(ImageDesc::bytes).max().unwrap_or(0);
@@ -471,17 +304,6 @@ fn transfer_desc(points: usize) -> ImageDesc {
         volumetric: false,
         written: false,
         format: Format::R32G32B32A32_SFLOAT,
-    }
-}
-
-/// A texel for each brick of the cache's lattice.
-fn pages_desc(layout: &CacheLayout) -> ImageDesc {
-    ImageDesc {
-        name: "cache: pages",
-        extent: layout.bricks,
-        volumetric: true,
-        written: false,
-        format: Format::R32_UINT,
     }
 }
 

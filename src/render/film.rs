@@ -1,0 +1,82 @@
+//! What a renderer has to show: the picture with its standard error, and what the pixels' centres see.
+
+use super::copy;
+use super::renderer::{Renderer, Sampling};
+use crate::error::Result;
+
+/// The picture so far, row 0 on top.
+pub struct Film {
+    /// RGB and coverage.
+    pub mean: Vec<[f32; 4]>,
+    /// Standard error of the mean; infinite while there is a single unit.
+    pub stderr: Vec<[f32; 3]>,
+}
+
+/// What the pixels' centres see of surfaces, row 0 on top.
+pub struct FirstHits {
+    /// Normal and, in w, distance along the ray; +∞ without a surface.
+    pub normal_depth: Vec<[f32; 4]>,
+    pub albedo: Vec<[f32; 4]>,
+}
+
+impl Renderer {
+    /// The picture after the last whole unit.
+    pub fn film(&mut self) -> Result<Film> {
+        self.clear_if_stale()?;
+        let r = &self.resources;
+        let frame = &mut self.frame;
+        if let Sampling::Published(published) = &self.sampling {
+            published.march(frame, r)?;
+        }
+        let mean = copy::download(frame, &r.staging, &r.mean)?;
+        let squares = copy::download(frame, &r.staging, &r.squares)?;
+        let divisor = (self.totals.units.saturating_sub(1)) as f32 * self.totals.samples as f32;
+        let shared = self.shared_error(&mean);
+        let stderr = squares.iter().zip(&mean).map(|(s, m)| {
+            std::array::from_fn(|c| match self.totals.units {
+                0 | 1 => f32::INFINITY,
+                _ if m[3] == 0.0 => (s[c] / divisor).max(0.0).sqrt(),
+                _ => (s[c] / divisor).max(0.0).sqrt().hypot(shared * m[c] * m[3]),
+            })
+        });
+        let stderr = stderr.collect();
+        Ok(Film { mean, stderr })
+    }
+
+    /// The cache's own error, which is in all samples alike, as a share of what each pixel covers: so
+    /// large that its rms over the picture is what was measured.
+    fn shared_error(&self, mean: &[[f32; 4]]) -> f32 {
+        let Some(cache) = &self.cache else {
+            return 0.0;
+        };
+        let covered = mean.iter().flat_map(|m| [0, 1, 2].map(|c| m[c] * m[3]));
+        let squares: f64 = covered.map(|x| f64::from(x).powi(2)).sum();
+        let rgb = mean.iter().flat_map(|m| [m[0], m[1], m[2]]);
+        let brightness: f64 = rgb.map(f64::from).sum();
+        let count = 3.0 * mean.len() as f64;
+        let rms = (squares / count).sqrt();
+        match rms > 0.0 {
+            true => (cache.relative_error * brightness / count / rms) as f32,
+            false => 0.0,
+        }
+    }
+
+    pub fn first_hits(&mut self) -> Result<FirstHits> {
+        let r = &self.resources;
+        if let (Some(pass), Some(to)) = (&self.iso_depth, &r.first_surface) {
+            pass.run(&mut self.frame, r, to)?;
+        }
+        let [width, height, _] = r.mean.desc.extent;
+        let pixels = width as usize * height as usize;
+        Ok(match &r.first_surface {
+            Some(surface) => FirstHits {
+                normal_depth: copy::download(&mut self.frame, &r.staging, &surface.normal_depth)?,
+                albedo: copy::download(&mut self.frame, &r.staging, &surface.albedo)?,
+            },
+            None => FirstHits {
+                normal_depth: vec![[0.0, 0.0, 0.0, f32::INFINITY]; pixels],
+                albedo: vec![[0.0; 4]; pixels],
+            },
+        })
+    }
+}

@@ -1,0 +1,62 @@
+//! The published baseline's share of GPU memory.
+
+use std::sync::Arc;
+
+use crate::error::Result;
+use crate::gpu::{Format, Image, ImageDesc, Memory};
+
+/// The published baseline's cells, one a voxel: 14 floats each.
+pub struct PublishedResources {
+    /// Mean over paths and, in alpha, their number.
+    pub radiance: Image,
+    /// Of the path under way: position and number of bounces.
+    pub position: Image,
+    /// Its direction and the red of its throughput.
+    pub direction: Image,
+    /// The rest of its throughput.
+    pub throughput: Image,
+}
+
+impl PublishedResources {
+    pub(super) fn allocate(memory: &Arc<Memory>, dims: [u32; 3]) -> Result<PublishedResources> {
+        let cells = |name, format| {
+            let desc = ImageDesc {
+                name,
+                extent: dims,
+                volumetric: true,
+                written: true,
+                format,
+            };
+            Image::new(memory, desc)
+        };
+        Ok(PublishedResources {
+            radiance: cells("published: radiance", Format::R32G32B32A32_SFLOAT)?,
+            position: cells("published: position", Format::R32G32B32A32_SFLOAT)?,
+            direction: cells("published: direction", Format::R32G32B32A32_SFLOAT)?,
+            throughput: cells("published: throughput", Format::R32G32_SFLOAT)?,
+        })
+    }
+
+    pub fn images(&self) -> [&Image; 4] {
+        [
+            &self.radiance,
+            &self.position,
+            &self.direction,
+            &self.throughput,
+        ]
+    }
+
+    /// Cells.
+    pub fn count(&self) -> u64 {
+        self.radiance
+            .desc
+            .extent
+            .iter()
+            .map(|&n| n as u64)
+            .product()
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.images().iter().map(|i| i.desc.bytes()).sum()
+    }
+}
