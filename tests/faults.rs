@@ -138,7 +138,7 @@ fn in_a_medium_under_an_image_and_a_sun() {
         scene,
         volume: hills(Storage::F32, [1.0; 3]),
         oracle_samples: 4000,
-        gpu_samples: 2048,
+        gpu_samples: 1024,
         limits: within_one_percent(),
     };
     let faults = [

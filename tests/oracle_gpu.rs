@@ -59,7 +59,7 @@ fn local_light_with_medium_and_surfaces() {
         scene,
         volume: hills(Storage::U8, [1.0; 3]),
         oracle_samples: 2000,
-        gpu_samples: 2048,
+        gpu_samples: 3072,
         limits: within(0.005),
     });
 }
@@ -82,7 +82,7 @@ fn full_light_through_opacities() {
         scene,
         volume: hills(Storage::F32, [1.0, 0.7, 1.6]),
         oracle_samples: 6000,
-        gpu_samples: 4096,
+        gpu_samples: 6144,
         limits: within(0.005),
     });
 }
@@ -98,7 +98,7 @@ fn disney_under_an_image() {
         scene,
         volume: hills(Storage::U16, [1.2, 1.0, 0.8]),
         oracle_samples: 8000,
-        gpu_samples: 2048,
+        gpu_samples: 3072,
         limits: within(0.005),
     });
 }
@@ -126,7 +126,7 @@ fn a_medium_under_an_image_and_two_suns() {
         scene,
         volume: hills(Storage::U16, [1.0; 3]),
         oracle_samples: 4000,
-        gpu_samples: 1536,
+        gpu_samples: 2304,
         limits: within(0.005),
     });
 }
@@ -154,7 +154,7 @@ fn cut_open_in_parallel_projection() {
         scene,
         volume: hills(Storage::F32, [1.0, 1.3, 0.8]),
         oracle_samples: 4000,
-        gpu_samples: 2048,
+        gpu_samples: 3072,
         limits: within(0.003),
     });
 }
@@ -175,7 +175,7 @@ fn from_within() {
         scene,
         volume: hills(Storage::U8, [1.0; 3]),
         oracle_samples: 10000,
-        gpu_samples: 3072,
+        gpu_samples: 6144,
         limits: within(0.005),
     });
 }
@@ -199,7 +199,7 @@ fn much_scattering() {
         scene,
         volume: hills(Storage::F32, [0.8; 3]),
         oracle_samples: 4000,
-        gpu_samples: 3072,
+        gpu_samples: 4608,
         limits: within(0.003),
     });
 }
