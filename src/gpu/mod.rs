@@ -33,7 +33,7 @@ pub use memory::{Memory, ResourceBytes, human};
 pub use pass::{Binding, Pass, PassDesc};
 pub use shader::Shaders;
 pub use shared::{Shared, Specialization, Word, types};
-pub use surface::{Surface, Swapchain, Target};
+pub use surface::{Shape, Surface, Swapchain, Target};
 pub use survey::{DeviceSummary, list_devices};
 pub use timing::{Span, Timings};
 

@@ -80,6 +80,28 @@ impl Surface {
             .ok_or("it has no format of eight bits a channel".into())
     }
 
+    /// The shape that its images have to have now, a moment later perhaps another; `wanted` are its pixels
+    /// where the window system leaves them to us.
+    pub fn shape(&self, wanted: [u32; 2]) -> Result<Shape> {
+        let capabilities = self.capabilities()?;
+        let extent = match capabilities.current_extent {
+            vk::Extent2D {
+                width: u32::MAX, ..
+            } => wanted,
+            vk::Extent2D { width, height } => [width, height],
+        };
+        let least = capabilities.min_image_count.max(2);
+        Ok(Shape {
+            extent: extent.map(|n| n.max(1)),
+            images: match capabilities.max_image_count {
+                0 => least,
+                most => least.min(most),
+            },
+            transform: capabilities.current_transform,
+            alpha: opaque(capabilities.supported_composite_alpha),
+        })
+    }
+
     fn capabilities(&self) -> Result<vk::SurfaceCapabilitiesKHR> {
         // SAFETY: surface and device are alive.
         let capabilities = unsafe {
@@ -97,6 +119,17 @@ impl Drop for Surface {
     }
 }
 
+/// What the images of a window are like.
+#[derive(Clone, Copy)]
+pub struct Shape {
+    /// Pixels.
+    pub extent: [u32; 2],
+    /// How many images: as many as are asked for, and once made, as many as the driver made.
+    pub images: u32,
+    transform: vk::SurfaceTransformFlagsKHR,
+    alpha: vk::CompositeAlphaFlagsKHR,
+}
+
 /// The images of a window at one size.
 pub struct Swapchain {
     surface: Arc<Surface>,
@@ -105,8 +138,7 @@ pub struct Swapchain {
     images: Vec<vk::Image>,
     views: Vec<vk::ImageView>,
     acquired: vk::Fence,
-    /// Pixels.
-    pub extent: [u32; 2],
+    pub shape: Shape,
     holding: Holding,
 }
 
@@ -120,24 +152,9 @@ pub struct Target {
 }
 
 impl Swapchain {
-    /// `wanted` is the window's size in pixels, where the window system leaves it to us.
-    pub fn new(
-        memory: &Arc<Memory>,
-        surface: &Arc<Surface>,
-        wanted: [u32; 2],
-    ) -> Result<Swapchain> {
+    /// Images of a shape that must be the surface's of now if they are really made.
+    pub fn new(memory: &Arc<Memory>, surface: &Arc<Surface>, shape: Shape) -> Result<Swapchain> {
         let device = memory.device();
-        let capabilities = surface.capabilities()?;
-        let extent = match capabilities.current_extent.width {
-            u32::MAX => wanted,
-            width => [width, capabilities.current_extent.height],
-        };
-        let extent = extent.map(|n| n.max(1));
-        let least = capabilities.min_image_count.max(2);
-        let count = match capabilities.max_image_count {
-            0 => least,
-            most => least.min(most),
-        };
         let mut swapchain = Swapchain {
             surface: surface.clone(),
             loader: khr::swapchain::Device::new(&device.instance.raw, &device.raw),
@@ -145,29 +162,29 @@ impl Swapchain {
             images: Vec::new(),
             views: Vec::new(),
             acquired: vk::Fence::null(),
-            extent,
-            holding: reserve(memory, surface, extent, count)?,
+            shape,
+            holding: reserve(memory, surface, shape)?,
         };
         if memory.is_dry_run() {
             return Ok(swapchain);
         }
         let info = vk::SwapchainCreateInfoKHR::default()
             .surface(surface.raw)
-            .min_image_count(count)
+            .min_image_count(shape.images)
             .image_format(surface.format.format)
             .image_color_space(surface.format.color_space)
-            .image_extent(extent_2d(extent))
+            .image_extent(extent_2d(shape.extent))
             .image_array_layers(1)
             .image_usage(USAGE)
-            .pre_transform(capabilities.current_transform)
-            .composite_alpha(opaque(capabilities.supported_composite_alpha))
+            .pre_transform(shape.transform)
+            .composite_alpha(shape.alpha)
             .present_mode(vk::PresentModeKHR::FIFO)
             .clipped(true);
         swapchain.create(&info).map_err(|e| lost(device, e))?;
-        let made = swapchain.images.len() as u32;
-        if made != count {
+        swapchain.shape.images = swapchain.images.len() as u32;
+        if swapchain.shape.images != shape.images {
             swapchain.holding.release();
-            swapchain.holding = reserve(memory, surface, extent, made)?;
+            swapchain.holding = reserve(memory, surface, swapchain.shape)?;
         }
         Ok(swapchain)
     }
@@ -176,7 +193,8 @@ impl Swapchain {
     pub fn resize(&mut self, wanted: [u32; 2]) -> Result<()> {
         let (memory, surface) = (self.holding.memory(), self.surface.clone());
         self.destroy();
-        *self = Swapchain::new(&memory, &surface, wanted)?;
+        let shape = surface.shape(wanted)?;
+        *self = Swapchain::new(&memory, &surface, shape)?;
         Ok(())
     }
 
@@ -251,7 +269,7 @@ impl Swapchain {
             index,
             image: self.images[index as usize],
             view: self.views[index as usize],
-            extent: self.extent,
+            extent: self.shape.extent,
         }))
     }
 
@@ -282,17 +300,12 @@ const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
     vk::ImageUsageFlags::COLOR_ATTACHMENT.as_raw() | vk::ImageUsageFlags::TRANSFER_DST.as_raw(),
 );
 
-/// Enters `count` images in the ledger.
-fn reserve(
-    memory: &Arc<Memory>,
-    surface: &Surface,
-    [width, height]: [u32; 2],
-    count: u32,
-) -> Result<Holding> {
+/// Enters the images in the ledger.
+fn reserve(memory: &Arc<Memory>, surface: &Surface, shape: Shape) -> Result<Holding> {
     let info = vk::ImageCreateInfo::default()
         .image_type(vk::ImageType::TYPE_2D)
         .format(surface.format.format)
-        .extent(extent_2d([width, height]).into())
+        .extent(extent_2d(shape.extent).into())
         .mip_levels(1)
         .array_layers(1)
         .samples(vk::SampleCountFlags::TYPE_1)
@@ -308,7 +321,7 @@ fn reserve(
             .get_device_image_memory_requirements(&query, &mut requirements)
     };
     let mut all = requirements.memory_requirements;
-    all.size *= count as u64;
+    all.size *= shape.images as u64;
     memory.reserve("window images", &all)
 }
 

@@ -69,11 +69,13 @@ impl<'a> App<'a> {
     fn frame(&mut self) -> Result<()> {
         self.take_opened()?;
         self.take_built()?;
-        let has_interface = self.interface_due.is_some_and(|due| due <= Instant::now());
+        let has_interface = self.stage.as_ref().is_some_and(Stage::is_outdated)
+            || self.interface_due.is_some_and(|due| due <= Instant::now());
         if has_interface {
             let wishes = self.run_interface()?;
             self.carry_out(wishes);
             self.fit_picture()?;
+            self.fit_window()?;
             self.follow_scene()?;
         }
         let has_picture = self.advance_picture()?;
@@ -188,7 +190,7 @@ impl<'a> App<'a> {
         let mut size = whole;
         for divisor in [1, 2, 4, 8] {
             size = whole.map(|n| n.div_ceil(divisor));
-            let for_window = bytes(&stage.plan(size)?);
+            let for_window = bytes(&stage.plan_ahead(size)?);
             let has_room = match &session.live {
                 Some(live) => live.has_room_for(size, for_window, &session.document)?,
                 None => for_window <= stage.memory.budget,
@@ -206,8 +208,20 @@ impl<'a> App<'a> {
         if let Some(live) = &mut session.live
             && (is_new || live.scene.render.size != size || stage.is_outdated())
         {
-            let for_window = bytes(&stage.plan(size)?);
-            live.resize(size, for_window, &session.document)?;
+            live.resize(size, bytes(&stage.plan_of_now()?), &session.document)?;
+            self.report.planned(live.planned_bytes());
+        }
+        Ok(())
+    }
+
+    /// Makes the window's own images anew where that is due, once a smaller picture has made room.
+    fn fit_window(&mut self) -> Result<()> {
+        let Some(stage) = self.stage.as_mut().filter(|stage| stage.is_outdated()) else {
+            return Ok(());
+        };
+        stage.fit_window()?;
+        if let Some(live) = self.session.as_mut().and_then(|s| s.live.as_mut()) {
+            live.for_window = bytes(&stage.plan_of_now()?);
         }
         Ok(())
     }

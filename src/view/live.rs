@@ -33,7 +33,7 @@ pub struct Live {
     told: SceneBuffers,
     memory: Arc<Memory>,
     /// Bytes that the window takes.
-    for_window: u64,
+    pub for_window: u64,
 }
 
 /// What became of the cache when the scene changed.

@@ -14,7 +14,7 @@ use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::gpu::{
     ATLAS_SIDE, Canvas, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory, Patch,
-    ResourceBytes, Surface, Swapchain,
+    ResourceBytes, Shape, Surface, Swapchain,
 };
 use crate::job::device_choice;
 use crate::job::plan::Budget;
@@ -47,7 +47,7 @@ impl WindowImages {
     fn allocate(
         memory: &Arc<Memory>,
         surface: &Arc<Surface>,
-        window: [u32; 2],
+        window: Shape,
         [width, height]: [u32; 2],
     ) -> Result<WindowImages> {
         let shown = ImageDesc {
@@ -93,7 +93,7 @@ impl Stage {
         );
         let mut frame = Frame::new(&device)?;
         let size = window.inner_size().into();
-        let images = WindowImages::allocate(&memory, &surface, size, [1, 1])?;
+        let images = WindowImages::allocate(&memory, &surface, surface.shape(size)?, [1, 1])?;
         images.canvas.prepare(&mut frame)?;
         frame.run(|f| f.clear(&[&images.shown]))?;
         Ok(Stage {
@@ -123,12 +123,32 @@ impl Stage {
         &self.images.shown
     }
 
-    /// What the window takes of the memory with a picture of this size.
-    pub fn plan(&self, picture: [u32; 2]) -> Result<Vec<ResourceBytes>> {
-        let dry_run = Memory::dry_run(self.device(), self.device().summary.clone());
+    /// What the window takes of the memory with a picture of this size, once its images have the size that
+    /// it has now.
+    pub fn plan_ahead(&self, picture: [u32; 2]) -> Result<Vec<ResourceBytes>> {
         let size = self.window.inner_size().into();
-        WindowImages::allocate(&dry_run, &self.surface, size, picture)?;
+        let mut shape = self.surface.shape(size)?;
+        shape.images = self.images.swapchain.shape.images;
+        self.plan(shape, picture)
+    }
+
+    /// What it takes as it is. The window may have got another size between a plan and its images.
+    pub fn plan_of_now(&self) -> Result<Vec<ResourceBytes>> {
+        self.plan(self.images.swapchain.shape, self.picture_size())
+    }
+
+    fn plan(&self, window: Shape, picture: [u32; 2]) -> Result<Vec<ResourceBytes>> {
+        let dry_run = Memory::dry_run(self.device(), self.device().summary.clone());
+        WindowImages::allocate(&dry_run, &self.surface, window, picture)?;
         Ok(dry_run.resources())
+    }
+
+    /// Makes the window's images anew, at its size of now.
+    pub fn fit_window(&mut self) -> Result<()> {
+        self.is_outdated = false;
+        self.images
+            .swapchain
+            .resize(self.window.inner_size().into())
     }
 
     /// Shows pictures of another size from now on; the one so far is gone.
@@ -165,7 +185,7 @@ impl Stage {
         }
         let scale = output.pixels_per_point;
         let primitives = self.egui.tessellate(output.shapes, scale);
-        let size = self.images.swapchain.extent;
+        let size = self.images.swapchain.shape.extent;
         let patches: Vec<Patch> = primitives
             .into_iter()
             .filter_map(|p| patch(p, scale, size))
@@ -191,15 +211,11 @@ impl Stage {
 
     /// Shows the picture in the rectangle [low, high), in pixels, and the user interface over it.
     pub fn show(&mut self, [low, high]: [[u32; 2]; 2]) -> Result<()> {
-        let size = self.window.inner_size().into();
         let WindowImages {
             swapchain,
             canvas,
             shown,
         } = &mut self.images;
-        if std::mem::take(&mut self.is_outdated) {
-            swapchain.resize(size)?;
-        }
         let Some(target) = swapchain.acquire()? else {
             self.is_outdated = true;
             return Ok(());
