@@ -82,7 +82,9 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
                 }
                 onwards = front.transmittance >= OPAQUE_BELOW;
             }
-            CachedLight light = light_taken(taken, ray);
+            Cube cube = cube_taken(taken, ray);
+            CachedLight light = read_cache(cube);
+            light.mean += missed_by_interpolation(cube, random_numbers(random).x);
             front.radiance +=
                 taken.albedo * (scattered_back(light, ray) + light.suns * suns_here);
         }

@@ -51,7 +51,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
                 make_step(march);
                 onwards = front.transmittance > push.opaque_below;
             }
-            CachedLight light = light_taken(taken, ray);
+            CachedLight light = read_cache(cube_taken(taken, ray));
             vec3 scattered = taken.albedo * scattered_back(light, ray);
             front.lasting += scattered;
             front.radiance += scattered + taken.albedo * light.suns * suns_here;

@@ -78,6 +78,47 @@ CachedLight read_cache(Cube cube) {
     return r;
 }
 
+// A node's light; `known` becomes false where it has no memory.
+vec3 node_light(ivec3 node, inout bool known) {
+    uint page = page_of(node / BRICK);
+    known = known && page != NO_PLACE;
+    return texelFetch(cache_light, BRICK * unpacked(page) + node % BRICK, 0).rgb;
+}
+
+// Light in the plane across `axis` that holds the cube's lowest node, between the four nodes around p.
+vec3 light_across(uint axis, ivec3 low, vec3 p, inout bool known) {
+    ivec3 most = ivec3(scene.cache_nodes) - 1;
+    uint u = (axis + 1u) % 3u;
+    uint v = (axis + 2u) % 3u;
+    ivec3 node = low;
+    vec3 light = (1.0 - p[u]) * (1.0 - p[v]) * node_light(node, known);
+    node[u] = min(low[u] + 1, most[u]);
+    light += p[u] * (1.0 - p[v]) * node_light(node, known);
+    node[v] = min(low[v] + 1, most[v]);
+    light += p[u] * p[v] * node_light(node, known);
+    node[u] = low[u];
+    return light + (1.0 - p[u]) * p[v] * node_light(node, known);
+}
+
+// What read_cache misses of light that is curved: −½·p(1 − p)·f″ along each axis, f″ from the nodes on both
+// sides. One axis, at random, stands for all three.
+vec3 missed_by_interpolation(Cube cube, float random) {
+    uint axis = min(uint(3.0 * random), 2u);
+    ivec3 e = ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
+    ivec3 low = cube.low;
+    bool known = low[axis] >= 1 && low[axis] + 2 < int(scene.cache_nodes[axis]);
+    if (!known || full_light && (is_cut(Cube(low - e, cube.p)) || is_cut(Cube(low + e, cube.p)))) {
+        return vec3(0.0);
+    }
+    vec3 a = light_across(axis, low - e, cube.p, known);
+    vec3 b = light_across(axis, low, cube.p, known);
+    vec3 c = light_across(axis, low + e, cube.p, known);
+    vec3 d = light_across(axis, low + 2 * e, cube.p, known);
+    float p = cube.p[axis];
+    vec3 curvature = mix(a - 2.0 * b + c, b - 2.0 * c + d, p);
+    return known ? -1.5 * p * (1.0 - p) * scene.cache_unit * curvature : vec3(0.0);
+}
+
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
 // light on its way out. The flux's colour is that of the mean.
 vec3 scattered_light(CachedLight light, vec3 travel) {

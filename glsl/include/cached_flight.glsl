@@ -14,7 +14,9 @@ bool collect(inout Path path, inout Random random) {
     }
     vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
     vec3 throughput = path.throughput * transfer_color(path.value);
-    CachedLight light = read_cache(cube_at(g));
+    Cube cube = cube_at(g);
+    CachedLight light = read_cache(cube);
+    light.mean += missed_by_interpolation(cube, random_numbers(random).x);
     contribute(path, throughput * scattered_light(light, -path.direction));
     path.origin = g;
     if (sun_count > 0u) {

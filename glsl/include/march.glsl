@@ -66,10 +66,10 @@ void take(inout Taken taken, float weight, vec3 albedo, float t) {
     taken.t += weight * t;
 }
 
-// The light that the cache holds where `taken` was taken, on average.
-CachedLight light_taken(Taken taken, Ray ray) {
+// Where `taken` was taken, on average.
+Cube cube_taken(Taken taken, Ray ray) {
     float t = taken.t / max(taken.weight, 1e-30);
-    return read_cache(cube_at(ray.origin + t * ray.step));
+    return cube_at(ray.origin + t * ray.step);
 }
 
 // What of it is scattered towards the ray's beginning, without the suns' own.
