@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::buffer::Buffer;
 use super::frame::Frame;
-use super::image::{COLOR, Image};
+use super::image::{COLOR, COLOR_LAYER, Image};
 use super::pass::{Binding, Pass, Slot};
 use crate::error::{Error, Result};
 
@@ -110,7 +110,7 @@ impl Frame {
             self.device.push_descriptor.cmd_push_descriptor_set(
                 self.commands,
                 vk::PipelineBindPoint::COMPUTE,
-                pass.layout,
+                pass.pipeline.layout,
                 0,
                 &writes,
             )
@@ -131,11 +131,15 @@ impl Frame {
         let raw = &self.device.raw;
         // SAFETY: the command buffer is recording, and the pipeline and its layout are alive.
         unsafe {
-            raw.cmd_bind_pipeline(self.commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline);
+            raw.cmd_bind_pipeline(
+                self.commands,
+                vk::PipelineBindPoint::COMPUTE,
+                pass.pipeline.raw,
+            );
             if !push.is_empty() {
                 raw.cmd_push_constants(
                     self.commands,
-                    pass.layout,
+                    pass.pipeline.layout,
                     vk::ShaderStageFlags::COMPUTE,
                     0,
                     push,
@@ -329,12 +333,7 @@ impl Frame {
 
 fn region([x, y, z]: [u32; 3], [width, height, depth]: [u32; 3]) -> vk::BufferImageCopy {
     vk::BufferImageCopy {
-        image_subresource: vk::ImageSubresourceLayers {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        },
+        image_subresource: COLOR_LAYER,
         image_offset: vk::Offset3D {
             x: x as i32,
             y: y as i32,

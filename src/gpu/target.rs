@@ -4,7 +4,7 @@
 use ash::vk;
 
 use super::frame::Frame;
-use super::image::{COLOR, Image};
+use super::image::{COLOR, COLOR_LAYER, Image};
 use super::surface::Target;
 use crate::error::Result;
 
@@ -66,16 +66,10 @@ impl Frame {
             y: y as i32,
             z,
         };
-        let layers = vk::ImageSubresourceLayers {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        };
         let region = vk::ImageBlit {
-            src_subresource: layers,
+            src_subresource: COLOR_LAYER,
             src_offsets: [corner([0, 0], 0), corner(extent, 1)],
-            dst_subresource: layers,
+            dst_subresource: COLOR_LAYER,
             dst_offsets: [corner(low, 0), corner(high, 1)],
         };
         self.timed("place", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
