@@ -2,7 +2,7 @@
 
 mod bench;
 pub(crate) mod plan;
-mod render;
+pub(crate) mod render;
 pub(crate) mod report;
 mod schedule;
 mod setup;
