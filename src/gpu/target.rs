@@ -72,11 +72,11 @@ impl Frame {
             dst_subresource: COLOR_LAYER,
             dst_offsets: [corner(low, 0), corner(high, 1)],
         };
-        self.timed("place", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.transfer("place", |raw, commands| {
             // SAFETY: the command buffer is recording; both rectangles lie inside their images.
             unsafe {
-                frame.device.raw.cmd_blit_image(
-                    frame.commands,
+                raw.cmd_blit_image(
+                    commands,
                     from.raw,
                     vk::ImageLayout::GENERAL,
                     target.image,
@@ -85,7 +85,6 @@ impl Frame {
                     vk::Filter::LINEAR,
                 )
             };
-            Ok(())
         })
     }
 }
