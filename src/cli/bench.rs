@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::{GpuArgs, SceneArgs, seconds, word};
+use super::values::{seconds, word};
+use super::{GpuArgs, SceneArgs};
 use crate::scene::file::ShadingModel;
 use crate::scene::{CacheFormat, CacheScale, Variant};
 
@@ -120,8 +121,7 @@ impl fmt::Display for BenchVariant {
         match (self.scale, self.format) {
             (CacheScale::Auto, CacheFormat::Auto) => Ok(()),
             (_, CacheFormat::Auto) => write!(f, ":{scale}"),
-            (_, CacheFormat::F16) => write!(f, ":{scale}:f16"),
-            (_, CacheFormat::F32) => write!(f, ":{scale}:f32"),
+            (_, format) => write!(f, ":{scale}:{}", format.name()),
         }
     }
 }

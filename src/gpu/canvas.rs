@@ -13,6 +13,7 @@ use super::device::{Device, failure};
 use super::frame::Frame;
 use super::image::{Image, ImageDesc};
 use super::memory::Memory;
+use super::pipeline::Pipeline;
 use super::shader::Shaders;
 use super::shared::Shared;
 use super::surface::{Surface, Target};
@@ -52,10 +53,8 @@ pub struct Patch {
 }
 
 pub struct Canvas {
-    device: Arc<Device>,
-    set_layout: vk::DescriptorSetLayout,
-    layout: vk::PipelineLayout,
-    pipeline: vk::Pipeline,
+    /// None in a dry run.
+    pipeline: Option<Pipeline>,
     vertices: Buffer,
     indices: Buffer,
     atlas: Image,
@@ -92,70 +91,18 @@ impl Canvas {
             written: false,
             format: vk::Format::R8G8B8A8_UNORM,
         };
-        let mut canvas = Canvas {
-            device: memory.device().clone(),
-            set_layout: vk::DescriptorSetLayout::null(),
-            layout: vk::PipelineLayout::null(),
-            pipeline: vk::Pipeline::null(),
+        Ok(Canvas {
+            pipeline: match memory.is_dry_run() {
+                true => None,
+                false => Some(pipeline(memory.device(), surface.format.format)?),
+            },
             vertices: Buffer::new(memory, vertices)?,
             indices: Buffer::new(memory, indices)?,
             atlas: Image::new(memory, atlas)?,
             staging: Buffer::new(memory, upload("interface: staging", 4 * side * side))?,
             used: [ATLAS_SIDE; 2],
             draws: Vec::new(),
-        };
-        if !memory.is_dry_run() {
-            let shared = [CanvasVertex::GLSL, CanvasPush::GLSL].concat();
-            let stages = Shaders::new(shared)?.compile_drawing("canvas")?;
-            canvas
-                .build(&stages, surface.format.format)
-                .map_err(|e| failure(e, format!("the user interface cannot be drawn: {e}")))?;
-        }
-        Ok(canvas)
-    }
-
-    fn build(&mut self, stages: &[Vec<u32>; 2], format: vk::Format) -> Result<(), vk::Result> {
-        let raw = &self.device.raw;
-        let all = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let bindings = BINDINGS.map(|(binding, kind)| {
-            vk::DescriptorSetLayoutBinding::default()
-                .binding(binding)
-                .descriptor_type(kind)
-                .descriptor_count(1)
-                .stage_flags(all)
-        });
-        let set = vk::DescriptorSetLayoutCreateInfo::default()
-            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
-            .bindings(&bindings);
-        // SAFETY: `set` is valid; destroyed in Drop.
-        self.set_layout = unsafe { raw.create_descriptor_set_layout(&set, None) }?;
-        let (sets, ranges) = (
-            [self.set_layout],
-            [vk::PushConstantRange::default()
-                .stage_flags(all)
-                .size(size_of::<CanvasPush>() as u32)],
-        );
-        let layout = vk::PipelineLayoutCreateInfo::default()
-            .set_layouts(&sets)
-            .push_constant_ranges(&ranges);
-        // SAFETY: the set layout is alive; destroyed in Drop.
-        self.layout = unsafe { raw.create_pipeline_layout(&layout, None) }?;
-        let mut modules = Vec::new();
-        let mut build = || {
-            for code in stages {
-                let info = vk::ShaderModuleCreateInfo::default().code(code);
-                // SAFETY: the code is SPIR-V from the compiler; destroyed below.
-                modules.push(unsafe { raw.create_shader_module(&info, None) }?);
-            }
-            pipeline(&self.device, self.layout, &modules, format)
-        };
-        let built = build();
-        for module in modules {
-            // SAFETY: pipelines keep what they need of their modules.
-            unsafe { raw.destroy_shader_module(module, None) };
-        }
-        self.pipeline = built?;
-        Ok(())
+        })
     }
 
     /// Brings the texture into use; its texels are undefined as yet.
@@ -216,14 +163,44 @@ const BINDINGS: [(u32, vk::DescriptorType); 3] = [
     (2, vk::DescriptorType::COMBINED_IMAGE_SAMPLER),
 ];
 
-fn pipeline(
+const STAGES: [vk::ShaderStageFlags; 2] =
+    [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
+
+fn all_stages() -> vk::ShaderStageFlags {
+    STAGES[0] | STAGES[1]
+}
+
+fn pipeline(device: &Arc<Device>, format: vk::Format) -> Result<Pipeline> {
+    let shared = [CanvasVertex::GLSL, CanvasPush::GLSL].concat();
+    let stages = Shaders::new(shared)?.compile_drawing("canvas")?;
+    let push_bytes = size_of::<CanvasPush>() as u32;
+    let pipeline = Pipeline::new(device, all_stages(), BINDINGS, push_bytes, |layout| {
+        let mut modules = Vec::new();
+        let mut build = || {
+            for code in &stages {
+                let info = vk::ShaderModuleCreateInfo::default().code(code);
+                // SAFETY: the code is SPIR-V from the compiler; destroyed below.
+                modules.push(unsafe { device.raw.create_shader_module(&info, None) }?);
+            }
+            graphics_pipeline(device, layout, &modules, format)
+        };
+        let built = build();
+        for module in modules {
+            // SAFETY: pipelines keep what they need of their modules.
+            unsafe { device.raw.destroy_shader_module(module, None) };
+        }
+        built
+    });
+    pipeline.map_err(|e| failure(e, format!("the user interface cannot be drawn: {e}")))
+}
+
+fn graphics_pipeline(
     device: &Device,
     layout: vk::PipelineLayout,
     modules: &[vk::ShaderModule],
     format: vk::Format,
 ) -> Result<vk::Pipeline, vk::Result> {
-    let kinds = [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
-    let stages: Vec<_> = kinds
+    let stages: Vec<_> = STAGES
         .iter()
         .zip(modules)
         .map(|(&kind, &module)| {
@@ -266,7 +243,7 @@ fn pipeline(
         .dynamic_state(&dynamic)
         .layout(layout)
         .push_next(&mut rendering)];
-    // SAFETY: modules and layout are alive; the pipeline is destroyed in the canvas's Drop.
+    // SAFETY: modules and layout are alive; the caller destroys the pipeline.
     let made = unsafe {
         device
             .raw
@@ -295,13 +272,15 @@ impl Frame {
             "interface",
             vk::PipelineStageFlags2::ALL_COMMANDS,
             |frame| {
-                frame.record_draws(canvas, target);
+                if let Some(pipeline) = &canvas.pipeline {
+                    frame.record_draws(canvas, pipeline, target);
+                }
                 Ok(())
             },
         )
     }
 
-    fn record_draws(&self, canvas: &Canvas, target: &Target) {
+    fn record_draws(&self, canvas: &Canvas, pipeline: &Pipeline, target: &Target) {
         let [width, height] = target.extent;
         let whole = rectangle([[0, 0], target.extent]);
         let attachments = [vk::RenderingAttachmentInfo::default()
@@ -346,19 +325,19 @@ impl Frame {
         // `run` waits for.
         unsafe {
             raw.cmd_begin_rendering(commands, &rendering);
-            raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, canvas.pipeline);
+            raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, pipeline.raw);
             raw.cmd_set_viewport(commands, 0, &viewport);
             raw.cmd_push_constants(
                 commands,
-                canvas.layout,
-                vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT,
+                pipeline.layout,
+                all_stages(),
                 0,
                 bytemuck::bytes_of(&push),
             );
             self.device.push_descriptor.cmd_push_descriptor_set(
                 commands,
                 vk::PipelineBindPoint::GRAPHICS,
-                canvas.layout,
+                pipeline.layout,
                 0,
                 &writes,
             );
@@ -367,18 +346,6 @@ impl Frame {
                 raw.cmd_draw(commands, draw.count, 1, draw.first, 0);
             }
             raw.cmd_end_rendering(commands);
-        }
-    }
-}
-
-impl Drop for Canvas {
-    fn drop(&mut self) {
-        let raw = &self.device.raw;
-        // SAFETY: frames wait for their work before they return, so nothing uses the pipeline.
-        unsafe {
-            raw.destroy_pipeline(self.pipeline, None);
-            raw.destroy_pipeline_layout(self.layout, None);
-            raw.destroy_descriptor_set_layout(self.set_layout, None);
         }
     }
 }

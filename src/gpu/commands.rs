@@ -6,7 +6,7 @@ use ash::vk;
 
 use super::buffer::Buffer;
 use super::frame::Frame;
-use super::image::{COLOR, Image};
+use super::image::{COLOR, COLOR_LAYER, Image};
 use super::pass::{Binding, Pass, Slot};
 use crate::error::{Error, Result};
 
@@ -110,7 +110,7 @@ impl Frame {
             self.device.push_descriptor.cmd_push_descriptor_set(
                 self.commands,
                 vk::PipelineBindPoint::COMPUTE,
-                pass.layout,
+                pass.pipeline.layout,
                 0,
                 &writes,
             )
@@ -131,11 +131,15 @@ impl Frame {
         let raw = &self.device.raw;
         // SAFETY: the command buffer is recording, and the pipeline and its layout are alive.
         unsafe {
-            raw.cmd_bind_pipeline(self.commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline);
+            raw.cmd_bind_pipeline(
+                self.commands,
+                vk::PipelineBindPoint::COMPUTE,
+                pass.pipeline.raw,
+            );
             if !push.is_empty() {
                 raw.cmd_push_constants(
                     self.commands,
-                    pass.layout,
+                    pass.pipeline.layout,
                     vk::ShaderStageFlags::COMPUTE,
                     0,
                     push,
@@ -216,18 +220,17 @@ impl Frame {
         low: [u32; 3],
         extent: [u32; 3],
     ) -> Result<()> {
-        self.timed("upload", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.transfer("upload", |raw, commands| {
             // SAFETY: the command buffer is recording; the box lies inside the image.
             unsafe {
-                frame.device.raw.cmd_copy_buffer_to_image(
-                    frame.commands,
+                raw.cmd_copy_buffer_to_image(
+                    commands,
                     from.raw,
                     to.raw,
                     vk::ImageLayout::GENERAL,
                     &[region(low, extent)],
                 )
             };
-            Ok(())
         })
     }
 
@@ -239,46 +242,45 @@ impl Frame {
         low: [u32; 3],
         extent: [u32; 3],
     ) -> Result<()> {
-        self.timed("download", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.transfer("download", |raw, commands| {
             // SAFETY: the command buffer is recording; the box lies inside the image.
             unsafe {
-                frame.device.raw.cmd_copy_image_to_buffer(
-                    frame.commands,
+                raw.cmd_copy_image_to_buffer(
+                    commands,
                     from.raw,
                     vk::ImageLayout::GENERAL,
                     to.raw,
                     &[region(low, extent)],
                 )
             };
-            Ok(())
         })
     }
 
     /// Copies all of `from` to the start of `to`.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> Result<()> {
-        self.timed("download", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.transfer("download", |raw, commands| {
             let region = vk::BufferCopy::default().size(from.desc.bytes);
             // SAFETY: the command buffer is recording, and the buffers outlive the submission.
-            unsafe {
-                frame
-                    .device
-                    .raw
-                    .cmd_copy_buffer(frame.commands, from.raw, to.raw, &[region])
-            };
-            Ok(())
+            unsafe { raw.cmd_copy_buffer(commands, from.raw, to.raw, &[region]) };
         })
     }
 
     /// Sets every byte of the buffer to zero.
     pub fn zero(&mut self, buffer: &Buffer) -> Result<()> {
-        self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.transfer("clear", |raw, commands| {
             // SAFETY: the command buffer is recording, and the buffer outlives the submission.
-            unsafe {
-                frame
-                    .device
-                    .raw
-                    .cmd_fill_buffer(frame.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0)
-            };
+            unsafe { raw.cmd_fill_buffer(commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
+        })
+    }
+
+    /// A copy of some kind; `record` records it.
+    pub(super) fn transfer(
+        &mut self,
+        name: &'static str,
+        record: impl FnOnce(&ash::Device, vk::CommandBuffer),
+    ) -> Result<()> {
+        self.timed(name, vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            record(&frame.device.raw, frame.commands);
             Ok(())
         })
     }
@@ -329,12 +331,7 @@ impl Frame {
 
 fn region([x, y, z]: [u32; 3], [width, height, depth]: [u32; 3]) -> vk::BufferImageCopy {
     vk::BufferImageCopy {
-        image_subresource: vk::ImageSubresourceLayers {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        },
+        image_subresource: COLOR_LAYER,
         image_offset: vk::Offset3D {
             x: x as i32,
             y: y as i32,

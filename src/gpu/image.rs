@@ -170,10 +170,19 @@ impl Image {
     }
 }
 
+/// All of an image, as views and barriers have it …
 pub(super) const COLOR: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     base_mip_level: 0,
     level_count: 1,
+    base_array_layer: 0,
+    layer_count: 1,
+};
+
+/// … and as copies do.
+pub(super) const COLOR_LAYER: vk::ImageSubresourceLayers = vk::ImageSubresourceLayers {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    mip_level: 0,
     base_array_layer: 0,
     layer_count: 1,
 };

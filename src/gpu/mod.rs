@@ -15,6 +15,7 @@ mod image;
 mod instance;
 mod memory;
 mod pass;
+mod pipeline;
 mod shader;
 mod shared;
 mod surface;

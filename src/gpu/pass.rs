@@ -10,6 +10,7 @@ use rspirv_reflect::{PushConstantInfo, Reflection};
 use super::buffer::Buffer;
 use super::device::{Device, failure};
 use super::image::Image;
+use super::pipeline::Pipeline;
 use super::shader::Shaders;
 use crate::error::{Error, Result};
 
@@ -32,15 +33,12 @@ pub enum Binding<'a> {
 }
 
 pub struct Pass {
-    device: Arc<Device>,
     pub name: &'static str,
     pub(super) slots: Vec<Slot>,
     pub(super) push_bytes: u32,
     /// Threads of a workgroup along x, y and z.
     workgroup: [u32; 3],
-    set_layout: vk::DescriptorSetLayout,
-    pub(super) layout: vk::PipelineLayout,
-    pub(super) pipeline: vk::Pipeline,
+    pub(super) pipeline: Pipeline,
 }
 
 pub(super) struct Slot {
@@ -63,88 +61,66 @@ impl Pass {
         let push: Option<PushConstantInfo> = reflection
             .get_push_constant_range()
             .map_err(|e| failed(e.to_string()))?;
-        let mut pass = Pass {
-            device: device.clone(),
+        let push_bytes = push.map_or(0, |p| p.size);
+        let bindings = slots.iter().map(|slot| (slot.binding, slot.kind));
+        let stage = vk::ShaderStageFlags::COMPUTE;
+        let pipeline = Pipeline::new(device, stage, bindings, push_bytes, |layout| {
+            compute_pipeline(device, layout, &code, desc.specialization)
+        });
+        let pipeline = pipeline.map_err(|e| failure(e, format!("pass {}: {e}", desc.name)))?;
+        shaders.spend(began.elapsed());
+        Ok(Pass {
             name: desc.name,
             slots,
-            push_bytes: push.map_or(0, |p| p.size),
+            push_bytes,
             workgroup: [x, y, z],
-            set_layout: vk::DescriptorSetLayout::null(),
-            layout: vk::PipelineLayout::null(),
-            pipeline: vk::Pipeline::null(),
-        };
-        pass.build(&code, desc.specialization)
-            .map_err(|e| failure(e, format!("pass {}: {e}", desc.name)))?;
-        shaders.spend(began.elapsed());
-        Ok(pass)
+            pipeline,
+        })
     }
 
     /// Workgroups that hold at least `threads` threads.
     pub(super) fn groups(&self, threads: [u32; 3]) -> [u32; 3] {
         std::array::from_fn(|a| threads[a].div_ceil(self.workgroup[a]))
     }
+}
 
-    fn build(&mut self, code: &[u32], specialization: &[u32]) -> Result<(), vk::Result> {
-        let raw = &self.device.raw;
-        let bindings: Vec<_> = self
-            .slots
-            .iter()
-            .map(|slot| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(slot.binding)
-                    .descriptor_type(slot.kind)
-                    .descriptor_count(1)
-                    .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            })
-            .collect();
-        let set = vk::DescriptorSetLayoutCreateInfo::default()
-            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
-            .bindings(&bindings);
-        // SAFETY: `set` is valid; destroyed in Drop.
-        self.set_layout = unsafe { raw.create_descriptor_set_layout(&set, None) }?;
-        let sets = [self.set_layout];
-        let ranges = [vk::PushConstantRange::default()
-            .stage_flags(vk::ShaderStageFlags::COMPUTE)
-            .size(self.push_bytes)];
-        let layout = vk::PipelineLayoutCreateInfo::default()
-            .set_layouts(&sets)
-            .push_constant_ranges(match self.push_bytes {
-                0 => &[],
-                _ => &ranges,
-            });
-        // SAFETY: the set layout is alive; destroyed in Drop.
-        self.layout = unsafe { raw.create_pipeline_layout(&layout, None) }?;
-        let module = vk::ShaderModuleCreateInfo::default().code(code);
-        // SAFETY: the code is SPIR-V from the compiler; destroyed below.
-        let module = unsafe { raw.create_shader_module(&module, None) }?;
-        let entries: Vec<_> = (0..specialization.len() as u32)
-            .map(|id| vk::SpecializationMapEntry {
-                constant_id: id,
-                offset: id * 4,
-                size: 4,
-            })
-            .collect();
-        let constants = vk::SpecializationInfo::default()
-            .map_entries(&entries)
-            .data(bytemuck::cast_slice(specialization));
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module)
-            .name(c"main")
-            .specialization_info(&constants);
-        let info = [vk::ComputePipelineCreateInfo::default()
-            .flags(vk::PipelineCreateFlags::DISPATCH_BASE)
-            .stage(stage)
-            .layout(self.layout)];
-        // SAFETY: module and layout are alive; the pipeline is destroyed in Drop.
-        let made = unsafe {
-            let made = raw.create_compute_pipelines(vk::PipelineCache::null(), &info, None);
-            raw.destroy_shader_module(module, None);
-            made
-        };
-        self.pipeline = made.map_err(|(_, e)| e)?[0];
-        Ok(())
-    }
+fn compute_pipeline(
+    device: &Device,
+    layout: vk::PipelineLayout,
+    code: &[u32],
+    specialization: &[u32],
+) -> Result<vk::Pipeline, vk::Result> {
+    let module = vk::ShaderModuleCreateInfo::default().code(code);
+    // SAFETY: the code is SPIR-V from the compiler; destroyed below.
+    let module = unsafe { device.raw.create_shader_module(&module, None) }?;
+    let entries: Vec<_> = (0..specialization.len() as u32)
+        .map(|id| vk::SpecializationMapEntry {
+            constant_id: id,
+            offset: id * 4,
+            size: 4,
+        })
+        .collect();
+    let constants = vk::SpecializationInfo::default()
+        .map_entries(&entries)
+        .data(bytemuck::cast_slice(specialization));
+    let stage = vk::PipelineShaderStageCreateInfo::default()
+        .stage(vk::ShaderStageFlags::COMPUTE)
+        .module(module)
+        .name(c"main")
+        .specialization_info(&constants);
+    let info = [vk::ComputePipelineCreateInfo::default()
+        .flags(vk::PipelineCreateFlags::DISPATCH_BASE)
+        .stage(stage)
+        .layout(layout)];
+    // SAFETY: module and layout are alive; the caller destroys the pipeline, which keeps what it needs
+    // of its module.
+    let made = unsafe {
+        let cache = vk::PipelineCache::null();
+        let made = device.raw.create_compute_pipelines(cache, &info, None);
+        device.raw.destroy_shader_module(module, None);
+        made
+    };
+    Ok(made.map_err(|(_, e)| e)?[0])
 }
 
 fn slots(reflection: &Reflection) -> Result<Vec<Slot>, String> {
@@ -162,16 +138,4 @@ fn slots(reflection: &Reflection) -> Result<Vec<Slot>, String> {
             kind: vk::DescriptorType::from_raw(info.ty.0 as i32),
         })
         .collect())
-}
-
-impl Drop for Pass {
-    fn drop(&mut self) {
-        let raw = &self.device.raw;
-        // SAFETY: frames wait for their work before they return, so nothing uses the pipeline.
-        unsafe {
-            raw.destroy_pipeline(self.pipeline, None);
-            raw.destroy_pipeline_layout(self.layout, None);
-            raw.destroy_descriptor_set_layout(self.set_layout, None);
-        }
-    }
 }

@@ -4,7 +4,7 @@
 use ash::vk;
 
 use super::frame::Frame;
-use super::image::{COLOR, Image};
+use super::image::{COLOR, COLOR_LAYER, Image};
 use super::surface::Target;
 use crate::error::Result;
 
@@ -66,23 +66,17 @@ impl Frame {
             y: y as i32,
             z,
         };
-        let layers = vk::ImageSubresourceLayers {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: 1,
-        };
         let region = vk::ImageBlit {
-            src_subresource: layers,
+            src_subresource: COLOR_LAYER,
             src_offsets: [corner([0, 0], 0), corner(extent, 1)],
-            dst_subresource: layers,
+            dst_subresource: COLOR_LAYER,
             dst_offsets: [corner(low, 0), corner(high, 1)],
         };
-        self.timed("place", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.transfer("place", |raw, commands| {
             // SAFETY: the command buffer is recording; both rectangles lie inside their images.
             unsafe {
-                frame.device.raw.cmd_blit_image(
-                    frame.commands,
+                raw.cmd_blit_image(
+                    commands,
                     from.raw,
                     vk::ImageLayout::GENERAL,
                     target.image,
@@ -91,7 +85,6 @@ impl Frame {
                     vk::Filter::LINEAR,
                 )
             };
-            Ok(())
         })
     }
 }

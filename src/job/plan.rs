@@ -105,7 +105,7 @@ impl Printed<'_> {
 }
 
 /// A ray keeps its side of every surface in one word.
-const MOST_SURFACES: usize = 32;
+pub const MOST_SURFACES: usize = 32;
 
 pub fn check_supported(scene: &Scene) -> Result<()> {
     let surfaces = scene.surfaces.iso.len();

@@ -119,11 +119,7 @@ pub fn cache(renderer: &Renderer, plan: &Plan, goal: f64) -> Option<CacheStats> 
     let converged = cache.relative_error <= goal;
     Some(CacheStats {
         dims: layout.nodes,
-        format: match layout.is_f16 {
-            true => "f16",
-            false => "f32",
-        }
-        .into(),
+        format: layout.format().name().into(),
         bytes: renderer.resources.cache.as_ref()?.bytes(),
         cells: layout.all_nodes(),
         active_cells: layout.active_nodes(),

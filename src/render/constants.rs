@@ -1,25 +1,21 @@
-//! A scene as the shaders read it: values become stored values, directions become unit vectors.
+//! A scene as the shaders read it: all that it puts on the GPU besides the volume.
 
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
-use glam::DVec3;
 
 use super::cache_layout::CacheLayout;
+use super::convert::{clips, features, place_camera, suns, surfaces, transfer, transfer_segments};
 use super::environment_table;
 use super::filter_probe::filter_is_precise;
 use super::occupancy::{Occupancy, macrocell_ranges};
 use super::shared::{
-    self, Clip, EnvironmentCell, Features, MACROCELL, SHADING_DISNEY, SHADING_LAMBERT,
-    SHADING_PHONG, SceneConstants, Sun, Surface,
+    self, Clip, EnvironmentCell, Features, MACROCELL, SceneConstants, Sun, Surface,
 };
 use crate::error::Result;
 use crate::gpu::{Device, Format, Shaders};
 use crate::scene::volume::{Volume, Voxels};
-use crate::scene::{
-    Background, Camera, EnvironmentImage, Isosurface, LightModel, Normals, Projection, Scene,
-    Shading, Variant,
-};
+use crate::scene::{Background, Camera, EnvironmentImage, Scene, Variant};
 
 /// What the scene puts on the GPU, besides the volume.
 #[derive(Clone)]
@@ -261,36 +257,6 @@ fn grey(rgb: [f32; 3]) -> f32 {
     rgb.iter().sum::<f32>() / 3.0
 }
 
-fn features(
-    scene: &Scene,
-    transfer: &[TransferPoint],
-    suns: &[Sun],
-    filter_in_shader: bool,
-) -> Features {
-    let medium = scene.medium.as_ref().filter(|m| m.density > 0.0);
-    let iso = &scene.surfaces.iso;
-    let any = |wanted: fn(&Shading) -> bool| iso.iter().any(|s| wanted(&s.shading));
-    Features {
-        has_medium: medium.is_some(),
-        has_one_color: transfer.windows(2).all(|w| w[0].color == w[1].color),
-        surface_count: iso.len() as u32,
-        full_light: !iso.is_empty() && scene.surfaces.light == LightModel::Full,
-        analytic_normals: scene.surfaces.normals == Normals::Analytic,
-        has_phong: any(|s| matches!(s, Shading::Phong { .. })),
-        has_disney: any(|s| matches!(s, Shading::Disney { .. })),
-        sun_count: suns.len() as u32,
-        has_environment_image: scene.environment.image.is_some(),
-        is_anisotropic: medium.is_some_and(|m| m.g != 0.0),
-        clip_count: scene.clips.len() as u32,
-        is_orthographic: matches!(scene.camera.projection, Projection::Orthographic { .. }),
-        background_is_color: matches!(scene.render.background, Background::Color(_)),
-        background_is_transparent: scene.render.background == Background::Transparent,
-        filter_in_shader,
-        cache_order: 0,
-        cache_is_f16: false,
-    }
-}
-
 /// The data's own width.
 pub fn volume_format(volume: &Volume) -> Format {
     match volume.voxels {
@@ -303,114 +269,4 @@ pub fn volume_format(volume: &Volume) -> Format {
 /// Macrocells along each axis that cover all trilinear cells.
 pub fn macrocells(dims: [u32; 3]) -> [u32; 3] {
     dims.map(|n| (n + 1).div_ceil(MACROCELL))
-}
-
-/// A value in the data's units as a stored value.
-fn stored(volume: &Volume, value: f64) -> f32 {
-    ((value - volume.offset) / volume.scale) as f32
-}
-
-fn transfer(scene: &Scene, volume: &Volume) -> Vec<TransferPoint> {
-    let points = scene.medium.iter().flat_map(|m| &m.transfer);
-    points
-        .map(|p| TransferPoint {
-            value: stored(volume, p.value),
-            opacity: p.opacity as f32,
-            color: p.color.map(|c| c as f32),
-        })
-        .collect()
-}
-
-/// From points: from each to the next, and one more if the last is a step, which begins where it ends.
-fn transfer_segments(points: &[TransferPoint]) -> u32 {
-    let steps_at_end = matches!(points, [.., a, b] if a.value == b.value);
-    let segments = points.len().max(2) - 1;
-    (segments + usize::from(steps_at_end)) as u32
-}
-
-fn surfaces(scene: &Scene, volume: &Volume) -> Vec<Surface> {
-    let surface = |iso: &Isosurface| {
-        let mut s = Surface {
-            value: stored(volume, iso.value),
-            opacity: iso.opacity as f32,
-            color: iso.color.map(|c| c as f32),
-            ..Surface::zeroed()
-        };
-        match iso.shading {
-            Shading::Lambert => s.shading = SHADING_LAMBERT,
-            Shading::Phong {
-                specular,
-                shininess,
-            } => {
-                s.shading = SHADING_PHONG;
-                s.specular = specular as f32;
-                s.shininess = shininess as f32;
-            }
-            Shading::Disney {
-                metallic,
-                roughness,
-                specular,
-                specular_tint,
-                sheen,
-                sheen_tint,
-                subsurface,
-                clearcoat,
-                clearcoat_gloss,
-            } => {
-                s.shading = SHADING_DISNEY;
-                s.metallic = metallic as f32;
-                s.roughness = roughness as f32;
-                s.specular = specular as f32;
-                s.specular_tint = specular_tint as f32;
-                s.sheen = sheen as f32;
-                s.sheen_tint = sheen_tint as f32;
-                s.subsurface = subsurface as f32;
-                s.clearcoat = clearcoat as f32;
-                s.clearcoat_gloss = clearcoat_gloss as f32;
-            }
-        }
-        s
-    };
-    scene.surfaces.iso.iter().map(surface).collect()
-}
-
-/// The suns that shine, picked in proportion to their irradiance.
-fn suns(scene: &Scene) -> Vec<Sun> {
-    let power = |irradiance: [f64; 3]| irradiance.iter().sum::<f64>();
-    let shining = || scene.suns.iter().filter(|s| power(s.irradiance) > 0.0);
-    let total: f64 = shining().map(|s| power(s.irradiance)).sum();
-    let mut below = 0.0;
-    shining()
-        .map(|s| {
-            below += power(s.irradiance);
-            Sun {
-                direction: s.direction.map(|c| c as f32),
-                irradiance: s.irradiance.map(|c| c as f32),
-                cumulative_probability: (below / total) as f32,
-            }
-        })
-        .collect()
-}
-
-fn clips(scene: &Scene) -> Vec<Clip> {
-    let clip = |c: &crate::scene::ClipPlane| Clip {
-        normal: c.normal.map(|n| n as f32),
-        offset: c.offset as f32,
-    };
-    scene.clips.iter().map(clip).collect()
-}
-
-fn place_camera(constants: &mut SceneConstants, camera: &Camera) {
-    let forward = (DVec3::from(camera.target) - DVec3::from(camera.eye)).normalize();
-    let right = forward.cross(DVec3::from(camera.up)).normalize();
-    let up = right.cross(forward);
-    let half_height = match camera.projection {
-        Projection::Perspective { fov_y } => (0.5 * fov_y.to_radians()).tan(),
-        Projection::Orthographic { height } => 0.5 * height,
-    };
-    let half_width = half_height * constants.size[0] as f64 / constants.size[1] as f64;
-    constants.eye = DVec3::from(camera.eye).as_vec3().to_array();
-    constants.forward = forward.as_vec3().to_array();
-    constants.right = (right * half_width).as_vec3().to_array();
-    constants.up = (up * half_height).as_vec3().to_array();
 }

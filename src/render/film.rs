@@ -12,6 +12,16 @@ pub struct Film {
     pub stderr: Vec<[f32; 3]>,
 }
 
+impl Film {
+    /// Of a march, which does not know its error.
+    pub fn marched(mean: Vec<[f32; 4]>) -> Film {
+        Film {
+            stderr: vec![[f32::INFINITY; 3]; mean.len()],
+            mean,
+        }
+    }
+}
+
 /// What the pixels' centres see of surfaces, row 0 on top.
 pub struct FirstHits {
     /// Normal and, in w, distance along the ray; +∞ without a surface.

@@ -7,6 +7,7 @@ mod cache_resources;
 mod camera_march;
 mod cell_tracking;
 mod constants;
+mod convert;
 mod copy;
 mod cut_cells;
 mod delta_tracking;

@@ -88,11 +88,7 @@ impl Plan {
 }
 
 fn rung_name(scale: f64, format: CacheFormat) -> String {
-    let format = match format {
-        CacheFormat::F16 => "f16",
-        _ => "f32",
-    };
-    format!("caching at scale {scale} in {format}")
+    format!("caching at scale {scale} in {}", format.name())
 }
 
 /// The cache's settings that the scene allows, best first.

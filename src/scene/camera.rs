@@ -15,6 +15,13 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// Unit vectors into the picture, to its right, and to its top.
+    pub fn basis(&self) -> [DVec3; 3] {
+        let forward = (DVec3::from(self.target) - DVec3::from(self.eye)).normalize();
+        let right = forward.cross(DVec3::from(self.up)).normalize();
+        [forward, right, right.cross(forward)]
+    }
+
     /// Turned about the target and `up`, by a share of a full turn.
     pub fn orbited(&self, share: f64) -> Camera {
         let (target, up) = (DVec3::from(self.target), DVec3::from(self.up).normalize());

@@ -103,27 +103,17 @@ fn describe_shading(page: &mut Page, iso: &Isosurface) {
             page.line("specular", specular, "share of the lobe");
             page.line("shininess", shininess, "exponent");
         }
-        Shading::Disney {
-            metallic,
-            roughness,
-            specular,
-            specular_tint,
-            sheen,
-            sheen_tint,
-            subsurface,
-            clearcoat,
-            clearcoat_gloss,
-        } => {
+        Shading::Disney(d) => {
             page.line("shading", ShadingModel::Disney, models);
-            page.line("metallic", metallic, "");
-            page.line("roughness", roughness, "");
-            page.line("specular", specular, "");
-            page.line("specular_tint", specular_tint, "");
-            page.line("sheen", sheen, "");
-            page.line("sheen_tint", sheen_tint, "");
-            page.line("subsurface", subsurface, "");
-            page.line("clearcoat", clearcoat, "");
-            page.line("clearcoat_gloss", clearcoat_gloss, "");
+            page.line("metallic", d.metallic, "");
+            page.line("roughness", d.roughness, "");
+            page.line("specular", d.specular, "");
+            page.line("specular_tint", d.specular_tint, "");
+            page.line("sheen", d.sheen, "");
+            page.line("sheen_tint", d.sheen_tint, "");
+            page.line("subsurface", d.subsurface, "");
+            page.line("clearcoat", d.clearcoat, "");
+            page.line("clearcoat_gloss", d.clearcoat_gloss, "");
         }
     }
 }

@@ -23,6 +23,11 @@ pub struct Medium {
 }
 
 impl Medium {
+    /// Where a scene says nothing of it: an optical depth of 50 along the box's longest side.
+    pub fn default_density(extent: [f64; 3]) -> f64 {
+        50.0 / extent.into_iter().fold(0.0, f64::max)
+    }
+
     /// (opacity, colour) at a value.
     pub fn classify(&self, value: f64) -> (f64, [f64; 3]) {
         let points = &self.transfer;

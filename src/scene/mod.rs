@@ -20,7 +20,7 @@ pub use describe::describe;
 pub use file::{Edit, SceneFile, open, resolve};
 pub use light::{DirectionalLight, Environment, EnvironmentImage};
 pub use medium::{Medium, TransferPoint};
-pub use surface::{Isosurface, LightModel, Normals, Shading, Surfaces};
+pub use surface::{Disney, Isosurface, LightModel, Normals, Shading, Surfaces};
 
 /// A half-space that is cut away: points with dot(normal, p) > offset are vacuum.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,6 +83,17 @@ pub enum CacheFormat {
     Auto,
     F16,
     F32,
+}
+
+impl CacheFormat {
+    /// As users write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            CacheFormat::Auto => "auto",
+            CacheFormat::F16 => "f16",
+            CacheFormat::F32 => "f32",
+        }
+    }
 }
 
 /// What a ray sees that meets nothing.

@@ -20,9 +20,11 @@ use super::volume::{Axes, Histogram, Volume, VoxelType};
 use crate::error::{Error, Result};
 use crate::scene::Background;
 
-const SKIN: [f64; 3] = [0.99, 0.78, 0.66];
-const FLESH: [f64; 3] = [0.98, 0.60, 0.45];
-const IVORY: [f64; 3] = [0.86, 0.80, 0.68];
+pub const SKIN: [f64; 3] = [0.99, 0.78, 0.66];
+pub const FLESH: [f64; 3] = [0.98, 0.60, 0.45];
+pub const IVORY: [f64; 3] = [0.86, 0.80, 0.68];
+/// Of surfaces, which are Disney's: a little glossier than by default.
+pub const ROUGHNESS: f64 = 0.45;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -109,7 +111,7 @@ fn surface(value: f64) -> IsoTable {
         value,
         color: Some(IVORY),
         shading: Some(ShadingModel::Disney),
-        roughness: Some(0.45),
+        roughness: Some(ROUGHNESS),
         ..Default::default()
     }
 }

@@ -44,17 +44,39 @@ pub enum Shading {
     /// color/π.
     Lambert,
     /// (1−s)·color/π + s·(k+2)/2π·max(0, cos α)^k about the mirror direction.
-    Phong { specular: f64, shininess: f64 },
-    /// Burley 2012, isotropic; D and G both with α = max(roughness², 1e-3).
-    Disney {
-        metallic: f64,
-        roughness: f64,
+    Phong {
         specular: f64,
-        specular_tint: f64,
-        sheen: f64,
-        sheen_tint: f64,
-        subsurface: f64,
-        clearcoat: f64,
-        clearcoat_gloss: f64,
+        shininess: f64,
     },
+    Disney(Disney),
+}
+
+/// Burley 2012, isotropic; D and G both with α = max(roughness², 1e-3).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Disney {
+    pub metallic: f64,
+    pub roughness: f64,
+    pub specular: f64,
+    pub specular_tint: f64,
+    pub sheen: f64,
+    pub sheen_tint: f64,
+    pub subsurface: f64,
+    pub clearcoat: f64,
+    pub clearcoat_gloss: f64,
+}
+
+impl Default for Disney {
+    fn default() -> Disney {
+        Disney {
+            metallic: 0.0,
+            roughness: 0.5,
+            specular: 0.5,
+            specular_tint: 0.0,
+            sheen: 0.0,
+            sheen_tint: 0.5,
+            subsurface: 0.0,
+            clearcoat: 0.0,
+            clearcoat_gloss: 1.0,
+        }
+    }
 }

@@ -23,6 +23,7 @@ use crate::output::Outputs;
 
 /// Figures are brought up to date so often while work goes on.
 const FIGURES: Duration = Duration::from_millis(250);
+
 pub struct App<'a> {
     pub(super) args: &'a ViewArgs,
     pub(super) proxy: EventLoopProxy<()>,
@@ -190,7 +191,7 @@ impl<'a> App<'a> {
         let mut size = whole;
         for divisor in [1, 2, 4, 8] {
             size = whole.map(|n| n.div_ceil(divisor));
-            let for_window = bytes(&stage.plan_ahead(size)?);
+            let for_window = stage.bytes_ahead(size)?;
             let has_room = match &session.live {
                 Some(live) => live.has_room_for(size, for_window, &session.document)?,
                 None => for_window <= stage.memory.budget,
@@ -208,7 +209,7 @@ impl<'a> App<'a> {
         if let Some(live) = &mut session.live
             && (is_new || live.scene.render.size != size || stage.is_outdated())
         {
-            live.resize(size, bytes(&stage.plan_of_now()?), &session.document)?;
+            live.resize(size, stage.bytes_now()?, &session.document)?;
             self.report.planned(live.planned_bytes());
         }
         Ok(())
@@ -221,7 +222,7 @@ impl<'a> App<'a> {
         };
         stage.fit_window()?;
         if let Some(live) = self.session.as_mut().and_then(|s| s.live.as_mut()) {
-            live.for_window = bytes(&stage.plan_of_now()?);
+            live.for_window = stage.bytes_now()?;
         }
         Ok(())
     }
@@ -380,8 +381,4 @@ impl ApplicationHandler<()> for App<'_> {
             None => ControlFlow::Wait,
         });
     }
-}
-
-fn bytes(resources: &[crate::gpu::ResourceBytes]) -> u64 {
-    resources.iter().map(|r| r.bytes).sum()
 }

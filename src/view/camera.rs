@@ -10,7 +10,7 @@ const POLE_DEGREES: f64 = 1.0;
 
 /// A drag, as a share of the picture's height, to the right and down. All of the height is half a turn.
 pub fn orbit(camera: &Camera, drag: [f64; 2]) -> Camera {
-    let [_, _, up] = frame(camera);
+    let [_, _, up] = camera.basis();
     let axis = DVec3::from(camera.up).normalize();
     let arm = DVec3::from(camera.eye) - DVec3::from(camera.target);
     let yaw = DQuat::from_axis_angle(axis, -drag[0] * std::f64::consts::PI);
@@ -28,7 +28,7 @@ pub fn orbit(camera: &Camera, drag: [f64; 2]) -> Camera {
 
 /// Shifts the camera so that what lies at the target follows the pointer.
 pub fn pan(camera: &Camera, drag: [f64; 2]) -> Camera {
-    let [_, right, up] = frame(camera);
+    let [_, right, up] = camera.basis();
     let shift = (up * drag[1] - right * drag[0]) * height_at_target(camera);
     let moved = |p: [f64; 3]| (DVec3::from(p) + shift).to_array();
     Camera {
@@ -79,13 +79,6 @@ pub fn named_views(axes: Option<Axes>) -> [View; 6] {
     }
 }
 
-/// Unit vectors into the picture, to its right, and to its top.
-pub fn frame(camera: &Camera) -> [DVec3; 3] {
-    let forward = (DVec3::from(camera.target) - DVec3::from(camera.eye)).normalize();
-    let right = forward.cross(DVec3::from(camera.up)).normalize();
-    [forward, right, right.cross(forward)]
-}
-
 /// World units that the picture is high where the target is.
 pub fn height_at_target(camera: &Camera) -> f64 {
     let distance = DVec3::from(camera.eye).distance(DVec3::from(camera.target));
@@ -98,7 +91,7 @@ pub fn height_at_target(camera: &Camera) -> f64 {
 /// Where a point of the world is in the picture: from its centre, in shares of its height, to the right
 /// and down. `None` behind the eye.
 pub fn project(camera: &Camera, point: DVec3) -> Option<[f64; 2]> {
-    let [forward, right, up] = frame(camera);
+    let [forward, right, up] = camera.basis();
     let from_eye = point - DVec3::from(camera.eye);
     let height = match camera.projection {
         Projection::Perspective { fov_y } => {

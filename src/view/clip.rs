@@ -3,7 +3,7 @@
 use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 use glam::DVec3;
 
-use super::camera::{frame, height_at_target, project};
+use super::camera::{height_at_target, project};
 use super::session::Session;
 use crate::scene::ClipPlane;
 
@@ -20,7 +20,7 @@ pub fn toggle(session: &mut Session) {
         clips.remove(i);
         return;
     }
-    let [forward, _, _] = frame(&session.scene.camera);
+    let [forward, _, _] = session.scene.camera.basis();
     clips.push(ClipPlane {
         normal: (-forward).to_array(),
         offset: 0.0,

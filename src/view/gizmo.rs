@@ -4,7 +4,6 @@
 use egui::{Align2, Color32, FontId, Pos2, Rect, Stroke, Ui, Vec2};
 use glam::DVec3;
 
-use super::camera::frame;
 use crate::scene::Camera;
 use crate::scene::volume::{Anatomical, Axes};
 
@@ -17,7 +16,7 @@ const COLORS: [Color32; 3] = [
 
 pub fn draw(ui: &Ui, rect: Rect, camera: &Camera, axes: Option<Axes>) {
     let center = Pos2::new(rect.left() + SIZE + 20.0, rect.bottom() - SIZE - 20.0);
-    let [forward, right, up] = frame(camera);
+    let [forward, right, up] = camera.basis();
     let mut ends: Vec<(f64, Vec2, String, Color32)> = Vec::new();
     for (i, color) in COLORS.into_iter().enumerate() {
         for sign in [1.0, -1.0] {

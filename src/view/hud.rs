@@ -163,7 +163,7 @@ fn table(ui: &mut Ui, name: &str, rows: &[[String; 2]], above: &[String]) {
     });
 }
 
-/// What M shows, and the stats write.
+/// What is taken and planned at the moment, for M and the status.
 pub struct MemoryNow {
     used: u64,
     peak: u64,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::load::Document;
 use super::picture::Picture;
 use crate::error::{Error, Result};
-use crate::gpu::{Memory, ResourceBytes};
+use crate::gpu::Memory;
 use crate::render::{CacheLayout, Choice, Plan, Renderer, SceneBuffers, choose};
 use crate::scene::{Scene, Variant};
 
@@ -18,8 +18,8 @@ pub struct Order {
     pub seed: u32,
     /// Samples a pixel of a picture at rest, at most.
     pub samples: u32,
-    /// What the window takes of the memory.
-    pub window: Vec<ResourceBytes>,
+    /// Bytes that the window takes.
+    pub for_window: u64,
 }
 
 pub struct Live {
@@ -55,7 +55,7 @@ impl Live {
             scene,
             seed,
             samples,
-            window,
+            for_window,
         } = order;
         if scene.render.variant == Variant::Published {
             return Err(Error::input(
@@ -65,7 +65,6 @@ impl Live {
         }
         let volume = &document.opened.volume;
         let device = memory.device();
-        let for_window: u64 = window.iter().map(|r| r.bytes).sum();
         let budget = memory.budget.saturating_sub(for_window);
         let choice = choose(device, &device.summary, budget, volume, &scene)?;
         let mut buffers = SceneBuffers::new(device, &scene, volume, seed)?;

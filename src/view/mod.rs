@@ -31,12 +31,11 @@ use winit::event_loop::EventLoop;
 
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
+use crate::job::render::INTERRUPTED_STATUS;
 use crate::output::check_writable;
 
 /// Ctrl-C closes the window.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-/// The exit status then.
-const INTERRUPTED_STATUS: u8 = 130;
 
 pub fn view(args: &ViewArgs) -> Result<u8> {
     if let Some(file) = &args.stats {

@@ -41,7 +41,7 @@ const PICTURE_ERROR: f64 = 0.01;
 const UNITS_TO_TRUST: u32 = 16;
 
 pub struct Picture {
-    stage: Doing,
+    doing: Doing,
     /// Pixels along an axis while moving, as a share of those at rest.
     pub scale: f64,
     last_motion: Instant,
@@ -77,7 +77,7 @@ impl Picture {
             _ => 1.0,
         };
         Picture {
-            stage: Doing::Moving,
+            doing: Doing::Moving,
             scale,
             last_motion: Instant::now(),
             marched_updates: None,
@@ -93,27 +93,34 @@ impl Picture {
     /// Something moves: whatever was done for the picture at rest is void.
     pub fn restart(&mut self) {
         self.last_motion = Instant::now();
-        self.stage = Doing::Moving;
+        self.doing = Doing::Moving;
         self.relative_error = f64::INFINITY;
     }
 
     pub fn is_moving(&self) -> bool {
-        matches!(self.stage, Doing::Moving)
+        matches!(self.doing, Doing::Moving)
     }
 
     pub fn is_finished(&self) -> bool {
-        matches!(self.stage, Doing::Nothing)
+        matches!(self.doing, Doing::Nothing)
     }
 
     /// For the status line.
     pub fn doing(&self) -> &'static str {
-        match self.stage {
+        match self.doing {
             Doing::Moving => "moving",
             Doing::Marching { .. } => "looking closely",
             Doing::Filling => "light spreads",
             Doing::Refining => "refining",
             Doing::Nothing => "done",
         }
+    }
+
+    /// Pixels take time in proportion to their number, the square of the scale.
+    fn adapt(&mut self, took_ms: f64) {
+        let wanted = self.scale * (MOVING_MS / took_ms).sqrt();
+        let calmed = 0.75 * self.scale + 0.25 * wanted;
+        self.scale = calmed.clamp(LEAST_SCALE, 1.0);
     }
 }
 
@@ -123,7 +130,7 @@ impl Live {
         if std::mem::take(&mut self.picture.is_toned_otherwise) {
             return self.tone_again(shown);
         }
-        match self.picture.stage {
+        match self.picture.doing {
             Doing::Moving => self.move_on(shown),
             Doing::Marching { .. } => self.march_on(shown),
             Doing::Filling => self.fill_on(),
@@ -134,7 +141,7 @@ impl Live {
 
     /// What was refined is still there; a march is not.
     fn tone_again(&mut self, shown: &Image) -> Result<bool> {
-        let is_refined = matches!(self.picture.stage, Doing::Refining | Doing::Nothing);
+        let is_refined = matches!(self.picture.doing, Doing::Refining | Doing::Nothing);
         match is_refined && self.shows_samples() {
             true => self.show(shown)?,
             false => self.picture.restart(),
@@ -185,7 +192,7 @@ impl Live {
     fn rest(&mut self) -> Result<()> {
         self.reduce_to(self.scene.render.size)?;
         self.picture.marched_updates = None;
-        self.picture.stage = match self.renderer.cache {
+        self.picture.doing = match self.renderer.cache {
             Some(_) => Doing::marching(),
             None => Doing::Refining,
         };
@@ -193,7 +200,7 @@ impl Live {
     }
 
     fn march_on(&mut self, shown: &Image) -> Result<bool> {
-        let Doing::Marching { slices, began } = &mut self.picture.stage else {
+        let Doing::Marching { slices, began } = &mut self.picture.doing else {
             return Ok(false);
         };
         if !self.renderer.advance_march(slices)? {
@@ -203,7 +210,7 @@ impl Live {
         self.picture.filled_since = Instant::now();
         self.picture.marched_updates = self.updates();
         self.show(shown)?;
-        self.picture.stage = match self.cache_is_converged() {
+        self.picture.doing = match self.cache_is_converged() {
             true => Doing::Refining,
             false => Doing::Filling,
         };
@@ -217,7 +224,7 @@ impl Live {
         let is_new = self.updates() != self.picture.marched_updates;
         let filled_for = self.picture.filled_since.elapsed();
         if ended && self.cache_is_converged() || is_new && filled_for >= due {
-            self.picture.stage = Doing::marching();
+            self.picture.doing = Doing::marching();
         }
         Ok(false)
     }
@@ -243,14 +250,14 @@ impl Live {
         if self.picture.relative_error <= PICTURE_ERROR
             || totals.samples >= self.picture.most_samples
         {
-            self.picture.stage = Doing::Nothing;
+            self.picture.doing = Doing::Nothing;
         }
         Ok(shows)
     }
 
     /// Encodes for display what was made last.
     fn show(&mut self, shown: &Image) -> Result<()> {
-        let is_refined = matches!(self.picture.stage, Doing::Refining | Doing::Nothing);
+        let is_refined = matches!(self.picture.doing, Doing::Refining | Doing::Nothing);
         let marched = self.renderer.cache.is_some() && !is_refined;
         let push = self.tone_map_push(shown);
         self.renderer.tone_map(marched, shown, &push)
@@ -297,14 +304,5 @@ impl Doing {
             slices: Slices::new(RESTING_MS),
             began: Instant::now(),
         }
-    }
-}
-
-impl Picture {
-    /// Pixels take time in proportion to their number, the square of the scale.
-    fn adapt(&mut self, took_ms: f64) {
-        let wanted = self.scale * (MOVING_MS / took_ms).sqrt();
-        let calmed = 0.75 * self.scale + 0.25 * wanted;
-        self.scale = calmed.clamp(LEAST_SCALE, 1.0);
     }
 }

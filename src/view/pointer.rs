@@ -1,9 +1,9 @@
 //! The mouse on the picture.
 
-use egui::{Event, PointerButton, Rect, Response, Sense, Ui};
+use egui::{Event, PointerButton, Rect, Sense, Ui};
 use glam::{DQuat, DVec3};
 
-use super::camera::{frame, orbit, pan, zoom};
+use super::camera::{orbit, pan, zoom};
 use super::session::Session;
 
 /// A step of the wheel moves an isovalue by so much of the data's range.
@@ -12,7 +12,7 @@ const ISOVALUE_STEP: f64 = 0.005;
 const WIDTH_PER_HEIGHT: f64 = 4.0;
 
 /// Senses the picture's rectangle and turns, shifts, zooms or re-windows what it shows.
-pub fn steer(ui: &mut Ui, rect: Rect, session: &mut Session) -> Response {
+pub fn steer(ui: &mut Ui, rect: Rect, session: &mut Session) {
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
     let drag = response.drag_delta() / rect.height().max(1.0);
     let drag = [drag.x as f64, drag.y as f64];
@@ -37,7 +37,6 @@ pub fn steer(ui: &mut Ui, rect: Rect, session: &mut Session) -> Response {
             session.scene.camera = zoom(&session.scene.camera, steps);
         }
     }
-    response
 }
 
 /// Steps of the wheel in this frame, forward positive; touch pads count in points.
@@ -90,7 +89,7 @@ fn window_and_level(session: &mut Session, drag: [f64; 2]) {
 
 /// The light's source follows the pointer as if it lay on a ball.
 fn turn_sun(session: &mut Session, drag: [f64; 2]) {
-    let [_, right, up] = frame(&session.scene.camera);
+    let [_, right, up] = session.scene.camera.basis();
     if let Some(sun) = session.scene.suns.get_mut(session.chosen.sun) {
         let about_up = DQuat::from_axis_angle(up, drag[0] * std::f64::consts::PI);
         let about_right = DQuat::from_axis_angle(right, drag[1] * std::f64::consts::PI);

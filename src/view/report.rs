@@ -27,7 +27,7 @@ pub struct Report {
     cache_clears: u32,
     builds: u32,
     resizes: u32,
-    converged: u32,
+    pictures_finished: u32,
     /// Most bytes that were planned.
     planned: u64,
 }
@@ -105,7 +105,7 @@ impl Report {
             cache_clears: 0,
             builds: 0,
             resizes: 0,
-            converged: 0,
+            pictures_finished: 0,
             planned: 0,
         }
     }
@@ -140,7 +140,7 @@ impl Report {
     }
 
     pub fn finished(&mut self, live: &Live) {
-        self.converged += 1;
+        self.pictures_finished += 1;
         self.say(&format!(
             "picture finished: {} samples, relative error {:.4}",
             live.renderer.totals.samples, live.picture.relative_error
@@ -204,7 +204,7 @@ impl Report {
             cache_clears: self.cache_clears,
             builds: self.builds,
             resizes: self.resizes,
-            pictures_finished: self.converged,
+            pictures_finished: self.pictures_finished,
             relative_error: live.map_or(f64::NAN, |live| live.picture.relative_error),
             passes: self.passes.iter().map(|(n, r)| r.stats(n)).collect(),
             memory: report::memory(&stage.memory, self.planned),

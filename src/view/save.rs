@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::session::Session;
 use crate::error::{Error, Result};
-use crate::output::{Outputs, Picture, Provenance};
-use crate::scene::Background;
+use crate::job::render::picture;
+use crate::output::{Outputs, Provenance};
+use crate::render::Film;
 
 /// Writes the picture as it is now, as PNG and EXR, and returns the PNG's name.
 pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
@@ -13,34 +14,13 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let path = free_name(&session.document.path, "png")?;
     let live = session.live.as_mut();
     let live = live.ok_or_else(|| Error::Input("there is no picture to save yet".into()))?;
-    let [width, height] = live.scene.render.size;
-    live.reduce_to([width, height])?;
+    live.reduce_to(live.scene.render.size)?;
     let renderer = &mut live.renderer;
-    let (mean, stderr) = match renderer.totals.samples {
-        0 => {
-            let marched = renderer.march()?;
-            let unknown = vec![[f32::INFINITY; 3]; marched.len()];
-            (marched, unknown)
-        }
-        _ => {
-            let film = renderer.film()?;
-            (film.mean, film.stderr)
-        }
+    let film = match renderer.totals.samples {
+        0 => Film::marched(renderer.march()?),
+        _ => renderer.film()?,
     };
-    let hits = renderer.first_hits()?;
-    let rgb = |texels: &[[f32; 4]]| texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-    let last = |texels: &[[f32; 4]]| texels.iter().map(|t| t[3]).collect();
-    let render = &live.scene.render;
-    let picture = Picture {
-        width,
-        height,
-        rgb: rgb(&mean),
-        alpha: (render.background == Background::Transparent).then(|| last(&mean)),
-        stderr,
-        albedo: rgb(&hits.albedo),
-        normal: rgb(&hits.normal_depth),
-        depth: last(&hits.normal_depth),
-    };
+    let picture = picture(film, renderer.first_hits()?, &live.scene);
     let provenance = Provenance {
         scene,
         seed,
@@ -48,6 +28,7 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
         software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
     };
     let mut outputs = Outputs::default();
+    let render = &live.scene.render;
     outputs.png(&path, &picture, render.exposure, render.tone)?;
     outputs.exr(&path.with_extension("exr"), &picture, &provenance)?;
     outputs.commit()?;

@@ -94,7 +94,7 @@ impl Session {
             scene: self.scene.clone(),
             seed: args.seed,
             samples: args.spp.get(),
-            window: stage.plan_ahead(self.scene.render.size)?,
+            for_window: stage.bytes_ahead(self.scene.render.size)?,
         };
         Ok(build(order, self.document.clone(), proxy))
     }

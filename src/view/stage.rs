@@ -14,7 +14,7 @@ use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::gpu::{
     ATLAS_SIDE, Canvas, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory, Patch,
-    ResourceBytes, Shape, Surface, Swapchain,
+    Shape, Surface, Swapchain,
 };
 use crate::job::device_choice;
 use crate::job::plan::Budget;
@@ -123,24 +123,24 @@ impl Stage {
         &self.images.shown
     }
 
-    /// What the window takes of the memory with a picture of this size, once its images have the size that
+    /// Bytes that the window takes with a picture of this size, once its images have the size that
     /// it has now.
-    pub fn plan_ahead(&self, picture: [u32; 2]) -> Result<Vec<ResourceBytes>> {
+    pub fn bytes_ahead(&self, picture: [u32; 2]) -> Result<u64> {
         let size = self.window.inner_size().into();
         let mut shape = self.surface.shape(size)?;
         shape.images = self.images.swapchain.shape.images;
-        self.plan(shape, picture)
+        self.planned_bytes(shape, picture)
     }
 
-    /// What it takes as it is. The window may have got another size between a plan and its images.
-    pub fn plan_of_now(&self) -> Result<Vec<ResourceBytes>> {
-        self.plan(self.images.swapchain.shape, self.picture_size())
+    /// Those that it takes as it is. The window may have got another size between a plan and its images.
+    pub fn bytes_now(&self) -> Result<u64> {
+        self.planned_bytes(self.images.swapchain.shape, self.picture_size())
     }
 
-    fn plan(&self, window: Shape, picture: [u32; 2]) -> Result<Vec<ResourceBytes>> {
+    fn planned_bytes(&self, window: Shape, picture: [u32; 2]) -> Result<u64> {
         let dry_run = Memory::dry_run(self.device(), self.device().summary.clone());
         WindowImages::allocate(&dry_run, &self.surface, window, picture)?;
-        Ok(dry_run.resources())
+        Ok(dry_run.resources().iter().map(|r| r.bytes).sum())
     }
 
     /// Makes the window's images anew, at its size of now.

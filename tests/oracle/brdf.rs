@@ -4,7 +4,7 @@
 
 use super::random::Random;
 use glam::DVec3;
-use isolume::scene::{Isosurface, Shading};
+use isolume::scene::{Disney, Isosurface, Shading};
 use std::f64::consts::PI;
 
 /// The BRDF itself, without the cosine.
@@ -22,7 +22,7 @@ pub fn evaluate(iso: &Isosurface, n: DVec3, outgoing: DVec3, incoming: DVec3) ->
             let lobe = (shininess + 2.0) / (2.0 * PI) * power(n, outgoing, incoming, shininess);
             (1.0 - specular) * color / PI + DVec3::splat(specular * lobe)
         }
-        Shading::Disney { .. } => disney(iso.shading, color, n, outgoing, incoming),
+        Shading::Disney(parameters) => disney(parameters, color, n, outgoing, incoming),
     }
 }
 
@@ -33,8 +33,8 @@ fn power(n: DVec3, outgoing: DVec3, incoming: DVec3, k: f64) -> f64 {
 }
 
 /// Names and order of the terms as in Burley's own implementation, the BRDF explorer's disney.brdf.
-fn disney(shading: Shading, color: DVec3, n: DVec3, outgoing: DVec3, incoming: DVec3) -> DVec3 {
-    let Shading::Disney {
+fn disney(parameters: Disney, color: DVec3, n: DVec3, outgoing: DVec3, incoming: DVec3) -> DVec3 {
+    let Disney {
         metallic,
         roughness,
         specular,
@@ -44,10 +44,7 @@ fn disney(shading: Shading, color: DVec3, n: DVec3, outgoing: DVec3, incoming: D
         subsurface,
         clearcoat,
         clearcoat_gloss,
-    } = shading
-    else {
-        return DVec3::ZERO;
-    };
+    } = parameters;
     let half = (incoming + outgoing).normalize();
     let (n_l, n_v) = (n.dot(incoming), n.dot(outgoing));
     let (n_h, l_h) = (n.dot(half), incoming.dot(half));
@@ -139,15 +136,10 @@ fn lobes(shading: Shading) -> Vec<Lobe> {
         } if specular > 0.0 => {
             lobes.push(Lobe::Power(shininess));
         }
-        Shading::Disney {
-            roughness,
-            clearcoat,
-            clearcoat_gloss,
-            ..
-        } => {
-            lobes.push(Lobe::Gtr2(specular_alpha(roughness)));
-            if clearcoat > 0.0 {
-                lobes.push(Lobe::Gtr1(clearcoat_alpha(clearcoat_gloss)));
+        Shading::Disney(d) => {
+            lobes.push(Lobe::Gtr2(specular_alpha(d.roughness)));
+            if d.clearcoat > 0.0 {
+                lobes.push(Lobe::Gtr1(clearcoat_alpha(d.clearcoat_gloss)));
             }
         }
         _ => {}

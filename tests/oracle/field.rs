@@ -102,31 +102,7 @@ pub fn gradient_smooth(volume: &Volume, point: DVec3) -> DVec3 {
     }))
 }
 
-/// The first crossing of V = value between t0 and t1; V at t0 says on which side the ray begins.
-pub fn first_crossing(
-    volume: &Volume,
-    value: f64,
-    origin: DVec3,
-    direction: DVec3,
-    t0: f64,
-    t1: f64,
-) -> Option<Crossing> {
-    crossings(volume, value, Ray { origin, direction }, t0, t1, None).next()
-}
-
-/// All of them, in order.
-pub fn all_crossings(
-    volume: &Volume,
-    value: f64,
-    origin: DVec3,
-    direction: DVec3,
-    t0: f64,
-    t1: f64,
-) -> Vec<Crossing> {
-    crossings(volume, value, Ray { origin, direction }, t0, t1, None).collect()
-}
-
-/// Crossings in order. `inside` is the truth of V ≥ value with which the ray begins, for a ray that
+/// Crossings of V = value between t0 and t1, in order. `inside` is the truth of V ≥ value with which the ray begins, for a ray that
 /// leaves this very surface; otherwise V at t0 decides.
 pub fn crossings(
     volume: &Volume,

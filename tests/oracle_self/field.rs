@@ -1,8 +1,7 @@
 //! The field, its gradients, and its crossings.
 
 use super::oracle::field::{
-    self, Ray, all_crossings, crossings, first_crossing, gradient_analytic, gradient_smooth,
-    interval, value_at,
+    self, Crossing, Ray, crossings, gradient_analytic, gradient_smooth, interval, value_at,
 };
 use super::oracle::random::Random;
 use super::{noise, volume};
@@ -96,6 +95,15 @@ fn the_smooth_gradient_is_exact_inside_a_linear_field_and_halved_at_its_border()
 
 /// V ≥ value holds at a point if and only if it held at the start and an even number of crossings
 /// lies between, or the opposite: none is missed, none invented.
+/// V at t0 says on which side the ray begins.
+fn first_crossing(v: &Volume, value: f64, ray: Ray, t0: f64, t1: f64) -> Option<Crossing> {
+    crossings(v, value, ray, t0, t1, None).next()
+}
+
+fn all_crossings(v: &Volume, value: f64, ray: Ray, t0: f64, t1: f64) -> Vec<Crossing> {
+    crossings(v, value, ray, t0, t1, None).collect()
+}
+
 #[test]
 fn crossings_are_where_the_truth_changes() {
     let mut random = Random::new(3, 0);
@@ -107,8 +115,8 @@ fn crossings_are_where_the_truth_changes() {
             let Some((t0, t1)) = interval(&v, &[], &ray) else {
                 continue;
             };
-            let all = all_crossings(&v, value, ray.origin, ray.direction, t0, t1);
-            let first = first_crossing(&v, value, ray.origin, ray.direction, t0, t1);
+            let all = all_crossings(&v, value, ray, t0, t1);
+            let first = first_crossing(&v, value, ray, t0, t1);
             assert_eq!(first, all.first().copied());
             assert!(
                 all.windows(2)
@@ -144,7 +152,7 @@ fn a_ray_that_leaves_a_surface_backwards_meets_what_came_before_it() {
         let Some((t0, t1)) = interval(&v, &[], &ray) else {
             continue;
         };
-        let all = all_crossings(&v, 2.0, ray.origin, ray.direction, t0, t1);
+        let all = all_crossings(&v, 2.0, ray, t0, t1);
         for (n, from) in all.iter().enumerate() {
             let back = Ray {
                 origin: ray.at(from.t),
@@ -171,18 +179,20 @@ fn a_ray_that_leaves_a_surface_backwards_meets_what_came_before_it() {
 fn a_shell_thinner_than_a_voxel_is_met_twice() {
     let v = volume([2, 2, 1], [1.0; 3], vec![0.0, 1.0, 1.0, 0.0]);
     // Along x = y, from voxel (0,0) to (1,1), V = 2s(1−s), whose top is ½.
-    let direction = DVec3::new(1.0, 1.0, 0.0).normalize();
-    let origin = DVec3::new(-0.5, -0.5, 0.0);
+    let ray = Ray {
+        origin: DVec3::new(-0.5, -0.5, 0.0),
+        direction: DVec3::new(1.0, 1.0, 0.0).normalize(),
+    };
     let length = 2.0_f64.sqrt();
     for below in [0.1, 1e-4, 1e-8, 1e-12] {
-        let all = all_crossings(&v, 0.5 - below, origin, direction, 0.0, length);
+        let all = all_crossings(&v, 0.5 - below, ray, 0.0, length);
         let half = (below / 2.0).sqrt();
         assert_eq!(all.len(), 2, "{below}");
         assert!((all[0].t / length - (0.5 - half)).abs() < 1e-8);
         assert!((all[1].t / length - (0.5 + half)).abs() < 1e-8);
         assert_eq!(all[0].cell, IVec3::new(0, 0, all[0].cell.z));
     }
-    assert!(first_crossing(&v, 0.5 + 1e-12, origin, direction, 0.0, length).is_none());
+    assert!(first_crossing(&v, 0.5 + 1e-12, ray, 0.0, length).is_none());
 }
 
 #[test]
@@ -195,7 +205,7 @@ fn a_constant_field_at_the_isovalue_has_no_surface() {
             continue;
         };
         let value = 0.1_f32 as f64;
-        assert!(first_crossing(&v, value, ray.origin, ray.direction, t0, t1).is_none());
+        assert!(first_crossing(&v, value, ray, t0, t1).is_none());
     }
 }
 

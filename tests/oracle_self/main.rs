@@ -1,5 +1,7 @@
 //! The oracle against closed forms: nothing is judged by it before it has passed these.
 
+#[path = "../common/mod.rs"]
+mod common;
 #[path = "../oracle/mod.rs"]
 mod oracle;
 
@@ -8,29 +10,12 @@ mod scattering;
 mod surfaces;
 mod transport;
 
-use isolume::scene::volume::{Volume, VoxelType, Voxels};
-use isolume::scene::{
-    Background, CacheFormat, CacheScale, Camera, Environment, EnvironmentImage, Isosurface,
-    LightModel, Medium, Normals, Projection, RenderSettings, Scene, Shading, Surfaces, Tone,
-    TransferPoint, Variant,
-};
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::*;
 use oracle::{Picture, random::Random};
 
 fn volume(dims: [u32; 3], spacing: [f64; 3], voxels: Vec<f32>) -> Volume {
-    let range = voxels.iter().fold([f64::MAX, f64::MIN], |[low, high], &v| {
-        [low.min(v.into()), high.max(v.into())]
-    });
-    Volume {
-        dims,
-        spacing,
-        voxels: Voxels::F32(voxels),
-        scale: 1.0,
-        offset: 0.0,
-        range,
-        axes: None,
-        voxel_type: VoxelType::F32,
-        notes: Vec::new(),
-    }
+    Volume::from_values(dims, spacing, Voxels::F32(voxels)).expect("a volume")
 }
 
 /// Uniform voxels in [0, `top`), whole numbers if asked for.
@@ -47,44 +32,15 @@ fn slab() -> Volume {
     volume([1; 3], [100.0, 1.0, 100.0], vec![1.0])
 }
 
-/// The same everywhere: extinction `density`, grey.
 fn constant(density: f64, albedo: f64, g: f64) -> Option<Medium> {
-    let transfer = vec![TransferPoint {
-        value: 0.0,
-        opacity: 1.0,
-        color: [albedo; 3],
-    }];
-    Some(Medium {
-        density,
-        g,
-        transfer,
-    })
+    Some(common::uniform_medium(density, albedo, g))
 }
 
 /// Vacuum in the dark, seen from above along y.
 fn scene() -> Scene {
-    Scene {
-        medium: None,
-        surfaces: Surfaces {
-            light: LightModel::Local,
-            normals: Normals::Analytic,
-            iso: Vec::new(),
-        },
-        suns: Vec::new(),
-        environment: Environment::default(),
-        clips: Vec::new(),
-        camera: along([0.0, -1.0, 0.0]),
-        render: RenderSettings {
-            size: [4, 4],
-            max_bounces: 0,
-            variant: Variant::NonCaching,
-            cache_scale: CacheScale::Auto,
-            cache_format: CacheFormat::Auto,
-            background: Background::Environment,
-            exposure: 0.0,
-            tone: Tone::Linear,
-        },
-    }
+    let mut scene = common::empty_scene([4, 4], along([0.0, -1.0, 0.0]));
+    scene.surfaces.normals = Normals::Analytic;
+    scene
 }
 
 /// An orthographic camera at the origin's far side that looks along `direction`, `up` +z.

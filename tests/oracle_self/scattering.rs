@@ -5,22 +5,24 @@ use super::oracle::random::Random;
 use super::oracle::tracking::{phase, scatter};
 use super::{assert_estimate, estimate};
 use glam::DVec3;
-use isolume::scene::{Isosurface, Shading};
+use isolume::scene::{Disney, Isosurface, Shading};
 use std::f64::consts::{PI, TAU};
 
 const COLOR: [f64; 3] = [0.9, 0.5, 0.2];
 
 fn materials() -> Vec<Isosurface> {
-    let disney = |metallic, roughness, clearcoat, rest| Shading::Disney {
-        metallic,
-        roughness,
-        specular: 0.5,
-        specular_tint: rest,
-        sheen: rest,
-        sheen_tint: 0.5,
-        subsurface: rest,
-        clearcoat,
-        clearcoat_gloss: 0.2,
+    let disney = |metallic, roughness, clearcoat, rest| {
+        Shading::Disney(Disney {
+            metallic,
+            roughness,
+            specular: 0.5,
+            specular_tint: rest,
+            sheen: rest,
+            sheen_tint: 0.5,
+            subsurface: rest,
+            clearcoat,
+            clearcoat_gloss: 0.2,
+        })
     };
     [
         Shading::Lambert,
@@ -245,7 +247,7 @@ fn disneys_terms_have_their_values() {
         value: 0.0,
         opacity: 1.0,
         color: [0.5; 3],
-        shading: Shading::Disney {
+        shading: Shading::Disney(Disney {
             metallic,
             roughness: 0.5,
             specular,
@@ -255,7 +257,7 @@ fn disneys_terms_have_their_values() {
             subsurface,
             clearcoat,
             clearcoat_gloss: 0.0,
-        },
+        }),
     };
     let along_normal = |iso: Isosurface| brdf::evaluate(&iso, DVec3::Y, DVec3::Y, DVec3::Y).x;
     let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-12 * b, "{a}, by hand {b}");

@@ -2,8 +2,9 @@
 
 use serde_json::Value;
 
+use crate::folder::Folder;
 use crate::refusals::refused;
-use crate::{Folder, text};
+use crate::text;
 
 const BENCH: &str = "bench ball.toml -o report --size 24x16";
 
@@ -15,16 +16,6 @@ fn number(value: &Value) -> f64 {
 
 fn list(value: &Value) -> &[Value] {
     value.as_array().unwrap_or_else(|| panic!("{value}"))
-}
-
-/// The names of all files in the report, in order.
-fn written(folder: &Folder) -> Vec<String> {
-    let entries = std::fs::read_dir(folder.path("report")).expect("the report's folder");
-    let mut names: Vec<String> = entries
-        .map(|e| e.unwrap().file_name().into_string().expect("UTF-8"))
-        .collect();
-    names.sort();
-    names
 }
 
 #[test]
@@ -48,7 +39,7 @@ fn a_report_holds_what_the_contract_names() {
         "report.md",
         "similarity_time.svg",
     ];
-    assert_eq!(written(&folder), expected);
+    assert_eq!(folder.names_in("report"), expected);
     for name in expected.iter().filter(|name| name.ends_with(".exr")) {
         folder.exr(&format!("report/{name}"));
     }
@@ -136,7 +127,7 @@ fn a_reference_can_be_given_and_shading_models_compared() {
         "report.json",
         "report.md",
     ];
-    assert_eq!(written(&folder), expected);
+    assert_eq!(folder.names_in("report"), expected);
     let report = folder.json("report/report.json");
     assert_eq!(report["subjects"][0]["reference"]["file"], "given.exr");
 

@@ -1,19 +1,18 @@
 //! The program from outside: the real binary in a folder of its own, judged by its exit status, what
 //! it prints and the files that it leaves. Vulkan's validation layers watch every render.
 
+#[path = "../folder/mod.rs"]
+mod folder;
+
 mod allocations;
 mod bench;
 mod outputs;
 mod refusals;
 mod stopping;
 
-use std::fs;
-use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use exr::prelude::{FlatImage, read_all_flat_layers_from_file};
-use serde_json::Value;
-use tempfile::TempDir;
+use folder::Folder;
 
 /// A ball inside a haze, lit by a sun and a sky.
 const SCENE: &str = r#"
@@ -42,12 +41,10 @@ radiance = [0.5, 0.5, 0.5]
 size = [24, 16]
 "#;
 
-/// A folder that holds `ball.toml` and its volume, for the program to work in.
-struct Folder(TempDir);
-
 impl Folder {
+    /// It holds `ball.toml` and its volume.
     fn new() -> Folder {
-        let folder = Folder(TempDir::new().expect("a temporary folder"));
+        let folder = Folder::empty();
         let voxel = |i: usize| {
             let axis = |step: usize| ((i / step % 16) as f64 - 7.5).powi(2);
             (255.0 - 30.0 * (axis(1) + axis(16) + axis(256)).sqrt()).max(0.0) as u8
@@ -56,47 +53,6 @@ impl Folder {
         folder.write("ball_16x16x16_uint8.raw", &voxels);
         folder.write("ball.toml", SCENE.as_bytes());
         folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) {
-        fs::write(self.path(name), bytes).expect("a file");
-    }
-
-    fn read(&self, name: &str) -> Vec<u8> {
-        fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
-    }
-
-    fn json(&self, name: &str) -> Value {
-        serde_json::from_slice(&self.read(name)).expect("JSON")
-    }
-
-    fn exr(&self, name: &str) -> FlatImage {
-        read_all_flat_layers_from_file(self.path(name)).expect("an EXR")
-    }
-
-    /// The names of all files, hidden ones too, in order.
-    fn names(&self) -> Vec<String> {
-        let entries = fs::read_dir(self.0.path()).expect("the folder");
-        let name = |entry: std::io::Result<fs::DirEntry>| entry.unwrap().file_name();
-        let mut names: Vec<String> = entries
-            .map(|e| name(e).into_string().expect("UTF-8"))
-            .collect();
-        names.sort();
-        names
-    }
-
-    /// The program, about to run in this folder with these words.
-    fn isolume(&self, arguments: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_isolume"));
-        command
-            .args(arguments.split_whitespace())
-            .current_dir(self.0.path())
-            .env("ISOLUME_VALIDATION", "1");
-        command
     }
 
     #[track_caller]

@@ -28,16 +28,18 @@ fn materials() -> Vec<Isosurface> {
         specular,
         shininess,
     };
-    let disney = |metallic, roughness, clearcoat, clearcoat_gloss, rest| Shading::Disney {
-        metallic,
-        roughness,
-        specular: 0.5,
-        specular_tint: rest,
-        sheen: rest,
-        sheen_tint: 0.5,
-        subsurface: rest,
-        clearcoat,
-        clearcoat_gloss,
+    let disney = |metallic, roughness, clearcoat, clearcoat_gloss, rest| {
+        Shading::Disney(Disney {
+            metallic,
+            roughness,
+            specular: 0.5,
+            specular_tint: rest,
+            sheen: rest,
+            sheen_tint: 0.5,
+            subsurface: rest,
+            clearcoat,
+            clearcoat_gloss,
+        })
     };
     let shadings = [
         Shading::Lambert,
@@ -156,7 +158,7 @@ fn allowed(iso: &Isosurface, view: &View, l: DVec3, value: f64, color: f64) -> f
             let underflow = (shininess + 2.0) * f64::from(f32::MIN_POSITIVE);
             8.0 * ROUNDING * diffuse + share + power * (value - diffuse) + underflow
         }
-        Shading::Disney { .. } => value * disney_error(&iso.shading, view, l),
+        Shading::Disney(d) => value * disney_error(d, view, l),
     }
 }
 
@@ -174,16 +176,7 @@ fn power_error(view: &View, l: DVec3, k: f64) -> f64 {
 }
 
 /// Relative error of the worst of Disney's terms, none of which is negative.
-fn disney_error(shading: &Shading, view: &View, l: DVec3) -> f64 {
-    let Shading::Disney {
-        roughness,
-        clearcoat,
-        clearcoat_gloss,
-        ..
-    } = *shading
-    else {
-        return 0.0;
-    };
+fn disney_error(disney: Disney, view: &View, l: DVec3) -> f64 {
     let h = (l + view.v).normalize();
     let (n_l, n_v, l_h) = (view.n.dot(l), view.n.dot(view.v), l.dot(h));
     // h has the error of l and v over |l + v| = 2·l·h; then the sum, the norm, and a product with n
@@ -199,10 +192,10 @@ fn disney_error(shading: &Shading, view: &View, l: DVec3) -> f64 {
         let g = 5.0 * ROUNDING * (1.0 / root(masking, n_l) + 1.0 / root(masking, n_v));
         power * d + g + 8.0 * cosine + 100.0 * ROUNDING
     };
-    let alpha = specular_alpha(roughness);
+    let alpha = specular_alpha(disney.roughness);
     let specular = lobe(alpha, alpha, 2.0);
     // The coat's α is a difference from 0.1.
-    let coat_alpha = clearcoat_alpha(clearcoat_gloss);
+    let coat_alpha = clearcoat_alpha(disney.clearcoat_gloss);
     let coat = lobe(coat_alpha, 0.25, 1.0) + 0.75 * ROUNDING / coat_alpha;
     // Two factors of at least ½ with (1 − n·l)⁵, or with subsurface scattering, 1/(n·l + n·v).
     let sum = n_l + n_v;
@@ -210,7 +203,7 @@ fn disney_error(shading: &Shading, view: &View, l: DVec3) -> f64 {
         (300.0 + 180.0 / sum + 30.0 / (sum * sum)) * ROUNDING + (16.0 + 8.0 / sum) * cosine;
     specular
         .max(diffuse)
-        .max(if clearcoat > 0.0 { coat } else { 0.0 })
+        .max(if disney.clearcoat > 0.0 { coat } else { 0.0 })
 }
 
 /// Everywhere, below the surface too, and in the lobes.

@@ -73,19 +73,14 @@ fn width(shading: &Shading) -> f64 {
     match *shading {
         Shading::Lambert => 1.0,
         Shading::Phong { shininess, .. } => 0.5 / (shininess + 1.0).sqrt(),
-        Shading::Disney {
-            roughness,
-            clearcoat,
-            clearcoat_gloss,
-            ..
-        } => {
-            let has_coat = clearcoat > 0.0;
+        Shading::Disney(d) => {
+            let has_coat = d.clearcoat > 0.0;
             let coat = if has_coat {
-                clearcoat_alpha(clearcoat_gloss)
+                clearcoat_alpha(d.clearcoat_gloss)
             } else {
                 1.0
             };
-            0.5 * specular_alpha(roughness).min(coat)
+            0.5 * specular_alpha(d.roughness).min(coat)
         }
     }
 }
@@ -103,7 +98,7 @@ pub struct Lattice<'a> {
 
 impl Lattice<'_> {
     pub fn new(view: View, iso: &Isosurface) -> Lattice<'_> {
-        let is_disney = matches!(iso.shading, Shading::Disney { .. });
+        let is_disney = matches!(iso.shading, Shading::Disney(_));
         Lattice {
             view,
             iso,
@@ -178,22 +173,17 @@ impl Lattice<'_> {
     /// for the density, and it knows nothing of these.
     fn lost(&self) -> f64 {
         const STEPS: usize = 1 << 12;
-        let Shading::Disney {
-            metallic,
-            roughness,
-            specular,
-            clearcoat,
-            clearcoat_gloss,
-            ..
-        } = self.iso.shading
-        else {
+        let Shading::Disney(d) = self.iso.shading else {
             return 0.0;
         };
         let luminance = DVec3::from(self.iso.color).dot(DVec3::new(0.3, 0.6, 0.1));
-        let diffuse = (1.0 - metallic) * luminance.max(0.1);
-        let gtr2 = (1.0 - metallic) * (0.2 + 0.3 * specular) + metallic;
-        let gtr1 = 0.25 * clearcoat;
-        let (alpha, coat) = (specular_alpha(roughness), clearcoat_alpha(clearcoat_gloss));
+        let diffuse = (1.0 - d.metallic) * luminance.max(0.1);
+        let gtr2 = (1.0 - d.metallic) * (0.2 + 0.3 * d.specular) + d.metallic;
+        let gtr1 = 0.25 * d.clearcoat;
+        let (alpha, coat) = (
+            specular_alpha(d.roughness),
+            clearcoat_alpha(d.clearcoat_gloss),
+        );
         // ∫ D·cos beyond the edge, in closed form.
         let beyond = |azimuth: f64| {
             let cosine2 = self.edge(azimuth).cos().max(0.0).powi(2);

@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 use isolume::scene::volume::{Endian, VoxelType};
 use isolume::scene::{
-    Background, CacheFormat, CacheScale, LightModel, Normals, Projection, Shading, Tone, Variant,
-    resolve,
+    Background, CacheFormat, CacheScale, Disney, LightModel, Normals, Projection, Shading, Tone,
+    Variant, resolve,
 };
 
 use super::{message, parse, resolved, volume};
@@ -62,7 +62,7 @@ fn shading_defaults_are_those_of_the_contract() {
             shininess: 32.0
         }
     );
-    let expected = Shading::Disney {
+    let expected = Shading::Disney(Disney {
         metallic: 0.0,
         roughness: 0.5,
         specular: 0.5,
@@ -72,7 +72,7 @@ fn shading_defaults_are_those_of_the_contract() {
         subsurface: 0.0,
         clearcoat: 0.0,
         clearcoat_gloss: 1.0,
-    };
+    });
     assert_eq!(shading("disney"), expected);
 }
 

@@ -186,7 +186,7 @@ pub const PHONG: Shading = Shading::Phong {
 };
 
 /// Every parameter counts.
-pub const DISNEY: Shading = Shading::Disney {
+pub const DISNEY: Shading = Shading::Disney(Disney {
     metallic: 0.3,
     roughness: 0.45,
     specular: 0.7,
@@ -196,4 +196,4 @@ pub const DISNEY: Shading = Shading::Disney {
     subsurface: 0.5,
     clearcoat: 0.8,
     clearcoat_gloss: 0.4,
-};
+});

@@ -1,13 +1,17 @@
 //! The window from outside: the real program on a display of its own, steered by mouse and keys and
 //! judged by what it shows. Vulkan's validation layers watch.
 
+#[path = "../folder/mod.rs"]
+mod folder;
+
 mod display;
 mod program;
 
 use std::time::Duration;
 
 use display::{Area, Display, Shot};
-use program::{Folder, WINDOW};
+use folder::Folder;
+use program::WINDOW;
 
 const SHIFT: u32 = 0xFFE1;
 const CONTROL: u32 = 0xFFE3;

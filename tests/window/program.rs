@@ -2,16 +2,13 @@
 
 use std::fs;
 use std::io::{BufRead, BufReader};
-use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
-use tempfile::TempDir;
-
 use crate::display::{Area, Display, Shot};
+use crate::folder::Folder;
 
 /// Pixels of the window when it opens.
 pub const WINDOW: [usize; 2] = [512, 384];
@@ -48,12 +45,10 @@ cache_scale = 0.25
 background = [0.0, 0.0, 0.0]
 "#;
 
-/// A folder that holds `scene.toml` and its volume.
-pub struct Folder(TempDir);
-
 impl Folder {
+    /// It holds `scene.toml` and its volume.
     pub fn new() -> Folder {
-        let folder = Folder(TempDir::new().expect("a temporary folder"));
+        let folder = Folder::empty();
         let voxel = |i: usize| {
             let at = [i % 24, i / 24 % 24, i / 576].map(|n| n as f64 - 11.5);
             let ball = |center: [f64; 3], slope: f64| {
@@ -65,13 +60,9 @@ impl Folder {
                 .max(0.0) as u8
         };
         let voxels: Vec<u8> = (0..24 * 24 * 24).map(voxel).collect();
-        fs::write(folder.path("balls_24x24x24_uint8.raw"), voxels).expect("a volume");
+        folder.write("balls_24x24x24_uint8.raw", &voxels);
         folder.write_scene(str::to_string);
         folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
     }
 
     pub fn has(&self, name: &str) -> bool {
@@ -79,29 +70,22 @@ impl Folder {
     }
 
     pub fn write_scene(&self, change: impl FnOnce(&str) -> String) {
-        fs::write(self.path("scene.toml"), change(SCENE)).expect("a scene");
+        self.write("scene.toml", change(SCENE).as_bytes());
     }
 
-    pub fn json(&self, name: &str) -> Value {
-        let text = fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
-        serde_json::from_slice(&text).expect("JSON")
-    }
-
-    fn isolume(&self, arguments: &str) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_isolume"));
+    fn without_display(&self, arguments: &str) -> Command {
+        let mut command = self.isolume(arguments);
         command
-            .args(arguments.split_whitespace())
-            .current_dir(self.0.path())
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
-            .env_remove("DISPLAY")
-            .env("ISOLUME_VALIDATION", "1");
+            .env_remove("DISPLAY");
         command
     }
 
     fn window(&self, display: &Display, arguments: &str) -> Command {
         let [width, height] = WINDOW;
-        let mut command = self.isolume(&format!("view {arguments} --window {width}x{height}"));
+        let mut command =
+            self.without_display(&format!("view {arguments} --window {width}x{height}"));
         command.env("DISPLAY", &display.name);
         command
     }
@@ -116,7 +100,7 @@ impl Folder {
     }
 
     pub fn view_without_display(&self, scene: &str) -> Output {
-        let mut command = self.isolume(&format!("view {scene}"));
+        let mut command = self.without_display(&format!("view {scene}"));
         command.output().expect("the program starts")
     }
 
@@ -124,7 +108,7 @@ impl Folder {
     pub fn renders_like(&self, scene: &str, shown: &Shot, area: Area) {
         let arguments = format!("render {scene} --spp 6 -o again.png --quiet");
         let output = self
-            .isolume(&arguments)
+            .without_display(&arguments)
             .output()
             .expect("the program starts");
         assert!(output.status.success(), "{output:?}");

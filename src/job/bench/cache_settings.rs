@@ -91,9 +91,8 @@ pub fn measure(
 /// For a cache's share of a render of that length, however good it gets.
 fn fill_for(time: Duration, renderer: &mut Renderer) -> Result<()> {
     let stop = Stop {
-        spp: None,
-        time: Some(time),
         relative_error: Some(f64::MIN_POSITIVE),
+        ..Stop::after(time)
     };
     let mut silent = Progress::new(true, trace::goal(&stop));
     trace::fill_until(&stop, renderer, 1, &mut silent)

@@ -20,17 +20,17 @@ pub fn page(report: &Report) -> String {
          shaders and the writing of pictures do not.\n",
         report.scene, report.command, report.version, report.device, report.driver, report.seed,
     );
-    for (subject, prefix) in report.subjects.iter().zip(report.prefixes()) {
+    for subject in &report.subjects {
         if let Some(model) = subject.shading {
             page += &format!("\n# Shading: {}\n", model.name());
         }
-        page += &sections(report, subject, &prefix);
+        page += &sections(report, subject);
     }
     page + READING
 }
 
-fn sections(report: &Report, subject: &SubjectReport, prefix: &str) -> String {
-    let plot = |name: &str, what: &str| format!("\n![{what}]({prefix}{name})\n");
+fn sections(report: &Report, subject: &SubjectReport) -> String {
+    let plot = |name: &str, what: &str| format!("\n![{what}]({}{name})\n", subject.prefix);
     [
         reference(subject),
         format!("\n## Error\n{}", plot(ERROR_TIME, "MSE against time")),

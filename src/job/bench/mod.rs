@@ -138,6 +138,7 @@ impl Bench<'_> {
         };
         Ok(SubjectReport {
             shading: subject.shading,
+            prefix: subject.prefix.clone(),
             reference: reference.report,
             runs,
             similarity,
@@ -156,9 +157,9 @@ impl Bench<'_> {
             ..
         } = self;
         let report = Report::new(args, &host, opened, subjects);
-        for (subject, prefix) in report.subjects.iter().zip(report.prefixes()) {
+        for subject in &report.subjects {
             for (name, svg) in plots::all(subject)? {
-                outputs.text(&folder.file(&format!("{prefix}{name}")), &svg)?;
+                outputs.text(&folder.file(&format!("{}{name}", subject.prefix)), &svg)?;
             }
         }
         outputs.json(&folder.file("report.json"), &report)?;

@@ -90,11 +90,7 @@ fn render_for(
     bench: &Bench<'_>,
     renderer: &mut crate::render::Renderer,
 ) -> Result<trace::Outcome> {
-    let stop = Stop {
-        spp: None,
-        time: Some(time),
-        relative_error: None,
-    };
+    let stop = Stop::after(time);
     let mut progress = Progress::new(bench.args.quiet, trace::goal(&stop));
     let outcome = trace::trace_until(&stop, renderer, &Stopwatch::started(), &mut progress);
     progress.finish();

@@ -31,6 +31,9 @@ pub struct Report {
 pub struct SubjectReport {
     /// Null: as the scene has it.
     pub shading: Option<ShadingModel>,
+    /// Of its files' names.
+    #[serde(skip)]
+    pub prefix: String,
     pub reference: ReferenceReport,
     pub runs: Vec<RunReport>,
     /// Of each run to the non-caching one, at the same times.
@@ -165,15 +168,6 @@ impl Report {
             seconds: args.seconds().iter().map(|s| s.as_secs_f64()).collect(),
             subjects,
         }
-    }
-
-    /// Of the subjects' files, `phong.` and so on where there are several.
-    pub fn prefixes(&self) -> Vec<String> {
-        let prefix = |subject: &SubjectReport| match (self.subjects.len(), subject.shading) {
-            (2.., Some(model)) => format!("{}.", model.name()),
-            _ => String::new(),
-        };
-        self.subjects.iter().map(prefix).collect()
     }
 }
 

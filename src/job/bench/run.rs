@@ -125,7 +125,7 @@ struct Run<'a> {
 impl Run<'_> {
     fn look_at_all(&mut self, bench: &mut Bench<'_>) -> Result<Vec<(Point, Look)>> {
         let longest = bench.longest();
-        let mut progress = Progress::new(bench.args.quiet, trace::goal(&until(longest)));
+        let mut progress = Progress::new(bench.args.quiet, trace::goal(&Stop::after(longest)));
         let mut looks = Vec::new();
         for asked in bench.seconds.clone() {
             // A first batch for a large cache may take longer than the first times asked for.
@@ -151,7 +151,7 @@ impl Run<'_> {
     /// sample has little noise of its own, and a better cache is worth a new picture; elsewhere the
     /// samples so far are worth more.
     fn render_until(&mut self, asked: Duration, progress: &mut Progress) -> Result<()> {
-        let stop = until(asked);
+        let stop = Stop::after(asked);
         let renderer = &mut self.loaded.renderer;
         let marched_updates = |renderer: &Renderer| {
             let cache = renderer.cache.as_ref().filter(|_| renderer.is_marched());
@@ -245,17 +245,16 @@ impl Run<'_> {
     /// once, then what samples make of it.
     fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<Vec<Point>> {
         let most = bench.longest().mul_f64(NEW_VIEW_SHARE);
-        let mut progress = Progress::new(true, trace::goal(&until(most)));
+        let mut progress = Progress::new(true, trace::goal(&Stop::after(most)));
         self.watch = Stopwatch::started();
         self.loaded.look_from(&self.entrant.scene.camera)?;
         let mean = self.loaded.renderer.march()?;
         self.watch.pause();
-        let marched = Film {
-            stderr: vec![[f32::INFINITY; 3]; mean.len()],
-            mean,
-        };
         let name = format!("{}.new-view.exr", self.prefix);
-        let mut points = vec![self.look(bench, marched, Duration::ZERO, Some(name))?.0];
+        let mut points = vec![
+            self.look(bench, Film::marched(mean), Duration::ZERO, Some(name))?
+                .0,
+        ];
         for asked in bench.seconds.clone() {
             if asked > most && points.len() > 1 {
                 break;
@@ -265,7 +264,8 @@ impl Run<'_> {
             }
             self.watch.go_on();
             let renderer = &mut self.loaded.renderer;
-            let outcome = trace::trace_until(&until(asked), renderer, &self.watch, &mut progress);
+            let outcome =
+                trace::trace_until(&Stop::after(asked), renderer, &self.watch, &mut progress);
             self.watch.pause();
             match outcome {
                 Err(Error::Interrupted) => break,
@@ -281,16 +281,7 @@ impl Run<'_> {
     }
 
     fn cache(&self) -> Option<CacheStats> {
-        let goal = cache_goal(&until(self.watch.elapsed()));
+        let goal = cache_goal(&Stop::after(self.watch.elapsed()));
         report::cache(&self.loaded.renderer, &self.loaded.choice.plan, goal)
-    }
-}
-
-/// By time alone.
-fn until(time: Duration) -> Stop {
-    Stop {
-        spp: None,
-        time: Some(time),
-        relative_error: None,
     }
 }

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::scene::camera::{default_up, parallel};
 use crate::scene::volume::{Axes, Endian, Volume, VolumeOverrides};
 use crate::scene::{
-    Camera, ClipPlane, Isosurface, LightModel, Medium, Normals, Projection, Scene, Shading,
+    Camera, ClipPlane, Disney, Isosurface, LightModel, Medium, Normals, Projection, Scene, Shading,
     Surfaces, TransferPoint, View,
 };
 
@@ -37,12 +37,11 @@ const ANGLE: Expected = (
 /// The scene, and what the user should know about it: one sentence each.
 pub fn resolve(file: &SceneFile, volume: &Volume) -> Result<(Scene, Vec<String>)> {
     let extent = volume.extent();
-    let longest = extent.into_iter().fold(0.0, f64::max);
     let mut notes = Vec::new();
     let render = file.render_settings()?;
     let aspect = f64::from(render.size[0]) / f64::from(render.size[1]);
     let scene = Scene {
-        medium: file.medium(50.0 / longest)?,
+        medium: file.medium(Medium::default_density(extent))?,
         surfaces: file.surfaces()?,
         suns: file.suns()?,
         environment: file.environment(&mut notes)?,
@@ -175,19 +174,24 @@ impl SceneFile {
         let unit = |name: &str, value: Option<f64>, default: f64| {
             self.number(&key(name), value.unwrap_or(default), UNIT)
         };
-        let specular = unit("specular", table.specular, 0.5)?;
+        let default = Disney::default();
+        let specular = unit("specular", table.specular, default.specular)?;
         let shininess = table.shininess.unwrap_or(32.0);
         let shininess = self.number(&key("shininess"), shininess, NOT_NEGATIVE)?;
-        let disney = Shading::Disney {
-            metallic: unit("metallic", table.metallic, 0.0)?,
-            roughness: unit("roughness", table.roughness, 0.5)?,
+        let disney = Disney {
+            metallic: unit("metallic", table.metallic, default.metallic)?,
+            roughness: unit("roughness", table.roughness, default.roughness)?,
             specular,
-            specular_tint: unit("specular_tint", table.specular_tint, 0.0)?,
-            sheen: unit("sheen", table.sheen, 0.0)?,
-            sheen_tint: unit("sheen_tint", table.sheen_tint, 0.5)?,
-            subsurface: unit("subsurface", table.subsurface, 0.0)?,
-            clearcoat: unit("clearcoat", table.clearcoat, 0.0)?,
-            clearcoat_gloss: unit("clearcoat_gloss", table.clearcoat_gloss, 1.0)?,
+            specular_tint: unit("specular_tint", table.specular_tint, default.specular_tint)?,
+            sheen: unit("sheen", table.sheen, default.sheen)?,
+            sheen_tint: unit("sheen_tint", table.sheen_tint, default.sheen_tint)?,
+            subsurface: unit("subsurface", table.subsurface, default.subsurface)?,
+            clearcoat: unit("clearcoat", table.clearcoat, default.clearcoat)?,
+            clearcoat_gloss: unit(
+                "clearcoat_gloss",
+                table.clearcoat_gloss,
+                default.clearcoat_gloss,
+            )?,
         };
         Ok(Isosurface {
             value: self.number(&key("value"), table.value, FINITE)?,
@@ -199,7 +203,7 @@ impl SceneFile {
                     specular,
                     shininess,
                 },
-                ShadingModel::Disney => disney,
+                ShadingModel::Disney => Shading::Disney(disney),
             },
         })
     }

@@ -6,8 +6,6 @@
 //! memory grows with the voxels that really arrive.
 
 use std::path::Path;
-use std::sync::Arc;
-use std::time::Duration;
 
 use super::header::{Header, Parsed};
 use super::orientation::{Axes, Orientation};
@@ -20,13 +18,12 @@ use crate::error::{Error, Result};
 /// Bytes read at a time.
 const CHUNK: usize = 256 << 10;
 
-/// The volume, and what the reading and inflating of its bytes took.
 pub(super) fn decode(
     path: &Path,
     header: &Header,
     overrides: &VolumeOverrides,
-    reading: &Arc<Reading>,
-) -> Result<(Volume, Duration)> {
+    reading: &Reading,
+) -> Result<Volume> {
     let named = |fault| Error::input(format!("{}: {fault}", path.display()));
     header.bytes().map_err(named)?;
     let region = Region::new(header.dims, overrides.crop).map_err(named)?;
@@ -42,7 +39,6 @@ pub(super) fn decode(
         )),
     };
     let source = Source::open(header, reading).map_err(in_data)?;
-    let reading = source.time_reading();
     let decoded = read(source, region, header).map_err(|failure| match failure {
         Failure::Fault(fault) => in_data(fault),
         Failure::Memory(bytes) => Error::Memory(format!(
@@ -70,7 +66,7 @@ pub(super) fn decode(
     }
     volume.settle_values().map_err(named)?;
     volume.settle_axes(overrides.axes.map_or(header.orientation, Orientation::from));
-    Ok((volume, reading.get()))
+    Ok(volume)
 }
 
 pub(super) fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> Result<Volume> {
@@ -143,7 +139,11 @@ struct Decoded {
 
 /// Small integers keep their width, and a rescaling only gives them another meaning; unless it turns
 /// their order around, which stored values must share with values.
-fn read(source: Source, region: Region, header: &Header) -> std::result::Result<Decoded, Failure> {
+fn read(
+    source: Source<'_>,
+    region: Region,
+    header: &Header,
+) -> std::result::Result<Decoded, Failure> {
     let (slope, intercept) = (header.slope, header.intercept);
     let bits16 = |bytes| match header.endian {
         Endian::Little => u16::from_le_bytes(bytes),
@@ -222,7 +222,7 @@ fn read(source: Source, region: Region, header: &Header) -> std::result::Result<
 
 /// The kept voxels, each converted from its N bytes.
 fn collect<T, const N: usize>(
-    mut source: Source,
+    mut source: Source<'_>,
     region: Region,
     mut convert: impl FnMut([u8; N]) -> T,
 ) -> std::result::Result<Vec<T>, Failure> {

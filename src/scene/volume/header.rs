@@ -57,6 +57,31 @@ pub(super) enum Encoding {
 }
 
 impl Header {
+    /// Plain voxels from byte `start` of a file that says nothing of where they are in the world.
+    pub fn bare(
+        path: &Path,
+        start: u64,
+        dims: [u32; 3],
+        voxel_type: VoxelType,
+        endian: Endian,
+    ) -> Header {
+        Header {
+            dims,
+            voxel_type,
+            endian,
+            spacing: [1.0; 3],
+            orientation: Orientation::UNKNOWN,
+            slope: 1.0,
+            intercept: 0.0,
+            data: Data {
+                path: path.to_path_buf(),
+                start: Start::At(start),
+                encoding: Encoding::Raw,
+                skip: 0,
+            },
+        }
+    }
+
     /// The size of all voxels as the file holds them.
     pub fn bytes(&self) -> Parsed<u64> {
         let [x, y, z] = self.dims.map(u64::from);

@@ -5,29 +5,15 @@
 
 use std::path::Path;
 
-use super::header::{Data, Encoding, Header, Parsed, Start, TEXT_LIMIT, first_bytes, unexpected};
-use super::orientation::Orientation;
+use super::header::{Header, Parsed, TEXT_LIMIT, first_bytes, unexpected};
 use super::{Endian, VoxelType};
 
 pub(super) fn read(path: &Path) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (text, end) = dictionary(&bytes)?;
     let (voxel_type, endian) = element(&text)?;
-    Ok(Header {
-        dims: dims(&text)?,
-        voxel_type,
-        endian,
-        spacing: [1.0; 3],
-        orientation: Orientation::UNKNOWN,
-        slope: 1.0,
-        intercept: 0.0,
-        data: Data {
-            path: path.to_path_buf(),
-            start: Start::At(end as u64),
-            encoding: Encoding::Raw,
-            skip: 0,
-        },
-    })
+    let dims = dims(&text)?;
+    Ok(Header::bare(path, end as u64, dims, voxel_type, endian))
 }
 
 /// The header's text and the offset of what follows it.

@@ -3,8 +3,7 @@
 
 use std::path::Path;
 
-use super::header::{Data, Encoding, Header, Parsed, Start, open};
-use super::orientation::Orientation;
+use super::header::{Header, Parsed, open};
 use super::{Endian, VolumeOverrides, VoxelType};
 
 pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
@@ -22,21 +21,8 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
             if dims.is_none() { "size" } else { "type" }
         ));
     };
-    let header = Header {
-        dims,
-        voxel_type,
-        endian: overrides.endian.unwrap_or(Endian::Little),
-        spacing: [1.0; 3],
-        orientation: Orientation::UNKNOWN,
-        slope: 1.0,
-        intercept: 0.0,
-        data: Data {
-            path: path.to_path_buf(),
-            start: Start::At(0),
-            encoding: Encoding::Raw,
-            skip: 0,
-        },
-    };
+    let endian = overrides.endian.unwrap_or(Endian::Little);
+    let header = Header::bare(path, 0, dims, voxel_type, endian);
     // A byte too many is as telling as one too few: wrong dims show as a skewed picture at best.
     let (found, expected) = (open(path)?.1, header.bytes()?);
     if found != expected {

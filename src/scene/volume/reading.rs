@@ -1,6 +1,8 @@
-//! How far a volume has been read, for someone who waits on another thread and may lose patience.
+//! How far a volume has been read and what that took, for someone who waits on another thread and may
+//! lose patience.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
 
 use super::header::Parsed;
 
@@ -9,6 +11,7 @@ pub struct Reading {
     /// Bytes, decompressed.
     done: AtomicU64,
     all: AtomicU64,
+    took_ns: AtomicU64,
     is_stopped: AtomicBool,
 }
 
@@ -19,9 +22,19 @@ impl Reading {
         done / (self.all.load(Ordering::Relaxed) as f64).max(1.0)
     }
 
+    /// By the reading and inflating of the file; making voxels of it is not part of that.
+    pub fn took(&self) -> Duration {
+        Duration::from_nanos(self.took_ns.load(Ordering::Relaxed))
+    }
+
     /// The voxels are no longer wanted: reading them ends with an error.
     pub fn stop(&self) {
         self.is_stopped.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn spend(&self, time: Duration) {
+        self.took_ns
+            .fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
     }
 
     pub(super) fn reach(&self, done: u64, all: u64) -> Parsed<()> {

@@ -3,12 +3,9 @@
 //! Lengths are checked before anybody allocates for them: a raw file must hold every voxel, and
 //! compressed data at least as many bytes as could possibly expand to them.
 
-use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::rc::Rc;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
@@ -18,7 +15,7 @@ use super::reading::Reading;
 /// Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
 const MAX_DEFLATE_RATIO: u64 = 1032;
 
-pub(super) struct Source {
+pub(super) struct Source<'a> {
     reader: Reader,
     /// Decoded bytes left behind.
     position: u64,
@@ -26,8 +23,7 @@ pub(super) struct Source {
     begin: u64,
     end: u64,
     shape: String,
-    reading: Arc<Reading>,
-    took: Rc<Cell<Duration>>,
+    reading: &'a Reading,
 }
 
 enum Reader {
@@ -35,8 +31,8 @@ enum Reader {
     Inflate(Box<dyn Read>),
 }
 
-impl Source {
-    pub fn open(header: &Header, reading: &Arc<Reading>) -> Parsed<Source> {
+impl<'a> Source<'a> {
+    pub fn open(header: &Header, reading: &'a Reading) -> Parsed<Source<'a>> {
         let data = &header.data;
         let bytes = header.bytes()?;
         let (mut file, length) = open(&data.path)?;
@@ -75,14 +71,8 @@ impl Source {
             begin: data.skip,
             end,
             shape: header.shape(),
-            reading: reading.clone(),
-            took: Rc::default(),
+            reading,
         })
-    }
-
-    /// What reading and inflating have taken, now and later.
-    pub fn time_reading(&self) -> Rc<Cell<Duration>> {
-        self.took.clone()
     }
 
     /// Whether the file is known to hold all that the header promises.
@@ -107,7 +97,7 @@ impl Source {
                 Err(e) => self.fault(e)?,
             }
         }
-        self.took.set(self.took.get() + began.elapsed());
+        self.reading.spend(began.elapsed());
         Ok(())
     }
 

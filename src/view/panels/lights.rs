@@ -5,7 +5,6 @@ use glam::DVec3;
 
 use super::{color, display, slider};
 use crate::scene::DirectionalLight;
-use crate::view::camera::frame;
 use crate::view::session::Session;
 
 const BRIGHTEST_SUN: f64 = 20.0;
@@ -28,7 +27,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
         }
     }
     let index = session.chosen.sun;
-    let [forward, right, up] = frame(&session.scene.camera);
+    let [forward, right, up] = session.scene.camera.basis();
     if let Some(sun) = session.scene.suns.get_mut(index) {
         ball(ui, sun, [forward, right, up]);
         brightness(ui, "irradiance", &mut sun.irradiance, BRIGHTEST_SUN);

@@ -11,8 +11,7 @@ const DENSEST: f64 = 40.0;
 
 pub fn show(ui: &mut Ui, session: &mut Session) {
     let volume = &session.document.opened.volume;
-    let longest = volume.extent().into_iter().fold(0.0, f64::max);
-    let usual = 50.0 / longest;
+    let usual = Medium::default_density(volume.extent());
     let [low, high] = volume.range;
     let Some(medium) = &mut session.scene.medium else {
         if ui.button("Add a medium").clicked() {

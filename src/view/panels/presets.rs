@@ -3,7 +3,8 @@
 
 use egui::Ui;
 
-use crate::scene::{Isosurface, Medium, Shading, TransferPoint};
+use crate::scene::preset::{FLESH, IVORY, ROUGHNESS, SKIN};
+use crate::scene::{Disney, Isosurface, Medium, Shading, TransferPoint};
 use crate::view::session::Session;
 
 struct Look {
@@ -18,10 +19,7 @@ struct Look {
     surface: Option<(f64, [f64; 3])>,
 }
 
-const SKIN: [f64; 3] = [0.99, 0.78, 0.66];
-const FLESH: [f64; 3] = [0.98, 0.60, 0.45];
 const BLOOD: [f64; 3] = [0.95, 0.30, 0.22];
-const IVORY: [f64; 3] = [0.86, 0.80, 0.68];
 const AIR: [f64; 3] = [0.80, 0.88, 0.96];
 const GREY: [f64; 3] = [0.90, 0.89, 0.87];
 
@@ -88,12 +86,12 @@ const LOOKS: [Look; 6] = [
 pub fn show(ui: &mut Ui, session: &mut Session) {
     let volume = &session.document.opened.volume;
     let range = volume.range;
-    let longest = volume.extent().into_iter().fold(0.0, f64::max);
+    let usual = Medium::default_density(volume.extent());
     ui.horizontal_wrapped(|ui| {
         for look in &LOOKS {
             if ui.button(look.name).clicked() {
                 let scene = &mut session.scene;
-                scene.medium = Some(look.medium(range, 50.0 / longest));
+                scene.medium = Some(look.medium(range, usual));
                 scene.surfaces.iso = look.surface(range).into_iter().collect();
                 session.chosen = Default::default();
             }
@@ -127,17 +125,15 @@ impl Look {
             value: self.value(value, range),
             opacity: 1.0,
             color,
-            shading: Shading::Disney {
-                metallic: 0.0,
-                roughness: 0.45,
-                specular: 0.5,
-                specular_tint: 0.0,
-                sheen: 0.0,
-                sheen_tint: 0.5,
-                subsurface: 0.0,
-                clearcoat: 0.0,
-                clearcoat_gloss: 1.0,
-            },
+            shading: glossy(),
         })
     }
+}
+
+/// What a surface is made of to begin with.
+pub fn glossy() -> Shading {
+    Shading::Disney(Disney {
+        roughness: ROUGHNESS,
+        ..Disney::default()
+    })
 }

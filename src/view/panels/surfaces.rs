@@ -2,13 +2,13 @@
 
 use egui::{ComboBox, Ui};
 
+use super::presets::glossy;
 use super::transfer::histogram;
 use super::{color, display, slider};
+use crate::job::plan::MOST_SURFACES;
 use crate::scene::{Isosurface, LightModel, Normals, Shading};
 use crate::view::session::Session;
 
-/// Rays keep their side of every surface in one word.
-const MOST: usize = 32;
 const HISTOGRAM_HEIGHT: f32 = 34.0;
 
 pub fn show(ui: &mut Ui, session: &mut Session) {
@@ -65,7 +65,7 @@ fn list(ui: &mut Ui, session: &mut Session, [low, high]: [f64; 2]) {
         iso.remove(i);
         *chosen = 0;
     }
-    if iso.len() < MOST && ui.button("Add a surface").clicked() {
+    if iso.len() < MOST_SURFACES && ui.button("Add a surface").clicked() {
         let highest = iso.iter().map(|s| s.value).fold(low, f64::max);
         iso.push(Isosurface {
             value: 0.5 * (highest + high),
@@ -86,23 +86,12 @@ const PHONG: Shading = Shading::Phong {
     specular: 0.5,
     shininess: 32.0,
 };
-const DISNEY: Shading = Shading::Disney {
-    metallic: 0.0,
-    roughness: 0.45,
-    specular: 0.5,
-    specular_tint: 0.0,
-    sheen: 0.0,
-    sheen_tint: 0.5,
-    subsurface: 0.0,
-    clearcoat: 0.0,
-    clearcoat_gloss: 1.0,
-};
 
 fn shading(ui: &mut Ui, surface: &mut Isosurface) {
     let models = [
         ("lambert", Shading::Lambert),
         ("phong", PHONG),
-        ("disney", DISNEY),
+        ("disney", glossy()),
     ];
     let same = |a: &Shading| std::mem::discriminant(a) == std::mem::discriminant(&surface.shading);
     let now = models
@@ -134,26 +123,16 @@ fn parameters(shading: &mut Shading) -> Vec<(&'static str, &mut f64, [f64; 2])> 
             ("specular", specular, UNIT),
             ("shininess", shininess, [0.0, 1000.0]),
         ],
-        Shading::Disney {
-            metallic,
-            roughness,
-            specular,
-            specular_tint,
-            sheen,
-            sheen_tint,
-            subsurface,
-            clearcoat,
-            clearcoat_gloss,
-        } => vec![
-            ("roughness", roughness, UNIT),
-            ("metallic", metallic, UNIT),
-            ("specular", specular, UNIT),
-            ("specular tint", specular_tint, UNIT),
-            ("sheen", sheen, UNIT),
-            ("sheen tint", sheen_tint, UNIT),
-            ("subsurface", subsurface, UNIT),
-            ("clearcoat", clearcoat, UNIT),
-            ("clearcoat gloss", clearcoat_gloss, UNIT),
+        Shading::Disney(d) => vec![
+            ("roughness", &mut d.roughness, UNIT),
+            ("metallic", &mut d.metallic, UNIT),
+            ("specular", &mut d.specular, UNIT),
+            ("specular tint", &mut d.specular_tint, UNIT),
+            ("sheen", &mut d.sheen, UNIT),
+            ("sheen tint", &mut d.sheen_tint, UNIT),
+            ("subsurface", &mut d.subsurface, UNIT),
+            ("clearcoat", &mut d.clearcoat, UNIT),
+            ("clearcoat gloss", &mut d.clearcoat_gloss, UNIT),
         ],
     }
 }

@@ -1,0 +1,144 @@
+//! What the values of flags may be, read from their text. A mistake is told in a sentence that says what
+//! was expected; clap names the flag.
+
+use std::num::NonZeroU32;
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::Value;
+
+use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
+
+/// What `--vram-budget` says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Budget {
+    Bytes(u64),
+    /// Of the device-local heap, in (0, 100].
+    Percent(f64),
+}
+
+impl FromStr for Budget {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Budget, String> {
+        let wrong =
+            || "expected bytes or a size such as 500MB, 512MiB, 2GB, 2GiB or 80%".to_string();
+        let split = text
+            .find(|c: char| c.is_alphabetic() || c == '%')
+            .unwrap_or(text.len());
+        let (number, unit) = (text[..split].trim(), &text[split..]);
+        let number = positive(number).map_err(|_| wrong())?;
+        let unit = match unit {
+            "" | "B" => 1.0,
+            "MB" => 1e6,
+            "MiB" => 1_048_576.0,
+            "GB" => 1e9,
+            "GiB" => 1_073_741_824.0,
+            "%" if number <= 100.0 => return Ok(Budget::Percent(number)),
+            _ => return Err(wrong()),
+        };
+        let bytes = (number * unit).floor();
+        if !(1.0..=1e18).contains(&bytes) {
+            return Err(wrong());
+        }
+        Ok(Budget::Bytes(bytes as u64))
+    }
+}
+
+/// What `--device` says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DeviceChoice {
+    Index(usize),
+    Name(String),
+}
+
+impl FromStr for DeviceChoice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<DeviceChoice, String> {
+        match text.trim() {
+            "" => Err("expected a device's name or index".to_string()),
+            name => Ok(name
+                .parse()
+                .map_or(DeviceChoice::Name(name.into()), DeviceChoice::Index)),
+        }
+    }
+}
+
+/// A word or a number that one of the scene's own types understands.
+pub(super) fn word<T: DeserializeOwned>(text: &str) -> Result<T, String> {
+    let value = text.parse().unwrap_or_else(|_| Value::String(text.into()));
+    value
+        .try_into()
+        .map_err(|error: toml::de::Error| error.message().to_string())
+}
+
+/// The edit that a flag stands for, once its value is known to be right.
+fn edit<T>(flag: &str, key: &str, text: &str) -> Result<Edit, String>
+where
+    T: DeserializeOwned + Serialize,
+{
+    let value = Value::try_from(word::<T>(text)?).map_err(|error| error.to_string())?;
+    Ok(Edit::set(format!("--{flag} {text}"), key, value))
+}
+
+pub(super) fn view(text: &str) -> Result<Edit, String> {
+    word::<View>(text).map(Edit::view)
+}
+
+pub(super) fn iso(text: &str) -> Result<Edit, String> {
+    finite(text).map(Edit::iso)
+}
+
+pub(super) fn variant(text: &str) -> Result<Edit, String> {
+    edit::<Variant>("variant", "render.variant", text)
+}
+
+pub(super) fn cache_scale(text: &str) -> Result<Edit, String> {
+    edit::<CacheScale>("cache-scale", "render.cache_scale", text)
+}
+
+pub(super) fn cache_format(text: &str) -> Result<Edit, String> {
+    edit::<CacheFormat>("cache-format", "render.cache_format", text)
+}
+
+pub(super) fn extent(text: &str) -> Result<[u32; 2], String> {
+    let parsed = text.split_once('x').and_then(|(width, height)| {
+        let side = |text: &str| text.parse::<NonZeroU32>().ok();
+        Some([side(width)?, side(height)?].map(NonZeroU32::get))
+    });
+    parsed.ok_or("expected WIDTHxHEIGHT in pixels, as in 1920x1080".into())
+}
+
+pub(super) fn size(text: &str) -> Result<Edit, String> {
+    let pixels = Value::from(extent(text)?.map(i64::from).to_vec());
+    Ok(Edit::set(format!("--size {text}"), "render.size", pixels))
+}
+
+pub(super) fn picture(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let extension = path.extension().map(|e| e.to_ascii_lowercase());
+    match extension.as_deref().and_then(|e| e.to_str()) {
+        Some("exr" | "png") => Ok(path),
+        _ => Err("expected a file name that ends in .exr or .png".to_string()),
+    }
+}
+
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let wrong = |_| "expected a number of seconds > 0".to_string();
+    let seconds = positive(text).map_err(wrong)?;
+    Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string())
+}
+
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    let number = finite(text).ok().filter(|number| *number > 0.0);
+    number.ok_or("expected a number > 0".to_string())
+}
+
+pub(super) fn finite(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+    number.ok_or("expected a finite number".to_string())
+}
