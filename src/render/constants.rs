@@ -8,7 +8,8 @@ use glam::DVec3;
 use super::cache_layout::CacheLayout;
 use super::environment_table;
 use super::filter_probe::filter_is_precise;
-use super::occupancy::{Occupancy, macrocell_ranges};
+use super::macrocell_ranges::macrocell_ranges;
+use super::occupancy::Occupancy;
 use super::shared::{
     self, Clip, EnvironmentCell, Features, MACROCELL, SHADING_DISNEY, SHADING_LAMBERT,
     SHADING_PHONG, SceneConstants, Sun, Surface,

@@ -16,7 +16,7 @@ use super::constants::SceneBuffers;
 use super::copy;
 use super::delta_tracking::DeltaTracking;
 use super::iso_depth::IsoDepth;
-use super::macrocell_ranges::MacrocellRanges;
+use super::macrocell_ranges::macrocell_ranges;
 use super::majorants::Majorants;
 use super::published::Published;
 use super::resources::Resources;
@@ -120,19 +120,13 @@ impl Renderer {
             is_stale: false,
             cache: cache?,
         };
-        renderer.load(device, shaders, volume, scene)?;
+        renderer.load(volume, scene)?;
         renderer.compiling = shaders.time_spent();
         Ok(renderer)
     }
 
     /// Brings the scene onto the GPU: voxels, macrocells and majorants.
-    fn load(
-        &mut self,
-        device: &Arc<Device>,
-        shaders: &Shaders,
-        volume: &Volume,
-        scene: &SceneBuffers,
-    ) -> Result<()> {
+    fn load(&mut self, volume: &Volume, scene: &SceneBuffers) -> Result<()> {
         let r = &mut self.resources;
         self.frame.run(|f| {
             f.adopt(&r.images_to_fill())?;
@@ -158,8 +152,13 @@ impl Renderer {
             &r.environment,
             bytemuck::cast_slice(&texels),
         )?;
-        let macrocell_ranges = MacrocellRanges::new(device, shaders, &scene.features)?;
-        macrocell_ranges.run(frame, r)?;
+        let ranges = macrocell_ranges(volume, scene.constants.macrocells);
+        copy::upload(
+            frame,
+            &mut r.staging,
+            &r.ranges,
+            bytemuck::cast_slice(&ranges),
+        )?;
         if scene.features.has_medium {
             self.majorants.run(frame, r)?;
         }
