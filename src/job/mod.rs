@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 use crate::gpu::{DeviceChoice, Validation};
 use crate::info;
 use crate::scene::file::Opened;
-use crate::scene::volume::{Volume, VolumeOverrides};
+use crate::scene::volume::{Reading, Volume, VolumeOverrides};
 use crate::scene::{describe, open};
 use crate::view::view;
 use report::Clock;
@@ -43,18 +43,19 @@ fn open_scene(args: &SceneArgs, quiet: bool) -> Result<Opened> {
 }
 
 fn open_scene_timed(args: &SceneArgs, quiet: bool, clock: &mut Clock) -> Result<Opened> {
-    let (mut loading, mut reading) = (Duration::ZERO, Duration::ZERO);
+    let reading = Reading::default();
+    let mut loading = Duration::ZERO;
     let load = |path: &Path, overrides: &VolumeOverrides| {
         let began = Instant::now();
-        let (volume, took) = Volume::load_timed(path, overrides)?;
-        (loading, reading) = (began.elapsed(), took);
+        let volume = Volume::load_watched(path, overrides, &reading)?;
+        loading = began.elapsed();
         Ok(volume)
     };
     let opened = clock.time("open the scene", || {
         open(&args.input, args.preset, &args.edits(), load)
     })?;
-    clock.part("read the voxels", reading);
-    clock.part("decode them", loading.saturating_sub(reading));
+    clock.part("read the voxels", reading.took());
+    clock.part("decode them", loading.saturating_sub(reading.took()));
     if !quiet {
         for note in &opened.notes {
             eprintln!("note: {note}");

@@ -20,10 +20,8 @@ pub struct Host {
 }
 
 impl Host {
-    pub fn open(args: &GpuArgs, clock: &mut Clock) -> Result<Host> {
-        let device = clock.time("open the device", || {
-            Device::open(&device_choice(args.device.as_ref()))
-        })?;
+    pub fn open(args: &GpuArgs) -> Result<Host> {
+        let device = Device::open(&device_choice(args.device.as_ref()))?;
         let budget = Budget::of(&device, args.vram_budget);
         Ok(Host { device, budget })
     }

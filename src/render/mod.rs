@@ -28,6 +28,7 @@ mod resources;
 pub mod shared;
 mod slots;
 mod tone_map;
+mod upload;
 
 pub use cache::Cache;
 pub use cache_layout::CacheLayout;

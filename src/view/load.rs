@@ -102,7 +102,7 @@ pub fn open_document(
     let reading = Arc::new(Reading::default());
     Load::begin(what, proxy, Some(reading.clone()), move || {
         let opened = open(&path, preset, &edits, |path, overrides| {
-            Volume::load_watched(path, overrides, &reading).map(|(volume, _)| volume)
+            Volume::load_watched(path, overrides, &reading)
         })?;
         check_supported(&opened.scene)?;
         let macrocells = crate::render::macrocells(opened.volume.dims);

@@ -19,7 +19,6 @@ use std::time::Duration;
 use super::open_scene;
 use super::plan::check_supported;
 use super::render::INTERRUPTED_STATUS;
-use super::report::Clock;
 use super::setup::Host;
 use super::trace;
 use crate::cli::BenchArgs;
@@ -55,7 +54,7 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     if let Some(given) = &given {
         reference::check_size(given, &opened.scene)?;
     }
-    let host = Host::open(&args.gpu, &mut Clock::new())?;
+    let host = Host::open(&args.gpu)?;
     let subjects = subjects(args, &host, &opened)?;
     let mut bench = Bench {
         args,

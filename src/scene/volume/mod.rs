@@ -20,8 +20,6 @@ mod source;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
-use std::sync::Arc;
-use std::time::Duration;
 
 use crate::error::{Error, Result};
 use header::{Encoding, Header, Parsed};
@@ -97,20 +95,15 @@ pub struct VolumeOverrides {
 impl Volume {
     /// Reads a volume of any format, told by the file's name.
     pub fn load(path: &Path, overrides: &VolumeOverrides) -> Result<Volume> {
-        Volume::load_timed(path, overrides).map(|(volume, _)| volume)
-    }
-
-    /// The same, with what the reading and inflating of the file took.
-    pub fn load_timed(path: &Path, overrides: &VolumeOverrides) -> Result<(Volume, Duration)> {
-        Volume::load_watched(path, overrides, &Arc::default())
+        Volume::load_watched(path, overrides, &Reading::default())
     }
 
     /// The same while somebody watches.
     pub fn load_watched(
         path: &Path,
         overrides: &VolumeOverrides,
-        reading: &Arc<Reading>,
-    ) -> Result<(Volume, Duration)> {
+        reading: &Reading,
+    ) -> Result<Volume> {
         let header = read_header(path, overrides)
             .map_err(|fault| Error::input(format!("{}: {fault}", path.display())))?;
         decode::decode(path, &header, overrides, reading)

@@ -1,14 +1,16 @@
 //! How far a volume has been read, for someone who waits on another thread and may lose patience.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
 
 use super::header::Parsed;
 
 #[derive(Debug, Default)]
 pub struct Reading {
-    /// Bytes, decompressed.
+    /// Bytes of the voxels that are kept, decompressed.
     done: AtomicU64,
     all: AtomicU64,
+    took_ns: AtomicU64,
     is_stopped: AtomicBool,
 }
 
@@ -24,12 +26,25 @@ impl Reading {
         self.is_stopped.store(true, Ordering::Relaxed);
     }
 
-    pub(super) fn reach(&self, done: u64, all: u64) -> Parsed<()> {
-        self.done.store(done, Ordering::Relaxed);
-        self.all.store(all, Ordering::Relaxed);
+    /// What reading and inflating took.
+    pub fn took(&self) -> Duration {
+        Duration::from_nanos(self.took_ns.load(Ordering::Relaxed))
+    }
+
+    pub(super) fn expect(&self, bytes: u64) {
+        self.all.store(bytes, Ordering::Relaxed);
+    }
+
+    pub(super) fn advance(&self, bytes: u64) -> Parsed<()> {
+        self.done.fetch_add(bytes, Ordering::Relaxed);
         match self.is_stopped.load(Ordering::Relaxed) {
             true => Err("reading was cancelled".into()),
             false => Ok(()),
         }
+    }
+
+    pub(super) fn spend(&self, time: Duration) {
+        let ns = time.as_nanos() as u64;
+        self.took_ns.fetch_add(ns, Ordering::Relaxed);
     }
 }

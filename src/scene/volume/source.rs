@@ -3,12 +3,8 @@
 //! Lengths are checked before anybody allocates for them: a raw file must hold every voxel, and
 //! compressed data at least as many bytes as could possibly expand to them.
 
-use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::rc::Rc;
-use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
@@ -18,16 +14,15 @@ use super::reading::Reading;
 /// Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
 const MAX_DEFLATE_RATIO: u64 = 1032;
 
-pub(super) struct Source {
+pub(super) struct Source<'a> {
     reader: Reader,
     /// Decoded bytes left behind.
     position: u64,
     /// Decoded bytes before the first voxel, and after the last.
     begin: u64,
     end: u64,
-    shape: String,
-    reading: Arc<Reading>,
-    took: Rc<Cell<Duration>>,
+    header: &'a Header,
+    reading: &'a Reading,
 }
 
 enum Reader {
@@ -35,8 +30,8 @@ enum Reader {
     Inflate(Box<dyn Read>),
 }
 
-impl Source {
-    pub fn open(header: &Header, reading: &Arc<Reading>) -> Parsed<Source> {
+impl<'a> Source<'a> {
+    pub fn open(header: &'a Header, reading: &'a Reading) -> Parsed<Source<'a>> {
         let data = &header.data;
         let bytes = header.bytes()?;
         let (mut file, length) = open(&data.path)?;
@@ -74,15 +69,9 @@ impl Source {
             position: 0,
             begin: data.skip,
             end,
-            shape: header.shape(),
-            reading: reading.clone(),
-            took: Rc::default(),
+            header,
+            reading,
         })
-    }
-
-    /// What reading and inflating have taken, now and later.
-    pub fn time_reading(&self) -> Rc<Cell<Duration>> {
-        self.took.clone()
     }
 
     /// Whether the file is known to hold all that the header promises.
@@ -93,9 +82,8 @@ impl Source {
     /// Fills `bytes` from `offset` bytes after the first voxel's start, at or after where the last
     /// read ended.
     pub fn read(&mut self, offset: u64, bytes: &mut [u8]) -> Parsed<()> {
-        let began = Instant::now();
         self.skip_to(self.begin + offset)?;
-        self.reading.reach(self.position, self.end)?;
+        self.reading.advance(bytes.len() as u64)?;
         let mut filled = 0;
         while filled < bytes.len() {
             match self.reader.read(&mut bytes[filled..]) {
@@ -107,7 +95,6 @@ impl Source {
                 Err(e) => self.fault(e)?,
             }
         }
-        self.took.set(self.took.get() + began.elapsed());
         Ok(())
     }
 
@@ -144,7 +131,7 @@ impl Source {
 
     fn ends_early(&self) -> String {
         let found = self.position.saturating_sub(self.begin);
-        truncated(found, self.end - self.begin, &self.shape)
+        truncated(found, self.end - self.begin, &self.header.shape())
     }
 
     fn fault(&self, error: io::Error) -> Parsed<()> {
