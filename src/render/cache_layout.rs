@@ -13,6 +13,9 @@ use crate::scene::CacheFormat;
 /// Places, or bricks of the lattice, along an axis that fit into ten bits.
 const MOST_PLACES: u32 = 1024;
 
+/// Of the bricks with memory, so many may be of no use before the rest gets images of its own.
+const MOST_IDLE: f64 = 0.4;
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct CacheLayout {
     /// Nodes per voxel along an axis.
@@ -64,6 +67,22 @@ impl CacheLayout {
             bricks,
             active,
             places,
+        })
+    }
+
+    /// This layout, if it has memory wherever another occupancy needs it and little where that does not;
+    /// the light in it stays in sight then until there is better.
+    pub fn refitted(
+        &self,
+        dims: [u32; 3],
+        occupancy: &Occupancy,
+        most_texels: u32,
+    ) -> Result<CacheLayout> {
+        let wanted = CacheLayout::new(dims, occupancy, self.scale, self.format(), most_texels)?;
+        let idle = 1.0 - wanted.active.len() as f64 / self.active.len() as f64;
+        Ok(match self.covers(&wanted) && idle <= MOST_IDLE {
+            true => self.clone(),
+            false => wanted,
         })
     }
 

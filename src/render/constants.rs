@@ -149,6 +149,16 @@ impl SceneBuffers {
         }
     }
 
+    /// With its cache, if there is one, made to fit after a change; `ranges` are the macrocells'.
+    pub fn refitted(self, ranges: &[[f32; 2]], most_texels: u32) -> Result<SceneBuffers> {
+        let Some(layout) = &self.cache else {
+            return Ok(self);
+        };
+        let occupancy = self.occupancy_of(ranges);
+        let layout = layout.refitted(self.constants.dims, &occupancy, most_texels)?;
+        Ok(self.with_cache(layout))
+    }
+
     /// A texel of the cache for light that nobody has traced yet.
     pub fn guessed_light(&self) -> [f32; 4] {
         const ARRIVES: f32 = 0.6;

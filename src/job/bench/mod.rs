@@ -6,6 +6,7 @@
 //! good as that of `isolume render --time t`, which has filled its cache before the first sample.
 
 mod cache_settings;
+mod edits;
 mod entrants;
 mod folder;
 mod markdown;
