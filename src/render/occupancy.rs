@@ -1,7 +1,11 @@
 //! Which macrocells matter to the cache: those where the medium scatters, and in `full` light those
 //! where a surface shows. (In `local` light a cache has to outlive isovalues.) The plan has to know the
-//! cache's size before anything is on the GPU, so this is worked out on the CPU, with the shaders' own
-//! majorants.
+//! cache's size before anything is on the GPU, so this is worked out on the CPU, by the rule of
+//! `majorants.comp`.
+
+use std::ops::RangeInclusive;
+
+use rayon::prelude::*;
 
 use super::constants::TransferPoint;
 use super::shared::{Clip, MACROCELL, SceneConstants, Surface};
@@ -31,21 +35,26 @@ impl Occupancy {
         };
         Occupancy {
             macrocells,
-            occupied: ranges.iter().enumerate().map(matters).collect(),
+            occupied: ranges.par_iter().enumerate().map(matters).collect(),
         }
     }
 
-    /// Whether any macrocell that meets the box [low, high] (grid space) is occupied.
-    pub fn any(&self, low: [f32; 3], high: [f32; 3]) -> bool {
-        let index = |g: f32, a: usize| {
+    /// The macrocells along axis `a` that meet [low, high] (grid space).
+    pub fn span(&self, a: usize, [low, high]: [f32; 2]) -> RangeInclusive<usize> {
+        let index = |g: f32| {
             let cell = (g / MACROCELL as f32).floor().max(0.0) as u32;
-            cell.min(self.macrocells[a] - 1)
+            cell.min(self.macrocells[a] - 1) as usize
         };
-        let [x, y, z] = [0, 1, 2].map(|a| index(low[a], a)..=index(high[a], a));
-        z.into_iter().any(|k| {
+        index(low)..=index(high)
+    }
+
+    /// Whether any macrocell in the box of three spans is occupied.
+    pub fn any(&self, [x, y, z]: [&RangeInclusive<usize>; 3]) -> bool {
+        let [width, height, _] = self.macrocells.map(|n| n as usize);
+        z.clone().any(|k| {
             y.clone().any(|j| {
-                let row = ((k * self.macrocells[1] + j) * self.macrocells[0]) as usize;
-                self.occupied[row + *x.start() as usize..=row + *x.end() as usize].contains(&true)
+                let row = (k * height + j) * width;
+                self.occupied[row + x.start()..=row + x.end()].contains(&true)
             })
         })
     }

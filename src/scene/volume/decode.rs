@@ -279,6 +279,7 @@ fn collect_in_shares<T: Zeroable + Send, const N: usize>(
     read.map(|()| voxels).map_err(Failure::Fault)
 }
 
+/// One after another, into memory that grows.
 fn collect_as_it_comes<T, const N: usize>(
     mut source: Source,
     file: Kept,
