@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use include_dir::{Dir, include_dir};
@@ -17,25 +17,26 @@ use crate::error::{Error, Result};
 
 static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/glsl");
 
-/// One compiler for all shaders: a fresh one costs 0.1 s, a warm one milliseconds a shader.
+/// One compiler for the whole process: a fresh one costs 0.1 s with its first shader, a warm one
+/// milliseconds a shader.
+static COMPILER: LazyLock<shaderc::Result<Compiler>> = LazyLock::new(Compiler::new);
+
+/// The shaders' text, and what compiling it takes.
 pub struct Shaders {
-    compiler: Compiler,
     /// The text that `#include "shared.glsl"` stands for: what the CPU and the GPU share.
     shared: String,
     folder: Option<PathBuf>,
     /// Files beside those of `glsl/`, by name: a test's own passes.
     added: HashMap<String, String>,
-    /// On starting the compiler, and on every pass since.
+    /// On starting the compiler, where that was still to do, and on every pass since.
     spent: Mutex<Duration>,
 }
 
 impl Shaders {
     pub fn new(shared: String) -> Result<Shaders> {
         let began = Instant::now();
-        let compiler = Compiler::new()
-            .map_err(|e| Error::Device(format!("the shader compiler did not start: {e}")))?;
+        compiler()?;
         Ok(Shaders {
-            compiler,
             shared,
             folder: std::env::var_os("ISOLUME_GLSL").map(PathBuf::from),
             added: HashMap::new(),
@@ -92,8 +93,7 @@ impl Shaders {
                 content,
             })
         });
-        let artifact = self
-            .compiler
+        let artifact = compiler()?
             .compile_into_spirv(&source, kind, &file, "main", Some(&options))
             .map_err(|e| failed(e.to_string()))?;
         Ok(artifact.as_binary().to_vec())
@@ -111,4 +111,9 @@ impl Shaders {
         file.map(str::to_string)
             .ok_or_else(|| format!("glsl/{path} does not exist"))
     }
+}
+
+fn compiler() -> Result<&'static Compiler> {
+    let started = COMPILER.as_ref();
+    started.map_err(|e| Error::Device(format!("the shader compiler did not start: {e}")))
 }

@@ -1,7 +1,9 @@
 //! `isolume render`: open, plan, render until it is enough, write.
 
 use std::num::NonZeroU32;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::thread;
 
 use super::open_scene_timed;
 use super::plan::check_supported;
@@ -28,9 +30,13 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     for file in files.iter().chain(&args.stats).chain(&args.profile) {
         check_writable(file)?;
     }
-    let opened = open_scene_timed(&args.scene, args.quiet, &mut clock)?;
-    check_supported(&opened.scene)?;
-    let host = Host::open(&args.gpu, &mut clock)?;
+    let (opened, host) = thread::scope(|scope| {
+        let host = scope.spawn(|| Host::open(&args.gpu));
+        let opened = open_scene_timed(&args.scene, args.quiet, &mut clock)?;
+        check_supported(&opened.scene)?;
+        let host = clock.time("open the device", || host.join());
+        Ok((opened, host.unwrap_or_else(|panic| resume_unwind(panic))?))
+    })?;
     let Opened { volume, scene, .. } = &opened;
     let choice = clock.time("plan", || host.choose(volume, scene))?;
     let mut loaded = host.load(volume, scene, choice, args.seed, &mut clock)?;

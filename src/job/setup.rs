@@ -20,10 +20,8 @@ pub struct Host {
 }
 
 impl Host {
-    pub fn open(args: &GpuArgs, clock: &mut Clock) -> Result<Host> {
-        let device = clock.time("open the device", || {
-            Device::open(&device_choice(args.device.as_ref()))
-        })?;
+    pub fn open(args: &GpuArgs) -> Result<Host> {
+        let device = Device::open(&device_choice(args.device.as_ref()))?;
         let budget = Budget::of(&device, args.vram_budget);
         Ok(Host { device, budget })
     }
@@ -96,6 +94,16 @@ impl Loaded {
     /// Goes on with the same scene from elsewhere.
     pub fn look_from(&mut self, camera: &Camera) -> Result<()> {
         let next = self.buffers.seen_by(camera);
+        self.renderer.change(&self.buffers, &next)?;
+        self.buffers = next;
+        Ok(())
+    }
+
+    /// Goes on with an edited scene that the same passes can show; `ranges` are the macrocells'.
+    pub fn edit(&mut self, scene: &Scene, volume: &Volume, ranges: &[[f32; 2]]) -> Result<()> {
+        let most_texels = self.memory.limits.max_image_3d;
+        let next = self.buffers.changed_to(scene, volume);
+        let next = next.refitted(ranges, most_texels)?;
         self.renderer.change(&self.buffers, &next)?;
         self.buffers = next;
         Ok(())

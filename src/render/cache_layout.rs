@@ -5,6 +5,8 @@
 //! within reach of its nodes scatters light or shows a surface. The page table says which place: ten
 //! bits for each axis.
 
+use rayon::prelude::*;
+
 use super::occupancy::Occupancy;
 use super::shared::{BRICK, NO_PLACE};
 use crate::error::{Error, Result};
@@ -12,6 +14,9 @@ use crate::scene::CacheFormat;
 
 /// Places, or bricks of the lattice, along an axis that fit into ten bits.
 const MOST_PLACES: u32 = 1024;
+
+/// Of the bricks with memory, so many may be of no use before the rest gets images of its own.
+const MOST_IDLE: f64 = 0.4;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct CacheLayout {
@@ -67,11 +72,27 @@ impl CacheLayout {
         })
     }
 
+    /// This layout, if it has memory wherever another occupancy needs it and little where that does not;
+    /// the light in it stays in sight then until there is better.
+    pub fn refitted(
+        &self,
+        dims: [u32; 3],
+        occupancy: &Occupancy,
+        most_texels: u32,
+    ) -> Result<CacheLayout> {
+        let wanted = CacheLayout::new(dims, occupancy, self.scale, self.format(), most_texels)?;
+        let idle = 1.0 - wanted.active.len() as f64 / self.active.len() as f64;
+        Ok(match self.covers(&wanted) && idle <= MOST_IDLE {
+            true => self.clone(),
+            false => wanted,
+        })
+    }
+
     /// Whether each brick that has memory in `other`, of the same scale, has memory here as well.
     pub fn covers(&self, other: &CacheLayout) -> bool {
         // Bricks are in order of their packed positions.
-        let has = |brick: &u32| self.active.binary_search(brick).is_ok();
-        other.active.iter().all(has)
+        let mut mine = self.active.iter();
+        other.active.iter().all(|brick| mine.any(|m| m == brick))
     }
 
     pub fn format(&self) -> CacheFormat {
@@ -126,23 +147,25 @@ fn unpack(word: u32) -> [u32; 3] {
 
 /// A node is read as far as its neighbours, and near the faces half a cell further.
 fn active_bricks(bricks: [u32; 3], step: [f32; 3], occupancy: &Occupancy) -> Vec<u32> {
-    let reach = |first: u32, a: usize| {
-        let low = (first * BRICK) as f32 - 1.0;
-        let high = (first * BRICK + BRICK + 1) as f32;
-        [0.5 + low * step[a], 0.5 + high * step[a]]
+    let reach = |a: usize| {
+        let of_brick = |brick: u32| {
+            let low = (brick * BRICK) as f32 - 1.0;
+            let high = (brick * BRICK + BRICK + 1) as f32;
+            occupancy.span(a, [0.5 + low * step[a], 0.5 + high * step[a]])
+        };
+        (0..bricks[a]).map(of_brick).collect::<Vec<_>>()
     };
-    let mut active = Vec::new();
-    for z in 0..bricks[2] {
-        for y in 0..bricks[1] {
-            for x in 0..bricks[0] {
-                let spans = [reach(x, 0), reach(y, 1), reach(z, 2)];
-                if occupancy.any(spans.map(|s| s[0]), spans.map(|s| s[1])) {
-                    active.push(pack([x, y, z]));
-                }
-            }
-        }
-    }
-    active
+    let spans = [reach(0), reach(1), reach(2)];
+    let is_active = |[x, y, z]: &[u32; 3]| {
+        let [i, j, k] = [x, y, z].map(|&n| n as usize);
+        occupancy.any([&spans[0][i], &spans[1][j], &spans[2][k]])
+    };
+    let slice = |z: u32| {
+        let rows = (0..bricks[1]).flat_map(|y| (0..bricks[0]).map(move |x| [x, y, z]));
+        rows.filter(is_active).map(pack).collect::<Vec<_>>()
+    };
+    let slices = (0..bricks[2]).into_par_iter();
+    slices.flat_map_iter(slice).collect()
 }
 
 /// The smallest box of places for so many bricks with no side longer than `most`, near a cube.

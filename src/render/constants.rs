@@ -8,7 +8,8 @@ use super::cache_layout::CacheLayout;
 use super::convert::{clips, features, place_camera, suns, surfaces, transfer, transfer_segments};
 use super::environment_table;
 use super::filter_probe::filter_is_precise;
-use super::occupancy::{Occupancy, macrocell_ranges};
+use super::macrocell_ranges::macrocell_ranges;
+use super::occupancy::Occupancy;
 use super::shared::{
     self, Clip, EnvironmentCell, Features, MACROCELL, SceneConstants, Sun, Surface,
 };
@@ -142,6 +143,16 @@ impl SceneBuffers {
             Some(layout) => changed.with_cache(layout.clone()),
             None => changed,
         }
+    }
+
+    /// With its cache, if there is one, made to fit after a change; `ranges` are the macrocells'.
+    pub fn refitted(self, ranges: &[[f32; 2]], most_texels: u32) -> Result<SceneBuffers> {
+        let Some(layout) = &self.cache else {
+            return Ok(self);
+        };
+        let occupancy = self.occupancy_of(ranges);
+        let layout = layout.refitted(self.constants.dims, &occupancy, most_texels)?;
+        Ok(self.with_cache(layout))
     }
 
     /// A texel of the cache for light that nobody has traced yet.

@@ -29,12 +29,14 @@ mod resources;
 pub mod shared;
 mod slots;
 mod tone_map;
+mod upload;
 
 pub use cache::Cache;
 pub use cache_layout::CacheLayout;
 pub use constants::{SceneBuffers, macrocells};
 pub use film::{Film, FirstHits};
-pub use occupancy::{Occupancy, macrocell_ranges};
+pub use macrocell_ranges::macrocell_ranges;
+pub use occupancy::Occupancy;
 pub use plan::{Choice, Plan, choose};
 pub use published_resources::PublishedResources;
 pub use renderer::{Renderer, Totals};

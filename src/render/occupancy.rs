@@ -1,88 +1,20 @@
 //! Which macrocells matter to the cache: those where the medium scatters, and in `full` light those
-//! where a surface shows. (In `local` light a cache has to outlive isovalues.) The plan has to know the cache's size before anything is on the GPU, so this is worked out on the CPU; the
-//! shaders' ranges and majorants are the same, voxel by voxel.
+//! where a surface shows. (In `local` light a cache has to outlive isovalues.) The plan has to know the
+//! cache's size before anything is on the GPU, so this is worked out on the CPU, by the rule of
+//! `majorants.comp`.
 
-use std::thread;
+use std::ops::RangeInclusive;
+
+use rayon::prelude::*;
 
 use super::constants::TransferPoint;
 use super::shared::{Clip, MACROCELL, SceneConstants, Surface};
-use crate::scene::volume::{Volume, Voxels};
 
 pub struct Occupancy {
     /// Macrocells along each axis.
     pub macrocells: [u32; 3],
     /// x fastest.
     pub occupied: Vec<bool>,
-}
-
-/// Smallest and largest stored value in each macrocell, x fastest.
-pub fn macrocell_ranges(volume: &Volume, macrocells: [u32; 3]) -> Vec<[f32; 2]> {
-    match &volume.voxels {
-        Voxels::U8(v) => ranges(v, volume.dims, macrocells, |v| v as f32),
-        Voxels::U16(v) => ranges(v, volume.dims, macrocells, |v| v as f32),
-        Voxels::F32(v) => ranges(v, volume.dims, macrocells, |v| v),
-    }
-}
-
-/// Slices of macrocells are shared out among as many threads as there are cores.
-fn ranges<T: Copy + Sync + PartialOrd>(
-    voxels: &[T],
-    dims: [u32; 3],
-    macrocells: [u32; 3],
-    stored: fn(T) -> f32,
-) -> Vec<[f32; 2]> {
-    let slice = (macrocells[0] * macrocells[1]) as usize;
-    let mut all = vec![[0.0; 2]; slice * macrocells[2] as usize];
-    let threads = thread::available_parallelism().map_or(1, |n| n.get());
-    let share = (macrocells[2] as usize).div_ceil(threads);
-    thread::scope(|scope| {
-        for (n, part) in all.chunks_mut(share * slice).enumerate() {
-            scope.spawn(move || {
-                for (z, slice) in part.chunks_mut(slice).enumerate() {
-                    let z = (n * share + z) as u32;
-                    range_slice(voxels, dims, macrocells, z, stored, slice);
-                }
-            });
-        }
-    });
-    all
-}
-
-/// The voxels that the cells of macrocell m interpolate along an axis: m·B − 1 … m·B + B − 1.
-fn corners(macrocell: u32, dim: u32) -> std::ops::Range<usize> {
-    let low = (macrocell * MACROCELL).max(1) - 1;
-    let high = (macrocell * MACROCELL + MACROCELL).min(dim);
-    low as usize..high as usize
-}
-
-fn range_slice<T: Copy + PartialOrd>(
-    voxels: &[T],
-    dims: [u32; 3],
-    macrocells: [u32; 3],
-    z: u32,
-    stored: fn(T) -> f32,
-    slice: &mut [[f32; 2]],
-) {
-    let [width, height] = [dims[0] as usize, dims[1] as usize];
-    for y in 0..macrocells[1] {
-        for x in 0..macrocells[0] {
-            let columns = corners(x, dims[0]);
-            let mut low = voxels[0];
-            let mut high = low;
-            let mut first = true;
-            for k in corners(z, dims[2]) {
-                for j in corners(y, dims[1]) {
-                    let row = (k * height + j) * width;
-                    for &v in &voxels[row + columns.start..row + columns.end] {
-                        low = if first || v < low { v } else { low };
-                        high = if first || v > high { v } else { high };
-                        first = false;
-                    }
-                }
-            }
-            slice[(y * macrocells[0] + x) as usize] = [stored(low), stored(high)];
-        }
-    }
 }
 
 impl Occupancy {
@@ -103,21 +35,26 @@ impl Occupancy {
         };
         Occupancy {
             macrocells,
-            occupied: ranges.iter().enumerate().map(matters).collect(),
+            occupied: ranges.par_iter().enumerate().map(matters).collect(),
         }
     }
 
-    /// Whether any macrocell that meets the box [low, high] (grid space) is occupied.
-    pub fn any(&self, low: [f32; 3], high: [f32; 3]) -> bool {
-        let index = |g: f32, a: usize| {
+    /// The macrocells along axis `a` that meet [low, high] (grid space).
+    pub fn span(&self, a: usize, [low, high]: [f32; 2]) -> RangeInclusive<usize> {
+        let index = |g: f32| {
             let cell = (g / MACROCELL as f32).floor().max(0.0) as u32;
-            cell.min(self.macrocells[a] - 1)
+            cell.min(self.macrocells[a] - 1) as usize
         };
-        let [x, y, z] = [0, 1, 2].map(|a| index(low[a], a)..=index(high[a], a));
-        z.into_iter().any(|k| {
+        index(low)..=index(high)
+    }
+
+    /// Whether any macrocell in the box of three spans is occupied.
+    pub fn any(&self, [x, y, z]: [&RangeInclusive<usize>; 3]) -> bool {
+        let [width, height, _] = self.macrocells.map(|n| n as usize);
+        z.clone().any(|k| {
             y.clone().any(|j| {
-                let row = ((k * self.macrocells[1] + j) * self.macrocells[0]) as usize;
-                self.occupied[row + *x.start() as usize..=row + *x.end() as usize].contains(&true)
+                let row = (k * height + j) * width;
+                self.occupied[row + x.start()..=row + x.end()].contains(&true)
             })
         })
     }

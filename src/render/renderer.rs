@@ -16,15 +16,15 @@ use super::constants::SceneBuffers;
 use super::copy;
 use super::delta_tracking::DeltaTracking;
 use super::iso_depth::IsoDepth;
-use super::macrocell_ranges::MacrocellRanges;
 use super::majorants::Majorants;
 use super::published::Published;
 use super::resources::Resources;
-use super::shared::{self, AccumulatePush, ToneMapPush};
+use super::shared::{self, AccumulatePush, Features, ToneMapPush};
 use super::tone_map::ToneMap;
+use super::upload::{self, upload_pages, upload_transfer};
 use crate::error::Result;
 use crate::gpu::{Device, Frame, Image, Memory, Shaders, Slices};
-use crate::scene::volume::{Volume, Voxels};
+use crate::scene::volume::Volume;
 
 /// Of a march that nobody is waiting for.
 const MARCH_SLICE_MS: f64 = 50.0;
@@ -96,17 +96,21 @@ impl Renderer {
     ) -> Result<Renderer> {
         let device = memory.device();
         let features = &scene.features;
-        // The two largest sets of shaders, side by side: compiling is most of a start.
-        let (sampling, cache) = thread::scope(|scope| {
+        // Compiling is most of a start: the two largest sets of shaders, side by side, and beside the
+        // voxels' way to the GPU.
+        let (sampling, cache, loaded) = thread::scope(|scope| {
             let sampling = scope.spawn(|| Sampling::new(device, shaders, scene));
             let cache = scene.cache.as_ref();
-            let cache = cache.map(|_| Cache::new(device, shaders, features));
-            (sampling.join(), cache.transpose())
+            let cache = cache.map(|_| scope.spawn(|| Cache::new(device, shaders, features)));
+            let loaded = upload::load(memory, volume, scene);
+            (sampling.join(), cache.map(|c| c.join()), loaded)
         });
+        let (frame, resources) = loaded?;
+        let cache = cache.map(|cache| cache.unwrap_or_else(|panic| resume_unwind(panic)));
         let mut renderer = Renderer {
-            frame: Frame::new(device)?,
+            frame,
             totals: Totals::default(),
-            resources: Resources::allocate(memory, volume, scene)?,
+            resources,
             compiling: Duration::ZERO,
             sampling: sampling.unwrap_or_else(|panic| resume_unwind(panic))?,
             accumulate: Accumulate::new(device, shaders, features)?,
@@ -118,52 +122,19 @@ impl Renderer {
             tone_map: ToneMap::new(device, shaders)?,
             under_way: None,
             is_stale: false,
-            cache: cache?,
+            cache: cache.transpose()?,
         };
-        renderer.load(device, shaders, volume, scene)?;
+        renderer.prepare(features)?;
         renderer.compiling = shaders.time_spent();
         Ok(renderer)
     }
 
-    /// Brings the scene onto the GPU: voxels, macrocells and majorants.
-    fn load(
-        &mut self,
-        device: &Arc<Device>,
-        shaders: &Shaders,
-        volume: &Volume,
-        scene: &SceneBuffers,
-    ) -> Result<()> {
-        let r = &mut self.resources;
-        self.frame.run(|f| {
-            f.adopt(&r.images_to_fill())?;
-            f.clear(&r.images_from_zero())
-        })?;
-        let voxels: &[u8] = match &volume.voxels {
-            Voxels::U8(v) => v,
-            Voxels::U16(v) => bytemuck::cast_slice(v),
-            Voxels::F32(v) => bytemuck::cast_slice(v),
-        };
-        let frame = &mut self.frame;
-        copy::upload(frame, &mut r.staging, &r.volume, voxels)?;
-        upload_transfer(frame, r, scene)?;
-        let texels: Vec<[f32; 4]> = scene
-            .environment
-            .texels
-            .iter()
-            .map(|&[r, g, b]| [r, g, b, 1.0])
-            .collect();
-        copy::upload(
-            frame,
-            &mut r.staging,
-            &r.environment,
-            bytemuck::cast_slice(&texels),
-        )?;
-        let macrocell_ranges = MacrocellRanges::new(device, shaders, &scene.features)?;
-        macrocell_ranges.run(frame, r)?;
-        if scene.features.has_medium {
+    /// Works out what follows from the scene on the GPU.
+    fn prepare(&mut self, features: &Features) -> Result<()> {
+        let (frame, r) = (&mut self.frame, &self.resources);
+        if features.has_medium {
             self.majorants.run(frame, r)?;
         }
-        upload_pages(frame, r, scene)?;
         match &self.cache {
             Some(cache) => cache.prepare(frame, r),
             None => Ok(()),
@@ -404,29 +375,5 @@ impl Renderer {
     /// Reads of the volume by them.
     pub fn lookups(&self) -> u64 {
         self.totals.lookups + self.cache.as_ref().map_or(0, |c| c.lookups)
-    }
-}
-
-fn upload_transfer(frame: &mut Frame, r: &mut Resources, scene: &SceneBuffers) -> Result<()> {
-    let texels = scene.transfer_texels();
-    if texels.is_empty() {
-        return Ok(());
-    }
-    if r.transfer.desc.bytes() != size_of_val(&texels[..]) as u64 {
-        r.resize_transfer(scene.transfer.len())?;
-        frame.run(|f| f.adopt(&[&r.transfer]))?;
-    }
-    let texels = bytemuck::cast_slice(&texels);
-    copy::upload(frame, &mut r.staging, &r.transfer, texels)
-}
-
-fn upload_pages(frame: &mut Frame, r: &mut Resources, scene: &SceneBuffers) -> Result<()> {
-    match (&r.cache, &scene.cache) {
-        (Some(cache), Some(layout)) => {
-            let pages = layout.pages();
-            let texels = bytemuck::cast_slice(&pages);
-            copy::upload(frame, &mut r.staging, &cache.pages, texels)
-        }
-        _ => Ok(()),
     }
 }

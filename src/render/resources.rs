@@ -74,12 +74,18 @@ impl Resources {
             written: true,
             format: Format::R32G32B32A32_SFLOAT,
         };
-        let lattice = |name, format| ImageDesc {
-            name,
+        let ranges = ImageDesc {
+            name: "macrocell ranges",
             extent: scene.constants.macrocells,
             volumetric: true,
+            written: false,
+            format: Format::R32G32_SFLOAT,
+        };
+        let majorants = ImageDesc {
+            name: "majorants",
             written: true,
-            format,
+            format: Format::R32_SFLOAT,
+            ..ranges
         };
         let environment = ImageDesc {
             name: "environment image",
@@ -93,8 +99,8 @@ impl Resources {
             filtered: !scene.features.filter_in_shader,
             size: scene.constants.size,
             volume: Image::new(memory, volume_desc(volume))?,
-            ranges: Image::new(memory, lattice("macrocell ranges", Format::R32G32_SFLOAT))?,
-            majorants: Image::new(memory, lattice("majorants", Format::R32_SFLOAT))?,
+            ranges: Image::new(memory, ranges)?,
+            majorants: Image::new(memory, majorants)?,
             scene: Buffer::with_data(memory, "scene constants", &[scene.constants])?,
             transfer: Image::new(memory, transfer_desc(scene.transfer.len()))?,
             surfaces: Buffer::with_data(memory, "surfaces", &scene.surfaces)?,
@@ -142,6 +148,7 @@ impl Resources {
                     name: "staging",
                     bytes: staging_bytes(&[
                         volume_desc(volume),
+                        ranges,
                         transfer_desc(scene.transfer.len()),
                         scene.cache.as_ref().map_or(environment, pages_desc),
                         environment,
@@ -195,6 +202,7 @@ impl Resources {
         let pages = self.cache.as_ref().map(|cache| cache.pages.desc);
         let largest = [
             self.volume.desc,
+            self.ranges.desc,
             self.transfer.desc,
             self.environment.desc,
             self.mean.desc,

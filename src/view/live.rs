@@ -7,7 +7,7 @@ use super::load::Document;
 use super::picture::Picture;
 use crate::error::{Error, Result};
 use crate::gpu::Memory;
-use crate::render::{CacheLayout, Choice, Plan, Renderer, SceneBuffers, choose};
+use crate::render::{Choice, Plan, Renderer, SceneBuffers, choose};
 use crate::scene::{Scene, Variant};
 
 /// What a renderer is made for.
@@ -44,9 +44,6 @@ pub enum Followed {
     /// Other passes have to be compiled.
     Impossible,
 }
-
-/// Of the bricks with memory, so many may be of no use before the rest gets images of its own.
-const MOST_IDLE: f64 = 0.4;
 
 impl Live {
     pub fn build(order: Order, document: &Document) -> Result<Live> {
@@ -136,19 +133,15 @@ impl Live {
             let r = &s.render;
             (r.variant, r.cache_scale, r.cache_format, r.max_bounces)
         };
-        let mut next = self.full.changed_to(scene, &document.opened.volume);
+        let next = self.full.changed_to(scene, &document.opened.volume);
         if next.features != self.full.features
             || next.environment != self.full.environment
             || settings(scene) != settings(&self.scene)
         {
             return Ok(None);
         }
-        if let Some(layout) = self.full.cache.as_ref() {
-            let most = self.memory.device().summary.max_image_3d;
-            let fitting = fitting_layout(layout, &next, document, most)?;
-            next = next.with_cache(fitting);
-        }
-        Ok(Some(next))
+        let most_texels = self.memory.device().summary.max_image_3d;
+        next.refitted(&document.ranges, most_texels).map(Some)
     }
 
     fn plan(&self, buffers: &SceneBuffers, document: &Document) -> Result<Plan> {
@@ -198,22 +191,4 @@ impl Live {
         self.told = buffers;
         Ok(lasts)
     }
-}
-
-/// The layout so far, if it has memory wherever that is needed and little where it is not; the light in it
-/// stays in sight then until there is better.
-fn fitting_layout(
-    layout: &CacheLayout,
-    next: &SceneBuffers,
-    document: &Document,
-    most_texels: u32,
-) -> Result<CacheLayout> {
-    let occupancy = next.occupancy_of(&document.ranges);
-    let dims = document.opened.volume.dims;
-    let wanted = CacheLayout::new(dims, &occupancy, layout.scale, layout.format(), most_texels)?;
-    let idle = 1.0 - wanted.active.len() as f64 / layout.active.len() as f64;
-    Ok(match layout.covers(&wanted) && idle <= MOST_IDLE {
-        true => layout.clone(),
-        false => wanted,
-    })
 }

@@ -6,6 +6,7 @@
 //! good as that of `isolume render --time t`, which has filled its cache before the first sample.
 
 mod cache_settings;
+mod edits;
 mod entrants;
 mod folder;
 mod markdown;
@@ -19,7 +20,6 @@ use std::time::Duration;
 use super::open_scene;
 use super::plan::check_supported;
 use super::render::INTERRUPTED_STATUS;
-use super::report::Clock;
 use super::setup::Host;
 use super::trace;
 use crate::cli::BenchArgs;
@@ -55,7 +55,7 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     if let Some(given) = &given {
         reference::check_size(given, &opened.scene)?;
     }
-    let host = Host::open(&args.gpu, &mut Clock::new())?;
+    let host = Host::open(&args.gpu)?;
     let subjects = subjects(args, &host, &opened)?;
     let mut bench = Bench {
         args,

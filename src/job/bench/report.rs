@@ -77,6 +77,8 @@ pub struct RunReport {
     pub orbit: Option<Orbit>,
     /// The same view, with the cache that the run left and nothing else.
     pub new_view: Vec<Point>,
+    /// Null without a medium, and in `published`.
+    pub edit: Option<Edit>,
 }
 
 /// A picture at some time, against the reference.
@@ -117,6 +119,15 @@ pub struct Orbit {
     pub frame_ms_p99: f64,
     /// Of the same, the CPU time of all cores.
     pub frame_cpu_ms_median: f64,
+}
+
+/// From an edit of the transfer function until the first pass can show it.
+#[derive(Debug, Serialize)]
+pub struct Edit {
+    pub ms_min: f64,
+    pub ms_median: f64,
+    /// The CPU time of all cores.
+    pub cpu_ms_median: f64,
 }
 
 #[derive(Debug, Serialize)]

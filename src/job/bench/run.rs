@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::Bench;
+use super::edits;
 use super::entrants::{Entrant, Subject};
 use super::reference::Reference;
 use super::report::{Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to};
@@ -57,6 +58,7 @@ pub fn measure(
         false => (None, Vec::new()),
     };
     let cache = run.cache();
+    let edit = edits::measure(&mut run.loaded, bench.volume, &entrant.scene)?;
     let (points, looks): (Vec<Point>, Vec<Look>) = looks.into_iter().unzip();
     Ok((
         RunReport {
@@ -78,6 +80,7 @@ pub fn measure(
             cache,
             orbit,
             new_view,
+            edit,
         },
         looks,
     ))

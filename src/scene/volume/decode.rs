@@ -1,11 +1,18 @@
 //! From a header to a [`Volume`]: reads the kept voxels, converts them, and settles what they mean.
 //!
-//! Voxels pass through a buffer that stays in the processor's cache, which makes one loop serve all
-//! types, byte orders, crops and compressions at the speed of the disk. Nothing is allocated for
-//! voxels that the file cannot hold; behind compression, where a header could promise anything,
-//! memory grows with the voxels that really arrive.
+//! Voxels pass through a buffer that stays in the processor's cache, which makes one conversion serve
+//! all types, byte orders, crops and compressions. A plain file is read by all cores at once: most of
+//! that time goes to the system, which clears each page of new memory. Nothing is allocated for voxels
+//! that the file cannot hold; behind compression, where a header could promise anything, memory grows
+//! with the voxels that really arrive.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use bytemuck::Zeroable;
+use bytemuck::allocation::try_zeroed_vec;
+use rayon::prelude::*;
 
 use super::header::{Header, Parsed};
 use super::orientation::{Axes, Orientation};
@@ -17,6 +24,8 @@ use crate::error::{Error, Result};
 
 /// Bytes read at a time.
 const CHUNK: usize = 256 << 10;
+/// Bytes of a share of the work, at least where slices are small enough.
+const SHARE: usize = 4 << 20;
 
 pub(super) fn decode(
     path: &Path,
@@ -38,8 +47,12 @@ pub(super) fn decode(
             header.data.path.display()
         )),
     };
-    let source = Source::open(header, reading).map_err(in_data)?;
-    let decoded = read(source, region, header).map_err(|failure| match failure {
+    let file = Kept {
+        header,
+        region,
+        reading,
+    };
+    let decoded = read(file).map_err(|failure| match failure {
         Failure::Fault(fault) => in_data(fault),
         Failure::Memory(bytes) => Error::Memory(format!(
             "{}: no memory for {bytes} bytes of voxels; load less of it with `crop`",
@@ -129,6 +142,14 @@ enum Failure {
     Memory(usize),
 }
 
+/// The part of a file's voxels that is wanted.
+#[derive(Clone, Copy)]
+struct Kept<'a> {
+    header: &'a Header,
+    region: Region,
+    reading: &'a Reading,
+}
+
 struct Decoded {
     voxels: Voxels,
     scale: f64,
@@ -139,11 +160,8 @@ struct Decoded {
 
 /// Small integers keep their width, and a rescaling only gives them another meaning; unless it turns
 /// their order around, which stored values must share with values.
-fn read(
-    source: Source<'_>,
-    region: Region,
-    header: &Header,
-) -> std::result::Result<Decoded, Failure> {
+fn read(file: Kept) -> std::result::Result<Decoded, Failure> {
+    let header = file.header;
     let (slope, intercept) = (header.slope, header.intercept);
     let bits16 = |bytes| match header.endian {
         Endian::Little => u16::from_le_bytes(bytes),
@@ -169,87 +187,120 @@ fn read(
     if slope > 0.0 {
         match header.voxel_type {
             VoxelType::U8 => {
-                return stored(Voxels::U8(collect(source, region, |[byte]| byte)?), 0.0);
+                return stored(Voxels::U8(collect(file, |[byte]| byte)?), 0.0);
             }
             VoxelType::I8 => {
-                let voxels = collect(source, region, |[byte]| byte ^ 0x80)?;
+                let voxels = collect(file, |[byte]| byte ^ 0x80)?;
                 return stored(Voxels::U8(voxels), -128.0);
             }
             VoxelType::U16 => {
-                return stored(Voxels::U16(collect(source, region, bits16)?), 0.0);
+                return stored(Voxels::U16(collect(file, bits16)?), 0.0);
             }
             VoxelType::I16 => {
-                let voxels = collect(source, region, |bytes| bits16(bytes) ^ 0x8000)?;
+                let voxels = collect(file, |bytes| bits16(bytes) ^ 0x8000)?;
                 return stored(Voxels::U16(voxels), -32768.0);
             }
             _ => {}
         }
     }
-    let mut rounding = 0.0f64;
-    let mut rescaled = |value: f64| {
+    // Of a number that is not negative, the bits have the order of the number.
+    let rounding = AtomicU64::new(0);
+    let rescaled = |value: f64| {
         let exact = intercept + slope * value;
         let kept = exact as f32;
-        if kept.is_finite() {
-            rounding = rounding.max((f64::from(kept) - exact).abs());
+        let change = (f64::from(kept) - exact).abs().to_bits();
+        if kept.is_finite() && change > rounding.load(Ordering::Relaxed) {
+            rounding.fetch_max(change, Ordering::Relaxed);
         }
         kept
     };
     let float = |bytes| f32::from_bits(bits32(bytes));
     let voxels = match header.voxel_type {
-        VoxelType::U8 => collect(source, region, |[byte]| rescaled(byte.into()))?,
-        VoxelType::I8 => collect(source, region, |[byte]| rescaled((byte as i8).into()))?,
-        VoxelType::U16 => collect(source, region, |bytes| rescaled(bits16(bytes).into()))?,
-        VoxelType::I16 => collect(source, region, |bytes| {
-            rescaled((bits16(bytes) as i16).into())
-        })?,
-        VoxelType::U32 => collect(source, region, |bytes| rescaled(bits32(bytes).into()))?,
-        VoxelType::I32 => collect(source, region, |bytes| {
-            rescaled((bits32(bytes) as i32).into())
-        })?,
-        VoxelType::F32 if (slope, intercept) == (1.0, 0.0) => collect(source, region, float)?,
-        VoxelType::F32 => collect(source, region, |bytes| rescaled(float(bytes).into()))?,
-        VoxelType::F64 => collect(source, region, |bytes| {
-            rescaled(f64::from_bits(bits64(bytes)))
-        })?,
+        VoxelType::U8 => collect(file, |[byte]| rescaled(byte.into()))?,
+        VoxelType::I8 => collect(file, |[byte]| rescaled((byte as i8).into()))?,
+        VoxelType::U16 => collect(file, |bytes| rescaled(bits16(bytes).into()))?,
+        VoxelType::I16 => collect(file, |bytes| rescaled((bits16(bytes) as i16).into()))?,
+        VoxelType::U32 => collect(file, |bytes| rescaled(bits32(bytes).into()))?,
+        VoxelType::I32 => collect(file, |bytes| rescaled((bits32(bytes) as i32).into()))?,
+        VoxelType::F32 if (slope, intercept) == (1.0, 0.0) => collect(file, float)?,
+        VoxelType::F32 => collect(file, |bytes| rescaled(float(bytes).into()))?,
+        VoxelType::F64 => collect(file, |bytes| rescaled(f64::from_bits(bits64(bytes))))?,
     };
     Ok(Decoded {
         voxels: Voxels::F32(voxels),
         scale: 1.0,
         offset: 0.0,
-        rounding,
+        rounding: f64::from_bits(rounding.into_inner()),
     })
 }
 
 /// The kept voxels, each converted from its N bytes.
-fn collect<T, const N: usize>(
-    mut source: Source<'_>,
-    region: Region,
-    mut convert: impl FnMut([u8; N]) -> T,
+fn collect<T: Zeroable + Send, const N: usize>(
+    file: Kept,
+    convert: impl Fn([u8; N]) -> T + Sync,
 ) -> std::result::Result<Vec<T>, Failure> {
-    let total = region.voxels();
-    let (length, starts) = region.runs();
+    let source = Source::open(file.header, file.reading).map_err(Failure::Fault)?;
+    let bytes = file.region.voxels() as u64 * N as u64;
+    file.reading.expect(bytes);
+    match source.length_is_certain() {
+        true => collect_in_shares(file, convert),
+        false => collect_as_it_comes(source, file, convert),
+    }
+}
+
+/// Each share of the slices is read through a reader of its own.
+fn collect_in_shares<T: Zeroable + Send, const N: usize>(
+    file: Kept,
+    convert: impl Fn([u8; N]) -> T + Sync,
+) -> std::result::Result<Vec<T>, Failure> {
+    let began = Instant::now();
+    let Region { dims, .. } = file.region;
+    let total = file.region.voxels();
+    let slice = dims[0] as usize * dims[1] as usize;
+    let slices = (SHARE / N / slice).max(1);
+    let mut voxels = try_zeroed_vec(total).map_err(|()| Failure::Memory(total * size_of::<T>()))?;
+    let shares = voxels.par_chunks_mut(slices * slice).enumerate();
+    let read = shares.try_for_each(|(n, share)| {
+        let mut source = Source::open(file.header, file.reading)?;
+        let mut chunk = vec![0; CHUNK.min(share.len() * N)];
+        let mut done = 0;
+        let slab = file.region.slab(n * slices..(n + 1) * slices);
+        for (start, count) in slab.pieces(CHUNK / N) {
+            let bytes = &mut chunk[..count * N];
+            source.read(start * N as u64, bytes)?;
+            for (voxel, bytes) in share[done..].iter_mut().zip(bytes.as_chunks().0) {
+                *voxel = convert(*bytes);
+            }
+            done += count;
+        }
+        Ok(())
+    });
+    file.reading.spend(began.elapsed());
+    read.map(|()| voxels).map_err(Failure::Fault)
+}
+
+/// One after another, into memory that grows.
+fn collect_as_it_comes<T, const N: usize>(
+    mut source: Source,
+    file: Kept,
+    convert: impl Fn([u8; N]) -> T,
+) -> std::result::Result<Vec<T>, Failure> {
+    let total = file.region.voxels();
     let mut chunk = vec![0; CHUNK.min(total * N)];
     let mut voxels: Vec<T> = Vec::new();
-    for start in starts {
-        let mut done = 0;
-        while done < length {
-            let count = (length - done).min((CHUNK / N) as u64) as usize;
-            let bytes = &mut chunk[..count * N];
-            source
-                .read((start + done) * N as u64, bytes)
-                .map_err(Failure::Fault)?;
-            if voxels.capacity() - voxels.len() < count {
-                let growth = match source.length_is_certain() {
-                    true => total,
-                    false => voxels.len().max(count),
-                };
-                voxels
-                    .try_reserve_exact(growth.min(total - voxels.len()))
-                    .map_err(|_| Failure::Memory(total * size_of::<T>()))?;
-            }
-            voxels.extend(bytes.as_chunks().0.iter().map(|bytes| convert(*bytes)));
-            done += count as u64;
+    for (start, count) in file.region.pieces(CHUNK / N) {
+        let began = Instant::now();
+        let bytes = &mut chunk[..count * N];
+        let read = source.read(start * N as u64, bytes);
+        read.map_err(Failure::Fault)?;
+        file.reading.spend(began.elapsed());
+        if voxels.capacity() - voxels.len() < count {
+            let growth = voxels.len().max(count);
+            voxels
+                .try_reserve_exact(growth.min(total - voxels.len()))
+                .map_err(|_| Failure::Memory(total * size_of::<T>()))?;
         }
+        voxels.extend(bytes.as_chunks().0.iter().map(|bytes| convert(*bytes)));
     }
     source.finish().map_err(Failure::Fault)?;
     Ok(voxels)
@@ -259,19 +310,16 @@ impl Volume {
     /// Finds the range of values, and replaces those that are none.
     fn settle_values(&mut self) -> Parsed<()> {
         let [low, high] = match &mut self.voxels {
-            Voxels::U8(voxels) => extremes(voxels.iter().copied()),
-            Voxels::U16(voxels) => extremes(voxels.iter().copied()),
+            Voxels::U8(voxels) => extremes(voxels, [u8::MAX, u8::MIN], |_| true),
+            Voxels::U16(voxels) => extremes(voxels, [u16::MAX, u16::MIN], |_| true),
             Voxels::F32(voxels) => {
-                let [low, high] =
-                    extremes(voxels.iter().copied().filter(|value| value.is_finite()));
+                let none = [f32::INFINITY, f32::NEG_INFINITY];
+                let [low, high] = extremes(voxels, none, f32::is_finite);
                 if low > high {
                     return Err("no voxel has a finite value".into());
                 }
-                let mut replaced = 0;
-                for voxel in voxels.iter_mut().filter(|value| !value.is_finite()) {
-                    *voxel = low as f32;
-                    replaced += 1;
-                }
+                let infinite = voxels.par_iter_mut().filter(|value| !value.is_finite());
+                let replaced = infinite.map(|voxel| *voxel = low as f32).count();
                 if replaced > 0 {
                     self.notes.push(format!(
                         "{replaced} voxels are not finite float32 numbers and became the smallest \
@@ -315,18 +363,30 @@ impl Volume {
     }
 }
 
-/// The smallest and largest value; the smallest is the larger one if there is none.
-fn extremes<T: Copy + PartialOrd + Into<f64>>(values: impl Iterator<Item = T>) -> [f64; 2] {
-    let bounds = values.fold(None, |bounds: Option<[T; 2]>, value| match bounds {
-        None => Some([value; 2]),
-        Some([low, high]) => Some([
-            if value < low { value } else { low },
-            if value > high { value } else { high },
-        ]),
-    });
-    bounds.map_or([f64::INFINITY, f64::NEG_INFINITY], |bounds| {
-        bounds.map(Into::into)
-    })
+/// The smallest and largest of the values that count; `none` if there is none. Columns of a short row
+/// are folded first, which a processor does many at a time.
+fn extremes<T: Copy + PartialOrd + Send + Sync + Into<f64>>(
+    values: &[T],
+    none: [T; 2],
+    counts: impl Fn(T) -> bool + Sync,
+) -> [f64; 2] {
+    const COLUMNS: usize = 64;
+    let lesser = |a: T, b: T| if b < a { b } else { a };
+    let greater = |a: T, b: T| if b > a { b } else { a };
+    let of_part = |part: &[T]| {
+        let (mut low, mut high) = ([none[0]; COLUMNS], [none[1]; COLUMNS]);
+        for row in part.chunks(COLUMNS) {
+            for ((low, high), &value) in low.iter_mut().zip(&mut high).zip(row) {
+                let [a, b] = if counts(value) { [value; 2] } else { none };
+                (*low, *high) = (lesser(*low, a), greater(*high, b));
+            }
+        }
+        let low = low.into_iter().fold(none[0], lesser);
+        [low, high.into_iter().fold(none[1], greater)]
+    };
+    let wider = |a: [T; 2], b: [T; 2]| [lesser(a[0], b[0]), greater(a[1], b[1])];
+    let parts = values.par_chunks(CHUNK).map(of_part);
+    parts.reduce(|| none, wider).map(Into::into)
 }
 
 fn reverse_slices<T>(voxels: &mut [T], slice: usize) {

@@ -8,7 +8,7 @@ use super::header::Parsed;
 
 #[derive(Debug, Default)]
 pub struct Reading {
-    /// Bytes, decompressed.
+    /// Bytes of the voxels that are kept, decompressed.
     done: AtomicU64,
     all: AtomicU64,
     took_ns: AtomicU64,
@@ -22,27 +22,30 @@ impl Reading {
         done / (self.all.load(Ordering::Relaxed) as f64).max(1.0)
     }
 
-    /// By the reading and inflating of the file; making voxels of it is not part of that.
-    pub fn took(&self) -> Duration {
-        Duration::from_nanos(self.took_ns.load(Ordering::Relaxed))
-    }
-
     /// The voxels are no longer wanted: reading them ends with an error.
     pub fn stop(&self) {
         self.is_stopped.store(true, Ordering::Relaxed);
     }
 
-    pub(super) fn spend(&self, time: Duration) {
-        self.took_ns
-            .fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
+    /// By the reading and inflating of the file. Of a plain one, the making of voxels is part of that.
+    pub fn took(&self) -> Duration {
+        Duration::from_nanos(self.took_ns.load(Ordering::Relaxed))
     }
 
-    pub(super) fn reach(&self, done: u64, all: u64) -> Parsed<()> {
-        self.done.store(done, Ordering::Relaxed);
-        self.all.store(all, Ordering::Relaxed);
+    pub(super) fn expect(&self, bytes: u64) {
+        self.all.store(bytes, Ordering::Relaxed);
+    }
+
+    pub(super) fn advance(&self, bytes: u64) -> Parsed<()> {
+        self.done.fetch_add(bytes, Ordering::Relaxed);
         match self.is_stopped.load(Ordering::Relaxed) {
             true => Err("reading was cancelled".into()),
             false => Ok(()),
         }
+    }
+
+    pub(super) fn spend(&self, time: Duration) {
+        let ns = time.as_nanos() as u64;
+        self.took_ns.fetch_add(ns, Ordering::Relaxed);
     }
 }

@@ -1,5 +1,7 @@
 //! The voxels that are kept, as runs that are contiguous in the file.
 
+use std::ops::Range;
+
 use super::header::Parsed;
 
 #[derive(Debug, Clone, Copy)]
@@ -30,8 +32,27 @@ impl Region {
         self.dims.iter().map(|size| *size as usize).product()
     }
 
-    /// The length of each run and the first voxel of each, as the file counts them.
-    pub fn runs(self) -> (u64, impl Iterator<Item = u64>) {
+    /// Those of its slices.
+    pub fn slab(mut self, slices: Range<usize>) -> Region {
+        let end = slices.end.min(self.dims[2] as usize);
+        self.low[2] += slices.start as u64;
+        self.dims[2] = (end - slices.start) as u32;
+        self
+    }
+
+    /// Runs cut into pieces of at most `most` voxels: the first voxel, as the file counts them, and the
+    /// length of each.
+    pub fn pieces(self, most: usize) -> impl Iterator<Item = (u64, usize)> {
+        let (length, starts) = self.runs();
+        let cut = move |start| {
+            let begins = (0..length).step_by(most);
+            begins.map(move |begin| (start + begin, (length - begin).min(most as u64) as usize))
+        };
+        starts.flat_map(cut)
+    }
+
+    /// The length of each run and the first voxel of each.
+    fn runs(self) -> (u64, impl Iterator<Item = u64>) {
         let [x, y, z] = self.dims.map(u64::from);
         let whole_rows = x == self.whole[0];
         let whole_slices = whole_rows && y == self.whole[1];

@@ -5,7 +5,6 @@
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::time::Instant;
 
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
@@ -22,7 +21,7 @@ pub(super) struct Source<'a> {
     /// Decoded bytes before the first voxel, and after the last.
     begin: u64,
     end: u64,
-    shape: String,
+    header: &'a Header,
     reading: &'a Reading,
 }
 
@@ -32,7 +31,7 @@ enum Reader {
 }
 
 impl<'a> Source<'a> {
-    pub fn open(header: &Header, reading: &'a Reading) -> Parsed<Source<'a>> {
+    pub fn open(header: &'a Header, reading: &'a Reading) -> Parsed<Source<'a>> {
         let data = &header.data;
         let bytes = header.bytes()?;
         let (mut file, length) = open(&data.path)?;
@@ -70,7 +69,7 @@ impl<'a> Source<'a> {
             position: 0,
             begin: data.skip,
             end,
-            shape: header.shape(),
+            header,
             reading,
         })
     }
@@ -83,9 +82,8 @@ impl<'a> Source<'a> {
     /// Fills `bytes` from `offset` bytes after the first voxel's start, at or after where the last
     /// read ended.
     pub fn read(&mut self, offset: u64, bytes: &mut [u8]) -> Parsed<()> {
-        let began = Instant::now();
         self.skip_to(self.begin + offset)?;
-        self.reading.reach(self.position, self.end)?;
+        self.reading.advance(bytes.len() as u64)?;
         let mut filled = 0;
         while filled < bytes.len() {
             match self.reader.read(&mut bytes[filled..]) {
@@ -97,7 +95,6 @@ impl<'a> Source<'a> {
                 Err(e) => self.fault(e)?,
             }
         }
-        self.reading.spend(began.elapsed());
         Ok(())
     }
 
@@ -134,7 +131,7 @@ impl<'a> Source<'a> {
 
     fn ends_early(&self) -> String {
         let found = self.position.saturating_sub(self.begin);
-        truncated(found, self.end - self.begin, &self.shape)
+        truncated(found, self.end - self.begin, &self.header.shape())
     }
 
     fn fault(&self, error: io::Error) -> Parsed<()> {

@@ -1,0 +1,43 @@
+//! How long an edit of the transfer function takes to be ready for its first picture: what the window
+//! does between a point's move and the passes that show it.
+
+use super::report::Edit;
+use crate::error::Result;
+use crate::job::setup::Loaded;
+use crate::job::trace::Stopwatch;
+use crate::output::stats::quantile;
+use crate::render::macrocell_ranges;
+use crate::scene::volume::Volume;
+use crate::scene::{Scene, Variant};
+
+const EDITS: usize = 16;
+/// What every second edit makes of opacities. The others undo it.
+const DIMMED: f64 = 0.75;
+
+/// Edits the scene that is loaded and leaves it as it was, the cache empty. `None` where there is no
+/// medium, or nothing that the window shows.
+pub fn measure(loaded: &mut Loaded, volume: &Volume, scene: &Scene) -> Result<Option<Edit>> {
+    if scene.render.variant == Variant::Published || scene.medium.is_none() {
+        return Ok(None);
+    }
+    let mut dimmed = scene.clone();
+    for point in dimmed.medium.iter_mut().flat_map(|m| &mut m.transfer) {
+        point.opacity *= DIMMED;
+    }
+    let ranges = macrocell_ranges(volume, loaded.buffers.constants.macrocells);
+    let (mut ms, mut cpu_ms) = (Vec::new(), Vec::new());
+    for edited in [&dimmed, scene].into_iter().cycle().take(EDITS) {
+        let watch = Stopwatch::started();
+        loaded.edit(edited, volume, &ranges)?;
+        ms.push(watch.elapsed().as_secs_f64() * 1e3);
+        cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
+    }
+    for times in [&mut ms, &mut cpu_ms] {
+        times.sort_by(f64::total_cmp);
+    }
+    Ok(Some(Edit {
+        ms_min: ms[0],
+        ms_median: quantile(&ms, 0.5),
+        cpu_ms_median: quantile(&cpu_ms, 0.5),
+    }))
+}
