@@ -5,6 +5,7 @@
 mod folder;
 
 mod display;
+mod files;
 mod program;
 
 use std::time::Duration;
