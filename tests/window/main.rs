@@ -5,6 +5,7 @@
 mod folder;
 
 mod display;
+mod figures;
 mod files;
 mod program;
 
