@@ -336,11 +336,10 @@ impl ApplicationHandler<()> for App<'_> {
             return;
         }
         self.report.window_opened();
+        // First, since it goes on beside the device's opening.
+        self.open(self.args.scene.input.clone());
         match Stage::open(event_loop, self.args) {
-            Ok(stage) => {
-                self.stage = Some(stage);
-                self.open(self.args.scene.input.clone());
-            }
+            Ok(stage) => self.stage = Some(stage),
             Err(error) => self.fail(event_loop, error),
         }
     }

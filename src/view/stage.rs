@@ -83,6 +83,8 @@ impl Stage {
         let surface = Surface::new(&device, window.clone())?;
         let egui = Context::default();
         egui.set_theme(egui::Theme::Dark);
+        // Fading in takes a core's time, just when a scene is compiled or a picture moves.
+        egui.all_styles_mut(|style| style.animation_time = 0.0);
         let input = egui_winit::State::new(
             egui.clone(),
             ViewportId::ROOT,

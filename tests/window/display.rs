@@ -115,12 +115,19 @@ impl Display {
 
     pub fn drag(&self, button: u8, from: [i16; 2], to: [i16; 2]) {
         const STEPS: i16 = 12;
+        self.holding_button(button, from, || {
+            for i in 1..=STEPS {
+                let between = |a: i16, b: i16| a + (b - a) * i / STEPS;
+                self.point([between(from[0], to[0]), between(from[1], to[1])]);
+            }
+        });
+    }
+
+    /// Presses a button there, and lets go once something else has happened.
+    pub fn holding_button(&self, button: u8, from: [i16; 2], what: impl FnOnce()) {
         self.point(from);
         self.fake(BUTTON_PRESS, button, [0, 0]);
-        for i in 1..=STEPS {
-            let between = |a: i16, b: i16| a + (b - a) * i / STEPS;
-            self.point([between(from[0], to[0]), between(from[1], to[1])]);
-        }
+        what();
         self.fake(BUTTON_RELEASE, button, [0, 0]);
     }
 

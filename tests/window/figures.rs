@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use crate::display::Display;
 use crate::folder::Folder;
 use crate::program::{Program, WINDOW};
+use crate::{MIDDLE, PICTURE};
 
 const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tools/sample/vismale.nrrd");
 /// So long somebody turns the picture.
@@ -19,7 +20,7 @@ const RESIZES: u32 = 1000;
 
 #[test]
 fn figures_of_turning_the_sample() {
-    // With panels, the picture is 256 pixels less wide.
+    // Panels take 256 pixels of the width.
     for size in [[512, 512], [768, 512]] {
         let folder = Folder::new();
         let display = Display::new();
@@ -31,23 +32,51 @@ fn figures_of_turning_the_sample() {
             display.drag(1, [60, 150], [200, 180]);
             display.drag(1, [200, 180], [60, 150]);
         }
-        let share = (program.cpu_seconds() - before) / began.elapsed().as_secs_f64();
-        program.wait_for("picture finished");
-        let idle = program.cpu_seconds_in(Duration::from_secs(2));
+        let cores = (program.cpu_seconds() - before) / began.elapsed().as_secs_f64();
         display.close(window);
         assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
         let stats = folder.json("stats.json");
-        let ms = |key: &str| stats[key].as_f64().expect("a number");
+        let number = |key: &str| stats[key].as_f64().expect("a number");
         println!(
-            "turning in a window of {size:?}: {:.1} frames/s, 95 % within {:.0} ms, {:.0} % of the \
-             pixels, {share:.2} cores; from input to picture: {}; CPU in 2 s at rest: {idle:.2} s",
-            1e3 / ms("moving_frame_ms_median"),
-            ms("moving_frame_ms_p95"),
-            100.0 * ms("moving_scale").powi(2),
+            "turning in a window of {size:?}: {:.1} frames/s, 95 % within {:.0} ms, {:.1} % of the \
+             pixels, {cores:.2} cores; from input to frame: {}",
+            1e3 / number("moving_frame_ms_median"),
+            number("moving_frame_ms_p95"),
+            100.0 * number("moving_scale").powi(2),
             stats["response"],
         );
         assert!(stats["response"]["frames_max"].as_f64() <= Some(2.0));
     }
+}
+
+#[test]
+fn figures_at_rest() {
+    let folder = Folder::new();
+    let display = Display::new();
+    let mut program = folder.measure(&display, "scene.toml", WINDOW);
+    let window = display.window();
+    program.wait_for("picture finished");
+    let idle = program.cpu_seconds_in(Duration::from_secs(2));
+    println!("a finished picture: {idle:.2} s of CPU time in 2 s");
+    let [x, y] = MIDDLE;
+    display.holding_button(1, MIDDLE, || {
+        for step in 1..=5 {
+            let before = display.shoot(window);
+            let began = Instant::now();
+            display.point([x + 20 * step, y]);
+            while display.shoot(window).difference(&before, &PICTURE) < 0.01 {
+                assert!(
+                    began.elapsed() < Duration::from_secs(5),
+                    "it has not turned"
+                );
+            }
+            let ms = 1e3 * began.elapsed().as_secs_f64();
+            println!("from the mouse to other pixels on the display: {ms:.0} ms");
+            program.wait_for("picture finished");
+            // The words over it change as well.
+            std::thread::sleep(Duration::from_millis(500));
+        }
+    });
 }
 
 #[test]
