@@ -232,11 +232,15 @@ impl<'a> App<'a> {
             return Ok(());
         };
         let followed = session.follow(stage, &self.proxy, self.args, &mut self.report);
-        match followed {
+        let changes_picture = match followed {
             Err(Error::Device(why)) => return Err(Error::Device(why)),
-            Err(error) => self.complain(error),
-            Ok(()) => {}
-        }
+            Err(error) => {
+                self.complain(error);
+                false
+            }
+            Ok(changes_picture) => changes_picture,
+        };
+        self.report.response.dealt_with(changes_picture);
         Ok(())
     }
 
@@ -263,8 +267,11 @@ impl<'a> App<'a> {
         let Some(stage) = &mut self.stage else {
             return Ok(());
         };
-        stage.show(self.place)?;
+        let is_presented = stage.show(self.place)?;
         self.report.take_times(&mut stage.frame.timings.spans);
+        if !is_presented {
+            return Ok(());
+        }
         let live = self.session.as_ref().and_then(|s| s.live.as_ref());
         let is_moving = has_picture && live.is_some_and(|live| live.picture.is_moving());
         self.report.frame(is_moving, has_picture);
@@ -329,11 +336,10 @@ impl ApplicationHandler<()> for App<'_> {
             return;
         }
         self.report.window_opened();
+        // First, since it goes on beside the device's opening.
+        self.open(self.args.scene.input.clone());
         match Stage::open(event_loop, self.args) {
-            Ok(stage) => {
-                self.stage = Some(stage);
-                self.open(self.args.scene.input.clone());
-            }
+            Ok(stage) => self.stage = Some(stage),
             Err(error) => self.fail(event_loop, error),
         }
     }
@@ -352,7 +358,10 @@ impl ApplicationHandler<()> for App<'_> {
                     self.fail(event_loop, error);
                 }
             }
-            _ if wants_frame => self.interface_due = Some(Instant::now()),
+            _ if wants_frame => {
+                self.report.response.heard();
+                self.interface_due = Some(Instant::now());
+            }
             _ => {}
         }
     }

@@ -9,7 +9,7 @@ use super::session::Session;
 use super::watch::Watch;
 use crate::error::Result;
 use crate::scene::file::{SceneFile, is_scene};
-use crate::scene::{Scene, resolve};
+use crate::scene::{Edit, Scene, resolve};
 
 impl App<'_> {
     pub(super) fn take_opened(&mut self) -> Result<()> {
@@ -64,8 +64,7 @@ impl App<'_> {
     }
 
     fn read_again(&mut self, path: &Path) -> Result<()> {
-        let edits = self.args.scene.edits();
-        let file = SceneFile::read(path, &edits)?;
+        let file = SceneFile::read(path, &self.edits_of(path))?;
         let Some(session) = &mut self.session else {
             return Ok(());
         };
@@ -88,13 +87,20 @@ impl App<'_> {
     }
 
     pub(super) fn open(&mut self, path: PathBuf) {
-        let args = &self.args.scene;
-        let edits = match self.session.is_some() {
-            // What the command line changed was meant for its own scene.
-            true => Vec::new(),
-            false => args.edits(),
-        };
-        self.opening = Some(open_document(path, args.preset, edits, &self.proxy));
+        let edits = self.edits_of(&path);
+        let preset = self.args.scene.preset;
+        self.opening = Some(open_document(path, preset, edits, &self.proxy));
         self.interface_due = Some(Instant::now());
+    }
+
+    /// What the command line changes is its own scene, as often as that is opened or read, and no other.
+    fn edits_of(&self, path: &Path) -> Vec<Edit> {
+        let named = &self.args.scene.input;
+        let is_named = path == named
+            || matches!((path.canonicalize(), named.canonicalize()), (Ok(a), Ok(b)) if a == b);
+        match is_named {
+            true => self.args.scene.edits(),
+            false => Vec::new(),
+        }
     }
 }

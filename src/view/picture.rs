@@ -127,8 +127,8 @@ impl Picture {
 impl Live {
     /// Spends a slice of time on the picture. Returns whether `shown` has changed.
     pub fn advance(&mut self, shown: &Image) -> Result<bool> {
-        if std::mem::take(&mut self.picture.is_toned_otherwise) {
-            return self.tone_again(shown);
+        if std::mem::take(&mut self.picture.is_toned_otherwise) && self.tone_again(shown)? {
+            return Ok(true);
         }
         match self.picture.doing {
             Doing::Moving => self.move_on(shown),
@@ -139,14 +139,15 @@ impl Live {
         }
     }
 
-    /// What was refined is still there; a march is not.
+    /// What was refined is still there and is shown at once; a march is not, and is made anew.
     fn tone_again(&mut self, shown: &Image) -> Result<bool> {
         let is_refined = matches!(self.picture.doing, Doing::Refining | Doing::Nothing);
-        match is_refined && self.shows_samples() {
+        let is_there = is_refined && self.shows_samples();
+        match is_there {
             true => self.show(shown)?,
             false => self.picture.restart(),
         }
-        Ok(is_refined)
+        Ok(is_there)
     }
 
     fn shows_samples(&self) -> bool {

@@ -1,24 +1,24 @@
 //! What the session tells: a line on stderr for what a log should have, and figures at its end.
 
-use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
 use super::live::Live;
 use super::picture::CACHE_ERROR;
+use super::recent::Recent;
+use super::response::{Response, ResponseStats};
 use super::stage::Stage;
 use crate::gpu::Span;
 use crate::job::report;
 use crate::output::stats::{CacheStats, MemoryStats, PassStats};
 
-/// Of each pass and of frames, so many of the last runs count.
-const REMEMBERED: usize = 512;
-
 pub struct Report {
     began: Instant,
     is_quiet: bool,
+    /// Milliseconds on the GPU.
     passes: Vec<(&'static str, Recent)>,
+    pub response: Response,
     /// Milliseconds between frames while something moves.
     moving: Recent,
     last_frame: Option<Instant>,
@@ -30,40 +30,6 @@ pub struct Report {
     pictures_finished: u32,
     /// Most bytes that were planned.
     planned: u64,
-}
-
-/// The last runs of something, in milliseconds.
-#[derive(Default)]
-pub struct Recent {
-    ms: VecDeque<f64>,
-    runs: usize,
-    total_ms: f64,
-}
-
-impl Recent {
-    fn add(&mut self, ms: f64) {
-        if self.ms.len() == REMEMBERED {
-            self.ms.pop_front();
-        }
-        self.ms.push_back(ms);
-        self.runs += 1;
-        self.total_ms += ms;
-    }
-
-    /// Over the last few runs.
-    pub fn mean(&self) -> f64 {
-        let last = self.ms.iter().rev().take(16);
-        last.clone().sum::<f64>() / last.len().max(1) as f64
-    }
-
-    fn stats(&self, name: &str) -> PassStats {
-        let ms: Vec<f64> = self.ms.iter().copied().collect();
-        PassStats {
-            runs: self.runs,
-            gpu_ms_total: self.total_ms,
-            ..PassStats::from_runs(name, &ms)
-        }
-    }
 }
 
 /// What `--stats` writes.
@@ -81,6 +47,8 @@ pub struct SessionStats {
     moving_frame_ms_median: f64,
     moving_frame_ms_p95: f64,
     moving_scale: f64,
+    /// From an input to the first frame that shows what it has changed.
+    response: ResponseStats,
     cache_clears: u32,
     builds: u32,
     resizes: u32,
@@ -98,6 +66,7 @@ impl Report {
             began: Instant::now(),
             is_quiet,
             passes: Vec::new(),
+            response: Response::default(),
             moving: Recent::default(),
             last_frame: None,
             first_picture: None,
@@ -151,9 +120,10 @@ impl Report {
         self.planned = self.planned.max(bytes);
     }
 
-    /// A frame was shown.
+    /// A frame was presented.
     pub fn frame(&mut self, is_moving: bool, has_picture: bool) {
         self.frames += 1;
+        self.response.presented(has_picture);
         let now = Instant::now();
         if has_picture && self.first_picture.is_none() {
             let took = now - self.began;
@@ -187,7 +157,6 @@ impl Report {
     }
 
     pub fn stats(&self, stage: &Stage, live: Option<&Live>) -> SessionStats {
-        let moving = self.moving.stats("moving");
         let summary = &stage.device().summary;
         let choice = live.map(|live| &live.choice);
         SessionStats {
@@ -198,18 +167,29 @@ impl Report {
             seconds: self.began.elapsed().as_secs_f64(),
             first_picture_s: self.first_picture.map(|t| t.as_secs_f64()),
             frames: self.frames,
-            moving_frame_ms_median: moving.gpu_ms_median,
-            moving_frame_ms_p95: moving.gpu_ms_p95,
+            moving_frame_ms_median: self.moving.quantile(0.5),
+            moving_frame_ms_p95: self.moving.quantile(0.95),
             moving_scale: live.map_or(f64::NAN, |live| live.picture.scale),
+            response: self.response.stats(),
             cache_clears: self.cache_clears,
             builds: self.builds,
             resizes: self.resizes,
             pictures_finished: self.pictures_finished,
             relative_error: live.map_or(f64::NAN, |live| live.picture.relative_error),
-            passes: self.passes.iter().map(|(n, r)| r.stats(n)).collect(),
+            passes: self.passes.iter().map(pass_stats).collect(),
             memory: report::memory(&stage.memory, self.planned),
             cache: live
                 .and_then(|live| report::cache(&live.renderer, &live.choice.plan, CACHE_ERROR)),
         }
+    }
+}
+
+fn pass_stats((name, ms): &(&'static str, Recent)) -> PassStats {
+    PassStats {
+        name: name.to_string(),
+        runs: ms.count,
+        gpu_ms_median: ms.quantile(0.5),
+        gpu_ms_p95: ms.quantile(0.95),
+        gpu_ms_total: ms.total,
     }
 }

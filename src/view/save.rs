@@ -11,7 +11,7 @@ use crate::render::Film;
 /// Writes the picture as it is now, as PNG and EXR, and returns the PNG's name.
 pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let scene = session.describe();
-    let path = free_name(&session.document.path, "png")?;
+    let path = free_name(&session.document.path, ["png", "exr"])?;
     let live = session.live.as_mut();
     let live = live.ok_or_else(|| Error::Input("there is no picture to save yet".into()))?;
     live.reduce_to(live.scene.render.size)?;
@@ -37,15 +37,23 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
 
 /// Writes the scene so that `render` makes this picture of it, and returns its name.
 pub fn scene(session: &Session) -> Result<PathBuf> {
-    let path = free_name(&session.document.path, "toml")?;
-    std::fs::write(&path, session.describe()).map_err(|e| Error::io(&path, e))?;
+    let path = free_name(&session.document.path, ["toml"])?;
+    let mut outputs = Outputs::default();
+    outputs.text(&path, &session.describe())?;
+    outputs.commit()?;
     Ok(path)
 }
 
-/// `head.1.png` here, or the next number that is free.
-fn free_name(document: &Path, extension: &str) -> Result<PathBuf> {
+/// `head.1.png` here, or the next number of which no such file exists; the name has the first extension.
+fn free_name<const N: usize>(document: &Path, extensions: [&str; N]) -> Result<PathBuf> {
     let stem = document.file_stem().unwrap_or_default().to_string_lossy();
-    let name = |n: u32| PathBuf::from(format!("{stem}.{n}.{extension}"));
-    let free = (1..10_000).map(name).find(|path| !path.exists());
-    free.ok_or_else(|| Error::Input(format!("{}: there are too many already", name(1).display())))
+    let name = |n: u32, extension: &str| PathBuf::from(format!("{stem}.{n}.{extension}"));
+    let is_free = |n: &u32| extensions.iter().all(|e| !name(*n, e).exists());
+    match (1..10_000).find(is_free) {
+        Some(n) => Ok(name(n, extensions[0])),
+        None => Err(Error::Input(format!(
+            "{}: there are too many already",
+            name(1, extensions[0]).display()
+        ))),
+    }
 }

@@ -57,18 +57,19 @@ impl Session {
         }
     }
 
-    /// Brings the GPU up to the scene: at once, or by compiling anew.
+    /// Brings the GPU up to the scene: at once, or by compiling anew. Returns whether the next picture is
+    /// another one.
     pub fn follow(
         &mut self,
         stage: &Stage,
         proxy: &EventLoopProxy<()>,
         args: &ViewArgs,
         report: &mut Report,
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let followed = match &mut self.live {
-            Some(live) if live.scene == self.scene => return Ok(()),
+            Some(live) if live.scene == self.scene => return Ok(false),
             Some(live) => live.follow(&self.scene, &self.document)?,
-            None if self.building.is_some() => return Ok(()),
+            None if self.building.is_some() => return Ok(false),
             None => Followed::Impossible,
         };
         match followed {
@@ -80,7 +81,7 @@ impl Session {
                 self.building = Some(self.begin_build(stage, proxy, args)?);
             }
         }
-        Ok(())
+        Ok(followed != Followed::Impossible)
     }
 
     fn begin_build(

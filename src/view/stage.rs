@@ -83,6 +83,8 @@ impl Stage {
         let surface = Surface::new(&device, window.clone())?;
         let egui = Context::default();
         egui.set_theme(egui::Theme::Dark);
+        // Fading in takes a core's time, just when a scene is compiled or a picture moves.
+        egui.all_styles_mut(|style| style.animation_time = 0.0);
         let input = egui_winit::State::new(
             egui.clone(),
             ViewportId::ROOT,
@@ -209,8 +211,9 @@ impl Stage {
         )
     }
 
-    /// Shows the picture in the rectangle [low, high), in pixels, and the user interface over it.
-    pub fn show(&mut self, [low, high]: [[u32; 2]; 2]) -> Result<()> {
+    /// Shows the picture in the rectangle [low, high), in pixels, and the user interface over it. Returns
+    /// whether that was presented: a window that has just changed has no image to show it with.
+    pub fn show(&mut self, [low, high]: [[u32; 2]; 2]) -> Result<bool> {
         let WindowImages {
             swapchain,
             canvas,
@@ -218,7 +221,7 @@ impl Stage {
         } = &mut self.images;
         let Some(target) = swapchain.acquire()? else {
             self.is_outdated = true;
-            return Ok(());
+            return Ok(false);
         };
         let high = std::array::from_fn(|a| high[a].min(target.extent[a]));
         let [width, height, _] = shown.desc.extent;
@@ -232,7 +235,7 @@ impl Stage {
             Ok(())
         })?;
         self.is_outdated |= !swapchain.present(target)?;
-        Ok(())
+        Ok(true)
     }
 
     /// Whether the window has other images to be made before the next frame.

@@ -36,7 +36,10 @@ impl App<'_> {
             _ => {}
         }
         let Some(session) = &mut self.session else {
-            return Ok(None);
+            let is_about_file = matches!(wish, Wish::SaveImage | Wish::SaveScene);
+            return Ok(
+                is_about_file.then(|| "there is nothing to save before the scene is open".into())
+            );
         };
         match wish {
             Wish::Home => session.scene.camera = session.home,

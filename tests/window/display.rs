@@ -1,17 +1,19 @@
 //! A display without a screen, and someone who moves its mouse, types and looks.
 
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
 use x11rb::connection::Connection;
 use x11rb::protocol::xproto::{
-    AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask, ImageFormat,
-    InputFocus, Window,
+    Atom, AtomEnum, ClientMessageEvent, ConfigureWindowAux, ConnectionExt as _, EventMask,
+    ImageFormat, InputFocus, PropMode, SELECTION_NOTIFY_EVENT, SelectionNotifyEvent, Window,
 };
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
+use x11rb::wrapper::ConnectionExt as _;
 
 const KEY_PRESS: u8 = 2;
 const KEY_RELEASE: u8 = 3;
@@ -113,12 +115,19 @@ impl Display {
 
     pub fn drag(&self, button: u8, from: [i16; 2], to: [i16; 2]) {
         const STEPS: i16 = 12;
+        self.holding_button(button, from, || {
+            for i in 1..=STEPS {
+                let between = |a: i16, b: i16| a + (b - a) * i / STEPS;
+                self.point([between(from[0], to[0]), between(from[1], to[1])]);
+            }
+        });
+    }
+
+    /// Presses a button there, and lets go once something else has happened.
+    pub fn holding_button(&self, button: u8, from: [i16; 2], what: impl FnOnce()) {
         self.point(from);
         self.fake(BUTTON_PRESS, button, [0, 0]);
-        for i in 1..=STEPS {
-            let between = |a: i16, b: i16| a + (b - a) * i / STEPS;
-            self.point([between(from[0], to[0]), between(from[1], to[1])]);
-        }
+        what();
         self.fake(BUTTON_RELEASE, button, [0, 0]);
     }
 
@@ -168,16 +177,47 @@ impl Display {
 
     /// What a window manager sends when somebody closes a window.
     pub fn close(&self, window: Window) {
-        let atom = |name: &[u8]| {
-            let reply = self.connection.intern_atom(false, name).unwrap().reply();
-            reply.unwrap().atom
+        let data = [self.atom("WM_DELETE_WINDOW"), 0, 0, 0, 0];
+        self.send(window, "WM_PROTOCOLS", data);
+    }
+
+    /// What a file manager sends when somebody drops a file on a window, with the answer to the window's
+    /// question for the file's name.
+    pub fn drop_file(&self, window: Window, path: &Path) {
+        let [selection, uris] = ["XdndSelection", "text/uri-list"].map(|name| self.atom(name));
+        let source = self.connection.generate_id().unwrap();
+        self.send(window, "XdndEnter", [source, 5 << 24, uris, 0, 0]);
+        self.send(window, "XdndPosition", [source, 0, 0, 0, 0]);
+        let uri = format!("file://{}\r\n", path.display());
+        self.connection
+            .change_property8(PropMode::REPLACE, window, selection, uris, uri.as_bytes())
+            .unwrap();
+        let answer = SelectionNotifyEvent {
+            response_type: SELECTION_NOTIFY_EVENT,
+            sequence: 0,
+            time: x11rb::CURRENT_TIME,
+            requestor: window,
+            selection,
+            target: uris,
+            property: selection,
         };
-        let data = [atom(b"WM_DELETE_WINDOW"), 0, 0, 0, 0];
-        let event = ClientMessageEvent::new(32, window, atom(b"WM_PROTOCOLS"), data);
+        self.connection
+            .send_event(false, window, EventMask::NO_EVENT, answer)
+            .unwrap();
+        self.send(window, "XdndDrop", [source, 0, 0, 0, 0]);
+    }
+
+    fn send(&self, window: Window, kind: &str, data: [u32; 5]) {
+        let event = ClientMessageEvent::new(32, window, self.atom(kind), data);
         self.connection
             .send_event(false, window, EventMask::NO_EVENT, event)
             .unwrap();
         self.connection.flush().unwrap();
+    }
+
+    fn atom(&self, name: &str) -> Atom {
+        let asked = self.connection.intern_atom(false, name.as_bytes()).unwrap();
+        asked.reply().unwrap().atom
     }
 
     pub fn shoot(&self, window: Window) -> Shot {

@@ -5,6 +5,8 @@
 mod folder;
 
 mod display;
+mod figures;
+mod files;
 mod program;
 
 use std::time::Duration;
@@ -119,6 +121,9 @@ fn a_session() {
     let memory = &stats["memory"];
     assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
     assert_eq!(stats["builds"], 1, "{stats}");
+    let response = &stats["response"];
+    assert!(response["inputs"].as_u64() >= Some(10), "{response}");
+    assert!(response["frames_max"].as_f64() <= Some(2.0), "{response}");
 }
 
 #[test]

@@ -17,7 +17,7 @@ pub const WINDOW: [usize; 2] = [512, 384];
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A ball beside a smaller one in a haze.
-const SCENE: &str = r#"
+pub const SCENE: &str = r#"
 [volume]
 path = "balls_24x24x24_uint8.raw"
 [medium]
@@ -82,8 +82,12 @@ impl Folder {
         command
     }
 
-    fn window(&self, display: &Display, arguments: &str) -> Command {
-        let [width, height] = WINDOW;
+    pub fn window(
+        &self,
+        display: &Display,
+        arguments: &str,
+        [width, height]: [usize; 2],
+    ) -> Command {
         let mut command =
             self.without_display(&format!("view {arguments} --window {width}x{height}"));
         command.env("DISPLAY", &display.name);
@@ -91,11 +95,11 @@ impl Folder {
     }
 
     pub fn view(&self, display: &Display, arguments: &str) -> Program {
-        Program::start(&mut self.window(display, arguments))
+        Program::start(&mut self.window(display, arguments, WINDOW))
     }
 
     pub fn view_losing_device(&self, display: &Display, scene: &str, submission: u32) -> Program {
-        let mut command = self.window(display, scene);
+        let mut command = self.window(display, scene, WINDOW);
         Program::start(command.env("ISOLUME_LOSE_DEVICE", submission.to_string()))
     }
 
@@ -151,7 +155,7 @@ pub struct Program {
 }
 
 impl Program {
-    fn start(command: &mut Command) -> Program {
+    pub fn start(command: &mut Command) -> Program {
         let mut child = command
             .stderr(Stdio::piped())
             .spawn()
@@ -207,18 +211,23 @@ impl Program {
     #[track_caller]
     pub fn is_idle(&self) {
         thread::sleep(Duration::from_millis(500));
-        let before = self.cpu_ticks();
-        thread::sleep(Duration::from_millis(1500));
-        let ticks = self.cpu_ticks() - before;
-        assert!(ticks <= 6, "{ticks} hundredths of a second in 1.5 s");
+        let seconds = self.cpu_seconds_in(Duration::from_millis(1500));
+        assert!(seconds <= 0.06, "{seconds} s of CPU time in 1.5 s");
     }
 
-    /// Hundredths of a second that the processor has worked for it.
-    fn cpu_ticks(&self) -> u64 {
+    /// CPU time that it takes within so long.
+    pub fn cpu_seconds_in(&self, duration: Duration) -> f64 {
+        let before = self.cpu_seconds();
+        thread::sleep(duration);
+        self.cpu_seconds() - before
+    }
+
+    /// CPU time of all its threads so far, to a hundredth of a second.
+    pub fn cpu_seconds(&self) -> f64 {
         let stat = fs::read_to_string(format!("/proc/{}/stat", self.child.id())).expect("Linux");
         let fields: Vec<&str> = stat.split_whitespace().collect();
-        let number = |i: usize| fields[i].parse::<u64>().expect("a number");
-        number(13) + number(14)
+        let number = |i: usize| fields[i].parse::<f64>().expect("a number");
+        (number(13) + number(14)) / 100.0
     }
 
     /// Memory that it has.

@@ -1,0 +1,42 @@
+//! Figures of something that happens again and again, in a memory that does not grow.
+
+use std::collections::VecDeque;
+
+use crate::output::stats::quantile;
+
+/// So many of the last values count for quantiles.
+const REMEMBERED: usize = 512;
+
+#[derive(Default)]
+pub struct Recent {
+    last: VecDeque<f64>,
+    pub count: usize,
+    pub total: f64,
+    /// `None` before the first.
+    pub highest: Option<f64>,
+}
+
+impl Recent {
+    pub fn add(&mut self, value: f64) {
+        if self.last.len() == REMEMBERED {
+            self.last.pop_front();
+        }
+        self.last.push_back(value);
+        self.count += 1;
+        self.total += value;
+        self.highest = Some(self.highest.map_or(value, |highest| highest.max(value)));
+    }
+
+    /// Over the last few.
+    pub fn mean(&self) -> f64 {
+        let last = self.last.iter().rev().take(16);
+        last.clone().sum::<f64>() / last.len().max(1) as f64
+    }
+
+    /// NaN where nothing has happened.
+    pub fn quantile(&self, fraction: f64) -> f64 {
+        let mut sorted: Vec<f64> = self.last.iter().copied().collect();
+        sorted.sort_by(f64::total_cmp);
+        quantile(&sorted, fraction)
+    }
+}

@@ -1,0 +1,71 @@
+//! How soon an input is seen: from its arrival to the first frame that shows what it has changed.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::recent::Recent;
+
+#[derive(Default)]
+pub struct Response {
+    /// Frames so far.
+    presented: u64,
+    /// The first input that the interface has not dealt with.
+    heard: Option<Arrival>,
+    /// The first input whose effect has not been shown.
+    awaited: Option<Arrival>,
+    frames: Recent,
+    ms: Recent,
+}
+
+#[derive(Clone, Copy)]
+struct Arrival {
+    at: Instant,
+    /// Frames presented before.
+    presented: u64,
+}
+
+/// In frames, 1 is the next one that was presented after the input's arrival. Of inputs that came together
+/// the first counts, and changes that passes had to be compiled for do not.
+#[derive(Serialize)]
+pub struct ResponseStats {
+    inputs: usize,
+    frames_median: f64,
+    frames_max: Option<f64>,
+    ms_median: f64,
+    ms_max: Option<f64>,
+}
+
+impl Response {
+    pub fn heard(&mut self) {
+        self.heard.get_or_insert(Arrival {
+            at: Instant::now(),
+            presented: self.presented,
+        });
+    }
+
+    /// The interface has dealt with all that was heard.
+    pub fn dealt_with(&mut self, changes_picture: bool) {
+        let heard = self.heard.take().filter(|_| changes_picture);
+        self.awaited = self.awaited.or(heard);
+    }
+
+    /// A frame was presented, with a picture that was made since the last or with the same again.
+    pub fn presented(&mut self, has_picture: bool) {
+        self.presented += 1;
+        if let Some(arrival) = self.awaited.take_if(|_| has_picture) {
+            self.frames.add((self.presented - arrival.presented) as f64);
+            self.ms.add(arrival.at.elapsed().as_secs_f64() * 1e3);
+        }
+    }
+
+    pub fn stats(&self) -> ResponseStats {
+        ResponseStats {
+            inputs: self.frames.count,
+            frames_median: self.frames.quantile(0.5),
+            frames_max: self.frames.highest,
+            ms_median: self.ms.quantile(0.5),
+            ms_max: self.ms.highest,
+        }
+    }
+}

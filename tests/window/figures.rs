@@ -1,0 +1,145 @@
+//! How fast the window is, and what it takes, in figures for the README:
+//!
+//! ```text
+//! cargo test --release --test window figures -- --nocapture --test-threads=1
+//! ```
+
+use std::time::{Duration, Instant};
+
+use crate::display::Display;
+use crate::folder::Folder;
+use crate::program::{Program, WINDOW};
+use crate::{MIDDLE, PICTURE};
+
+const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tools/sample/vismale.nrrd");
+/// So long somebody turns the picture.
+const TURNING: Duration = Duration::from_secs(6);
+/// Voxels along a side of the volume whose first picture is timed.
+const SIDE: usize = 256;
+const RESIZES: u32 = 1000;
+
+#[test]
+fn figures_of_turning_the_sample() {
+    // Panels take 256 pixels of the width.
+    for size in [[512, 512], [768, 512]] {
+        let folder = Folder::new();
+        let display = Display::new();
+        let mut program = folder.measure(&display, SAMPLE, size);
+        let window = display.window();
+        program.wait_for("first picture");
+        let (began, before) = (Instant::now(), program.cpu_seconds());
+        while began.elapsed() < TURNING {
+            display.drag(1, [60, 150], [200, 180]);
+            display.drag(1, [200, 180], [60, 150]);
+        }
+        let cores = (program.cpu_seconds() - before) / began.elapsed().as_secs_f64();
+        display.close(window);
+        assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+        let stats = folder.json("stats.json");
+        let number = |key: &str| stats[key].as_f64().expect("a number");
+        println!(
+            "turning in a window of {size:?}: {:.1} frames/s, 95 % within {:.0} ms, {:.1} % of the \
+             pixels, {cores:.2} cores; from input to frame: {}",
+            1e3 / number("moving_frame_ms_median"),
+            number("moving_frame_ms_p95"),
+            100.0 * number("moving_scale").powi(2),
+            stats["response"],
+        );
+        assert!(stats["response"]["frames_max"].as_f64() <= Some(2.0));
+    }
+}
+
+#[test]
+fn figures_at_rest() {
+    let folder = Folder::new();
+    let display = Display::new();
+    let mut program = folder.measure(&display, "scene.toml", WINDOW);
+    let window = display.window();
+    program.wait_for("picture finished");
+    let idle = program.cpu_seconds_in(Duration::from_secs(2));
+    println!("a finished picture: {idle:.2} s of CPU time in 2 s");
+    let [x, y] = MIDDLE;
+    display.holding_button(1, MIDDLE, || {
+        for step in 1..=5 {
+            let before = display.shoot(window);
+            let began = Instant::now();
+            display.point([x + 20 * step, y]);
+            while display.shoot(window).difference(&before, &PICTURE) < 0.01 {
+                assert!(
+                    began.elapsed() < Duration::from_secs(5),
+                    "it has not turned"
+                );
+            }
+            let ms = 1e3 * began.elapsed().as_secs_f64();
+            println!("from the mouse to other pixels on the display: {ms:.0} ms");
+            program.wait_for("picture finished");
+            // The words over it change as well.
+            std::thread::sleep(Duration::from_millis(500));
+        }
+    });
+}
+
+#[test]
+fn figures_of_the_first_picture() {
+    let folder = Folder::new();
+    let display = Display::new();
+    folder.write("ball_256x256x256_uint8.raw", &ball());
+    for _ in 0..3 {
+        let mut program = folder.measure(&display, "ball_256x256x256_uint8.raw", [512, 512]);
+        program.wait_for("first picture");
+        let said = program.said().last().expect("a line");
+        println!(
+            "{SIDE}³ voxels of 8 bits: {said}, {:.2} s of CPU time",
+            program.cpu_seconds()
+        );
+    }
+}
+
+/// A ball with a ripple on it.
+fn ball() -> Vec<u8> {
+    let voxel = |i: usize| {
+        let at = [i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE];
+        let [x, y, z] = at.map(|n| (n as f64 + 0.5) / SIDE as f64 - 0.5);
+        let ripple = 0.03 * (20.0 * x).sin() * (20.0 * y).sin() * (20.0 * z).sin();
+        let inside = 0.4 + ripple - (x * x + y * y + z * z).sqrt();
+        (255.0 * (2.5 * inside).clamp(0.0, 1.0)) as u8
+    };
+    (0..SIDE.pow(3)).map(voxel).collect()
+}
+
+#[test]
+fn figures_of_many_resizes() {
+    let folder = Folder::new();
+    let display = Display::new();
+    let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json --quiet");
+    let window = display.window();
+    let mut random = fastrand::Rng::with_seed(3);
+    let mut resident = Vec::new();
+    for n in 1..=RESIZES {
+        display.resize(window, random.u32(1..900), random.u32(1..700));
+        std::thread::sleep(Duration::from_millis(25));
+        if n % (RESIZES / 10) == 0 {
+            display.resize(window, WINDOW[0] as u32, WINDOW[1] as u32);
+            std::thread::sleep(Duration::from_millis(300));
+            resident.push(program.resident_kib() / 1024);
+        }
+    }
+    display.close(window);
+    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+    let stats = folder.json("stats.json");
+    let memory = &stats["memory"];
+    println!(
+        "{RESIZES} resizes, {} of them with a picture: planned {}, peak {}; resident MiB {resident:?}",
+        stats["resizes"], memory["planned_bytes"], memory["peak_bytes"]
+    );
+    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+}
+
+impl Folder {
+    /// The program without what tests watch it by.
+    fn measure(&self, display: &Display, input: &str, size: [usize; 2]) -> Program {
+        let arguments = format!("{input} --spp 4 --stats stats.json");
+        let mut command = self.window(display, &arguments, size);
+        Program::start(command.env_remove("ISOLUME_VALIDATION"))
+    }
+}
