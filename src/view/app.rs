@@ -70,8 +70,8 @@ impl<'a> App<'a> {
     fn frame(&mut self) -> Result<()> {
         self.take_opened()?;
         self.take_built()?;
-        let has_interface = self.stage.as_ref().is_some_and(Stage::is_outdated)
-            || self.interface_due.is_some_and(|due| due <= Instant::now());
+        let has_interface =
+            self.has_old_images() || self.interface_due.is_some_and(|due| due <= Instant::now());
         if has_interface {
             let wishes = self.run_interface()?;
             self.carry_out(wishes);
@@ -174,6 +174,9 @@ impl<'a> App<'a> {
         let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session) else {
             return Ok(());
         };
+        if session.building.is_some() {
+            return Ok(());
+        }
         let [low, high] = self.place;
         let whole: [u32; 2] = std::array::from_fn(|a| high[a].saturating_sub(low[a]).max(1));
         let is_settled = whole == self.fitted && !stage.is_outdated();
@@ -217,7 +220,8 @@ impl<'a> App<'a> {
 
     /// Makes the window's own images anew where that is due, once a smaller picture has made room.
     fn fit_window(&mut self) -> Result<()> {
-        let Some(stage) = self.stage.as_mut().filter(|stage| stage.is_outdated()) else {
+        let has_old_images = self.has_old_images();
+        let Some(stage) = self.stage.as_mut().filter(|_| has_old_images) else {
             return Ok(());
         };
         stage.fit_window()?;
@@ -225,6 +229,13 @@ impl<'a> App<'a> {
             live.for_window = stage.bytes_now()?;
         }
         Ok(())
+    }
+
+    /// Whether the window's images can and must be made anew. While a renderer is built they stay as they
+    /// are, since its plan counts on them.
+    fn has_old_images(&self) -> bool {
+        let is_building = self.session.as_ref().is_some_and(|s| s.building.is_some());
+        !is_building && self.stage.as_ref().is_some_and(Stage::is_outdated)
     }
 
     fn follow_scene(&mut self) -> Result<()> {
@@ -281,8 +292,7 @@ impl<'a> App<'a> {
     /// There is something to do without waiting for an event.
     fn is_busy(&self) -> bool {
         let live = self.session.as_ref().and_then(|s| s.live.as_ref());
-        live.is_some_and(|live| !live.picture.is_finished())
-            || self.stage.as_ref().is_some_and(Stage::is_outdated)
+        live.is_some_and(|live| !live.picture.is_finished()) || self.has_old_images()
     }
 
     /// Figures, bars or messages on the screen change without an event.

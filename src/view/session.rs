@@ -95,7 +95,7 @@ impl Session {
             scene: self.scene.clone(),
             seed: args.seed,
             samples: args.spp.get(),
-            for_window: stage.bytes_ahead(self.scene.render.size)?,
+            for_window: stage.bytes_now()?,
         };
         Ok(build(order, self.document.clone(), proxy))
     }
