@@ -1,6 +1,7 @@
 //! A bare volume gets a scene that shows something, or a sentence that says why it cannot.
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use isolume::error::Result;
 use isolume::scene::file::Opened;
@@ -25,6 +26,7 @@ fn volume(voxels: Voxels, offset: f64, range: [f64; 2], voxel_type: VoxelType) -
         axes: None,
         voxel_type,
         notes: vec!["a note of the loader".to_string()],
+        macrocell_ranges: OnceLock::new(),
     }
 }
 

@@ -99,11 +99,11 @@ impl Loaded {
         Ok(())
     }
 
-    /// Goes on with an edited scene that the same passes can show; `ranges` are the macrocells'.
-    pub fn edit(&mut self, scene: &Scene, volume: &Volume, ranges: &[[f32; 2]]) -> Result<()> {
+    /// Goes on with an edited scene that the same passes can show.
+    pub fn edit(&mut self, scene: &Scene, volume: &Volume) -> Result<()> {
         let most_texels = self.memory.limits.max_image_3d;
         let next = self.buffers.changed_to(scene, volume);
-        let next = next.refitted(ranges, most_texels)?;
+        let next = next.refitted(volume, most_texels)?;
         self.renderer.change(&self.buffers, &next)?;
         self.buffers = next;
         Ok(())

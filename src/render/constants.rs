@@ -145,12 +145,12 @@ impl SceneBuffers {
         }
     }
 
-    /// With its cache, if there is one, made to fit after a change; `ranges` are the macrocells'.
-    pub fn refitted(self, ranges: &[[f32; 2]], most_texels: u32) -> Result<SceneBuffers> {
+    /// With its cache, if there is one, made to fit after a change.
+    pub fn refitted(self, volume: &Volume, most_texels: u32) -> Result<SceneBuffers> {
         let Some(layout) = &self.cache else {
             return Ok(self);
         };
-        let occupancy = self.occupancy_of(ranges);
+        let occupancy = self.occupancy(volume);
         let layout = layout.refitted(self.constants.dims, &occupancy, most_texels)?;
         Ok(self.with_cache(layout))
     }
@@ -198,13 +198,8 @@ impl SceneBuffers {
 
     /// Where the cache needs memory.
     pub fn occupancy(&self, volume: &Volume) -> Occupancy {
-        self.occupancy_of(&macrocell_ranges(volume, self.constants.macrocells))
-    }
-
-    /// The same, for who already knows the range of each macrocell.
-    pub fn occupancy_of(&self, ranges: &[[f32; 2]]) -> Occupancy {
         Occupancy::new(
-            ranges,
+            macrocell_ranges(volume),
             &self.constants,
             &self.transfer,
             self.obstacles(),
@@ -288,6 +283,6 @@ pub fn volume_format(volume: &Volume) -> Format {
 }
 
 /// Macrocells along each axis that cover all trilinear cells.
-pub fn macrocells(dims: [u32; 3]) -> [u32; 3] {
+pub(super) fn macrocells(dims: [u32; 3]) -> [u32; 3] {
     dims.map(|n| (n + 1).div_ceil(MACROCELL))
 }

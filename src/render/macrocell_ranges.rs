@@ -5,16 +5,20 @@
 
 use rayon::prelude::*;
 
+use super::constants::macrocells;
 use super::shared::MACROCELL;
 use crate::scene::volume::{Volume, Voxels};
 
-/// x fastest.
-pub fn macrocell_ranges(volume: &Volume, macrocells: [u32; 3]) -> Vec<[f32; 2]> {
-    match &volume.voxels {
-        Voxels::U8(v) => ranges(v, volume.dims, macrocells),
-        Voxels::U16(v) => ranges(v, volume.dims, macrocells),
-        Voxels::F32(v) => ranges(v, volume.dims, macrocells),
-    }
+/// In the voxels' stored units, x fastest; found when they are first asked for.
+pub fn macrocell_ranges(volume: &Volume) -> &[[f32; 2]] {
+    volume.macrocell_ranges.get_or_init(|| {
+        let macrocells = macrocells(volume.dims);
+        match &volume.voxels {
+            Voxels::U8(v) => ranges(v, volume.dims, macrocells),
+            Voxels::U16(v) => ranges(v, volume.dims, macrocells),
+            Voxels::F32(v) => ranges(v, volume.dims, macrocells),
+        }
+    })
 }
 
 fn ranges<T: Copy + PartialOrd + Sync + Into<f32>>(

@@ -33,7 +33,7 @@ mod upload;
 
 pub use cache::Cache;
 pub use cache_layout::CacheLayout;
-pub use constants::{SceneBuffers, macrocells};
+pub use constants::SceneBuffers;
 pub use film::{Film, FirstHits};
 pub use macrocell_ranges::macrocell_ranges;
 pub use occupancy::Occupancy;

@@ -30,8 +30,7 @@ pub fn load(
         Voxels::F32(v) => bytemuck::cast_slice(v),
     };
     copy::upload(f, &mut r.staging, &r.volume, voxels)?;
-    let ranges = macrocell_ranges(volume, scene.constants.macrocells);
-    let ranges = bytemuck::cast_slice(&ranges);
+    let ranges = bytemuck::cast_slice(macrocell_ranges(volume));
     copy::upload(f, &mut r.staging, &r.ranges, ranges)?;
     upload_transfer(f, r, scene)?;
     let texels = scene.environment.texels.iter();

@@ -133,7 +133,8 @@ impl Live {
             let r = &s.render;
             (r.variant, r.cache_scale, r.cache_format, r.max_bounces)
         };
-        let next = self.full.changed_to(scene, &document.opened.volume);
+        let volume = &document.opened.volume;
+        let next = self.full.changed_to(scene, volume);
         if next.features != self.full.features
             || next.environment != self.full.environment
             || settings(scene) != settings(&self.scene)
@@ -141,7 +142,7 @@ impl Live {
             return Ok(None);
         }
         let most_texels = self.memory.device().summary.max_image_3d;
-        next.refitted(&document.ranges, most_texels).map(Some)
+        next.refitted(volume, most_texels).map(Some)
     }
 
     fn plan(&self, buffers: &SceneBuffers, document: &Document) -> Result<Plan> {

@@ -12,7 +12,6 @@ use winit::event_loop::EventLoopProxy;
 use super::live::{Live, Order};
 use crate::error::{Error, Result};
 use crate::job::plan::check_supported;
-use crate::render::macrocell_ranges;
 use crate::scene::file::Opened;
 use crate::scene::preset::Preset;
 use crate::scene::volume::{Histogram, Reading, Volume};
@@ -35,8 +34,6 @@ pub struct Document {
     pub path: PathBuf,
     pub opened: Opened,
     pub histogram: Histogram,
-    /// Smallest and largest stored value in each macrocell.
-    pub ranges: Vec<[f32; 2]>,
 }
 
 impl<T: Send + 'static> Load<T> {
@@ -105,10 +102,8 @@ pub fn open_document(
             Volume::load_watched(path, overrides, &reading)
         })?;
         check_supported(&opened.scene)?;
-        let macrocells = crate::render::macrocells(opened.volume.dims);
         Ok(Document {
             histogram: Histogram::of(&opened.volume, BINS),
-            ranges: macrocell_ranges(&opened.volume, macrocells),
             path,
             opened,
         })

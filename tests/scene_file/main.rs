@@ -8,6 +8,7 @@ mod sky;
 mod views;
 
 use std::path::Path;
+use std::sync::OnceLock;
 
 use isolume::error::Result;
 use isolume::scene::volume::{Volume, VoxelType, Voxels};
@@ -25,6 +26,7 @@ fn volume(axes: Option<&str>) -> Volume {
         axes: axes.map(|axes| axes.parse().unwrap()),
         voxel_type: VoxelType::U8,
         notes: Vec::new(),
+        macrocell_ranges: OnceLock::new(),
     }
 }
 

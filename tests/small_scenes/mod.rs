@@ -3,6 +3,8 @@
 
 #![allow(dead_code)] // every test binary uses another part
 
+use std::sync::OnceLock;
+
 use isolume::gpu::Shaders;
 use isolume::scene::volume::{Volume, VoxelType, Voxels};
 use isolume::scene::*;
@@ -102,6 +104,7 @@ pub fn hills(storage: Storage, spacing: [f64; 3]) -> Volume {
         axes: None,
         voxel_type,
         notes: Vec::new(),
+        macrocell_ranges: OnceLock::new(),
     }
 }
 

@@ -6,7 +6,6 @@ use crate::error::Result;
 use crate::job::setup::Loaded;
 use crate::job::trace::Stopwatch;
 use crate::output::stats::quantile;
-use crate::render::macrocell_ranges;
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
@@ -24,11 +23,10 @@ pub fn measure(loaded: &mut Loaded, volume: &Volume, scene: &Scene) -> Result<Op
     for point in dimmed.medium.iter_mut().flat_map(|m| &mut m.transfer) {
         point.opacity *= DIMMED;
     }
-    let ranges = macrocell_ranges(volume, loaded.buffers.constants.macrocells);
     let (mut ms, mut cpu_ms) = (Vec::new(), Vec::new());
     for edited in [&dimmed, scene].into_iter().cycle().take(EDITS) {
         let watch = Stopwatch::started();
-        loaded.edit(edited, volume, &ranges)?;
+        loaded.edit(edited, volume)?;
         ms.push(watch.elapsed().as_secs_f64() * 1e3);
         cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
     }

@@ -7,6 +7,7 @@
 //! with the voxels that really arrive.
 
 use std::path::Path;
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
@@ -70,6 +71,7 @@ pub(super) fn decode(
         axes: None,
         voxel_type: header.voxel_type,
         notes: Vec::new(),
+        macrocell_ranges: OnceLock::new(),
     };
     if decoded.rounding > 0.0 {
         volume.notes.push(format!(
@@ -106,6 +108,7 @@ pub(super) fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> 
         axes: None,
         voxel_type,
         notes: Vec::new(),
+        macrocell_ranges: OnceLock::new(),
     };
     volume.settle_values().map_err(Error::Input)?;
     Ok(volume)

@@ -20,6 +20,7 @@ mod source;
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::OnceLock;
 
 use crate::error::{Error, Result};
 use header::{Encoding, Header, Parsed};
@@ -47,6 +48,8 @@ pub struct Volume {
     pub voxel_type: VoxelType,
     /// What the user should know about the loading: one sentence each.
     pub notes: Vec<String>,
+    /// What `render::macrocell_ranges` found; the voxels do not change after that.
+    pub macrocell_ranges: OnceLock<Vec<[f32; 2]>>,
 }
 
 /// 8 and 16 bits stay what they are (signed ones shifted by half their range into `offset`);
