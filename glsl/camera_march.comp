@@ -118,7 +118,7 @@ void main() {
         return;
     }
     Random random = Random(uint(pixel.y) * scene.size.x + uint(pixel.x), push.sample_index, 0u);
-    vec2 jitter = random_numbers(random).xy;
+    vec2 jitter = unit_intervals(even_words(random, direction_pairs(0u))).xy;
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
     Front front = Front(vec3(0.0), 1.0, 0.0);

@@ -88,7 +88,7 @@ bool begin_node(inout Path path) {
 // Next-event estimation as at a collision. The directions' density on the sphere is 1/4π, and the mean
 // over directions divides by 4π: for a sky, radiance over density and 4π; for a sun, its share.
 void ask_for_light(inout Path path, inout Random random) {
-    LightSample light = sample_light(random_words(random));
+    LightSample light = sample_light(words_for_light(path, random));
     bool is_sun = light.density == ALONE;
     vec3 radiance = light_weight(light, 0.25 / PI) * light.radiance * (0.25 / PI);
     if (is_sun) {
@@ -107,8 +107,7 @@ void begin_sample(inout Path path) {
     if (has_light_sampling) {
         ask_for_light(path, random);
     }
-    Random rotation = Random(path.pixel, CELL_SAMPLES, random.dimension++);
-    vec2 u = even_point(random_words(rotation).xy, path.sample_index - CELL_SAMPLES);
+    vec2 u = numbers_for_direction(path, random).xy;
     node_work.first_direction = direction_around(vec3(0.0, 0.0, 1.0), 1.0 - 2.0 * u.x, u.y);
     path.pdf = 0.25 / PI;
     turn(path, node_work.first_direction, NOTHING, random);

@@ -21,6 +21,15 @@ Random random_of(Path path) {
     return Random(path.pixel, path.sample_index, path.dimension);
 }
 
+uvec4 words_for_light(Path path, inout Random random) {
+    return path.bounces > 1u ? random_words(random) : even_words(random, light_pairs(path.bounces));
+}
+
+vec4 numbers_for_direction(Path path, inout Random random) {
+    return path.bounces > 1u ? random_numbers(random)
+                             : unit_intervals(even_words(random, direction_pairs(path.bounces)));
+}
+
 // A surface on which the path starts, or −1: surfaces exist beyond the camera's segment only in
 // `full` light.
 int starting_surface(Path path) {
@@ -125,12 +134,12 @@ void scatter_in_medium(inout Path path, inout Random random) {
     path.throughput *= transfer_color(path.value);
     path.origin += path.t_end * path.direction / scene.spacing;
     if (has_light_sampling) {
-        LightSample light = sample_light(random_words(random));
+        LightSample light = sample_light(words_for_light(path, random));
         float density = phase_density(dot(path.direction, light.direction));
         vec3 radiance = path.throughput * density * light_weight(light, density) * light.radiance;
         aim_shadow_ray(path, light.direction, radiance, NOTHING);
     }
-    vec4 u = random_numbers(random);
+    vec4 u = numbers_for_direction(path, random);
     float cosine = phase_sample_cosine(u.x);
     vec3 direction = direction_around(path.direction, cosine, u.y);
     path.pdf = phase_density(cosine);
@@ -146,7 +155,7 @@ bool reflect_at_surface(inout Path path, inout Random random) {
     vec3 v = -path.direction;
     path.origin += path.t_end * ray.step;
     if (has_light_sampling) {
-        LightSample light = sample_light(random_words(random));
+        LightSample light = sample_light(words_for_light(path, random));
         vec3 l = light.direction;
         if (dot(hit.geometric, l) > 0.0) {
             float density = brdf_density(material, hit.shading, v, l);
@@ -155,7 +164,7 @@ bool reflect_at_surface(inout Path path, inout Random random) {
             aim_shadow_ray(path, l, radiance, s);
         }
     }
-    vec4 u = random_numbers(random);
+    vec4 u = numbers_for_direction(path, random);
     vec3 l = brdf_sample(material, hit.shading, v, u.xyz);
     float cosine = dot(hit.shading, l);
     if (cosine <= 0.0 || dot(hit.geometric, l) <= 0.0) {

@@ -28,18 +28,57 @@ float unit_interval(uint word) {
     return float(word >> 8u) * exp2(-24.0);
 }
 
-vec4 random_numbers(inout Random random) {
-    uvec4 words = random_words(random);
+vec4 unit_intervals(uvec4 words) {
     return vec4(unit_interval(words.x), unit_interval(words.y), unit_interval(words.z),
                 unit_interval(words.w));
 }
 
-// The index-th of points that fill the unit square evenly, for any number of them: Roberts' R2 sequence
-// (an additive recurrence), moved by `rotation`. Each alone is uniform if the rotation is, so that
-// nothing is biased. In fixed point: a float's fraction would lose digits with the index.
-vec2 even_point(uvec2 rotation, uint index) {
-    uvec2 p = rotation + index * uvec2(3242174889u, 2447445413u);
-    return vec2(unit_interval(p.x), unit_interval(p.y));
+vec4 random_numbers(inout Random random) {
+    return unit_intervals(random_words(random));
+}
+
+// Even points: of a pixel's samples, any 2^k that follow an aligned one fill the square so that each box of
+// area 2^−k has one of them. A path's first event takes its numbers from these; they are what most of a
+// picture's noise comes from where surfaces are, and for later events they gain nothing (measured).
+//
+// The first two dimensions of Sobol's sequence, padded: each pair has its own order of samples. Scrambling
+// as Owen's (1995), by the hash of Laine and Karras (2011) with Vegdahl's constants; shuffling and padding
+// as in Burley, "Practical Hash-based Owen Scrambling" (JCGT 2020).
+
+// Which of a sample's pairs is which: two for light and two for a direction, for each event.
+uint light_pairs(uint event) { return 4u * event; }
+uint direction_pairs(uint event) { return 4u * event + 2u; }
+
+// No path's sample.
+const uint OF_ALL_SAMPLES = 0x7FFFFFFFu;
+
+// Flips each bit by a hash of those below it.
+uint scrambled_upwards(uint x, uint seed) {
+    x ^= x * 0x3D20ADEAu;
+    x += seed;
+    x *= seed >> 16u | 1u;
+    x ^= x * 0x05526C56u;
+    x ^= x * 0x53A22864u;
+    return x;
+}
+
+uvec2 even_pair(Random random, uint pair) {
+    Random of_pair = Random(random.pixel, OF_ALL_SAMPLES, pair);
+    // A hash's high bits are its best; scrambling begins with a seed's lowest.
+    uvec4 seeds = bitfieldReverse(random_words(of_pair));
+    uint index = bitfieldReverse(scrambled_upwards(bitfieldReverse(random.sample_index), seeds.x));
+    // Pascal's triangle modulo 2, Sobol's second matrix, is a sum over supersets of each bit's index.
+    uint y = index;
+    y ^= y >> 16u;
+    y ^= y >> 8u & 0x00FF00FFu;
+    y ^= y >> 4u & 0x0F0F0F0Fu;
+    y ^= y >> 2u & 0x33333333u;
+    y ^= y >> 1u & 0x55555555u;
+    return bitfieldReverse(uvec2(scrambled_upwards(index, seeds.y), scrambled_upwards(y, seeds.z)));
+}
+
+uvec4 even_words(Random random, uint pairs) {
+    return uvec4(even_pair(random, pairs), even_pair(random, pairs + 1u));
 }
 
 // −ln(1 − u) for the 32-bit u = (word + ½)·2⁻³². Small u go through the series, since 1 − u would

@@ -1,8 +1,10 @@
 //! When to stop, and how many samples to take next.
 //!
-//! Samples come in units (see `render::renderer`). Units grow with what is done, by a sixteenth: early
-//! ones show a picture soon, late ones cost little to begin and to end, at least sixteen of them give
-//! a standard error, and a stop never throws away more than a sixteenth of the work.
+//! Samples come in units (see `render::renderer`). Units grow with what is done, to a sixteenth of it at
+//! most: early ones show a picture soon, late ones cost little to begin and to end, at least sixteen of
+//! them give a standard error, and a stop never throws away more than a sixteenth of the work. They are
+//! powers of two, since those are what samples are spread evenly over (glsl/include/random.glsl): the
+//! spread between units then shows most of what that gains.
 
 use std::num::NonZeroU32;
 use std::time::Duration;
@@ -98,12 +100,17 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
     (8 * samples >= filled.updates).then_some(samples)
 }
 
+/// The largest power of two that is at most a sixteenth of `samples`; at least one.
+fn sixteenth(samples: u32) -> u32 {
+    1 << (samples / 16).max(1).ilog2()
+}
+
 /// Samples per pixel of the next unit.
 pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
-    let mut samples = (done.samples / 16).max(1);
+    let mut samples = sixteenth(done.samples);
     if let Some(goal) = stop.spp {
-        let share = (goal.get() / 16).max(1);
-        samples = samples.min(share).min(goal.get() - done.samples);
+        samples = samples.min(sixteenth(goal.get()));
+        samples = samples.min(goal.get() - done.samples);
     }
     if let Some(goal) = stop.time
         && done.samples > 0
@@ -147,6 +154,18 @@ mod tests {
             }
             assert_eq!(now.samples, goal);
             assert!(now.units >= goal.min(16), "{goal}: {} units", now.units);
+        }
+    }
+
+    #[test]
+    fn units_are_powers_of_two_and_begin_at_multiples() {
+        let stop = stop(None, None, Some(1e-9));
+        let mut now = done(0, 0, 0.0, f64::INFINITY);
+        while now.samples < 100_000 {
+            let samples = next_unit(&stop, &now);
+            assert!(samples.is_power_of_two() && now.samples.is_multiple_of(samples));
+            assert!(now.samples < 16 || (16..64).contains(&(now.samples / samples)));
+            now.samples += samples;
         }
     }
 

@@ -117,10 +117,11 @@ fn tissue() {
     });
 }
 
-/// Its light is curved within a cell: interpolation alone loses two percent of it at half scale.
+/// Its light is curved within a cell: interpolation alone loses two percent of it at half scale. The cache's
+/// own noise is 0.2 % in the mean of the picture.
 #[test]
 fn a_dense_cloud() {
-    for (scale, updates, most) in [(1.0, 16, 0.002), (0.5, 64, 0.015)] {
+    for (scale, updates, most) in [(1.0, 32, 0.0075), (0.5, 256, 0.0175)] {
         let setting = Setting {
             scene: "cloud",
             edits: &["render.size=[48, 48]"],

@@ -9,6 +9,7 @@ mod oracle;
 mod probe;
 
 mod brdf;
+mod even_points;
 mod half_vectors;
 mod numbers;
 mod phase;
