@@ -49,7 +49,7 @@ fn assert_mitsuba_agrees(name: &str, samples: u32, undecided: usize) {
 
 #[test]
 fn head() {
-    assert_mitsuba_agrees("head", 192, 0);
+    assert_mitsuba_agrees("head", 256, 0);
 }
 
 #[test]
@@ -59,12 +59,12 @@ fn tissue() {
 
 #[test]
 fn cloud() {
-    assert_mitsuba_agrees("cloud", 256, 2);
+    assert_mitsuba_agrees("cloud", 512, 2);
 }
 
 #[test]
 fn blobs() {
-    assert_mitsuba_agrees("blobs", 96, 0);
+    assert_mitsuba_agrees("blobs", 128, 0);
 }
 
 #[test]

@@ -203,3 +203,19 @@ fn much_scattering() {
         limits: within(0.003),
     });
 }
+
+/// Where one voxel stands for eight.
+#[test]
+fn a_straight_transfer_function() {
+    let mut scene = scene();
+    scene.medium = Some(medium(0.8, 0.4, &[(-20.0, 0.0, FOG), (80.0, 1.0, FOG)]));
+    scene.suns = vec![sun([-0.5, -1.0, -0.3], [1.5, 1.2, 1.0])];
+    assert_agreement(Trial {
+        name: "straight",
+        scene,
+        volume: hills(Storage::U16, [1.0, 1.3, 0.8]),
+        oracle_samples: 4000,
+        gpu_samples: 8192,
+        limits: within(0.005),
+    });
+}

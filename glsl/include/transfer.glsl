@@ -27,12 +27,18 @@ int transfer_point(float v) {
 }
 
 float transfer_opacity(float v) {
+    if (is_linear) {
+        return max(0.0, scene.linear_opacity.x + v * scene.linear_opacity.y); // rounding may leave the range
+    }
     vec4 p = transfer_values(transfer_point(v));
     return mix(p.z, p.w, clamp((v - p.x) * p.y, 0.0, 1.0));
 }
 
 // Colour and, in a, opacity.
 vec4 transfer_at(float v) {
+    if (is_linear) {
+        return vec4(scene.color, transfer_opacity(v));
+    }
     int point = transfer_point(v);
     vec4 p = transfer_values(point);
     float t = clamp((v - p.x) * p.y, 0.0, 1.0);

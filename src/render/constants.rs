@@ -5,7 +5,9 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 
 use super::cache_layout::CacheLayout;
-use super::convert::{clips, features, place_camera, suns, surfaces, transfer, transfer_segments};
+use super::convert::{
+    clips, features, linear_opacity, place_camera, suns, surfaces, transfer, transfer_segments,
+};
 use super::environment_table;
 use super::filter_probe::filter_is_precise;
 use super::macrocell_ranges::macrocell_ranges;
@@ -76,6 +78,7 @@ impl SceneBuffers {
         let mut constants = SceneConstants {
             transfer_segments: transfer_segments(&transfer),
             color: transfer.first().map_or([0.0; 3], |p| p.color),
+            linear_opacity: linear_opacity(&transfer, volume).unwrap_or_default(),
             dims: volume.dims,
             macrocells: macrocells(volume.dims),
             spacing: volume.spacing.map(|s| s as f32),
@@ -103,7 +106,7 @@ impl SceneBuffers {
         place_camera(&mut constants, &scene.camera);
         SceneBuffers {
             constants,
-            features: features(scene, &transfer, &suns, filter_in_shader),
+            features: features(scene, volume, &transfer, &suns, filter_in_shader),
             transfer,
             surfaces: surfaces(scene, volume),
             clips: clips(scene),

@@ -15,16 +15,19 @@ use crate::scene::{
 
 pub(super) fn features(
     scene: &Scene,
+    volume: &Volume,
     transfer: &[TransferPoint],
     suns: &[Sun],
     filter_in_shader: bool,
 ) -> Features {
     let medium = scene.medium.as_ref().filter(|m| m.density > 0.0);
     let iso = &scene.surfaces.iso;
+    let has_one_color = transfer.windows(2).all(|w| w[0].color == w[1].color);
     let any = |wanted: fn(&Shading) -> bool| iso.iter().any(|s| wanted(&s.shading));
     Features {
         has_medium: medium.is_some(),
-        has_one_color: transfer.windows(2).all(|w| w[0].color == w[1].color),
+        has_one_color,
+        is_linear: has_one_color && linear_opacity(transfer, volume).is_some(),
         surface_count: iso.len() as u32,
         full_light: !iso.is_empty() && scene.surfaces.light == LightModel::Full,
         analytic_normals: scene.surfaces.normals == Normals::Analytic,
@@ -64,6 +67,19 @@ pub(super) fn transfer_segments(points: &[TransferPoint]) -> u32 {
     let steps_at_end = matches!(points, [.., a, b] if a.value == b.value);
     let segments = points.len().max(2) - 1;
     (segments + usize::from(steps_at_end)) as u32
+}
+
+/// Opacity at stored value 0 and what it gains per unit, if one straight line holds for all voxels.
+pub(super) fn linear_opacity(transfer: &[TransferPoint], volume: &Volume) -> Option<[f32; 2]> {
+    let [low, high] = volume.range.map(|value| stored(volume, value));
+    let holds = |w: &&[TransferPoint]| w[0].value <= low && high <= w[1].value;
+    let segment = transfer.windows(2).find(holds)?;
+    let [a, b] = [0, 1].map(|n| [segment[n].value, segment[n].opacity].map(f64::from));
+    let slope = (b[1] - a[1]) / (b[0] - a[0]);
+    let line = [a[1] - slope * a[0], slope];
+    line.iter()
+        .all(|x| x.is_finite())
+        .then_some(line.map(|x| x as f32))
 }
 
 pub(super) fn surfaces(scene: &Scene, volume: &Volume) -> Vec<Surface> {

@@ -38,6 +38,8 @@ shared! {
         pub transfer_segments: uint,
         /// Of all points of the transfer function if `has_one_color`.
         pub color: vec3,
+        /// Opacity at stored value 0, and what it gains per unit, if `is_linear`.
+        pub linear_opacity: vec2,
         /// Collisions and reflections on a path; 0 = no limit.
         pub max_bounces: uint,
         pub seed: uint,
@@ -278,6 +280,8 @@ specialization! {
         pub has_medium: bool,
         /// All points of the transfer function have the same.
         pub has_one_color: bool,
+        /// Over the volume's values, opacity is linear and there is one colour.
+        pub is_linear: bool,
         /// Isosurfaces; 0 = none.
         pub surface_count: uint,
         /// Every ray sees surfaces, not the camera's alone.

@@ -54,6 +54,15 @@ fn empty() {
     assert!(film.mean.iter().all(|pixel| pixel[0] == 1.0));
 }
 
+/// One voxel then stands for the eight around a place.
+#[test]
+fn straight() {
+    for format in [as_u8, as_u16, as_f32] {
+        expect_points(3.0, &[(0.0, 0.9), (255.0, 0.1)], &noise(format));
+        expect_points(3.0, &[(-100.0, 0.0), (300.0, 1.0)], &noise(format));
+    }
+}
+
 /// The largest value is where the medium is thinnest.
 #[test]
 fn falling() {
