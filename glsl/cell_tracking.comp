@@ -45,8 +45,9 @@ float grey(vec3 radiance) {
 }
 
 void arrive(vec3 radiance, vec3 towards_light) {
-    node_work.light.rgb += radiance;
-    node_work.flux -= grey(radiance) * towards_light;
+    vec3 light = radiance / scene.cache_unit;
+    node_work.light.rgb += light;
+    node_work.flux -= grey(light) * towards_light;
 }
 
 void contribute(inout Path path, vec3 radiance) {
@@ -92,7 +93,7 @@ void ask_for_light(inout Path path, inout Random random) {
     bool is_sun = light.density == ALONE;
     vec3 radiance = light_weight(light, 0.25 / PI) * light.radiance * (0.25 / PI);
     if (is_sun) {
-        radiance = vec3(grey(light.radiance) / scene.suns_grey);
+        radiance = vec3(grey(light.radiance / scene.cache_unit) / scene.suns_grey);
     }
     node_work.shadow_is_sun = is_sun ? 1u : 0u;
     aim_shadow_ray(path, light.direction, radiance, NOTHING);
@@ -129,13 +130,12 @@ void finish_node() {
     ivec3 texel = node_texel(node_work.node);
     float share = float(push.samples) / float(push.first_sample + push.samples);
     vec4 light = node_work.light / float(push.samples);
-    light.rgb /= scene.cache_unit;
     if (share < 1.0) {
         light = mix(texelFetch(cache_light, texel, 0), light, share);
     }
     imageStore(light_out, texel, vec4(rounded(light.rgb), rounded(light.aaa).x));
     if (is_anisotropic) {
-        vec3 flux = node_work.flux / (float(push.samples) * scene.cache_unit);
+        vec3 flux = node_work.flux / float(push.samples);
         if (share < 1.0) {
             flux = mix(texelFetch(cache_flux, texel, 0).rgb, flux, share);
         }

@@ -64,14 +64,15 @@ CachedLight light_on_surface(vec3 g) {
     if (has_memory(cube)) {
         return read_cache(cube);
     }
-    return CachedLight(escaping_radiance(vec3(0.0, 1.0, 0.0), ALONE), 1.0, vec3(0.0));
+    vec3 sky = escaping_radiance(vec3(0.0, 1.0, 0.0), ALONE);
+    return CachedLight(sky / scene.cache_unit, 1.0, vec3(0.0));
 }
 
 vec3 shade(Ray ray, Crossing crossing) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
     CachedLight light = light_on_surface(ray.origin + crossing.t * ray.step);
-    vec3 radiance = material.surface.color * light.mean;
+    vec3 radiance = material.surface.color * light.mean * scene.cache_unit;
     for (uint s = 0u; s < sun_count; ++s) {
         vec3 l = -suns.at[s].direction;
         if (dot(hit.geometric, l) > 0.0) {

@@ -6,7 +6,8 @@
 // With an anisotropic medium a second image holds the flux of the same light, grey (RGB).
 //
 // Nodes come in bricks of BRICK³; only those that some ray can read have a place in the images, found
-// through the page table. Values are in units of scene.cache_unit, so that no format overflows.
+// through the page table. Values are in units of scene.cache_unit: no format overflows, and they stay right
+// when all lights are dimmed or coloured alike.
 
 layout(binding = 15) uniform sampler3D cache_light;
 layout(binding = 16) uniform sampler3D cache_flux;
@@ -36,9 +37,9 @@ bool is_cut(Cube cube) {
 }
 
 struct CachedLight {
-    vec3 mean;  // radiance over all directions, without the suns' own
+    vec3 mean;  // radiance over all directions, without the suns' own, in cache_units
     float suns; // share of the suns that arrives
-    vec3 flux;  // mean of radiance times direction of travel, grey
+    vec3 flux;  // mean of that radiance times direction of travel, grey
 };
 
 CachedLight read_cache(Cube cube) {
@@ -63,7 +64,7 @@ CachedLight read_cache(Cube cube) {
                + far.z * texelFetch(cache_light, texels[6], 0)
                + far.w * texelFetch(cache_light, texels[7], 0);
     light = max(light, 0.0); // extrapolation may leave what light can be
-    CachedLight r = CachedLight(light.rgb * scene.cache_unit, light.a, vec3(0.0));
+    CachedLight r = CachedLight(light.rgb, light.a, vec3(0.0));
     if (is_anisotropic) {
         r.flux = near.x * texelFetch(cache_flux, texels[0], 0).rgb
                + near.y * texelFetch(cache_flux, texels[1], 0).rgb
@@ -73,7 +74,6 @@ CachedLight read_cache(Cube cube) {
                + far.y * texelFetch(cache_flux, texels[5], 0).rgb
                + far.z * texelFetch(cache_flux, texels[6], 0).rgb
                + far.w * texelFetch(cache_flux, texels[7], 0).rgb;
-        r.flux *= scene.cache_unit;
     }
     return r;
 }
@@ -116,18 +116,19 @@ vec3 missed_by_interpolation(Cube cube, float random) {
     vec3 d = light_across(axis, low + 2 * e, cube.p, known);
     float p = cube.p[axis];
     vec3 curvature = mix(a - 2.0 * b + c, b - 2.0 * c + d, p);
-    return known ? -1.5 * p * (1.0 - p) * scene.cache_unit * curvature : vec3(0.0);
+    return known ? -1.5 * p * (1.0 - p) * curvature : vec3(0.0);
 }
 
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
-// light on its way out. The flux's colour is that of the mean.
+// light on its way out. The flux's colour is that of the mean, beside that of the lights.
 vec3 scattered_light(CachedLight light, vec3 travel) {
+    vec3 radiance = light.mean * scene.cache_unit;
     if (!is_anisotropic) {
-        return light.mean;
+        return radiance;
     }
     float grey = dot(light.mean, vec3(1.0 / 3.0));
     float share = grey > 0.0 ? 3.0 * scene.g * dot(light.flux, travel) / grey : 0.0;
-    return light.mean * (1.0 + share);
+    return radiance * (1.0 + share);
 }
 
 // What the suns would bring if all of them reached the point: Σ p(ω, ω_sun)·E.

@@ -74,7 +74,15 @@ impl SceneBuffers {
             (Some(_), true) => 1.0,
             (Some(_), false) => 0.5,
         };
+        let image = image.cloned().unwrap_or(EnvironmentImage {
+            width: 1,
+            height: 1,
+            texels: vec![[0.0; 3]],
+        });
         let transfer = transfer(scene, volume);
+        let environment = scene.environment.radiance.map(|c| c as f32);
+        let all = brightness(&suns, environment, &image);
+        let cache_unit = all.map(|light| if light > 0.0 { light } else { 1.0 });
         let mut constants = SceneConstants {
             transfer_segments: transfer_segments(&transfer),
             color: transfer.first().map_or([0.0; 3], |p| p.color),
@@ -93,14 +101,18 @@ impl SceneBuffers {
             max_bounces: scene.render.max_bounces,
             seed,
             size: scene.render.size,
-            environment: scene.environment.radiance.map(|c| c as f32),
+            environment,
             image_probability,
             image_cells: table.cells,
             background: match scene.render.background {
                 Background::Color(color) => color.map(|c| c as f32),
                 _ => [0.0; 3],
             },
-            suns_grey: suns.iter().map(|s| grey(s.irradiance)).sum(),
+            suns_grey: suns
+                .iter()
+                .map(|s| grey(over(s.irradiance, cache_unit)))
+                .sum(),
+            cache_unit,
             ..SceneConstants::zeroed()
         };
         place_camera(&mut constants, &scene.camera);
@@ -112,11 +124,7 @@ impl SceneBuffers {
             clips: clips(scene),
             suns,
             sky: table.sky,
-            environment: image.cloned().unwrap_or(EnvironmentImage {
-                width: 1,
-                height: 1,
-                texels: vec![[0.0; 3]],
-            }),
+            environment: image,
             cache: None,
             published: scene.render.variant == Variant::Published,
         }
@@ -130,7 +138,6 @@ impl SceneBuffers {
         constants.cache_bricks = layout.bricks;
         constants.cache_places = layout.places;
         constants.cache_stride = (1.0 / layout.scale).max(1.0) as u32;
-        constants.cache_unit = cache_unit(constants, &self.environment);
         self.features.cache_order = cache_order(constants.g).max(least_order(&self.features));
         self.features.cache_is_f16 = layout.is_f16;
         self.cache = Some(layout);
@@ -161,12 +168,12 @@ impl SceneBuffers {
     /// A texel of the cache for light that nobody has traced yet.
     pub fn guessed_light(&self) -> [f32; 4] {
         const ARRIVES: f32 = 0.6;
-        let texels = &self.environment.texels;
-        let image = |c: usize| texels.iter().map(|t| t[c]).sum::<f32>() / texels.len() as f32;
-        let sky = |c: usize| self.constants.environment[c] + image(c);
-        let suns = self.constants.suns_grey / (4.0 * std::f32::consts::PI);
-        let light = |c: usize| ARRIVES * (sky(c) + suns * ARRIVES) / self.constants.cache_unit;
-        [light(0), light(1), light(2), ARRIVES]
+        let constants = &self.constants;
+        let sky = brightness(&[], constants.environment, &self.environment);
+        let sky = over(sky, constants.cache_unit);
+        let suns = constants.suns_grey / (4.0 * std::f32::consts::PI);
+        let light = sky.map(|sky| ARRIVES * (sky + suns * ARRIVES));
+        [light[0], light[1], light[2], ARRIVES]
     }
 
     /// The same picture with fewer pixels.
@@ -220,22 +227,54 @@ impl SceneBuffers {
 
     /// Whether light cached for `self` is right for `other` as well, with the same volume. It is not
     /// where anything differs that its paths meet: medium, lights, clip planes, and in `full` light
-    /// surfaces. Camera, picture and, in `local` light, surfaces do not matter.
+    /// surfaces. Camera, picture and, in `local` light, surfaces do not matter, nor does how bright the
+    /// lights are, and how red, as long as it is the same factor for all: the cache knows but their shares.
     pub fn shares_light_with(&self, other: &SceneBuffers) -> bool {
         let medium = |s: &SceneBuffers| (s.constants.density, s.constants.g);
-        let sky = |s: &SceneBuffers| (s.constants.environment, s.constants.image_cells);
+        let size = |s: &SceneBuffers| (s.environment.width, s.environment.height);
+        let directions = |s: &SceneBuffers| -> Vec<[f32; 3]> {
+            s.suns.iter().map(|sun| sun.direction).collect()
+        };
         let normals =
             |s: &SceneBuffers| s.features.full_light.then_some(s.features.analytic_normals);
         self.cache == other.cache
             && medium(self) == medium(other)
             && self.transfer == other.transfer
-            && self.suns == other.suns
-            && sky(self) == sky(other)
-            && self.environment == other.environment
+            && directions(self) == directions(other)
+            && size(self) == size(other)
+            && self.light_shares().zip(other.light_shares()).all(alike)
             && self.clips == other.clips
             && self.obstacles() == other.obstacles()
             && normals(self) == normals(other)
     }
+
+    /// Of each sun, of the constant sky and of each texel of its image in what all lights shine.
+    fn light_shares(&self) -> impl Iterator<Item = [f32; 3]> {
+        let suns = self.suns.iter().map(|sun| sun.irradiance);
+        let sky = std::iter::once(self.constants.environment);
+        let image = self.environment.texels.iter().copied();
+        let lights = suns.chain(sky).chain(image);
+        lights.map(|light| over(light, self.constants.cache_unit))
+    }
+}
+
+/// But for rounding.
+fn alike((a, b): ([f32; 3], [f32; 3])) -> bool {
+    (0..3).all(|c| (a[c] - b[c]).abs() <= 1e-6 * a[c].abs())
+}
+
+/// Irradiance of all suns and radiance of the sky, its image by its mean.
+fn brightness(suns: &[Sun], environment: [f32; 3], image: &EnvironmentImage) -> [f32; 3] {
+    std::array::from_fn(|c| {
+        let suns: f32 = suns.iter().map(|sun| sun.irradiance[c]).sum();
+        let texels = image.texels.iter().map(|texel| f64::from(texel[c]));
+        let mean = texels.sum::<f64>() / image.texels.len() as f64;
+        suns + environment[c] + mean as f32
+    })
+}
+
+fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|c| light[c] / unit[c])
 }
 
 /// Where the medium alone is seen, light is read all along a ray. Beside a surface a sample is a path in any
@@ -258,17 +297,6 @@ fn cache_order(g: f32) -> u32 {
     match g.abs() {
         g if g <= MOST_MEMORY => 1,
         g => (MOST_MEMORY.ln() / g.ln()).ceil() as u32,
-    }
-}
-
-/// About the largest radiance that a node may hold, as a power of two: dividing by it rounds nothing.
-fn cache_unit(constants: &SceneConstants, image: &EnvironmentImage) -> f32 {
-    let sky: f32 = image.texels.iter().map(|&texel| grey(texel)).sum();
-    let brightness =
-        constants.suns_grey + grey(constants.environment) + sky / image.texels.len() as f32;
-    match brightness > 0.0 {
-        true => brightness.log2().ceil().exp2(),
-        false => 1.0,
     }
 }
 

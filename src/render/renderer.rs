@@ -166,6 +166,9 @@ impl Renderer {
         let lasts = before.shares_light_with(scene);
         if let Some(cache) = &mut self.cache {
             cache.look_elsewhere();
+            if before.constants.cache_unit != scene.constants.cache_unit {
+                cache.abandon(); // paths on their way are as bright as the lights were
+            }
             if !lasts {
                 cache.clear();
                 cache.prepare(frame, r)?;

@@ -62,7 +62,7 @@ shared! {
         pub image_cells: uvec2,
         /// Seen by rays that meet nothing if `background_is_color`.
         pub background: vec3,
-        /// Σ of the suns' irradiance, each the mean of its channels.
+        /// Σ over the suns of the mean of irradiance/cache_unit over channels.
         pub suns_grey: float,
         /// Nodes of the cache along each axis.
         pub cache_nodes: uvec3,
@@ -74,8 +74,9 @@ shared! {
         pub cache_places: uvec3,
         /// Voxels from node to node: steps of a march for which light is read once.
         pub cache_stride: uint,
-        /// Radiance that the cache's images hold as 1.
-        pub cache_unit: float,
+        /// Radiance that the cache's images hold as 1: as much as all lights together shine, channel by
+        /// channel.
+        pub cache_unit: vec3,
     }
 
     pub struct Surface {

@@ -70,6 +70,42 @@ fn surfaces_keep_it_in_local_light_alone() {
     assert!(!lasts(LightModel::Full, isovalue) && !lasts(LightModel::Full, material));
 }
 
+/// The cache knows each light's share in all of them.
+#[test]
+fn lights_that_change_alike_keep_it() {
+    let by = |s: &mut Scene, factors: [f64; 3]| {
+        for (c, factor) in factors.into_iter().enumerate() {
+            s.suns[0].irradiance[c] *= factor;
+            s.environment.radiance[c] *= factor;
+        }
+    };
+    assert!(lasts_in_both(|s| by(s, [0.1; 3])));
+    assert!(lasts_in_both(|s| by(s, [3.0, 1.0, 0.7])));
+    assert!(!lasts_in_both(|s| s.suns[0].irradiance = [2.1; 3]));
+}
+
+#[test]
+fn a_cache_under_other_lights_is_that_of_a_new_renderer() {
+    let volume = constant_field(1.0, [8; 3], [1.0; 3]);
+    let mut before = scene(LightModel::Local);
+    before.environment.radiance = [0.0; 3];
+    before.medium.as_mut().unwrap().g = 0.4;
+    let mut after = before.clone();
+    after.suns[0].irradiance = [0.3, 5.0, 1.0];
+    let mut kept = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let lasts = kept.renderer.change(&kept.buffers, &fresh.buffers);
+    assert!(lasts.expect("a change") && kept.updates() == 4);
+    for (kept, fresh) in kept.march().iter().zip(fresh.march()) {
+        for c in 0..4 {
+            assert!(
+                (kept[c] - fresh[c]).abs() <= 1e-5 * fresh[c],
+                "{kept:?} {fresh:?}"
+            );
+        }
+    }
+}
+
 #[test]
 fn lights_and_the_medium_end_it() {
     assert!(!lasts_in_both(|s| s.suns[0].direction = [0.6, -0.8, 0.0]));
