@@ -72,14 +72,16 @@ pub(super) fn transfer_segments(points: &[TransferPoint]) -> u32 {
 /// Opacity at stored value 0 and what it gains per unit, if one straight line holds for all voxels.
 pub(super) fn linear_opacity(transfer: &[TransferPoint], volume: &Volume) -> Option<[f32; 2]> {
     let [low, high] = volume.range.map(|value| stored(volume, value));
-    let holds = |w: &&[TransferPoint]| w[0].value <= low && high <= w[1].value;
-    let segment = transfer.windows(2).find(holds)?;
-    let [a, b] = [0, 1].map(|n| [segment[n].value, segment[n].opacity].map(f64::from));
-    let slope = (b[1] - a[1]) / (b[0] - a[0]);
-    let line = [a[1] - slope * a[0], slope];
-    line.iter()
-        .all(|x| x.is_finite())
-        .then_some(line.map(|x| x as f32))
+    let line = |n: usize| {
+        let [a, b] = [&transfer[n], &transfer[n + 1]];
+        // At a step the upper point counts.
+        let ends_in_a_step = transfer.get(n + 2).is_some_and(|c| c.value == b.value);
+        let holds = a.value <= low && high <= b.value && a.value < b.value && !ends_in_a_step;
+        let slope = f64::from(b.opacity - a.opacity) / f64::from(b.value - a.value);
+        let at_zero = f64::from(a.opacity) - slope * f64::from(a.value);
+        holds.then_some([at_zero as f32, slope as f32])
+    };
+    (0..transfer.len().saturating_sub(1)).find_map(line)
 }
 
 pub(super) fn surfaces(scene: &Scene, volume: &Volume) -> Vec<Surface> {

@@ -63,6 +63,16 @@ fn straight() {
     }
 }
 
+/// All of the volume is where a line ends, in a step: there the step's upper point counts.
+#[test]
+fn straight_up_to_a_step() {
+    let volume = noise(|values| Voxels::U8(vec![255; values.len()]));
+    let medium = absorbing(1e3, &[(0.0, 0.0), (255.0, 1.0), (255.0, 0.0)]);
+    let scene = absorbing_scene(medium, orthographic([1.0, 1.4, 1.9], 0.7));
+    let film = render(&scene, &volume, 2, 2, 1);
+    assert!(film.mean.iter().all(|pixel| pixel[0] == 1.0));
+}
+
 /// The largest value is where the medium is thinnest.
 #[test]
 fn falling() {
