@@ -80,13 +80,14 @@ impl SceneBuffers {
             texels: vec![[0.0; 3]],
         });
         let transfer = transfer(scene, volume);
+        let line = linear_opacity(&transfer, volume);
         let environment = scene.environment.radiance.map(|c| c as f32);
         let all = brightness(&suns, environment, &image);
         let cache_unit = all.map(|light| if light > 0.0 { light } else { 1.0 });
         let mut constants = SceneConstants {
             transfer_segments: transfer_segments(&transfer),
             color: transfer.first().map_or([0.0; 3], |p| p.color),
-            linear_opacity: linear_opacity(&transfer, volume).unwrap_or_default(),
+            linear_opacity: line.unwrap_or_default(),
             dims: volume.dims,
             macrocells: macrocells(volume.dims),
             spacing: volume.spacing.map(|s| s as f32),
@@ -118,7 +119,7 @@ impl SceneBuffers {
         place_camera(&mut constants, &scene.camera);
         SceneBuffers {
             constants,
-            features: features(scene, volume, &transfer, &suns, filter_in_shader),
+            features: features(scene, &transfer, line.is_some(), &suns, filter_in_shader),
             transfer,
             surfaces: surfaces(scene, volume),
             clips: clips(scene),
@@ -242,25 +243,28 @@ impl SceneBuffers {
             && self.transfer == other.transfer
             && directions(self) == directions(other)
             && size(self) == size(other)
-            && self.light_shares().zip(other.light_shares()).all(alike)
+            && self.lights_are_alike(other)
             && self.clips == other.clips
             && self.obstacles() == other.obstacles()
             && normals(self) == normals(other)
     }
 
-    /// Of each sun, of the constant sky and of each texel of its image in what all lights shine.
-    fn light_shares(&self) -> impl Iterator<Item = [f32; 3]> {
+    /// Whether each light is the same share of all, but for rounding.
+    fn lights_are_alike(&self, other: &SceneBuffers) -> bool {
+        let factor = over(other.constants.cache_unit, self.constants.cache_unit);
+        let is_scaled = |(a, b): ([f32; 3], [f32; 3])| {
+            (0..3).all(|c| (factor[c] * a[c] - b[c]).abs() <= 1e-6 * b[c].abs())
+        };
+        self.lights().zip(other.lights()).all(is_scaled)
+    }
+
+    /// Each sun's irradiance, the constant sky's radiance, and its image's, texel by texel.
+    fn lights(&self) -> impl Iterator<Item = [f32; 3]> {
         let suns = self.suns.iter().map(|sun| sun.irradiance);
         let sky = std::iter::once(self.constants.environment);
-        let image = self.environment.texels.iter().copied();
-        let lights = suns.chain(sky).chain(image);
-        lights.map(|light| over(light, self.constants.cache_unit))
+        suns.chain(sky)
+            .chain(self.environment.texels.iter().copied())
     }
-}
-
-/// But for rounding.
-fn alike((a, b): ([f32; 3], [f32; 3])) -> bool {
-    (0..3).all(|c| (a[c] - b[c]).abs() <= 1e-6 * a[c].abs())
 }
 
 /// Irradiance of all suns and radiance of the sky, its image by its mean.

@@ -15,8 +15,8 @@ use crate::scene::{
 
 pub(super) fn features(
     scene: &Scene,
-    volume: &Volume,
     transfer: &[TransferPoint],
+    opacity_is_linear: bool,
     suns: &[Sun],
     filter_in_shader: bool,
 ) -> Features {
@@ -27,7 +27,7 @@ pub(super) fn features(
     Features {
         has_medium: medium.is_some(),
         has_one_color,
-        is_linear: has_one_color && linear_opacity(transfer, volume).is_some(),
+        is_linear: has_one_color && opacity_is_linear,
         surface_count: iso.len() as u32,
         full_light: !iso.is_empty() && scene.surfaces.light == LightModel::Full,
         analytic_normals: scene.surfaces.normals == Normals::Analytic,
