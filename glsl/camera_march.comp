@@ -3,8 +3,9 @@
 // next to no noise. (With surfaces their noise is what is seen, and a march costs several collisions; see
 // cached_tracking.comp.)
 //
-// The suns' part is made exact: from a place picked in proportion to what it contributed, a shadow ray
-// against what the cache says there.
+// What is wrong with that light is corrected at a place picked in proportion to what it contributed: what
+// interpolation misses, and for the suns, whose part is made exact, by shadow rays against what the cache
+// says there.
 
 #version 460
 #include "scene.glsl"
@@ -26,6 +27,9 @@ layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
 
 // Below this nothing behind is seen: a float's last digits.
 const float OPAQUE_BELOW = 1e-6;
+
+// A shadow ray costs a fiftieth of a march, and a single one is most of a sample's noise.
+const uint SHADOW_RAYS = 4u;
 
 // A step of the march.
 struct MarchStep {
@@ -82,9 +86,7 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
                 }
                 onwards = front.transmittance >= OPAQUE_BELOW;
             }
-            Cube cube = cube_taken(taken, ray);
-            CachedLight light = read_cache(cube);
-            light.mean += missed_by_interpolation(cube, random_numbers(random).x);
+            CachedLight light = read_cache(cube_taken(taken, ray));
             front.radiance +=
                 taken.albedo * (scattered_back(light, ray) + light.suns * suns_here);
         }
@@ -93,10 +95,8 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
     return front;
 }
 
-// What the suns bring to the picked place, less what the cache says of it.
-vec3 correct_suns(Ray ray, Front front, inout Random random) {
-    vec3 g = ray.origin + front.picked_t * ray.step;
-    vec3 share = (1.0 - front.transmittance) * transfer_color(lookup(ray, front.picked_t));
+// What a sun brings to `g`.
+vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     LightSample sun = sample_sun(random_numbers(random).x);
     Ray shadow = make_ray(g, sun.direction);
     vec2 span = clip_ray(shadow, 0.0);
@@ -107,9 +107,22 @@ vec3 correct_suns(Ray ray, Front front, inout Random random) {
     while (outcome == OUTCOME_PENDING) {
         outcome = advance_track(shadow, true, track, random, value, transmittance);
     }
-    vec3 arrives = transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
-    vec3 cached = read_cache(cube_at(g)).suns * suns_scattered(-ray.direction);
-    return share * (arrives - cached);
+    return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
+}
+
+// What the light taken should have been more at the picked place.
+vec3 missed_light(Ray ray, Front front, inout Random random) {
+    vec3 g = ray.origin + front.picked_t * ray.step;
+    Cube cube = cube_at(g);
+    vec3 missed = missed_by_interpolation(cube, random_numbers(random).x) * scene.cache_unit;
+    if (sun_count > 0u) {
+        vec3 arrives = vec3(0.0);
+        for (uint k = 0u; k < SHADOW_RAYS; ++k) {
+            arrives += sunlight(ray, g, random) / float(SHADOW_RAYS);
+        }
+        missed += arrives - read_cache(cube).suns * suns_scattered(-ray.direction);
+    }
+    return (1.0 - front.transmittance) * transfer_color(lookup(ray, front.picked_t)) * missed;
 }
 
 void main() {
@@ -124,8 +137,8 @@ void main() {
     Front front = Front(vec3(0.0), 1.0, 0.0);
     if (t_end > 0.0) {
         front = march_segment(ray, t_end, random);
-        if (sun_count > 0u && front.transmittance < 1.0) {
-            front.radiance += correct_suns(ray, front, random);
+        if (front.transmittance < 1.0) {
+            front.radiance += missed_light(ray, front, random);
         }
     }
     vec3 background = background_is_color ? scene.background
