@@ -5,7 +5,8 @@
 // what the first shadow ray brings from a sun goes to the suns' share. Slots take nodes from a queue as
 // in delta_tracking.comp.
 //
-// A batch is as large as all that a node has had before, so that half of every merge is new: rounding
+// A brick gets paths by how much of it is seen (src/render/focus.rs). A batch is as large as all that a node
+// has had before, so that half of every merge is new: rounding
 // to 16 bits then adds up to less than one unit in the last place, after any number of updates.
 
 #version 460
@@ -32,7 +33,7 @@ layout(binding = 11, scalar) buffer CounterBlock { Counters count; } counters;
 layout(binding = 12) writeonly uniform image3D light_out;
 layout(binding = 13) writeonly uniform image3D flux_out;
 layout(binding = 14, scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
-layout(binding = 19, scalar) readonly buffer BrickBlock { uint at[]; } bricks;
+layout(binding = 19, scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
 // Samples are counted from here, so that no camera path has the same random numbers.
 const uint CELL_SAMPLES = 0x80000000u;
@@ -69,17 +70,18 @@ void escape(inout Path path) {
 
 bool begin_node(inout Path path) {
     uint index = atomicAdd(counters.count.next, 1u);
-    uint brick = index / NODES_PER_BRICK;
-    if (brick >= push.bricks) {
+    node_work.brick = index / NODES_PER_BRICK;
+    if (node_work.brick >= push.bricks) {
         return false;
     }
+    Brick brick = bricks.at[node_work.brick];
     int inner = int(index % NODES_PER_BRICK);
     ivec3 offset = ivec3(inner % BRICK, inner / BRICK % BRICK, inner / (BRICK * BRICK));
-    ivec3 node = BRICK * unpacked(bricks.at[brick]) + offset;
+    ivec3 node = BRICK * unpacked(brick.position) + offset;
     uvec3 nodes = scene.cache_nodes;
     path.pixel = (node.z * nodes.y + node.y) * nodes.x + node.x;
-    path.samples_left = all(lessThan(node, ivec3(nodes))) ? push.samples : 0u;
-    path.sample_index = CELL_SAMPLES + push.first_sample - 1u;
+    path.samples_left = all(lessThan(node, ivec3(nodes))) ? brick.samples : 0u;
+    path.sample_index = CELL_SAMPLES + brick.first_sample - 1u;
     node_work.node = node;
     node_work.light = vec4(0.0);
     node_work.flux = vec3(0.0);
@@ -128,14 +130,16 @@ vec3 rounded(vec3 x) {
 // Merges the batch with what the node has had before.
 void finish_node() {
     ivec3 texel = node_texel(node_work.node);
-    float share = float(push.samples) / float(push.first_sample + push.samples);
-    vec4 light = node_work.light / float(push.samples);
+    Brick brick = bricks.at[node_work.brick];
+    float samples = float(brick.samples);
+    float share = samples / float(brick.first_sample + brick.samples);
+    vec4 light = node_work.light / samples;
     if (share < 1.0) {
         light = mix(texelFetch(cache_light, texel, 0), light, share);
     }
     imageStore(light_out, texel, vec4(rounded(light.rgb), rounded(light.aaa).x));
     if (is_anisotropic) {
-        vec3 flux = node_work.flux / float(push.samples);
+        vec3 flux = node_work.flux / samples;
         if (share < 1.0) {
             flux = mix(texelFetch(cache_flux, texel, 0).rgb, flux, share);
         }
@@ -150,6 +154,7 @@ void main() {
     }
     Path path = paths.at[slot];
     node_work = node_works.at[slot];
+    uint finished = 0u;
     bool working = true;
     while (working && work < push.work) {
         ++work;
@@ -161,8 +166,11 @@ void main() {
         }
         if (working && path.phase != PHASE_IDLE) {
             advance(path);
-            if (path.phase == PHASE_IDLE && path.samples_left == 0u) {
-                finish_node();
+            if (path.phase == PHASE_IDLE) {
+                ++finished;
+                if (path.samples_left == 0u) {
+                    finish_node();
+                }
             }
         }
     }
@@ -172,4 +180,5 @@ void main() {
         atomicAdd(counters.count.unfinished, 1u);
     }
     atomicAdd(counters.count.lookups, lookups);
+    atomicAdd(counters.count.finished, finished);
 }

@@ -12,7 +12,7 @@
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(push_constant, scalar) uniform PushBlock { CutPush push; };
 layout(binding = 18, scalar) writeonly buffer CutBlock { uint at[]; } cuts;
-layout(binding = 19, scalar) readonly buffer BrickBlock { uint at[]; } bricks;
+layout(binding = 19, scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
 shared uint words[2];
 
@@ -26,7 +26,7 @@ void main() {
         words[thread] = 0u;
     }
     barrier();
-    ivec3 cube = BRICK * unpacked(bricks.at[brick]) + ivec3(gl_LocalInvocationID);
+    ivec3 cube = BRICK * unpacked(bricks.at[brick].position) + ivec3(gl_LocalInvocationID);
     ivec3 last = ivec3(scene.dims) - 1;
     ivec3 low = ivec3(floor(node_position(cube))) - 1;
     ivec3 high = ivec3(floor(node_position(cube + 1)));

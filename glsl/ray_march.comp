@@ -23,6 +23,10 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { MarchPush push; };
 layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
+layout(binding = 19, scalar) buffer BrickBlock { Brick at[]; } bricks;
+
+// Over 128×128 rays, Σw² stays below 2³² of it.
+const float WEIGHT_UNIT = exp2(-17.0);
 
 // What has been collected so far.
 struct Front {
@@ -30,6 +34,16 @@ struct Front {
     vec3 lasting; // the part of it that a picture at rest takes from the cache as well
     float transmittance;
 };
+
+// What light at `cube` weighs, for the brick of its nearest node.
+void weigh(Cube cube, float weight) {
+    if (push.measures != 0u && has_memory(cube)) {
+        ivec3 node = cube.low + ivec3(greaterThan(cube.p, vec3(0.5)));
+        node = min(node, ivec3(scene.cache_nodes) - 1);
+        uint unit = uint(weight * weight / WEIGHT_UNIT + 0.5);
+        atomicAdd(bricks.at[place_of(node / BRICK)].weight, unit);
+    }
+}
 
 void march_segment(Ray ray, float t, float t_end, inout Front front) {
     if (!has_medium || !(t < t_end)) {
@@ -51,7 +65,9 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
                 make_step(march);
                 onwards = front.transmittance > push.opaque_below;
             }
-            CachedLight light = read_cache(cube_taken(taken, ray));
+            Cube cube = cube_taken(taken, ray);
+            weigh(cube, taken.weight);
+            CachedLight light = read_cache(cube);
             vec3 scattered = taken.albedo * scattered_back(light, ray);
             front.lasting += scattered;
             front.radiance += scattered + taken.albedo * light.suns * suns_here;
@@ -59,8 +75,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     }
 }
 
-CachedLight light_on_surface(vec3 g) {
-    Cube cube = cube_at(g);
+CachedLight light_on_surface(Cube cube) {
     if (has_memory(cube)) {
         return read_cache(cube);
     }
@@ -68,10 +83,12 @@ CachedLight light_on_surface(vec3 g) {
     return CachedLight(sky / scene.cache_unit, 1.0, vec3(0.0));
 }
 
-vec3 shade(Ray ray, Crossing crossing) {
+vec3 shade(Ray ray, Crossing crossing, float weight) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
-    CachedLight light = light_on_surface(ray.origin + crossing.t * ray.step);
+    Cube cube = cube_at(ray.origin + crossing.t * ray.step);
+    weigh(cube, weight);
+    CachedLight light = light_on_surface(cube);
     vec3 radiance = material.surface.color * light.mean * scene.cache_unit;
     for (uint s = 0u; s < sun_count; ++s) {
         vec3 l = -suns.at[s].direction;
@@ -105,7 +122,8 @@ void main() {
         march_segment(ray, t, onwards ? crossing.t : t_end, front);
         if (onwards) {
             float opacity = surfaces.at[crossing.surface].opacity;
-            front.radiance += front.transmittance * opacity * shade(ray, crossing);
+            float weight = front.transmittance * opacity;
+            front.radiance += weight * shade(ray, crossing, weight);
             front.transmittance *= 1.0 - opacity;
             t = crossing.t;
             known = crossing.surface;

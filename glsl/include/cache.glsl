@@ -28,12 +28,17 @@ ivec3 node_texel(ivec3 node) {
     return BRICK * unpacked(page_of(node / BRICK)) + node % BRICK;
 }
 
+// A brick's place, counted along the images' x, y and z.
+uint place_of(ivec3 brick) {
+    uvec3 at = uvec3(unpacked(page_of(brick)));
+    return (at.z * scene.cache_places.y + at.y) * scene.cache_places.x + at.x;
+}
+
 bool is_cut(Cube cube) {
-    uvec3 at = uvec3(unpacked(page_of(cube.low / BRICK)));
-    uint slot = (at.z * scene.cache_places.y + at.y) * scene.cache_places.x + at.x;
+    uint place = place_of(cube.low / BRICK);
     uvec3 inner = uvec3(cube.low % BRICK);
     uint bit = (inner.z * BRICK + inner.y) * BRICK + inner.x;
-    return (cuts.at[2u * slot + bit / 32u] >> bit % 32u & 1u) != 0u;
+    return (cuts.at[2u * place + bit / 32u] >> bit % 32u & 1u) != 0u;
 }
 
 struct CachedLight {

@@ -47,6 +47,9 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     };
     let mut progress = Progress::new(args.quiet, trace::goal(&stop));
     let pictures = args.orbit.map_or(1, NonZeroU32::get);
+    if let Some(cache) = loaded.renderer.cache.as_mut().filter(|_| pictures > 1) {
+        cache.widen_focus();
+    }
     let mut watch = Stopwatch::started();
     clock.time("fill the cache", || {
         trace::fill_until(&stop, &mut loaded.renderer, pictures, &mut progress)

@@ -123,7 +123,7 @@ pub fn cache(renderer: &Renderer, plan: &Plan, goal: f64) -> Option<CacheStats> 
         bytes: renderer.resources.cache.as_ref()?.bytes(),
         cells: layout.all_nodes(),
         active_cells: layout.active_nodes(),
-        updates_per_cell: cache.updates as f64,
+        updates_per_cell: cache.mean_updates(),
         relative_error: cache.relative_error,
         converged,
         seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),

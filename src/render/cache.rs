@@ -1,7 +1,9 @@
 //! The caching variant's state: how many paths each node has had, and how far the picture that the
 //! cache shows still is from what more paths would make of it.
 //!
-//! Batches double, as a rule: each gives a node as many new paths as it has had. With a history of n paths
+//! Where a picture takes its light from what it sees, nodes get paths by how much they are seen
+//! (`focus.rs`); what is said of *updates* holds for those that get most. Batches double, as a rule: each
+//! gives a node as many new paths as it has had. With a history of n paths
 //! and a batch of N, what is shown changes by N/(n + N) of the difference between two independent
 //! estimates, and n/N of the square of that change is the variance of what is shown then. So the error
 //! is measured where it matters: in the picture of the camera at hand, where averaging over many cells
@@ -15,6 +17,7 @@ use super::cache_resources::CacheResources;
 use super::cell_tracking::CellTracking;
 use super::copy;
 use super::cut_cells::CutCells;
+use super::focus::Focus;
 use super::ray_march::RayMarch;
 use super::resources::Resources;
 use super::shared::Features;
@@ -29,7 +32,12 @@ pub struct Cache {
     ray_march: RayMarch,
     /// Only where surfaces stop light.
     cut_cells: Option<CutCells>,
-    /// Paths that each node has had.
+    focus: Focus,
+    /// Whether the camera decides which nodes get most.
+    is_focused: bool,
+    /// Whether the bricks have been weighed in the view at hand.
+    has_looked: bool,
+    /// Paths that the nodes in sight have had.
     pub updates: u32,
     /// Paths traced and reads of the volume in all.
     pub paths: u64,
@@ -37,7 +45,7 @@ pub struct Cache {
     /// Of the picture that it shows: rms(standard error)/mean. Infinite until there are two batches.
     pub relative_error: f64,
     pub took: Duration,
-    /// Paths a node of the batch under way.
+    /// Paths that the nodes in sight get in the batch under way.
     under_way: Option<u32>,
     /// The last measurement.
     shown: Vec<[f32; 4]>,
@@ -52,6 +60,9 @@ impl Cache {
                 true => Some(CutCells::new(device, shaders, features)?),
                 false => None,
             },
+            focus: Focus::everywhere(0),
+            is_focused: features.cache_order == 1,
+            has_looked: false,
             updates: 0,
             paths: 0,
             lookups: 0,
@@ -73,6 +84,8 @@ impl Cache {
 
     /// Forgets all light.
     pub fn clear(&mut self) {
+        self.focus = Focus::everywhere(0);
+        self.has_looked = false;
         self.updates = 0;
         self.relative_error = f64::INFINITY;
         self.took = Duration::ZERO;
@@ -87,25 +100,49 @@ impl Cache {
 
     /// From elsewhere, the error has to be measured anew; until then the last one stands.
     pub fn look_elsewhere(&mut self) {
+        self.has_looked = false;
         self.shown.clear();
     }
 
+    /// From now on all nodes get the same: for whoever looks from everywhere.
+    pub fn widen_focus(&mut self) {
+        self.is_focused = false;
+        self.has_looked = false;
+    }
+
+    /// Paths that all nodes have had, on average.
+    pub fn mean_updates(&self) -> f64 {
+        self.focus.mean_paths()
+    }
+
+    /// Of the nodes that have memory, as many as one update costs paths.
+    pub fn share_in_sight(&self) -> f64 {
+        self.focus.mean_share()
+    }
+
+    /// Whether all that is in sight is known to have had its updates.
+    pub fn is_caught_up(&self) -> bool {
+        self.has_looked && !self.focus.lags(self.updates)
+    }
+
     /// A few steps of a first batch, which the next one begins anew, and a picture of it.
-    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &mut Resources) -> Result<()> {
+        self.begin_batch(frame, r, 1)?;
+        self.abandon();
         let Some(resources) = &r.cache else {
             return Ok(());
         };
-        self.tracking.restart(frame, r)?;
-        self.tracking.advance(frame, r, resources, 1, 0)?;
+        self.tracking.advance(frame, r, resources)?;
         self.ray_march.measure(frame, r, resources, 1)
     }
 
-    /// Gives every node `samples` more paths and measures the error. False if `stop` is raised before
-    /// the last of them: some nodes have had the batch then, some not, and it does not count.
+    /// Gives the nodes in sight `samples` more paths, the others their share, and measures the error.
+    /// False if `stop` is raised before the last of them: some nodes have had the batch then, some not, and
+    /// it does not count.
     pub fn batch(
         &mut self,
         frame: &mut Frame,
-        r: &Resources,
+        r: &mut Resources,
         samples: u32,
         stop: &AtomicBool,
     ) -> Result<bool> {
@@ -120,50 +157,88 @@ impl Cache {
         }
     }
 
-    /// Goes on with a batch for about as long as the slots aim at, or begins one of `samples` paths a
-    /// node. Returns whether it has ended, and been measured.
-    pub fn advance(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<bool> {
+    /// Goes on with a batch for about as long as the slots aim at, or begins one of `samples` paths for
+    /// the nodes in sight; none: one in which they catch up. Returns whether it has ended, and been
+    /// measured.
+    pub fn advance(&mut self, frame: &mut Frame, r: &mut Resources, samples: u32) -> Result<bool> {
+        let began = Instant::now();
+        if self.under_way.is_none() {
+            self.begin_batch(frame, r, samples)?;
+        }
         let Some(resources) = &r.cache else {
             return Ok(true);
         };
-        let began = Instant::now();
-        if self.under_way.is_none() {
-            self.tracking.restart(frame, r)?;
-        }
         let samples = *self.under_way.get_or_insert(samples);
-        let progress = self
-            .tracking
-            .advance(frame, r, resources, samples, self.updates)?;
-        self.lookups += progress.lookups as u64;
+        let progress = self.tracking.advance(frame, r, resources)?;
+        self.lookups += u64::from(progress.lookups);
+        self.paths += u64::from(progress.finished);
         if !progress.under_way {
-            let history = self.updates;
-            self.under_way = None;
-            self.updates += samples;
-            self.paths += samples as u64 * resources.active_nodes;
-            self.measure(frame, r, resources, history as f64 / samples as f64)?;
+            let now = self.measure(frame, r, resources)?;
+            self.end_batch(samples, now);
         }
         self.took += began.elapsed();
         Ok(!progress.under_way)
     }
 
-    /// `history` is n/N.
+    /// Decides who gets how many paths.
+    fn begin_batch(&mut self, frame: &mut Frame, r: &mut Resources, samples: u32) -> Result<()> {
+        if !self.has_looked {
+            self.look(frame, r)?;
+        }
+        if let Some(cache) = &mut r.cache {
+            let left = self.focus.left(self.updates + samples);
+            for (brick, [samples, first_sample]) in cache.bricks_mut().iter_mut().zip(left) {
+                brick.samples = samples;
+                brick.first_sample = first_sample;
+            }
+        }
+        self.tracking.restart(frame, r)
+    }
+
+    /// Finds out which nodes are in sight.
+    fn look(&mut self, frame: &mut Frame, r: &mut Resources) -> Result<()> {
+        let Some(cache) = &mut r.cache else {
+            return Ok(());
+        };
+        if self.updates == 0 {
+            self.focus = Focus::everywhere(cache.active_bricks);
+        }
+        if self.is_focused {
+            cache.bricks_mut().iter_mut().for_each(|b| b.weight = 0);
+        }
+        if let Some(cache) = r.cache.as_ref().filter(|_| self.is_focused) {
+            self.measure(frame, r, cache)?;
+            self.focus.narrow(cache.bricks().iter().map(|b| b.weight));
+        } else {
+            self.focus.widen();
+        }
+        self.has_looked = true;
+        Ok(())
+    }
+
+    /// What the cache shows, on few pixels.
     fn measure(
-        &mut self,
+        &self,
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheResources,
-        history: f64,
-    ) -> Result<()> {
+    ) -> Result<Vec<[f32; 4]>> {
         let [width, height] = r.size;
         let stride = width.max(height).div_ceil(MEASURED_PIXELS);
         let corner = [width.div_ceil(stride), height.div_ceil(stride), 1];
         self.ray_march.measure(frame, r, cache, stride)?;
-        let now = copy::download_corner(frame, &r.staging, &r.unit_sum, corner)?;
-        if !self.shown.is_empty() {
+        copy::download_corner(frame, &r.staging, &r.unit_sum, corner)
+    }
+
+    fn end_batch(&mut self, samples: u32, now: Vec<[f32; 4]>) {
+        self.under_way = None;
+        if samples > 0 && !self.shown.is_empty() {
+            let history = f64::from(self.updates) / f64::from(samples); // n/N
             self.relative_error = history.sqrt() * relative_difference(&self.shown, &now);
         }
         self.shown = now;
-        Ok(())
+        self.updates += samples;
+        self.focus.reach(self.updates);
     }
 
     /// The picture that the cache shows now, into `unit_sum`, in a submission under way.

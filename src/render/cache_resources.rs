@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::cache_layout::CacheLayout;
 use super::constants::SceneBuffers;
-use super::shared::NodeWork;
+use super::shared::{Brick, NodeWork};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Image, ImageDesc, Memory, Placement};
 
@@ -16,8 +16,8 @@ pub struct CacheResources {
     pub flux: Option<Image>,
     /// For each brick of the lattice, its place in the images.
     pub pages: Image,
-    /// For each place, its brick.
-    pub bricks: Buffer,
+    /// For each place, its brick; what filling needs.
+    bricks: Buffer,
     pub active_bricks: u32,
     pub active_nodes: u64,
     /// For each place, a bit a cell; only where surfaces stop light.
@@ -56,7 +56,17 @@ impl CacheResources {
                 false => None,
             },
             pages: Image::new(memory, pages_desc(layout))?,
-            bricks: Buffer::with_data(memory, "cache: bricks", &layout.active)?,
+            bricks: {
+                let bricks = bricks(layout);
+                let desc = BufferDesc {
+                    name: "cache: bricks",
+                    bytes: size_of_val(&bricks[..]) as u64,
+                    placement: Placement::Readback,
+                };
+                let mut buffer = Buffer::new(memory, desc)?;
+                buffer.write(&bricks);
+                buffer
+            },
             active_bricks: layout.active.len() as u32,
             active_nodes: layout.active_nodes(),
             cuts: match scene.features.full_light {
@@ -77,7 +87,7 @@ impl CacheResources {
             flux.resize(layout.extent())?;
         }
         self.pages.resize(pages_desc(layout).extent)?;
-        self.bricks.rewrite(&layout.active)?;
+        self.bricks.rewrite(&bricks(layout))?;
         if let Some(cuts) = &mut self.cuts {
             cuts.resize(cut_bytes(layout))?;
         }
@@ -88,6 +98,20 @@ impl CacheResources {
 
     pub fn images(&self) -> impl Iterator<Item = &Image> {
         std::iter::once(&self.light).chain(&self.flux)
+    }
+
+    /// In order of their places.
+    pub fn bricks(&self) -> &[Brick] {
+        bytemuck::cast_slice(self.bricks.mapped().unwrap_or_default())
+    }
+
+    pub fn bricks_mut(&mut self) -> &mut [Brick] {
+        bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default())
+    }
+
+    /// What filling the cache and weighing its bricks take besides reading it.
+    pub fn brick_binding(&self) -> (&'static str, Binding<'_>) {
+        ("bricks", Binding::Buffer(&self.bricks))
     }
 
     /// What reading the cache takes. What a scene does without is bound to something that is there.
@@ -110,8 +134,19 @@ impl CacheResources {
     pub fn bytes(&self) -> u64 {
         let images = self.images().map(|i| i.desc.bytes());
         let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
-        images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + cuts
+        images.sum::<u64>() + self.pages.desc.bytes() + cuts
     }
+}
+
+/// Those that have memory, none of which has had a path.
+fn bricks(layout: &CacheLayout) -> Vec<Brick> {
+    let brick = |&position: &u32| Brick {
+        position,
+        samples: 0,
+        first_sample: 0,
+        weight: 0,
+    };
+    layout.active.iter().map(brick).collect()
 }
 
 /// A texel for each brick of the cache's lattice.

@@ -31,20 +31,16 @@ impl CellTracking {
         self.slots.restart(frame, r)
     }
 
-    /// Takes all paths of a batch of `samples` paths a node further; each node has had `before`.
+    /// Takes all paths of the batch that stands in `cache.bricks` further.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheResources,
-        samples: u32,
-        before: u32,
     ) -> Result<Progress> {
         let CellTracking { pass, slots } = self;
         slots.advance(frame, r, |frame, work| {
             let push = CellPush {
-                samples,
-                first_sample: before,
                 work,
                 slots: r.slots(),
                 bricks: cache.active_bricks,
@@ -59,7 +55,7 @@ impl CellTracking {
                     ("light_out", Binding::Image(&cache.light)),
                     ("flux_out", Binding::Image(flux)),
                     ("node_works", Binding::Buffer(&cache.work)),
-                    ("bricks", Binding::Buffer(&cache.bricks)),
+                    cache.brick_binding(),
                 ],
             ]
             .concat();

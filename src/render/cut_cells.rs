@@ -35,7 +35,7 @@ impl CutCells {
             ("clips", Binding::Buffer(&r.clips)),
             ("ranges", Binding::Image(&r.ranges)),
             ("surfaces", Binding::Buffer(&r.surfaces)),
-            ("bricks", Binding::Buffer(&cache.bricks)),
+            cache.brick_binding(),
             ("cuts", Binding::Buffer(cuts)),
         ];
         let push = CutPush {

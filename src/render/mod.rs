@@ -14,6 +14,7 @@ mod delta_tracking;
 mod environment_table;
 mod film;
 mod filter_probe;
+mod focus;
 mod iso_depth;
 mod macrocell_ranges;
 mod majorants;

@@ -51,7 +51,7 @@ impl RayMarch {
     }
 
     /// Leaves what the cache's error is measured by (`MarchPush::measures`), for every `stride`-th pixel
-    /// along both axes, in the corner of `unit_sum`.
+    /// along both axes, in the corner of `unit_sum`, and adds to what the bricks weigh.
     pub fn measure(
         &self,
         frame: &mut Frame,
@@ -80,7 +80,10 @@ fn bindings<'a>(r: &'a Resources, cache: &'a CacheResources) -> Vec<(&'static st
         &r.medium_bindings()[..],
         &r.surface_bindings(),
         &cache.bindings(),
-        &[("unit_sum", Binding::Image(&r.unit_sum))],
+        &[
+            cache.brick_binding(),
+            ("unit_sum", Binding::Image(&r.unit_sum)),
+        ],
     ]
     .concat()
 }

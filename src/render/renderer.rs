@@ -181,7 +181,7 @@ impl Renderer {
     /// Runs each pass for a moment and forgets what it did: some drivers finish compiling only then, and
     /// whoever measures does not want to measure that.
     pub fn warm_up(&mut self) -> Result<()> {
-        let (frame, r) = (&mut self.frame, &self.resources);
+        let (frame, r) = (&mut self.frame, &mut self.resources);
         if let Some(cache) = &mut self.cache {
             cache.warm_up(frame, r)?;
         }
@@ -243,7 +243,7 @@ impl Renderer {
     /// A batch of `samples` paths for each node of the cache. False if `stop` is raised before its end.
     pub fn fill_cache(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
         match &mut self.cache {
-            Some(cache) => cache.batch(&mut self.frame, &self.resources, samples, stop),
+            Some(cache) => cache.batch(&mut self.frame, &mut self.resources, samples, stop),
             None => Ok(true),
         }
     }
@@ -251,7 +251,7 @@ impl Renderer {
     /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended.
     pub fn advance_cache(&mut self, samples: u32) -> Result<bool> {
         match &mut self.cache {
-            Some(cache) => cache.advance(&mut self.frame, &self.resources, samples),
+            Some(cache) => cache.advance(&mut self.frame, &mut self.resources, samples),
             None => Ok(true),
         }
     }

@@ -169,9 +169,22 @@ shared! {
         pub sum: vec4,
     }
 
+    /// A brick of the cache.
+    pub struct Brick {
+        /// In the lattice, packed.
+        pub position: uint,
+        /// Paths that each of its nodes gets in this batch.
+        pub samples: uint,
+        /// That each has had before.
+        pub first_sample: uint,
+        /// Σw² over the rays of a picture in whose colour its light weighs w, in 2⁻¹⁷.
+        pub weight: uint,
+    }
+
     /// The node that a slot is working on.
     pub struct NodeWork {
         pub node: ivec3,
+        pub brick: uint,
         /// In which the path under way left the node.
         pub first_direction: vec3,
         /// The first shadow ray of the path under way went to a sun.
@@ -190,7 +203,7 @@ shared! {
         pub unfinished: uint,
         /// Reads of the volume by tracking: tentative collisions.
         pub lookups: uint,
-        /// Paths that have ended; counted in `published` alone.
+        /// Paths from cells that have ended.
         pub finished: uint,
     }
 
@@ -205,14 +218,9 @@ shared! {
     }
 
     pub struct CellPush {
-        /// Paths that each node gets before the queue is empty.
-        pub samples: uint,
-        /// That each node has had before.
-        pub first_sample: uint,
         /// As in `TrackPush`.
         pub work: uint,
         pub slots: uint,
-        /// Bricks in the queue.
         pub bricks: uint,
     }
 
@@ -230,7 +238,7 @@ shared! {
         /// How many times as long as usual steps may be.
         pub step_scale: float,
         /// 1: instead of the picture, the part of it that a picture at rest takes from the cache as
-        /// well, and in alpha the picture's mean over channels.
+        /// well, and in alpha the picture's mean over channels; and bricks are weighed.
         pub measures: uint,
     }
 
@@ -355,6 +363,7 @@ pub fn glsl() -> String {
         Clip::GLSL,
         EnvironmentCell::GLSL,
         Path::GLSL,
+        Brick::GLSL,
         NodeWork::GLSL,
         Counters::GLSL,
         TrackPush::GLSL,

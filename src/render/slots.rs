@@ -30,6 +30,8 @@ pub struct Slots {
 pub struct Progress {
     /// Reads of the volume by tracking.
     pub lookups: u32,
+    /// Paths from cells that have ended.
+    pub finished: u32,
     /// Some path is still on its way.
     pub under_way: bool,
 }
@@ -70,6 +72,7 @@ impl Slots {
         let before = std::mem::replace(&mut self.counted, counted);
         Ok(Progress {
             lookups: counted.lookups.wrapping_sub(before.lookups),
+            finished: counted.finished.wrapping_sub(before.finished),
             under_way: counted.unfinished != before.unfinished,
         })
     }

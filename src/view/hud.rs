@@ -106,7 +106,7 @@ fn light(live: &Live) -> Option<String> {
     };
     let updates = cache.updates;
     Some(format!(
-        "cache: {updates} updates in each of {cells} cells, {error}"
+        "cache: {cells} cells, those in sight updated {updates} times, {error}"
     ))
 }
 

@@ -45,8 +45,8 @@ pub struct Picture {
     /// Pixels along an axis while moving, as a share of those at rest.
     pub scale: f64,
     last_motion: Instant,
-    /// Of the cache, when the last march with all pixels began.
-    marched_updates: Option<u32>,
+    /// That the cache had had when the last march with all pixels ended.
+    marched_paths: Option<u64>,
     marched_in: Duration,
     /// When the last march ended.
     filled_since: Instant,
@@ -80,7 +80,7 @@ impl Picture {
             doing: Doing::Moving,
             scale,
             last_motion: Instant::now(),
-            marched_updates: None,
+            marched_paths: None,
             marched_in: Duration::ZERO,
             filled_since: Instant::now(),
             most_samples,
@@ -171,7 +171,7 @@ impl Live {
         self.make_whole(shown)?;
         self.picture.is_shown = true;
         self.picture.adapt(began.elapsed().as_secs_f64() * 1e3);
-        if !self.cache_is_converged() {
+        if !self.cache_is_good() {
             self.renderer.take_slices_of(FILLING_MS);
             self.renderer.advance_cache(self.next_batch())?;
         }
@@ -192,7 +192,7 @@ impl Live {
 
     fn rest(&mut self) -> Result<()> {
         self.reduce_to(self.scene.render.size)?;
-        self.picture.marched_updates = None;
+        self.picture.marched_paths = None;
         self.picture.doing = match self.renderer.cache {
             Some(_) => Doing::marching(),
             None => Doing::Refining,
@@ -209,7 +209,7 @@ impl Live {
         }
         self.picture.marched_in = began.elapsed();
         self.picture.filled_since = Instant::now();
-        self.picture.marched_updates = self.updates();
+        self.picture.marched_paths = self.cache_paths();
         self.show(shown)?;
         self.picture.doing = match self.cache_is_converged() {
             true => Doing::Refining,
@@ -222,10 +222,13 @@ impl Live {
         self.renderer.take_slices_of(RESTING_MS);
         let ended = self.renderer.advance_cache(self.next_batch())?;
         let due = self.picture.marched_in.mul_f64(MARCH_SHARE);
-        let is_new = self.updates() != self.picture.marched_updates;
+        let is_new = self.cache_paths() != self.picture.marched_paths;
         let filled_for = self.picture.filled_since.elapsed();
-        if ended && self.cache_is_converged() || is_new && filled_for >= due {
+        let is_done = ended && self.cache_is_converged();
+        if is_new && ended && (is_done || filled_for >= due) {
             self.picture.doing = Doing::marching();
+        } else if is_done {
+            self.picture.doing = Doing::Refining;
         }
         Ok(false)
     }
@@ -275,19 +278,28 @@ impl Live {
         }
     }
 
-    fn updates(&self) -> Option<u32> {
-        self.renderer.cache.as_ref().map(|cache| cache.updates)
+    fn cache_paths(&self) -> Option<u64> {
+        self.renderer.cache.as_ref().map(|cache| cache.paths)
     }
 
-    /// Paths that a node gets in a batch: as many as it has had.
+    /// Paths that a node in sight gets in a batch: as many as it has had, or what it lacks of that.
     fn next_batch(&self) -> u32 {
-        self.updates().unwrap_or(0).max(1)
+        let cache = self.renderer.cache.as_ref();
+        let updates = cache.map_or(0, |cache| cache.updates).max(1);
+        if self.cache_is_good() { 0 } else { updates }
     }
 
-    pub fn cache_is_converged(&self) -> bool {
+    /// In some view.
+    fn cache_is_good(&self) -> bool {
         self.renderer.cache.as_ref().is_none_or(|cache| {
             cache.relative_error <= CACHE_ERROR || cache.took >= LONGEST_FILLING
         })
+    }
+
+    /// In this one.
+    pub fn cache_is_converged(&self) -> bool {
+        let cache = self.renderer.cache.as_ref();
+        self.cache_is_good() && cache.is_none_or(|cache| cache.is_caught_up())
     }
 
     fn moving_size(&self) -> [u32; 2] {

@@ -8,5 +8,6 @@ mod common;
 mod accumulation;
 mod agreement;
 mod closed_form;
+mod focus;
 mod lifetime;
 mod surfaces;

@@ -66,7 +66,10 @@ pub fn measure(
             Some(whole) => Some(compare(whole, &image, scene.render.exposure)?),
             None => None,
         };
-        let Some(cache) = report::cache(&loaded.renderer, &loaded.choice.plan, 0.0) else {
+        let (Some(cache), Some(filled)) = (
+            report::cache(&loaded.renderer, &loaded.choice.plan, 0.0),
+            &loaded.renderer.cache,
+        ) else {
             break;
         };
         if trace::interrupted() {
@@ -74,7 +77,7 @@ pub fn measure(
         }
         settings.push(CacheSetting {
             variant: entrant.word,
-            paths_per_cell: cache.updates_per_cell as u32,
+            paths_per_cell: filled.updates,
             relative_error: cache.relative_error,
             psnr: alike.as_ref().map(|a| a.psnr),
             ssim: alike.as_ref().and_then(|a| a.ssim),

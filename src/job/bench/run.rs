@@ -14,7 +14,7 @@ use crate::job::render::{picture, provenance};
 use crate::job::report;
 use crate::job::schedule::cache_goal;
 use crate::job::setup::Loaded;
-use crate::job::trace::{self, Stopwatch};
+use crate::job::trace::{self, INTERRUPTED, Stopwatch};
 use crate::output::progress::Progress;
 use crate::output::stats::{CacheStats, quantile};
 use crate::render::{Film, Renderer};
@@ -54,7 +54,10 @@ pub fn measure(
     let took = run.watch.elapsed().as_secs_f64();
     let (paths, lookups) = (run.loaded.renderer.paths(), run.loaded.renderer.lookups());
     let (orbit, new_view) = match run.loaded.renderer.cache.is_some() && !trace::interrupted() {
-        true => (Some(run.orbit()?), run.new_view(bench)?),
+        true => {
+            run.fill_everywhere()?;
+            (Some(run.orbit()?), run.new_view(bench)?)
+        }
         false => (None, Vec::new()),
     };
     let cache = run.cache();
@@ -212,6 +215,15 @@ impl Run<'_> {
                 image,
             },
         ))
+    }
+
+    /// Makes the cache as good for all views as it is for the scene's own.
+    fn fill_everywhere(&mut self) -> Result<()> {
+        let renderer = &mut self.loaded.renderer;
+        if let Some(cache) = &mut renderer.cache {
+            cache.widen_focus();
+        }
+        renderer.fill_cache(0, &INTERRUPTED).map(drop)
     }
 
     fn orbit(&mut self) -> Result<Orbit> {

@@ -1,0 +1,99 @@
+//! Cells in sight get most paths: that pays, and whoever looks from elsewhere is not left behind.
+
+use std::sync::atomic::AtomicBool;
+
+use isolume::scene::volume::Volume;
+use isolume::scene::*;
+
+use crate::common::*;
+
+fn from(eye: [f64; 3]) -> Scene {
+    let camera = Camera {
+        eye,
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 1.0 },
+    };
+    let mut scene = empty_scene([16, 16], camera);
+    scene.medium = Some(uniform_medium(30.0, 0.9, 0.0));
+    scene.environment.radiance = [1.0; 3];
+    scene
+}
+
+/// Of optical depth 30: a camera sees one side of it.
+fn block() -> Volume {
+    constant_field(1.0, [32; 3], [1.0 / 32.0; 3])
+}
+
+fn filled(scene: &Scene, everywhere: bool, updates: u32, seed: u32) -> Cached {
+    let mut cached = cached(scene, &block(), 0.5, CacheFormat::F32, 0, seed);
+    if everywhere {
+        cached
+            .renderer
+            .cache
+            .as_mut()
+            .expect("a cache")
+            .widen_focus();
+    }
+    cached.fill(updates);
+    cached
+}
+
+/// The error of the picture that a cache shows, relative to its mean: from two independent caches, and as
+/// the first of them measures it.
+fn errors(everywhere: bool, updates: u32) -> [f64; 2] {
+    let scene = from([0.0, 0.0, 3.0]);
+    let mut caches = [1, 2].map(|seed| filled(&scene, everywhere, updates, seed));
+    let [a, b] = caches.each_mut().map(|cache| cache.march());
+    let pairs = || a.iter().zip(&b).map(|(a, b)| [a[0], b[0]].map(f64::from));
+    let squares: f64 = pairs().map(|[a, b]| (a - b).powi(2) / 2.0).sum();
+    let mean = pairs().map(|[a, b]| (a + b) / 2.0).sum::<f64>() / a.len() as f64;
+    let found = (squares / a.len() as f64).sqrt() / mean;
+    let cache = caches[0].renderer.cache.as_ref().expect("a cache");
+    println!(
+        "everywhere {everywhere}: {} paths, error {found:.4}, measured {:.4}",
+        cache.paths, cache.relative_error
+    );
+    [found, cache.relative_error]
+}
+
+#[test]
+fn what_is_in_sight_is_known_better_after_as_many_paths() {
+    let scene = from([0.0, 0.0, 3.0]);
+    let paths = |everywhere, updates| filled(&scene, everywhere, updates, 1).renderer.paths();
+    assert!(paths(false, 64) < paths(true, 32));
+    let ([wide, _], [focused, measured]) = (errors(true, 32), errors(false, 64));
+    assert!(focused < 0.85 * wide);
+    assert!((measured / focused - 1.0).abs() < 0.25);
+}
+
+#[test]
+fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
+    let cached = filled(&from([0.0, 0.0, 3.0]), true, 8, 1);
+    let cache = cached.renderer.cache.as_ref().expect("a cache");
+    assert_eq!(cache.mean_updates(), 8.0);
+    assert_eq!(cache.paths, 8 * 16 * 16 * 16);
+}
+
+#[test]
+fn from_elsewhere_the_cache_catches_up() {
+    let before = from([0.0, 0.0, 3.0]);
+    let mut turned = filled(&before, false, 16, 1);
+    let caught_up = |c: &Cached| c.renderer.cache.as_ref().expect("a cache").is_caught_up();
+    let paths = turned.renderer.paths();
+    assert!(caught_up(&turned));
+    let mut after = turned.buffers.clone();
+    let other = filled(&from([0.0, 0.0, -3.0]), false, 16, 1);
+    after.constants = other.buffers.constants;
+    let lasts = turned.renderer.change(&turned.buffers, &after);
+    assert!(lasts.expect("a change") && !caught_up(&turned));
+    let stop = AtomicBool::new(false);
+    assert!(turned.renderer.fill_cache(0, &stop).expect("a batch"));
+    assert!(caught_up(&turned) && turned.updates() == 16);
+    let made_up = turned.renderer.paths() - paths;
+    println!("{paths} paths, {made_up} more from behind");
+    assert!(made_up > 0 && made_up < paths);
+    let stop = AtomicBool::new(false);
+    assert!(turned.renderer.fill_cache(0, &stop).expect("a batch"));
+    assert_eq!(turned.renderer.paths(), paths + made_up);
+}
