@@ -100,12 +100,11 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     LightSample sun = sample_sun(random_numbers(random).x);
     Ray shadow = make_ray(g, sun.direction);
     vec2 span = clip_ray(shadow, 0.0);
-    Track track = track_from(shadow, span.x, span.y);
+    Tracking on = begin_tracking(shadow, track_from(shadow, span.x, span.y));
     float transmittance = 1.0;
     float value;
-    uint outcome = OUTCOME_PENDING;
-    while (outcome == OUTCOME_PENDING) {
-        outcome = advance_track(shadow, true, track, random, value, transmittance);
+    while (on.outcome == OUTCOME_PENDING) {
+        step_tracking(on, true, random, value, transmittance);
     }
     return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
 }

@@ -22,7 +22,8 @@ bool collect(inout Path path, inout Random random) {
     if (sun_count > 0u) {
         LightSample sun = sample_sun(random_numbers(random).x);
         float density = phase_density(dot(path.direction, sun.direction));
-        aim_shadow_ray(path, sun.direction, throughput * density * sun.radiance, NOTHING);
+        vec3 radiance = throughput * density * sun.radiance;
+        aim_shadow_ray(path, sun.direction, worth_a_ray(radiance, random), NOTHING);
     }
     end_path(path);
     return true;

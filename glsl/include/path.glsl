@@ -108,6 +108,19 @@ void turn(inout Path path, vec3 direction, int known, inout Random random) {
     }
 }
 
+// Russian roulette for what a shadow ray may bring at most: half of the time may go into rays that add
+// next to nothing to light or noise.
+vec3 worth_a_ray(vec3 radiance, inout Random random) {
+    const float ROULETTE_BELOW = 0.05; // of all lights together
+    vec3 share = radiance / scene.cache_unit;
+    float brightest = max(share.x, max(share.y, share.z));
+    if (brightest >= ROULETTE_BELOW) {
+        return radiance;
+    }
+    bool dies = random_numbers(random).x * ROULETTE_BELOW >= brightest;
+    return dies ? vec3(0.0) : radiance * (ROULETTE_BELOW / brightest);
+}
+
 // Next-event estimation: sends a shadow ray that will bring `radiance` to path.origin; the flight goes
 // on after it.
 void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
@@ -137,7 +150,7 @@ void scatter_in_medium(inout Path path, inout Random random) {
         LightSample light = sample_light(words_for_light(path, random));
         float density = phase_density(dot(path.direction, light.direction));
         vec3 radiance = path.throughput * density * light_weight(light, density) * light.radiance;
-        aim_shadow_ray(path, light.direction, radiance, NOTHING);
+        aim_shadow_ray(path, light.direction, worth_a_ray(radiance, random), NOTHING);
     }
     vec4 u = numbers_for_direction(path, random);
     float cosine = phase_sample_cosine(u.x);
@@ -161,7 +174,7 @@ bool reflect_at_surface(inout Path path, inout Random random) {
             float density = brdf_density(material, hit.shading, v, l);
             vec3 f = brdf_value(material, hit.shading, v, l) * max(0.0, dot(hit.shading, l));
             vec3 radiance = path.throughput * f * light_weight(light, density) * light.radiance;
-            aim_shadow_ray(path, l, radiance, s);
+            aim_shadow_ray(path, l, worth_a_ray(radiance, random), s);
         }
     }
     vec4 u = numbers_for_direction(path, random);
@@ -227,7 +240,10 @@ void scatter(inout Path path, inout Random random) {
     }
 }
 
-// Takes the path's flight or shadow ray on.
+// Takes the path's shadow ray on, if it has one, and then its flight.
+//
+// One loop for both: a lane's flight and its neighbour's shadow ray go on together, and a lane whose shadow
+// ray is over does not wait.
 void fly(inout Path path, inout Random random) {
     bool is_shadow = has_light_sampling && path.phase == PHASE_SHADOW;
     Ray ray = make_ray(path.origin, is_shadow ? path.shadow_direction : path.direction);
@@ -235,27 +251,29 @@ void fly(inout Path path, inout Random random) {
     if (is_shadow) {
         track = Track(path.shadow_t, path.shadow_t_end, path.shadow_cell);
     }
-    uint outcome = OUTCOME_END;
-    if (has_medium) {
-        outcome = advance_track(ray, is_shadow, track, random, path.value, path.shadow_transmittance);
+    Tracking on = begin_tracking(ray, track);
+    for (uint i = 0u; i < STEPS && (is_shadow || on.outcome == OUTCOME_PENDING); ++i) {
+        if (on.outcome == OUTCOME_PENDING) {
+            step_tracking(on, is_shadow, random, path.value, path.shadow_transmittance);
+        }
+        if (has_light_sampling && is_shadow && on.outcome == OUTCOME_END) {
+            contribute(path, path.shadow_transmittance * path.shadow_radiance);
+            is_shadow = false;
+            on = begin_tracking(make_ray(path.origin, path.direction),
+                                Track(path.t, path.t_end, path.cell));
+        }
     }
     if (is_shadow) {
-        path.shadow_t = track.t;
-        path.shadow_cell = track.cell;
-        if (outcome == OUTCOME_END) {
-            contribute(path, path.shadow_transmittance * path.shadow_radiance);
-            path.phase = PHASE_FLIGHT;
-        }
+        path.shadow_t = on.t;
+        path.shadow_cell = on.walk.cell;
         return;
     }
-    path.t = track.t;
-    path.cell = track.cell;
-    if (outcome == OUTCOME_COLLISION) {
+    path.t = on.t;
+    path.cell = on.walk.cell;
+    path.phase = on.outcome == OUTCOME_PENDING ? PHASE_FLIGHT : PHASE_ARRIVAL;
+    if (on.outcome == OUTCOME_COLLISION) {
         path.t_end = path.t;
         path.surface = COLLISION;
-    }
-    if (outcome != OUTCOME_PENDING) {
-        path.phase = PHASE_ARRIVAL;
     }
 }
 

@@ -1,7 +1,7 @@
 // Null-collision tracking against the macrocells' majorants (Woodcock et al. 1965; Novák et al.
 // 2014 for ratio tracking; piecewise-constant majorants as in pbrt-v4, 11.2.2).
 //
-// Tracking stops after STEPS tentative collisions and can be resumed where it stopped: the exponential
+// Paths stop tracking after STEPS tentative collisions and resume where they stopped: the exponential
 // distribution has no memory. That bounds the time of a dispatch whatever the medium, and lanes that have
 // arrived do not wait long for their neighbours.
 
@@ -18,25 +18,50 @@ const uint OUTCOME_PENDING = 0u;
 const uint OUTCOME_COLLISION = 1u;
 const uint OUTCOME_END = 2u;
 
-// Moves t on to the next tentative collision, or to t_end: false. `majorant` is that of the walk's cell.
-bool next_tentative(Ray ray, inout Walk walk, inout float majorant, inout float t, float t_end,
-                    float optical_depth) {
+// Where tracking stands on its ray, between [t, t_end].
+struct Track {
+    float t, t_end;
+    ivec3 cell; // macrocell at t
+};
+
+Track track_from(Ray ray, float t, float t_end) {
+    return Track(t, t_end, cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells)));
+}
+
+// The same under way.
+struct Tracking {
+    Ray ray;
+    float t, t_end;
+    Walk walk;
+    float majorant; // of the walk's cell
+    uint outcome;
+};
+
+Tracking begin_tracking(Ray ray, Track track) {
+    Walk walk = walk_from(ray, track.cell, float(MACROCELL));
+    bool goes_on = has_medium && track.t < track.t_end;
+    return Tracking(ray, track.t, track.t_end, walk, macrocell_majorant(walk.cell),
+                    goes_on ? OUTCOME_PENDING : OUTCOME_END);
+}
+
+// Moves t on to the next tentative collision, or to t_end: false.
+bool next_tentative(inout Tracking on, float optical_depth) {
     const float size = float(MACROCELL);
     ivec3 cells = ivec3(scene.macrocells);
     bool inside = true;
     while (inside) {
-        float exit = min(walk.exit, t_end);
-        float here = majorant * max(exit - t, 0.0);
+        float exit = min(on.walk.exit, on.t_end);
+        float here = on.majorant * max(exit - on.t, 0.0);
         if (optical_depth < here) {
-            t = min(t + optical_depth / majorant, exit);
+            on.t = min(on.t + optical_depth / on.majorant, exit);
             return true;
         }
         optical_depth -= here;
-        t = max(t, exit);
-        inside = walk.exit < t_end && step_walk(walk, ray, size, cells);
-        majorant = macrocell_majorant(walk.cell);
+        on.t = max(on.t, exit);
+        inside = on.walk.exit < on.t_end && step_walk(on.walk, on.ray, size, cells);
+        on.majorant = macrocell_majorant(on.walk.cell);
     }
-    t = t_end;
+    on.t = on.t_end;
     return false;
 }
 
@@ -63,47 +88,28 @@ float tentative_value(Ray ray, float t, uvec2 words) {
     return volume_voxel(ivec3(floor(ray.origin + t * ray.step - u)));
 }
 
-// Where tracking stands on its ray, between [t, t_end].
-struct Track {
-    float t, t_end;
-    ivec3 cell; // macrocell at t
-};
-
-Track track_from(Ray ray, float t, float t_end) {
-    return Track(t, t_end, cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells)));
-}
-
-// Delta tracking to a real collision at track.t with stored value `value`; or, for a shadow ray, ratio
-// tracking: `transmittance` is multiplied on the way, and goes through Russian roulette once it is
-// small, so that it reaches exactly 0 or t_end.
-//
-// One loop for both, so that a lane's flight and its neighbour's shadow ray go on together.
-uint advance_track(Ray ray, bool is_shadow, inout Track track, inout Random random,
-                   inout float value, inout float transmittance) {
+// A step of delta tracking to a real collision, with stored value `value`; or, for a shadow ray, of ratio
+// tracking: `transmittance` is multiplied on the way, and goes through Russian roulette once it is small,
+// so that it reaches exactly 0 or t_end.
+void step_tracking(inout Tracking on, bool is_shadow, inout Random random, inout float value,
+                   inout float transmittance) {
     const float ROULETTE_BELOW = 0.3;
-    uint outcome = track.t < track.t_end ? OUTCOME_PENDING : OUTCOME_END;
-    Walk walk = walk_from(ray, track.cell, float(MACROCELL));
-    float majorant = macrocell_majorant(walk.cell);
-    for (uint i = 0u; i < STEPS && outcome == OUTCOME_PENDING; ++i) {
-        uvec4 words = random_words(random);
-        if (!next_tentative(ray, walk, majorant, track.t, track.t_end, exponential(words.x))) {
-            outcome = OUTCOME_END;
-            break;
-        }
-        value = tentative_value(ray, track.t, words.zw);
+    uvec4 words = random_words(random);
+    bool collides = next_tentative(on, exponential(words.x));
+    on.outcome = collides ? OUTCOME_PENDING : OUTCOME_END;
+    if (collides) {
+        value = tentative_value(on.ray, on.t, words.zw);
         float sigma_t = scene.density * transfer_opacity(value);
         float u = unit_interval(words.y);
         if (!is_shadow) {
-            outcome = u * majorant < sigma_t ? OUTCOME_COLLISION : OUTCOME_PENDING;
+            on.outcome = u * on.majorant < sigma_t ? OUTCOME_COLLISION : OUTCOME_PENDING;
         } else {
-            transmittance *= max(0.0, 1.0 - sigma_t / majorant);
+            transmittance *= max(0.0, 1.0 - sigma_t / on.majorant);
             if (transmittance < ROULETTE_BELOW) {
                 bool dies = u * ROULETTE_BELOW >= transmittance;
                 transmittance = dies ? 0.0 : ROULETTE_BELOW;
-                outcome = dies ? OUTCOME_END : OUTCOME_PENDING;
+                on.outcome = dies ? OUTCOME_END : OUTCOME_PENDING;
             }
         }
     }
-    track.cell = walk.cell;
-    return outcome;
 }
