@@ -65,16 +65,17 @@ struct Front {
     float picked_t; // a place, picked in proportion to the light taken there
 };
 
-// Light is read once for as many steps as there are voxels between nodes.
 Front march_segment(Ray ray, float t_end, inout Random random) {
     Front front = Front(vec3(0.0), 1.0, 0.0);
     March march = begin_march(ray, 0.0, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
+    bool is_opaque = false;
     bool onwards = true;
-    while (onwards && next_stretch(ray, march)) {
-        while (onwards && march.steps > 0u) {
-            Taken taken = Taken(vec3(0.0), 0.0, 0.0);
-            for (uint k = 0u; onwards && march.steps > 0u && k < scene.cache_stride; ++k) {
+    while (onwards) {
+        Taken taken = NOTHING_TAKEN;
+        while (onwards && !is_due(taken)) {
+            onwards = march.steps > 0u || next_stretch(ray, march);
+            while (onwards && march.steps > 0u && !is_due(taken)) {
                 vec4 u = random_numbers(random);
                 MarchStep s = sample_step(ray, march.t, march.size, u.xyz);
                 make_step(march);
@@ -84,14 +85,14 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
                 if (u.w * (1.0 - front.transmittance) < weight) {
                     front.picked_t = s.picked_t;
                 }
-                onwards = front.transmittance >= OPAQUE_BELOW;
+                is_opaque = front.transmittance < OPAQUE_BELOW;
+                onwards = !is_opaque;
             }
-            CachedLight light = read_cache(cube_taken(taken, ray));
-            front.radiance +=
-                taken.albedo * (scattered_back(light, ray) + light.suns * suns_here);
         }
+        CachedLight light = read_cache(cube_taken(taken, ray));
+        front.radiance += taken.albedo * (scattered_back(light, ray) + light.suns * suns_here);
     }
-    front.transmittance = onwards ? front.transmittance : 0.0;
+    front.transmittance = is_opaque ? 0.0 : front.transmittance;
     return front;
 }
 
@@ -113,7 +114,7 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
 vec3 missed_light(Ray ray, Front front, inout Random random) {
     vec3 g = ray.origin + front.picked_t * ray.step;
     Cube cube = cube_at(g);
-    vec3 missed = missed_by_interpolation(cube, random_numbers(random).x) * scene.cache_unit;
+    vec3 missed = missed_by_interpolation(cube) * scene.cache_unit;
     if (sun_count > 0u) {
         vec3 arrives = vec3(0.0);
         for (uint k = 0u; k < SHADOW_RAYS; ++k) {

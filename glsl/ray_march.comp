@@ -25,9 +25,6 @@ layout(push_constant, scalar) uniform PushBlock { MarchPush push; };
 layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
 layout(binding = 19, scalar) buffer BrickBlock { Brick at[]; } bricks;
 
-// Over 128×128 rays, Σw² stays below 2³² of it.
-const float WEIGHT_UNIT = exp2(-17.0);
-
 // What has been collected so far.
 struct Front {
     vec3 radiance;
@@ -40,8 +37,9 @@ void weigh(Cube cube, float weight) {
     if (push.measures != 0u && has_memory(cube)) {
         ivec3 node = cube.low + ivec3(greaterThan(cube.p, vec3(0.5)));
         node = min(node, ivec3(scene.cache_nodes) - 1);
-        uint unit = uint(weight * weight / WEIGHT_UNIT + 0.5);
-        atomicAdd(bricks.at[place_of(node / BRICK)].weight, unit);
+        uvec2 rays = (scene.size + push.stride - 1u) / push.stride;
+        float share = weight * weight / float(rays.x * rays.y);
+        atomicAdd(bricks.at[place_of(node / BRICK)].weight, uint(share * exp2(31.0) + 0.5));
     }
 }
 
@@ -52,10 +50,11 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     March march = begin_march(ray, t, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
     bool onwards = true;
-    while (onwards && next_stretch(ray, march)) {
-        while (onwards && march.steps > 0u) {
-            Taken taken = Taken(vec3(0.0), 0.0, 0.0);
-            for (uint k = 0u; onwards && march.steps > 0u && k < scene.cache_stride; ++k) {
+    while (onwards) {
+        Taken taken = NOTHING_TAKEN;
+        while (onwards && !is_due(taken)) {
+            onwards = march.steps > 0u || next_stretch(ray, march);
+            while (onwards && march.steps > 0u && !is_due(taken)) {
                 float at = march.t + 0.5 * march.size;
                 vec4 medium = transfer_at(lookup(ray, at));
                 float depth = scene.density * medium.a * march.size;
@@ -65,13 +64,13 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
                 make_step(march);
                 onwards = front.transmittance > push.opaque_below;
             }
-            Cube cube = cube_taken(taken, ray);
-            weigh(cube, taken.weight);
-            CachedLight light = read_cache(cube);
-            vec3 scattered = taken.albedo * scattered_back(light, ray);
-            front.lasting += scattered;
-            front.radiance += scattered + taken.albedo * light.suns * suns_here;
         }
+        Cube cube = cube_taken(taken, ray);
+        weigh(cube, taken.weight);
+        CachedLight light = read_cache(cube);
+        vec3 scattered = taken.albedo * scattered_back(light, ray);
+        front.lasting += scattered;
+        front.radiance += scattered + taken.albedo * light.suns * suns_here;
     }
 }
 

@@ -105,10 +105,9 @@ vec3 light_across(uint axis, ivec3 low, vec3 p, inout bool known) {
     return light + (1.0 - p[u]) * p[v] * node_light(node, known);
 }
 
-// What read_cache misses of light that is curved: −½·p(1 − p)·f″ along each axis, f″ from the nodes on both
-// sides. One axis, at random, stands for all three.
-vec3 missed_by_interpolation(Cube cube, float random) {
-    uint axis = min(uint(3.0 * random), 2u);
+// What read_cache misses of light that is curved along an axis: −½·p(1 − p)·f″, f″ from the nodes on both
+// sides.
+vec3 missed_along(uint axis, Cube cube) {
     ivec3 e = ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
     ivec3 low = cube.low;
     bool known = low[axis] >= 1 && low[axis] + 2 < int(scene.cache_nodes[axis]);
@@ -121,7 +120,12 @@ vec3 missed_by_interpolation(Cube cube, float random) {
     vec3 d = light_across(axis, low + 2 * e, cube.p, known);
     float p = cube.p[axis];
     vec3 curvature = mix(a - 2.0 * b + c, b - 2.0 * c + d, p);
-    return known ? -1.5 * p * (1.0 - p) * curvature : vec3(0.0);
+    return known ? -0.5 * p * (1.0 - p) * curvature : vec3(0.0);
+}
+
+// What it misses along all three.
+vec3 missed_by_interpolation(Cube cube) {
+    return missed_along(0u, cube) + missed_along(1u, cube) + missed_along(2u, cube);
 }
 
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of

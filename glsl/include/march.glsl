@@ -58,9 +58,21 @@ struct Taken {
     vec3 albedo;  // Σ weight·albedo
     float weight; // Σ T·(1 − exp(−σt·Δ))
     float t;      // Σ weight·t
+    uint steps;
 };
 
+const Taken NOTHING_TAKEN = Taken(vec3(0.0), 0.0, 0.0, 0u);
+
+// Whether it is time to read the cache: after as many steps as there are voxels between nodes, or a few
+// times as many where next to nothing has been taken.
+bool is_due(Taken taken) {
+    const float NEXT_TO_NOTHING = 0.03;
+    uint stride = taken.weight < NEXT_TO_NOTHING ? 8u * scene.cache_stride : scene.cache_stride;
+    return taken.steps >= stride;
+}
+
 void take(inout Taken taken, float weight, vec3 albedo, float t) {
+    ++taken.steps;
     taken.albedo += weight * albedo;
     taken.weight += weight;
     taken.t += weight * t;

@@ -53,7 +53,7 @@ const CACHE_ERROR: f64 = 0.002;
 /// The cache's share of the time, at most.
 const CACHE_SHARE_OF_TIME: f64 = 0.5;
 /// The same where a march shows it: that takes few samples.
-const CACHE_SHARE_OF_TIME_MARCHED: f64 = 0.7;
+const CACHE_SHARE_OF_TIME_MARCHED: f64 = 0.8;
 
 /// The relative error at which the cache counts as converged.
 pub fn cache_goal(stop: &Stop) -> f64 {

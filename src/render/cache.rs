@@ -15,17 +15,17 @@ use std::time::{Duration, Instant};
 
 use super::cache_resources::CacheResources;
 use super::cell_tracking::CellTracking;
+use super::constants::SceneBuffers;
 use super::copy;
 use super::cut_cells::CutCells;
-use super::focus::Focus;
+use super::focus::{self, Focus};
 use super::ray_march::RayMarch;
 use super::resources::Resources;
-use super::shared::Features;
 use crate::error::Result;
 use crate::gpu::{Device, Frame, Shaders, Slices};
 
 /// The error is measured on about so many pixels along the picture's longer side.
-const MEASURED_PIXELS: u32 = 128;
+const MEASURED_PIXELS: u32 = 64;
 
 pub struct Cache {
     pub tracking: CellTracking,
@@ -33,8 +33,10 @@ pub struct Cache {
     /// Only where surfaces stop light.
     cut_cells: Option<CutCells>,
     focus: Focus,
-    /// Whether the camera decides which nodes get most.
-    is_focused: bool,
+    /// How far apart pixels may be for that; `None`: all nodes get the same.
+    focus_stride: Option<u32>,
+    /// Somebody looks from everywhere.
+    is_wide: bool,
     /// Whether the bricks have been weighed in the view at hand.
     has_looked: bool,
     /// Paths that the nodes in sight have had.
@@ -52,7 +54,8 @@ pub struct Cache {
 }
 
 impl Cache {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Cache> {
+    pub fn new(device: &Arc<Device>, shaders: &Shaders, scene: &SceneBuffers) -> Result<Cache> {
+        let features = &scene.features;
         Ok(Cache {
             tracking: CellTracking::new(device, shaders, features)?,
             ray_march: RayMarch::new(device, shaders, features)?,
@@ -61,7 +64,8 @@ impl Cache {
                 false => None,
             },
             focus: Focus::everywhere(0),
-            is_focused: features.cache_order == 1,
+            focus_stride: focus_stride(scene),
+            is_wide: false,
             has_looked: false,
             updates: 0,
             paths: 0,
@@ -99,14 +103,15 @@ impl Cache {
     }
 
     /// From elsewhere, the error has to be measured anew; until then the last one stands.
-    pub fn look_elsewhere(&mut self) {
+    pub fn look_elsewhere(&mut self, scene: &SceneBuffers) {
+        self.focus_stride = focus_stride(scene);
         self.has_looked = false;
         self.shown.clear();
     }
 
     /// From now on all nodes get the same: for whoever looks from everywhere.
     pub fn widen_focus(&mut self) {
-        self.is_focused = false;
+        self.is_wide = true;
         self.has_looked = false;
     }
 
@@ -203,16 +208,17 @@ impl Cache {
         if self.updates == 0 {
             self.focus = Focus::everywhere(cache.active_bricks);
         }
-        if self.is_focused {
-            cache.bricks_mut().iter_mut().for_each(|b| b.weight = 0);
-        }
-        if let Some(cache) = r.cache.as_ref().filter(|_| self.is_focused) {
-            self.measure(frame, r, cache)?;
-            self.focus.narrow(cache.bricks().iter().map(|b| b.weight));
-        } else {
-            self.focus.widen();
-        }
         self.has_looked = true;
+        let Some(longest) = self.focus_stride.filter(|_| !self.is_wide) else {
+            self.focus.widen();
+            return Ok(());
+        };
+        cache.bricks_mut().iter_mut().for_each(|b| b.weight = 0);
+        if let Some(cache) = &r.cache {
+            let stride = measured_stride(r).min(longest);
+            self.ray_march.measure(frame, r, cache, stride)?;
+            self.focus.narrow(cache.bricks().iter().map(|b| b.weight));
+        }
         Ok(())
     }
 
@@ -223,9 +229,9 @@ impl Cache {
         r: &Resources,
         cache: &CacheResources,
     ) -> Result<Vec<[f32; 4]>> {
-        let [width, height] = r.size;
-        let stride = width.max(height).div_ceil(MEASURED_PIXELS);
-        let corner = [width.div_ceil(stride), height.div_ceil(stride), 1];
+        let stride = measured_stride(r);
+        let [width, height] = r.size.map(|n| n.div_ceil(stride));
+        let corner = [width, height, 1];
         self.ray_march.measure(frame, r, cache, stride)?;
         copy::download_corner(frame, &r.staging, &r.unit_sum, corner)
     }
@@ -257,6 +263,15 @@ impl Cache {
             None => Ok(true),
         }
     }
+}
+
+/// A picture at rest reads the cache where it sees it only if it reads it at the first collision.
+fn focus_stride(scene: &SceneBuffers) -> Option<u32> {
+    focus::longest_stride(scene).filter(|_| scene.features.cache_order == 1)
+}
+
+fn measured_stride(r: &Resources) -> u32 {
+    r.size[0].max(r.size[1]).div_ceil(MEASURED_PIXELS)
 }
 
 /// rms(after − before) over RGB, relative to the mean of alpha, the whole picture's brightness.

@@ -6,8 +6,29 @@
 //! that another view is soon as good. Shares are powers of ½, since paths leave a node evenly in powers
 //! of two.
 
+use glam::Vec3;
+
+use super::constants::SceneBuffers;
+use super::shared::BRICK;
+
 /// log2 of the largest share to the smallest.
 const MOST_HALVINGS: u8 = 4;
+
+/// A picture has a ray on every so many pixels along both axes, at most, that none of the bricks slips
+/// through between them; `None`: pixels are too few for that.
+pub fn longest_stride(scene: &SceneBuffers) -> Option<u32> {
+    let c = &scene.constants;
+    let length = |v: [f32; 3]| Vec3::from(v).length();
+    let brick = (0..3)
+        .map(|a| BRICK as f32 * c.cache_step[a] * c.spacing[a])
+        .fold(f32::INFINITY, f32::min);
+    let farthest = match scene.features.is_orthographic {
+        true => 1.0,
+        false => length(c.eye) + length(c.half_extent),
+    };
+    let pixel = 2.0 * length(c.up) * farthest / c.size[1] as f32;
+    Some((brick / pixel) as u32).filter(|&stride| stride > 0)
+}
 
 /// In order of the bricks' places.
 pub struct Focus {
@@ -39,7 +60,8 @@ impl Focus {
         if sum == 0.0 {
             return self.widen();
         }
-        let typical = squares / sum;
+        // A hair less: where all weigh the same, rounding must not halve their share.
+        let typical = 0.999 * squares / sum;
         for (halvings, weight) in self.halvings.iter_mut().zip(weights) {
             let wanted = (typical / weight).log2().ceil();
             *halvings = wanted.clamp(0.0, f64::from(MOST_HALVINGS)) as u8;

@@ -101,7 +101,7 @@ impl Renderer {
         let (sampling, cache, loaded) = thread::scope(|scope| {
             let sampling = scope.spawn(|| Sampling::new(device, shaders, scene));
             let cache = scene.cache.as_ref();
-            let cache = cache.map(|_| scope.spawn(|| Cache::new(device, shaders, features)));
+            let cache = cache.map(|_| scope.spawn(|| Cache::new(device, shaders, scene)));
             let loaded = upload::load(memory, volume, scene);
             (sampling.join(), cache.map(|c| c.join()), loaded)
         });
@@ -165,7 +165,7 @@ impl Renderer {
         }
         let lasts = before.shares_light_with(scene);
         if let Some(cache) = &mut self.cache {
-            cache.look_elsewhere();
+            cache.look_elsewhere(scene);
             if before.constants.cache_unit != scene.constants.cache_unit {
                 cache.abandon(); // paths on their way are as bright as the lights were
             }

@@ -177,7 +177,7 @@ shared! {
         pub samples: uint,
         /// That each has had before.
         pub first_sample: uint,
-        /// Σw² over the rays of a picture in whose colour its light weighs w, in 2⁻¹⁷.
+        /// Σw² over the rays of a picture in whose colour its light weighs w; 2³¹ is a weight of 1 in all.
         pub weight: uint,
     }
 
