@@ -4,8 +4,8 @@
 // cached_tracking.comp.)
 //
 // What is wrong with that light is corrected at a place picked in proportion to what it contributed: what
-// interpolation misses, and for the suns, whose part is made exact, by shadow rays against what the cache
-// says there.
+// interpolation misses, and for the suns, whose part is made exact, by shadow rays against what was taken of
+// them there.
 
 #version 460
 #include "scene.glsl"
@@ -63,18 +63,20 @@ struct Front {
     vec3 radiance;
     float transmittance;
     float picked_t; // a place, picked in proportion to the light taken there
+    float picked_suns; // and the suns' share that was taken there
 };
 
 Front march_segment(Ray ray, float t_end, inout Random random) {
-    Front front = Front(vec3(0.0), 1.0, 0.0);
+    Front front = Front(vec3(0.0), 1.0, 0.0, 0.0);
     March march = begin_march(ray, 0.0, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
     bool is_opaque = false;
     bool onwards = true;
     while (onwards) {
         Taken taken = NOTHING_TAKEN;
+        bool is_picked = false;
         while (onwards && !is_due(taken)) {
-            onwards = march.steps > 0u || next_stretch(ray, march);
+            onwards = has_step(ray, march, taken);
             while (onwards && march.steps > 0u && !is_due(taken)) {
                 vec4 u = random_numbers(random);
                 MarchStep s = sample_step(ray, march.t, march.size, u.xyz);
@@ -84,6 +86,7 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
                 take(taken, weight, s.albedo, s.t);
                 if (u.w * (1.0 - front.transmittance) < weight) {
                     front.picked_t = s.picked_t;
+                    is_picked = true;
                 }
                 is_opaque = front.transmittance < OPAQUE_BELOW;
                 onwards = !is_opaque;
@@ -91,6 +94,7 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
         }
         CachedLight light = read_cache(cube_taken(taken, ray));
         front.radiance += taken.albedo * (scattered_back(light, ray) + light.suns * suns_here);
+        front.picked_suns = is_picked ? light.suns : front.picked_suns;
     }
     front.transmittance = is_opaque ? 0.0 : front.transmittance;
     return front;
@@ -101,11 +105,11 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     LightSample sun = sample_sun(random_numbers(random).x);
     Ray shadow = make_ray(g, sun.direction);
     vec2 span = clip_ray(shadow, 0.0);
-    Tracking on = begin_tracking(shadow, track_from(shadow, span.x, span.y));
+    Tracking tracking = begin_tracking(shadow, track_from(shadow, span.x, span.y));
     float transmittance = 1.0;
     float value;
-    while (on.outcome == OUTCOME_PENDING) {
-        step_tracking(on, true, random, value, transmittance);
+    while (tracking.outcome == OUTCOME_PENDING) {
+        step_tracking(tracking, true, random, value, transmittance);
     }
     return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
 }
@@ -113,14 +117,13 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
 // What the light taken should have been more at the picked place.
 vec3 missed_light(Ray ray, Front front, inout Random random) {
     vec3 g = ray.origin + front.picked_t * ray.step;
-    Cube cube = cube_at(g);
-    vec3 missed = missed_by_interpolation(cube) * scene.cache_unit;
+    vec3 missed = missed_by_interpolation(cube_at(g)) * scene.cache_unit;
     if (sun_count > 0u) {
         vec3 arrives = vec3(0.0);
         for (uint k = 0u; k < SHADOW_RAYS; ++k) {
             arrives += sunlight(ray, g, random) / float(SHADOW_RAYS);
         }
-        missed += arrives - read_cache(cube).suns * suns_scattered(-ray.direction);
+        missed += arrives - front.picked_suns * suns_scattered(-ray.direction);
     }
     return (1.0 - front.transmittance) * transfer_color(lookup(ray, front.picked_t)) * missed;
 }
@@ -134,7 +137,7 @@ void main() {
     vec2 jitter = unit_intervals(even_words(random, direction_pairs(0u))).xy;
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
-    Front front = Front(vec3(0.0), 1.0, 0.0);
+    Front front = Front(vec3(0.0), 1.0, 0.0, 0.0);
     if (t_end > 0.0) {
         front = march_segment(ray, t_end, random);
         if (front.transmittance < 1.0) {

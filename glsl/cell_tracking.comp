@@ -5,9 +5,9 @@
 // what the first shadow ray brings from a sun goes to the suns' share. Slots take nodes from a queue as
 // in delta_tracking.comp.
 //
-// A brick gets paths by how much of it is seen (src/render/focus.rs). A batch is as large as all that a node
-// has had before, so that half of every merge is new: rounding
-// to 16 bits then adds up to less than one unit in the last place, after any number of updates.
+// A brick gets paths by how much of it is seen (src/render/focus.rs). A batch is as large as all that a
+// node has had before, as a rule, so that half of every merge is new: rounding to 16 bits then adds up to
+// less than one unit in the last place, after any number of updates.
 
 #version 460
 #include "scene.glsl"

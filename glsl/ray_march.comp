@@ -32,14 +32,17 @@ struct Front {
     float transmittance;
 };
 
-// What light at `cube` weighs, for the brick of its nearest node.
+// What light at `cube` weighs, for the brick of its nearest node; rounded at random, so that many a small
+// weight is not lost.
 void weigh(Cube cube, float weight) {
-    if (push.measures != 0u && has_memory(cube)) {
-        ivec3 node = cube.low + ivec3(greaterThan(cube.p, vec3(0.5)));
-        node = min(node, ivec3(scene.cache_nodes) - 1);
+    ivec3 node = cube.low + ivec3(greaterThan(cube.p, vec3(0.5)));
+    ivec3 brick = min(node, ivec3(scene.cache_nodes) - 1) / BRICK;
+    if (push.weighs != 0u && page_of(brick) != NO_PLACE) {
         uvec2 rays = (scene.size + push.stride - 1u) / push.stride;
         float share = weight * weight / float(rays.x * rays.y);
-        atomicAdd(bricks.at[place_of(node / BRICK)].weight, uint(share * exp2(31.0) + 0.5));
+        Random random = Random(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, floatBitsToUint(weight));
+        uint rounded = uint(share * exp2(31.0) + random_numbers(random).x);
+        atomicAdd(bricks.at[place_of(brick)].weight, rounded);
     }
 }
 
@@ -53,7 +56,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     while (onwards) {
         Taken taken = NOTHING_TAKEN;
         while (onwards && !is_due(taken)) {
-            onwards = march.steps > 0u || next_stretch(ray, march);
+            onwards = has_step(ray, march, taken);
             while (onwards && march.steps > 0u && !is_due(taken)) {
                 float at = march.t + 0.5 * march.size;
                 vec4 medium = transfer_at(lookup(ray, at));
@@ -74,7 +77,8 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     }
 }
 
-CachedLight light_on_surface(Cube cube) {
+CachedLight light_on_surface(vec3 g) {
+    Cube cube = cube_at(g);
     if (has_memory(cube)) {
         return read_cache(cube);
     }
@@ -82,12 +86,10 @@ CachedLight light_on_surface(Cube cube) {
     return CachedLight(sky / scene.cache_unit, 1.0, vec3(0.0));
 }
 
-vec3 shade(Ray ray, Crossing crossing, float weight) {
+vec3 shade(Ray ray, Crossing crossing) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
-    Cube cube = cube_at(ray.origin + crossing.t * ray.step);
-    weigh(cube, weight);
-    CachedLight light = light_on_surface(cube);
+    CachedLight light = light_on_surface(ray.origin + crossing.t * ray.step);
     vec3 radiance = material.surface.color * light.mean * scene.cache_unit;
     for (uint s = 0u; s < sun_count; ++s) {
         vec3 l = -suns.at[s].direction;
@@ -121,8 +123,7 @@ void main() {
         march_segment(ray, t, onwards ? crossing.t : t_end, front);
         if (onwards) {
             float opacity = surfaces.at[crossing.surface].opacity;
-            float weight = front.transmittance * opacity;
-            front.radiance += weight * shade(ray, crossing, weight);
+            front.radiance += front.transmittance * opacity * shade(ray, crossing);
             front.transmittance *= 1.0 - opacity;
             t = crossing.t;
             known = crossing.surface;

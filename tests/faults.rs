@@ -167,6 +167,12 @@ fn in_a_medium_under_an_image_and_a_sun() {
                     contribute(path, path.shadow_transmittance * path.shadow_radiance);",
         },
         Fault {
+            name: "faint shadow rays not made up for",
+            file: PATH,
+            right: "radiance * (ROULETTE_BELOW / brightest)",
+            wrong: "radiance",
+        },
+        Fault {
             name: "environment mirrored",
             file: LIGHT,
             right: "environment_position(direction) * vec2(size)",

@@ -59,16 +59,28 @@ struct Taken {
     float weight; // Σ T·(1 − exp(−σt·Δ))
     float t;      // Σ weight·t
     uint steps;
+    bool is_over; // empty space follows, where the cache keeps no light
 };
 
-const Taken NOTHING_TAKEN = Taken(vec3(0.0), 0.0, 0.0, 0u);
+const Taken NOTHING_TAKEN = Taken(vec3(0.0), 0.0, 0.0, 0u, false);
 
 // Whether it is time to read the cache: after as many steps as there are voxels between nodes, or a few
 // times as many where next to nothing has been taken.
 bool is_due(Taken taken) {
-    const float NEXT_TO_NOTHING = 0.03;
-    uint stride = taken.weight < NEXT_TO_NOTHING ? 8u * scene.cache_stride : scene.cache_stride;
-    return taken.steps >= stride;
+    const float NEXT_TO_NOTHING = 0.02;
+    uint stride = taken.weight < NEXT_TO_NOTHING ? 4u * scene.cache_stride : scene.cache_stride;
+    return taken.is_over || taken.steps >= stride;
+}
+
+// Whether there is a step to make, in this stretch or the next.
+bool has_step(Ray ray, inout March march, inout Taken taken) {
+    bool has = march.steps > 0u;
+    if (!has) {
+        float from = max(march.t, march.exit);
+        has = next_stretch(ray, march);
+        taken.is_over = march.t > from && taken.weight > 0.0;
+    }
+    return has;
 }
 
 void take(inout Taken taken, float weight, vec3 albedo, float t) {

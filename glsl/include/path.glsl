@@ -251,27 +251,27 @@ void fly(inout Path path, inout Random random) {
     if (is_shadow) {
         track = Track(path.shadow_t, path.shadow_t_end, path.shadow_cell);
     }
-    Tracking on = begin_tracking(ray, track);
-    for (uint i = 0u; i < STEPS && (is_shadow || on.outcome == OUTCOME_PENDING); ++i) {
-        if (on.outcome == OUTCOME_PENDING) {
-            step_tracking(on, is_shadow, random, path.value, path.shadow_transmittance);
+    Tracking tracking = begin_tracking(ray, track);
+    for (uint i = 0u; i < STEPS && (is_shadow || tracking.outcome == OUTCOME_PENDING); ++i) {
+        if (tracking.outcome == OUTCOME_PENDING) {
+            step_tracking(tracking, is_shadow, random, path.value, path.shadow_transmittance);
         }
-        if (has_light_sampling && is_shadow && on.outcome == OUTCOME_END) {
+        if (has_light_sampling && is_shadow && tracking.outcome == OUTCOME_END) {
             contribute(path, path.shadow_transmittance * path.shadow_radiance);
             is_shadow = false;
-            on = begin_tracking(make_ray(path.origin, path.direction),
+            tracking = begin_tracking(make_ray(path.origin, path.direction),
                                 Track(path.t, path.t_end, path.cell));
         }
     }
     if (is_shadow) {
-        path.shadow_t = on.t;
-        path.shadow_cell = on.walk.cell;
+        path.shadow_t = tracking.t;
+        path.shadow_cell = tracking.walk.cell;
         return;
     }
-    path.t = on.t;
-    path.cell = on.walk.cell;
-    path.phase = on.outcome == OUTCOME_PENDING ? PHASE_FLIGHT : PHASE_ARRIVAL;
-    if (on.outcome == OUTCOME_COLLISION) {
+    path.t = tracking.t;
+    path.cell = tracking.walk.cell;
+    path.phase = tracking.outcome == OUTCOME_PENDING ? PHASE_FLIGHT : PHASE_ARRIVAL;
+    if (tracking.outcome == OUTCOME_COLLISION) {
         path.t_end = path.t;
         path.surface = COLLISION;
     }

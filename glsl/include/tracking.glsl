@@ -45,23 +45,23 @@ Tracking begin_tracking(Ray ray, Track track) {
 }
 
 // Moves t on to the next tentative collision, or to t_end: false.
-bool next_tentative(inout Tracking on, float optical_depth) {
+bool next_tentative(inout Tracking tracking, float optical_depth) {
     const float size = float(MACROCELL);
     ivec3 cells = ivec3(scene.macrocells);
     bool inside = true;
     while (inside) {
-        float exit = min(on.walk.exit, on.t_end);
-        float here = on.majorant * max(exit - on.t, 0.0);
+        float exit = min(tracking.walk.exit, tracking.t_end);
+        float here = tracking.majorant * max(exit - tracking.t, 0.0);
         if (optical_depth < here) {
-            on.t = min(on.t + optical_depth / on.majorant, exit);
+            tracking.t = min(tracking.t + optical_depth / tracking.majorant, exit);
             return true;
         }
         optical_depth -= here;
-        on.t = max(on.t, exit);
-        inside = on.walk.exit < on.t_end && step_walk(on.walk, on.ray, size, cells);
-        on.majorant = macrocell_majorant(on.walk.cell);
+        tracking.t = max(tracking.t, exit);
+        inside = tracking.walk.exit < tracking.t_end && step_walk(tracking.walk, tracking.ray, size, cells);
+        tracking.majorant = macrocell_majorant(tracking.walk.cell);
     }
-    on.t = on.t_end;
+    tracking.t = tracking.t_end;
     return false;
 }
 
@@ -91,24 +91,24 @@ float tentative_value(Ray ray, float t, uvec2 words) {
 // A step of delta tracking to a real collision, with stored value `value`; or, for a shadow ray, of ratio
 // tracking: `transmittance` is multiplied on the way, and goes through Russian roulette once it is small,
 // so that it reaches exactly 0 or t_end.
-void step_tracking(inout Tracking on, bool is_shadow, inout Random random, inout float value,
+void step_tracking(inout Tracking tracking, bool is_shadow, inout Random random, inout float value,
                    inout float transmittance) {
     const float ROULETTE_BELOW = 0.3;
     uvec4 words = random_words(random);
-    bool collides = next_tentative(on, exponential(words.x));
-    on.outcome = collides ? OUTCOME_PENDING : OUTCOME_END;
+    bool collides = next_tentative(tracking, exponential(words.x));
+    tracking.outcome = collides ? OUTCOME_PENDING : OUTCOME_END;
     if (collides) {
-        value = tentative_value(on.ray, on.t, words.zw);
+        value = tentative_value(tracking.ray, tracking.t, words.zw);
         float sigma_t = scene.density * transfer_opacity(value);
         float u = unit_interval(words.y);
         if (!is_shadow) {
-            on.outcome = u * on.majorant < sigma_t ? OUTCOME_COLLISION : OUTCOME_PENDING;
+            tracking.outcome = u * tracking.majorant < sigma_t ? OUTCOME_COLLISION : OUTCOME_PENDING;
         } else {
-            transmittance *= max(0.0, 1.0 - sigma_t / on.majorant);
+            transmittance *= max(0.0, 1.0 - sigma_t / tracking.majorant);
             if (transmittance < ROULETTE_BELOW) {
                 bool dies = u * ROULETTE_BELOW >= transmittance;
                 transmittance = dies ? 0.0 : ROULETTE_BELOW;
-                on.outcome = dies ? OUTCOME_END : OUTCOME_PENDING;
+                tracking.outcome = dies ? OUTCOME_END : OUTCOME_PENDING;
             }
         }
     }

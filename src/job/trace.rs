@@ -120,7 +120,7 @@ pub fn fill_until(
 
 fn filled(renderer: &Renderer, pictures: u32) -> Option<Filled> {
     let cache = renderer.cache.as_ref()?;
-    let cells = renderer.resources.cache.as_ref()?.active_nodes as f64 * cache.share_in_sight();
+    let cells = renderer.resources.cache.as_ref()?.active_nodes as f64 * cache.mean_share();
     let [width, height, _] = renderer.resources.mean.desc.extent;
     let pixels = f64::from(width) * f64::from(height) * f64::from(pictures);
     Some(Filled {

@@ -101,7 +101,7 @@ impl Progress {
 
     /// Before the first sample: how far the cache is.
     pub fn filled(&mut self, updates: u32, relative_error: f64) {
-        let mut status = format!("cache: {updates} paths a cell");
+        let mut status = format!("cache: {updates} paths a cell in sight");
         if relative_error.is_finite() {
             status += &format!(", relative error {relative_error:.4}");
         }

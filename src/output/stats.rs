@@ -109,6 +109,7 @@ pub struct CacheStats {
     pub bytes: u64,
     pub cells: u64,
     pub active_cells: u64,
+    /// Paths that a cell has had, on average over all active ones.
     pub updates_per_cell: f64,
     /// Not finite where it is unknown.
     pub relative_error: f64,

@@ -2,12 +2,13 @@
 //! cache shows still is from what more paths would make of it.
 //!
 //! Where a picture takes its light from what it sees, nodes get paths by how much they are seen
-//! (`focus.rs`); what is said of *updates* holds for those that get most. Batches double, as a rule: each
+//! (`focus.rs`); *updates* are those of nodes that get most. Batches double, as a rule: each
 //! gives a node as many new paths as it has had. With a history of n paths
 //! and a batch of N, what is shown changes by N/(n + N) of the difference between two independent
 //! estimates, and n/N of the square of that change is the variance of what is shown then. So the error
 //! is measured where it matters: in the picture of the camera at hand, where averaging over many cells
-//! along a ray is part of the answer.
+//! along a ray is part of the answer. (Nodes with the least share change from the sixteenth update on; before,
+//! the little that they add is left out.)
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,7 +34,7 @@ pub struct Cache {
     /// Only where surfaces stop light.
     cut_cells: Option<CutCells>,
     focus: Focus,
-    /// How far apart pixels may be for that; `None`: all nodes get the same.
+    /// Every so many pixels, at most, bricks are weighed by; `None`: what they get stays as it is.
     focus_stride: Option<u32>,
     /// Somebody looks from everywhere.
     is_wide: bool,
@@ -120,14 +121,14 @@ impl Cache {
         self.focus.mean_paths()
     }
 
-    /// Of the nodes that have memory, as many as one update costs paths.
-    pub fn share_in_sight(&self) -> f64 {
+    /// Paths that an update costs, for each node that has memory: up to 1.
+    pub fn mean_share(&self) -> f64 {
         self.focus.mean_share()
     }
 
     /// Whether all that is in sight is known to have had its updates.
     pub fn is_caught_up(&self) -> bool {
-        self.has_looked && !self.focus.lags(self.updates)
+        self.has_looked && self.under_way.is_none() && !self.focus.lags(self.updates)
     }
 
     /// A few steps of a first batch, which the next one begins anew, and a picture of it.
@@ -173,6 +174,9 @@ impl Cache {
         let Some(resources) = &r.cache else {
             return Ok(true);
         };
+        if samples == 0 && self.is_caught_up() {
+            return Ok(true);
+        }
         let samples = *self.under_way.get_or_insert(samples);
         let progress = self.tracking.advance(frame, r, resources)?;
         self.lookups += u64::from(progress.lookups);
@@ -209,14 +213,15 @@ impl Cache {
             self.focus = Focus::everywhere(cache.active_bricks);
         }
         self.has_looked = true;
-        let Some(longest) = self.focus_stride.filter(|_| !self.is_wide) else {
+        if self.is_wide {
             self.focus.widen();
-            return Ok(());
-        };
-        cache.bricks_mut().iter_mut().for_each(|b| b.weight = 0);
-        if let Some(cache) = &r.cache {
+        } else if let Some(longest) = self.focus_stride {
+            cache.bricks_mut().iter_mut().for_each(|b| b.weight = 0);
+            let Some(cache) = &r.cache else {
+                return Ok(());
+            };
             let stride = measured_stride(r).min(longest);
-            self.ray_march.measure(frame, r, cache, stride)?;
+            self.ray_march.weigh(frame, r, cache, stride)?;
             self.focus.narrow(cache.bricks().iter().map(|b| b.weight));
         }
         Ok(())
@@ -265,9 +270,9 @@ impl Cache {
     }
 }
 
-/// A picture at rest reads the cache where it sees it only if it reads it at the first collision.
+/// Only a march reads the cache where it is seen, and nowhere else.
 fn focus_stride(scene: &SceneBuffers) -> Option<u32> {
-    focus::longest_stride(scene).filter(|_| scene.features.cache_order == 1)
+    focus::longest_stride(scene).filter(|_| scene.features.is_marched())
 }
 
 fn measured_stride(r: &Resources) -> u32 {

@@ -16,7 +16,7 @@ pub struct CacheResources {
     pub flux: Option<Image>,
     /// For each brick of the lattice, its place in the images.
     pub pages: Image,
-    /// For each place, its brick; what filling needs.
+    /// For each place, its brick.
     bricks: Buffer,
     pub active_bricks: u32,
     pub active_nodes: u64,
@@ -130,11 +130,11 @@ impl CacheResources {
         ]
     }
 
-    /// At rest: what the picture needs.
+    /// What stays when the cache is filled.
     pub fn bytes(&self) -> u64 {
         let images = self.images().map(|i| i.desc.bytes());
         let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
-        images.sum::<u64>() + self.pages.desc.bytes() + cuts
+        images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + cuts
     }
 }
 

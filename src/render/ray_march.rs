@@ -31,7 +31,7 @@ impl RayMarch {
         let [width, height] = r.size;
         let push = MarchPush {
             step_scale: STEP_SCALE,
-            ..push(1, false)
+            ..push(1)
         };
         frame.pass(&self.0, &bindings(r, cache), &push, [width, height, 1])
     }
@@ -44,14 +44,14 @@ impl RayMarch {
         cache: &CacheResources,
         slices: &mut Slices,
     ) -> Result<bool> {
-        let push = push(1, false);
+        let push = push(1);
         let [width, height] = r.size;
         let threads = [width, height, 1];
         frame.run_slice(&self.0, &bindings(r, cache), &push, threads, slices)
     }
 
     /// Leaves what the cache's error is measured by (`MarchPush::measures`), for every `stride`-th pixel
-    /// along both axes, in the corner of `unit_sum`, and adds to what the bricks weigh.
+    /// along both axes, in the corner of `unit_sum`.
     pub fn measure(
         &self,
         frame: &mut Frame,
@@ -59,19 +59,48 @@ impl RayMarch {
         cache: &CacheResources,
         stride: u32,
     ) -> Result<()> {
-        let push = push(stride, true);
+        let push = MarchPush {
+            measures: 1,
+            ..push(stride)
+        };
+        self.run(frame, r, cache, &push)
+    }
+
+    /// Adds up what the bricks weigh in every `stride`-th pixel along both axes; `unit_sum` is overwritten.
+    pub fn weigh(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheResources,
+        stride: u32,
+    ) -> Result<()> {
+        let push = MarchPush {
+            weighs: 1,
+            ..push(stride)
+        };
+        self.run(frame, r, cache, &push)
+    }
+
+    fn run(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheResources,
+        push: &MarchPush,
+    ) -> Result<()> {
         let [width, height] = r.size;
-        let threads = [width.div_ceil(stride), height.div_ceil(stride), 1];
-        frame.run_in_slices(&self.0, &bindings(r, cache), &push, threads)
+        let threads = [width.div_ceil(push.stride), height.div_ceil(push.stride), 1];
+        frame.run_in_slices(&self.0, &bindings(r, cache), push, threads)
     }
 }
 
-fn push(stride: u32, measures: bool) -> MarchPush {
+fn push(stride: u32) -> MarchPush {
     MarchPush {
         stride,
         opaque_below: OPAQUE_BELOW,
         step_scale: 1.0,
-        measures: measures as u32,
+        measures: 0,
+        weighs: 0,
     }
 }
 

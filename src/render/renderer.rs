@@ -240,7 +240,7 @@ impl Renderer {
         }
     }
 
-    /// A batch of `samples` paths for each node of the cache. False if `stop` is raised before its end.
+    /// A batch of `samples` paths for each node in sight (`Cache::batch`). False if `stop` is raised before its end.
     pub fn fill_cache(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
         match &mut self.cache {
             Some(cache) => cache.batch(&mut self.frame, &mut self.resources, samples, stop),

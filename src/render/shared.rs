@@ -184,6 +184,7 @@ shared! {
     /// The node that a slot is working on.
     pub struct NodeWork {
         pub node: ivec3,
+        /// Place of its brick.
         pub brick: uint,
         /// In which the path under way left the node.
         pub first_direction: vec3,
@@ -221,6 +222,7 @@ shared! {
         /// As in `TrackPush`.
         pub work: uint,
         pub slots: uint,
+        /// Those that have memory.
         pub bricks: uint,
     }
 
@@ -238,8 +240,10 @@ shared! {
         /// How many times as long as usual steps may be.
         pub step_scale: float,
         /// 1: instead of the picture, the part of it that a picture at rest takes from the cache as
-        /// well, and in alpha the picture's mean over channels; and bricks are weighed.
+        /// well, and in alpha the picture's mean over channels.
         pub measures: uint,
+        /// 1: bricks are weighed.
+        pub weighs: uint,
     }
 
     pub struct CameraMarchPush {

@@ -75,6 +75,31 @@ fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
     assert_eq!(cache.paths, 8 * 16 * 16 * 16);
 }
 
+/// Paths are numbered from node to node: it does not matter when a node has had them.
+#[test]
+fn what_has_caught_up_is_what_had_been_filled_everywhere() {
+    let scene = from([0.0, 0.0, 3.0]);
+    let mut late = filled(&scene, false, 16, 1);
+    late.renderer.cache.as_mut().expect("a cache").widen_focus();
+    let stop = AtomicBool::new(false);
+    assert!(late.renderer.fill_cache(0, &stop).expect("a batch"));
+    let mut at_once = filled(&scene, true, 16, 1);
+    assert_eq!(late.renderer.paths(), at_once.renderer.paths());
+    let behind = |cached: &mut Cached| {
+        let mut turned = cached.buffers.clone();
+        let other = filled(&from([0.0, 0.0, -3.0]), false, 0, 1);
+        turned.constants = other.buffers.constants;
+        cached
+            .renderer
+            .change(&cached.buffers, &turned)
+            .expect("a change");
+        cached.march()
+    };
+    for (a, b) in behind(&mut late).iter().zip(behind(&mut at_once)) {
+        assert!((a[0] - b[0]).abs() <= 1e-5 * b[0], "{a:?} {b:?}");
+    }
+}
+
 #[test]
 fn from_elsewhere_the_cache_catches_up() {
     let before = from([0.0, 0.0, 3.0]);

@@ -114,7 +114,7 @@ pub fn uniform_medium(density: f64, albedo: f64, g: f64) -> Medium {
     }
 }
 
-/// A renderer whose cache holds `updates` paths a cell (a power of two).
+/// A renderer whose cache holds `updates` paths a cell in sight (a power of two).
 pub struct Cached {
     pub device: Arc<Device>,
     pub renderer: Renderer,

@@ -204,8 +204,8 @@ fn new_views(subject: &SubjectReport) -> String {
     }
     section(
         "A new view from a warm cache",
-        "The camera comes from elsewhere to the scene's view, with the cache that the run left: first \
-         what a march shows at once, then what samples make of it.",
+        "The camera comes from elsewhere to the scene's view, with the cache that the run left, made as \
+         good for all views: first what a march shows at once, then what samples make of it.",
         table,
     )
 }

@@ -75,7 +75,8 @@ pub struct RunReport {
     pub bytes_per_active_cell: Option<f64>,
     pub bytes_per_voxel: Option<f64>,
     pub orbit: Option<Orbit>,
-    /// The same view, with the cache that the run left and nothing else.
+    /// The same view, with the cache that the run left once it has been made as good for all views (in a
+    /// time that is not counted).
     pub new_view: Vec<Point>,
     /// Null without a medium, and in `published`.
     pub edit: Option<Edit>,
@@ -91,6 +92,7 @@ pub struct Point {
     pub cpu_s: f64,
     pub file: Option<String>,
     pub samples: u32,
+    /// Of the cells in sight.
     pub paths_per_cell: Option<u32>,
     #[serde(flatten)]
     pub error: Comparison,
@@ -146,6 +148,7 @@ pub struct SimilarityPoint {
 #[derive(Debug, Serialize)]
 pub struct CacheSetting {
     pub variant: String,
+    /// Of the cells in sight.
     pub paths_per_cell: u32,
     /// The cache's own estimate: what the figures beside it can be trusted to.
     pub relative_error: f64,

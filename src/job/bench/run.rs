@@ -53,14 +53,11 @@ pub fn measure(
     let looks = run.look_at_all(bench)?;
     let took = run.watch.elapsed().as_secs_f64();
     let (paths, lookups) = (run.loaded.renderer.paths(), run.loaded.renderer.lookups());
-    let (orbit, new_view) = match run.loaded.renderer.cache.is_some() && !trace::interrupted() {
-        true => {
-            run.fill_everywhere()?;
-            (Some(run.orbit()?), run.new_view(bench)?)
-        }
+    let cache = run.cache();
+    let (orbit, new_view) = match run.fill_everywhere()? {
+        true => (Some(run.orbit()?), run.new_view(bench)?),
         false => (None, Vec::new()),
     };
-    let cache = run.cache();
     let edit = edits::measure(&mut run.loaded, bench.volume, &entrant.scene)?;
     let (points, looks): (Vec<Point>, Vec<Look>) = looks.into_iter().unzip();
     Ok((
@@ -218,12 +215,14 @@ impl Run<'_> {
     }
 
     /// Makes the cache as good for all views as it is for the scene's own.
-    fn fill_everywhere(&mut self) -> Result<()> {
+    /// False if there is none or Ctrl-C came before.
+    fn fill_everywhere(&mut self) -> Result<bool> {
         let renderer = &mut self.loaded.renderer;
-        if let Some(cache) = &mut renderer.cache {
-            cache.widen_focus();
-        }
-        renderer.fill_cache(0, &INTERRUPTED).map(drop)
+        let Some(cache) = &mut renderer.cache else {
+            return Ok(false);
+        };
+        cache.widen_focus();
+        renderer.fill_cache(0, &INTERRUPTED)
     }
 
     fn orbit(&mut self) -> Result<Orbit> {
@@ -256,8 +255,8 @@ impl Run<'_> {
         })
     }
 
-    /// Comes back to the scene's own view, which the cache knows nothing of: first what a march shows at
-    /// once, then what samples make of it.
+    /// Comes back to the scene's own view, which the cache knows no better than others: first what a march
+    /// shows at once, then what samples make of it.
     fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<Vec<Point>> {
         let most = bench.longest().mul_f64(NEW_VIEW_SHARE);
         let mut progress = Progress::new(true, trace::goal(&Stop::after(most)));
