@@ -2,9 +2,8 @@
 //! cache shows still is from what more paths would make of it.
 //!
 //! Where a picture takes its light from what it sees, nodes get paths by how much they are seen
-//! (`focus.rs`); *updates* are those of nodes that get most. Batches double, as a rule: each
-//! gives a node as many new paths as it has had. With a history of n paths
-//! and a batch of N, what is shown changes by N/(n + N) of the difference between two independent
+//! (`focus.rs`); *updates* are those of nodes that get most. Batches double, as a rule: each gives a node as
+//! many new paths as it has had. With a history of n paths and a batch of N, what is shown changes by N/(n + N) of the difference between two independent
 //! estimates, and n/N of the square of that change is the variance of what is shown then. So the error
 //! is measured where it matters: in the picture of the camera at hand, where averaging over many cells
 //! along a ray is part of the answer. (Nodes with the least share change from the sixteenth update on; before,
@@ -42,6 +41,8 @@ pub struct Cache {
     has_looked: bool,
     /// Paths that the nodes in sight have had.
     pub updates: u32,
+    /// Batches that have ended.
+    pub batches: u32,
     /// Paths traced and reads of the volume in all.
     pub paths: u64,
     pub lookups: u64,
@@ -69,6 +70,7 @@ impl Cache {
             is_wide: false,
             has_looked: false,
             updates: 0,
+            batches: 0,
             paths: 0,
             lookups: 0,
             relative_error: f64::INFINITY,
@@ -128,7 +130,8 @@ impl Cache {
 
     /// Whether all that is in sight is known to have had its updates.
     pub fn is_caught_up(&self) -> bool {
-        self.has_looked && self.under_way.is_none() && !self.focus.lags(self.updates)
+        let is_filled = self.updates > 0 && self.under_way.is_none();
+        is_filled && self.has_looked && !self.focus.lags(self.updates)
     }
 
     /// A few steps of a first batch, which the next one begins anew, and a picture of it.
@@ -248,6 +251,7 @@ impl Cache {
             self.relative_error = history.sqrt() * relative_difference(&self.shown, &now);
         }
         self.shown = now;
+        self.batches += 1;
         self.updates += samples;
         self.focus.reach(self.updates);
     }

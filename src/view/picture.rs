@@ -46,7 +46,7 @@ pub struct Picture {
     pub scale: f64,
     last_motion: Instant,
     /// That the cache had had when the last march with all pixels ended.
-    marched_paths: Option<u64>,
+    marched_batches: Option<u32>,
     marched_in: Duration,
     /// When the last march ended.
     filled_since: Instant,
@@ -80,7 +80,7 @@ impl Picture {
             doing: Doing::Moving,
             scale,
             last_motion: Instant::now(),
-            marched_paths: None,
+            marched_batches: None,
             marched_in: Duration::ZERO,
             filled_since: Instant::now(),
             most_samples,
@@ -192,7 +192,7 @@ impl Live {
 
     fn rest(&mut self) -> Result<()> {
         self.reduce_to(self.scene.render.size)?;
-        self.picture.marched_paths = None;
+        self.picture.marched_batches = None;
         self.picture.doing = match self.renderer.cache {
             Some(_) => Doing::marching(),
             None => Doing::Refining,
@@ -209,7 +209,7 @@ impl Live {
         }
         self.picture.marched_in = began.elapsed();
         self.picture.filled_since = Instant::now();
-        self.picture.marched_paths = self.cache_paths();
+        self.picture.marched_batches = self.batches();
         self.show(shown)?;
         self.picture.doing = match self.cache_is_converged() {
             true => Doing::Refining,
@@ -222,10 +222,10 @@ impl Live {
         self.renderer.take_slices_of(RESTING_MS);
         let ended = self.renderer.advance_cache(self.next_batch())?;
         let due = self.picture.marched_in.mul_f64(MARCH_SHARE);
-        let is_new = self.cache_paths() != self.picture.marched_paths;
+        let is_new = self.batches() != self.picture.marched_batches;
         let filled_for = self.picture.filled_since.elapsed();
         let is_done = ended && self.cache_is_converged();
-        if is_new && ended && (is_done || filled_for >= due) {
+        if is_new && (is_done || filled_for >= due) {
             self.picture.doing = Doing::marching();
         } else if is_done {
             self.picture.doing = Doing::Refining;
@@ -278,15 +278,18 @@ impl Live {
         }
     }
 
-    fn cache_paths(&self) -> Option<u64> {
-        self.renderer.cache.as_ref().map(|cache| cache.paths)
+    fn batches(&self) -> Option<u32> {
+        self.renderer.cache.as_ref().map(|cache| cache.batches)
     }
 
     /// Paths that a node in sight gets in a batch: as many as it has had, or what it lacks of that.
     fn next_batch(&self) -> u32 {
         let cache = self.renderer.cache.as_ref();
-        let updates = cache.map_or(0, |cache| cache.updates).max(1);
-        if self.cache_is_good() { 0 } else { updates }
+        match cache.map_or(0, |cache| cache.updates) {
+            0 => 1,
+            _ if self.cache_is_good() => 0,
+            updates => updates,
+        }
     }
 
     /// In some view.
