@@ -2,9 +2,9 @@
 //! what it takes on the GPU. Whoever no longer wants a result drops the receiver, and it goes unheard.
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::thread;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use winit::event_loop::EventLoopProxy;
@@ -19,6 +19,18 @@ use crate::scene::{Edit, open};
 
 /// Bins of the transfer function's histogram.
 const BINS: usize = 256;
+
+/// Those under way, and perhaps wanted by nobody any more.
+static BUILDS: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
+
+/// Waits for all builds to end: a process that ends while its driver compiles may crash.
+pub fn wait_for_builds() {
+    let builds = std::mem::take(&mut *BUILDS.lock().unwrap_or_else(PoisonError::into_inner));
+    for build in builds {
+        // A thread that has panicked has said so.
+        let _ = build.join();
+    }
+}
 
 /// Work under way.
 pub struct Load<T> {
@@ -42,20 +54,21 @@ impl<T: Send + 'static> Load<T> {
         proxy: &EventLoopProxy<()>,
         reading: Option<Arc<Reading>>,
         work: impl FnOnce() -> Result<T> + Send + 'static,
-    ) -> Load<T> {
+    ) -> (Load<T>, JoinHandle<()>) {
         let (sender, receiver) = channel();
         let proxy = proxy.clone();
-        thread::spawn(move || {
+        let thread = thread::spawn(move || {
             // Nobody may be listening any more; then the window is gone or wants something else.
             let _ = sender.send(work());
             let _ = proxy.send_event(());
         });
-        Load {
+        let load = Load {
             what,
             began: Instant::now(),
             reading,
             receiver,
-        }
+        };
+        (load, thread)
     }
 
     pub fn took(&self) -> Duration {
@@ -97,7 +110,7 @@ pub fn open_document(
     let name = path.file_name().unwrap_or(path.as_os_str());
     let what = format!("Opening {}", name.to_string_lossy());
     let reading = Arc::new(Reading::default());
-    Load::begin(what, proxy, Some(reading.clone()), move || {
+    let (load, _) = Load::begin(what, proxy, Some(reading.clone()), move || {
         let opened = open(&path, preset, &edits, |path, overrides| {
             Volume::load_watched(path, overrides, &reading)
         })?;
@@ -107,12 +120,17 @@ pub fn open_document(
             path,
             opened,
         })
-    })
+    });
+    load
 }
 
 /// Chooses a variant for a scene and brings it onto the GPU.
 pub fn build(order: Order, document: Arc<Document>, proxy: &EventLoopProxy<()>) -> Load<Live> {
-    Load::begin("Preparing the scene".into(), proxy, None, move || {
+    let (load, thread) = Load::begin("Preparing the scene".into(), proxy, None, move || {
         Live::build(order, &document)
-    })
+    });
+    let mut builds = BUILDS.lock().unwrap_or_else(PoisonError::into_inner);
+    builds.retain(|build| !build.is_finished());
+    builds.push(thread);
+    load
 }

@@ -61,9 +61,9 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
         let _ = proxy.send_event(());
     });
     let mut app = app::App::new(args, event_loop.create_proxy());
-    event_loop
-        .run_app(&mut app)
-        .map_err(|e| Error::Device(format!("the window system failed: {e}")))?;
+    let ran = event_loop.run_app(&mut app);
+    load::wait_for_builds();
+    ran.map_err(|e| Error::Device(format!("the window system failed: {e}")))?;
     let status = app.finish()?;
     match INTERRUPTED.load(Ordering::Relaxed) {
         true => Ok(INTERRUPTED_STATUS),
