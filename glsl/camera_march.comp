@@ -28,7 +28,7 @@ layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
 // Below this nothing behind is seen: a float's last digits.
 const float OPAQUE_BELOW = 1e-6;
 
-// A shadow ray costs a fiftieth of a march, and a single one is most of a sample's noise.
+// A single one would be most of a sample's noise, and one costs far less than a march.
 const uint SHADOW_RAYS = 4u;
 
 // A step of the march.

@@ -98,6 +98,7 @@ void ask_for_light(inout Path path, inout Random random) {
         radiance = vec3(grey(light.radiance / scene.cache_unit) / scene.suns_grey);
     }
     node_work.shadow_is_sun = is_sun ? 1u : 0u;
+    // Without roulette: this ray is what the suns' share is made of.
     aim_shadow_ray(path, light.direction, radiance, NOTHING);
 }
 

@@ -37,7 +37,7 @@ struct Front {
 void weigh(Cube cube, float weight) {
     ivec3 node = cube.low + ivec3(greaterThan(cube.p, vec3(0.5)));
     ivec3 brick = min(node, ivec3(scene.cache_nodes) - 1) / BRICK;
-    if (push.weighs != 0u && page_of(brick) != NO_PLACE) {
+    if (page_of(brick) != NO_PLACE) {
         uvec2 rays = (scene.size + push.stride - 1u) / push.stride;
         float share = weight * weight / float(rays.x * rays.y);
         Random random = Random(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, floatBitsToUint(weight));
@@ -69,7 +69,10 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
             }
         }
         Cube cube = cube_taken(taken, ray);
-        weigh(cube, taken.weight);
+        // A loop, which a device of wide lanes leaves where it does not run; of an `if` it may run both sides.
+        for (uint k = 0u; k < push.weighs; ++k) {
+            weigh(cube, taken.weight);
+        }
         CachedLight light = read_cache(cube);
         vec3 scattered = taken.albedo * scattered_back(light, ray);
         front.lasting += scattered;

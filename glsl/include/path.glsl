@@ -108,23 +108,29 @@ void turn(inout Path path, vec3 direction, int known, inout Random random) {
     }
 }
 
-// Russian roulette for what a shadow ray may bring at most: half of the time may go into rays that add
-// next to nothing to light or noise.
-vec3 worth_a_ray(vec3 radiance, inout Random random) {
-    const float ROULETTE_BELOW = 0.05; // of all lights together
-    vec3 share = radiance / scene.cache_unit;
-    float brightest = max(share.x, max(share.y, share.z));
-    if (brightest >= ROULETTE_BELOW) {
-        return radiance;
+float brightest(vec3 color) {
+    return max(color.x, max(color.y, color.z));
+}
+
+// Russian roulette (Arvo and Kirk 1990): 0, or the factor by which what survives is brighter, so that
+// nothing goes on that is darker than `least`.
+float roulette(float brightness, float least, inout Random random) {
+    if (brightness >= least) {
+        return 1.0;
     }
-    bool dies = random_numbers(random).x * ROULETTE_BELOW >= brightest;
-    return dies ? vec3(0.0) : radiance * (ROULETTE_BELOW / brightest);
+    return random_numbers(random).x * least >= brightness ? 0.0 : least / brightness;
+}
+
+// For what a shadow ray may bring at most: many rays may add next to nothing to light or noise.
+vec3 worth_a_ray(vec3 radiance, inout Random random) {
+    const float LEAST = 0.05; // of all lights together
+    return radiance * roulette(brightest(radiance / scene.cache_unit), LEAST, random);
 }
 
 // Next-event estimation: sends a shadow ray that will bring `radiance` to path.origin; the flight goes
 // on after it.
 void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
-    if (max(radiance.x, max(radiance.y, radiance.z)) <= 0.0) {
+    if (brightest(radiance) <= 0.0) {
         return;
     }
     Ray ray = make_ray(path.origin, direction);
@@ -194,18 +200,11 @@ bool reflect_at_surface(inout Path path, inout Random random) {
 
 // Whether the path goes on after an event, with Russian roulette where nothing else ends it.
 bool survives(inout Path path, inout Random random) {
-    float brightest = max(path.throughput.x, max(path.throughput.y, path.throughput.z));
-    if (scene.max_bounces > 0u) {
-        return brightest > 0.0;
+    const float LEAST = 0.4;
+    if (scene.max_bounces == 0u) {
+        path.throughput *= roulette(brightest(path.throughput), LEAST, random);
     }
-    const float ROULETTE_BELOW = 0.4;
-    if (brightest < ROULETTE_BELOW) {
-        if (random_numbers(random).x * ROULETTE_BELOW >= brightest) {
-            return false;
-        }
-        path.throughput *= ROULETTE_BELOW / brightest;
-    }
-    return true;
+    return brightest(path.throughput) > 0.0;
 }
 
 // A path that ends while its shadow ray is on its way: the flight that follows meets nothing.
@@ -256,11 +255,12 @@ void fly(inout Path path, inout Random random) {
         if (tracking.outcome == OUTCOME_PENDING) {
             step_tracking(tracking, is_shadow, random, path.value, path.shadow_transmittance);
         }
+        // `has_light_sampling` is known to the compiler, which leaves the block out without it.
         if (has_light_sampling && is_shadow && tracking.outcome == OUTCOME_END) {
             contribute(path, path.shadow_transmittance * path.shadow_radiance);
             is_shadow = false;
-            tracking = begin_tracking(make_ray(path.origin, path.direction),
-                                Track(path.t, path.t_end, path.cell));
+            Track flight = Track(path.t, path.t_end, path.cell);
+            tracking = begin_tracking(make_ray(path.origin, path.direction), flight);
         }
     }
     if (is_shadow) {

@@ -58,7 +58,8 @@ bool next_tentative(inout Tracking tracking, float optical_depth) {
         }
         optical_depth -= here;
         tracking.t = max(tracking.t, exit);
-        inside = tracking.walk.exit < tracking.t_end && step_walk(tracking.walk, tracking.ray, size, cells);
+        inside = tracking.walk.exit < tracking.t_end
+              && step_walk(tracking.walk, tracking.ray, size, cells);
         tracking.majorant = macrocell_majorant(tracking.walk.cell);
     }
     tracking.t = tracking.t_end;

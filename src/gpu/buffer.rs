@@ -94,8 +94,17 @@ impl Buffer {
         name: &'static str,
         data: &[T],
     ) -> Result<Buffer> {
+        Buffer::with_data_in(memory, name, Placement::Upload, data)
+    }
+
+    /// The same where `placement` says; mapped there.
+    pub fn with_data_in<T: bytemuck::NoUninit>(
+        memory: &Arc<Memory>,
+        name: &'static str,
+        placement: Placement,
+        data: &[T],
+    ) -> Result<Buffer> {
         let bytes = std::mem::size_of_val(data) as u64;
-        let placement = Placement::Upload;
         let desc = BufferDesc {
             name,
             bytes,

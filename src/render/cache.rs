@@ -2,12 +2,12 @@
 //! cache shows still is from what more paths would make of it.
 //!
 //! Where a picture takes its light from what it sees, nodes get paths by how much they are seen
-//! (`focus.rs`); *updates* are those of nodes that get most. Batches double, as a rule: each gives a node as
-//! many new paths as it has had. With a history of n paths and a batch of N, what is shown changes by N/(n + N) of the difference between two independent
-//! estimates, and n/N of the square of that change is the variance of what is shown then. So the error
-//! is measured where it matters: in the picture of the camera at hand, where averaging over many cells
-//! along a ray is part of the answer. (Nodes with the least share change from the sixteenth update on; before,
-//! the little that they add is left out.)
+//! (`focus.rs`); *updates* are those of nodes that get most. Batches double, as a rule: each gives a node
+//! as many new paths as it has had. With a history of n paths and a batch of N, what is shown changes by
+//! N/(n + N) of the difference between two independent estimates, and n/N of the square of that change is
+//! the variance of what is shown then. So the error is measured where it matters: in the picture of the
+//! camera at hand, where averaging over many cells along a ray is part of the answer. (Nodes with the
+//! least share change from the sixteenth update on; before, the little that they add is left out.)
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -19,7 +19,7 @@ use super::constants::SceneBuffers;
 use super::copy;
 use super::cut_cells::CutCells;
 use super::focus::{self, Focus};
-use super::ray_march::RayMarch;
+use super::ray_march::{self, RayMarch};
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::{Device, Frame, Shaders, Slices};
@@ -136,13 +136,15 @@ impl Cache {
 
     /// A few steps of a first batch, which the next one begins anew, and a picture of it.
     pub fn warm_up(&mut self, frame: &mut Frame, r: &mut Resources) -> Result<()> {
+        self.look(frame, r)?;
         self.begin_batch(frame, r, 1)?;
         self.abandon();
         let Some(resources) = &r.cache else {
             return Ok(());
         };
         self.tracking.advance(frame, r, resources)?;
-        self.ray_march.measure(frame, r, resources, 1)
+        let question = ray_march::for_error(1);
+        self.ray_march.ask(frame, r, resources, question)
     }
 
     /// Gives the nodes in sight `samples` more paths, the others their share, and measures the error.
@@ -172,14 +174,15 @@ impl Cache {
     pub fn advance(&mut self, frame: &mut Frame, r: &mut Resources, samples: u32) -> Result<bool> {
         let began = Instant::now();
         if self.under_way.is_none() {
+            self.look(frame, r)?;
+            if samples == 0 && self.is_caught_up() {
+                return Ok(true);
+            }
             self.begin_batch(frame, r, samples)?;
         }
         let Some(resources) = &r.cache else {
             return Ok(true);
         };
-        if samples == 0 && self.is_caught_up() {
-            return Ok(true);
-        }
         let samples = *self.under_way.get_or_insert(samples);
         let progress = self.tracking.advance(frame, r, resources)?;
         self.lookups += u64::from(progress.lookups);
@@ -194,9 +197,6 @@ impl Cache {
 
     /// Decides who gets how many paths.
     fn begin_batch(&mut self, frame: &mut Frame, r: &mut Resources, samples: u32) -> Result<()> {
-        if !self.has_looked {
-            self.look(frame, r)?;
-        }
         if let Some(cache) = &mut r.cache {
             let left = self.focus.left(self.updates + samples);
             for (brick, [samples, first_sample]) in cache.bricks_mut().iter_mut().zip(left) {
@@ -207,9 +207,9 @@ impl Cache {
         self.tracking.restart(frame, r)
     }
 
-    /// Finds out which nodes are in sight.
+    /// Finds out which nodes are in sight, unless that is known.
     fn look(&mut self, frame: &mut Frame, r: &mut Resources) -> Result<()> {
-        let Some(cache) = &mut r.cache else {
+        let Some(cache) = r.cache.as_mut().filter(|_| !self.has_looked) else {
             return Ok(());
         };
         if self.updates == 0 {
@@ -224,7 +224,8 @@ impl Cache {
                 return Ok(());
             };
             let stride = measured_stride(r).min(longest);
-            self.ray_march.weigh(frame, r, cache, stride)?;
+            let question = ray_march::for_weights(stride);
+            self.ray_march.ask(frame, r, cache, question)?;
             self.focus.narrow(cache.bricks().iter().map(|b| b.weight));
         }
         Ok(())
@@ -240,7 +241,8 @@ impl Cache {
         let stride = measured_stride(r);
         let [width, height] = r.size.map(|n| n.div_ceil(stride));
         let corner = [width, height, 1];
-        self.ray_march.measure(frame, r, cache, stride)?;
+        let question = ray_march::for_error(stride);
+        self.ray_march.ask(frame, r, cache, question)?;
         copy::download_corner(frame, &r.staging, &r.unit_sum, corner)
     }
 

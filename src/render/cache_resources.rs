@@ -56,17 +56,12 @@ impl CacheResources {
                 false => None,
             },
             pages: Image::new(memory, pages_desc(layout))?,
-            bricks: {
-                let bricks = bricks(layout);
-                let desc = BufferDesc {
-                    name: "cache: bricks",
-                    bytes: size_of_val(&bricks[..]) as u64,
-                    placement: Placement::Readback,
-                };
-                let mut buffer = Buffer::new(memory, desc)?;
-                buffer.write(&bricks);
-                buffer
-            },
+            bricks: Buffer::with_data_in(
+                memory,
+                "cache: bricks",
+                Placement::Readback,
+                &bricks(layout),
+            )?,
             active_bricks: layout.active.len() as u32,
             active_nodes: layout.active_nodes(),
             cuts: match scene.features.full_light {

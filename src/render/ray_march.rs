@@ -50,47 +50,34 @@ impl RayMarch {
         frame.run_slice(&self.0, &bindings(r, cache), &push, threads, slices)
     }
 
-    /// Leaves what the cache's error is measured by (`MarchPush::measures`), for every `stride`-th pixel
-    /// along both axes, in the corner of `unit_sum`.
-    pub fn measure(
+    /// Looks at few pixels for what `question` asks (`for_error`, `for_weights`); its answer is in the
+    /// corner of `unit_sum`, or in the bricks.
+    pub fn ask(
         &self,
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheResources,
-        stride: u32,
+        question: MarchPush,
     ) -> Result<()> {
-        let push = MarchPush {
-            measures: 1,
-            ..push(stride)
-        };
-        self.run(frame, r, cache, &push)
+        let [width, height] = r.size.map(|n| n.div_ceil(question.stride));
+        let threads = [width, height, 1];
+        frame.run_in_slices(&self.0, &bindings(r, cache), &question, threads)
     }
+}
 
-    /// Adds up what the bricks weigh in every `stride`-th pixel along both axes; `unit_sum` is overwritten.
-    pub fn weigh(
-        &self,
-        frame: &mut Frame,
-        r: &Resources,
-        cache: &CacheResources,
-        stride: u32,
-    ) -> Result<()> {
-        let push = MarchPush {
-            weighs: 1,
-            ..push(stride)
-        };
-        self.run(frame, r, cache, &push)
+/// What the cache's error is measured by (`MarchPush::measures`), in every `stride`-th pixel along both axes.
+pub fn for_error(stride: u32) -> MarchPush {
+    MarchPush {
+        measures: 1,
+        ..push(stride)
     }
+}
 
-    fn run(
-        &self,
-        frame: &mut Frame,
-        r: &Resources,
-        cache: &CacheResources,
-        push: &MarchPush,
-    ) -> Result<()> {
-        let [width, height] = r.size;
-        let threads = [width.div_ceil(push.stride), height.div_ceil(push.stride), 1];
-        frame.run_in_slices(&self.0, &bindings(r, cache), push, threads)
+/// What the bricks weigh in every `stride`-th pixel along both axes; `unit_sum` is overwritten.
+pub fn for_weights(stride: u32) -> MarchPush {
+    MarchPush {
+        weighs: 1,
+        ..push(stride)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
+use isolume::render::Cache;
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -39,6 +40,25 @@ fn filled(scene: &Scene, everywhere: bool, updates: u32, seed: u32) -> Cached {
     cached
 }
 
+fn cache(cached: &Cached) -> &Cache {
+    cached.renderer.cache.as_ref().expect("a cache")
+}
+
+/// All that is in sight gets the paths that it lacks.
+fn catch_up(cached: &mut Cached) {
+    let stop = AtomicBool::new(false);
+    assert!(cached.renderer.fill_cache(0, &stop).expect("a batch"));
+}
+
+/// Seen from the other side from now on.
+fn turn(cached: &mut Cached) {
+    let scene = from([0.0, 0.0, -3.0]);
+    let turned = cached.buffers.changed_to(&scene, &block());
+    let lasts = cached.renderer.change(&cached.buffers, &turned);
+    assert!(lasts.expect("a change"));
+    cached.buffers = turned;
+}
+
 /// The error of the picture that a cache shows, relative to its mean: from two independent caches, and as
 /// the first of them measures it.
 fn errors(everywhere: bool, updates: u32) -> [f64; 2] {
@@ -49,7 +69,7 @@ fn errors(everywhere: bool, updates: u32) -> [f64; 2] {
     let squares: f64 = pairs().map(|[a, b]| (a - b).powi(2) / 2.0).sum();
     let mean = pairs().map(|[a, b]| (a + b) / 2.0).sum::<f64>() / a.len() as f64;
     let found = (squares / a.len() as f64).sqrt() / mean;
-    let cache = caches[0].renderer.cache.as_ref().expect("a cache");
+    let cache = cache(&caches[0]);
     println!(
         "everywhere {everywhere}: {} paths, error {found:.4}, measured {:.4}",
         cache.paths, cache.relative_error
@@ -70,7 +90,7 @@ fn what_is_in_sight_is_known_better_after_as_many_paths() {
 #[test]
 fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
     let cached = filled(&from([0.0, 0.0, 3.0]), true, 8, 1);
-    let cache = cached.renderer.cache.as_ref().expect("a cache");
+    let cache = cache(&cached);
     assert_eq!(cache.mean_updates(), 8.0);
     assert_eq!(cache.paths, 8 * 16 * 16 * 16);
 }
@@ -81,18 +101,11 @@ fn what_has_caught_up_is_what_had_been_filled_everywhere() {
     let scene = from([0.0, 0.0, 3.0]);
     let mut late = filled(&scene, false, 16, 1);
     late.renderer.cache.as_mut().expect("a cache").widen_focus();
-    let stop = AtomicBool::new(false);
-    assert!(late.renderer.fill_cache(0, &stop).expect("a batch"));
+    catch_up(&mut late);
     let mut at_once = filled(&scene, true, 16, 1);
     assert_eq!(late.renderer.paths(), at_once.renderer.paths());
     let behind = |cached: &mut Cached| {
-        let mut turned = cached.buffers.clone();
-        let other = filled(&from([0.0, 0.0, -3.0]), false, 0, 1);
-        turned.constants = other.buffers.constants;
-        cached
-            .renderer
-            .change(&cached.buffers, &turned)
-            .expect("a change");
+        turn(cached);
         cached.march()
     };
     for (a, b) in behind(&mut late).iter().zip(behind(&mut at_once)) {
@@ -104,21 +117,15 @@ fn what_has_caught_up_is_what_had_been_filled_everywhere() {
 fn from_elsewhere_the_cache_catches_up() {
     let before = from([0.0, 0.0, 3.0]);
     let mut turned = filled(&before, false, 16, 1);
-    let caught_up = |c: &Cached| c.renderer.cache.as_ref().expect("a cache").is_caught_up();
     let paths = turned.renderer.paths();
-    assert!(caught_up(&turned));
-    let mut after = turned.buffers.clone();
-    let other = filled(&from([0.0, 0.0, -3.0]), false, 16, 1);
-    after.constants = other.buffers.constants;
-    let lasts = turned.renderer.change(&turned.buffers, &after);
-    assert!(lasts.expect("a change") && !caught_up(&turned));
-    let stop = AtomicBool::new(false);
-    assert!(turned.renderer.fill_cache(0, &stop).expect("a batch"));
-    assert!(caught_up(&turned) && turned.updates() == 16);
+    assert!(cache(&turned).is_caught_up());
+    turn(&mut turned);
+    assert!(!cache(&turned).is_caught_up());
+    catch_up(&mut turned);
+    assert!(cache(&turned).is_caught_up() && turned.updates() == 16);
     let made_up = turned.renderer.paths() - paths;
     println!("{paths} paths, {made_up} more from behind");
     assert!(made_up > 0 && made_up < paths);
-    let stop = AtomicBool::new(false);
-    assert!(turned.renderer.fill_cache(0, &stop).expect("a batch"));
+    catch_up(&mut turned);
     assert_eq!(turned.renderer.paths(), paths + made_up);
 }
