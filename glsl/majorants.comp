@@ -1,21 +1,37 @@
-// The largest extinction that the transfer function takes over each macrocell's range of values:
-// exact for non-monotone ones, since a piecewise-linear function has its maximum at a point or at an
-// end of the range.
+// The largest extinction that the transfer function takes over each cell's range of values: exact for
+// non-monotone ones, since a piecewise-linear function has its maximum at a point or at an end of the
+// range. The field is continuous, so that a cell takes every value between the least and the largest of its
+// macrocells.
 
 #version 460
 #include "scene.glsl"
 #include "transfer.glsl"
+#include "ranges.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(binding = 4) uniform sampler3D ranges;
 layout(binding = 5, r32f) writeonly uniform image3D majorants;
 
+vec2 range_of(ivec3 cell) {
+    int side = int(scene.majorant_size) / MACROCELL;
+    vec2 range = macrocell_range(side * cell);
+    for (int z = 0; z < side; ++z) {
+        for (int y = 0; y < side; ++y) {
+            for (int x = 0; x < side; ++x) {
+                ivec3 macrocell = side * cell + ivec3(x, y, z);
+                vec2 part = macrocell_range(min(macrocell, ivec3(scene.macrocells) - 1));
+                range = vec2(min(range.x, part.x), max(range.y, part.y));
+            }
+        }
+    }
+    return range;
+}
+
 void main() {
-    ivec3 macrocell = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(macrocell, ivec3(scene.macrocells)))) {
+    ivec3 cell = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(cell, ivec3(scene.majorant_cells)))) {
         return;
     }
-    vec2 range = texelFetch(ranges, macrocell, 0).rg;
+    vec2 range = range_of(cell);
     // Interpolation rounds: it may leave the voxels' range by some of their last digits.
     float rounding = 1e-6 * max(abs(range.x), abs(range.y));
     range += vec2(-rounding, rounding);
@@ -26,5 +42,5 @@ void main() {
             opacity = max(opacity, point.z);
         }
     }
-    imageStore(majorants, macrocell, vec4(scene.density * opacity));
+    imageStore(majorants, cell, vec4(scene.density * opacity));
 }

@@ -12,10 +12,10 @@ float absorbed_by(float x) {
     return x < 0.01 ? x * (1.0 - x * (0.5 - x / 6.0)) : 1.0 - exp(-x);
 }
 
-// A march under way, stretch by stretch: what a macrocell that holds medium has of the ray.
+// A march under way, stretch by stretch: what a cell that holds medium has of the ray.
 struct March {
     float t, t_end;
-    Walk walk;      // through macrocells
+    Walk walk;      // through the majorants' cells
     float majorant; // of the one at t
     float exit;     // where the stretch ends
     float size;     // of its steps
@@ -23,20 +23,20 @@ struct March {
 };
 
 March begin_march(Ray ray, float t, float t_end) {
-    Walk walk = begin_walk(ray, t, float(MACROCELL), ivec3(scene.macrocells));
-    return March(t, t_end, walk, macrocell_majorant(walk.cell), t, 0.0, 0u);
+    Walk walk = begin_walk(ray, t, scene.majorant_size, ivec3(scene.majorant_cells));
+    return March(t, t_end, walk, majorant_of(walk.cell), t, 0.0, 0u);
 }
 
 // Goes on to the next stretch; false if there is none.
 bool next_stretch(Ray ray, inout March march) {
-    ivec3 cells = ivec3(scene.macrocells);
+    ivec3 cells = ivec3(scene.majorant_cells);
     march.t = max(march.t, march.exit);
     bool inside = march.t < march.t_end;
     while (inside && (march.majorant <= 0.0 || march.walk.exit <= march.t)) {
         march.t = max(march.t, min(march.walk.exit, march.t_end));
         inside = march.walk.exit < march.t_end
-              && step_walk(march.walk, ray, float(MACROCELL), cells);
-        march.majorant = macrocell_majorant(march.walk.cell);
+              && step_walk(march.walk, ray, scene.majorant_size, cells);
+        march.majorant = majorant_of(march.walk.cell);
     }
     march.exit = min(march.walk.exit, march.t_end);
     float left = march.exit - march.t;

@@ -1,15 +1,15 @@
-// Null-collision tracking against the macrocells' majorants (Woodcock et al. 1965; Novák et al.
-// 2014 for ratio tracking; piecewise-constant majorants as in pbrt-v4, 11.2.2).
+// Null-collision tracking against majorants cell by cell (Woodcock et al. 1965; Novák et al. 2014 for ratio
+// tracking; piecewise-constant majorants as in pbrt-v4, 11.2.2).
 //
 // Paths stop tracking after STEPS tentative collisions and resume where they stopped: the exponential
 // distribution has no memory. That bounds the time of a dispatch whatever the medium, and lanes that have
 // arrived do not wait long for their neighbours.
 
-// Largest extinction in each macrocell, per world unit.
+// Largest extinction in each of the cells of `scene.majorant_size`, per world unit.
 layout(binding = 5) uniform sampler3D majorants;
 
-float macrocell_majorant(ivec3 macrocell) {
-    return texelFetch(majorants, macrocell, 0).r;
+float majorant_of(ivec3 cell) {
+    return texelFetch(majorants, cell, 0).r;
 }
 
 const uint STEPS = 8u;
@@ -21,11 +21,11 @@ const uint OUTCOME_END = 2u;
 // Where tracking stands on its ray, between [t, t_end].
 struct Track {
     float t, t_end;
-    ivec3 cell; // macrocell at t
+    ivec3 cell; // at t
 };
 
 Track track_from(Ray ray, float t, float t_end) {
-    return Track(t, t_end, cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells)));
+    return Track(t, t_end, cell_at(ray, t, scene.majorant_size, ivec3(scene.majorant_cells)));
 }
 
 // The same under way.
@@ -38,16 +38,16 @@ struct Tracking {
 };
 
 Tracking begin_tracking(Ray ray, Track track) {
-    Walk walk = walk_from(ray, track.cell, float(MACROCELL));
+    Walk walk = walk_from(ray, track.cell, scene.majorant_size);
     bool goes_on = has_medium && track.t < track.t_end;
-    return Tracking(ray, track.t, track.t_end, walk, macrocell_majorant(walk.cell),
+    return Tracking(ray, track.t, track.t_end, walk, majorant_of(walk.cell),
                     goes_on ? OUTCOME_PENDING : OUTCOME_END);
 }
 
 // Moves t on to the next tentative collision, or to t_end: false.
 bool next_tentative(inout Tracking tracking, float optical_depth) {
-    const float size = float(MACROCELL);
-    ivec3 cells = ivec3(scene.macrocells);
+    float size = scene.majorant_size;
+    ivec3 cells = ivec3(scene.majorant_cells);
     bool inside = true;
     while (inside) {
         float exit = min(tracking.walk.exit, tracking.t_end);
@@ -60,7 +60,7 @@ bool next_tentative(inout Tracking tracking, float optical_depth) {
         tracking.t = max(tracking.t, exit);
         inside = tracking.walk.exit < tracking.t_end
               && step_walk(tracking.walk, tracking.ray, size, cells);
-        tracking.majorant = macrocell_majorant(tracking.walk.cell);
+        tracking.majorant = majorant_of(tracking.walk.cell);
     }
     tracking.t = tracking.t_end;
     return false;

@@ -11,6 +11,7 @@ use super::convert::{
 use super::environment_table;
 use super::filter_probe::filter_is_precise;
 use super::macrocell_ranges::macrocell_ranges;
+use super::majorants;
 use super::occupancy::Occupancy;
 use super::shared::{
     self, Clip, EnvironmentCell, Features, MACROCELL, SceneConstants, Sun, Surface,
@@ -84,12 +85,17 @@ impl SceneBuffers {
         let environment = scene.environment.radiance.map(|c| c as f32);
         let all = brightness(&suns, environment, &image);
         let cache_unit = all.map(|light| if light > 0.0 { light } else { 1.0 });
+        let density = scene.medium.as_ref().map_or(0.0, |m| m.density as f32);
+        let majorant_size =
+            majorants::cell_size(volume, density * majorants::largest_opacity(&transfer));
         let mut constants = SceneConstants {
             transfer_segments: transfer_segments(&transfer),
             color: transfer.first().map_or([0.0; 3], |p| p.color),
             linear_opacity: line.unwrap_or_default(),
             dims: volume.dims,
-            macrocells: macrocells(volume.dims),
+            macrocells: cells(volume.dims, MACROCELL),
+            majorant_cells: cells(volume.dims, majorant_size),
+            majorant_size: majorant_size as f32,
             spacing: volume.spacing.map(|s| s as f32),
             half_extent: volume.extent().map(|e| (0.5 * e) as f32),
             stored_max: match volume.voxels {
@@ -97,7 +103,7 @@ impl SceneBuffers {
                 Voxels::U16(_) => 65535.0,
                 Voxels::F32(_) => 1.0,
             },
-            density: scene.medium.as_ref().map_or(0.0, |m| m.density as f32),
+            density,
             g: scene.medium.as_ref().map_or(0.0, |m| m.g as f32),
             max_bounces: scene.render.max_bounces,
             seed,
@@ -317,7 +323,7 @@ pub fn volume_format(volume: &Volume) -> Format {
     }
 }
 
-/// Macrocells along each axis that cover all trilinear cells.
-pub(super) fn macrocells(dims: [u32; 3]) -> [u32; 3] {
-    dims.map(|n| (n + 1).div_ceil(MACROCELL))
+/// Cells of `size` grid units along each axis that cover all trilinear cells.
+pub(super) fn cells(dims: [u32; 3], size: u32) -> [u32; 3] {
+    dims.map(|n| (n + 1).div_ceil(size))
 }

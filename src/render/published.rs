@@ -11,6 +11,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 
 use super::constants::SceneBuffers;
+use super::majorants;
 use super::published_march::PublishedMarch;
 use super::published_transport::PublishedTransport;
 use super::renderer::Totals;
@@ -47,8 +48,7 @@ impl Published {
                  another one"
             )));
         }
-        let opacities = scene.transfer.iter().map(|p| p.opacity);
-        let opacity = opacities.fold(0.0, f32::max);
+        let opacity = majorants::largest_opacity(&scene.transfer);
         Ok(Published {
             transport: PublishedTransport::new(device, shaders, &scene.features)?,
             march: PublishedMarch::new(device, shaders, &scene.features)?,

@@ -28,7 +28,8 @@ pub struct Resources {
     pub volume: Image,
     /// Per macrocell: smallest and largest stored value.
     pub ranges: Image,
-    /// Per macrocell: the largest extinction.
+    /// Per cell, which may be larger than a macrocell: the largest extinction. It has room for the smallest
+    /// ones, so that an edit of the medium needs no memory.
     pub majorants: Image,
     pub scene: Buffer,
     pub transfer: Image,

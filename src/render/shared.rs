@@ -24,6 +24,10 @@ shared! {
         pub dims: uvec3,
         /// Macrocells.
         pub macrocells: uvec3,
+        /// Cells with a majorant each.
+        pub majorant_cells: uvec3,
+        /// Their sides in grid units: a power of two of macrocells.
+        pub majorant_size: float,
         /// World units per voxel.
         pub spacing: vec3,
         /// Half the box's sides, world units.
@@ -145,7 +149,7 @@ shared! {
         pub direction: vec3,
         pub t: float,
         pub t_end: float,
-        /// The macrocell at `t`.
+        /// The majorant's cell at `t`.
         pub cell: ivec3,
         /// What stands at `t_end`: a surface's index, nothing (−1) or a collision (−2).
         pub surface: int,

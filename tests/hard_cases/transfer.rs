@@ -1,5 +1,6 @@
 //! Transfer functions that a coarse majorant or a coarse step would miss.
 
+use isolume::render::SceneBuffers;
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -91,6 +92,33 @@ fn not_monotone() {
         (250.0, 0.0),
     ];
     expect_points(3.0, &points, &noise(as_u16));
+}
+
+/// Majorants are of four macrocells each, of which the last is the densest; the volume ends within one.
+#[test]
+fn not_monotone_in_a_large_volume() {
+    let mut noise = fastrand::Rng::with_seed(5);
+    let dims = [1030, 13, 11];
+    let values = (0..dims.iter().product()).map(|voxel: u32| match voxel % 1030 / 8 % 4 {
+        3 => noise.u8(20..50),
+        _ => noise.u8(60..),
+    });
+    let voxels = Voxels::U8(values.collect());
+    let volume = Volume::from_values(dims, [0.02; 3], voxels).expect("a volume");
+    let points = [
+        (20.0, 0.0),
+        (30.0, 1.0),
+        (50.0, 0.0),
+        (150.0, 0.0),
+        (151.0, 0.3),
+        (152.0, 0.0),
+    ];
+    for eye in [[30.0, 0.05, 0.1], [-30.0, 0.2, -0.3], [1.0, 2.0, 3.0]] {
+        let scene = absorbing_scene(absorbing(1.0, &points), orthographic(eye, 0.15));
+        let constants = SceneBuffers::unprobed(&scene, &volume).constants;
+        assert_eq!(constants.majorant_size, 32.0);
+        expect_transmittance("a large volume", &scene, &volume);
+    }
 }
 
 #[test]
