@@ -3,9 +3,9 @@
 // next to no noise. (With surfaces their noise is what is seen, and a march costs several collisions; see
 // cached_tracking.comp.)
 //
-// What is wrong with that light is corrected at a place picked in proportion to what it contributed: what
-// interpolation misses, and for the suns, whose part is made exact, by shadow rays against what was taken of
-// them there.
+// What is wrong with that light is corrected at places picked in proportion to what they contributed: what
+// interpolation misses at one, and at four the suns, whose part is made exact: by a shadow ray against what was
+// taken of them there. (A single one would be most of a sample's noise.)
 
 #version 460
 #include "scene.glsl"
@@ -27,9 +27,6 @@ layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
 
 // Below this nothing behind is seen: a float's last digits.
 const float OPAQUE_BELOW = 1e-6;
-
-// A single one would be most of a sample's noise, and one costs far less than a march.
-const uint SHADOW_RAYS = 4u;
 
 // A step of the march.
 struct MarchStep {
@@ -62,19 +59,26 @@ MarchStep sample_step(Ray ray, float t, float size, vec3 u) {
 struct Front {
     vec3 radiance;
     float transmittance;
-    float picked_t; // a place, picked in proportion to the light taken there
-    float picked_suns; // and the suns' share that was taken there
+    vec4 picked_t; // four places, each picked in proportion to the light taken there
+    vec4 picked_suns; // and the suns' share that was taken there
 };
 
+const Front NOTHING_MET = Front(vec3(0.0), 1.0, vec4(0.0), vec4(0.0));
+
+// Which of the four move to a place of this weight, of `sum` so far; they are spread as evenly as can be.
+bvec4 picks(float weight, float sum, float u) {
+    return lessThan(fract(u + vec4(0.0, 0.25, 0.5, 0.75)) * sum, vec4(weight));
+}
+
 Front march_segment(Ray ray, float t_end, inout Random random) {
-    Front front = Front(vec3(0.0), 1.0, 0.0, 0.0);
+    Front front = NOTHING_MET;
     March march = begin_march(ray, 0.0, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
     bool is_opaque = false;
     bool onwards = true;
     while (onwards) {
         Taken taken = NOTHING_TAKEN;
-        bool is_picked = false;
+        bvec4 is_picked = bvec4(false);
         while (onwards && !is_due(taken)) {
             onwards = has_step(ray, march, taken);
             while (onwards && march.steps > 0u && !is_due(taken)) {
@@ -84,17 +88,16 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, s.t);
-                if (u.w * (1.0 - front.transmittance) < weight) {
-                    front.picked_t = s.picked_t;
-                    is_picked = true;
-                }
+                bvec4 here = picks(weight, 1.0 - front.transmittance, u.w);
+                front.picked_t = mix(front.picked_t, vec4(s.picked_t), here);
+                is_picked = mix(is_picked, here, here);
                 is_opaque = front.transmittance < OPAQUE_BELOW;
                 onwards = !is_opaque;
             }
         }
         CachedLight light = read_cache(cube_taken(taken, ray));
         front.radiance += taken.albedo * (scattered_back(light, ray) + light.suns * suns_here);
-        front.picked_suns = is_picked ? light.suns : front.picked_suns;
+        front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
     }
     front.transmittance = is_opaque ? 0.0 : front.transmittance;
     return front;
@@ -114,18 +117,30 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
 }
 
-// What the light taken should have been more at the picked place.
-vec3 missed_light(Ray ray, Front front, inout Random random) {
-    vec3 g = ray.origin + front.picked_t * ray.step;
-    vec3 missed = missed_by_interpolation(cube_at(g)) * scene.cache_unit;
-    if (sun_count > 0u) {
-        vec3 arrives = vec3(0.0);
-        for (uint k = 0u; k < SHADOW_RAYS; ++k) {
-            arrives += sunlight(ray, g, random) / float(SHADOW_RAYS);
-        }
-        missed += arrives - front.picked_suns * suns_scattered(-ray.direction);
+// What the suns bring to the picked places beyond what was taken.
+vec3 missed_suns(Ray ray, Front front, inout Random random) {
+    vec3 missed = vec3(0.0);
+    for (uint k = 0u; k < 4u; ++k) {
+        vec3 g = ray.origin + front.picked_t.x * ray.step;
+        vec3 taken = front.picked_suns.x * suns_scattered(-ray.direction);
+        vec3 albedo = transfer_color(lookup(ray, front.picked_t.x));
+        missed += 0.25 * albedo * (sunlight(ray, g, random) - taken);
+        // Not indexed by k: compilers keep in memory what is.
+        front.picked_t = front.picked_t.yzwx;
+        front.picked_suns = front.picked_suns.yzwx;
     }
-    return (1.0 - front.transmittance) * transfer_color(lookup(ray, front.picked_t)) * missed;
+    return missed;
+}
+
+// What the light taken should have been more.
+vec3 missed_light(Ray ray, Front front, inout Random random) {
+    vec3 g = ray.origin + front.picked_t.x * ray.step;
+    vec3 albedo = transfer_color(lookup(ray, front.picked_t.x));
+    vec3 missed = albedo * missed_by_interpolation(cube_at(g)) * scene.cache_unit;
+    if (sun_count > 0u) {
+        missed += missed_suns(ray, front, random);
+    }
+    return (1.0 - front.transmittance) * missed;
 }
 
 void main() {
@@ -137,7 +152,7 @@ void main() {
     vec2 jitter = unit_intervals(even_words(random, direction_pairs(0u))).xy;
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
-    Front front = Front(vec3(0.0), 1.0, 0.0, 0.0);
+    Front front = NOTHING_MET;
     if (t_end > 0.0) {
         front = march_segment(ray, t_end, random);
         if (front.transmittance < 1.0) {
