@@ -82,7 +82,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
 
 CachedLight light_on_surface(vec3 g) {
     Cube cube = cube_at(g);
-    if (has_memory(cube)) {
+    if (has_medium && has_memory(cube)) {
         return read_cache(cube);
     }
     vec3 sky = escaping_radiance(vec3(0.0, 1.0, 0.0), ALONE);
