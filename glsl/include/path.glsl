@@ -63,6 +63,7 @@ void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random 
     Crossing crossing = Crossing(path.t, known, path.inside);
     bool through = surface_count > 0u;
     while (through) {
+        ++work;
         find_crossing(ray, path.t_end, known, fresh, crossing);
         through = crossing.surface >= 0
                && random_numbers(random).x >= surfaces.at[max(crossing.surface, 0)].opacity;
@@ -84,6 +85,7 @@ float surface_transmittance(Ray ray, float t, float t_end, int known, uint insid
     bool fresh = true;
     bool through = true;
     while (through) {
+        ++work;
         find_crossing(ray, t_end, known, fresh, crossing);
         through = crossing.surface >= 0;
         if (through) {

@@ -165,9 +165,11 @@ void cross_cells(Ray ray, inout float t, float t_end, inout int known, inout boo
     bool first = true;
     bool more = true;
     while (more && crossing.surface < 0) {
+        ++work;
         float t0 = t;
         bool found = false;
         while (more && !found) {
+            ++work;
             ivec3 onwards = walk.next;
             if (!first) {
                 more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
@@ -197,8 +199,10 @@ void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing c
     Walk walk = begin_walk(ray, t, float(MACROCELL), macrocells);
     bool more = t < t_end;
     while (more && crossing.surface < 0) {
+        ++work;
         bool found = false;
         while (more && !found) {
+            ++work;
             vec2 range = macrocell_range(walk.cell);
             found = known >= 0 || may_cross(range, crossing.inside, fresh);
             if (!found) {
@@ -237,6 +241,7 @@ Hit hit_at(Ray ray, Crossing crossing) {
     hit.geometric = size > 0.0 ? gradient / size : -ray.direction;
     hit.shading = hit.geometric;
     if (!analytic_normals) {
+        work += 8u;
         vec3 smoothed = sign * volume_smooth_gradient(g);
         float smooth_size = length(smoothed);
         if (smooth_size > 0.0 && dot(smoothed, ray.direction) < 0.0) {

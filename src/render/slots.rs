@@ -14,7 +14,8 @@ use crate::gpu::Frame;
 /// A dispatch should take about this long where nobody is waiting for a frame.
 const TARGET_MS: f64 = 70.0;
 const LEAST_WORK: u32 = 16;
-/// lavapipe ends loops silently after 65535 iterations of a group of eight threads.
+/// lavapipe ends loops silently after 65535 iterations of a group of eight threads, whose iterations may add
+/// up; half of that is left for loops that are too short to be counted.
 const MOST_WORK: u32 = 4096;
 
 pub struct Slots {
