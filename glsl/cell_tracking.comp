@@ -136,13 +136,13 @@ void finish_node() {
     float share = samples / float(brick.first_sample + brick.samples);
     vec4 light = node_work.light / samples;
     if (share < 1.0) {
-        light = mix(texelFetch(cache_light, texel, 0), light, share);
+        light = mix(texel_at(cache_light, texel), light, share);
     }
     imageStore(light_out, texel, vec4(rounded(light.rgb), rounded(light.aaa).x));
     if (is_anisotropic) {
         vec3 flux = node_work.flux / samples;
         if (share < 1.0) {
-            flux = mix(texelFetch(cache_flux, texel, 0).rgb, flux, share);
+            flux = mix(texel_at(cache_flux, texel).rgb, flux, share);
         }
         imageStore(flux_out, texel, vec4(rounded(flux), 0.0));
     }

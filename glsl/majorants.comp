@@ -36,7 +36,7 @@ void main() {
     float rounding = 1e-6 * max(abs(range.x), abs(range.y));
     range += vec2(-rounding, rounding);
     float opacity = max(transfer_opacity(range.x), transfer_opacity(range.y));
-    for (int i = 0; i < textureSize(transfer, 0).x; ++i) {
+    for (int i = 0; i < size_in_texels(transfer).x; ++i) {
         vec4 point = transfer_values(i);
         if (point.x >= range.x && point.x <= range.y) {
             opacity = max(opacity, point.z);

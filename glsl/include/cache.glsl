@@ -9,14 +9,14 @@
 // through the page table. Values are in units of scene.cache_unit: no format overflows, and they stay right
 // when all lights are dimmed or coloured alike.
 
-layout(binding = 15) uniform sampler3D cache_light;
-layout(binding = 16) uniform sampler3D cache_flux;
-layout(binding = 17) uniform usampler3D pages;
+layout(binding = 15 LOADED_AS(CACHE_FORMAT)) uniform texels3D cache_light;
+layout(binding = 16 LOADED_AS(CACHE_FORMAT)) uniform texels3D cache_flux;
+layout(binding = 17 LOADED_AS(r32ui)) uniform utexels3D pages;
 // A bit for each cube of a brick: a surface cuts it. Two words a brick.
 layout(binding = 18, scalar) readonly buffer CutBlock { uint at[]; } cuts;
 
 uint page_of(ivec3 brick) {
-    return texelFetch(pages, brick, 0).x;
+    return texel_at(pages, brick).x;
 }
 
 bool has_memory(Cube cube) {
@@ -60,25 +60,25 @@ CachedLight read_cache(Cube cube) {
     vec4 weights = vec4(q.x * q.y, p.x * q.y, q.x * p.y, p.x * p.y);
     vec4 near = weights * q.z;
     vec4 far = weights * p.z;
-    vec4 light = near.x * texelFetch(cache_light, texels[0], 0)
-               + near.y * texelFetch(cache_light, texels[1], 0)
-               + near.z * texelFetch(cache_light, texels[2], 0)
-               + near.w * texelFetch(cache_light, texels[3], 0)
-               + far.x * texelFetch(cache_light, texels[4], 0)
-               + far.y * texelFetch(cache_light, texels[5], 0)
-               + far.z * texelFetch(cache_light, texels[6], 0)
-               + far.w * texelFetch(cache_light, texels[7], 0);
+    vec4 light = near.x * texel_at(cache_light, texels[0])
+               + near.y * texel_at(cache_light, texels[1])
+               + near.z * texel_at(cache_light, texels[2])
+               + near.w * texel_at(cache_light, texels[3])
+               + far.x * texel_at(cache_light, texels[4])
+               + far.y * texel_at(cache_light, texels[5])
+               + far.z * texel_at(cache_light, texels[6])
+               + far.w * texel_at(cache_light, texels[7]);
     light = max(light, 0.0); // extrapolation may leave what light can be
     CachedLight r = CachedLight(light.rgb, light.a, vec3(0.0));
     if (is_anisotropic) {
-        r.flux = near.x * texelFetch(cache_flux, texels[0], 0).rgb
-               + near.y * texelFetch(cache_flux, texels[1], 0).rgb
-               + near.z * texelFetch(cache_flux, texels[2], 0).rgb
-               + near.w * texelFetch(cache_flux, texels[3], 0).rgb
-               + far.x * texelFetch(cache_flux, texels[4], 0).rgb
-               + far.y * texelFetch(cache_flux, texels[5], 0).rgb
-               + far.z * texelFetch(cache_flux, texels[6], 0).rgb
-               + far.w * texelFetch(cache_flux, texels[7], 0).rgb;
+        r.flux = near.x * texel_at(cache_flux, texels[0]).rgb
+               + near.y * texel_at(cache_flux, texels[1]).rgb
+               + near.z * texel_at(cache_flux, texels[2]).rgb
+               + near.w * texel_at(cache_flux, texels[3]).rgb
+               + far.x * texel_at(cache_flux, texels[4]).rgb
+               + far.y * texel_at(cache_flux, texels[5]).rgb
+               + far.z * texel_at(cache_flux, texels[6]).rgb
+               + far.w * texel_at(cache_flux, texels[7]).rgb;
     }
     return r;
 }
@@ -87,7 +87,7 @@ CachedLight read_cache(Cube cube) {
 vec3 node_light(ivec3 node, inout bool known) {
     uint page = page_of(node / BRICK);
     known = known && page != NO_PLACE;
-    return texelFetch(cache_light, BRICK * unpacked(page) + node % BRICK, 0).rgb;
+    return texel_at(cache_light, BRICK * unpacked(page) + node % BRICK).rgb;
 }
 
 // Light in the plane across `axis` that holds the cube's lowest node, between the four nodes around p.

@@ -4,7 +4,7 @@
 // escape finds it with the best density there is. Image and suns are picked by power.
 
 layout(binding = 7, scalar) readonly buffer SunBlock { Sun at[]; } suns;
-layout(binding = 8) uniform sampler2D environment;
+layout(binding = 8 LOADED_AS(rgba32f)) uniform texels2D environment;
 layout(binding = 9, scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;
 
 const bool has_light_sampling = sun_count > 0u || has_environment_image;
@@ -18,17 +18,17 @@ vec2 environment_position(vec3 d) {
 
 // Bilinear, wrapping in u, clamped in v. By hand: a sampler may round its weights to 1/256.
 vec3 environment_image(vec3 direction) {
-    ivec2 size = textureSize(environment, 0);
+    ivec2 size = size_in_texels(environment);
     vec2 p = environment_position(direction) * vec2(size) - 0.5;
     vec2 f = floor(p);
     vec2 t = p - f;
     ivec2 i = ivec2(f);
     ivec2 x = (ivec2(i.x, i.x + 1) + size.x) % size.x;
     ivec2 y = clamp(ivec2(i.y, i.y + 1), 0, size.y - 1);
-    vec3 top = mix(texelFetch(environment, ivec2(x[0], y[0]), 0).rgb,
-                   texelFetch(environment, ivec2(x[1], y[0]), 0).rgb, t.x);
-    vec3 bottom = mix(texelFetch(environment, ivec2(x[0], y[1]), 0).rgb,
-                      texelFetch(environment, ivec2(x[1], y[1]), 0).rgb, t.x);
+    vec3 top = mix(texel_at(environment, ivec2(x[0], y[0])).rgb,
+                   texel_at(environment, ivec2(x[1], y[0])).rgb, t.x);
+    vec3 bottom = mix(texel_at(environment, ivec2(x[0], y[1])).rgb,
+                      texel_at(environment, ivec2(x[1], y[1])).rgb, t.x);
     return mix(top, bottom, t.y);
 }
 

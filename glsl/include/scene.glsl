@@ -2,6 +2,7 @@
 // src/render/shared.rs.
 
 #extension GL_EXT_scalar_block_layout : require
+#include "texels.glsl"
 #include "shared.glsl"
 
 layout(binding = 0, scalar) readonly buffer SceneBlock { SceneConstants constants; } scene_block;

@@ -6,10 +6,10 @@
 // arrived do not wait long for their neighbours.
 
 // Largest extinction in each of the cells of `scene.majorant_size`, per world unit.
-layout(binding = 5) uniform sampler3D majorants;
+layout(binding = 5 LOADED_AS(r32f)) uniform texels3D majorants;
 
 float majorant_of(ivec3 cell) {
-    return texelFetch(majorants, cell, 0).r;
+    return texel_at(majorants, cell).r;
 }
 
 const uint STEPS = 8u;

@@ -3,14 +3,14 @@
 
 // A column a point: value, 1 / (distance to the next value), opacity, the next point's opacity; below it
 // the colour. The last point stands twice. (An image and not a buffer: lavapipe reads buffers thread by thread.)
-layout(binding = 2) uniform sampler2D transfer;
+layout(binding = 2 LOADED_AS(rgba32f)) uniform texels2D transfer;
 
 vec4 transfer_values(int point) {
-    return texelFetch(transfer, ivec2(point, 0), 0);
+    return texel_at(transfer, ivec2(point, 0));
 }
 
 vec3 transfer_colors(int point) {
-    return texelFetch(transfer, ivec2(point, 1), 0).rgb;
+    return texel_at(transfer, ivec2(point, 1)).rgb;
 }
 
 // From which point to interpolate to the next: the last one with value ≤ v; the first, if there is none.

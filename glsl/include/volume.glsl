@@ -1,7 +1,7 @@
 // The field V: the trilinear interpolant of the voxels, in stored values. Every read of the volume
 // goes through this file. Positions are in grid space (src/render/shared.rs).
 
-layout(binding = 1) uniform sampler3D volume;
+layout(binding = 1 LOADED_AS(VOLUME_FORMAT)) uniform texels3D volume;
 
 // The exact stored value of a voxel's texel, which may be an integer in disguise: the normalised formats
 // hold k/255 and k/65535 only to rounding.
@@ -12,7 +12,7 @@ float stored_value(float texel) {
 // The voxel's exact stored value, clamped at the border.
 float volume_voxel(ivec3 voxel) {
     voxel = clamp(voxel, ivec3(0), ivec3(scene.dims) - 1);
-    return stored_value(texelFetch(volume, voxel, 0).r);
+    return stored_value(texel_at(volume, voxel).r);
 }
 
 // Texels at the corners of a trilinear cell, clamped at the border: x grows from component 0 to 1 and
@@ -25,14 +25,14 @@ Corners volume_corners(ivec3 cell) {
     ivec3 last = ivec3(scene.dims) - 1;
     ivec3 a = clamp(cell - 1, ivec3(0), last);
     ivec3 b = clamp(cell, ivec3(0), last);
-    return Corners(vec4(texelFetch(volume, a, 0).r,
-                        texelFetch(volume, ivec3(b.x, a.yz), 0).r,
-                        texelFetch(volume, ivec3(a.x, b.y, a.z), 0).r,
-                        texelFetch(volume, ivec3(b.xy, a.z), 0).r),
-                   vec4(texelFetch(volume, ivec3(a.xy, b.z), 0).r,
-                        texelFetch(volume, ivec3(b.x, a.y, b.z), 0).r,
-                        texelFetch(volume, ivec3(a.x, b.yz), 0).r,
-                        texelFetch(volume, b, 0).r));
+    return Corners(vec4(texel_at(volume, a).r,
+                        texel_at(volume, ivec3(b.x, a.yz)).r,
+                        texel_at(volume, ivec3(a.x, b.y, a.z)).r,
+                        texel_at(volume, ivec3(b.xy, a.z)).r),
+                   vec4(texel_at(volume, ivec3(a.xy, b.z)).r,
+                        texel_at(volume, ivec3(b.x, a.y, b.z)).r,
+                        texel_at(volume, ivec3(a.x, b.yz)).r,
+                        texel_at(volume, b).r));
 }
 
 // The corners of `cell`, given those of the cell before it, which lies back by `onwards` (a unit vector):
@@ -45,10 +45,10 @@ Corners next_corners(Corners before, ivec3 cell, ivec3 onwards) {
     ivec3 b = ivec3(!x, x, 0);
     ivec3 c = ivec3(0, z, !z);
     ivec3 origin = cell - 1 + max(onwards, 0);
-    vec4 read = vec4(texelFetch(volume, clamp(origin, ivec3(0), last), 0).r,
-                     texelFetch(volume, clamp(origin + b, ivec3(0), last), 0).r,
-                     texelFetch(volume, clamp(origin + c, ivec3(0), last), 0).r,
-                     texelFetch(volume, clamp(origin + b + c, ivec3(0), last), 0).r);
+    vec4 read = vec4(texel_at(volume, clamp(origin, ivec3(0), last)).r,
+                     texel_at(volume, clamp(origin + b, ivec3(0), last)).r,
+                     texel_at(volume, clamp(origin + c, ivec3(0), last)).r,
+                     texel_at(volume, clamp(origin + b + c, ivec3(0), last)).r);
     vec4 n = before.near;
     vec4 f = before.far;
     vec4 shared_low = x ? vec4(n.yw, f.yw) : z ? f : vec4(n.zw, f.zw);
@@ -108,7 +108,7 @@ float volume_value(vec3 g) {
         vec2 along_y = mix(along_z.xy, along_z.zw, p.y);
         texel = mix(along_y.x, along_y.y, p.x);
     } else {
-        texel = textureLod(volume, (g - 0.5) / vec3(scene.dims), 0.0).r;
+        texel = filtered_texel(volume, (g - 0.5) / vec3(scene.dims)).r;
     }
     return texel * scene.stored_max;
 }

@@ -18,6 +18,8 @@ pub struct DeviceChoice {
     /// An index of [`super::list_devices`], or a part of a name, in any case. `None`: the best there is.
     pub wanted: Option<String>,
     pub validation: Validation,
+    /// Shaders fetch texels as a GPU is best asked for them, even from a CPU's driver: a test sees both ways.
+    pub fetches_texels: bool,
 }
 
 /// An open device. Everything made from it holds an `Arc` of it.
@@ -38,6 +40,8 @@ pub struct Device {
     /// were recorded; submissions are then timed by the host's clock.
     pub(super) has_late_timestamps: bool,
     has_memory_budget: bool,
+    /// How shaders read images: `glsl/include/texels.glsl`.
+    pub loads_texels: bool,
     pub summary: DeviceSummary,
     // Dropped after the device, in this order.
     pub(super) instance: Instance,
@@ -66,7 +70,8 @@ impl Device {
         let summaries = survey(&instance)?;
         let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
         let physical = instance.physical_devices()?[summary.index];
-        Device::create(instance, physical, summary, draws)
+        let loads_texels = summary.kind == "CPU" && !choice.fetches_texels;
+        Device::create(instance, physical, summary, draws, loads_texels)
     }
 
     fn create(
@@ -74,6 +79,7 @@ impl Device {
         physical: vk::PhysicalDevice,
         summary: DeviceSummary,
         draws: bool,
+        loads_texels: bool,
     ) -> Result<Arc<Device>> {
         let queue_family = compute_queue(&instance, physical)
             .ok_or_else(|| Error::Device(format!("{} has no compute queue", summary.name)))?;
@@ -131,6 +137,7 @@ impl Device {
             },
             has_late_timestamps: draws && summary.kind == "CPU",
             has_memory_budget,
+            loads_texels,
             summary,
             instance,
         };

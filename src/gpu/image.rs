@@ -20,7 +20,8 @@ pub struct ImageDesc {
     pub format: vk::Format,
 }
 
-/// Usable as sampled image, source and destination of copies, and storage image if `written`.
+/// Usable as sampled image, source and destination of copies, and storage image if `written` or if that is
+/// how the device reads images.
 pub struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
@@ -30,7 +31,8 @@ pub struct Image {
 }
 
 impl ImageDesc {
-    fn info(&self) -> vk::ImageCreateInfo<'static> {
+    /// `loads_texels`: shaders read it as a storage image, too.
+    fn info(&self, loads_texels: bool) -> vk::ImageCreateInfo<'static> {
         let [width, height, depth] = self.extent;
         vk::ImageCreateInfo::default()
             .image_type(match self.volumetric {
@@ -48,7 +50,7 @@ impl ImageDesc {
             .samples(vk::SampleCountFlags::TYPE_1)
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(
-                match self.written {
+                match self.written || loads_texels {
                     true => vk::ImageUsageFlags::STORAGE,
                     false => vk::ImageUsageFlags::empty(),
                 } | vk::ImageUsageFlags::SAMPLED
@@ -94,7 +96,7 @@ impl Image {
     pub fn new(memory: &Arc<Memory>, desc: ImageDesc) -> Result<Image> {
         let device = &memory.device;
         desc.check_size(&memory.limits)?;
-        let info = desc.info();
+        let info = desc.info(device.loads_texels);
         let query = vk::DeviceImageMemoryRequirements::default().create_info(&info);
         let mut requirements = vk::MemoryRequirements2::default();
         // SAFETY: the query describes a valid image; nothing is created.

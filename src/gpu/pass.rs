@@ -20,6 +20,8 @@ pub struct PassDesc<'a> {
     pub name: &'static str,
     /// Values of the specialization constants 0, 1, …
     pub specialization: &'a [u32],
+    /// Macros, and what they stand for.
+    pub macros: &'a [(&'static str, &'static str)],
 }
 
 /// What stands behind a name in the shader.
@@ -50,7 +52,7 @@ pub(super) struct Slot {
 impl Pass {
     pub fn new(device: &Arc<Device>, shaders: &Shaders, desc: &PassDesc<'_>) -> Result<Pass> {
         let began = Instant::now();
-        let code = shaders.compile(desc.name)?;
+        let code = shaders.compile(desc, device.loads_texels)?;
         let failed = |e: String| Error::Device(format!("pass {}: {e}", desc.name));
         let reflection = Reflection::new_from_spirv(bytemuck::cast_slice(&code))
             .map_err(|e| failed(format!("{e:?}")))?;

@@ -13,6 +13,7 @@ use shaderc::{
     SpirvVersion, TargetEnv,
 };
 
+use super::pass::PassDesc;
 use crate::error::{Error, Result};
 
 static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/glsl");
@@ -59,20 +60,28 @@ impl Shaders {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// SPIR-V of `glsl/NAME.comp`.
-    pub fn compile(&self, name: &str) -> Result<Vec<u32>> {
-        self.compile_file(format!("{name}.comp"), ShaderKind::Compute)
+    /// SPIR-V of `glsl/NAME.comp`, for a device that loads texels or one that fetches them
+    /// (`glsl/include/texels.glsl`).
+    pub(super) fn compile(&self, desc: &PassDesc<'_>, loads_texels: bool) -> Result<Vec<u32>> {
+        let mut macros = desc.macros.to_vec();
+        macros.extend(loads_texels.then_some(("LOADS_TEXELS", "1")));
+        self.compile_file(format!("{}.comp", desc.name), ShaderKind::Compute, &macros)
     }
 
     /// SPIR-V of `glsl/NAME.vert` and `glsl/NAME.frag`.
     pub fn compile_drawing(&self, name: &str) -> Result<[Vec<u32>; 2]> {
         Ok([
-            self.compile_file(format!("{name}.vert"), ShaderKind::Vertex)?,
-            self.compile_file(format!("{name}.frag"), ShaderKind::Fragment)?,
+            self.compile_file(format!("{name}.vert"), ShaderKind::Vertex, &[])?,
+            self.compile_file(format!("{name}.frag"), ShaderKind::Fragment, &[])?,
         ])
     }
 
-    fn compile_file(&self, file: String, kind: ShaderKind) -> Result<Vec<u32>> {
+    fn compile_file(
+        &self,
+        file: String,
+        kind: ShaderKind,
+        macros: &[(&str, &str)],
+    ) -> Result<Vec<u32>> {
         let failed = |e: String| Error::Device(format!("shader {file}: {e}"));
         let source = self.source(&file).map_err(failed)?;
         let mut options = CompileOptions::new().map_err(|e| failed(e.to_string()))?;
@@ -83,6 +92,9 @@ impl Shaders {
         // that passes bind by.
         options.set_optimization_level(OptimizationLevel::Zero);
         options.set_warnings_as_errors();
+        for (name, text) in macros {
+            options.add_macro_definition(name, Some(text));
+        }
         options.set_include_callback(|wanted, _, _, _| {
             let content = match wanted {
                 "shared.glsl" => self.shared.clone(),

@@ -105,5 +105,6 @@ pub(crate) fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice 
             true => Validation::On,
             false => Validation::Off,
         },
+        ..DeviceChoice::default()
     }
 }

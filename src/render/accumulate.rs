@@ -14,6 +14,7 @@ impl Accumulate {
         let desc = PassDesc {
             name: "accumulate",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(Accumulate(Pass::new(device, shaders, &desc)?))
     }

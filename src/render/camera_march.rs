@@ -22,6 +22,7 @@ impl CameraMarch {
         let desc = PassDesc {
             name: "camera_march",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(CameraMarch {
             pass: Pass::new(device, shaders, &desc)?,

@@ -19,6 +19,7 @@ impl CellTracking {
         let desc = PassDesc {
             name: "cell_tracking",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(CellTracking {
             pass: Pass::new(device, shaders, &desc)?,

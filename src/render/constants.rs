@@ -49,7 +49,7 @@ pub struct TransferPoint {
 }
 
 impl SceneBuffers {
-    /// Probes the device's filter, which decides how the shaders read the volume.
+    /// Probes the device's filter, if shaders can use it: that decides how they read the volume.
     pub fn new(
         device: &Arc<Device>,
         scene: &Scene,
@@ -57,7 +57,8 @@ impl SceneBuffers {
         seed: u32,
     ) -> Result<SceneBuffers> {
         let shaders = Shaders::new(shared::glsl())?;
-        let precise = filter_is_precise(device, &shaders, volume_format(volume))?;
+        let precise =
+            !device.loads_texels && filter_is_precise(device, &shaders, volume_format(volume))?;
         Ok(SceneBuffers::with_filter(scene, volume, seed, !precise))
     }
 
@@ -125,7 +126,14 @@ impl SceneBuffers {
         place_camera(&mut constants, &scene.camera);
         SceneBuffers {
             constants,
-            features: features(scene, &transfer, line.is_some(), &suns, filter_in_shader),
+            features: features(
+                scene,
+                &transfer,
+                line.is_some(),
+                &suns,
+                volume,
+                filter_in_shader,
+            ),
             transfer,
             surfaces: surfaces(scene, volume),
             clips: clips(scene),

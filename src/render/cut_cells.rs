@@ -18,6 +18,7 @@ impl CutCells {
         let desc = PassDesc {
             name: "cut_cells",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(CutCells(Pass::new(device, shaders, &desc)?))
     }

@@ -22,6 +22,7 @@ impl DeltaTracking {
                 _ => "cached_tracking",
             },
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(DeltaTracking {
             pass: Pass::new(device, shaders, &desc)?,

@@ -51,6 +51,7 @@ pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format
     let desc = PassDesc {
         name: "filter_probe",
         specialization: &[],
+        macros: &[],
     };
     let pass = Pass::new(device, shaders, &desc)?;
     let mut frame = Frame::new(device)?;

@@ -14,6 +14,7 @@ impl IsoDepth {
         let desc = PassDesc {
             name: "iso_depth",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(IsoDepth(Pass::new(device, shaders, &desc)?))
     }

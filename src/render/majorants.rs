@@ -19,6 +19,7 @@ impl Majorants {
         let desc = PassDesc {
             name: "majorants",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(Majorants(Pass::new(device, shaders, &desc)?))
     }

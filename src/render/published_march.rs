@@ -15,6 +15,7 @@ impl PublishedMarch {
         let desc = PassDesc {
             name: "published_march",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(PublishedMarch(Pass::new(device, shaders, &desc)?))
     }

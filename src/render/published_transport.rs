@@ -15,6 +15,7 @@ impl PublishedTransport {
         let desc = PassDesc {
             name: "published_transport",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(PublishedTransport(Pass::new(device, shaders, &desc)?))
     }

@@ -21,6 +21,7 @@ impl RayMarch {
         let desc = PassDesc {
             name: "ray_march",
             specialization: &features.words(),
+            macros: &features.formats(),
         };
         Ok(RayMarch(Pass::new(device, shaders, &desc)?))
     }

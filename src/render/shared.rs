@@ -319,10 +319,27 @@ specialization! {
         /// none.
         pub cache_order: uint,
         pub cache_is_f16: bool,
+        /// Of a voxel on the GPU.
+        pub volume_bits: uint,
     }
 }
 
 impl Features {
+    /// Of the images that have one or another, in GLSL's words.
+    pub fn formats(&self) -> [(&'static str, &'static str); 2] {
+        let volume = match self.volume_bits {
+            8 => "r8",
+            16 => "r16",
+            _ => "r32f",
+        };
+        let cache = if self.cache_is_f16 {
+            "rgba16f"
+        } else {
+            "rgba32f"
+        };
+        [("VOLUME_FORMAT", volume), ("CACHE_FORMAT", cache)]
+    }
+
     /// Whether a picture at rest is marched, and not traced: `camera_march.comp` says why.
     pub fn is_marched(&self) -> bool {
         self.cache_order == 1 && self.has_medium && self.surface_count == 0

@@ -14,6 +14,7 @@ impl ToneMap {
         let desc = PassDesc {
             name: "tone_map",
             specialization: &[],
+            macros: &[],
         };
         Ok(ToneMap(Pass::new(device, shaders, &desc)?))
     }

@@ -11,3 +11,4 @@ mod closed_form;
 mod focus;
 mod lifetime;
 mod surfaces;
+mod texels;

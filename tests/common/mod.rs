@@ -16,9 +16,15 @@ pub const BUDGET: u64 = 1 << 30;
 
 /// A device under validation.
 pub fn device() -> Arc<Device> {
+    device_that_fetches(false)
+}
+
+/// The same; true: it reads images as a GPU does, whatever it is.
+pub fn device_that_fetches(fetches_texels: bool) -> Arc<Device> {
     let choice = DeviceChoice {
-        wanted: None,
         validation: Validation::On,
+        fetches_texels,
+        ..DeviceChoice::default()
     };
     Device::open(&choice).expect("a Vulkan device and the validation layers")
 }
@@ -129,7 +135,18 @@ pub fn cached(
     updates: u32,
     seed: u32,
 ) -> Cached {
-    let device = device();
+    cached_on(device(), scene, volume, scale, format, updates, seed)
+}
+
+pub fn cached_on(
+    device: Arc<Device>,
+    scene: &Scene,
+    volume: &Volume,
+    scale: f64,
+    format: CacheFormat,
+    updates: u32,
+    seed: u32,
+) -> Cached {
     let memory = Memory::new(&device, BUDGET).expect("memory");
     let buffers = SceneBuffers::new(&device, scene, volume, seed).expect("buffers");
     let occupancy = buffers.occupancy(volume);
