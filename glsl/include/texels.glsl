@@ -1,6 +1,6 @@
 // How shaders read an image texel by texel. A GPU's texture units are made for it. A CPU's driver runs
 // through all that a sampler could be asked for with each texel, and loads one from a storage image in less
-// than half the time (lavapipe, Mesa 22.3: an isosurface's frame takes 65 ms instead of 108).
+// than half the time. That wants the image's format, which a GPU need not know.
 
 #ifdef LOADS_TEXELS
 
