@@ -119,10 +119,11 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
 
 // What the suns bring to the picked places beyond what was taken.
 vec3 missed_suns(Ray ray, Front front, inout Random random) {
+    vec3 suns_here = suns_scattered(-ray.direction);
     vec3 missed = vec3(0.0);
     for (uint k = 0u; k < 4u; ++k) {
         vec3 g = ray.origin + front.picked_t.x * ray.step;
-        vec3 taken = front.picked_suns.x * suns_scattered(-ray.direction);
+        vec3 taken = front.picked_suns.x * suns_here;
         vec3 albedo = transfer_color(lookup(ray, front.picked_t.x));
         missed += 0.25 * albedo * (sunlight(ray, g, random) - taken);
         // Not indexed by k: compilers keep in memory what is.

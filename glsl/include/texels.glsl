@@ -1,6 +1,6 @@
 // How shaders read an image texel by texel. A GPU's texture units are made for it. A CPU's driver runs
-// through all that a sampler could be asked for with each texel, and loads one from a storage image in less
-// than half the time. That wants the image's format, which a GPU need not know.
+// through all that a sampler could be asked for with each texel; to load one from a storage image it only has to
+// know the format.
 
 #ifdef LOADS_TEXELS
 

@@ -1,7 +1,7 @@
 //! The largest extinction, cell by cell; once a transfer function.
 //!
 //! A step from cell to cell costs a path about as much as a tentative collision does, so cells are macrocells
-//! in small volumes and several of them in large ones: of 1024³ voxels it then takes half the time.
+//! in small volumes and several of them in large ones.
 
 use std::sync::Arc;
 
@@ -24,14 +24,15 @@ impl Majorants {
         Ok(Majorants(Pass::new(device, shaders, &desc)?))
     }
 
-    pub fn run(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    /// `cells`: how many there are along each axis.
+    pub fn run(&self, frame: &mut Frame, r: &Resources, cells: [u32; 3]) -> Result<()> {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
             ("transfer", Binding::Image(&r.transfer)),
             ("ranges", Binding::Image(&r.ranges)),
             ("majorants", Binding::Image(&r.majorants)),
         ];
-        frame.run_in_slices(&self.0, &bindings, &(), r.majorants.desc.extent)
+        frame.run_in_slices(&self.0, &bindings, &(), cells)
     }
 }
 

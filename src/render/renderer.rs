@@ -19,7 +19,7 @@ use super::iso_depth::IsoDepth;
 use super::majorants::Majorants;
 use super::published::Published;
 use super::resources::Resources;
-use super::shared::{self, AccumulatePush, Features, ToneMapPush};
+use super::shared::{self, AccumulatePush, ToneMapPush};
 use super::tone_map::ToneMap;
 use super::upload::{self, upload_pages, upload_transfer};
 use crate::error::Result;
@@ -124,16 +124,17 @@ impl Renderer {
             is_stale: false,
             cache: cache.transpose()?,
         };
-        renderer.prepare(features)?;
+        renderer.prepare(scene)?;
         renderer.compiling = shaders.time_spent();
         Ok(renderer)
     }
 
     /// Works out what follows from the scene on the GPU.
-    fn prepare(&mut self, features: &Features) -> Result<()> {
+    fn prepare(&mut self, scene: &SceneBuffers) -> Result<()> {
         let (frame, r) = (&mut self.frame, &self.resources);
-        if features.has_medium {
-            self.majorants.run(frame, r)?;
+        if scene.features.has_medium {
+            self.majorants
+                .run(frame, r, scene.constants.majorant_cells)?;
         }
         match &self.cache {
             Some(cache) => cache.prepare(frame, r),
@@ -161,7 +162,8 @@ impl Renderer {
         }
         if before.transfer != scene.transfer || before.constants.density != scene.constants.density
         {
-            self.majorants.run(frame, r)?;
+            self.majorants
+                .run(frame, r, scene.constants.majorant_cells)?;
         }
         let lasts = before.shares_light_with(scene);
         if let Some(cache) = &mut self.cache {

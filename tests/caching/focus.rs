@@ -29,15 +29,15 @@ fn block() -> Volume {
 fn filled(scene: &Scene, everywhere: bool, updates: u32, seed: u32) -> Cached {
     let mut cached = cached(scene, &block(), 0.5, CacheFormat::F32, 0, seed);
     if everywhere {
-        cached
-            .renderer
-            .cache
-            .as_mut()
-            .expect("a cache")
-            .widen_focus();
+        look_from_everywhere(&mut cached);
     }
     cached.fill(updates);
     cached
+}
+
+fn look_from_everywhere(cached: &mut Cached) {
+    let cache = cached.renderer.cache.as_mut().expect("a cache");
+    cache.widen_focus();
 }
 
 fn cache(cached: &Cached) -> &Cache {
@@ -100,7 +100,7 @@ fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
 fn what_has_caught_up_is_what_had_been_filled_everywhere() {
     let scene = from([0.0, 0.0, 3.0]);
     let mut late = filled(&scene, false, 16, 1);
-    late.renderer.cache.as_mut().expect("a cache").widen_focus();
+    look_from_everywhere(&mut late);
     catch_up(&mut late);
     let mut at_once = filled(&scene, true, 16, 1);
     assert_eq!(late.renderer.paths(), at_once.renderer.paths());
