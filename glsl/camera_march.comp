@@ -75,13 +75,15 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
     March march = begin_march(ray, 0.0, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
     bool is_opaque = false;
-    bool onwards = true;
-    while (onwards) {
+    bool onwards = march.steps > 0u;
+    if (!onwards) {
+        return front;
+    }
+    LOOP {
         Taken taken = NOTHING_TAKEN;
         bvec4 is_picked = bvec4(false);
-        while (onwards && !is_due(taken)) {
-            onwards = has_step(ray, march, taken);
-            while (onwards && march.steps > 0u && !is_due(taken)) {
+        LOOP {
+            LOOP {
                 vec4 u = random_numbers(random);
                 MarchStep s = sample_step(ray, march.t, march.size, u.xyz);
                 make_step(march);
@@ -92,12 +94,21 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
                 front.picked_t = mix(front.picked_t, vec4(s.picked_t), here);
                 is_picked = mix(is_picked, here, here);
                 is_opaque = front.transmittance < OPAQUE_BELOW;
-                onwards = !is_opaque;
+                if (is_opaque || march.steps == 0u || is_due(taken)) {
+                    break;
+                }
+            }
+            onwards = !is_opaque && has_step(ray, march, taken);
+            if (!onwards || is_due(taken)) {
+                break;
             }
         }
         CachedLight light = read_cache(cube_taken(taken, ray));
-        front.radiance += taken.albedo * (scattered_back(light, ray) + light.suns * suns_here);
+        front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
         front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
+        if (!onwards) {
+            break;
+        }
     }
     front.transmittance = is_opaque ? 0.0 : front.transmittance;
     return front;
@@ -111,8 +122,13 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     Tracking tracking = begin_tracking(shadow, track_from(shadow, span.x, span.y));
     float transmittance = 1.0;
     float value;
-    while (tracking.outcome == OUTCOME_PENDING) {
-        step_tracking(tracking, true, random, value, transmittance);
+    LOOP {
+        if (tracking.outcome == OUTCOME_PENDING) {
+            step_tracking(tracking, true, random, value, transmittance);
+        }
+        if (tracking.outcome != OUTCOME_PENDING) {
+            break;
+        }
     }
     return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
 }

@@ -52,12 +52,15 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     }
     March march = begin_march(ray, t, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
-    bool onwards = true;
-    while (onwards) {
+    float opaque_below = push.opaque_below;
+    bool onwards = march.steps > 0u;
+    if (!onwards) {
+        return;
+    }
+    LOOP {
         Taken taken = NOTHING_TAKEN;
-        while (onwards && !is_due(taken)) {
-            onwards = has_step(ray, march, taken);
-            while (onwards && march.steps > 0u && !is_due(taken)) {
+        LOOP {
+            LOOP {
                 float at = march.t + 0.5 * march.size;
                 vec4 medium = transfer_at(lookup(ray, at));
                 float depth = scene.density * medium.a * march.size;
@@ -65,18 +68,29 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
                 front.transmittance -= weight;
                 take(taken, weight, medium.rgb, at);
                 make_step(march);
-                onwards = front.transmittance > push.opaque_below;
+                onwards = front.transmittance > opaque_below;
+                if (!onwards || march.steps == 0u || is_due(taken)) {
+                    break;
+                }
+            }
+            onwards = onwards && has_step(ray, march, taken);
+            if (!onwards || is_due(taken)) {
+                break;
             }
         }
         Cube cube = cube_taken(taken, ray);
-        // A loop, which a device of wide lanes leaves where it does not run; of an `if` it may run both sides.
+        // Not an `if`, which makes what lavapipe compiles 8 % slower.
         for (uint k = 0u; k < push.weighs; ++k) {
             weigh(cube, taken.weight);
         }
         CachedLight light = read_cache(cube);
-        vec3 scattered = taken.albedo * scattered_back(light, ray);
+        vec3 albedo = albedo_taken(taken);
+        vec3 scattered = albedo * scattered_back(light, ray);
         front.lasting += scattered;
-        front.radiance += scattered + taken.albedo * light.suns * suns_here;
+        front.radiance += scattered + albedo * light.suns * suns_here;
+        if (!onwards) {
+            break;
+        }
     }
 }
 
@@ -116,9 +130,9 @@ void main() {
     Crossing crossing = Crossing(0.0, -1, 0u);
     int known = -1;
     bool fresh = true;
-    bool onwards = true;
+    bool onwards;
     float t = 0.0;
-    while (onwards && t_end > 0.0) {
+    LOOP {
         if (surface_count > 0u) {
             find_crossing(ray, t_end, known, fresh, crossing);
         }
@@ -133,6 +147,9 @@ void main() {
             fresh = false;
             crossing.inside ^= 1u << crossing.surface;
             onwards = front.transmittance > push.opaque_below;
+        }
+        if (!onwards) {
+            break;
         }
     }
     vec3 background = background_is_color ? scene.background

@@ -9,10 +9,11 @@ float step_scale = 1.0;
 
 // 1 − exp(−x) without cancellation.
 float absorbed_by(float x) {
-    return x < 0.01 ? x * (1.0 - x * (0.5 - x / 6.0)) : 1.0 - exp(-x);
+    return x < 0.01 ? x * (1.0 - x * (0.5 - x * (1.0 / 6.0))) : 1.0 - exp(-x);
 }
 
-// A march under way, stretch by stretch: what a cell that holds medium has of the ray.
+// A march under way, stretch by stretch: what a cell that holds medium has of the ray. It stands at a step;
+// at its end `steps` is 0.
 struct March {
     float t, t_end;
     Walk walk;      // through the majorants' cells
@@ -20,32 +21,45 @@ struct March {
     float exit;     // where the stretch ends
     float size;     // of its steps
     uint steps;     // of them still to be made, from t on
+    float rate;     // of steps per world length, at least
 };
 
-March begin_march(Ray ray, float t, float t_end) {
-    Walk walk = begin_walk(ray, t, scene.majorant_size, ivec3(scene.majorant_cells));
-    return March(t, t_end, walk, majorant_of(walk.cell), t, 0.0, 0u);
+// Divides what the walk's cell has of the ray from t on, if it is still `inside`.
+void divide_stretch(inout March march, bool inside) {
+    march.exit = min(march.walk.exit, march.t_end);
+    float left = march.exit - march.t;
+    float rate = max(march.rate, march.majorant / (step_scale * OPTICAL_DEPTH_PER_STEP));
+    float steps = max(1.0, ceil(left * rate - 1e-3));
+    march.size = left / steps;
+    march.steps = inside && left > 0.0 && march.majorant > 0.0 ? uint(steps) : 0u;
 }
 
-// Goes on to the next stretch; false if there is none.
-bool next_stretch(Ray ray, inout March march) {
+// Goes on to the next stretch, if there is one.
+void next_stretch(Ray ray, inout March march) {
     ivec3 cells = ivec3(scene.majorant_cells);
-    march.t = max(march.t, march.exit);
-    bool inside = march.t < march.t_end;
-    while (inside && (march.majorant <= 0.0 || march.walk.exit <= march.t)) {
+    bool inside;
+    LOOP {
         march.t = max(march.t, min(march.walk.exit, march.t_end));
         inside = march.walk.exit < march.t_end
               && step_walk(march.walk, ray, scene.majorant_size, cells);
         march.majorant = majorant_of(march.walk.cell);
+        bool holds_medium = march.majorant > 0.0 && march.walk.exit > march.t;
+        if (!inside || holds_medium) {
+            break;
+        }
     }
-    march.exit = min(march.walk.exit, march.t_end);
-    float left = march.exit - march.t;
-    float longest = step_scale * min(VOXELS_PER_STEP / length(ray.step),
-                                     OPTICAL_DEPTH_PER_STEP / march.majorant);
-    float steps = max(1.0, ceil(left / longest - 1e-3));
-    march.size = left / steps;
-    march.steps = inside && left > 0.0 ? uint(steps) : 0u;
-    return march.steps > 0u;
+    divide_stretch(march, inside);
+}
+
+March begin_march(Ray ray, float t, float t_end) {
+    Walk walk = begin_walk(ray, t, scene.majorant_size, ivec3(scene.majorant_cells));
+    float rate = length(ray.step) / (step_scale * VOXELS_PER_STEP);
+    March march = March(t, t_end, walk, majorant_of(walk.cell), t, 0.0, 0u, rate);
+    divide_stretch(march, true);
+    if (march.steps == 0u) {
+        next_stretch(ray, march);
+    }
+    return march;
 }
 
 void make_step(inout March march) {
@@ -55,7 +69,7 @@ void make_step(inout March march) {
 
 // What a march has taken since it last read the cache: light varies little from step to step.
 struct Taken {
-    vec3 albedo;  // Σ weight·albedo
+    vec3 albedo;  // Σ weight·albedo, if it has several colours
     float weight; // Σ T·(1 − exp(−σt·Δ))
     float t;      // Σ weight·t
     uint steps;
@@ -74,20 +88,25 @@ bool is_due(Taken taken) {
 
 // Whether there is a step to make, in this stretch or the next.
 bool has_step(Ray ray, inout March march, inout Taken taken) {
-    bool has = march.steps > 0u;
-    if (!has) {
+    if (march.steps == 0u) {
         float from = max(march.t, march.exit);
-        has = next_stretch(ray, march);
+        next_stretch(ray, march);
         taken.is_over = march.t > from && taken.weight > 0.0;
     }
-    return has;
+    return march.steps > 0u;
 }
 
 void take(inout Taken taken, float weight, vec3 albedo, float t) {
     ++taken.steps;
-    taken.albedo += weight * albedo;
+    if (!has_one_color) {
+        taken.albedo += weight * albedo;
+    }
     taken.weight += weight;
     taken.t += weight * t;
+}
+
+vec3 albedo_taken(Taken taken) {
+    return has_one_color ? taken.weight * scene.color : taken.albedo;
 }
 
 // Where `taken` was taken, on average.

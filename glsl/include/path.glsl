@@ -61,9 +61,8 @@ void begin_flight(inout Path path, Ray ray, float t, float t_end) {
 // that does, or at the end.
 void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random random) {
     Crossing crossing = Crossing(path.t, known, path.inside);
-    bool through = surface_count > 0u;
-    while (through) {
-        ++work;
+    bool through;
+    LOOP {
         find_crossing(ray, path.t_end, known, fresh, crossing);
         through = crossing.surface >= 0
                && random_numbers(random).x >= surfaces.at[max(crossing.surface, 0)].opacity;
@@ -71,6 +70,9 @@ void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random 
             known = crossing.surface;
             fresh = false;
             crossing.inside ^= 1u << crossing.surface;
+        }
+        if (!through) {
+            break;
         }
     }
     path.surface = crossing.surface;
@@ -83,9 +85,8 @@ float surface_transmittance(Ray ray, float t, float t_end, int known, uint insid
     Crossing crossing = Crossing(t, NOTHING, inside);
     float transmittance = 1.0;
     bool fresh = true;
-    bool through = true;
-    while (through) {
-        ++work;
+    bool through;
+    LOOP {
         find_crossing(ray, t_end, known, fresh, crossing);
         through = crossing.surface >= 0;
         if (through) {
@@ -94,6 +95,9 @@ float surface_transmittance(Ray ray, float t, float t_end, int known, uint insid
             fresh = false;
             crossing.inside ^= 1u << crossing.surface;
             through = transmittance > 0.0;
+        }
+        if (!through) {
+            break;
         }
     }
     return transmittance;
@@ -253,7 +257,8 @@ void fly(inout Path path, inout Random random) {
         track = Track(path.shadow_t, path.shadow_t_end, path.shadow_cell);
     }
     Tracking tracking = begin_tracking(ray, track);
-    for (uint i = 0u; i < STEPS && (is_shadow || tracking.outcome == OUTCOME_PENDING); ++i) {
+    uint steps = 0u;
+    LOOP {
         if (tracking.outcome == OUTCOME_PENDING) {
             step_tracking(tracking, is_shadow, random, path.value, path.shadow_transmittance);
         }
@@ -263,6 +268,10 @@ void fly(inout Path path, inout Random random) {
             is_shadow = false;
             Track flight = Track(path.t, path.t_end, path.cell);
             tracking = begin_tracking(make_ray(path.origin, path.direction), flight);
+        }
+        ++steps;
+        if (steps == STEPS || !is_shadow && tracking.outcome != OUTCOME_PENDING) {
+            break;
         }
     }
     if (is_shadow) {

@@ -56,9 +56,15 @@ vec2 clip_ray(Ray ray, float from) {
     return vec2(t0, t1);
 }
 
-// Loop iterations of this thread so far. A dispatch is bounded by them: they are what takes time, and
-// lavapipe silently ends every loop of a thread group after 65535 of them.
+// Turns of this thread's loops so far. A dispatch is bounded by them: they are what takes time, and lavapipe
+// silently ends every loop of a thread group after 65535 of them.
 uint work = 0u;
+
+// A loop that is left by `break` where it ends. A CPU's driver runs through a loop's whole body for as long as one
+// lane of its vectors has not left, so that a loop which asks at its beginning costs a body more. It also hands on,
+// of a loop with a single way out, what the last turn computed, for lanes that had left before as well. So the
+// condition, which always holds, is a second way out.
+#define LOOP while (++work != 0u)
 
 // A walk of a ray through boxes of `size` grid units on a lattice from the grid's origin.
 struct Walk {
@@ -101,7 +107,6 @@ Walk begin_walk(Ray ray, float t, float size, ivec3 cells) {
 
 // False once the ray has left the lattice.
 bool step_walk(inout Walk walk, Ray ray, float size, ivec3 cells) {
-    ++work;
     ivec3 next = walk.cell + walk.next;
     if (next != clamp(next, ivec3(0), cells - 1)) {
         return false;

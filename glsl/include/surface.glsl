@@ -56,9 +56,9 @@ vec2 extrema(vec4 c) {
 // method, kept within a bracket that shrinks by half where Newton would leave it.
 float refine(vec4 c, float low, float high, bool inside) {
     float u = 0.5 * (low + high);
-    float error = 1.0;
-    for (int k = 0; k < 40 && error > 1e-7; ++k) {
-        ++work;
+    float error;
+    int rounds = 0;
+    LOOP {
         float value = evaluate(c, u);
         bool changed = (value >= 0.0) != inside;
         high = changed ? u : high;
@@ -67,6 +67,10 @@ float refine(vec4 c, float low, float high, bool inside) {
         next = next > low && next < high ? next : 0.5 * (low + high);
         error = abs(next - u);
         u = next;
+        ++rounds;
+        if (error <= 1e-7 || rounds == 40) {
+            break;
+        }
     }
     return u;
 }
@@ -74,16 +78,12 @@ float refine(vec4 c, float low, float high, bool inside) {
 // The first u ∈ (0, 1] where the truth of c(u) ≥ 0 differs from `inside`; > 1 if there is none.
 float first_change(vec4 c, bool inside) {
     vec2 split = extrema(c);
-    vec3 ends = vec3(split, 1.0);
-    float low = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        float high = ends[i];
-        if ((evaluate(c, high) >= 0.0) != inside) {
-            return refine(c, low, high, inside);
-        }
-        low = high;
-    }
-    return 2.0;
+    bool in_first = (evaluate(c, split.x) >= 0.0) != inside;
+    bool in_second = (evaluate(c, split.y) >= 0.0) != inside;
+    bool in_third = (evaluate(c, 1.0) >= 0.0) != inside;
+    float low = in_first ? 0.0 : in_second ? split.x : split.y;
+    float high = in_first ? split.x : in_second ? split.y : 1.0;
+    return in_first || in_second || in_third ? refine(c, low, high, inside) : 2.0;
 }
 
 // origin + t·step − cell with the digits that the subtraction would lose (two-sum).
@@ -164,12 +164,10 @@ void cross_cells(Ray ray, inout float t, float t_end, inout int known, inout boo
     Corners corners = volume_corners(walk.cell);
     bool first = true;
     bool more = true;
-    while (more && crossing.surface < 0) {
-        ++work;
-        float t0 = t;
-        bool found = false;
-        while (more && !found) {
-            ++work;
+    LOOP {
+        float t0;
+        bool found;
+        LOOP {
             ivec3 onwards = walk.next;
             if (!first) {
                 more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
@@ -181,11 +179,17 @@ void cross_cells(Ray ray, inout float t, float t_end, inout int known, inout boo
             found = more && t > t0
                  && (known >= 0 || fresh
                      || may_cross(corner_range(corners), crossing.inside, false));
+            if (found || !more) {
+                break;
+            }
         }
         if (found) {
             cross_cell(ray, corners, walk.cell, t0, t, known, fresh, crossing);
             fresh = false;
             known = -1;
+        }
+        if (!more || crossing.surface >= 0) {
+            break;
         }
     }
 }
@@ -198,18 +202,19 @@ void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing c
     ivec3 macrocells = ivec3(scene.macrocells);
     Walk walk = begin_walk(ray, t, float(MACROCELL), macrocells);
     bool more = t < t_end;
-    while (more && crossing.surface < 0) {
-        ++work;
-        bool found = false;
-        while (more && !found) {
-            ++work;
+    LOOP {
+        bool found;
+        LOOP {
             vec2 range = macrocell_range(walk.cell);
-            found = known >= 0 || may_cross(range, crossing.inside, fresh);
-            if (!found) {
+            found = more && (known >= 0 || may_cross(range, crossing.inside, fresh));
+            if (more && !found) {
                 crossing.inside = fresh ? sides_of(range) : crossing.inside;
                 fresh = false;
                 t = max(t, min(walk.exit, t_end));
                 more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
+            }
+            if (found || !more) {
+                break;
             }
         }
         if (found) {
@@ -217,6 +222,9 @@ void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing c
             cross_cells(ray, t, exit, known, fresh, crossing);
             t = max(t, exit);
             more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
+        }
+        if (!more || crossing.surface >= 0) {
+            break;
         }
     }
     if (crossing.surface < 0) {

@@ -48,8 +48,7 @@ Tracking begin_tracking(Ray ray, Track track) {
 bool next_tentative(inout Tracking tracking, float optical_depth) {
     float size = scene.majorant_size;
     ivec3 cells = ivec3(scene.majorant_cells);
-    bool inside = true;
-    while (inside) {
+    LOOP {
         float exit = min(tracking.walk.exit, tracking.t_end);
         float here = tracking.majorant * max(exit - tracking.t, 0.0);
         if (optical_depth < here) {
@@ -58,9 +57,12 @@ bool next_tentative(inout Tracking tracking, float optical_depth) {
         }
         optical_depth -= here;
         tracking.t = max(tracking.t, exit);
-        inside = tracking.walk.exit < tracking.t_end
-              && step_walk(tracking.walk, tracking.ray, size, cells);
+        bool inside = tracking.walk.exit < tracking.t_end
+                   && step_walk(tracking.walk, tracking.ray, size, cells);
         tracking.majorant = majorant_of(tracking.walk.cell);
+        if (!inside) {
+            break;
+        }
     }
     tracking.t = tracking.t_end;
     return false;
