@@ -27,5 +27,5 @@ void main() {
         return;
     }
     imageStore(normal_depth, pixel, vec4(hit_at(ray, crossing).shading, entry + crossing.t));
-    imageStore(albedo, pixel, vec4(surfaces.at[crossing.surface].color, 1.0));
+    imageStore(albedo, pixel, vec4(surface_at(uint(crossing.surface)).color, 1.0));
 }

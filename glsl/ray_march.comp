@@ -109,10 +109,11 @@ vec3 shade(Ray ray, Crossing crossing) {
     CachedLight light = light_on_surface(ray.origin + crossing.t * ray.step);
     vec3 radiance = material.surface.color * light.mean * scene.cache_unit;
     for (uint s = 0u; s < sun_count; ++s) {
-        vec3 l = -suns.at[s].direction;
+        Sun sun = sun_at(s);
+        vec3 l = -sun.direction;
         if (dot(hit.geometric, l) > 0.0) {
             vec3 f = brdf_value(material, hit.shading, -ray.direction, l);
-            radiance += light.suns * f * max(0.0, dot(hit.shading, l)) * suns.at[s].irradiance;
+            radiance += light.suns * f * max(0.0, dot(hit.shading, l)) * sun.irradiance;
         }
     }
     return radiance;
@@ -139,7 +140,7 @@ void main() {
         onwards = crossing.surface >= 0;
         march_segment(ray, t, onwards ? crossing.t : t_end, front);
         if (onwards) {
-            float opacity = surfaces.at[crossing.surface].opacity;
+            float opacity = surface_at(uint(crossing.surface)).opacity;
             front.radiance += front.transmittance * opacity * shade(ray, crossing);
             front.transmittance *= 1.0 - opacity;
             t = crossing.t;

@@ -98,7 +98,7 @@ fn disney_under_an_image() {
         scene,
         volume: hills(Storage::U16, [1.2, 1.0, 0.8]),
         oracle_samples: 8000,
-        gpu_samples: 3072,
+        gpu_samples: 12288,
         limits: within(0.005),
     });
 }

@@ -15,7 +15,7 @@ float luminance(vec3 color) {
 
 Material make_material(uint index) {
     Material m;
-    m.surface = surfaces.at[index];
+    m.surface = surface_at(index);
     m.alpha = max(m.surface.roughness * m.surface.roughness, 1e-3);
     m.diffuse_share = 1.0;
     m.specular_share = 0.0;

@@ -144,7 +144,8 @@ vec3 scattered_light(CachedLight light, vec3 travel) {
 vec3 suns_scattered(vec3 travel) {
     vec3 sum = vec3(0.0);
     for (uint s = 0u; s < sun_count; ++s) {
-        sum += phase_density(dot(suns.at[s].direction, travel)) * suns.at[s].irradiance;
+        Sun sun = sun_at(s);
+        sum += phase_density(dot(sun.direction, travel)) * sun.irradiance;
     }
     return sum;
 }

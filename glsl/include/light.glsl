@@ -4,6 +4,16 @@
 // escape finds it with the best density there is. Image and suns are picked by power.
 
 layout(binding = 7, scalar) readonly buffer SunBlock { Sun at[]; } suns;
+// Read once, as the scene's constants are; most scenes have a single sun.
+Sun first_sun = suns.at[0];
+
+Sun sun_at(uint index) {
+    if (sun_count == 1u) {
+        return first_sun;
+    }
+    return suns.at[index];
+}
+
 layout(binding = 8 LOADED_AS(rgba32f)) uniform texels2D environment;
 layout(binding = 9, scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;
 
@@ -86,12 +96,12 @@ LightSample sample_image(vec2 u, uint word, float pick) {
 // One of the suns, by its power.
 LightSample sample_sun(float pick) {
     uint index = 0u;
-    while (index + 1u < sun_count && pick >= suns.at[index].cumulative_probability) {
+    while (index + 1u < sun_count && pick >= sun_at(index).cumulative_probability) {
         ++index;
     }
-    float below = index > 0u ? suns.at[index - 1u].cumulative_probability : 0.0;
-    float probability = suns.at[index].cumulative_probability - below;
-    return LightSample(-suns.at[index].direction, suns.at[index].irradiance / probability, ALONE);
+    float below = index > 0u ? sun_at(index - 1u).cumulative_probability : 0.0;
+    Sun sun = sun_at(index);
+    return LightSample(-sun.direction, sun.irradiance / (sun.cumulative_probability - below), ALONE);
 }
 
 // The last word is used twice: for the kind of light, and, stretched again, for a cell or its alias.

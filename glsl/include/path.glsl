@@ -65,7 +65,7 @@ void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random 
     LOOP {
         find_crossing(ray, path.t_end, known, fresh, crossing);
         through = crossing.surface >= 0
-               && random_numbers(random).x >= surfaces.at[max(crossing.surface, 0)].opacity;
+               && random_numbers(random).x >= surface_at(uint(max(crossing.surface, 0))).opacity;
         if (through) {
             known = crossing.surface;
             fresh = false;
@@ -90,7 +90,7 @@ float surface_transmittance(Ray ray, float t, float t_end, int known, uint insid
         find_crossing(ray, t_end, known, fresh, crossing);
         through = crossing.surface >= 0;
         if (through) {
-            transmittance *= 1.0 - surfaces.at[crossing.surface].opacity;
+            transmittance *= 1.0 - surface_at(uint(crossing.surface)).opacity;
             known = crossing.surface;
             fresh = false;
             crossing.inside ^= 1u << crossing.surface;
@@ -154,54 +154,76 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
     path.phase = PHASE_SHADOW;
 }
 
-void scatter_in_medium(inout Path path, inout Random random) {
-    ++path.collisions;
-    path.throughput *= transfer_color(path.value);
-    path.origin += path.t_end * path.direction / scene.spacing;
-    if (has_light_sampling) {
-        LightSample light = sample_light(words_for_light(path, random));
-        float density = phase_density(dot(path.direction, light.direction));
-        vec3 radiance = path.throughput * density * light_weight(light, density) * light.radiance;
-        aim_shadow_ray(path, light.direction, worth_a_ray(radiance, random), NOTHING);
+// What turns light where a segment ends: a surface, or else the medium.
+struct Scatterer {
+    bool is_surface;
+    Hit hit;
+    Material material;
+    vec3 arriving; // direction of travel
+};
+
+Scatterer scatterer_of(Path path) {
+    Scatterer s;
+    s.is_surface = surface_count > 0u && (!has_medium || path.surface >= 0);
+    s.arriving = path.direction;
+    if (s.is_surface) {
+        Ray ray = make_ray(path.origin, path.direction);
+        s.hit = hit_at(ray, Crossing(path.t_end, path.surface, path.inside));
+        s.material = make_material(uint(path.surface));
     }
-    vec4 u = numbers_for_direction(path, random);
-    float cosine = phase_sample_cosine(u.x);
-    vec3 direction = direction_around(path.direction, cosine, u.y);
-    path.pdf = phase_density(cosine);
-    turn(path, direction, NOTHING, random);
+    return s;
 }
 
-// Returns false if the path ends here.
-bool reflect_at_surface(inout Path path, inout Random random) {
-    Ray ray = make_ray(path.origin, path.direction);
-    int s = path.surface;
-    Hit hit = hit_at(ray, Crossing(path.t_end, s, path.inside));
-    Material material = make_material(uint(s));
-    vec3 v = -path.direction;
-    path.origin += path.t_end * ray.step;
+// How it turns light into a direction.
+struct Response {
+    vec3 value;    // BRDF times cosine, or phase function
+    float density; // of sampling by it, 1/sr
+};
+
+Response response_of(Scatterer s, vec3 direction) {
+    if (s.is_surface) {
+        float cosine = dot(s.hit.geometric, direction) > 0.0 ? max(0.0, dot(s.hit.shading, direction)) : 0.0;
+        return Response(brdf_value(s.material, s.hit.shading, -s.arriving, direction) * cosine,
+                        brdf_density(s.material, s.hit.shading, -s.arriving, direction));
+    }
+    float density = phase_density(dot(s.arriving, direction));
+    return Response(vec3(density), density);
+}
+
+// The path's next direction: changes its throughput to 0 if it cannot go on.
+vec3 sample_direction(inout Path path, Scatterer s, vec3 u) {
+    if (s.is_surface) {
+        vec3 direction = brdf_sample(s.material, s.hit.shading, -s.arriving, u);
+        Response response = response_of(s, direction);
+        path.pdf = response.density;
+        // A density of 0 is a lobe's edge, lost to rounding.
+        path.throughput *= path.pdf > 0.0 ? response.value / path.pdf : vec3(0.0);
+        return direction;
+    }
+    float cosine = phase_sample_cosine(u.x);
+    path.pdf = phase_density(cosine);
+    return direction_around(s.arriving, cosine, u.y);
+}
+
+// One function for surfaces and medium, with what they share in it once: a device of wide lanes runs both sides of
+// a branch.
+void deflect(inout Path path, inout Random random) {
+    Scatterer s = scatterer_of(path);
+    int known = s.is_surface ? path.surface : NOTHING;
+    path.origin += path.t_end * path.direction / scene.spacing;
+    if (!s.is_surface) {
+        ++path.collisions;
+        path.throughput *= transfer_color(path.value);
+    }
     if (has_light_sampling) {
         LightSample light = sample_light(words_for_light(path, random));
-        vec3 l = light.direction;
-        if (dot(hit.geometric, l) > 0.0) {
-            float density = brdf_density(material, hit.shading, v, l);
-            vec3 f = brdf_value(material, hit.shading, v, l) * max(0.0, dot(hit.shading, l));
-            vec3 radiance = path.throughput * f * light_weight(light, density) * light.radiance;
-            aim_shadow_ray(path, l, worth_a_ray(radiance, random), s);
-        }
+        Response response = response_of(s, light.direction);
+        float weight = light_weight(light, response.density);
+        vec3 radiance = path.throughput * response.value * weight * light.radiance;
+        aim_shadow_ray(path, light.direction, worth_a_ray(radiance, random), known);
     }
     vec4 u = numbers_for_direction(path, random);
-    vec3 l = brdf_sample(material, hit.shading, v, u.xyz);
-    float cosine = dot(hit.shading, l);
-    if (cosine <= 0.0 || dot(hit.geometric, l) <= 0.0) {
-        return false;
-    }
-    path.pdf = brdf_density(material, hit.shading, v, l);
-    if (path.pdf <= 0.0) {
-        return false; // the lobe's edge, lost to rounding
-    }
-    path.throughput *= brdf_value(material, hit.shading, v, l) * cosine / path.pdf;
-    turn(path, l, s, random);
-    return true;
+    turn(path, sample_direction(path, s, u.xyz), known, random);
 }
 
 // Whether the path goes on after an event, with Russian roulette where nothing else ends it.
@@ -231,16 +253,11 @@ void scatter(inout Path path, inout Random random) {
         return;
     }
     ++path.bounces;
-    bool alive = true;
     if (path.surface == COLLISION && collect(path, random)) {
         return;
     }
-    if (path.surface >= 0) {
-        alive = reflect_at_surface(path, random);
-    } else {
-        scatter_in_medium(path, random);
-    }
-    if (!alive || !survives(path, random)) {
+    deflect(path, random);
+    if (!survives(path, random)) {
         end_path(path);
     }
 }
@@ -289,7 +306,7 @@ void fly(inout Path path, inout Random random) {
 }
 
 // Takes the path on, and handles what it arrives at.
-void advance(inout Path path) {
+void advance_once(inout Path path) {
     Random random = random_of(path);
     if (path.phase != PHASE_IDLE) {
         fly(path, random);
@@ -303,4 +320,21 @@ void advance(inout Path path) {
         }
     }
     path.dimension = random.dimension;
+}
+
+// The same, and twice where there are surfaces: to find the first one of a new path is dear, and cheaper for
+// several lanes whose paths have ended together.
+void advance(inout Path path) {
+    if (surface_count == 0u) {
+        advance_once(path);
+        return;
+    }
+    bool again = true;
+    LOOP {
+        advance_once(path);
+        if (!again || path.phase == PHASE_IDLE) {
+            break;
+        }
+        again = false;
+    }
 }

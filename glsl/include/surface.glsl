@@ -8,10 +8,17 @@
 layout(binding = 6, scalar) readonly buffer SurfaceBlock { Surface at[]; } surfaces;
 
 // Read once, as the scene's constants are; most scenes have a single surface.
-float first_isovalue = surfaces.at[0].value;
+Surface first_surface = surfaces.at[0];
+
+Surface surface_at(uint index) {
+    if (surface_count == 1u) {
+        return first_surface;
+    }
+    return surfaces.at[index];
+}
 
 float isovalue(uint surface) {
-    return surface == 0u ? first_isovalue : surfaces.at[surface].value;
+    return surface == 0u ? first_surface.value : surfaces.at[surface].value;
 }
 
 struct Crossing {
