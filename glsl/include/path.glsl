@@ -190,7 +190,7 @@ Response response_of(Scatterer s, vec3 direction) {
     return Response(vec3(density), density);
 }
 
-// The path's next direction: changes its throughput to 0 if it cannot go on.
+// The path's next direction, with throughput and density; a throughput of 0 if it cannot go on.
 vec3 sample_direction(inout Path path, Scatterer s, vec3 u) {
     if (s.is_surface) {
         vec3 direction = brdf_sample(s.material, s.hit.shading, -s.arriving, u);
@@ -205,8 +205,8 @@ vec3 sample_direction(inout Path path, Scatterer s, vec3 u) {
     return direction_around(s.arriving, cosine, u.y);
 }
 
-// One function for surfaces and medium, with what they share in it once: a device of wide lanes runs both sides of
-// a branch.
+// Asks for light and turns the path. What surfaces and medium have in common is here once: a device of wide lanes
+// runs both sides of a branch.
 void deflect(inout Path path, inout Random random) {
     Scatterer s = scatterer_of(path);
     int known = s.is_surface ? path.surface : NOTHING;
@@ -222,8 +222,8 @@ void deflect(inout Path path, inout Random random) {
         vec3 radiance = path.throughput * response.value * weight * light.radiance;
         aim_shadow_ray(path, light.direction, worth_a_ray(radiance, random), known);
     }
-    vec4 u = numbers_for_direction(path, random);
-    turn(path, sample_direction(path, s, u.xyz), known, random);
+    vec3 direction = sample_direction(path, s, numbers_for_direction(path, random).xyz);
+    turn(path, direction, known, random);
 }
 
 // Whether the path goes on after an event, with Russian roulette where nothing else ends it.
