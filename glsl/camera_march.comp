@@ -74,11 +74,10 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
     Front front = NOTHING_MET;
     March march = begin_march(ray, 0.0, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
-    bool is_opaque = false;
-    bool onwards = march.steps > 0u;
-    if (!onwards) {
+    if (march.steps == 0u) {
         return front;
     }
+    bool is_opaque;
     LOOP {
         Taken taken = NOTHING_TAKEN;
         bvec4 is_picked = bvec4(false);
@@ -98,15 +97,14 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
                     break;
                 }
             }
-            onwards = !is_opaque && has_step(ray, march, taken);
-            if (!onwards || is_due(taken)) {
+            if (is_opaque || !has_step(ray, march, taken) || is_due(taken)) {
                 break;
             }
         }
         CachedLight light = read_cache(cube_taken(taken, ray));
         front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
         front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
-        if (!onwards) {
+        if (is_opaque || march.steps == 0u) {
             break;
         }
     }

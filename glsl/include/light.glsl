@@ -4,6 +4,9 @@
 // escape finds it with the best density there is. Image and suns are picked by power.
 
 layout(binding = 7, scalar) readonly buffer SunBlock { Sun at[]; } suns;
+layout(binding = 8 LOADED_AS(rgba32f)) uniform texels2D environment;
+layout(binding = 9, scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;
+
 // Read once, as the scene's constants are; most scenes have a single sun.
 Sun first_sun = suns.at[0];
 
@@ -13,9 +16,6 @@ Sun sun_at(uint index) {
     }
     return suns.at[index];
 }
-
-layout(binding = 8 LOADED_AS(rgba32f)) uniform texels2D environment;
-layout(binding = 9, scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;
 
 const bool has_light_sampling = sun_count > 0u || has_environment_image;
 

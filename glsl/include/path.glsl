@@ -61,19 +61,16 @@ void begin_flight(inout Path path, Ray ray, float t, float t_end) {
 // that does, or at the end.
 void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random random) {
     Crossing crossing = Crossing(path.t, known, path.inside);
-    bool through;
     LOOP {
         find_crossing(ray, path.t_end, known, fresh, crossing);
-        through = crossing.surface >= 0
-               && random_numbers(random).x >= surface_at(uint(max(crossing.surface, 0))).opacity;
-        if (through) {
-            known = crossing.surface;
-            fresh = false;
-            crossing.inside ^= 1u << crossing.surface;
-        }
+        bool through = crossing.surface >= 0
+                    && random_numbers(random).x >= surface_at(uint(max(crossing.surface, 0))).opacity;
         if (!through) {
             break;
         }
+        known = crossing.surface;
+        fresh = false;
+        crossing.inside ^= 1u << crossing.surface;
     }
     path.surface = crossing.surface;
     path.inside = crossing.inside;
@@ -85,20 +82,18 @@ float surface_transmittance(Ray ray, float t, float t_end, int known, uint insid
     Crossing crossing = Crossing(t, NOTHING, inside);
     float transmittance = 1.0;
     bool fresh = true;
-    bool through;
     LOOP {
         find_crossing(ray, t_end, known, fresh, crossing);
-        through = crossing.surface >= 0;
-        if (through) {
-            transmittance *= 1.0 - surface_at(uint(crossing.surface)).opacity;
-            known = crossing.surface;
-            fresh = false;
-            crossing.inside ^= 1u << crossing.surface;
-            through = transmittance > 0.0;
-        }
-        if (!through) {
+        if (crossing.surface < 0) {
             break;
         }
+        transmittance *= 1.0 - surface_at(uint(crossing.surface)).opacity;
+        if (transmittance <= 0.0) {
+            break;
+        }
+        known = crossing.surface;
+        fresh = false;
+        crossing.inside ^= 1u << crossing.surface;
     }
     return transmittance;
 }
@@ -323,7 +318,7 @@ void advance_once(inout Path path) {
 }
 
 // The same, and twice where there are surfaces: to find the first one of a new path is dear, and cheaper for
-// several lanes whose paths have ended together.
+// several lanes whose paths have ended together. (A loop of a single turn would still be one to a driver.)
 void advance(inout Path path) {
     if (surface_count == 0u) {
         advance_once(path);
