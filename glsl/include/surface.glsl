@@ -59,10 +59,13 @@ vec2 extrema(vec4 c) {
     return clamp(vec2(min(one, two), max(one, two)), 0.0, 1.0);
 }
 
-// The root in [low, high], where the truth of c(u) ≥ 0 is `inside` at low and not at high: Newton's
-// method, kept within a bracket that shrinks by half where Newton would leave it.
+// The root in [low, high], where the truth of c(u) ≥ 0 is `inside` at low and not at high: from the chord's root
+// by Newton's method, kept within a bracket that shrinks by half where Newton would leave it.
 float refine(vec4 c, float low, float high, bool inside) {
-    float u = 0.5 * (low + high);
+    float at_low = evaluate(c, low);
+    float along_chord = at_low / (at_low - evaluate(c, high));
+    bool has_chord = along_chord > 0.0 && along_chord < 1.0; // not where a sign was lost to rounding
+    float u = mix(low, high, has_chord ? along_chord : 0.5);
     float error;
     int rounds = 0;
     LOOP {
@@ -162,36 +165,30 @@ uint sides_of(vec2 range) {
     return inside;
 }
 
-// The first crossing in the cells of a macrocell that the ray leaves at t_end. Cells without one are passed
-// in a loop of their own: threads then look for roots together, each in a cell that may have some.
-void cross_cells(Ray ray, inout float t, float t_end, inout int known, inout bool fresh,
-                 inout Crossing crossing) {
+// The first crossing in the cells up to t_end. Cells without one are passed in a loop of their own: threads then
+// look for roots together, each in a cell that may have some.
+void cross_cells(Ray ray, float t, float t_end, inout int known, inout bool fresh, inout Crossing crossing) {
     ivec3 cells = ivec3(scene.dims) + 1;
     Walk walk = begin_walk(ray, t, 1.0, cells);
-    Corners corners = volume_corners(walk.cell);
-    bool first = true;
     bool more = true;
     LOOP {
+        ivec3 cell;
+        Corners corners;
         float t0;
         bool found;
         LOOP {
-            ivec3 onwards = walk.next;
-            if (!first) {
-                more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
-                corners = next_corners(corners, walk.cell, onwards);
-            }
-            first = false;
+            cell = walk.cell;
+            corners = volume_corners(cell);
             t0 = t;
             t = max(t, min(walk.exit, t_end));
-            found = more && t > t0
-                 && (known >= 0 || fresh
-                     || may_cross(corner_range(corners), crossing.inside, false));
+            found = t > t0 && (known >= 0 || fresh || may_cross(corner_range(corners), crossing.inside, false));
+            more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
             if (found || !more) {
                 break;
             }
         }
         if (found) {
-            cross_cell(ray, corners, walk.cell, t0, t, known, fresh, crossing);
+            cross_cell(ray, corners, cell, t0, t, known, fresh, crossing);
             fresh = false;
             known = -1;
         }
@@ -202,33 +199,41 @@ void cross_cells(Ray ray, inout float t, float t_end, inout int known, inout boo
 }
 
 // The first crossing after crossing.t and before t_end. With `fresh`, the ray's sides are found where
-// it starts; otherwise crossing.inside holds them. `known` as in cross_cell.
+// it starts; otherwise crossing.inside holds them. `known` as in cross_cell. Cells are searched in what a row of
+// macrocells has of the ray, so that threads wait for each other less often.
 void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing crossing) {
+    const uint MACROCELLS_PER_SEARCH = 2u;
     crossing.surface = -1;
     float t = crossing.t;
     ivec3 macrocells = ivec3(scene.macrocells);
     Walk walk = begin_walk(ray, t, float(MACROCELL), macrocells);
     bool more = t < t_end;
     LOOP {
-        bool found;
+        float exit = t;
+        uint found = 0u;
         LOOP {
             vec2 range = macrocell_range(walk.cell);
-            found = more && (known >= 0 || may_cross(range, crossing.inside, fresh));
-            if (more && !found) {
+            bool is_first = found == 0u;
+            bool crosses = is_first && known >= 0 || may_cross(range, crossing.inside, fresh || !is_first);
+            if (!more || !is_first && !crosses) {
+                break;
+            }
+            exit = max(exit, min(walk.exit, t_end));
+            if (crosses) {
+                ++found;
+            } else {
                 crossing.inside = fresh ? sides_of(range) : crossing.inside;
                 fresh = false;
-                t = max(t, min(walk.exit, t_end));
-                more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
+                t = exit;
             }
-            if (found || !more) {
+            more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
+            if (!more || found == MACROCELLS_PER_SEARCH) {
                 break;
             }
         }
-        if (found) {
-            float exit = min(walk.exit, t_end);
+        if (found > 0u) {
             cross_cells(ray, t, exit, known, fresh, crossing);
-            t = max(t, exit);
-            more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
+            t = exit;
         }
         if (!more || crossing.surface >= 0) {
             break;

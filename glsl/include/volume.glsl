@@ -35,30 +35,6 @@ Corners volume_corners(ivec3 cell) {
                         texel_at(volume, b).r));
 }
 
-// The corners of `cell`, given those of the cell before it, which lies back by `onwards` (a unit vector):
-// they share a face, and only the other one is read.
-Corners next_corners(Corners before, ivec3 cell, ivec3 onwards) {
-    ivec3 last = ivec3(scene.dims) - 1;
-    bool x = onwards.x != 0;
-    bool z = onwards.z != 0;
-    bool up = onwards.x + onwards.y + onwards.z > 0;
-    ivec3 b = ivec3(!x, x, 0);
-    ivec3 c = ivec3(0, z, !z);
-    ivec3 origin = cell - 1 + max(onwards, 0);
-    vec4 read = vec4(texel_at(volume, clamp(origin, ivec3(0), last)).r,
-                     texel_at(volume, clamp(origin + b, ivec3(0), last)).r,
-                     texel_at(volume, clamp(origin + c, ivec3(0), last)).r,
-                     texel_at(volume, clamp(origin + b + c, ivec3(0), last)).r);
-    vec4 n = before.near;
-    vec4 f = before.far;
-    vec4 shared_low = x ? vec4(n.yw, f.yw) : z ? f : vec4(n.zw, f.zw);
-    vec4 shared_high = x ? vec4(n.xz, f.xz) : z ? n : vec4(n.xy, f.xy);
-    vec4 low = up ? shared_low : read;
-    vec4 high = up ? read : shared_high;
-    return Corners(x ? vec4(low.x, high.x, low.y, high.y) : z ? low : vec4(low.xy, high.xy),
-                   x ? vec4(low.z, high.z, low.w, high.w) : z ? high : vec4(low.zw, high.zw));
-}
-
 // Smallest and largest stored value.
 vec2 corner_range(Corners corners) {
     vec4 least = min(corners.near, corners.far);
