@@ -79,9 +79,9 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
     }
     bool is_opaque;
     LOOP {
-        Taken taken = NOTHING_TAKEN;
-        bvec4 is_picked = bvec4(false);
         LOOP {
+            Taken taken = NOTHING_TAKEN;
+            bvec4 is_picked = bvec4(false);
             LOOP {
                 vec4 u = random_numbers(random);
                 MarchStep s = sample_step(ray, march.t, march.size, u.xyz);
@@ -97,14 +97,18 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
                     break;
                 }
             }
-            if (is_opaque || !has_step(ray, march, taken) || is_due(taken)) {
+            CachedLight light = read_cache(cube_taken(taken, ray));
+            front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
+            front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
+            if (is_opaque || march.steps == 0u) {
                 break;
             }
         }
-        CachedLight light = read_cache(cube_taken(taken, ray));
-        front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
-        front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
-        if (is_opaque || march.steps == 0u) {
+        if (is_opaque) {
+            break;
+        }
+        next_stretch(ray, march);
+        if (march.steps == 0u) {
             break;
         }
     }
@@ -159,7 +163,7 @@ vec3 missed_light(Ray ray, Front front, inout Random random) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 pixel = pixel_in_patch();
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }

@@ -54,7 +54,7 @@ vec3 shade(Ray ray, float t) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 pixel = pixel_in_patch();
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }

@@ -58,8 +58,8 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     }
     bool is_opaque;
     LOOP {
-        Taken taken = NOTHING_TAKEN;
         LOOP {
+            Taken taken = NOTHING_TAKEN;
             LOOP {
                 float at = march.t + 0.5 * march.size;
                 vec4 medium = transfer_at(lookup(ray, at));
@@ -73,21 +73,25 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
                     break;
                 }
             }
-            if (is_opaque || !has_step(ray, march, taken) || is_due(taken)) {
+            Cube cube = cube_taken(taken, ray);
+            // Not an `if`, of which lavapipe makes slower code.
+            for (uint k = 0u; k < push.weighs; ++k) {
+                weigh(cube, taken.weight);
+            }
+            CachedLight light = read_cache(cube);
+            vec3 albedo = albedo_taken(taken);
+            vec3 scattered = albedo * scattered_back(light, ray);
+            front.lasting += scattered;
+            front.radiance += scattered + albedo * light.suns * suns_here;
+            if (is_opaque || march.steps == 0u) {
                 break;
             }
         }
-        Cube cube = cube_taken(taken, ray);
-        // Not an `if`, of which lavapipe makes slower code.
-        for (uint k = 0u; k < push.weighs; ++k) {
-            weigh(cube, taken.weight);
+        if (is_opaque) {
+            break;
         }
-        CachedLight light = read_cache(cube);
-        vec3 albedo = albedo_taken(taken);
-        vec3 scattered = albedo * scattered_back(light, ray);
-        front.lasting += scattered;
-        front.radiance += scattered + albedo * light.suns * suns_here;
-        if (is_opaque || march.steps == 0u) {
+        next_stretch(ray, march);
+        if (march.steps == 0u) {
             break;
         }
     }
@@ -119,7 +123,7 @@ vec3 shade(Ray ray, Crossing crossing) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 pixel = pixel_in_patch();
     if (any(greaterThanEqual(pixel * int(push.stride), ivec2(scene.size)))) {
         return;
     }

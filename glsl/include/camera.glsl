@@ -13,3 +13,11 @@ Ray camera_ray(vec2 p, out float entry, out float t_end) {
     ray.origin = clamp(fma(vec3(entry), ray.step, ray.origin), vec3(0.5), vec3(scene.dims) + 0.5);
     return ray;
 }
+
+// The pixel of a thread, in groups of 8×8: Morton order, so that what runs together, be it 4 lanes or 32, sees a
+// patch of the picture and not a row. Its rays meet the same cells.
+ivec2 pixel_in_patch() {
+    uint i = gl_LocalInvocationIndex;
+    uvec2 inner = uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);
+    return ivec2(8u * gl_WorkGroupID.xy + inner);
+}

@@ -12,53 +12,56 @@ float absorbed_by(float x) {
     return x < 0.01 ? x * (1.0 - x * (0.5 - x * (1.0 / 6.0))) : 1.0 - exp(-x);
 }
 
-// A march under way, stretch by stretch: what a cell that holds medium has of the ray. It stands at a step;
-// at its end `steps` is 0.
+// A march under way, stretch by stretch: what a row of cells that hold medium has of the ray. It stands at a
+// step; at its end `steps` is 0. (Stretches of one cell leave lanes waiting for their neighbours; a row without
+// end would be walked through for rays that soon are opaque.)
 struct March {
     float t, t_end;
-    Walk walk;      // through the majorants' cells
-    float majorant; // of the one at t
-    float exit;     // where the stretch ends
-    float size;     // of its steps
-    uint steps;     // of them still to be made, from t on
-    float rate;     // of steps per world length, at least
+    Walk walk;   // through the majorants' cells; stands behind the stretch
+    bool inside; // or has left them
+    float exit;  // where the stretch ends
+    float size;  // of its steps
+    uint steps;  // of them still to be made, from t on
+    float rate;  // of steps per world length, at least
 };
 
-// Divides what the walk's cell has of the ray from t on, if it is still `inside`.
-void divide_stretch(inout March march, bool inside) {
-    march.exit = min(march.walk.exit, march.t_end);
-    float left = march.exit - march.t;
-    float rate = max(march.rate, march.majorant / (step_scale * OPTICAL_DEPTH_PER_STEP));
-    float steps = max(1.0, ceil(left * rate - 1e-3));
-    march.size = left / steps;
-    march.steps = inside && left > 0.0 && march.majorant > 0.0 ? uint(steps) : 0u;
-}
+const uint CELLS_PER_STRETCH = 8u;
 
 // Goes on to the next stretch, if there is one.
 void next_stretch(Ray ray, inout March march) {
-    ivec3 cells = ivec3(scene.majorant_cells);
-    bool inside;
+    ivec3 lattice = ivec3(scene.majorant_cells);
+    float majorant = 0.0;
+    uint cells = 0u;
+    march.t = march.exit;
     LOOP {
-        march.t = max(march.t, min(march.walk.exit, march.t_end));
-        inside = march.walk.exit < march.t_end
-              && step_walk(march.walk, ray, scene.majorant_size, cells);
-        march.majorant = majorant_of(march.walk.cell);
-        bool holds_medium = march.majorant > 0.0 && march.walk.exit > march.t;
-        if (!inside || holds_medium) {
+        float here = majorant_of(march.walk.cell);
+        float exit = max(march.exit, min(march.walk.exit, march.t_end));
+        bool holds_medium = march.inside && here > 0.0 && exit > march.exit;
+        if (cells > 0u && !holds_medium) {
+            break;
+        }
+        march.exit = exit;
+        march.t = holds_medium ? march.t : exit;
+        cells += holds_medium ? 1u : 0u;
+        majorant = max(majorant, here);
+        march.inside = march.walk.exit < march.t_end
+                    && step_walk(march.walk, ray, scene.majorant_size, lattice);
+        if (!march.inside || cells == CELLS_PER_STRETCH) {
             break;
         }
     }
-    divide_stretch(march, inside);
+    float left = march.exit - march.t;
+    float rate = max(march.rate, majorant / (step_scale * OPTICAL_DEPTH_PER_STEP));
+    float steps = max(1.0, ceil(left * rate - 1e-3));
+    march.size = left / steps;
+    march.steps = cells > 0u ? uint(steps) : 0u;
 }
 
 March begin_march(Ray ray, float t, float t_end) {
     Walk walk = begin_walk(ray, t, scene.majorant_size, ivec3(scene.majorant_cells));
     float rate = length(ray.step) / (step_scale * VOXELS_PER_STEP);
-    March march = March(t, t_end, walk, majorant_of(walk.cell), t, 0.0, 0u, rate);
-    divide_stretch(march, true);
-    if (march.steps == 0u) {
-        next_stretch(ray, march);
-    }
+    March march = March(t, t_end, walk, true, t, 0.0, 0u, rate);
+    next_stretch(ray, march);
     return march;
 }
 
@@ -73,27 +76,16 @@ struct Taken {
     float weight; // Σ T·(1 − exp(−σt·Δ))
     float t;      // Σ weight·t
     uint steps;
-    bool is_over; // empty space follows, where the cache keeps no light
 };
 
-const Taken NOTHING_TAKEN = Taken(vec3(0.0), 0.0, 0.0, 0u, false);
+const Taken NOTHING_TAKEN = Taken(vec3(0.0), 0.0, 0.0, 0u);
 
 // Whether it is time to read the cache: after as many steps as there are voxels between nodes, or a few
 // times as many where next to nothing has been taken.
 bool is_due(Taken taken) {
     const float NEXT_TO_NOTHING = 0.02;
     uint stride = taken.weight < NEXT_TO_NOTHING ? 4u * scene.cache_stride : scene.cache_stride;
-    return taken.is_over || taken.steps >= stride;
-}
-
-// Whether there is a step to make, in this stretch or the next.
-bool has_step(Ray ray, inout March march, inout Taken taken) {
-    if (march.steps == 0u) {
-        float from = max(march.t, march.exit);
-        next_stretch(ray, march);
-        taken.is_over = march.t > from && taken.weight > 0.0;
-    }
-    return march.steps > 0u;
+    return taken.steps >= stride;
 }
 
 void take(inout Taken taken, float weight, vec3 albedo, float t) {
