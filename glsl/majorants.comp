@@ -1,7 +1,6 @@
 // The largest extinction that the transfer function takes over each cell's range of values: exact for
 // non-monotone ones, since a piecewise-linear function has its maximum at a point or at an end of the
-// range. The field is continuous, so that a cell takes every value between the least and the largest of its
-// macrocells.
+// range.
 
 #version 460
 #include "scene.glsl"
@@ -10,21 +9,6 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(binding = 5, r32f) writeonly uniform image3D majorants;
-
-vec2 range_of(ivec3 cell) {
-    int side = int(scene.majorant_size) / MACROCELL;
-    vec2 range = macrocell_range(side * cell);
-    for (int z = 0; z < side; ++z) {
-        for (int y = 0; y < side; ++y) {
-            for (int x = 0; x < side; ++x) {
-                ivec3 macrocell = side * cell + ivec3(x, y, z);
-                vec2 part = macrocell_range(min(macrocell, ivec3(scene.macrocells) - 1));
-                range = vec2(min(range.x, part.x), max(range.y, part.y));
-            }
-        }
-    }
-    return range;
-}
 
 void main() {
     ivec3 cell = ivec3(gl_GlobalInvocationID);

@@ -1,5 +1,17 @@
+// Of each patch, side by side: the complement of the nearest distance, and the farthest (patches.comp).
+layout(binding = 20 LOADED_AS(r32ui)) uniform utexels2D patches;
+
+// Nearest and farthest distance of what a ray through the picture at p can meet; `far` is 0 if there is nothing.
+vec2 reach_at(vec2 p) {
+    ivec2 at = clamp(ivec2(p / vec2(scene.size) * float(PATCHES)), 0, PATCHES - 1) * ivec2(2, 1);
+    const ivec2 next = ivec2(1, 0);
+    uint near = max(texel_at(patches, at).r, texel_at(patches, WHOLE_PICTURE).r);
+    uint far = max(texel_at(patches, at + next).r, texel_at(patches, WHOLE_PICTURE + next).r);
+    return far == 0u ? vec2(0.0) : vec2(uintBitsToFloat(~near), uintBitsToFloat(far));
+}
+
 // A ray through the picture at p, in pixels from its upper left corner.
-// `entry` is the world distance from the eye (or its plane) to where the ray enters the box: the
+// `entry` is the world distance from the eye (or its plane) to where the ray may first meet something: the
 // ray's own t starts there, so that a distant eye costs no digits. Misses have t_end < 0.
 Ray camera_ray(vec2 p, out float entry, out float t_end) {
     vec2 film = vec2(2.0, -2.0) * p / vec2(scene.size) + vec2(-1.0, 1.0);
@@ -7,7 +19,9 @@ Ray camera_ray(vec2 p, out float entry, out float t_end) {
     vec3 eye = is_orthographic ? scene.eye + across : scene.eye;
     vec3 direction = normalize(is_orthographic ? scene.forward : scene.forward + across);
     Ray ray = make_ray(to_grid(eye), direction);
-    vec2 span = clip_ray(ray, 0.0);
+    vec2 reach = reach_at(p);
+    vec2 span = clip_ray(ray, reach.x);
+    span.y = min(span.y, reach.y);
     entry = span.x;
     t_end = span.x < span.y ? span.y - span.x : -1.0;
     ray.origin = clamp(fma(vec3(entry), ray.step, ray.origin), vec3(0.5), vec3(scene.dims) + 0.5);

@@ -7,6 +7,7 @@
 #define LOADED_AS(format) , format
 #define texels2D readonly image2D
 #define texels3D readonly image3D
+#define utexels2D readonly uimage2D
 #define utexels3D readonly uimage3D
 #define texel_at(image, at) imageLoad(image, at)
 #define size_in_texels(image) imageSize(image)
@@ -18,6 +19,7 @@
 #define LOADED_AS(format)
 #define texels2D sampler2D
 #define texels3D sampler3D
+#define utexels2D usampler2D
 #define utexels3D usampler3D
 #define texel_at(image, at) texelFetch(image, at, 0)
 #define size_in_texels(image) textureSize(image, 0)

@@ -50,7 +50,10 @@ impl CameraMarch {
         let bindings = [
             &r.medium_bindings()[..],
             &cache.bindings(),
-            &[("unit_sum", Binding::Image(&r.unit_sum))],
+            &[
+                r.camera_binding(),
+                ("unit_sum", Binding::Image(&r.unit_sum)),
+            ],
         ]
         .concat();
         let threads = [r.size[0], r.size[1], 1];

@@ -57,7 +57,10 @@ impl DeltaTracking {
                 &r.surface_bindings(),
                 cache.as_ref().map_or(&[], |bindings| &bindings[..]),
                 &r.path_bindings(),
-                &[("unit_sum", Binding::Image(&r.unit_sum))],
+                &[
+                    r.camera_binding(),
+                    ("unit_sum", Binding::Image(&r.unit_sum)),
+                ],
             ]
             .concat();
             frame.pass(pass, &bindings, &push, [push.slots, 1, 1])

@@ -24,6 +24,7 @@ impl IsoDepth {
             ("scene_block", Binding::Buffer(&r.scene)),
             ("volume", Binding::Image(&r.volume)),
             ("clips", Binding::Buffer(&r.clips)),
+            r.camera_binding(),
             ("ranges", Binding::Image(&r.ranges)),
             ("surfaces", Binding::Buffer(&r.surfaces)),
             ("normal_depth", Binding::Image(&to.normal_depth)),

@@ -19,6 +19,7 @@ mod iso_depth;
 mod macrocell_ranges;
 mod majorants;
 mod occupancy;
+mod patches;
 mod plan;
 mod published;
 mod published_march;

@@ -33,6 +33,7 @@ impl PublishedMarch {
             ("volume", r.volume_binding()),
             ("transfer", Binding::Image(&r.transfer)),
             ("clips", Binding::Buffer(&r.clips)),
+            r.camera_binding(),
             ("ranges", Binding::Image(&r.ranges)),
             ("surfaces", Binding::Buffer(&r.surfaces)),
             ("suns", Binding::Buffer(&r.suns)),

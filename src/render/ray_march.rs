@@ -99,6 +99,7 @@ fn bindings<'a>(r: &'a Resources, cache: &'a CacheResources) -> Vec<(&'static st
         &cache.bindings(),
         &[
             cache.brick_binding(),
+            r.camera_binding(),
             ("unit_sum", Binding::Image(&r.unit_sum)),
         ],
     ]

@@ -17,6 +17,7 @@ use super::copy;
 use super::delta_tracking::DeltaTracking;
 use super::iso_depth::IsoDepth;
 use super::majorants::Majorants;
+use super::patches::Patches;
 use super::published::Published;
 use super::resources::Resources;
 use super::shared::{self, AccumulatePush, ToneMapPush};
@@ -38,6 +39,7 @@ pub struct Renderer {
     pub(super) sampling: Sampling,
     accumulate: Accumulate,
     majorants: Majorants,
+    patches: Patches,
     /// Only with surfaces.
     pub(super) iso_depth: Option<IsoDepth>,
     tone_map: ToneMap,
@@ -115,6 +117,7 @@ impl Renderer {
             sampling: sampling.unwrap_or_else(|panic| resume_unwind(panic))?,
             accumulate: Accumulate::new(device, shaders, features)?,
             majorants: Majorants::new(device, shaders, features)?,
+            patches: Patches::new(device, shaders, features)?,
             iso_depth: match features.surface_count {
                 0 => None,
                 _ => Some(IsoDepth::new(device, shaders, features)?),
@@ -136,6 +139,7 @@ impl Renderer {
             self.majorants
                 .run(frame, r, scene.constants.majorant_cells)?;
         }
+        self.patches.run(frame, r, scene.constants.majorant_cells)?;
         match &self.cache {
             Some(cache) => cache.prepare(frame, r),
             None => Ok(()),
@@ -165,6 +169,7 @@ impl Renderer {
             self.majorants
                 .run(frame, r, scene.constants.majorant_cells)?;
         }
+        self.patches.run(frame, r, scene.constants.majorant_cells)?;
         let lasts = before.shares_light_with(scene);
         if let Some(cache) = &mut self.cache {
             cache.look_elsewhere(scene);

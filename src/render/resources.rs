@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::cache_resources::{CacheResources, pages_desc};
 use super::constants::{SceneBuffers, volume_format};
 use super::published_resources::PublishedResources;
-use super::shared::{Counters, NodeWork, Path};
+use super::shared::{Counters, NodeWork, PATCHES, Path};
 use crate::error::Result;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement,
@@ -31,6 +31,8 @@ pub struct Resources {
     /// Per cell, which may be larger than a macrocell: the largest extinction. It has room for the smallest
     /// ones, so that an edit of the medium needs no memory.
     pub majorants: Image,
+    /// Two texels for each patch of the picture, and a row for all of it.
+    pub patches: Image,
     pub scene: Buffer,
     pub transfer: Image,
     pub surfaces: Buffer,
@@ -88,6 +90,13 @@ impl Resources {
             format: Format::R32_SFLOAT,
             ..ranges
         };
+        let patches = ImageDesc {
+            name: "patches",
+            extent: [2 * PATCHES, PATCHES + 1, 1],
+            volumetric: false,
+            written: true,
+            format: Format::R32_UINT,
+        };
         let environment = ImageDesc {
             name: "environment image",
             extent: [scene.environment.width, scene.environment.height, 1],
@@ -102,6 +111,7 @@ impl Resources {
             volume: Image::new(memory, volume_desc(volume))?,
             ranges: Image::new(memory, ranges)?,
             majorants: Image::new(memory, majorants)?,
+            patches: Image::new(memory, patches)?,
             scene: Buffer::with_data(memory, "scene constants", &[scene.constants])?,
             transfer: Image::new(memory, transfer_desc(scene.transfer.len()))?,
             surfaces: Buffer::with_data(memory, "surfaces", &scene.surfaces)?,
@@ -243,6 +253,7 @@ impl Resources {
     /// Those that are read before all of their texels are written.
     pub fn images_from_zero(&self) -> Vec<&Image> {
         let mut images = self.picture();
+        images.push(&self.patches);
         images.extend(self.cache.iter().flat_map(CacheResources::images));
         images.extend(self.published.iter().flat_map(PublishedResources::images));
         images
@@ -275,6 +286,11 @@ impl Resources {
             ("ranges", Binding::Image(&self.ranges)),
             ("surfaces", Binding::Buffer(&self.surfaces)),
         ]
+    }
+
+    /// What rays from the camera take.
+    pub fn camera_binding(&self) -> (&'static str, Binding<'_>) {
+        ("patches", Binding::Image(&self.patches))
     }
 
     /// What paths take besides both.

@@ -16,6 +16,8 @@ use crate::{shared, specialization};
 pub const MACROCELL: u32 = 8;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;
+/// Patches along either side of the picture, however many pixels it has.
+pub const PATCHES: u32 = 64;
 
 shared! {
     /// Everything about the scene that is one of a kind.
@@ -380,6 +382,9 @@ pub fn glsl() -> String {
         .collect();
     [
         &format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
+        &format!(
+            "const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"
+        ),
         &codes,
         &Features::glsl(),
         SceneConstants::GLSL,

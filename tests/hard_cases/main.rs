@@ -5,6 +5,7 @@ mod common;
 
 mod data;
 mod depth;
+mod patches;
 mod quadrature;
 mod rays;
 mod transfer;

@@ -1,0 +1,90 @@
+// What rays through each patch of the picture can meet: how near and how far it is, at least and at most.
+// Rays from the camera begin and end there (camera.glsl), and do not walk through what is empty before and
+// behind.
+//
+// A thread a cell: if there is something to meet, the box around its eight corners in the picture says for which
+// patches. Bits of positive floats compare like the floats, so that atomic maxima find both, the nearest by its
+// complement; 0 is nothing.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "ray.glsl"
+#include "ranges.glsl"
+#include "random.glsl"
+#include "transfer.glsl"
+#include "tracking.glsl"
+#include "surface.glsl"
+
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(binding = 20, r32ui) uniform uimage2D patches;
+
+// By which rays may miss where they are aimed at, as a share of the distance.
+const float ROUNDING = 1e-6;
+
+// A cell as the camera sees it.
+struct View {
+    vec2 low, high;  // in patches, from the upper left
+    float near, far; // along rays
+    float least_depth, most_depth; // before the eye's plane
+};
+
+bool holds_something(ivec3 cell) {
+    return has_medium && majorant_of(cell) > 0.0
+        || surface_count > 0u && may_cross(range_of(cell), 0u, true);
+}
+
+View view_of(vec3 from, vec3 to) {
+    vec2 extent = vec2(dot(scene.right, scene.right), dot(scene.up, scene.up));
+    View view = View(vec2(3.4e38), vec2(-3.4e38), length(clamp(vec3(0.0), from, to)), 0.0, 3.4e38, -3.4e38);
+    for (uint corner = 0u; corner < 8u; ++corner) {
+        vec3 d = mix(from, to, notEqual(uvec3(corner) & uvec3(1u, 2u, 4u), uvec3(0u)));
+        float depth = dot(d, scene.forward);
+        vec2 film = vec2(dot(d, scene.right), -dot(d, scene.up)) / extent;
+        film = is_orthographic ? film : film / depth;
+        vec2 at = (0.5 + 0.5 * film) * float(PATCHES);
+        view.low = min(view.low, at);
+        view.high = max(view.high, at);
+        view.far = max(view.far, length(d));
+        view.least_depth = min(view.least_depth, depth);
+        view.most_depth = max(view.most_depth, depth);
+    }
+    if (is_orthographic) {
+        view.near = max(0.0, view.least_depth);
+        view.far = view.most_depth;
+    }
+    return view;
+}
+
+void note(ivec2 patch_at, View view) {
+    uint near = floatBitsToUint(max(0.0, view.near - 10.0 * ROUNDING * view.far));
+    uint far = floatBitsToUint((1.0 + 10.0 * ROUNDING) * view.far);
+    imageAtomicMax(patches, patch_at * ivec2(2, 1), ~near);
+    imageAtomicMax(patches, patch_at * ivec2(2, 1) + ivec2(1, 0), far);
+}
+
+void main() {
+    ivec3 cell = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(cell, ivec3(scene.majorant_cells))) || !holds_something(cell)) {
+        return;
+    }
+    vec3 from = to_world(vec3(cell) * scene.majorant_size) - scene.eye;
+    vec3 to = to_world(vec3(cell + 1) * scene.majorant_size) - scene.eye;
+    View view = view_of(from, to);
+    if (view.most_depth <= 0.0) {
+        return;
+    }
+    if (!is_orthographic && view.least_depth <= ROUNDING * view.far) {
+        note(WHOLE_PICTURE, view); // the eye's plane cuts it: it has no outline
+        return;
+    }
+    float side = 2.0 * min(length(scene.right), length(scene.up)) / float(PATCHES);
+    float margin = 1e-3 + ROUNDING * view.far / (is_orthographic ? side : side * view.least_depth);
+    ivec2 first = max(ivec2(floor(clamp(view.low - margin, -1.0, float(PATCHES)))), 0);
+    ivec2 last = min(ivec2(floor(clamp(view.high + margin, -1.0, float(PATCHES)))), PATCHES - 1);
+    for (int y = first.y; y <= last.y; ++y) {
+        for (int x = first.x; x <= last.x; ++x) {
+            note(ivec2(x, y), view);
+        }
+    }
+}
