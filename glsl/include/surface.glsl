@@ -85,15 +85,20 @@ float refine(vec4 c, float low, float high, bool inside) {
     return u;
 }
 
-// The first u ∈ (0, 1] where the truth of c(u) ≥ 0 differs from `inside`; > 1 if there is none.
-float first_change(vec4 c, bool inside) {
+// Where the truth of c(u) ≥ 0 first differs from `inside`, for u ∈ (0, 1].
+struct Change {
+    bool exists;
+    float low, high; // it does so between them, and the cubic is monotone there
+};
+
+Change first_change(vec4 c, bool inside) {
     vec2 split = extrema(c);
     bool in_first = (evaluate(c, split.x) >= 0.0) != inside;
     bool in_second = (evaluate(c, split.y) >= 0.0) != inside;
     bool in_third = (evaluate(c, 1.0) >= 0.0) != inside;
-    float low = in_first ? 0.0 : in_second ? split.x : split.y;
-    float high = in_first ? split.x : in_second ? split.y : 1.0;
-    return in_first || in_second || in_third ? refine(c, low, high, inside) : 2.0;
+    return Change(in_first || in_second || in_third,
+                  in_first ? 0.0 : in_second ? split.x : split.y,
+                  in_first ? split.x : in_second ? split.y : 1.0);
 }
 
 // origin + t·step − cell with the digits that the subtraction would lose (two-sum).
@@ -105,43 +110,64 @@ vec3 local_position(Ray ray, float t, vec3 cell) {
     return along + low;
 }
 
-// The first crossing in the trilinear cell between t0 and t1, for all surfaces. `known` is a surface
-// on which the ray starts at t0, or −1; `fresh` says that the sides are not known yet.
-void cross_cell(Ray ray, Corners corners, ivec3 cell, float t0, float t1, int known, bool fresh,
-                inout Crossing crossing) {
+// A part of a ray in a trilinear cell.
+struct Passage {
+    Corners corners;
+    ivec3 cell;
+    float t0, t1;
+    int known;  // a surface on which the ray starts at t0, or −1
+    bool fresh; // the sides are not known yet
+};
+
+// The first u ∈ [0, 1] of a passage at which it crosses a surface; > 1 if there is none. Unless `exactly`, the
+// beginning of the stretch in which that is.
+float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint inside) {
+    float value = isovalue(surface);
+    uint bit = 1u << surface;
+    Cell relative = cell_of(passage.corners);
+    relative.c -= value; // exact for integers, and here the digits are needed
+    vec3 a = local_position(ray, passage.t0, vec3(passage.cell));
+    vec4 c = cell_cubic(relative, a, ray.step * (passage.t1 - passage.t0));
+    bool is_known = int(surface) == passage.known;
+    if (is_known) {
+        c = vec4(c.yzw, 0.0);
+    } else if (passage.fresh) {
+        inside = c.x >= 0.0 ? inside | bit : inside & ~bit;
+    }
+    bool is_inside = (inside & bit) != 0u;
+    vec2 range = corner_range(passage.corners);
+    if (!is_known && (range.x >= value || range.y < value)) {
+        return (range.x >= value) != is_inside ? 0.0 : 2.0;
+    }
+    Change change = first_change(c, is_inside);
+    if (!change.exists) {
+        return 2.0;
+    }
+    return exactly ? refine(c, change.low, change.high, is_inside) : change.low;
+}
+
+// Whether the passage crosses any surface.
+bool crosses(Ray ray, Passage passage, inout uint inside) {
     work += 4u * surface_count;
-    Cell k = cell_of(corners);
-    vec2 range = corner_range(corners);
-    vec3 a = local_position(ray, t0, vec3(cell));
-    vec3 e = ray.step * (t1 - t0);
+    bool any = false;
+    for (uint s = 0u; s < surface_count; ++s) {
+        any = change_of(ray, passage, s, false, inside) <= 1.0 || any;
+    }
+    return any;
+}
+
+// Where the passage, which does, first crosses one; the sides are known.
+void find_in(Ray ray, Passage passage, inout Crossing crossing) {
+    passage.fresh = false;
     float nearest = 2.0;
     for (uint s = 0u; s < surface_count; ++s) {
-        float value = isovalue(s);
-        uint bit = 1u << s;
-        Cell relative = k;
-        relative.c -= value; // exact for integers, and here the digits are needed
-        vec4 c = cell_cubic(relative, a, e);
-        if (int(s) == known) {
-            c = vec4(c.yzw, 0.0);
-        } else if (fresh) {
-            crossing.inside = c.x >= 0.0 ? crossing.inside | bit : crossing.inside & ~bit;
-        }
-        bool inside = (crossing.inside & bit) != 0u;
-        bool uniform_cell = int(s) != known && (range.x >= value || range.y < value);
-        float u = 2.0;
-        if (!uniform_cell) {
-            u = first_change(c, inside);
-        } else if ((range.x >= value) != inside) {
-            u = 0.0;
-        }
+        float u = change_of(ray, passage, s, true, crossing.inside);
         if (u <= 1.0 && u < nearest) {
             nearest = u;
             crossing.surface = int(s);
         }
     }
-    if (nearest <= 1.0) {
-        crossing.t = mix(t0, t1, nearest);
-    }
+    crossing.t = mix(passage.t0, passage.t1, nearest);
 }
 
 // Whether a ray may cross a surface where the field takes values in `range`.
@@ -165,42 +191,38 @@ uint sides_of(vec2 range) {
     return inside;
 }
 
-// The first crossing in the cells up to t_end. Cells without one are passed in a loop of their own: threads then
-// look for roots together, each in a cell that may have some.
-void cross_cells(Ray ray, float t, float t_end, inout int known, inout bool fresh, inout Crossing crossing) {
+// Whether a ray crosses a surface between t and t_end, and in which passage first. Cells without a crossing are
+// passed in a loop of their own: threads then solve cubics together.
+bool cross_cells(Ray ray, float t, float t_end, inout int known, inout bool fresh, inout uint inside,
+                 inout Passage passage) {
     ivec3 cells = ivec3(scene.dims) + 1;
     Walk walk = begin_walk(ray, t, 1.0, cells);
-    bool more = true;
+    bool found;
     LOOP {
-        ivec3 cell;
-        Corners corners;
-        float t0;
-        bool found;
+        bool more, may;
         LOOP {
-            cell = walk.cell;
-            corners = volume_corners(cell);
-            t0 = t;
-            t = max(t, min(walk.exit, t_end));
-            found = t > t0 && (known >= 0 || fresh || may_cross(corner_range(corners), crossing.inside, false));
+            passage = Passage(volume_corners(walk.cell), walk.cell, t, max(t, min(walk.exit, t_end)), known, fresh);
+            t = passage.t1;
+            may = t > passage.t0
+               && (known >= 0 || fresh || may_cross(corner_range(passage.corners), inside, false));
             more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
-            if (found || !more) {
+            if (may || !more) {
                 break;
             }
         }
-        if (found) {
-            cross_cell(ray, corners, cell, t0, t, known, fresh, crossing);
-            fresh = false;
-            known = -1;
-        }
-        if (!more || crossing.surface >= 0) {
+        found = may && crosses(ray, passage, inside);
+        known = may ? -1 : known;
+        fresh = fresh && !may;
+        if (found || !more) {
             break;
         }
     }
+    return found;
 }
 
-// The first crossing after crossing.t and before t_end. With `fresh`, the ray's sides are found where
-// it starts; otherwise crossing.inside holds them. `known` as in cross_cell. Cells are searched in what a row of
-// macrocells has of the ray, so that threads wait for each other less often.
+// The first crossing after crossing.t and before t_end. With `fresh`, the ray's sides are found where it starts;
+// otherwise crossing.inside holds them. `known` as in Passage. Cells are searched in what a row of macrocells has
+// of the ray, and the root is looked for in the end, so that threads wait for each other less often.
 void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing crossing) {
     const uint MACROCELLS_PER_SEARCH = 2u;
     crossing.surface = -1;
@@ -208,38 +230,40 @@ void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing c
     ivec3 macrocells = ivec3(scene.macrocells);
     Walk walk = begin_walk(ray, t, float(MACROCELL), macrocells);
     bool more = t < t_end;
+    Passage passage;
+    bool found;
     LOOP {
         float exit = t;
-        uint found = 0u;
+        uint searched = 0u;
         LOOP {
             vec2 range = macrocell_range(walk.cell);
-            bool is_first = found == 0u;
-            bool crosses = is_first && known >= 0 || may_cross(range, crossing.inside, fresh || !is_first);
-            if (!more || !is_first && !crosses) {
+            bool is_first = searched == 0u;
+            bool may = is_first && known >= 0 || may_cross(range, crossing.inside, fresh || !is_first);
+            if (!more || !is_first && !may) {
                 break;
             }
             exit = max(exit, min(walk.exit, t_end));
-            if (crosses) {
-                ++found;
+            if (may) {
+                ++searched;
             } else {
                 crossing.inside = fresh ? sides_of(range) : crossing.inside;
                 fresh = false;
                 t = exit;
             }
             more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
-            if (!more || found == MACROCELLS_PER_SEARCH) {
+            if (!more || searched == MACROCELLS_PER_SEARCH) {
                 break;
             }
         }
-        if (found > 0u) {
-            cross_cells(ray, t, exit, known, fresh, crossing);
-            t = exit;
-        }
-        if (!more || crossing.surface >= 0) {
+        found = searched > 0u && cross_cells(ray, t, exit, known, fresh, crossing.inside, passage);
+        t = exit;
+        if (found || !more) {
             break;
         }
     }
-    if (crossing.surface < 0) {
+    if (found) {
+        find_in(ray, passage, crossing);
+    } else {
         crossing.t = max(t_end, crossing.t);
     }
 }

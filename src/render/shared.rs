@@ -17,7 +17,7 @@ pub const MACROCELL: u32 = 8;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;
 /// Patches along either side of the picture, however many pixels it has.
-pub const PATCHES: u32 = 64;
+pub const PATCHES: u32 = 32;
 
 shared! {
     /// Everything about the scene that is one of a kind.
