@@ -78,6 +78,7 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
         return front;
     }
     bool is_opaque;
+    // Stretch by stretch, look by look at the cache, step by step.
     LOOP {
         LOOP {
             Taken taken = NOTHING_TAKEN;
@@ -163,7 +164,7 @@ vec3 missed_light(Ray ray, Front front, inout Random random) {
 }
 
 void main() {
-    ivec2 pixel = pixel_in_patch();
+    ivec2 pixel = own_pixel();
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }

@@ -13,7 +13,7 @@ layout(binding = 13, rgba32f) writeonly uniform image2D normal_depth;
 layout(binding = 14, rgba32f) writeonly uniform image2D albedo;
 
 void main() {
-    ivec2 pixel = pixel_in_patch();
+    ivec2 pixel = own_pixel();
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }

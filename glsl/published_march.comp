@@ -54,7 +54,7 @@ vec3 shade(Ray ray, float t) {
 }
 
 void main() {
-    ivec2 pixel = pixel_in_patch();
+    ivec2 pixel = own_pixel();
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }

@@ -57,6 +57,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
         return;
     }
     bool is_opaque;
+    // Stretch by stretch, look by look at the cache, step by step.
     LOOP {
         LOOP {
             Taken taken = NOTHING_TAKEN;
@@ -123,7 +124,7 @@ vec3 shade(Ray ray, Crossing crossing) {
 }
 
 void main() {
-    ivec2 pixel = pixel_in_patch();
+    ivec2 pixel = own_pixel();
     if (any(greaterThanEqual(pixel * int(push.stride), ivec2(scene.size)))) {
         return;
     }

@@ -28,9 +28,9 @@ Ray camera_ray(vec2 p, out float entry, out float t_end) {
     return ray;
 }
 
-// The pixel of a thread, in groups of 8×8: Morton order, so that what runs together, be it 4 lanes or 32, sees a
-// patch of the picture and not a row. Its rays meet the same cells.
-ivec2 pixel_in_patch() {
+// The pixel of a thread, in groups of 8×8: in Morton order, so that what runs together, be it 4 lanes or 32, sees
+// a block of the picture and not a row. Rays of a block meet more of the same cells.
+ivec2 own_pixel() {
     uint i = gl_LocalInvocationIndex;
     uvec2 inner = uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);
     return ivec2(8u * gl_WorkGroupID.xy + inner);

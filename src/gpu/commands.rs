@@ -30,6 +30,13 @@ impl Slices {
             count: 1,
         }
     }
+
+    /// Begins again with the first, as long as the next would have been, or as `target_ms` is against that.
+    pub fn restart(&mut self, target_ms: f64) {
+        self.count = (self.count as f64 * target_ms / self.target_ms).ceil() as u32;
+        self.target_ms = target_ms;
+        self.begin = 0;
+    }
 }
 
 impl Frame {
@@ -324,7 +331,7 @@ impl Frame {
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
         let growth = (slices.target_ms / took_ms).clamp(0.5, 8.0);
         slices.begin += count[axis];
-        slices.count = (slices.count as f64 * growth).ceil() as u32;
+        slices.count = (count[axis] as f64 * growth).ceil() as u32;
         Ok(slices.begin == groups[axis])
     }
 }

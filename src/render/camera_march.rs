@@ -44,7 +44,7 @@ impl CameraMarch {
             return Ok(true);
         };
         if begins {
-            self.slices = Slices::new(self.slice_ms);
+            self.slices.restart(self.slice_ms);
         }
         let push = CameraMarchPush { sample_index };
         let bindings = [

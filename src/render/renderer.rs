@@ -265,10 +265,16 @@ impl Renderer {
 
     /// The picture that the cache shows at once, row 0 on top.
     pub fn march(&mut self) -> Result<Vec<[f32; 4]>> {
-        let mut slices = Slices::new(MARCH_SLICE_MS);
-        while !self.advance_march(&mut slices)? {}
+        self.march_in_place()?;
         let r = &self.resources;
         copy::download(&mut self.frame, &r.staging, &r.unit_sum)
+    }
+
+    /// Leaves that picture in `unit_sum`.
+    pub fn march_in_place(&mut self) -> Result<()> {
+        let mut slices = Slices::new(MARCH_SLICE_MS);
+        while !self.advance_march(&mut slices)? {}
+        Ok(())
     }
 
     /// All of it in one piece of work, encoded for display: for pictures of few pixels.

@@ -235,7 +235,7 @@ impl Run<'_> {
             let before = self.loaded.renderer.frame.timings.spans.len();
             let camera = self.entrant.scene.camera.orbited(share);
             self.loaded.look_from(&camera)?;
-            self.loaded.renderer.march()?;
+            self.loaded.renderer.march_in_place()?;
             frame_ms.push(watch.elapsed().as_secs_f64() * 1e3);
             cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
             let spans = &self.loaded.renderer.frame.timings.spans[before..];
