@@ -61,6 +61,8 @@ fn figures_at_rest() {
     let [x, y] = MIDDLE;
     display.holding_button(1, MIDDLE, || {
         for step in 1..=5 {
+            // What came before, the press too, has been seen, and the words over the picture have changed.
+            std::thread::sleep(Duration::from_millis(500));
             let before = display.shoot(window);
             let began = Instant::now();
             display.point([x + 20 * step, y]);
@@ -73,8 +75,6 @@ fn figures_at_rest() {
             let ms = 1e3 * began.elapsed().as_secs_f64();
             println!("from the mouse to other pixels on the display: {ms:.0} ms");
             program.wait_for("picture finished");
-            // The words over it change as well.
-            std::thread::sleep(Duration::from_millis(500));
         }
     });
 }

@@ -116,7 +116,7 @@ pub struct Orbit {
     /// What the ray-march takes of the device.
     pub march_ms_median: f64,
     pub march_ms_p99: f64,
-    /// From the camera's change to the picture in the host's memory.
+    /// From the camera's change to the end of the march.
     pub frame_ms_median: f64,
     pub frame_ms_p99: f64,
     /// Of the same, the CPU time of all cores.
