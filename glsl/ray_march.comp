@@ -152,9 +152,7 @@ void main() {
             break;
         }
         t = crossing.t;
-        known = crossing.surface;
-        fresh = false;
-        crossing.inside ^= 1u << crossing.surface;
+        pass_through(crossing, known, fresh);
     }
     vec3 background = background_is_color ? scene.background
                                           : escaping_radiance(ray.direction, ALONE);

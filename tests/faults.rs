@@ -46,9 +46,7 @@ struct Fault {
 
 impl Fault {
     fn shaders(&self) -> Shaders {
-        let File { path, text } = self.file;
-        assert!(text.contains(self.right), "{path} has no `{}`", self.right);
-        shaders().with_file(path, &text.replace(self.right, self.wrong))
+        common::shaders_with(self.file.path, self.file.text, self.right, self.wrong)
     }
 }
 

@@ -68,9 +68,7 @@ void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random 
         if (!through) {
             break;
         }
-        known = crossing.surface;
-        fresh = false;
-        crossing.inside ^= 1u << crossing.surface;
+        pass_through(crossing, known, fresh);
     }
     path.surface = crossing.surface;
     path.inside = crossing.inside;
@@ -91,9 +89,7 @@ float surface_transmittance(Ray ray, float t, float t_end, int known, uint insid
         if (transmittance <= 0.0) {
             break;
         }
-        known = crossing.surface;
-        fresh = false;
-        crossing.inside ^= 1u << crossing.surface;
+        pass_through(crossing, known, fresh);
     }
     return transmittance;
 }

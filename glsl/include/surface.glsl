@@ -268,6 +268,13 @@ void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing c
     }
 }
 
+// Goes on behind a crossing.
+void pass_through(inout Crossing crossing, out int known, out bool fresh) {
+    known = crossing.surface;
+    fresh = false;
+    crossing.inside ^= 1u << crossing.surface;
+}
+
 struct Hit {
     vec3 geometric; // unit, facing the arriving ray
     vec3 shading;   // unit, facing the arriving ray

@@ -63,6 +63,13 @@ pub fn render_with_shaders(
     film
 }
 
+/// The shaders with `wrong` in the place of `right`, which is in `text` of the file at `path`.
+pub fn shaders_with(path: &str, text: &str, right: &str, wrong: &str) -> Shaders {
+    assert!(text.contains(right), "{path} has no `{right}`");
+    let shaders = Shaders::new(shared::glsl()).expect("a shader compiler");
+    shaders.with_file(path, &text.replace(right, wrong))
+}
+
 /// What the pixels' centres see of surfaces.
 pub fn first_hits(scene: &Scene, volume: &Volume) -> FirstHits {
     let device = device();

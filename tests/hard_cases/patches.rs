@@ -103,20 +103,22 @@ fn shaders() -> Shaders {
 
 /// Rays run through all of the box.
 fn shaders_without_patches() -> Shaders {
-    let text = include_str!("../../glsl/include/camera.glsl");
-    let right = "vec2 reach = reach_at(p);";
-    assert!(text.contains(right));
-    let wrong = "vec2 reach = vec2(0.0, 3.4e38);";
-    shaders().with_file("include/camera.glsl", &text.replace(right, wrong))
+    shaders_with(
+        "include/camera.glsl",
+        include_str!("../../glsl/include/camera.glsl"),
+        "vec2 reach = reach_at(p);",
+        "vec2 reach = vec2(0.0, 3.4e38);",
+    )
 }
 
 /// Cells seem to end before they do.
 fn shaders_with_short_cells() -> Shaders {
-    let text = include_str!("../../glsl/patches.comp");
-    let right = "view.far = max(view.far, length(d));";
-    assert!(text.contains(right));
-    let wrong = "view.far = max(view.far, length(d) - 0.1);";
-    shaders().with_file("patches.comp", &text.replace(right, wrong))
+    shaders_with(
+        "patches.comp",
+        include_str!("../../glsl/patches.comp"),
+        "view.far = max(view.far, length(d));",
+        "view.far = max(view.far, length(d) - 0.1);",
+    )
 }
 
 /// Of all pixels, the largest difference.
