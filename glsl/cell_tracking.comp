@@ -5,6 +5,8 @@
 // what the first shadow ray brings from a sun goes to the suns' share. Slots take nodes from a queue as
 // in delta_tracking.comp.
 //
+// The first paths of a node end where they may gather what the cache shows so far (gathering.glsl).
+//
 // A brick gets paths by how much of it is seen (src/render/focus.rs). A batch is as large as all that a
 // node has had before, as a rule, so that half of every merge is new: rounding to 16 bits then adds up to
 // less than one unit in the last place, after any number of updates.
@@ -24,7 +26,7 @@
 #include "cells.glsl"
 #include "cache.glsl"
 #include "path.glsl"
-#include "uncached.glsl"
+#include "gathering.glsl"
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { CellPush push; };
@@ -37,7 +39,7 @@ layout(binding = 19, scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
 // Samples are counted from here, so that no camera path has the same random numbers.
 const uint CELL_SAMPLES = 0x80000000u;
-const uint NODES_PER_BRICK = uint(BRICK * BRICK * BRICK);
+const uint NODES_PER_HALF = uint(BRICK * BRICK * BRICK / 2);
 
 NodeWork node_work;
 
@@ -68,15 +70,32 @@ void escape(inout Path path) {
            node_work.first_direction);
 }
 
+bool collect(inout Path path, inout Random random) {
+    if (!gathers(bricks.at[node_work.brick], push.nodes_half)) {
+        return false;
+    }
+    Cube cube = cube_at(path.origin + path.t_end * path.direction / scene.spacing);
+    if (full_light && is_cut(cube)) {
+        return false;
+    }
+    CachedLight light = read_half(cube, 1 - int(push.nodes_half));
+    vec3 towards = -path.direction;
+    vec3 scattered = scattered_light(light, towards) + light.suns * suns_scattered(towards);
+    contribute(path, path.throughput * transfer_color(path.value) * scattered);
+    end_path(path);
+    return true;
+}
+
 bool begin_node(inout Path path) {
     uint index = atomicAdd(counters.count.next, 1u);
-    node_work.brick = index / NODES_PER_BRICK;
+    node_work.brick = index / NODES_PER_HALF;
     if (node_work.brick >= push.bricks) {
         return false;
     }
     Brick brick = bricks.at[node_work.brick];
-    int inner = int(index % NODES_PER_BRICK);
+    int inner = 2 * int(index % NODES_PER_HALF);
     ivec3 offset = ivec3(inner % BRICK, inner / BRICK % BRICK, inner / (BRICK * BRICK));
+    offset.x += offset.y + offset.z + int(push.nodes_half) & 1;
     ivec3 node = BRICK * unpacked(brick.position) + offset;
     uvec3 nodes = scene.cache_nodes;
     path.pixel = (node.z * nodes.y + node.y) * nodes.x + node.x;
@@ -133,7 +152,7 @@ void finish_node() {
     ivec3 texel = node_texel(node_work.node);
     Brick brick = bricks.at[node_work.brick];
     float samples = float(brick.samples);
-    float share = samples / float(brick.first_sample + brick.samples);
+    float share = samples / (history(brick) + samples);
     vec4 light = node_work.light / samples;
     if (share < 1.0) {
         light = mix(texel_at(cache_light, texel), light, share);

@@ -116,7 +116,7 @@ pub fn cache(renderer: &Renderer, plan: &Plan, goal: f64) -> Option<CacheStats> 
         return Some(published_cells(cells, renderer.totals.paths));
     }
     let (cache, layout) = (renderer.cache.as_ref()?, plan.cache.as_ref()?);
-    let converged = cache.relative_error <= goal;
+    let converged = cache.is_known_to(goal);
     Some(CacheStats {
         dims: layout.nodes,
         format: layout.format().name().into(),

@@ -10,6 +10,7 @@ use std::num::NonZeroU32;
 use std::time::Duration;
 
 use crate::cli::Stop;
+use crate::render::doubling;
 
 /// How far a render has come.
 #[derive(Debug, Clone, Copy)]
@@ -66,8 +67,10 @@ pub fn cache_goal(stop: &Stop) -> f64 {
 pub struct Filled {
     pub updates: u32,
     pub took: Duration,
-    pub relative_error: f64,
+    /// As `stop` asks, if it does.
+    pub is_good: bool,
     pub is_marched: bool,
+    pub seconds_per_update: f64,
     /// Pixels, of all pictures to be made, to a cell in sight.
     pub pixels_per_cell: f64,
 }
@@ -82,10 +85,10 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
         let fair = (f64::from(spp.get()) * filled.pixels_per_cell) as u32;
         filled.updates >= fair.max(FEWEST_UPDATES)
     };
-    if filled.relative_error <= cache_goal(stop) || stop.spp.is_some_and(enough) {
+    if filled.is_good || stop.spp.is_some_and(enough) {
         return None;
     }
-    let double = filled.updates.max(1);
+    let double = doubling(filled.updates);
     let Some(time) = stop.time.filter(|_| filled.updates > 0) else {
         return Some(double);
     };
@@ -94,8 +97,7 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
         false => CACHE_SHARE_OF_TIME,
     };
     let left = time.mul_f64(share).saturating_sub(filled.took);
-    let rate = filled.updates as f64 / filled.took.as_secs_f64();
-    let samples = double.min((rate * left.as_secs_f64()) as u32);
+    let samples = double.min((left.as_secs_f64() / filled.seconds_per_update) as u32);
     // A batch that is small beside what is there changes nothing that can be seen.
     (8 * samples >= filled.updates).then_some(samples)
 }
@@ -183,8 +185,9 @@ mod tests {
         let filled = |updates, seconds| Filled {
             updates,
             took: Duration::from_secs_f64(seconds),
-            relative_error: 0.5,
+            is_good: false,
             is_marched: false,
+            seconds_per_update: seconds / f64::from(updates),
             pixels_per_cell: 0.5,
         };
         assert_eq!(next_batch(&stop, &filled(0, 0.0)), Some(1));
@@ -200,8 +203,9 @@ mod tests {
         let filled = |updates| Filled {
             updates,
             took: Duration::ZERO,
-            relative_error: 0.5,
+            is_good: false,
             is_marched: false,
+            seconds_per_update: 0.1,
             pixels_per_cell: 0.25,
         };
         assert_eq!(next_batch(&stop, &filled(8)), Some(8));

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ProcessTime;
 
-use super::schedule::{Done, Filled, next_batch, next_unit, reason_to_stop};
+use super::schedule::{Done, Filled, cache_goal, next_batch, next_unit, reason_to_stop};
 use crate::cli::Stop;
 use crate::error::{Error, Result};
 use crate::output::progress::{Goal, Progress};
@@ -107,7 +107,7 @@ pub fn fill_until(
     pictures: u32,
     progress: &mut Progress,
 ) -> Result<()> {
-    while let Some(filled) = filled(renderer, pictures)
+    while let Some(filled) = filled(stop, renderer, pictures)
         && let Some(samples) = next_batch(stop, &filled)
         && renderer.fill_cache(samples, &INTERRUPTED)?
     {
@@ -118,7 +118,7 @@ pub fn fill_until(
     Ok(())
 }
 
-fn filled(renderer: &Renderer, pictures: u32) -> Option<Filled> {
+fn filled(stop: &Stop, renderer: &Renderer, pictures: u32) -> Option<Filled> {
     let cache = renderer.cache.as_ref()?;
     let cells = renderer.resources.cache.as_ref()?.active_nodes as f64 * cache.mean_share();
     let [width, height, _] = renderer.resources.mean.desc.extent;
@@ -126,8 +126,9 @@ fn filled(renderer: &Renderer, pictures: u32) -> Option<Filled> {
     Some(Filled {
         updates: cache.updates,
         took: cache.took,
-        relative_error: cache.relative_error,
+        is_good: cache.is_known_to(cache_goal(stop)),
         is_marched: renderer.is_marched(),
+        seconds_per_update: cache.seconds_per_update(),
         pixels_per_cell: pixels / cells.max(1.0),
     })
 }

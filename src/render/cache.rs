@@ -7,7 +7,9 @@
 //! N/(n + N) of the difference between two independent estimates, and n/N of the square of that change is
 //! the variance of what is shown then. So the error is measured where it matters: in the picture of the
 //! camera at hand, where averaging over many cells along a ray is part of the answer. (Nodes with the
-//! least share change from the sixteenth update on; before, the little that they add is left out.)
+//! least share change from the sixteenth update on; before, the little that they add is left out.) What nodes
+//! gather at first (`gathering.glsl`) has errors in common with what they gathered before: the estimate holds once
+//! a batch of whole paths has been laid beside it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,6 +23,7 @@ use super::cut_cells::CutCells;
 use super::focus::{self, Focus};
 use super::ray_march::{self, RayMarch};
 use super::resources::Resources;
+use super::shared::GATHERED;
 use crate::error::Result;
 use crate::gpu::{Device, Frame, Shaders, Slices};
 
@@ -49,10 +52,34 @@ pub struct Cache {
     /// Of the picture that it shows: rms(standard error)/mean. Infinite until there are two batches.
     pub relative_error: f64,
     pub took: Duration,
+    /// Of batches in which nodes gather (`gathering.glsl`), and of those in which they trace all of a path.
+    gathering: Pace,
+    tracing: Pace,
     /// Paths that the nodes in sight get in the batch under way.
     under_way: Option<u32>,
     /// The last measurement.
     shown: Vec<[f32; 4]>,
+}
+
+/// What batches of a kind have come to.
+#[derive(Default)]
+struct Pace {
+    updates: u32,
+    took: Duration,
+}
+
+/// How many paths double what nodes in sight have had, or are as many as they may still gather.
+pub fn doubling(updates: u32) -> u32 {
+    match updates {
+        0 => 1,
+        1..GATHERED => updates.min(GATHERED - updates),
+        _ => updates,
+    }
+}
+
+/// Whether nodes in sight gather in a batch, as `gathers` of `gathering.glsl`.
+fn gathers(updates: u32, samples: u32) -> bool {
+    updates > 0 && updates + samples <= GATHERED
 }
 
 impl Cache {
@@ -75,6 +102,8 @@ impl Cache {
             lookups: 0,
             relative_error: f64::INFINITY,
             took: Duration::ZERO,
+            gathering: Pace::default(),
+            tracing: Pace::default(),
             under_way: None,
             shown: Vec::new(),
         })
@@ -96,6 +125,8 @@ impl Cache {
         self.updates = 0;
         self.relative_error = f64::INFINITY;
         self.took = Duration::ZERO;
+        self.gathering = Pace::default();
+        self.tracing = Pace::default();
         self.under_way = None;
         self.shown.clear();
     }
@@ -126,6 +157,22 @@ impl Cache {
     /// Paths that an update costs, for each node that has memory: up to 1.
     pub fn mean_share(&self) -> f64 {
         self.focus.mean_share()
+    }
+
+    /// Whether the picture that it shows is known to a relative error.
+    pub fn is_known_to(&self, error: f64) -> bool {
+        self.updates > GATHERED && self.relative_error <= error
+    }
+
+    /// Seconds that an update of the next batch will take, as far as one can tell.
+    pub fn seconds_per_update(&self) -> f64 {
+        let is_known = |pace: &&Pace| pace.updates > 0;
+        let gathering = Some(&self.gathering).filter(is_known);
+        let expected = match gathers(self.updates, doubling(self.updates)) {
+            true => gathering.unwrap_or(&self.tracing),
+            false => &self.tracing,
+        };
+        expected.took.as_secs_f64() / f64::from(expected.updates)
     }
 
     /// Whether all that is in sight is known to have had its updates.
@@ -184,6 +231,7 @@ impl Cache {
             return Ok(true);
         };
         let samples = *self.under_way.get_or_insert(samples);
+        let before = self.updates;
         let progress = self.tracking.advance(frame, r, resources)?;
         self.lookups += u64::from(progress.lookups);
         self.paths += u64::from(progress.finished);
@@ -192,6 +240,12 @@ impl Cache {
             self.end_batch(samples, now);
         }
         self.took += began.elapsed();
+        let pace = match gathers(before, samples) {
+            true => &mut self.gathering,
+            false => &mut self.tracing,
+        };
+        pace.updates += self.updates - before;
+        pace.took += began.elapsed();
         Ok(!progress.under_way)
     }
 

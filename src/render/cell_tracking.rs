@@ -12,6 +12,8 @@ use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization
 pub struct CellTracking {
     pass: Pass,
     pub slots: Slots,
+    /// Of the nodes, which is under way (`gathering.glsl`).
+    half: u32,
 }
 
 impl CellTracking {
@@ -24,11 +26,13 @@ impl CellTracking {
         Ok(CellTracking {
             pass: Pass::new(device, shaders, &desc)?,
             slots: Slots::new(),
+            half: 0,
         })
     }
 
     /// Forgets all paths and starts the queue of nodes anew.
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.half = 0;
         self.slots.restart(frame, r)
     }
 
@@ -39,12 +43,13 @@ impl CellTracking {
         r: &Resources,
         cache: &CacheResources,
     ) -> Result<Progress> {
-        let CellTracking { pass, slots } = self;
-        slots.advance(frame, r, |frame, work| {
+        let CellTracking { pass, slots, half } = self;
+        let mut progress = slots.advance(frame, r, |frame, work| {
             let push = CellPush {
                 work,
                 slots: r.slots(),
                 bricks: cache.active_bricks,
+                nodes_half: *half,
             };
             let flux = cache.flux.as_ref().unwrap_or(&cache.light);
             let bindings = [
@@ -61,6 +66,12 @@ impl CellTracking {
             ]
             .concat();
             frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
-        })
+        })?;
+        if !progress.under_way && *half == 0 {
+            *half = 1;
+            slots.restart(frame, r)?;
+            progress.under_way = true;
+        }
+        Ok(progress)
     }
 }

@@ -33,7 +33,7 @@ mod slots;
 mod tone_map;
 mod upload;
 
-pub use cache::Cache;
+pub use cache::{Cache, doubling};
 pub use cache_layout::CacheLayout;
 pub use constants::SceneBuffers;
 pub use film::{Film, FirstHits};

@@ -230,6 +230,8 @@ shared! {
         pub slots: uint,
         /// Those that have memory.
         pub bricks: uint,
+        /// Which half of the nodes is filled: the sum of their indices is even (0) or odd (1).
+        pub nodes_half: uint,
     }
 
     pub struct CutPush {
@@ -370,6 +372,8 @@ codes! {
     pub const PHASE_ARRIVAL: u32 = 3;
     // In the cache's page table: a brick without memory. Its bits for a place are those of the first.
     pub const NO_PLACE: u32 = 0x8000_0000;
+    // Paths that a node may gather (gathering.glsl).
+    pub const GATHERED: u32 = 32;
     // Where the device's filter is probed.
     pub const PROBE_POSITIONS: u32 = 4096;
 }

@@ -12,8 +12,8 @@ use super::live::Live;
 use crate::error::Result;
 use crate::gpu::{DeviceSummary, Image, Slices};
 use crate::output::relative_error;
-use crate::render::Renderer;
 use crate::render::shared::ToneMapPush;
+use crate::render::{Renderer, doubling};
 use crate::scene::Tone;
 
 /// A picture in motion should take about this long.
@@ -288,15 +288,16 @@ impl Live {
         match cache.map_or(0, |cache| cache.updates) {
             0 => 1,
             _ if self.cache_is_good() => 0,
-            updates => updates,
+            updates => doubling(updates),
         }
     }
 
     /// In some view.
     fn cache_is_good(&self) -> bool {
-        self.renderer.cache.as_ref().is_none_or(|cache| {
-            cache.relative_error <= CACHE_ERROR || cache.took >= LONGEST_FILLING
-        })
+        self.renderer
+            .cache
+            .as_ref()
+            .is_none_or(|cache| cache.is_known_to(CACHE_ERROR) || cache.took >= LONGEST_FILLING)
     }
 
     /// In this one.

@@ -9,6 +9,7 @@ mod accumulation;
 mod agreement;
 mod closed_form;
 mod focus;
+mod gathering;
 mod lifetime;
 mod surfaces;
 mod texels;

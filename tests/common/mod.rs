@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isolume::gpu::{Device, DeviceChoice, Memory, Shaders, Validation};
-use isolume::render::{CacheLayout, Film, FirstHits, Renderer, SceneBuffers, shared};
+use isolume::render::{CacheLayout, Film, FirstHits, Renderer, SceneBuffers, doubling, shared};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -36,8 +36,7 @@ pub fn assert_silent(device: &Device) {
 
 /// `units` units of `samples` samples each.
 pub fn render(scene: &Scene, volume: &Volume, units: u32, samples: u32, seed: u32) -> Film {
-    let shaders = Shaders::new(shared::glsl()).expect("a shader compiler");
-    render_with_shaders(&shaders, scene, volume, units, samples, seed)
+    render_with_shaders(&shaders(), scene, volume, units, samples, seed)
 }
 
 /// The same by shaders in which a test may have changed the text.
@@ -63,11 +62,14 @@ pub fn render_with_shaders(
     film
 }
 
+pub fn shaders() -> Shaders {
+    Shaders::new(shared::glsl()).expect("a shader compiler")
+}
+
 /// The shaders with `wrong` in the place of `right`, which is in `text` of the file at `path`.
 pub fn shaders_with(path: &str, text: &str, right: &str, wrong: &str) -> Shaders {
     assert!(text.contains(right), "{path} has no `{right}`");
-    let shaders = Shaders::new(shared::glsl()).expect("a shader compiler");
-    shaders.with_file(path, &text.replace(right, wrong))
+    shaders().with_file(path, &text.replace(right, wrong))
 }
 
 /// What the pixels' centres see of surfaces.
@@ -79,6 +81,14 @@ pub fn first_hits(scene: &Scene, volume: &Volume) -> FirstHits {
     let hits = renderer.first_hits().expect("first hits");
     assert_silent(&device);
     hits
+}
+
+/// Of red, relative to its mean in `b`.
+pub fn rms_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
+    let pairs = || a.iter().zip(b).map(|(a, b)| [a[0], b[0]].map(f64::from));
+    let squares: f64 = pairs().map(|[a, b]| (a - b).powi(2)).sum();
+    let mean = pairs().map(|[_, b]| b).sum::<f64>() / b.len() as f64;
+    (squares / b.len() as f64).sqrt() / mean
 }
 
 /// A field that is the same everywhere.
@@ -127,13 +137,14 @@ pub fn uniform_medium(density: f64, albedo: f64, g: f64) -> Medium {
     }
 }
 
-/// A renderer whose cache holds `updates` paths a cell in sight (a power of two).
+/// A renderer with a cache.
 pub struct Cached {
     pub device: Arc<Device>,
     pub renderer: Renderer,
     pub buffers: SceneBuffers,
 }
 
+/// With a cache that holds `updates` paths a cell in sight (a power of two).
 pub fn cached(
     scene: &Scene,
     volume: &Volume,
@@ -142,16 +153,18 @@ pub fn cached(
     updates: u32,
     seed: u32,
 ) -> Cached {
-    cached_on(device(), scene, volume, scale, format, updates, seed)
+    let mut cached = empty_cache(device(), &shaders(), scene, volume, scale, format, seed);
+    cached.fill(updates);
+    cached
 }
 
-pub fn cached_on(
+pub fn empty_cache(
     device: Arc<Device>,
+    shaders: &Shaders,
     scene: &Scene,
     volume: &Volume,
     scale: f64,
     format: CacheFormat,
-    updates: u32,
     seed: u32,
 ) -> Cached {
     let memory = Memory::new(&device, BUDGET).expect("memory");
@@ -159,14 +172,12 @@ pub fn cached_on(
     let occupancy = buffers.occupancy(volume);
     let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, 4096);
     let buffers = buffers.with_cache(layout.expect("a layout"));
-    let renderer = Renderer::new(&memory, volume, &buffers).expect("a renderer");
-    let mut cached = Cached {
+    let renderer = Renderer::with_shaders(&memory, shaders, volume, &buffers);
+    Cached {
         device,
-        renderer,
+        renderer: renderer.expect("a renderer"),
         buffers,
-    };
-    cached.fill(updates);
-    cached
+    }
 }
 
 impl Cached {
@@ -186,8 +197,8 @@ impl Cached {
     pub fn fill(&mut self, updates: u32) {
         let stop = AtomicBool::new(false);
         while self.updates() < updates {
-            let double = self.updates().max(1);
-            assert!(self.renderer.fill_cache(double, &stop).expect("a batch"));
+            let batch = doubling(self.updates());
+            assert!(self.renderer.fill_cache(batch, &stop).expect("a batch"));
         }
     }
 

@@ -1,8 +1,7 @@
 //! Rays from the camera begin and end where their patch of the picture says that there is something to meet
 //! (`glsl/patches.comp`): what they see is what rays through all of the box see.
 
-use isolume::gpu::{Memory, Shaders};
-use isolume::render::{CacheLayout, Renderer, SceneBuffers, shared};
+use isolume::gpu::Shaders;
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -76,29 +75,17 @@ fn orthographics() -> Vec<Camera> {
 
 /// Of each camera: red and coverage, without cached light.
 fn pictures(shaders: &Shaders, cameras: &[Camera]) -> Vec<Vec<[f32; 2]>> {
-    let (device, volume) = (device(), specks());
-    let memory = Memory::new(&device, BUDGET).expect("memory");
-    let buffers = SceneBuffers::new(&device, &scene(cameras[0]), &volume, 0);
-    let buffers = buffers.expect("buffers");
-    let occupancy = buffers.occupancy(&volume);
-    let layout = CacheLayout::new(volume.dims, &occupancy, 0.5, CacheFormat::F16, 4096);
-    let mut buffers = buffers.with_cache(layout.expect("a layout"));
-    let renderer = Renderer::with_shaders(&memory, shaders, &volume, &buffers);
-    let mut renderer = renderer.expect("a renderer");
+    let (scene, volume) = (scene(cameras[0]), specks());
+    let mut cached = empty_cache(device(), shaders, &scene, &volume, 0.5, CacheFormat::F16, 0);
     let pictures = cameras.iter().map(|camera| {
-        let seen = buffers.seen_by(camera);
-        renderer.change(&buffers, &seen).expect("another view");
-        buffers = seen;
-        let picture = renderer.march().expect("a picture");
+        let seen = cached.buffers.seen_by(camera);
+        let changed = cached.renderer.change(&cached.buffers, &seen);
+        changed.expect("another view");
+        cached.buffers = seen;
+        let picture = cached.march();
         picture.iter().map(|pixel| [pixel[0], pixel[3]]).collect()
     });
-    let pictures = pictures.collect();
-    assert_silent(&device);
-    pictures
-}
-
-fn shaders() -> Shaders {
-    Shaders::new(shared::glsl()).expect("a shader compiler")
+    pictures.collect()
 }
 
 /// Rays run through all of the box.

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::job::report;
 use crate::job::trace::{self, INTERRUPTED, rgb};
 use crate::output::progress::Progress;
-use crate::render::Renderer;
+use crate::render::{Renderer, doubling};
 use crate::scene::CacheFormat::{F16, F32};
 
 /// The first is what the others are measured against; the second gets as many paths as that, so that
@@ -104,7 +104,7 @@ fn fill_for(time: Duration, renderer: &mut Renderer) -> Result<()> {
 fn fill_as_often(updates: u32, renderer: &mut Renderer) -> Result<()> {
     let mut done = 0;
     while done < updates && !trace::interrupted() {
-        let batch = done.max(1).min(updates - done);
+        let batch = doubling(done).min(updates - done);
         renderer.fill_cache(batch, &INTERRUPTED)?;
         done += batch;
     }
