@@ -24,29 +24,28 @@ float history(Brick brick) {
     return float(brick.first_sample) - (1.0 - WORTH) * float(min(brick.first_sample, GATHERED));
 }
 
-// The light that four of a cube's corners make a linear function of, no two of which are neighbours: those whose
-// indices have a sum like `half_read`.
-CachedLight read_half(Cube cube, int half_read) {
-    bool is_mirrored = (cube.low.x + cube.low.y + cube.low.z + half_read & 1) != 0;
-    int side = is_mirrored ? 1 : 0;
-    vec3 p = cube.p;
-    p.x = is_mirrored ? 1.0 - p.x : p.x;
-    ivec3 a = cube.low;
-    ivec3 texels[4] = ivec3[4](
-        node_texel(a + ivec3(side, 0, 0)), node_texel(a + ivec3(1 - side, 1, 0)),
-        node_texel(a + ivec3(1 - side, 0, 1)), node_texel(a + ivec3(side, 1, 1)));
-    vec4 weights = 0.5 * vec4(2.0 - p.x - p.y - p.z, p.x + p.y - p.z, p.x - p.y + p.z, p.y + p.z - p.x);
-    vec4 light = weights.x * texel_at(cache_light, texels[0])
-               + weights.y * texel_at(cache_light, texels[1])
-               + weights.z * texel_at(cache_light, texels[2])
-               + weights.w * texel_at(cache_light, texels[3]);
-    light = max(light, 0.0);
-    CachedLight r = CachedLight(light.rgb, light.a, vec3(0.0));
-    if (is_anisotropic) {
-        r.flux = weights.x * texel_at(cache_flux, texels[0]).rgb
-               + weights.y * texel_at(cache_flux, texels[1]).rgb
-               + weights.z * texel_at(cache_flux, texels[2]).rgb
-               + weights.w * texel_at(cache_flux, texels[3]).rgb;
+// The linear function through four corners of a cube, no two of which are neighbours: those whose indices have a sum
+// like `nodes_half`. A loop, for drivers that take long to compile what reads images.
+CachedLight read_half(Cube cube, int nodes_half) {
+    int mirrored = cube.low.x + cube.low.y + cube.low.z + nodes_half & 1;
+    CachedLight r = CachedLight(vec3(0.0), 0.0, vec3(0.0));
+    int k = 0;
+    LOOP {
+        ivec3 corner = ivec3((k ^ k >> 1 ^ mirrored) & 1, k & 1, k >> 1);
+        float weight = 0.25 + 0.5 * dot(2.0 * vec3(corner) - 1.0, cube.p - 0.5);
+        ivec3 texel = node_texel(cube.low + corner);
+        vec4 light = weight * texel_at(cache_light, texel);
+        r.mean += light.rgb;
+        r.suns += light.a;
+        if (is_anisotropic) {
+            r.flux += weight * texel_at(cache_flux, texel).rgb;
+        }
+        ++k;
+        if (k == 4) {
+            break;
+        }
     }
+    r.mean = max(r.mean, 0.0);
+    r.suns = max(r.suns, 0.0);
     return r;
 }

@@ -121,7 +121,7 @@ fn tissue() {
 /// own noise is 0.2 % in the mean of the picture.
 #[test]
 fn a_dense_cloud() {
-    for (scale, updates, most) in [(1.0, 32, 0.0075), (0.5, 256, 0.0175)] {
+    for (scale, updates, most) in [(1.0, 128, 0.0075), (0.5, 512, 0.0175)] {
         let setting = Setting {
             scene: "cloud",
             edits: &["render.size=[48, 48]"],
