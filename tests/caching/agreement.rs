@@ -97,7 +97,7 @@ fn blobs() {
             "render.size=[48, 48]",
             "volume.crop=[[8, 8, 8], [32, 32, 32]]",
         ],
-        updates: 8,
+        updates: 128,
         at_rest: 64,
         reference: 192,
     });
@@ -111,7 +111,7 @@ fn tissue() {
             "render.size=[48, 48]",
             "surfaces.iso=[{ value = 150.0, opacity = 0.5 }]",
         ],
-        updates: 8,
+        updates: 128,
         at_rest: 64,
         reference: 192,
     });
