@@ -351,3 +351,21 @@ fn relative_difference(before: &[[f32; 4]], after: &[[f32; 4]]) -> f64 {
         false => 0.0,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So that no batch is gathered in part.
+    #[test]
+    fn batches_meet_where_gathering_ends() {
+        for first in [1, 3, 20, GATHERED] {
+            let mut updates = first;
+            while updates < GATHERED {
+                updates += doubling(updates);
+            }
+            assert_eq!(updates, GATHERED);
+            assert_eq!(doubling(updates), GATHERED);
+        }
+    }
+}
