@@ -1,6 +1,6 @@
 // Paths from nodes that have had few: they end at their first collision, with what the cache shows there. Batches are
 // then turns of a Gauss–Seidel iteration of the transport equation; a few of them spread light as far as long paths
-// would, for less time and with less noise.
+// would, in less time.
 //
 // What such a path brings is as wrong as the cache is between nodes. So nodes gather only at first, and trace their
 // paths to the end from then on: what was gathered weighs less and less.
@@ -9,19 +9,24 @@
 // the other: no value depends on which node was faster.
 
 // What a gathered path counts for beside a new one. It shares the errors of what it read with all its neighbours;
-// the sooner these are forgotten, the better. (Measured: at 1, the noise of a young cache is twice as large.)
+// the sooner these are forgotten, the better. (tests/caching/gathering.rs prints the noise that a worth of 1 would leave.)
 const float WORTH = 0.25;
+
+// Whether there are nodes to gather from along each axis.
+bool may_gather() {
+    return all(greaterThan(scene.cache_nodes, uvec3(1u)));
+}
 
 // Whether the paths of a batch do.
 bool gathers(Brick brick, uint nodes_half) {
-    bool has_neighbours = all(greaterThan(scene.cache_nodes, uvec3(1u)));
     bool has_light = brick.first_sample > 0u || nodes_half == 1u;
-    return has_neighbours && has_light && brick.first_sample + brick.samples <= GATHERED;
+    return may_gather() && has_light && brick.first_sample + brick.samples <= GATHERED;
 }
 
 // Paths that a node has had, by what they are worth.
 float history(Brick brick) {
-    return float(brick.first_sample) - (1.0 - WORTH) * float(min(brick.first_sample, GATHERED));
+    uint gathered = may_gather() ? min(brick.first_sample, GATHERED) : 0u;
+    return float(brick.first_sample) - (1.0 - WORTH) * float(gathered);
 }
 
 // The linear function through four corners of a cube, no two of which are neighbours: those whose indices have a sum

@@ -239,13 +239,14 @@ impl Cache {
             let now = self.measure(frame, r, resources)?;
             self.end_batch(samples, now);
         }
-        self.took += began.elapsed();
+        let took = began.elapsed();
+        self.took += took;
         let pace = match gathers(before, samples) {
             true => &mut self.gathering,
             false => &mut self.tracing,
         };
         pace.updates += self.updates - before;
-        pace.took += began.elapsed();
+        pace.took += took;
         Ok(!progress.under_way)
     }
 

@@ -7,6 +7,7 @@ use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::common::*;
+use crate::gathering::shaders_without_gathering;
 
 fn from(eye: [f64; 3]) -> Scene {
     let camera = Camera {
@@ -59,6 +60,12 @@ fn turn(cached: &mut Cached) {
     cached.buffers = turned;
 }
 
+/// What a cache shows from the other side.
+fn behind(cached: &mut Cached) -> Vec<[f32; 4]> {
+    turn(cached);
+    cached.march()
+}
+
 /// The error of the picture that a cache shows, relative to its mean: from two independent caches, and as
 /// the first of them measures it.
 fn errors(everywhere: bool, updates: u32) -> [f64; 2] {
@@ -92,13 +99,37 @@ fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
     assert_eq!(cache.paths, 8 * 16 * 16 * 16);
 }
 
+/// Paths are numbered from node to node: it does not matter when a node has had them, if it does not gather.
+#[test]
+fn what_has_caught_up_is_what_had_been_filled_everywhere() {
+    let scene = from([0.0, 0.0, 3.0]);
+    let traced = shaders_without_gathering();
+    let empty = || {
+        empty_cache(
+            device(),
+            &traced,
+            &scene,
+            &block(),
+            0.5,
+            CacheFormat::F32,
+            1,
+        )
+    };
+    let (mut late, mut at_once) = (empty(), empty());
+    late.fill(16);
+    look_from_everywhere(&mut late);
+    catch_up(&mut late);
+    look_from_everywhere(&mut at_once);
+    at_once.fill(16);
+    assert_eq!(late.renderer.paths(), at_once.renderer.paths());
+    for (a, b) in behind(&mut late).iter().zip(behind(&mut at_once)) {
+        assert!((a[0] - b[0]).abs() <= 1e-5 * b[0], "{a:?} {b:?}");
+    }
+}
+
 #[test]
 fn what_has_caught_up_is_as_good_as_what_had_been_filled_everywhere() {
     let scene = from([0.0, 0.0, 3.0]);
-    let behind = |cached: &mut Cached| {
-        turn(cached);
-        cached.march()
-    };
     let [mut late, mut other] = [1, 2].map(|seed| {
         let mut late = filled(&scene, false, 128, seed);
         look_from_everywhere(&mut late);
