@@ -288,6 +288,11 @@ pub struct CompareArgs {
     pub a: PathBuf,
     pub b: PathBuf,
 
+    /// The same two pictures, rendered again with other random numbers: adds what A and B differ by
+    /// without noise.
+    #[arg(long, num_args = 2, value_names = ["A", "B"])]
+    pub again: Option<Vec<PathBuf>>,
+
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

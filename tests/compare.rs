@@ -12,7 +12,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isolume::compare::{Comparison, LinearImage, compare, measure};
+use isolume::compare::{Comparison, LinearImage, compare, measure, without_noise};
 use isolume::error::Error;
 use isolume::output::{Picture, Provenance, write_exr, write_png};
 use isolume::scene::Tone;
@@ -74,7 +74,7 @@ fn compare_noisy(noise: f64, exposure: f64) -> Comparison {
     let folder = TempDir::new().unwrap();
     let a = exr(&folder, "a.exr", &noisy(1, noise));
     let b = exr(&folder, "b.exr", &noisy(2, noise));
-    compare(&a, &b, exposure).unwrap()
+    compare([&a, &b], None, exposure).unwrap().comparison
 }
 
 #[track_caller]
@@ -119,7 +119,7 @@ fn png_files_are_decoded_to_linear_radiance() {
         write_png(&path, &noisy(seed, 0.3), 0.0, Tone::Linear).unwrap();
         path
     });
-    let found = compare(&a, &b, 0.0).unwrap();
+    let found = compare([&a, &b], None, 0.0).unwrap().comparison;
     assert_close(found.mse, 0.003_039_877_010, 1e-8);
     assert_close(found.psnr, 29.724_496_429, 1e-4);
     assert_close(found.ssim.unwrap(), 0.775_900_900, 1e-5);
@@ -131,7 +131,7 @@ fn png_files_are_decoded_to_linear_radiance() {
 fn equal_pictures_have_no_error() {
     let folder = TempDir::new().unwrap();
     let a = exr(&folder, "a.exr", &noisy(1, 0.3));
-    let found = compare(&a, &a, 0.0).unwrap();
+    let found = compare([&a, &a], None, 0.0).unwrap().comparison;
     assert_eq!(
         (found.mse, found.flip, found.psnr),
         (0.0, 0.0, f64::INFINITY)
@@ -184,9 +184,63 @@ fn pictures_smaller_than_a_window_have_no_ssim() {
     assert_eq!((found.ssim, found.flip), (None, 0.0));
 }
 
+/// A grey picture with a bright `spot` in it; pixels share their noise by fours.
+fn with_spot(spot: f32, seed: u32, noise: f64) -> LinearImage {
+    let pixel = |at: u32| {
+        let (x, y) = (at % WIDTH, at / WIDTH);
+        let square = y / 2 * WIDTH + x / 2;
+        let random = f64::from(hash(square ^ hash(seed))) / 4_294_967_296.0 - 0.5;
+        let inside = (20..60).contains(&x) && (20..60).contains(&y);
+        [0.3 + if inside { spot } else { 0.0 } + (noise * random) as f32; 3]
+    };
+    LinearImage {
+        name: format!("spot {spot}, {seed}"),
+        width: WIDTH as usize,
+        height: HEIGHT as usize,
+        rgb: (0..WIDTH * HEIGHT).map(pixel).collect(),
+        stderr: None,
+    }
+}
+
+/// Psnr without noise and at least, of pictures whose spots differ by `spot`.
+fn spots_apart(spot: f32, seed: u32) -> [f64; 2] {
+    let noisy = |spot, k| with_spot(spot, 4 * seed + k, 0.05);
+    let [r, s] = [noisy(0.0, 0), noisy(0.0, 1)];
+    let [t, u] = [noisy(spot, 2), noisy(spot, 3)];
+    let found = without_noise([&r, &s], [&t, &u], 0.0).unwrap();
+    [found.psnr_without_noise, found.psnr_at_least]
+}
+
+#[test]
+fn pictures_rendered_twice_are_compared_beyond_their_noise() {
+    let clean = [0.0, 0.012].map(|spot| with_spot(spot, 0, 0.0));
+    let truth = measure(&clean[0], &clean[1], 0.0).unwrap().psnr;
+    let noisy = [(0.0, 1), (0.012, 2)].map(|(spot, seed)| with_spot(spot, seed, 0.05));
+    let raw = measure(&noisy[0], &noisy[1], 0.0).unwrap().psnr;
+    assert!(raw < truth - 8.0, "{raw} dB with noise, {truth} dB without");
+
+    // Too good by two standard errors is one in forty.
+    let found: Vec<[f64; 2]> = (0..100).map(|seed| spots_apart(0.012, seed)).collect();
+    let square = |psnr: f64| 10f64.powf(-0.1 * psnr);
+    let mean = found.iter().map(|&[psnr, _]| square(psnr)).sum::<f64>() / 100.0;
+    assert_close(-10.0 * mean.log10(), truth, 0.3);
+    let too_good = found.iter().filter(|[_, least]| *least > truth).count();
+    assert!(too_good <= 8, "{too_good} of 100");
+
+    // Of equal pictures, as far as noise lets anybody say.
+    let equal: Vec<[f64; 2]> = (0..100).map(|seed| spots_apart(0.0, seed)).collect();
+    let unmeasurable = equal.iter().filter(|[psnr, _]| psnr.is_infinite()).count();
+    assert!((30..70).contains(&unmeasurable), "{unmeasurable} of 100");
+    assert!(
+        equal
+            .iter()
+            .all(|[psnr, least]| least.is_finite() && least < psnr)
+    );
+}
+
 #[track_caller]
 fn refuses(a: &Path, b: &Path, parts: &[&str]) {
-    let Err(Error::Input(message)) = compare(a, b, 0.0) else {
+    let Err(Error::Input(message)) = compare([a, b], None, 0.0) else {
         panic!("not refused")
     };
     for part in parts {

@@ -10,6 +10,7 @@ mod flip;
 mod image;
 mod noise;
 mod ssim;
+mod without_noise;
 
 use std::path::Path;
 
@@ -18,6 +19,7 @@ use serde::Serialize;
 use crate::error::Result;
 
 pub use self::image::LinearImage;
+pub use self::without_noise::{WithoutNoise, without_noise};
 
 /// Every metric of one pair of pictures. What is infinite or undefined is null in JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -43,13 +45,29 @@ pub struct Comparison {
     pub z_tile_max: Option<f64>,
 }
 
-/// Compares two files; display values are exposed by `exposure` stops, clipped and sRGB-encoded.
-pub fn compare(reference: &Path, test: &Path, exposure: f64) -> Result<Comparison> {
-    measure(
-        &LinearImage::read(reference)?,
-        &LinearImage::read(test)?,
-        exposure,
-    )
+/// What there is to say of two files, or of four.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Compared {
+    #[serde(flatten)]
+    pub comparison: Comparison,
+    #[serde(flatten)]
+    pub without_noise: Option<WithoutNoise>,
+}
+
+/// Compares two files, a reference and a test; display values are exposed by `exposure` stops, clipped and
+/// sRGB-encoded. `again`: the same two pictures with other random numbers.
+pub fn compare(files: [&Path; 2], again: Option<[&Path; 2]>, exposure: f64) -> Result<Compared> {
+    let read = |[a, b]: [&Path; 2]| Ok([LinearImage::read(a)?, LinearImage::read(b)?]);
+    let [reference, test] = read(files)?;
+    let comparison = measure(&reference, &test, exposure)?;
+    let without_noise = match again.map(read).transpose()? {
+        Some([r, t]) => Some(without_noise([&reference, &r], [&test, &t], exposure)?),
+        None => None,
+    };
+    Ok(Compared {
+        comparison,
+        without_noise,
+    })
 }
 
 /// Compares two pictures in memory.
@@ -104,6 +122,14 @@ fn linear_error(reference: &LinearImage, test: &LinearImage) -> LinearError {
     sum
 }
 
+impl Compared {
+    /// One figure a line, with what it means.
+    pub fn table(&self) -> String {
+        let more = self.without_noise.as_ref().map(WithoutNoise::table);
+        self.comparison.table() + &more.unwrap_or_default()
+    }
+}
+
 impl Comparison {
     /// One metric a line, with what it means.
     pub fn table(&self) -> String {
@@ -135,12 +161,13 @@ impl Comparison {
                 "the same in the worst 16×16 tile",
             ),
         ];
-        let lines = rows.map(|(name, value, meaning)| {
-            let value = value.map_or("-".to_owned(), number);
-            format!("{name:<11} {value:>11}  {meaning}\n")
-        });
-        lines.concat()
+        rows.map(line).concat()
     }
+}
+
+fn line((name, value, meaning): (&str, Option<f64>, &str)) -> String {
+    let value = value.map_or("-".to_owned(), number);
+    format!("{name:<18} {value:>11}  {meaning}\n")
 }
 
 fn number(value: f64) -> String {

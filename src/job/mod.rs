@@ -74,10 +74,14 @@ fn print_scene(args: &SceneArgs) -> Result<u8> {
 }
 
 fn print_comparison(args: &CompareArgs) -> Result<u8> {
-    let comparison = compare::compare(&args.a, &args.b, args.exposure)?;
+    let again = args.again.as_deref().and_then(|again| match again {
+        [a, b] => Some([a.as_path(), b.as_path()]),
+        _ => None,
+    });
+    let compared = compare::compare([&args.a, &args.b], again, args.exposure)?;
     match args.json {
-        true => print(&info::to_json(&comparison)?),
-        false => print(&comparison.table()),
+        true => print(&info::to_json(&compared)?),
+        false => print(&compared.table()),
     }
 }
 

@@ -109,6 +109,12 @@ fn check_settings(settings: &[Value]) {
     assert_eq!(settings.len(), 5);
     assert!(settings[0]["psnr"].is_null(), "the measure itself");
     assert!(number(&settings[1]["psnr"]) > 60.0, "{:#}", settings[1]);
+    assert!(settings[1].get("psnr_at_least").is_none(), "the same paths");
+    for coarse in &settings[2..] {
+        let least = number(&coarse["psnr_at_least"]);
+        let expected = coarse["psnr_without_noise"].as_f64();
+        assert!(expected.is_none_or(|psnr| psnr >= least), "{coarse:#}");
+    }
     assert_eq!(settings[0]["paths_per_cell"], settings[1]["paths_per_cell"]);
     let bytes: Vec<f64> = settings.iter().map(|s| number(&s["bytes"])).collect();
     assert!(bytes[0] > bytes[1] && bytes[2..].is_sorted_by(|a, b| a >= b));

@@ -1,26 +1,28 @@
 //! What coarser cells and shorter floats lose: the paper's Table 1. The same view is marched through
 //! each cache, which adds no noise of its own, and compared with that of the whole cache in 32 bits.
+//! Paths of a few seconds leave more noise than a coarser cache loses, so each cache is filled twice.
 
 use std::time::Duration;
 
 use super::Bench;
-use super::entrants::Subject;
+use super::entrants::{Entrant, Subject};
 use super::report::{CacheSetting, RunReport};
 use super::run::voxels;
 use crate::cli::{BenchVariant, Stop};
-use crate::compare::{LinearImage, measure as compare};
+use crate::compare::{LinearImage, measure as compare, without_noise};
 use crate::error::{Error, Result};
 use crate::job::report;
+use crate::job::setup::Loaded;
 use crate::job::trace::{self, INTERRUPTED, rgb};
 use crate::output::progress::Progress;
 use crate::render::{Renderer, doubling};
 use crate::scene::CacheFormat::{F16, F32};
 
-/// The first is what the others are measured against; the second gets as many paths as that, so that
-/// rounding is all that tells them apart.
-const SETTINGS: [BenchVariant; 5] = [
-    BenchVariant::caching(1.0, F32),
-    BenchVariant::caching(1.0, F16),
+/// What the others are measured against.
+const WHOLE: BenchVariant = BenchVariant::caching(1.0, F32);
+/// Gets the same paths, so that rounding is all that tells them apart.
+const ROUNDED: BenchVariant = BenchVariant::caching(1.0, F16);
+const COARSE: [BenchVariant; 3] = [
     BenchVariant::caching(0.5, F32),
     BenchVariant::caching(0.25, F32),
     BenchVariant::caching(0.125, F32),
@@ -28,67 +30,137 @@ const SETTINGS: [BenchVariant; 5] = [
 
 /// Empty where the whole cache does not fit, or takes too long to fill.
 pub fn measure(
-    bench: &mut Bench<'_>,
+    bench: &Bench<'_>,
     subject: &Subject,
     runs: &[RunReport],
     skipped: &mut Vec<String>,
 ) -> Result<Vec<CacheSetting>> {
-    let mut settings: Vec<CacheSetting> = Vec::new();
-    let mut whole: Option<LinearImage> = None;
-    for variant in &SETTINGS {
-        let entrant = match subject.entrant(&bench.host, bench.volume, variant) {
-            Ok(entrant) => entrant,
-            Err(Error::Memory(why)) if settings.is_empty() => {
-                skipped.push(format!("cache settings: {why}"));
-                break;
-            }
-            Err(other) => return Err(other),
-        };
-        if settings.is_empty()
-            && let Err(why) = bench.in_time(&entrant, runs)
-        {
+    let whole = match subject.entrant(&bench.host, bench.volume, &WHOLE) {
+        Err(Error::Memory(why)) => Err(why),
+        Err(other) => return Err(other),
+        Ok(whole) => bench.in_time(&whole, runs).map(|()| whole),
+    };
+    let whole = match whole {
+        Ok(whole) => whole,
+        Err(why) => {
             skipped.push(format!("cache settings: {why}"));
-            break;
+            return Ok(Vec::new());
         }
-        bench.say(&format!(
-            "{}cache settings: {}",
-            subject.prefix, entrant.word
-        ));
-        let seed = bench.args.seed;
-        let (scene, choice) = (&entrant.scene, entrant.choice);
-        let mut loaded = bench.host.load_warm(bench.volume, scene, choice, seed)?;
-        match settings.as_slice() {
-            [whole] => fill_as_often(whole.paths_per_cell, &mut loaded.renderer)?,
-            _ => fill_for(bench.longest(), &mut loaded.renderer)?,
-        }
-        let image = marched(&mut loaded.renderer, scene.render.size, &entrant.word)?;
-        let alike = match &whole {
-            Some(whole) => Some(compare(whole, &image, scene.render.exposure)?),
-            None => None,
-        };
-        let (Some(cache), Some(filled)) = (
-            report::cache(&loaded.renderer, &loaded.choice.plan, 0.0),
-            &loaded.renderer.cache,
-        ) else {
-            break;
-        };
-        if trace::interrupted() {
-            break;
-        }
-        settings.push(CacheSetting {
-            variant: entrant.word,
-            paths_per_cell: filled.updates,
-            relative_error: cache.relative_error,
-            psnr: alike.as_ref().map(|a| a.psnr),
-            ssim: alike.as_ref().and_then(|a| a.ssim),
-            bytes: cache.bytes,
-            active_cells: cache.active_cells,
-            bytes_per_active_cell: cache.bytes as f64 / cache.active_cells as f64,
-            bytes_per_voxel: cache.bytes as f64 / voxels(bench),
-        });
-        whole.get_or_insert(image);
+    };
+    let exposure = whole.scene.render.exposure;
+    let settings = Settings {
+        bench,
+        subject,
+        exposure,
+    };
+    let mut found = Vec::new();
+    match settings.measure(&whole, &mut found) {
+        Ok(()) | Err(Error::Interrupted) => Ok(found),
+        Err(other) => Err(other),
     }
-    Ok(settings)
+}
+
+struct Settings<'a> {
+    bench: &'a Bench<'a>,
+    subject: &'a Subject,
+    exposure: f64,
+}
+
+/// What a cache shows, and what it is.
+struct Shown {
+    image: LinearImage,
+    setting: CacheSetting,
+}
+
+impl Settings<'_> {
+    fn measure(&self, whole: &Entrant, found: &mut Vec<CacheSetting>) -> Result<()> {
+        let [whole, whole_again] = self.shown_twice(whole, 0)?;
+        found.push(whole.setting);
+        let updates = found[0].paths_per_cell;
+        let rounded = self.shown(&self.entrant(&ROUNDED)?, 0, |renderer| {
+            fill_as_often(updates, renderer)
+        })?;
+        found.push(self.compared(&whole.image, rounded)?);
+        for variant in &COARSE {
+            let [coarse, coarse_again] = self.shown_twice(&self.entrant(variant)?, 2)?;
+            let without_noise = without_noise(
+                [&whole.image, &whole_again.image],
+                [&coarse.image, &coarse_again.image],
+                self.exposure,
+            )?;
+            found.push(CacheSetting {
+                without_noise: Some(without_noise),
+                ..self.compared(&whole.image, coarse)?
+            });
+        }
+        Ok(())
+    }
+
+    fn compared(&self, whole: &LinearImage, shown: Shown) -> Result<CacheSetting> {
+        let alike = compare(whole, &shown.image, self.exposure)?;
+        Ok(CacheSetting {
+            psnr: Some(alike.psnr),
+            ssim: alike.ssim,
+            ..shown.setting
+        })
+    }
+
+    fn entrant(&self, variant: &BenchVariant) -> Result<Entrant> {
+        let Bench { host, volume, .. } = self.bench;
+        self.subject.entrant(host, volume, variant)
+    }
+
+    /// Through two caches, filled for as long as time allows.
+    fn shown_twice(&self, entrant: &Entrant, first_seed: u32) -> Result<[Shown; 2]> {
+        let fill = |renderer: &mut Renderer| fill_for(self.bench.longest(), renderer);
+        let first = self.shown(entrant, first_seed, fill)?;
+        Ok([first, self.shown(entrant, first_seed + 1, fill)?])
+    }
+
+    /// `seed` is added to the bench's own.
+    fn shown(
+        &self,
+        entrant: &Entrant,
+        seed: u32,
+        fill: impl FnOnce(&mut Renderer) -> Result<()>,
+    ) -> Result<Shown> {
+        let Bench {
+            args, host, volume, ..
+        } = self.bench;
+        let prefix = &self.subject.prefix;
+        self.bench
+            .say(&format!("{prefix}cache settings: {}", entrant.word));
+        let (scene, choice) = (&entrant.scene, entrant.choice.clone());
+        let mut loaded = host.load_warm(volume, scene, choice, args.seed.wrapping_add(seed))?;
+        fill(&mut loaded.renderer)?;
+        if trace::interrupted() {
+            return Err(Error::Interrupted);
+        }
+        Ok(Shown {
+            image: marched(&mut loaded.renderer, scene.render.size, &entrant.word)?,
+            setting: setting(&entrant.word, &loaded, voxels(self.bench)),
+        })
+    }
+}
+
+/// Compared with nothing yet.
+fn setting(variant: &str, loaded: &Loaded, voxels: f64) -> CacheSetting {
+    let stats = report::cache(&loaded.renderer, &loaded.choice.plan, 0.0);
+    let (Some(stats), Some(cache)) = (stats, &loaded.renderer.cache) else {
+        unreachable!("a renderer of the caching variant has a cache");
+    };
+    CacheSetting {
+        variant: variant.into(),
+        paths_per_cell: cache.updates,
+        relative_error: stats.relative_error,
+        psnr: None,
+        ssim: None,
+        without_noise: None,
+        bytes: stats.bytes,
+        active_cells: stats.active_cells,
+        bytes_per_active_cell: stats.bytes as f64 / stats.active_cells as f64,
+        bytes_per_voxel: stats.bytes as f64 / voxels,
+    }
 }
 
 /// For a cache's share of a render of that length, however good it gets.

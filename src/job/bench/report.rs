@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use crate::cli::BenchArgs;
-use crate::compare::Comparison;
+use crate::compare::{Comparison, WithoutNoise};
 use crate::job::setup::Host;
 use crate::output::stats::{CacheStats, MemoryStats};
 use crate::scene::file::{Opened, ShadingModel};
@@ -155,6 +155,9 @@ pub struct CacheSetting {
     /// Null for the whole cache itself.
     pub psnr: Option<f64>,
     pub ssim: Option<f64>,
+    /// Not there where paths are the same, so that no noise tells them apart.
+    #[serde(flatten)]
+    pub without_noise: Option<WithoutNoise>,
     pub bytes: u64,
     pub active_cells: u64,
     pub bytes_per_active_cell: f64,
