@@ -1,4 +1,4 @@
-// The picture at rest in the `caching` variant, with surfaces or an anisotropic medium: paths from the
+// The picture at rest in the `caching` variant, where it is not marched (camera_march.comp): paths from the
 // camera that end where they may read the cache.
 
 #version 460

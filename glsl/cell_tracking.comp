@@ -3,7 +3,7 @@
 // A path begins at a node as if it had just collided there in an isotropic medium: with a shadow ray,
 // and in a direction that is uniform over the sphere. What it brings goes to the node's mean and flux;
 // what the first shadow ray brings from a sun goes to the suns' share. Slots take nodes from a queue as
-// in delta_tracking.comp.
+// those of camera_path.glsl take pixels.
 //
 // The first paths of a node end where they may gather what the cache shows so far (gathering.glsl).
 //
@@ -71,7 +71,7 @@ void escape(inout Path path) {
 }
 
 bool collect(inout Path path, inout Random random) {
-    if (!gathers(bricks.at[node_work.brick], push.nodes_half)) {
+    if (node_work.gathers == 0u) {
         return false;
     }
     Cube cube = cube_at(path.origin + path.t_end * path.direction / scene.spacing);
@@ -102,6 +102,7 @@ bool begin_node(inout Path path) {
     path.samples_left = all(lessThan(node, ivec3(nodes))) ? brick.samples : 0u;
     path.sample_index = CELL_SAMPLES + brick.first_sample - 1u;
     node_work.node = node;
+    node_work.gathers = gathers(brick, push.nodes_half) ? 1u : 0u;
     node_work.light = vec4(0.0);
     node_work.flux = vec3(0.0);
     return true;

@@ -1,4 +1,5 @@
-// What the ray through each pixel's centre meets first: distance, normal and colour of the surface.
+// What the ray through each pixel's centre meets first: distance, normal and colour of the surface. One without
+// opacity is not there.
 
 #version 460
 #include "scene.glsl"
@@ -20,7 +21,15 @@ void main() {
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + 0.5, entry, t_end);
     Crossing crossing = Crossing(0.0, -1, 0u);
-    find_crossing(ray, t_end, -1, true, crossing);
+    int known = -1;
+    bool fresh = true;
+    LOOP {
+        find_crossing(ray, t_end, known, fresh, crossing);
+        if (crossing.surface < 0 || surface_at(uint(crossing.surface)).opacity > 0.0) {
+            break;
+        }
+        pass_through(crossing, known, fresh);
+    }
     if (crossing.surface < 0) {
         imageStore(normal_depth, pixel, vec4(0.0, 0.0, 0.0, uintBitsToFloat(0x7f800000u)));
         imageStore(albedo, pixel, vec4(0.0));

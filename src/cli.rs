@@ -124,7 +124,7 @@ pub struct RenderArgs {
 
     /// Stop at this relative error, rms(stderr)/mean.
     #[arg(long, value_name = "REL", value_parser = positive)]
-    error: Option<f64>,
+    pub error: Option<f64>,
 
     /// Render so many views around the object, from one cache: OUT.0001.exr and so on. What stops a
     /// render stops each view.

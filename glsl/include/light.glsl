@@ -60,7 +60,8 @@ const float ALONE = -1.0;
 vec3 escaping_radiance(vec3 direction, float density) {
     vec3 radiance = scene.environment;
     if (has_environment_image) {
-        float weight = density == ALONE ? 1.0 : density / (density + environment_density(direction));
+        float both = max(density + environment_density(direction), 1e-30); // neither finds it: 0, not 0/0
+        float weight = density == ALONE ? 1.0 : density / both;
         radiance += weight * environment_image(direction);
     }
     return radiance;

@@ -22,8 +22,7 @@ vec3 to_world(vec3 grid) {
 }
 
 // The part of the ray inside the box and the clip planes; empty if x ≥ y. A convex body, so one
-// interval. Zero components of `step` give ±∞, or NaN where the origin lies on that face, which min
-// and max below resolve towards "inside".
+// interval. Zero components of `step` are told apart: divided by, they would give NaN on a face.
 vec2 clip_ray(Ray ray, float from) {
     float t0 = from;
     float t1 = 3.4e38;

@@ -88,7 +88,8 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// A mapped buffer that holds `data`.
+    /// A mapped buffer that holds `data`; an empty one has room for an element, which shaders may read and
+    /// not use.
     pub fn with_data<T: bytemuck::NoUninit>(
         memory: &Arc<Memory>,
         name: &'static str,
@@ -104,10 +105,9 @@ impl Buffer {
         placement: Placement,
         data: &[T],
     ) -> Result<Buffer> {
-        let bytes = std::mem::size_of_val(data) as u64;
         let desc = BufferDesc {
             name,
-            bytes,
+            bytes: bytes_for(data),
             placement,
         };
         let mut buffer = Buffer::new(memory, desc)?;
@@ -136,7 +136,7 @@ impl Buffer {
 
     /// Writes `data`, and takes its size.
     pub fn rewrite<T: bytemuck::NoUninit>(&mut self, data: &[T]) -> Result<()> {
-        self.resize(std::mem::size_of_val(data) as u64)?;
+        self.resize(bytes_for(data))?;
         self.write(data);
         Ok(())
     }
@@ -153,15 +153,22 @@ impl Buffer {
     pub fn mapped(&self) -> Option<&[u8]> {
         let allocation = self.holding.allocation()?;
         let mapped = allocation.mapped_slice();
-        Some(mapped.unwrap_or_else(|| panic!("{} is not mapped", self.holding.name())))
+        let mapped = mapped.unwrap_or_else(|| panic!("{} is not mapped", self.holding.name()));
+        Some(&mapped[..self.desc.bytes as usize])
     }
 
     pub fn mapped_mut(&mut self) -> Option<&mut [u8]> {
         let name = self.holding.name();
+        let bytes = self.desc.bytes as usize;
         let allocation = self.holding.allocation_mut()?;
         let mapped = allocation.mapped_slice_mut();
-        Some(mapped.unwrap_or_else(|| panic!("{name} is not mapped")))
+        let mapped = mapped.unwrap_or_else(|| panic!("{name} is not mapped"));
+        Some(&mut mapped[..bytes])
     }
+}
+
+fn bytes_for<T>(data: &[T]) -> u64 {
+    size_of_val(data).max(size_of::<T>()) as u64
 }
 
 impl Drop for Buffer {

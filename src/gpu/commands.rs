@@ -11,7 +11,7 @@ use super::pass::{Binding, Pass, Slot};
 use crate::error::{Error, Result};
 
 /// How long a slice of a sliced pass should take where nobody is waiting for a frame.
-const SLICE_MS: f64 = 50.0;
+pub const SLICE_MS: f64 = 50.0;
 
 /// How far a pass that runs in slices has come.
 pub struct Slices {
@@ -152,15 +152,12 @@ impl Frame {
                     push,
                 );
             }
-            raw.cmd_dispatch_base(
-                self.commands,
-                begin[0],
-                begin[1],
-                begin[2],
-                count[0],
-                count[1],
-                count[2],
-            );
+            let [x, y, z] = count;
+            match begin {
+                // Synchronization validation (1.3.239) does not see the other one.
+                [0, 0, 0] => raw.cmd_dispatch(self.commands, x, y, z),
+                [i, j, k] => raw.cmd_dispatch_base(self.commands, i, j, k, x, y, z),
+            }
         }
         Ok(())
     }

@@ -163,7 +163,8 @@ impl Frame {
         failure(error, message)
     }
 
-    /// Everything before is visible to what follows at `stage`.
+    /// Everything before is visible to what follows at `stage`. A test leaves barriers out, to see that
+    /// validation misses them.
     fn barrier(&self, stage: vk::PipelineStageFlags2, access: vk::AccessFlags2) {
         if self.leave_out_barriers {
             return;
@@ -267,5 +268,60 @@ impl Drop for Frame {
             raw.destroy_fence(self.fence, None);
             raw.destroy_command_pool(self.pool, None);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{
+        Binding, Buffer, DeviceChoice, Memory, Pass, PassDesc, Placement, Shaders, Validation,
+    };
+
+    const RELAY: &str = "#version 460
+        #extension GL_EXT_scalar_block_layout : require
+        layout(local_size_x = 1) in;
+        layout(binding = 0, scalar) readonly buffer FromBlock { uint at; } from;
+        layout(binding = 1, scalar) writeonly buffer ToBlock { uint at; } to;
+        void main() { to.at = from.at; }";
+
+    /// What validation says of two passes, the second of which reads what the first has written.
+    fn messages(leave_out_barriers: bool) -> Vec<String> {
+        let choice = DeviceChoice {
+            validation: Validation::On,
+            ..DeviceChoice::default()
+        };
+        let device = Device::open(&choice).expect("a Vulkan device and the validation layers");
+        let memory = Memory::new(&device, 1 << 20).expect("memory");
+        let shaders = Shaders::new(String::new()).expect("a compiler");
+        let shaders = shaders.with_file("relay.comp", RELAY);
+        let desc = PassDesc {
+            name: "relay",
+            specialization: &[],
+            macros: &[],
+        };
+        let pass = Pass::new(&device, &shaders, &desc).expect("a pass");
+        let [a, b, c] = ["a", "b", "c"].map(|name| {
+            Buffer::with_data_in(&memory, name, Placement::Upload, &[1u32]).expect("a buffer")
+        });
+        let mut frame = Frame::new(&device).expect("a frame");
+        frame.leave_out_barriers = leave_out_barriers;
+        let relay = |frame: &mut Frame, from, to| {
+            let bindings = [("from", Binding::Buffer(from)), ("to", Binding::Buffer(to))];
+            frame.pass(&pass, &bindings, &(), [1; 3])
+        };
+        frame
+            .run(|f| relay(f, &a, &b).and_then(|()| relay(f, &b, &c)))
+            .expect("a run");
+        device.validation_messages()
+    }
+
+    /// All other tests take its silence for correct barriers.
+    #[test]
+    fn validation_misses_a_barrier() {
+        assert_eq!(messages(false), [""; 0]);
+        let hazards = messages(true);
+        let names_it = |m: &String| m.contains("SYNC-HAZARD-READ-AFTER-WRITE");
+        assert!(hazards.iter().any(names_it), "{hazards:#?}");
     }
 }

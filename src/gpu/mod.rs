@@ -25,7 +25,7 @@ mod timing;
 
 pub use buffer::{Buffer, BufferDesc, Placement};
 pub use canvas::{ATLAS_SIDE, Canvas, CanvasVertex, Patch};
-pub use commands::Slices;
+pub use commands::{SLICE_MS, Slices};
 pub use device::{Device, DeviceChoice};
 pub use frame::Frame;
 pub use image::{Image, ImageDesc};

@@ -4,7 +4,7 @@ mod bench;
 pub(crate) mod plan;
 pub(crate) mod render;
 pub(crate) mod report;
-mod schedule;
+pub(crate) mod schedule;
 mod setup;
 mod trace;
 

@@ -7,6 +7,7 @@ use crate::cli::{self, PlanArgs};
 use crate::error::{Error, Result};
 use crate::gpu::{Device, human};
 use crate::info::to_json;
+use crate::render::shared::MOST_SURFACES;
 use crate::render::{Choice, Plan, choose};
 use crate::scene::Scene;
 use crate::scene::file::Opened;
@@ -103,9 +104,6 @@ impl Printed<'_> {
         text
     }
 }
-
-/// A ray keeps its side of every surface in one word.
-pub const MOST_SURFACES: usize = 32;
 
 pub fn check_supported(scene: &Scene) -> Result<()> {
     let surfaces = scene.surfaces.iso.len();

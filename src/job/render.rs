@@ -27,9 +27,7 @@ pub const INTERRUPTED_STATUS: u8 = 130;
 pub fn render(args: &RenderArgs) -> Result<u8> {
     let mut clock = Clock::new();
     let files = args.outputs();
-    for file in files.iter().chain(&args.stats).chain(&args.profile) {
-        check_writable(file)?;
-    }
+    check_writable(files.iter().chain(&args.stats).chain(&args.profile))?;
     let (opened, host) = thread::scope(|scope| {
         let host = scope.spawn(|| Host::open(&args.gpu));
         let opened = open_scene_timed(&args.scene, args.quiet, &mut clock)?;
@@ -42,7 +40,12 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let mut loaded = host.load(volume, scene, choice, args.seed, &mut clock)?;
     trace::catch_interrupts();
     let stop = match scene.render.variant {
-        Variant::Published => args.stop().without_error(),
+        Variant::Published => {
+            if args.error.is_some() && !args.quiet {
+                eprintln!("note: published does not know its error, and does not stop by --error");
+            }
+            args.stop().without_error()
+        }
         _ => args.stop(),
     };
     let mut progress = Progress::new(args.quiet, trace::goal(&stop));
@@ -71,6 +74,9 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
             let picture = picture(renderer.film()?, renderer.first_hits()?, &view.scene);
             stage_pictures(&mut outputs, &view, &opened, &picture, &host, args.seed)
         })?;
+        if args.orbit.is_some() {
+            std::mem::take(&mut outputs).commit()?;
+        }
         outcomes.push(outcome);
         if trace::interrupted() {
             break;

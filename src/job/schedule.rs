@@ -23,7 +23,7 @@ pub struct Done {
 }
 
 /// Before this many units the spread between them says too little to stop by.
-const UNITS_TO_TRUST: u32 = 16;
+pub(crate) const UNITS_TO_TRUST: u32 = 16;
 
 /// Why to stop now, as the end of a sentence; `None`: go on.
 pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
@@ -103,7 +103,7 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
 }
 
 /// The largest power of two that is at most a sixteenth of `samples`; at least one.
-fn sixteenth(samples: u32) -> u32 {
+pub(crate) fn sixteenth(samples: u32) -> u32 {
     1 << (samples / 16).max(1).ilog2()
 }
 

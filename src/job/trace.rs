@@ -14,6 +14,9 @@ use crate::output::relative_error;
 use crate::output::stats::ViewStats;
 use crate::render::Renderer;
 
+/// Where nothing stops by it, the error is looked at for progress alone: a picture's download takes time.
+const TIME_TO_LOOK: Duration = Duration::from_millis(500);
+
 pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// For work that Ctrl-C has to wait for.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
@@ -148,6 +151,7 @@ pub fn trace_until(
         took: watch.elapsed(),
         relative_error: f64::INFINITY,
     };
+    let mut looked = done.took;
     let why_stopped = loop {
         if let Some(reason) = reason_to_stop(stop, &done) {
             break reason;
@@ -164,13 +168,10 @@ pub fn trace_until(
         first_frame.get_or_insert_with(Instant::now);
         done.samples = renderer.totals.samples;
         done.units = renderer.totals.units;
-        done.relative_error = match done.units {
-            1 => f64::INFINITY,
-            _ => {
-                let film = renderer.film()?;
-                relative_error(&rgb(&film.mean), &film.stderr)
-            }
-        };
+        if stop.relative_error.is_some() || watch.elapsed() >= looked + TIME_TO_LOOK {
+            done.relative_error = error_of(renderer)?;
+            looked = watch.elapsed();
+        }
         done.took = watch.elapsed();
         progress.update(
             done.samples as u64,
@@ -184,10 +185,19 @@ pub fn trace_until(
     Ok(Outcome {
         samples: done.samples,
         took: done.took,
-        relative_error: done.relative_error,
+        relative_error: error_of(renderer)?,
         first_frame,
         why_stopped,
     })
+}
+
+/// Of the picture so far; infinite while a single unit says nothing of it.
+fn error_of(renderer: &mut Renderer) -> Result<f64> {
+    if renderer.totals.units == 1 {
+        return Ok(f64::INFINITY);
+    }
+    let film = renderer.film()?;
+    Ok(relative_error(&rgb(&film.mean), &film.stderr))
 }
 
 pub fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {

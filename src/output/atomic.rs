@@ -2,7 +2,7 @@
 //!
 //! Each output is first written to a temporary file next to its final name, because only a rename
 //! within one file system is atomic. All outputs of a run are written before the first is renamed:
-//! a disk that fills up half way leaves none of them. Dropping [`Outputs`] removes what was not
+//! a disk that fills up half way leaves none of them (of an orbit, each view by itself). Dropping [`Outputs`] removes what was not
 //! committed.
 
 use std::fs::{self, File};
@@ -99,9 +99,28 @@ impl Outputs {
     }
 }
 
-/// Whether an output could be written there: to be asked before the long work, not after.
-pub fn check_writable(path: &Path) -> Result<()> {
-    open(path).map(drop)
+/// Whether outputs could be written there, each to a file of its own: to be asked before the long work, not
+/// after.
+pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
+    let mut taken: Vec<PathBuf> = Vec::new();
+    for path in paths {
+        let (target, temporary) = open(path)?;
+        let (Target::File(file), Some(name)) = (target, path.file_name()) else {
+            continue;
+        };
+        // The folder is there, the file may not be.
+        let folder = temporary.path().parent().map(fs::canonicalize);
+        let folder = folder.and_then(Result::ok).unwrap_or_default();
+        let file = fs::canonicalize(&file).unwrap_or(folder.join(name));
+        if taken.contains(&file) {
+            return Err(Error::Usage(format!(
+                "{}: two outputs have this name; give each its own",
+                path.display()
+            )));
+        }
+        taken.push(file);
+    }
+    Ok(())
 }
 
 fn open(path: &Path) -> Result<(Target, NamedTempFile)> {

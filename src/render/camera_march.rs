@@ -5,10 +5,9 @@ use std::sync::Arc;
 use super::resources::Resources;
 use super::shared::{CameraMarchPush, Features};
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Slices, Specialization};
-
-/// Of a march that nobody is waiting for.
-const SLICE_MS: f64 = 50.0;
+use crate::gpu::{
+    Binding, Device, Frame, Pass, PassDesc, SLICE_MS, Shaders, Slices, Specialization,
+};
 
 pub struct CameraMarch {
     pass: Pass,

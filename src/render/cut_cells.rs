@@ -8,8 +8,8 @@ use super::shared::{BRICK, CutPush, Features};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, Device, Frame, Pass, PassDesc, Shaders, Specialization};
 
-/// Bricks in a row of workgroups.
-const ROW: u32 = 64;
+/// Bricks in a row of workgroups: Vulkan promises no more than 65535 rows, and there may be millions of bricks.
+const ROW: u32 = 1024;
 
 pub struct CutCells(Pass);
 

@@ -110,12 +110,14 @@ fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
 const FEW_CELLS: u64 = 1 << 18;
 const COARSEST: f64 = 0.125;
 
-fn too_slow(limits: &DeviceSummary, scene: &Scene, layout: &CacheLayout) -> bool {
+/// The cache's cells, if they are too many for that.
+fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<u64> {
+    let layout = plan.cache.as_ref()?;
     let pixels = scene.render.size.iter().map(|&n| n as u64).product::<u64>();
-    limits.kind == "CPU"
+    let minds = limits.kind == "CPU"
         && scene.render.cache_scale == CacheScale::Auto
-        && layout.scale > COARSEST
-        && layout.active_nodes() > FEW_CELLS.max(pixels)
+        && layout.scale > COARSEST;
+    Some(layout.active_nodes()).filter(|&cells| minds && cells > FEW_CELLS.max(pixels))
 }
 
 /// Why a cache is of no use to the scene, if so.
@@ -163,13 +165,13 @@ pub fn choose(
         let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, most);
         let name = rung_name(scale, format);
         match layout.and_then(|layout| plan(Some(layout))) {
-            Ok(Plan {
-                cache: Some(layout),
-                ..
-            }) if too_slow(limits, scene, &layout) => better.push(format!(
-                "{name} has {} cells, more than a CPU fills while it renders a picture of this size",
-                layout.active_nodes()
-            )),
+            Ok(plan) if let Some(cells) = too_many_cells(&plan, limits, scene) => {
+                better.push(format!(
+                    "{name} needs {}, and has {cells} cells, more than a CPU fills while it renders a \
+                     picture of this size",
+                    needs(plan.bytes()),
+                ))
+            }
             Ok(plan) if plan.bytes() <= budget => {
                 return Ok(Choice {
                     reason: reason(&plan, wanted, &better),

@@ -24,11 +24,8 @@ use super::shared::{self, AccumulatePush, ToneMapPush};
 use super::tone_map::ToneMap;
 use super::upload::{self, upload_pages, upload_transfer};
 use crate::error::Result;
-use crate::gpu::{Device, Frame, Image, Memory, Shaders, Slices};
+use crate::gpu::{Device, Frame, Image, Memory, SLICE_MS, Shaders, Slices};
 use crate::scene::volume::Volume;
-
-/// Of a march that nobody is waiting for.
-const MARCH_SLICE_MS: f64 = 50.0;
 
 pub struct Renderer {
     pub frame: Frame,
@@ -127,22 +124,28 @@ impl Renderer {
             is_stale: false,
             cache: cache.transpose()?,
         };
-        renderer.prepare(scene)?;
+        renderer.prepare(scene, true, true)?;
         renderer.compiling = shaders.time_spent();
         Ok(renderer)
     }
 
-    /// Works out what follows from the scene on the GPU.
-    fn prepare(&mut self, scene: &SceneBuffers) -> Result<()> {
+    /// Works out what follows from the scene on the GPU: from its medium, if that is new; from its view; and for
+    /// the cache, if that begins anew.
+    fn prepare(
+        &mut self,
+        scene: &SceneBuffers,
+        has_new_medium: bool,
+        cache_begins: bool,
+    ) -> Result<()> {
         let (frame, r) = (&mut self.frame, &self.resources);
-        if scene.features.has_medium {
-            self.majorants
-                .run(frame, r, scene.constants.majorant_cells)?;
+        let majorant_cells = scene.constants.majorant_cells;
+        if has_new_medium && scene.features.has_medium {
+            self.majorants.run(frame, r, majorant_cells)?;
         }
-        self.patches.run(frame, r, scene.constants.majorant_cells)?;
+        self.patches.run(frame, r, majorant_cells)?;
         match &self.cache {
-            Some(cache) => cache.prepare(frame, r),
-            None => Ok(()),
+            Some(cache) if cache_begins => cache.prepare(frame, r),
+            _ => Ok(()),
         }
     }
 
@@ -164,12 +167,8 @@ impl Renderer {
         if before.transfer != scene.transfer {
             upload_transfer(frame, r, scene)?;
         }
-        if before.transfer != scene.transfer || before.constants.density != scene.constants.density
-        {
-            self.majorants
-                .run(frame, r, scene.constants.majorant_cells)?;
-        }
-        self.patches.run(frame, r, scene.constants.majorant_cells)?;
+        let has_new_medium = before.transfer != scene.transfer
+            || before.constants.density != scene.constants.density;
         let lasts = before.shares_light_with(scene);
         if let Some(cache) = &mut self.cache {
             cache.look_elsewhere(scene);
@@ -178,9 +177,9 @@ impl Renderer {
             }
             if !lasts {
                 cache.clear();
-                cache.prepare(frame, r)?;
             }
         }
+        self.prepare(scene, has_new_medium, !lasts)?;
         self.begin_picture();
         Ok(lasts)
     }
@@ -272,7 +271,7 @@ impl Renderer {
 
     /// Leaves that picture in `unit_sum`.
     pub fn march_in_place(&mut self) -> Result<()> {
-        let mut slices = Slices::new(MARCH_SLICE_MS);
+        let mut slices = Slices::new(SLICE_MS);
         while !self.advance_march(&mut slices)? {}
         Ok(())
     }

@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::cache_layout::CacheLayout;
 use super::cache_resources::{CacheResources, pages_desc};
 use super::constants::{SceneBuffers, volume_format};
 use super::published_resources::PublishedResources;
@@ -104,7 +105,8 @@ impl Resources {
             written: false,
             format: Format::R32G32B32A32_SFLOAT,
         };
-        let slots = slots(&memory.limits, [width, height]);
+        let nodes = scene.cache.as_ref().map_or(0, CacheLayout::active_nodes);
+        let slots = slots(&memory.limits, [width, height], nodes);
         Ok(Resources {
             filtered: !scene.features.filter_in_shader,
             size: scene.constants.size,
@@ -182,6 +184,7 @@ impl Resources {
         match (&mut self.cache, &scene.cache) {
             (Some(cache), Some(layout)) if before.cache != scene.cache => {
                 cache.lay_out(layout)?;
+                self.resize_slots()?;
                 self.resize_staging()?;
                 Ok(true)
             }
@@ -197,16 +200,23 @@ impl Resources {
 
     /// Makes room for a picture of another size; what its images held is gone.
     pub fn resize(&mut self, [width, height]: [u32; 2]) -> Result<()> {
-        let slots = slots(self.mean.limits(), [width, height]);
+        for image in self.picture_mut() {
+            image.resize([width, height, 1])?;
+        }
+        self.resize_slots()?;
+        self.resize_staging()
+    }
+
+    fn resize_slots(&mut self) -> Result<()> {
+        let [width, height, _] = self.mean.desc.extent;
+        let nodes = self.cache.as_ref().map_or(0, |cache| cache.active_nodes);
+        let slots = slots(self.mean.limits(), [width, height], nodes);
         self.paths.resize(slots as u64 * size_of::<Path>() as u64)?;
         if let Some(cache) = &mut self.cache {
             let bytes = slots as u64 * size_of::<NodeWork>() as u64;
             cache.work.resize(bytes)?;
         }
-        for image in self.picture_mut() {
-            image.resize([width, height, 1])?;
-        }
-        self.resize_staging()
+        Ok(())
     }
 
     fn resize_staging(&mut self) -> Result<()> {
@@ -312,13 +322,14 @@ fn staging_bytes(images: &[ImageDesc]) -> u64 {
     largest.min(MOST_STAGING_BYTES)
 }
 
-fn slots(limits: &DeviceSummary, [width, height]: [u32; 2]) -> u32 {
+/// For paths from `nodes` of the cache, or from the picture's pixels.
+fn slots(limits: &DeviceSummary, [width, height]: [u32; 2], nodes: u64) -> u32 {
     let most = match limits.kind {
         "CPU" => SLOTS_CPU,
         _ => SLOTS_GPU,
     };
-    let pixels = width as u64 * height as u64;
-    pixels.next_multiple_of(64).min(most as u64) as u32
+    let starts = (width as u64 * height as u64).max(nodes / 2); // half of the nodes at a time
+    starts.next_multiple_of(64).min(most as u64) as u32
 }
 
 /// A column for each point of the transfer function, and one more.

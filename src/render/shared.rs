@@ -18,6 +18,8 @@ pub const MACROCELL: u32 = 8;
 pub const BRICK: u32 = 4;
 /// Patches along either side of the picture, however many pixels it has.
 pub const PATCHES: u32 = 32;
+/// A path keeps its side of every surface in one word.
+pub const MOST_SURFACES: usize = 32;
 
 shared! {
     /// Everything about the scene that is one of a kind.
@@ -196,13 +198,15 @@ shared! {
         pub first_direction: vec3,
         /// The first shadow ray of the path under way went to a sun.
         pub shadow_is_sun: uint,
+        /// Paths end where they may gather.
+        pub gathers: uint,
         /// Sums over the paths of this batch, as in the cache's images.
         pub light: vec4,
         pub flux: vec3,
     }
 
-    /// Counters that the shaders add to and the host reads after every dispatch; they start at zero
-    /// with a unit and wrap around.
+    /// Counters that the shaders add to and the host reads after every dispatch, in `published` after every
+    /// round; they start at zero with a unit and wrap around.
     pub struct Counters {
         /// The next pixel or node to hand out.
         pub next: uint,

@@ -21,6 +21,9 @@ const MOST_WORK: u32 = 4096;
 pub struct Slots {
     /// Loop iterations that a slot makes in the next dispatch.
     work: u32,
+    /// The same when most slots had a path under way, for the next queue's beginning. What the last paths
+    /// of a queue take alone says nothing of what all take together.
+    work_of_all: u32,
     /// How long a dispatch should take.
     pub target_ms: f64,
     /// As the last dispatch left them.
@@ -41,6 +44,7 @@ impl Slots {
     pub fn new() -> Slots {
         Slots {
             work: LEAST_WORK,
+            work_of_all: LEAST_WORK,
             target_ms: TARGET_MS,
             counted: Counters::zeroed(),
         }
@@ -49,6 +53,7 @@ impl Slots {
     /// Forgets all paths and starts the queue anew.
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.counted = Counters::zeroed();
+        self.work = self.work_of_all;
         frame.run(|f| {
             f.zero(&r.counters)?;
             f.zero(&r.paths)
@@ -67,22 +72,27 @@ impl Slots {
             record(f, self.work)?;
             f.copy(&r.counters, &r.staging)
         })?;
-        self.adapt(began.elapsed().as_secs_f64() * 1e3);
+        let took_ms = began.elapsed().as_secs_f64() * 1e3;
         let mapped = r.staging.mapped().unwrap_or_default();
         let counted: Counters = bytemuck::pod_read_unaligned(&mapped[..size_of::<Counters>()]);
         let before = std::mem::replace(&mut self.counted, counted);
+        let unfinished = counted.unfinished.wrapping_sub(before.unfinished);
+        self.adapt(took_ms, 2 * unfinished >= r.slots());
         Ok(Progress {
             lookups: counted.lookups.wrapping_sub(before.lookups),
             finished: counted.finished.wrapping_sub(before.finished),
-            under_way: counted.unfinished != before.unfinished,
+            under_way: unfinished > 0,
         })
     }
 
-    fn adapt(&mut self, took_ms: f64) {
+    fn adapt(&mut self, took_ms: f64, most_had_work: bool) {
         if took_ms < 0.5 * self.target_ms {
             self.work = (self.work * 2).min(MOST_WORK);
         } else if took_ms > 1.5 * self.target_ms {
             self.work = (self.work / 2).max(LEAST_WORK);
+        }
+        if most_had_work {
+            self.work_of_all = self.work;
         }
     }
 }

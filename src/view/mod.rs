@@ -40,9 +40,7 @@ use crate::output::check_writable;
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 pub fn view(args: &ViewArgs) -> Result<u8> {
-    if let Some(file) = &args.stats {
-        check_writable(file)?;
-    }
+    check_writable(&args.stats)?;
     let event_loop = EventLoop::with_user_event().build().map_err(|e| {
         let input = args.scene.input.display();
         // What winit puts in front of the reason is a line of its own source.

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use super::live::Live;
 use crate::error::Result;
 use crate::gpu::{DeviceSummary, Image, Slices};
+use crate::job::schedule::{UNITS_TO_TRUST, sixteenth};
 use crate::output::relative_error;
 use crate::render::shared::ToneMapPush;
 use crate::render::{Renderer, doubling};
@@ -37,8 +38,6 @@ const MARCH_SHARE: f64 = 3.0;
 const ERROR_TO_SHOW: f64 = 0.05;
 /// The picture counts as finished at this relative error, or when it has had all its samples.
 const PICTURE_ERROR: f64 = 0.01;
-/// Units before the spread between them says enough to stop by.
-const UNITS_TO_TRUST: u32 = 16;
 
 pub struct Picture {
     doing: Doing,
@@ -237,7 +236,7 @@ impl Live {
         self.renderer.take_slices_of(RESTING_MS);
         let samples = self.renderer.totals.samples;
         let left = self.picture.most_samples.saturating_sub(samples);
-        let unit = (samples / 16).min(left).max(1);
+        let unit = sixteenth(samples).min(left).max(1);
         if !self.renderer.advance_unit(unit)? {
             return Ok(false);
         }

@@ -68,7 +68,12 @@ impl Session {
     ) -> Result<bool> {
         let followed = match &mut self.live {
             Some(live) if live.scene == self.scene => return Ok(false),
-            Some(live) => live.follow(&self.scene, &self.document)?,
+            Some(live) => match live.follow(&self.scene, &self.document) {
+                Err(Error::Device(why)) => return Err(Error::Device(why)),
+                // It may have stopped half way; what stands in the way of a new one is told when that fails.
+                Err(_) => Followed::Impossible,
+                Ok(followed) => followed,
+            },
             None if self.building.is_some() => return Ok(false),
             None => Followed::Impossible,
         };

@@ -20,5 +20,5 @@ void main() {
     LightSample light = sample_image(i.u, i.word, i.pick);
     outputs.at[id] = SkyOutput(environment_position(i.direction), environment_image(i.direction),
                                environment_density(i.direction), light.direction, light.radiance,
-                               light.density);
+                               light.density, escaping_radiance(i.direction, 0.0));
 }

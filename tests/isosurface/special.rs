@@ -39,6 +39,23 @@ fn a_field_that_is_the_isovalue_everywhere_has_no_surface() {
 }
 
 #[test]
+fn a_surface_without_opacity_is_in_no_layer() {
+    let seen = |values: &[f64], opacities: &[f64]| {
+        let mut scene = surfaces(values);
+        scene.camera.eye = [100.0, 0.0, 0.0];
+        for (iso, &opacity) in scene.surfaces.iso.iter_mut().zip(opacities) {
+            iso.opacity = opacity;
+        }
+        let hits = common::first_hits(&scene, &ramp());
+        (hits.normal_depth, hits.albedo)
+    };
+    let alone = seen(&[4.0], &[1.0]);
+    assert!(alone.0.iter().any(|hit| hit[3].is_finite()));
+    assert_eq!(seen(&[4.0, 8.0], &[1.0, 0.0]), alone);
+    assert_ne!(seen(&[4.0, 8.0], &[1.0, 0.1]), alone);
+}
+
+#[test]
 fn a_shell_five_hundred_times_thinner_than_a_voxel_is_not_missed() {
     let spike = |top: f64| sampled([24; 3], |g| if g.z == 13.0 { top } else { 0.0 });
     let shells = [

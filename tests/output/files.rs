@@ -83,14 +83,19 @@ fn unusable_places_are_named_before_anything_is_written() {
     let folder = TempDir::new().unwrap();
     let at = |name: &str| folder.path().join(name);
     let missing = at("none/a.exr");
-    let message = check_writable(&missing).unwrap_err().to_string();
+    let message = check_writable([&missing]).unwrap_err().to_string();
     assert!(
         message.contains("none does not exist; create it"),
         "{message}"
     );
-    let message = check_writable(folder.path()).unwrap_err().to_string();
+    let message = check_writable([&folder.path().to_path_buf()])
+        .unwrap_err()
+        .to_string();
     assert!(message.contains("is a folder"), "{message}");
-    check_writable(&at("a.exr")).unwrap();
+    check_writable([&at("a.exr")]).unwrap();
+    let twice = [&at("a.exr"), &at("b.exr"), &at("./a.exr")];
+    let message = check_writable(twice).unwrap_err().to_string();
+    assert!(message.contains("two outputs have this name"), "{message}");
     assert_eq!(names_in(&folder), [""; 0]);
 }
 

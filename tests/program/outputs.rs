@@ -167,6 +167,24 @@ fn a_profile_accounts_for_the_wall_time() {
     assert!(!text(&usual.stderr).contains("GPU pass"), "{usual:?}");
 }
 
+/// More views than files that a process may have open: each is finished before the next.
+#[cfg(unix)]
+#[test]
+fn a_long_orbit_needs_no_more_files_than_a_short_one() {
+    let folder = Folder::new();
+    let command = folder.isolume("");
+    let program = command.get_program().to_str().expect("UTF-8");
+    let words = "render ball.toml --variant non-caching --orbit 60 --spp 1 --size 4x4 -o turn.png";
+    let script = format!("ulimit -n 40 && exec {program} {words} --quiet");
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", &script]).current_dir(folder.path(""));
+    let output = ended(&mut shell);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let views = folder.names();
+    let views = views.iter().filter(|name| name.starts_with("turn."));
+    assert_eq!(views.count(), 60);
+}
+
 #[test]
 fn an_orbit_looks_at_one_cache_from_all_sides() {
     let folder = Folder::new();

@@ -86,6 +86,8 @@ mod twins {
             pub sampled: vec3,
             pub sampled_radiance: vec3,
             pub sampled_density: float,
+            /// What arrives from a direction that its own density had lost.
+            pub lost: vec3,
         }
 
         pub struct BrdfPush {

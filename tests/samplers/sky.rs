@@ -173,6 +173,7 @@ fn the_filtered_image_is_the_scenes() {
         // Texels that single precision's angles are off by.
         let angle = 4e-7 * f64::from(sky.image.width.max(sky.image.height));
         for (found, &d) in sky.looking(&directions).iter().zip(&directions) {
+            assert_eq!(found.lost, [0.0; 3], "{name}, {d}");
             let found = DVec3::from_array(found.image.map(f64::from));
             let off = (found - sky.at(d)).abs().max_element();
             let allowed = f64::from(brightest) * (1e-6 + 4.0 * angle / d.y.acos().sin());

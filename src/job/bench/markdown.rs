@@ -217,7 +217,7 @@ fn frames(subject: &SubjectReport) -> String {
         "march, median",
         "p99",
         "frames/s",
-        "with camera and download, median",
+        "from the camera's change on, median",
         "p99",
     ]);
     for run in &subject.runs {

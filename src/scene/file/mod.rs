@@ -223,7 +223,12 @@ pub fn open(
 ) -> Result<Opened> {
     let (file, volume) = if is_scene(input) {
         let file = SceneFile::read(input, edits)?;
-        let volume = load(&file.volume_path()?, &file.volume_overrides()?)?;
+        let volume = load(&file.volume_path()?, &file.volume_overrides()?);
+        let named_here = |error| match error {
+            Error::Input(why) => file.origins.error("volume.path", why),
+            other => other,
+        };
+        let volume = volume.map_err(named_here)?;
         (file, volume)
     } else {
         let (about_volume, rest): (Vec<Edit>, Vec<Edit>) =
