@@ -1,7 +1,7 @@
 // The picture at rest in the `caching` variant where nothing but a medium is seen, whose scattering has next to
 // no direction (`is_marched` in src/render/shared.rs): one ray through a random place of each pixel takes the
-// light that the cache holds all along its way, and so has next to no noise. (With surfaces their noise is what is seen, and a march costs several collisions; see
-// cached_tracking.comp.)
+// light that the cache holds all along its way, and so has next to no noise. (With surfaces their noise is what
+// is seen, and a march costs several collisions; see cached_tracking.comp.)
 //
 // What is wrong with that light is corrected at places picked in proportion to what they contributed: what
 // interpolation misses at one, and at four the suns, whose part is made exact: by a shadow ray against what was

@@ -1,9 +1,9 @@
 //! Files that appear whole or not at all.
 //!
 //! Each output is first written to a temporary file next to its final name, because only a rename
-//! within one file system is atomic. All outputs of a run are written before the first is renamed:
-//! a disk that fills up half way leaves none of them (of an orbit, each view by itself). Dropping [`Outputs`] removes what was not
-//! committed.
+//! within one file system is atomic. All outputs of a run, or of one view of an orbit, are written before
+//! the first is renamed: a disk that fills up half way leaves none of them. Dropping [`Outputs`] removes
+//! what was not committed.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};

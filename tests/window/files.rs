@@ -40,6 +40,32 @@ fn edits_of_the_command_line_belong_to_its_scene_alone() {
     assert_eq!(exposure_in("showing", "scene.3.toml"), 1.5);
 }
 
+/// What an edit has half changed when memory fails is built anew.
+#[test]
+fn an_edit_survives_a_failing_allocation() {
+    let folder = Folder::new();
+    let display = Display::new();
+    // The first allocation that a start can do without is the edit's.
+    let started = (20..100).find_map(|n| {
+        let scene = "scene.toml --spp 2 --stats stats.json";
+        let mut program = folder.view_failing_allocation(&display, scene, n);
+        program.comes_to("picture finished").then_some(program)
+    });
+    let mut program = started.expect("a start");
+    let window = display.window();
+    let point = "[[medium.transfer]]\nvalue = 60\nopacity = 0.3\n";
+    let last = "[[medium.transfer]]\nvalue = 110";
+    folder.write_scene(|scene| scene.replace(last, &format!("{point}{last}")));
+    program.wait_for("scene file read again");
+    program.wait_for("picture finished");
+    display.close(window);
+    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+    let stats = folder.json("stats.json");
+    assert_eq!(stats["builds"], 2, "{stats}");
+    let memory = &stats["memory"];
+    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+}
+
 #[test]
 fn saving_takes_no_old_files_place() {
     let folder = Folder::new();

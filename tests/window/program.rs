@@ -103,6 +103,11 @@ impl Folder {
         Program::start(command.env("ISOLUME_LOSE_DEVICE", submission.to_string()))
     }
 
+    pub fn view_failing_allocation(&self, display: &Display, scene: &str, n: usize) -> Program {
+        let mut command = self.window(display, scene, WINDOW);
+        Program::start(command.env("ISOLUME_FAIL_ALLOCATION", n.to_string()))
+    }
+
     pub fn view_without_display(&self, scene: &str) -> Output {
         let mut command = self.without_display(&format!("view {scene}"));
         command.output().expect("the program starts")
@@ -179,6 +184,14 @@ impl Program {
     /// Reads on until a line begins like this.
     #[track_caller]
     pub fn wait_for(&mut self, beginning: &str) {
+        if !self.comes_to(beginning) {
+            panic!("ended before \"{beginning}\": {:?}", self.said);
+        }
+    }
+
+    /// The same; false if the program ends before.
+    #[track_caller]
+    pub fn comes_to(&mut self, beginning: &str) -> bool {
         let until = Instant::now() + PATIENCE;
         loop {
             let left = until.saturating_duration_since(Instant::now());
@@ -186,15 +199,13 @@ impl Program {
                 Ok(line) => {
                     self.said.push(line);
                     if self.said.last().is_some_and(|l| l.starts_with(beginning)) {
-                        return;
+                        return true;
                     }
                 }
                 Err(RecvTimeoutError::Timeout) => {
                     panic!("waited for \"{beginning}\", but it said {:?}", self.said)
                 }
-                Err(RecvTimeoutError::Disconnected) => {
-                    panic!("ended before \"{beginning}\": {:?}", self.said)
-                }
+                Err(RecvTimeoutError::Disconnected) => return false,
             }
         }
     }
