@@ -3,7 +3,7 @@
 use exr::prelude::{AttributeValue, Text};
 use serde_json::{Value, json};
 
-use crate::{Folder, last_line, text};
+use crate::{Folder, ended, last_line, text};
 
 #[test]
 fn a_render_leaves_whole_files_and_nothing_else() {
