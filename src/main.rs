@@ -3,13 +3,29 @@
 use std::process::ExitCode;
 
 use clap::Parser;
+use isolume::cli::{Cli, Command};
+use isolume::error::Result;
+use isolume::{job, view};
 
 fn main() -> ExitCode {
-    match isolume::job::run(isolume::cli::Cli::parse()) {
+    match run(Cli::parse().command) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             eprintln!("isolume: {error}");
             ExitCode::from(error.exit_status())
         }
+    }
+}
+
+/// Returns the exit status.
+fn run(command: Command) -> Result<u8> {
+    match command {
+        Command::Render(args) => job::render(&args),
+        Command::View(args) => view::view(&args),
+        Command::Plan(args) => job::plan(&args),
+        Command::Bench(args) => job::bench(&args),
+        Command::Scene(args) => job::scene(&args),
+        Command::Compare(args) => job::compare(&args),
+        Command::Info(args) => job::info(&args),
     }
 }

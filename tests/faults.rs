@@ -191,7 +191,7 @@ fn in_a_medium_under_an_image_and_a_sun() {
         Fault {
             name: "no weight where two strategies meet",
             file: LIGHT,
-            right: "density / (density + environment_density(direction))",
+            right: "density / both",
             wrong: "1.0",
         },
     ];

@@ -135,6 +135,13 @@ impl Frame {
                 push.len()
             )));
         }
+        let most = self.device.most_groups;
+        if (0..3).any(|a| begin[a] + count[a] > most[a]) {
+            return Err(Error::Device(format!(
+                "pass {} needs {count:?} workgroups from {begin:?} on, but {} runs at most {most:?}",
+                pass.name, self.device.summary.name
+            )));
+        }
         let raw = &self.device.raw;
         // SAFETY: the command buffer is recording, and the pipeline and its layout are alive.
         unsafe {

@@ -32,6 +32,8 @@ pub struct Device {
     queue: Mutex<vk::Queue>,
     pub(super) queue_family: u32,
     pub(super) timestamp_period_ns: f64,
+    /// Workgroups of a dispatch along each axis.
+    pub(super) most_groups: [u32; 3],
     pub(super) nearest: vk::Sampler,
     pub(super) linear: vk::Sampler,
     /// Where work happens that a barrier has to wait for.
@@ -127,6 +129,7 @@ impl Device {
             queue: Mutex::new(queue),
             queue_family,
             timestamp_period_ns: limits.timestamp_period as f64,
+            most_groups: limits.max_compute_work_group_count,
             nearest: vk::Sampler::null(),
             linear: vk::Sampler::null(),
             work_stages: match draws {

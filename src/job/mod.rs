@@ -1,4 +1,4 @@
-//! Carries out what the command line asks for.
+//! Carries out what the command line asks for: a function a command, each with the exit status.
 
 mod bench;
 pub(crate) mod plan;
@@ -11,7 +11,7 @@ mod trace;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::cli::{self, Cli, Command, CompareArgs, SceneArgs};
+use crate::cli::{self, CompareArgs, InfoArgs, SceneArgs};
 use crate::compare;
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceChoice, Validation};
@@ -19,24 +19,11 @@ use crate::info;
 use crate::scene::file::Opened;
 use crate::scene::volume::{Reading, Volume, VolumeOverrides};
 use crate::scene::{describe, open};
-use crate::view::view;
 use report::Clock;
 
-/// Runs a command and returns the exit status.
-pub fn run(cli: Cli) -> Result<u8> {
-    match cli.command {
-        Command::Render(args) => render::render(&args),
-        Command::View(args) => view(&args),
-        Command::Plan(args) => plan::plan(&args),
-        Command::Bench(args) => bench::bench(&args),
-        Command::Scene(args) => print_scene(&args),
-        Command::Compare(args) => print_comparison(&args),
-        Command::Info(args) => match &args.volume {
-            Some(path) => print(&info::volume(path, args.json)?),
-            None => print(&info::devices(args.json)?),
-        },
-    }
-}
+pub use bench::bench;
+pub use plan::plan;
+pub use render::render;
 
 fn open_scene(args: &SceneArgs, quiet: bool) -> Result<Opened> {
     open_scene_timed(args, quiet, &mut Clock::new())
@@ -63,7 +50,8 @@ fn open_scene_timed(args: &SceneArgs, quiet: bool, clock: &mut Clock) -> Result<
     Ok(opened)
 }
 
-fn print_scene(args: &SceneArgs) -> Result<u8> {
+/// `isolume scene`.
+pub fn scene(args: &SceneArgs) -> Result<u8> {
     let Opened {
         file,
         volume,
@@ -73,7 +61,8 @@ fn print_scene(args: &SceneArgs) -> Result<u8> {
     print(&describe(&file, &volume, &scene))
 }
 
-fn print_comparison(args: &CompareArgs) -> Result<u8> {
+/// `isolume compare`.
+pub fn compare(args: &CompareArgs) -> Result<u8> {
     let again = args.again.as_deref().and_then(|again| match again {
         [a, b] => Some([a.as_path(), b.as_path()]),
         _ => None,
@@ -82,6 +71,14 @@ fn print_comparison(args: &CompareArgs) -> Result<u8> {
     match args.json {
         true => print(&info::to_json(&compared)?),
         false => print(&compared.table()),
+    }
+}
+
+/// `isolume info`.
+pub fn info(args: &InfoArgs) -> Result<u8> {
+    match &args.volume {
+        Some(path) => print(&info::volume(path, args.json)?),
+        None => print(&info::devices(args.json)?),
     }
 }
 

@@ -167,9 +167,9 @@ pub fn choose(
         match layout.and_then(|layout| plan(Some(layout))) {
             Ok(plan) if let Some(cells) = too_many_cells(&plan, limits, scene) => {
                 better.push(format!(
-                    "{name} needs {}, and has {cells} cells, more than a CPU fills while it renders a \
-                     picture of this size",
-                    needs(plan.bytes()),
+                    "{name} has {cells} cells, more than a CPU fills while it renders a picture of this \
+                     size, and would take {}",
+                    human(plan.bytes()),
                 ))
             }
             Ok(plan) if plan.bytes() <= budget => {

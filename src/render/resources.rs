@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use super::cache_layout::CacheLayout;
 use super::cache_resources::{CacheResources, pages_desc};
 use super::constants::{SceneBuffers, volume_format};
 use super::published_resources::PublishedResources;
@@ -105,8 +104,7 @@ impl Resources {
             written: false,
             format: Format::R32G32B32A32_SFLOAT,
         };
-        let nodes = scene.cache.as_ref().map_or(0, CacheLayout::active_nodes);
-        let slots = slots(&memory.limits, [width, height], nodes);
+        let slots = slots(&memory.limits, [width, height]);
         Ok(Resources {
             filtered: !scene.features.filter_in_shader,
             size: scene.constants.size,
@@ -184,7 +182,6 @@ impl Resources {
         match (&mut self.cache, &scene.cache) {
             (Some(cache), Some(layout)) if before.cache != scene.cache => {
                 cache.lay_out(layout)?;
-                self.resize_slots()?;
                 self.resize_staging()?;
                 Ok(true)
             }
@@ -200,23 +197,16 @@ impl Resources {
 
     /// Makes room for a picture of another size; what its images held is gone.
     pub fn resize(&mut self, [width, height]: [u32; 2]) -> Result<()> {
-        for image in self.picture_mut() {
-            image.resize([width, height, 1])?;
-        }
-        self.resize_slots()?;
-        self.resize_staging()
-    }
-
-    fn resize_slots(&mut self) -> Result<()> {
-        let [width, height, _] = self.mean.desc.extent;
-        let nodes = self.cache.as_ref().map_or(0, |cache| cache.active_nodes);
-        let slots = slots(self.mean.limits(), [width, height], nodes);
+        let slots = slots(self.mean.limits(), [width, height]);
         self.paths.resize(slots as u64 * size_of::<Path>() as u64)?;
         if let Some(cache) = &mut self.cache {
             let bytes = slots as u64 * size_of::<NodeWork>() as u64;
             cache.work.resize(bytes)?;
         }
-        Ok(())
+        for image in self.picture_mut() {
+            image.resize([width, height, 1])?;
+        }
+        self.resize_staging()
     }
 
     fn resize_staging(&mut self) -> Result<()> {
@@ -322,14 +312,13 @@ fn staging_bytes(images: &[ImageDesc]) -> u64 {
     largest.min(MOST_STAGING_BYTES)
 }
 
-/// For paths from `nodes` of the cache, or from the picture's pixels.
-fn slots(limits: &DeviceSummary, [width, height]: [u32; 2], nodes: u64) -> u32 {
+fn slots(limits: &DeviceSummary, [width, height]: [u32; 2]) -> u32 {
     let most = match limits.kind {
         "CPU" => SLOTS_CPU,
         _ => SLOTS_GPU,
     };
-    let starts = (width as u64 * height as u64).max(nodes / 2); // half of the nodes at a time
-    starts.next_multiple_of(64).min(most as u64) as u32
+    let pixels = width as u64 * height as u64;
+    pixels.next_multiple_of(64).min(most as u64) as u32
 }
 
 /// A column for each point of the transfer function, and one more.

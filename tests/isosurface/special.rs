@@ -43,6 +43,7 @@ fn a_surface_without_opacity_is_in_no_layer() {
     let seen = |values: &[f64], opacities: &[f64]| {
         let mut scene = surfaces(values);
         scene.camera.eye = [100.0, 0.0, 0.0];
+        scene.camera.projection = Projection::Orthographic { height: 3.0 };
         for (iso, &opacity) in scene.surfaces.iso.iter_mut().zip(opacities) {
             iso.opacity = opacity;
         }
