@@ -129,6 +129,7 @@ fn lacking(instance: &Instance, physical: vk::PhysicalDevice, api: u32) -> Vec<&
     .collect()
 }
 
+/// One that can draw as well, if there is one: a window does.
 pub(super) fn compute_queue(instance: &Instance, physical: vk::PhysicalDevice) -> Option<u32> {
     // SAFETY: `physical` belongs to the live instance.
     let families = unsafe {
@@ -136,11 +137,14 @@ pub(super) fn compute_queue(instance: &Instance, physical: vk::PhysicalDevice) -
             .raw
             .get_physical_device_queue_family_properties(physical)
     };
-    families
-        .iter()
-        .position(|f| {
-            f.queue_flags.contains(vk::QueueFlags::COMPUTE) && f.timestamp_valid_bits >= 32
-        })
+    let first_with = |flags: vk::QueueFlags| {
+        families
+            .iter()
+            .position(|f| f.queue_flags.contains(flags) && f.timestamp_valid_bits >= 32)
+    };
+    let compute = vk::QueueFlags::COMPUTE;
+    first_with(compute | vk::QueueFlags::GRAPHICS)
+        .or_else(|| first_with(compute))
         .map(|index| index as u32)
 }
 
