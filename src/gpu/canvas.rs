@@ -89,6 +89,7 @@ impl Canvas {
             extent: [ATLAS_SIDE, ATLAS_SIDE, 1],
             volumetric: false,
             written: false,
+            zeroed: true,
             format: vk::Format::R8G8B8A8_UNORM,
         };
         Ok(Canvas {
@@ -103,11 +104,6 @@ impl Canvas {
             used: [ATLAS_SIDE; 2],
             draws: Vec::new(),
         })
-    }
-
-    /// Brings the texture into use; its texels are undefined as yet.
-    pub fn prepare(&self, frame: &mut Frame) -> Result<()> {
-        frame.run(|f| f.clear(&[&self.atlas]))
     }
 
     /// Writes texels, RGBA in rows, from `low` on; `used` is what is used of the texture from now on.

@@ -48,6 +48,7 @@ impl Frame {
         push: &P,
         threads: [u32; 3],
     ) -> Result<()> {
+        self.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
         self.timed(
             pass.name,
             vk::PipelineStageFlags2::COMPUTE_SHADER,
@@ -169,39 +170,59 @@ impl Frame {
         Ok(())
     }
 
-    /// Brings new images into the GENERAL layout, their texels undefined.
-    pub fn adopt(&mut self, images: &[&Image]) -> Result<()> {
-        self.timed("adopt", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
-            frame.to_general(images);
+    /// Brings those images that no command has used yet into the GENERAL layout, and clears those that are to
+    /// begin with zeros.
+    pub(super) fn begin_images<'a>(
+        &mut self,
+        images: impl Iterator<Item = &'a Image>,
+    ) -> Result<()> {
+        let mut new = Vec::new();
+        for image in images {
+            if let Some(mark) = image.begin() {
+                self.begun.push(mark);
+                new.push(image);
+            }
+        }
+        if new.is_empty() {
+            return Ok(());
+        }
+        self.timed("begin", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            frame.to_general(&new);
+            for image in new.iter().filter(|image| image.desc.zeroed) {
+                frame.fill_image(image, [0.0; 4]);
+            }
             Ok(())
         })
     }
 
-    /// The same, their texels zero.
+    /// Sets all texels of the images to zero.
     pub fn clear(&mut self, images: &[&Image]) -> Result<()> {
         self.clear_to(images, [0.0; 4])
     }
 
-    /// The same with other texels.
+    /// Sets all texels of the images to `texel`.
     pub fn clear_to(&mut self, images: &[&Image], texel: [f32; 4]) -> Result<()> {
-        let color = vk::ClearColorValue { float32: texel };
+        self.begin_images(images.iter().copied())?;
         self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
-            frame.to_general(images);
-            let raw = &frame.device.raw;
-            // SAFETY: the command buffer is recording, and the images outlive the submission.
-            unsafe {
-                for image in images {
-                    raw.cmd_clear_color_image(
-                        frame.commands,
-                        image.raw,
-                        vk::ImageLayout::GENERAL,
-                        &color,
-                        &[COLOR],
-                    );
-                }
+            for image in images {
+                frame.fill_image(image, texel);
             }
             Ok(())
         })
+    }
+
+    fn fill_image(&self, image: &Image, texel: [f32; 4]) {
+        let color = vk::ClearColorValue { float32: texel };
+        // SAFETY: the command buffer is recording, and the image outlives the submission.
+        unsafe {
+            self.device.raw.cmd_clear_color_image(
+                self.commands,
+                image.raw,
+                vk::ImageLayout::GENERAL,
+                &color,
+                &[COLOR],
+            );
+        }
     }
 
     fn to_general(&self, images: &[&Image]) {
@@ -231,6 +252,7 @@ impl Frame {
         low: [u32; 3],
         extent: [u32; 3],
     ) -> Result<()> {
+        self.begin_images(std::iter::once(to))?;
         self.transfer("upload", |raw, commands| {
             // SAFETY: the command buffer is recording; the box lies inside the image.
             unsafe {
@@ -253,6 +275,7 @@ impl Frame {
         low: [u32; 3],
         extent: [u32; 3],
     ) -> Result<()> {
+        self.begin_images(std::iter::once(from))?;
         self.transfer("download", |raw, commands| {
             // SAFETY: the command buffer is recording; the box lies inside the image.
             unsafe {
@@ -327,6 +350,7 @@ impl Frame {
         count[axis] = slices.count.min(groups[axis] - slices.begin);
         let began = Instant::now();
         self.run(|f| {
+            f.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
             f.timed(pass.name, vk::PipelineStageFlags2::COMPUTE_SHADER, |f| {
                 f.bind(pass, bindings)?;
                 f.dispatch(pass, bytemuck::bytes_of(push), begin, count)

@@ -72,7 +72,7 @@ impl Device {
         let summaries = survey(&instance)?;
         let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
         let physical = instance.physical_devices()?[summary.index];
-        let loads_texels = summary.kind == "CPU" && !choice.fetches_texels;
+        let loads_texels = summary.kind.is_software() && !choice.fetches_texels;
         Device::create(instance, physical, summary, draws, loads_texels)
     }
 
@@ -138,7 +138,7 @@ impl Device {
                     vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::ALL_TRANSFER
                 }
             },
-            has_late_timestamps: draws && summary.kind == "CPU",
+            has_late_timestamps: draws && summary.kind.is_software(),
             has_memory_budget,
             loads_texels,
             summary,

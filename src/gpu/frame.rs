@@ -4,7 +4,7 @@
 //! Recording a command gives it its barrier, its label and its timestamps. Barriers are global and sit
 //! in front of every command, because images stay in one layout and passes run one after another.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
 
 use ash::vk;
@@ -14,8 +14,8 @@ use super::timing::{Span, Timings};
 use crate::error::{Error, Result};
 
 const MAX_PASSES: u32 = 64;
-/// What takes next to nothing beside a pass.
-const COPIES: [&str; 4] = ["clear", "upload", "download", "place"];
+/// Transfers; ignored when the time of a submission is attributed to a pass.
+const COPIES: [&str; 5] = ["begin", "clear", "upload", "download", "place"];
 
 /// A command buffer, its fence and its queries, used again and again.
 pub struct Frame {
@@ -25,6 +25,8 @@ pub struct Frame {
     fence: vk::Fence,
     queries: vk::QueryPool,
     recorded: Vec<&'static str>,
+    /// Marks of the images that the submission under way begins.
+    pub(super) begun: Vec<Arc<AtomicBool>>,
     leave_out_barriers: bool,
     pub timings: Timings,
 }
@@ -38,6 +40,7 @@ impl Frame {
             fence: vk::Fence::null(),
             queries: vk::QueryPool::null(),
             recorded: Vec::new(),
+            begun: Vec::new(),
             leave_out_barriers: false,
             timings: Timings::default(),
         };
@@ -74,8 +77,11 @@ impl Frame {
     /// Records, submits and waits. An error while recording submits nothing.
     pub fn run(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<()> {
         self.begin().map_err(|e| self.lost(e))?;
-        record(self)?;
-        self.submit().map_err(|e| self.lost(e))
+        let done = record(self).and_then(|()| self.submit().map_err(|e| self.lost(e)));
+        for is_new in self.begun.drain(..) {
+            is_new.store(done.is_err(), Ordering::Relaxed);
+        }
+        done
     }
 
     fn begin(&mut self) -> Result<(), vk::Result> {

@@ -1,6 +1,10 @@
 //! 2D and 3D images with one view over all of them, always in the GENERAL layout.
+//!
+//! A new image is in no layout, and its texels are undefined. The first command that uses it brings it into the
+//! GENERAL layout and, where its description says so, clears it: nobody has to keep a list of images to begin.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -17,6 +21,9 @@ pub struct ImageDesc {
     pub volumetric: bool,
     /// By shaders, as a storage image.
     pub written: bool,
+    /// Its texels are zero when it is first used. Otherwise they are undefined, and whoever uses it first writes
+    /// all of them.
+    pub zeroed: bool,
     pub format: vk::Format,
 }
 
@@ -26,6 +33,9 @@ pub struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     pub desc: ImageDesc,
+    /// No command has used it yet. Shared with the frame that begins it, which takes that back if its
+    /// submission fails.
+    is_new: Arc<AtomicBool>,
     // Last: the memory goes after the image.
     holding: Holding,
 }
@@ -110,6 +120,7 @@ impl Image {
             raw: vk::Image::null(),
             view: vk::ImageView::null(),
             desc,
+            is_new: Arc::new(AtomicBool::new(true)),
             holding: memory.reserve(desc.name, &requirements)?,
         };
         if memory.is_dry_run() {
@@ -153,6 +164,12 @@ impl Image {
         self.destroy();
         *self = Image::new(&memory, desc)?;
         Ok(())
+    }
+
+    /// Marks a new image as begun; returns the mark if it was new, for a submission that fails.
+    pub(super) fn begin(&self) -> Option<Arc<AtomicBool>> {
+        let was_new = self.is_new.swap(false, Ordering::Relaxed);
+        was_new.then(|| self.is_new.clone())
     }
 
     /// Of the device that it is on.

@@ -35,7 +35,7 @@ pub use pass::{Binding, Pass, PassDesc};
 pub use shader::Shaders;
 pub use shared::{Shared, Specialization, Word, types};
 pub use surface::{Shape, Surface, Swapchain, Target};
-pub use survey::{DeviceSummary, list_devices};
+pub use survey::{DeviceKind, DeviceSummary, list_devices};
 pub use timing::{Span, Timings};
 
 pub use ash::vk::Format;

@@ -34,6 +34,15 @@ pub enum Binding<'a> {
     Filtered(&'a Image),
 }
 
+impl<'a> Binding<'a> {
+    pub(super) fn image(&self) -> Option<&'a Image> {
+        match self {
+            Binding::Buffer(_) => None,
+            Binding::Image(image) | Binding::Filtered(image) => Some(image),
+        }
+    }
+}
+
 pub struct Pass {
     pub name: &'static str,
     pub(super) slots: Vec<Slot>,

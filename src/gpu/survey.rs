@@ -1,18 +1,54 @@
 //! What devices there are, what each can do, and which to take.
 
 use std::ffi::CStr;
+use std::fmt;
 
 use ash::{khr, vk};
 
 use super::instance::{Instance, Validation};
 use crate::error::{Error, Result};
 
+/// What kind of hardware a driver stands for, best first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+pub enum DeviceKind {
+    #[serde(rename = "discrete GPU")]
+    Discrete,
+    #[serde(rename = "integrated GPU")]
+    Integrated,
+    #[serde(rename = "virtual GPU")]
+    Virtual,
+    #[serde(rename = "CPU")]
+    Cpu,
+    #[serde(rename = "other")]
+    Other,
+}
+
+impl DeviceKind {
+    /// Whether shaders run on the host's processor. Such a device is some hundred times as slow as a GPU, has few
+    /// threads, reads storage images faster than textures, and shares its memory with the host.
+    pub fn is_software(self) -> bool {
+        self == DeviceKind::Cpu
+    }
+}
+
+impl fmt::Display for DeviceKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            DeviceKind::Discrete => "discrete GPU",
+            DeviceKind::Integrated => "integrated GPU",
+            DeviceKind::Virtual => "virtual GPU",
+            DeviceKind::Cpu => "CPU",
+            DeviceKind::Other => "other",
+        })
+    }
+}
+
 /// What `isolume info` says of a device.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct DeviceSummary {
     pub index: usize,
     pub name: String,
-    pub kind: &'static str,
+    pub kind: DeviceKind,
     pub driver: String,
     pub api: String,
     pub device_local_bytes: u64,
@@ -57,11 +93,11 @@ fn summarize(instance: &Instance, index: usize, physical: vk::PhysicalDevice) ->
         index,
         name: text(properties.device_name_as_c_str()),
         kind: match properties.device_type {
-            vk::PhysicalDeviceType::DISCRETE_GPU => "discrete GPU",
-            vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated GPU",
-            vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual GPU",
-            vk::PhysicalDeviceType::CPU => "CPU",
-            _ => "other",
+            vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+            vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+            vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+            vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+            _ => DeviceKind::Other,
         },
         driver: format!(
             "{} {}",
@@ -164,14 +200,8 @@ pub(super) fn choose<'a>(
         }
     };
     let Some(wanted) = wanted else {
-        let rank = |d: &&DeviceSummary| match d.kind {
-            "discrete GPU" => 0,
-            "integrated GPU" => 1,
-            "virtual GPU" => 2,
-            "CPU" => 3,
-            _ => 4,
-        };
-        return all.iter().filter(|d| d.lacks.is_empty()).min_by_key(rank).ok_or_else(|| {
+        let usable = all.iter().filter(|d| d.lacks.is_empty());
+        return usable.min_by_key(|d| d.kind).ok_or_else(|| {
             Error::Device(format!(
                 "no Vulkan 1.3 device can be used ({}): install a driver, for example mesa-vulkan-drivers for the CPU",
                 listing()

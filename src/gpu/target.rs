@@ -72,6 +72,7 @@ impl Frame {
             dst_subresource: COLOR_LAYER,
             dst_offsets: [corner(low, 0), corner(high, 1)],
         };
+        self.begin_images(std::iter::once(from))?;
         self.transfer("place", |raw, commands| {
             // SAFETY: the command buffer is recording; both rectangles lie inside their images.
             unsafe {

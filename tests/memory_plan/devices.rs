@@ -1,6 +1,6 @@
 //! Devices as their drivers describe them: what a plan knows of a device.
 
-use isolume::gpu::DeviceSummary;
+use isolume::gpu::{DeviceKind, DeviceSummary};
 
 const MIB: u64 = 1 << 20;
 const GIB: u64 = 1 << 30;
@@ -8,7 +8,7 @@ const GIB: u64 = 1 << 30;
 /// Drivers that have no other limit state the last 32-bit number.
 const ANY_BUFFER: u64 = u32::MAX as u64;
 
-fn device(name: &str, kind: &'static str, heap: u64) -> DeviceSummary {
+fn device(name: &str, kind: DeviceKind, heap: u64) -> DeviceSummary {
     DeviceSummary {
         index: 0,
         name: name.into(),
@@ -29,7 +29,7 @@ fn nvidia(name: &str, heap: u64) -> DeviceSummary {
         max_image_2d: 32768,
         max_image_3d: 16384,
         max_allocation_bytes: 0xffe0_0000,
-        ..device(name, "discrete GPU", heap)
+        ..device(name, DeviceKind::Discrete, heap)
     }
 }
 
@@ -53,7 +53,7 @@ fn amd(name: &str, heap: u64) -> DeviceSummary {
     DeviceSummary {
         max_image_3d: 8192,
         max_allocation_bytes: 2 * GIB,
-        ..device(name, "discrete GPU", heap)
+        ..device(name, DeviceKind::Discrete, heap)
     }
 }
 
@@ -69,25 +69,29 @@ pub fn intel() -> DeviceSummary {
     DeviceSummary {
         max_storage_buffer_bytes: GIB,
         max_allocation_bytes: 4 * GIB,
-        ..device("Intel(R) Iris(R) Xe Graphics", "integrated GPU", 12 * GIB)
+        ..device(
+            "Intel(R) Iris(R) Xe Graphics",
+            DeviceKind::Integrated,
+            12 * GIB,
+        )
     }
 }
 
 /// One memory for all.
 pub fn apple() -> DeviceSummary {
-    device("Apple M2", "integrated GPU", 11 * GIB)
+    device("Apple M2", DeviceKind::Integrated, 11 * GIB)
 }
 
 pub fn lavapipe() -> DeviceSummary {
     DeviceSummary {
         max_image_3d: 4096,
         max_storage_buffer_bytes: 128 * MIB,
-        ..device("llvmpipe", "CPU", 2 * GIB)
+        ..device("llvmpipe", DeviceKind::Cpu, 2 * GIB)
     }
 }
 
 pub fn tiny() -> DeviceSummary {
-    device("VideoCore", "integrated GPU", 128 * MIB)
+    device("VideoCore", DeviceKind::Integrated, 128 * MIB)
 }
 
 /// The least that Vulkan allows.
@@ -97,7 +101,7 @@ pub fn minimum() -> DeviceSummary {
         max_image_3d: 256,
         max_storage_buffer_bytes: 128 * MIB,
         max_allocation_bytes: GIB,
-        ..device("the least of devices", "other", 2 * GIB)
+        ..device("the least of devices", DeviceKind::Other, 2 * GIB)
     }
 }
 
