@@ -14,13 +14,13 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::scene::Edit;
+use crate::engine::{HostOptions, Limit, Stop};
 use crate::scene::preset::Preset;
+use crate::scene::{Edit, Variant};
 pub use bench::{BenchArgs, BenchVariant};
-pub use values::{Budget, DeviceChoice};
 use values::{
-    cache_format, cache_scale, extent, finite, iso, picture, positive, seconds, size, variant,
-    view, word,
+    cache_format, cache_scale, device, extent, finite, iso, limit, picture, positive, seconds,
+    size, variant, view, word,
 };
 
 /// Renders scientific and medical volumes: global illumination and sharp isosurfaces, on Vulkan.
@@ -197,65 +197,46 @@ pub struct PlanArgs {
 #[derive(Debug, Args)]
 pub struct GpuArgs {
     /// GPU memory to stay within: bytes, MB, MiB, GB, GiB, or % of the heap, as in 2GiB.
-    #[arg(long, value_name = "SIZE")]
-    pub vram_budget: Option<Budget>,
+    #[arg(long, value_name = "SIZE", value_parser = limit)]
+    vram_budget: Option<Limit>,
 
     /// The device's name, a part of it, or its index in `isolume info`.
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub device: Option<DeviceChoice>,
+    #[arg(long, value_name = "NAME|INDEX", value_parser = device)]
+    device: Option<String>,
 }
 
-/// When to stop: whichever comes first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stop {
-    pub spp: Option<NonZeroU32>,
-    pub time: Option<Duration>,
-    pub relative_error: Option<f64>,
+impl GpuArgs {
+    /// `ISOLUME_VALIDATION=1` watches the device with Vulkan's validation layers, and makes any of their messages an
+    /// error.
+    pub fn host_options(&self) -> HostOptions {
+        HostOptions {
+            device: self.device.clone(),
+            vram_budget: self.vram_budget,
+            validation: std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1"),
+        }
+    }
 }
 
-/// Where nothing says otherwise.
+/// Where nothing says when to stop.
 const DEFAULT_TIME: Duration = Duration::from_secs(60);
-
-impl Stop {
-    /// By time alone.
-    pub fn after(time: Duration) -> Stop {
-        Stop {
-            spp: None,
-            time: Some(time),
-            relative_error: None,
-        }
-    }
-
-    /// For a variant that does not know its error: one that was to stop by it alone takes the default
-    /// time.
-    pub fn without_error(self) -> Stop {
-        let never = self.spp.is_none() && self.time.is_none();
-        Stop {
-            time: self.time.or(never.then_some(DEFAULT_TIME)),
-            relative_error: None,
-            ..self
-        }
-    }
-}
+const DEFAULT_ERROR: f64 = 0.02;
 
 impl RenderArgs {
-    pub fn stop(&self) -> Stop {
+    /// `published` does not know its error: a render that was to stop by it alone takes the default time.
+    pub fn stop(&self, variant: Variant) -> Stop {
         let given = Stop {
             spp: self.spp,
             time: self.time,
-            relative_error: self.error,
+            relative_error: self.error.filter(|_| variant != Variant::Published),
         };
-        match given {
-            Stop {
-                spp: None,
-                time: None,
-                relative_error: None,
-            } => Stop {
-                spp: None,
-                time: Some(DEFAULT_TIME),
-                relative_error: Some(0.02),
-            },
-            _ => given,
+        let default = Stop {
+            time: Some(DEFAULT_TIME),
+            relative_error: Some(DEFAULT_ERROR).filter(|_| variant != Variant::Published),
+            ..Stop::default()
+        };
+        match given == Stop::default() {
+            true => default,
+            false => given,
         }
     }
 

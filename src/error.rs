@@ -2,6 +2,9 @@
 
 use std::path::Path;
 
+/// Exit status after Ctrl-C with the outputs written.
+pub const INTERRUPTED_STATUS: u8 = 130;
+
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Every message is one clear sentence that names the file, key or flag, what was found and what
@@ -33,7 +36,7 @@ impl Error {
             Error::Input(_) => 3,
             Error::Memory(_) => 4,
             Error::Device(_) => 5,
-            Error::Interrupted => 130,
+            Error::Interrupted => INTERRUPTED_STATUS,
         }
     }
 

@@ -7,6 +7,7 @@
 
 pub mod cli;
 pub mod compare;
+pub mod engine;
 pub mod error;
 pub mod gpu;
 pub mod info;

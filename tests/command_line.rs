@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Parser;
-use isolume::cli::{Budget, Cli, Command, DeviceChoice, RenderArgs};
+use isolume::cli::{Cli, Command, RenderArgs};
+use isolume::engine::{HostOptions, Limit};
 use isolume::scene::preset::Preset;
 use isolume::scene::{CacheScale, SceneFile, Variant, View};
 
@@ -27,13 +28,14 @@ fn flags_become_values() {
         args.outputs(),
         [PathBuf::from("a.exr"), PathBuf::from("b.PNG")]
     );
-    let stop = args.stop();
+    let stop = args.stop(Variant::Auto);
     assert_eq!(stop.spp.map(|n| n.get()), Some(8));
     assert_eq!(stop.time, Some(Duration::from_millis(1500)));
     assert_eq!(stop.relative_error, Some(0.01));
+    let HostOptions { device, .. } = args.gpu.host_options();
     assert_eq!(
-        (args.seed, args.gpu.device, args.quiet),
-        (7, Some(DeviceChoice::Index(1)), true)
+        (args.seed, device.as_deref(), args.quiet),
+        (7, Some("1"), true)
     );
     assert_eq!(args.scene.preset, Preset::Auto);
 }
@@ -45,12 +47,12 @@ fn defaults_without_flags() {
         args.outputs(),
         [PathBuf::from("head.png"), PathBuf::from("head.exr")]
     );
-    let stop = args.stop();
+    let stop = args.stop(Variant::Auto);
     assert_eq!(
         (stop.spp, stop.time, stop.relative_error),
         (None, Some(Duration::from_secs(60)), Some(0.02))
     );
-    let only_samples = render("--spp 3").unwrap().stop();
+    let only_samples = render("--spp 3").unwrap().stop(Variant::Auto);
     assert_eq!(
         (only_samples.time, only_samples.relative_error),
         (None, None)
@@ -75,13 +77,22 @@ fn scene_flags_change_the_scene() {
 
 #[test]
 fn budgets() {
-    let budget = |text: &str| text.parse::<Budget>();
-    assert_eq!(budget("2GiB"), Ok(Budget::Bytes(2 << 30)));
-    assert_eq!(budget("1.5GB"), Ok(Budget::Bytes(1_500_000_000)));
-    assert_eq!(budget("512 MiB"), Ok(Budget::Bytes(512 << 20)));
-    assert_eq!(budget("500MB"), Ok(Budget::Bytes(500_000_000)));
-    assert_eq!(budget("4096"), Ok(Budget::Bytes(4096)));
-    assert_eq!(budget("80%"), Ok(Budget::Percent(80.0)));
+    let budget = |text: &str| {
+        let flag = format!("--vram-budget={text}");
+        let parsed = Cli::try_parse_from(["isolume", "render", "head.toml", &flag]);
+        parsed
+            .map_err(|error| error.kind())
+            .map(|cli| match cli.command {
+                Command::Render(render) => render.gpu.host_options().vram_budget,
+                other => panic!("{other:?}"),
+            })
+    };
+    assert_eq!(budget("2GiB"), Ok(Some(Limit::Bytes(2 << 30))));
+    assert_eq!(budget("1.5GB"), Ok(Some(Limit::Bytes(1_500_000_000))));
+    assert_eq!(budget("512 MiB"), Ok(Some(Limit::Bytes(512 << 20))));
+    assert_eq!(budget("500MB"), Ok(Some(Limit::Bytes(500_000_000))));
+    assert_eq!(budget("4096"), Ok(Some(Limit::Bytes(4096))));
+    assert_eq!(budget("80%"), Ok(Some(Limit::Percent(80.0))));
     for wrong in [
         "",
         "0",

@@ -13,8 +13,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use isolume::compare::{Comparison, LinearImage, compare, measure, without_noise};
+use isolume::engine::Picture;
 use isolume::error::Error;
-use isolume::output::{Picture, Provenance, write_exr, write_png};
+use isolume::output::{Provenance, write_exr, write_png};
 use isolume::scene::Tone;
 use tempfile::TempDir;
 

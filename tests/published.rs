@@ -6,7 +6,7 @@ mod common;
 use std::sync::atomic::AtomicBool;
 
 use isolume::gpu::Memory;
-use isolume::render::{Plan, Renderer, SceneBuffers};
+use isolume::render::{GpuScene, Plan, Renderer};
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -46,10 +46,10 @@ fn publish_after(
     scene.render.variant = Variant::Published;
     let device = device();
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let buffers = SceneBuffers::new(&device, &scene, volume, 3).expect("buffers");
-    let mut renderer = Renderer::new(&memory, volume, &buffers).expect("a renderer");
+    let scene = GpuScene::new(&device, &scene, volume, 3).expect("a scene");
+    let mut renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
     prepare(&mut renderer);
-    while renderer.totals.samples < updates {
+    while renderer.totals().samples < updates {
         let stop = AtomicBool::new(false);
         assert!(renderer.unit(1, &stop).expect("a round"));
     }
@@ -143,14 +143,16 @@ fn its_depths_find_a_sphere() {
 #[test]
 fn it_takes_56_bytes_a_voxel() {
     let device = device();
-    let plan =
-        |scene: &Scene| Plan::new(&device, &device.summary, &block(), scene, None).expect("a plan");
+    let plan = |scene: &Scene| {
+        let scene = GpuScene::unprobed(scene, &block());
+        Plan::new(&device, &device.summary, &scene).expect("a plan")
+    };
     let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));
     let without = plan(&scene);
     scene.render.variant = Variant::Published;
     let with = plan(&scene);
     assert_eq!(
-        (with.variant(), without.variant()),
+        (with.variant.word(), without.variant.word()),
         ("published", "non-caching")
     );
     let cells = with

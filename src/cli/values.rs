@@ -3,68 +3,44 @@
 
 use std::num::NonZeroU32;
 use std::path::PathBuf;
-use std::str::FromStr;
 use std::time::Duration;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::Value;
 
+use crate::engine::Limit;
 use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
 
-/// What `--vram-budget` says.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Budget {
-    Bytes(u64),
-    /// Of the device-local heap, in (0, 100].
-    Percent(f64),
-}
-
-impl FromStr for Budget {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Budget, String> {
-        let wrong =
-            || "expected bytes or a size such as 500MB, 512MiB, 2GB, 2GiB or 80%".to_string();
-        let split = text
-            .find(|c: char| c.is_alphabetic() || c == '%')
-            .unwrap_or(text.len());
-        let (number, unit) = (text[..split].trim(), &text[split..]);
-        let number = positive(number).map_err(|_| wrong())?;
-        let unit = match unit {
-            "" | "B" => 1.0,
-            "MB" => 1e6,
-            "MiB" => 1_048_576.0,
-            "GB" => 1e9,
-            "GiB" => 1_073_741_824.0,
-            "%" if number <= 100.0 => return Ok(Budget::Percent(number)),
-            _ => return Err(wrong()),
-        };
-        let bytes = (number * unit).floor();
-        if !(1.0..=1e18).contains(&bytes) {
-            return Err(wrong());
-        }
-        Ok(Budget::Bytes(bytes as u64))
+/// The value of `--vram-budget`.
+pub(super) fn limit(text: &str) -> Result<Limit, String> {
+    let wrong = || "expected bytes or a size such as 500MB, 512MiB, 2GB, 2GiB or 80%".to_string();
+    let split = text
+        .find(|c: char| c.is_alphabetic() || c == '%')
+        .unwrap_or(text.len());
+    let (number, unit) = (text[..split].trim(), &text[split..]);
+    let number = positive(number).map_err(|_| wrong())?;
+    let unit = match unit {
+        "" | "B" => 1.0,
+        "MB" => 1e6,
+        "MiB" => 1_048_576.0,
+        "GB" => 1e9,
+        "GiB" => 1_073_741_824.0,
+        "%" if number <= 100.0 => return Ok(Limit::Percent(number)),
+        _ => return Err(wrong()),
+    };
+    let bytes = (number * unit).floor();
+    if !(1.0..=1e18).contains(&bytes) {
+        return Err(wrong());
     }
+    Ok(Limit::Bytes(bytes as u64))
 }
 
-/// What `--device` says.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum DeviceChoice {
-    Index(usize),
-    Name(String),
-}
-
-impl FromStr for DeviceChoice {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<DeviceChoice, String> {
-        match text.trim() {
-            "" => Err("expected a device's name or index".to_string()),
-            name => Ok(name
-                .parse()
-                .map_or(DeviceChoice::Name(name.into()), DeviceChoice::Index)),
-        }
+/// The value of `--device`: a name, a part of one, or an index.
+pub(super) fn device(text: &str) -> Result<String, String> {
+    match text.trim() {
+        "" => Err("expected a device's name or index".to_string()),
+        name => Ok(name.to_string()),
     }
 }
 

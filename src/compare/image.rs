@@ -5,8 +5,9 @@ use std::path::Path;
 use ::exr::prelude::*;
 use ::image::{ImageFormat, ImageReader};
 
+use crate::engine::Picture;
 use crate::error::{Error, Result};
-use crate::output::{Picture, display::srgb_decode};
+use crate::output::display::srgb_decode;
 
 /// Linear RGB, row 0 on top. An alpha is not looked at.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,6 +1,6 @@
 //! When to stop, and how many samples to take next.
 //!
-//! Samples come in units (see `render::renderer`). Units grow with what is done, to a sixteenth of it at
+//! Samples come in units (see `render`). Units grow with what is done, to a sixteenth of it at
 //! most: early ones show a picture soon, late ones cost little to begin and to end, at least sixteen of
 //! them give a standard error, and a stop never throws away more than a sixteenth of the work. They are
 //! powers of two, since those are what samples are spread evenly over (glsl/include/random.glsl): the
@@ -9,8 +9,36 @@
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-use crate::cli::Stop;
 use crate::render::doubling;
+
+/// When to stop: at whichever of these comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stop {
+    /// Samples per pixel.
+    pub spp: Option<NonZeroU32>,
+    /// Time spent on rendering.
+    pub time: Option<Duration>,
+    /// rms(standard error) / mean(RGB) of the picture.
+    pub relative_error: Option<f64>,
+}
+
+impl Stop {
+    /// By time alone.
+    pub fn after(time: Duration) -> Stop {
+        Stop {
+            time: Some(time),
+            ..Stop::default()
+        }
+    }
+
+    /// By a number of samples alone.
+    pub fn at_samples(spp: NonZeroU32) -> Stop {
+        Stop {
+            spp: Some(spp),
+            ..Stop::default()
+        }
+    }
+}
 
 /// How far a render has come.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +51,7 @@ pub struct Done {
 }
 
 /// Before this many units the spread between them says too little to stop by.
-pub(crate) const UNITS_TO_TRUST: u32 = 16;
+pub const UNITS_TO_TRUST: u32 = 16;
 
 /// Why to stop now, as the end of a sentence; `None`: go on.
 pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
@@ -103,7 +131,7 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
 }
 
 /// The largest power of two that is at most a sixteenth of `samples`; at least one.
-pub(crate) fn sixteenth(samples: u32) -> u32 {
+pub fn sixteenth(samples: u32) -> u32 {
     1 << (samples / 16).max(1).ilog2()
 }
 

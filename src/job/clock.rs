@@ -1,13 +1,11 @@
-//! Statistics and profile of a run, from what the renderer and the clock remember.
+//! What the CPU did, stage by stage, and the profile that shows it beside what the GPU did.
 
 use std::time::{Duration, Instant};
 
-use crate::gpu::{Memory, Span, Timings};
-use crate::output::stats::{
-    CacheStats, MemoryStats, PartStats, PassStats, ResourceStats, StageStats,
-};
+use crate::engine::Engine;
+use crate::gpu::{Span, Timings};
+use crate::output::stats::{PartStats, StageStats};
 use crate::output::trace::Trace;
-use crate::render::{Plan, PublishedResources, Renderer};
 
 /// What the CPU did one after another.
 pub struct Clock {
@@ -81,71 +79,10 @@ impl Clock {
     }
 }
 
-/// One entry for each pass, in order of first appearance.
-pub fn passes(timings: &Timings) -> Vec<PassStats> {
-    let mut names: Vec<&'static str> = Vec::new();
-    for span in &timings.spans {
-        if !names.contains(&span.pass) {
-            names.push(span.pass);
-        }
-    }
-    let of = |name: &'static str| {
-        let runs = timings.spans.iter().filter(|s| s.pass == name);
-        let ms: Vec<f64> = runs.map(|s| s.duration_us / 1e3).collect();
-        PassStats::from_runs(name, &ms)
-    };
-    names.into_iter().map(of).collect()
-}
-
-pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {
-    let resources = memory.resources().into_iter().map(|r| ResourceStats {
-        name: r.name.into(),
-        bytes: r.bytes,
-    });
-    MemoryStats {
-        budget_bytes: memory.budget,
-        planned_bytes,
-        peak_bytes: memory.peak(),
-        resources: resources.collect(),
-    }
-}
-
-/// `goal` is the relative error at which the cache counts as converged.
-pub fn cache(renderer: &Renderer, plan: &Plan, goal: f64) -> Option<CacheStats> {
-    if let Some(cells) = &renderer.resources.published {
-        return Some(published_cells(cells, renderer.totals.paths));
-    }
-    let (cache, layout) = (renderer.cache.as_ref()?, plan.cache.as_ref()?);
-    let converged = cache.is_known_to(goal);
-    Some(CacheStats {
-        dims: layout.nodes,
-        format: layout.format().name().into(),
-        bytes: renderer.resources.cache.as_ref()?.bytes(),
-        cells: layout.all_nodes(),
-        active_cells: layout.active_nodes(),
-        updates_per_cell: cache.mean_updates(),
-        relative_error: cache.relative_error,
-        converged,
-        seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),
-    })
-}
-
-/// It knows its size and no error.
-fn published_cells(cells: &PublishedResources, paths: u64) -> CacheStats {
-    CacheStats {
-        dims: cells.radiance.desc.extent,
-        format: "f32".into(),
-        bytes: cells.bytes(),
-        cells: cells.count(),
-        active_cells: cells.count(),
-        updates_per_cell: paths as f64 / cells.count() as f64,
-        relative_error: f64::INFINITY,
-        converged: false,
-        seconds_to_converge: None,
-    }
-}
-
-pub fn trace(clock: &Clock, timings: &Timings, memory: &Memory) -> Trace {
+/// Stages of the CPU, passes of the GPU, and memory, from the run's beginning on.
+pub fn trace(clock: &Clock, engine: &Engine) -> Trace {
+    let timings = engine.timings();
+    let memory = engine.memory();
     let mut trace = Trace::default();
     let offset_us = (timings.began - clock.began).as_secs_f64() * 1e6;
     for stage in &clock.stages {

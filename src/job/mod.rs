@@ -1,25 +1,22 @@
 //! Carries out what the command line asks for: a function a command, each with the exit status.
 
 mod bench;
-pub(crate) mod plan;
-pub(crate) mod render;
-pub(crate) mod report;
-pub(crate) mod schedule;
-mod setup;
-mod trace;
+mod clock;
+mod interrupt;
+mod plan;
+mod render;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::cli::{self, CompareArgs, InfoArgs, SceneArgs};
+use crate::cli::{CompareArgs, InfoArgs, SceneArgs};
 use crate::compare;
 use crate::error::{Error, Result};
-use crate::gpu::{DeviceChoice, Validation};
 use crate::info;
 use crate::scene::file::Opened;
 use crate::scene::volume::{Reading, Volume, VolumeOverrides};
 use crate::scene::{describe, open};
-use report::Clock;
+use clock::Clock;
 
 pub use bench::bench;
 pub use plan::plan;
@@ -90,22 +87,5 @@ fn print(text: &str) -> Result<u8> {
             Err(Error::io(Path::new("standard output"), e))
         }
         _ => Ok(0),
-    }
-}
-
-/// The device that `--device` names. `ISOLUME_VALIDATION=1` watches it with Vulkan's validation
-/// layers, and makes any of their messages an error.
-pub(crate) fn device_choice(wanted: Option<&cli::DeviceChoice>) -> DeviceChoice {
-    let watched = std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1");
-    DeviceChoice {
-        wanted: wanted.map(|choice| match choice {
-            cli::DeviceChoice::Index(index) => index.to_string(),
-            cli::DeviceChoice::Name(name) => name.clone(),
-        }),
-        validation: match watched {
-            true => Validation::On,
-            false => Validation::Off,
-        },
-        ..DeviceChoice::default()
     }
 }

@@ -2,52 +2,14 @@
 
 use serde::Serialize;
 
-use super::{device_choice, open_scene, print};
-use crate::cli::{self, PlanArgs};
-use crate::error::{Error, Result};
-use crate::gpu::{Device, human};
+use super::{open_scene, print};
+use crate::cli::PlanArgs;
+use crate::engine::Host;
+use crate::error::Result;
+use crate::gpu::human;
 use crate::info::to_json;
-use crate::render::shared::MOST_SURFACES;
-use crate::render::{Choice, Plan, choose};
-use crate::scene::Scene;
+use crate::render::{Choice, Plan};
 use crate::scene::file::Opened;
-
-/// How much memory may be used, and who says so.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Budget {
-    pub bytes: u64,
-    pub source: String,
-}
-
-impl Budget {
-    /// What the user allows, but never more than the device's heap holds.
-    pub fn of(device: &Device, asked: Option<cli::Budget>) -> Budget {
-        let heap = device.summary.device_local_bytes;
-        let (bytes, source) = match asked {
-            None => return device_budget(device),
-            Some(cli::Budget::Bytes(bytes)) => (bytes, "--vram-budget".to_string()),
-            Some(cli::Budget::Percent(share)) => (
-                (heap as f64 * share / 100.0) as u64,
-                format!("--vram-budget, {share} % of the heap"),
-            ),
-        };
-        match bytes <= heap {
-            true => Budget { bytes, source },
-            false => Budget {
-                bytes: heap,
-                source: format!("the heap, which is smaller than {source}"),
-            },
-        }
-    }
-}
-
-fn device_budget(device: &Device) -> Budget {
-    let (bytes, source) = device.default_budget();
-    Budget {
-        bytes,
-        source: source.into(),
-    }
-}
 
 #[derive(Serialize)]
 struct Printed<'a> {
@@ -65,19 +27,18 @@ struct Printed<'a> {
 
 pub fn plan(args: &PlanArgs) -> Result<u8> {
     let opened = open_scene(&args.scene, false)?;
-    check_supported(&opened.scene)?;
-    let device = Device::open(&device_choice(args.gpu.device.as_ref()))?;
-    let budget = Budget::of(&device, args.gpu.vram_budget);
+    let host = Host::open(&args.gpu.host_options())?;
     let Opened { volume, scene, .. } = &opened;
     let Choice {
         plan,
         reason,
         next_better,
-    } = choose(&device, &device.summary, budget.bytes, volume, scene)?;
+    } = host.plan(volume, scene)?;
+    let budget = host.budget();
     let printed = Printed {
-        variant: plan.variant(),
+        variant: plan.variant.word(),
         reason: &reason,
-        device: &device.summary.name,
+        device: &host.summary().name,
         budget_bytes: budget.bytes,
         budget_source: &budget.source,
         planned_bytes: plan.bytes(),
@@ -103,14 +64,4 @@ impl Printed<'_> {
         text += &format!("the next better variant: {}\n", self.next_better);
         text
     }
-}
-
-pub fn check_supported(scene: &Scene) -> Result<()> {
-    let surfaces = scene.surfaces.iso.len();
-    if surfaces > MOST_SURFACES {
-        return Err(Error::Input(format!(
-            "surfaces.iso: there are {surfaces} surfaces; at most {MOST_SURFACES} are possible"
-        )));
-    }
-    Ok(())
 }

@@ -5,130 +5,121 @@ use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::thread;
 
+use super::clock::{self, Clock};
+use super::interrupt::{self, catch_interrupts, is_interrupted};
 use super::open_scene_timed;
-use super::plan::check_supported;
-use super::report::{self, Clock};
-use super::schedule::cache_goal;
-use super::setup::{Host, Loaded};
-use super::trace::{self, Outcome, Stopwatch, rgb};
 use crate::cli::RenderArgs;
+use crate::engine::schedule::cache_goal;
+use crate::engine::{Engine, Host, Outcome, Picture, Stopwatch};
 use crate::error::Result;
 use crate::output::profile;
 use crate::output::progress::Progress;
-use crate::output::stats::Stats;
-use crate::output::{Format, Outputs, Picture, Provenance, check_writable};
-use crate::render::{Film, FirstHits};
+use crate::output::stats::{Stats, ViewStats};
+use crate::output::{Format, Outputs, Provenance, check_writable};
 use crate::scene::file::Opened;
-use crate::scene::{Background, Scene, Variant, describe};
-
-/// Exit status after Ctrl-C with the outputs written.
-pub const INTERRUPTED_STATUS: u8 = 130;
+use crate::scene::{Scene, Variant, describe};
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
     let mut clock = Clock::new();
     let files = args.outputs();
     check_writable(files.iter().chain(&args.stats).chain(&args.profile))?;
     let (opened, host) = thread::scope(|scope| {
-        let host = scope.spawn(|| Host::open(&args.gpu));
+        let host = scope.spawn(|| Host::open(&args.gpu.host_options()));
         let opened = open_scene_timed(&args.scene, args.quiet, &mut clock)?;
-        check_supported(&opened.scene)?;
         let host = clock.time("open the device", || host.join());
         Ok((opened, host.unwrap_or_else(|panic| resume_unwind(panic))?))
     })?;
     let Opened { volume, scene, .. } = &opened;
-    let choice = clock.time("plan", || host.choose(volume, scene))?;
-    let mut loaded = host.load(volume, scene, choice, args.seed, &mut clock)?;
-    trace::catch_interrupts();
-    let stop = match scene.render.variant {
-        Variant::Published => {
-            if args.error.is_some() && !args.quiet {
-                eprintln!("note: published does not know its error, and does not stop by --error");
-            }
-            args.stop().without_error()
-        }
-        _ => args.stop(),
-    };
-    let mut progress = Progress::new(args.quiet, trace::goal(&stop));
+    let choice = clock.time("plan", || host.plan(volume, scene))?;
+    let mut engine = clock.time("compile and upload", || {
+        Engine::with_plan(&host, volume, scene, choice, args.seed)
+    })?;
+    clock.part("compile", engine.compiling());
+    catch_interrupts();
+    let stop = args.stop(scene.render.variant);
+    if scene.render.variant == Variant::Published && args.error.is_some() && !args.quiet {
+        eprintln!("note: published does not know its error, and does not stop by --error");
+    }
+    let mut progress = Progress::new(args.quiet, stop);
+    let mut show = |step| progress.show(step);
+    let mut run = interrupt::run(stop, &mut show);
     let pictures = args.orbit.map_or(1, NonZeroU32::get);
-    if let Some(cache) = loaded.renderer.cache.as_mut().filter(|_| pictures > 1) {
-        cache.widen_focus();
+    if pictures > 1 {
+        engine.look_from_everywhere();
     }
     let mut watch = Stopwatch::started();
-    clock.time("fill the cache", || {
-        trace::fill_until(&stop, &mut loaded.renderer, pictures, &mut progress)
-    })?;
+    clock.time("fill the cache", || engine.fill(&mut run, pictures))?;
     let mut outputs = Outputs::default();
     let mut outcomes: Vec<Outcome> = Vec::new();
     for view in views(args, &opened) {
         if !outcomes.is_empty() {
             watch = Stopwatch::started();
             clock.time("look from elsewhere", || {
-                loaded.look_from(&view.scene.camera)
+                engine.change_in_place(&view.scene)
             })?;
         }
-        let renderer = &mut loaded.renderer;
-        let outcome = clock.time("render", || {
-            trace::trace_until(&stop, renderer, &watch, &mut progress)
-        })?;
+        let outcome = clock.time("render", || engine.sample(&mut run, &watch))?;
         clock.time("save the pictures", || {
-            let picture = picture(renderer.film()?, renderer.first_hits()?, &view.scene);
+            let picture = engine.picture()?;
             stage_pictures(&mut outputs, &view, &opened, &picture, &host, args.seed)
         })?;
         if args.orbit.is_some() {
             std::mem::take(&mut outputs).commit()?;
         }
         outcomes.push(outcome);
-        if trace::interrupted() {
+        if is_interrupted() {
             break;
         }
     }
     progress.finish();
     host.check_validation()?;
-
-    let Loaded {
-        choice,
-        memory,
-        renderer,
-        ..
-    } = &loaded;
-    let (first, last) = (&outcomes[0], &outcomes[outcomes.len() - 1]);
-    let stats = Stats {
-        variant: choice.plan.variant().into(),
-        reason: choice.reason.clone(),
-        device: host.device.summary.name.clone(),
-        driver: host.device.summary.driver.clone(),
-        spp: renderer.totals.samples as u64,
-        seed: args.seed as u64,
-        wall_s: clock.began.elapsed().as_secs_f64(),
-        first_frame_s: first
-            .first_frame
-            .map_or(f64::NAN, |at| at.duration_since(clock.began).as_secs_f64()),
-        passes: report::passes(&renderer.frame.timings),
-        stages: clock.stages(&renderer.frame.timings),
-        memory: loaded.memory_stats(),
-        paths: renderer.paths(),
-        lookups_per_path: renderer.lookups() as f64 / renderer.paths() as f64,
-        relative_error: last.relative_error,
-        cache: report::cache(renderer, &choice.plan, cache_goal(&stop)),
-        views: outcomes.iter().map(Outcome::stats).collect(),
-    };
+    let stats = stats(args, &clock, &engine, &outcomes, cache_goal(&stop));
     if let Some(path) = &args.stats {
         outputs.json(path, &stats)?;
     }
     if let Some(path) = &args.profile {
-        let trace = report::trace(&clock, &renderer.frame.timings, memory);
-        outputs.json(path, &trace)?;
+        outputs.json(path, &clock::trace(&clock, &engine))?;
     }
     outputs.commit()?;
     if !args.quiet {
         if args.stats.is_some() || args.profile.is_some() {
             eprint!("{}", profile::table(&stats));
         }
+        let last = &outcomes[outcomes.len() - 1];
         eprintln!("{}", last_line(&stats, &files, &last.why_stopped));
     }
-    match trace::interrupted() {
-        true => Ok(INTERRUPTED_STATUS),
-        false => Ok(0),
+    Ok(interrupt::status())
+}
+
+fn stats(
+    args: &RenderArgs,
+    clock: &Clock,
+    engine: &Engine,
+    outcomes: &[Outcome],
+    cache_goal: f64,
+) -> Stats {
+    let (first, last) = (&outcomes[0], &outcomes[outcomes.len() - 1]);
+    let choice = engine.choice();
+    let device = engine.host().summary();
+    Stats {
+        variant: choice.plan.variant.word().into(),
+        reason: choice.reason.clone(),
+        device: device.name.clone(),
+        driver: device.driver.clone(),
+        spp: u64::from(engine.totals().samples),
+        seed: u64::from(args.seed),
+        wall_s: clock.began.elapsed().as_secs_f64(),
+        first_frame_s: first
+            .first_frame
+            .map_or(f64::NAN, |at| at.duration_since(clock.began).as_secs_f64()),
+        passes: engine.passes(),
+        stages: clock.stages(engine.timings()),
+        memory: engine.memory_stats(),
+        paths: engine.paths(),
+        lookups_per_path: engine.lookups() as f64 / engine.paths() as f64,
+        relative_error: last.relative_error,
+        cache: engine.cache_stats(cache_goal),
+        views: outcomes.iter().map(ViewStats::of).collect(),
     }
 }
 
@@ -162,27 +153,12 @@ fn views(args: &RenderArgs, opened: &Opened) -> Vec<View> {
     (1..=count.get()).map(view).collect()
 }
 
-pub fn picture(film: Film, hits: FirstHits, scene: &Scene) -> Picture {
-    let last = |texels: &[[f32; 4]]| texels.iter().map(|t| t[3]).collect();
-    let [width, height] = scene.render.size;
-    Picture {
-        width,
-        height,
-        rgb: rgb(&film.mean),
-        alpha: (scene.render.background == Background::Transparent).then(|| last(&film.mean)),
-        stderr: film.stderr,
-        albedo: rgb(&hits.albedo),
-        normal: rgb(&hits.normal_depth),
-        depth: last(&hits.normal_depth),
-    }
-}
-
-/// `scene` as text.
+/// Where a picture comes from; `scene` is the resolved scene as text.
 pub fn provenance(scene: String, host: &Host, seed: u32) -> Provenance {
     Provenance {
         scene,
         seed,
-        device: host.device.summary.name.clone(),
+        device: host.summary().name.clone(),
         software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
     }
 }

@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
-use super::{Picture, Provenance, exr, png};
+use super::{Provenance, exr, png};
+use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
 

@@ -7,7 +7,8 @@ use std::io::{self, Seek, Write};
 
 use ::exr::prelude::*;
 
-use super::{Picture, Provenance};
+use super::Provenance;
+use crate::engine::Picture;
 
 /// The scene is the only attribute of our own: the crate keeps those in random order, and the same
 /// render must give the same bytes. The rest goes into the standard's "software" and "comments".

@@ -5,7 +5,8 @@ use std::io::{self, Write};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder, ImageError};
 
-use super::{Picture, display::display_value};
+use super::display::display_value;
+use crate::engine::Picture;
 use crate::scene::Tone;
 
 pub(super) fn encode(

@@ -5,36 +5,28 @@ use std::time::Duration;
 
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
-/// When a render stops: at the first of these that is reached.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Goal {
-    pub spp: Option<u64>,
-    pub seconds: Option<f64>,
-    pub relative_error: Option<f64>,
-}
+use crate::engine::{self, Stop};
 
-impl Goal {
-    /// Seconds still to go, as far as can be told from what is done.
-    pub fn remaining(&self, spp: u64, seconds: f64, relative_error: f64) -> Option<f64> {
-        let by_spp = self
-            .spp
-            .map(|goal| seconds * (goal as f64 / spp as f64 - 1.0));
-        let by_time = self.seconds.map(|goal| goal - seconds);
-        // The error falls as 1/√n.
-        let by_error = self
-            .relative_error
-            .map(|goal| seconds * ((relative_error / goal).powi(2) - 1.0));
-        [by_spp, by_time, by_error]
-            .into_iter()
-            .flatten()
-            .filter(|seconds| seconds.is_finite())
-            .reduce(f64::min)
-            .map(|seconds| seconds.max(0.0))
-    }
+/// Seconds still to go, as far as can be told from what is done.
+pub fn remaining(stop: &Stop, spp: u64, seconds: f64, relative_error: f64) -> Option<f64> {
+    let by_spp = stop
+        .spp
+        .map(|goal| seconds * (f64::from(goal.get()) / spp as f64 - 1.0));
+    let by_time = stop.time.map(|goal| goal.as_secs_f64() - seconds);
+    // The error falls as 1/√n.
+    let by_error = stop
+        .relative_error
+        .map(|goal| seconds * ((relative_error / goal).powi(2) - 1.0));
+    [by_spp, by_time, by_error]
+        .into_iter()
+        .flatten()
+        .filter(|seconds| seconds.is_finite())
+        .reduce(f64::min)
+        .map(|seconds| seconds.max(0.0))
 }
 
 pub struct Progress {
-    goal: Goal,
+    stop: Stop,
     shown: Shown,
 }
 
@@ -53,26 +45,26 @@ const LINE_SECONDS: f64 = 10.0;
 const BAR_STEPS: u64 = 1000;
 
 impl Progress {
-    pub fn new(quiet: bool, goal: Goal) -> Progress {
+    pub fn new(quiet: bool, stop: Stop) -> Progress {
         if quiet {
             Progress {
-                goal,
+                stop,
                 shown: Shown::Nothing,
             }
         } else if io::stderr().is_terminal() {
             Progress {
-                goal,
+                stop,
                 shown: Shown::Bar(bar()),
             }
         } else {
-            Progress::log(goal, Box::new(io::stderr()))
+            Progress::log(stop, Box::new(io::stderr()))
         }
     }
 
     /// A line now and then, as where stderr is no terminal.
-    pub fn log(goal: Goal, log: Box<dyn Write + Send>) -> Progress {
+    pub fn log(stop: Stop, log: Box<dyn Write + Send>) -> Progress {
         Progress {
-            goal,
+            stop,
             shown: Shown::Lines {
                 log,
                 next_at: LINE_SECONDS,
@@ -80,9 +72,24 @@ impl Progress {
         }
     }
 
+    /// Shows what the engine tells.
+    pub fn show(&mut self, progress: engine::Progress) {
+        match progress {
+            engine::Progress::Filled {
+                updates,
+                relative_error,
+            } => self.filled(updates, relative_error),
+            engine::Progress::Sampled {
+                spp,
+                seconds,
+                relative_error,
+            } => self.update(u64::from(spp), seconds, relative_error),
+        }
+    }
+
     /// `relative_error` is not finite as long as it is unknown.
     pub fn update(&mut self, spp: u64, seconds: f64, relative_error: f64) {
-        let remaining = self.goal.remaining(spp, seconds, relative_error);
+        let remaining = remaining(&self.stop, spp, seconds, relative_error);
         match &mut self.shown {
             Shown::Nothing => {}
             Shown::Bar(bar) => {

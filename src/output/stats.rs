@@ -4,6 +4,9 @@
 
 use serde::Serialize;
 
+use crate::engine::Outcome;
+use crate::engine::figures::{CacheStats, MemoryStats, PassStats};
+
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Stats {
     pub variant: String,
@@ -35,39 +38,14 @@ pub struct ViewStats {
     pub relative_error: f64,
 }
 
-/// One kind of GPU pass over all its runs.
-#[derive(Debug, Clone, Serialize)]
-pub struct PassStats {
-    pub name: String,
-    pub runs: usize,
-    pub gpu_ms_median: f64,
-    pub gpu_ms_p95: f64,
-    pub gpu_ms_total: f64,
-}
-
-impl PassStats {
-    /// From the duration of each run.
-    pub fn from_runs(name: impl Into<String>, milliseconds: &[f64]) -> PassStats {
-        let mut sorted = milliseconds.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        PassStats {
-            name: name.into(),
-            runs: sorted.len(),
-            gpu_ms_median: quantile(&sorted, 0.5),
-            gpu_ms_p95: quantile(&sorted, 0.95),
-            gpu_ms_total: sorted.iter().sum(),
+impl ViewStats {
+    pub fn of(outcome: &Outcome) -> ViewStats {
+        ViewStats {
+            spp: u64::from(outcome.samples),
+            wall_s: outcome.took.as_secs_f64(),
+            relative_error: outcome.relative_error,
         }
     }
-}
-
-/// Interpolated between the closest ranks; NaN where nothing ran.
-pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return f64::NAN;
-    };
-    let rank = fraction * last as f64;
-    let (low, high) = (sorted[rank.floor() as usize], sorted[rank.ceil() as usize]);
-    low + (high - low) * rank.fract()
 }
 
 /// One stage of the work, as the CPU sees it: loading, planning, compiling, writing.
@@ -86,34 +64,4 @@ pub struct StageStats {
 pub struct PartStats {
     pub name: String,
     pub ms: f64,
-}
-
-#[derive(Debug, Clone, Default, Serialize)]
-pub struct MemoryStats {
-    pub budget_bytes: u64,
-    pub planned_bytes: u64,
-    pub peak_bytes: u64,
-    pub resources: Vec<ResourceStats>,
-}
-
-#[derive(Debug, Clone, Serialize)]
-pub struct ResourceStats {
-    pub name: String,
-    pub bytes: u64,
-}
-
-#[derive(Debug, Clone, Serialize)]
-pub struct CacheStats {
-    pub dims: [u32; 3],
-    pub format: String,
-    pub bytes: u64,
-    pub cells: u64,
-    pub active_cells: u64,
-    /// Paths that a cell has had, on average over all active ones.
-    pub updates_per_cell: f64,
-    /// Not finite where it is unknown.
-    pub relative_error: f64,
-    pub converged: bool,
-    /// `None` if it has not.
-    pub seconds_to_converge: Option<f64>,
 }

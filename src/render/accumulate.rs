@@ -1,22 +1,16 @@
 //! Folds a unit of samples into the running mean and its spread.
 
-use std::sync::Arc;
-
+use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::{AccumulatePush, Features};
+use super::shared::AccumulatePush;
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Frame, Pass};
 
 pub struct Accumulate(Pass);
 
 impl Accumulate {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: "accumulate",
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
-        Ok(Accumulate(Pass::new(device, shaders, &desc)?))
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(Accumulate(passes.compile("accumulate")?))
     }
 
     pub fn record(&self, frame: &mut Frame, r: &Resources, push: &AccumulatePush) -> Result<()> {

@@ -11,27 +11,35 @@
 //! gather at first (`gathering.glsl`) has errors in common with what they gathered before: the estimate holds once
 //! a batch of whole paths has been laid beside it.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::panic::resume_unwind;
+use std::thread;
 use std::time::{Duration, Instant};
 
-use super::cache_resources::CacheResources;
+use super::cache_layout::CacheLayout;
+use super::cache_memory::CacheMemory;
+use super::camera_march::CameraMarch;
 use super::cell_tracking::CellTracking;
-use super::constants::SceneBuffers;
 use super::copy;
 use super::cut_cells::CutCells;
+use super::delta_tracking::DeltaTracking;
 use super::focus::{self, Focus};
+use super::gpu_scene::GpuScene;
+use super::parts::{Changes, Derived};
+use super::pass_compiler::PassCompiler;
 use super::ray_march::{self, RayMarch};
 use super::resources::Resources;
 use super::shared::GATHERED;
+use super::unit::{Sampled, Unit};
 use crate::error::Result;
-use crate::gpu::{Device, Frame, Shaders, Slices};
+use crate::gpu::{Frame, Slices};
 
 /// The error is measured on about so many pixels along the picture's longer side.
 const MEASURED_PIXELS: u32 = 64;
 
 pub struct Cache {
-    pub tracking: CellTracking,
+    pub memory: CacheMemory,
+    at_rest: AtRest,
+    tracking: CellTracking,
     ray_march: RayMarch,
     /// Only where surfaces stop light.
     cut_cells: Option<CutCells>,
@@ -61,6 +69,14 @@ pub struct Cache {
     shown: Vec<[f32; 4]>,
 }
 
+/// How a picture at rest gets its samples from the cache.
+enum AtRest {
+    /// By a march, where light is all that can be seen.
+    March(CameraMarch),
+    /// By paths that end in the cache.
+    Tracking(DeltaTracking),
+}
+
 /// What batches of a kind have come to.
 #[derive(Default)]
 struct Pace {
@@ -83,13 +99,20 @@ fn gathers(updates: u32, samples: u32) -> bool {
 }
 
 impl Cache {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, scene: &SceneBuffers) -> Result<Cache> {
-        let features = &scene.features;
+    pub fn new(passes: &PassCompiler<'_>, scene: &GpuScene, memory: CacheMemory) -> Result<Cache> {
+        // Compiling is most of a start: the two largest shaders, side by side.
+        let (at_rest, tracking) = thread::scope(|scope| {
+            let at_rest = scope.spawn(|| AtRest::new(passes));
+            let tracking = CellTracking::new(passes);
+            (at_rest.join(), tracking)
+        });
         Ok(Cache {
-            tracking: CellTracking::new(device, shaders, features)?,
-            ray_march: RayMarch::new(device, shaders, features)?,
-            cut_cells: match features.full_light {
-                true => Some(CutCells::new(device, shaders, features)?),
+            memory,
+            at_rest: at_rest.unwrap_or_else(|panic| resume_unwind(panic))?,
+            tracking: tracking?,
+            ray_march: RayMarch::new(passes)?,
+            cut_cells: match passes.features.full_light {
+                true => Some(CutCells::new(passes)?),
                 false => None,
             },
             focus: Focus::everywhere(0),
@@ -109,12 +132,65 @@ impl Cache {
         })
     }
 
-    /// What only has to be done when the surfaces or the volume change.
-    pub fn prepare(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        let cuts = r.cache.as_ref().and_then(|c| Some((c, c.cuts.as_ref()?)));
-        match (&self.cut_cells, cuts) {
-            (Some(pass), Some((cache, cuts))) => pass.run(frame, r, cache, cuts),
-            _ => Ok(()),
+    /// Works out what follows from those parts of the scene that have changed, and forgets what is no longer right.
+    pub fn prepare(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        scene: &GpuScene,
+        changes: Changes,
+    ) -> Result<()> {
+        self.look_elsewhere(scene);
+        if changes.spoil(Derived::CellPaths) {
+            self.abandon();
+        }
+        if !changes.spoil(Derived::CachedLight) {
+            return Ok(());
+        }
+        self.clear();
+        match &self.cut_cells {
+            Some(pass) => pass.run(frame, r, &self.memory),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives the cache another layout; the light is gone.
+    pub fn lay_out(
+        &mut self,
+        frame: &mut Frame,
+        r: &mut Resources,
+        layout: &CacheLayout,
+    ) -> Result<()> {
+        self.memory.lay_out(layout)?;
+        self.memory.upload_pages(frame, &mut r.staging)
+    }
+
+    /// Fills a cache that knows nothing with one texel everywhere, so that there is something to see until paths
+    /// have replaced it.
+    pub fn guess(&self, frame: &mut Frame, texel: [f32; 4]) -> Result<()> {
+        frame.run(|f| f.clear_to(&[&self.memory.light], texel))
+    }
+
+    /// How long a dispatch should take from now on.
+    pub fn take_slices_of(&mut self, ms: f64) {
+        self.tracking.queue.target_ms = ms;
+        match &mut self.at_rest {
+            AtRest::March(march) => march.slice_ms = ms,
+            AtRest::Tracking(tracking) => tracking.queue.target_ms = ms,
+        }
+    }
+
+    /// Whether a picture at rest is marched.
+    pub fn is_marched(&self) -> bool {
+        matches!(self.at_rest, AtRest::March(_))
+    }
+
+    /// Goes on with a unit of samples of the picture at rest, or begins one. A march takes one sample, however many
+    /// the unit has.
+    pub fn sample(&mut self, frame: &mut Frame, r: &Resources, unit: Unit) -> Result<Sampled> {
+        match &mut self.at_rest {
+            AtRest::March(march) => march.advance(frame, r, &self.memory, unit),
+            AtRest::Tracking(tracking) => tracking.advance(frame, r, &self.memory.bindings(), unit),
         }
     }
 
@@ -137,7 +213,7 @@ impl Cache {
     }
 
     /// From elsewhere, the error has to be measured anew; until then the last one stands.
-    pub fn look_elsewhere(&mut self, scene: &SceneBuffers) {
+    pub fn look_elsewhere(&mut self, scene: &GpuScene) {
         self.focus_stride = focus_stride(scene);
         self.has_looked = false;
         self.shown.clear();
@@ -181,44 +257,21 @@ impl Cache {
         is_filled && self.has_looked && !self.focus.lags(self.updates)
     }
 
-    /// A few steps of a first batch, which the next one begins anew, and a picture of it.
-    pub fn warm_up(&mut self, frame: &mut Frame, r: &mut Resources) -> Result<()> {
+    /// Runs a few steps of a first batch and of a first unit, which the next ones begin anew.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.look(frame, r)?;
         self.begin_batch(frame, r, 1)?;
         self.abandon();
-        let Some(resources) = &r.cache else {
-            return Ok(());
-        };
-        self.tracking.advance(frame, r, resources)?;
+        self.tracking.advance(frame, r, &self.memory)?;
         let question = ray_march::for_error(1);
-        self.ray_march.ask(frame, r, resources, question)
-    }
-
-    /// Gives the nodes in sight `samples` more paths, the others their share, and measures the error.
-    /// False if `stop` is raised before the last of them: some nodes have had the batch then, some not, and
-    /// it does not count.
-    pub fn batch(
-        &mut self,
-        frame: &mut Frame,
-        r: &mut Resources,
-        samples: u32,
-        stop: &AtomicBool,
-    ) -> Result<bool> {
-        self.under_way = None;
-        loop {
-            if stop.load(Ordering::Relaxed) {
-                return Ok(false);
-            }
-            if self.advance(frame, r, samples)? {
-                return Ok(true);
-            }
-        }
+        self.ray_march.ask(frame, r, &self.memory, question)?;
+        self.sample(frame, r, Unit::TRIAL).map(drop)
     }
 
     /// Goes on with a batch for about as long as the slots aim at, or begins one of `samples` paths for
     /// the nodes in sight; none: one in which they catch up. Returns whether it has ended, and been
     /// measured.
-    pub fn advance(&mut self, frame: &mut Frame, r: &mut Resources, samples: u32) -> Result<bool> {
+    pub fn advance(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<bool> {
         let began = Instant::now();
         if self.under_way.is_none() {
             self.look(frame, r)?;
@@ -227,16 +280,13 @@ impl Cache {
             }
             self.begin_batch(frame, r, samples)?;
         }
-        let Some(resources) = &r.cache else {
-            return Ok(true);
-        };
         let samples = *self.under_way.get_or_insert(samples);
         let before = self.updates;
-        let progress = self.tracking.advance(frame, r, resources)?;
+        let progress = self.tracking.advance(frame, r, &self.memory)?;
         self.lookups += u64::from(progress.lookups);
         self.paths += u64::from(progress.finished);
         if !progress.under_way {
-            let now = self.measure(frame, r, resources)?;
+            let now = self.measure(frame, r)?;
             self.end_batch(samples, now);
         }
         let took = began.elapsed();
@@ -251,53 +301,45 @@ impl Cache {
     }
 
     /// Decides who gets how many paths.
-    fn begin_batch(&mut self, frame: &mut Frame, r: &mut Resources, samples: u32) -> Result<()> {
-        if let Some(cache) = &mut r.cache {
-            let left = self.focus.left(self.updates + samples);
-            for (brick, [samples, first_sample]) in cache.bricks_mut().iter_mut().zip(left) {
-                brick.samples = samples;
-                brick.first_sample = first_sample;
-            }
+    fn begin_batch(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<()> {
+        let left = self.focus.left(self.updates + samples);
+        for (brick, [samples, first_sample]) in self.memory.bricks_mut().iter_mut().zip(left) {
+            brick.samples = samples;
+            brick.first_sample = first_sample;
         }
         self.tracking.restart(frame, r)
     }
 
     /// Finds out which nodes are in sight, unless that is known.
-    fn look(&mut self, frame: &mut Frame, r: &mut Resources) -> Result<()> {
-        let Some(cache) = r.cache.as_mut().filter(|_| !self.has_looked) else {
+    fn look(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        if self.has_looked {
             return Ok(());
-        };
+        }
         if self.updates == 0 {
-            self.focus = Focus::everywhere(cache.active_bricks);
+            self.focus = Focus::everywhere(self.memory.active_bricks());
         }
         self.has_looked = true;
         if self.is_wide {
             self.focus.widen();
         } else if let Some(longest) = self.focus_stride {
-            cache.bricks_mut().iter_mut().for_each(|b| b.weight = 0);
-            let Some(cache) = &r.cache else {
-                return Ok(());
-            };
+            let bricks = self.memory.bricks_mut().iter_mut();
+            bricks.for_each(|brick| brick.weight = 0);
             let stride = measured_stride(r).min(longest);
             let question = ray_march::for_weights(stride);
-            self.ray_march.ask(frame, r, cache, question)?;
-            self.focus.narrow(cache.bricks().iter().map(|b| b.weight));
+            self.ray_march.ask(frame, r, &self.memory, question)?;
+            self.focus
+                .narrow(self.memory.bricks().iter().map(|b| b.weight));
         }
         Ok(())
     }
 
     /// What the cache shows, on few pixels.
-    fn measure(
-        &self,
-        frame: &mut Frame,
-        r: &Resources,
-        cache: &CacheResources,
-    ) -> Result<Vec<[f32; 4]>> {
+    fn measure(&self, frame: &mut Frame, r: &Resources) -> Result<Vec<[f32; 4]>> {
         let stride = measured_stride(r);
         let [width, height] = r.size.map(|n| n.div_ceil(stride));
         let corner = [width, height, 1];
         let question = ray_march::for_error(stride);
-        self.ray_march.ask(frame, r, cache, question)?;
+        self.ray_march.ask(frame, r, &self.memory, question)?;
         copy::download_corner(frame, &r.staging, &r.unit_sum, corner)
     }
 
@@ -315,25 +357,28 @@ impl Cache {
 
     /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
     pub fn record_march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        match &r.cache {
-            Some(cache) => self.ray_march.record(frame, r, cache),
-            None => Ok(()),
-        }
+        self.ray_march.record(frame, r, &self.memory)
     }
 
     /// The next slice of the picture that the cache shows now, into `unit_sum`. Returns whether it was
     /// the last.
     pub fn march(&self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {
-        match &r.cache {
-            Some(cache) => self.ray_march.advance(frame, r, cache, slices),
-            None => Ok(true),
-        }
+        self.ray_march.advance(frame, r, &self.memory, slices)
+    }
+}
+
+impl AtRest {
+    fn new(passes: &PassCompiler<'_>) -> Result<AtRest> {
+        Ok(match passes.features.is_marched() {
+            true => AtRest::March(CameraMarch::new(passes)?),
+            false => AtRest::Tracking(DeltaTracking::through_cache(passes)?),
+        })
     }
 }
 
 /// Only a march reads the cache where it is seen, and nowhere else.
-fn focus_stride(scene: &SceneBuffers) -> Option<u32> {
-    focus::longest_stride(scene).filter(|_| scene.features.is_marched())
+fn focus_stride(scene: &GpuScene) -> Option<u32> {
+    focus::longest_stride(scene).filter(|_| scene.features().is_marched())
 }
 
 fn measured_stride(r: &Resources) -> u32 {

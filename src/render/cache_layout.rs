@@ -95,6 +95,11 @@ impl CacheLayout {
         other.active.iter().all(|brick| mine.any(|m| m == brick))
     }
 
+    /// "caching at scale 0.5 in f16", for messages.
+    pub fn description(&self) -> String {
+        description(self.scale, self.format())
+    }
+
     pub fn format(&self) -> CacheFormat {
         match self.is_f16 {
             true => CacheFormat::F16,
@@ -106,12 +111,12 @@ impl CacheLayout {
     pub fn pages(&self) -> Vec<u32> {
         let [width, height, depth] = self.bricks;
         let mut pages = vec![NO_PLACE; (width * height * depth) as usize];
-        for (slot, &brick) in self.active.iter().enumerate() {
-            let slot = slot as u32;
+        for (place, &brick) in self.active.iter().enumerate() {
+            let place = place as u32;
             let [x, y, _] = self.places;
             let [i, j, k] = unpack(brick);
             pages[((k * height + j) * width + i) as usize] =
-                pack([slot % x, slot / x % y, slot / (x * y)]);
+                pack([place % x, place / x % y, place / (x * y)]);
         }
         pages
     }
@@ -135,6 +140,11 @@ impl CacheLayout {
         };
         self.active.iter().map(inside).sum()
     }
+}
+
+/// "caching at scale 0.5 in f16", for messages.
+pub fn description(scale: f64, format: CacheFormat) -> String {
+    format!("caching at scale {scale} in {}", format.name())
 }
 
 fn pack([x, y, z]: [u32; 3]) -> u32 {

@@ -1,15 +1,17 @@
-//! The cache's share of GPU memory.
+//! The GPU memory that only the caching variant takes.
 
 use std::sync::Arc;
 
 use super::cache_layout::CacheLayout;
-use super::constants::SceneBuffers;
+use super::copy;
+use super::gpu_scene::GpuScene;
+use super::resources::{bytes_of, slots};
 use super::shared::{Brick, NodeWork};
 use crate::error::Result;
-use crate::gpu::{Binding, Buffer, BufferDesc, Format, Image, ImageDesc, Memory, Placement};
+use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
 
 /// The cache: its nodes' light, and where to find it.
-pub struct CacheResources {
+pub struct CacheMemory {
     /// Light without the suns' own; in alpha, the suns' share.
     pub light: Image,
     /// Only in an anisotropic medium.
@@ -18,26 +20,25 @@ pub struct CacheResources {
     pub pages: Image,
     /// For each place, its brick.
     bricks: Buffer,
-    pub active_bricks: u32,
-    pub active_nodes: u64,
+    pub layout: CacheLayout,
     /// For each place, a bit a cell; only where surfaces stop light.
     pub cuts: Option<Buffer>,
     /// What the slots are working on.
     pub work: Buffer,
 }
 
-impl CacheResources {
+impl CacheMemory {
     pub(super) fn allocate(
         memory: &Arc<Memory>,
         layout: &CacheLayout,
-        scene: &SceneBuffers,
-        slots: u32,
-    ) -> Result<CacheResources> {
+        scene: &GpuScene,
+    ) -> Result<CacheMemory> {
         let nodes = |name| ImageDesc {
             name,
             extent: layout.extent(),
             volumetric: true,
             written: true,
+            zeroed: true,
             format: match layout.is_f16 {
                 true => Format::R16G16B16A16_SFLOAT,
                 false => Format::R32G32B32A32_SFLOAT,
@@ -48,10 +49,12 @@ impl CacheResources {
             bytes,
             placement: Placement::Device,
         };
+        let is_full_light = scene.parts.surfaces.is_full_light();
+        let slots = slots(&memory.limits, scene.parts.view.size);
         let cuts = || Buffer::new(memory, on_device("cut cells", cut_bytes(layout)));
-        Ok(CacheResources {
+        Ok(CacheMemory {
             light: Image::new(memory, nodes("cache: light"))?,
-            flux: match scene.features.is_anisotropic {
+            flux: match scene.parts.medium.is_anisotropic() {
                 true => Some(Image::new(memory, nodes("cache: flux"))?),
                 false => None,
             },
@@ -62,15 +65,14 @@ impl CacheResources {
                 Placement::Readback,
                 &bricks(layout),
             )?,
-            active_bricks: layout.active.len() as u32,
-            active_nodes: layout.active_nodes(),
-            cuts: match scene.features.full_light {
+            layout: layout.clone(),
+            cuts: match is_full_light {
                 true => Some(cuts()?),
                 false => None,
             },
             work: Buffer::new(
                 memory,
-                on_device("cache: work", slots as u64 * size_of::<NodeWork>() as u64),
+                on_device("cache: work", bytes_of::<NodeWork>(slots)),
             )?,
         })
     }
@@ -86,9 +88,23 @@ impl CacheResources {
         if let Some(cuts) = &mut self.cuts {
             cuts.resize(cut_bytes(layout))?;
         }
-        self.active_bricks = layout.active.len() as u32;
-        self.active_nodes = layout.active_nodes();
+        self.layout = layout.clone();
         Ok(())
+    }
+
+    /// Writes the page table.
+    pub fn upload_pages(&self, frame: &mut Frame, staging: &mut Buffer) -> Result<()> {
+        let pages = self.layout.pages();
+        copy::upload(frame, staging, &self.pages, bytemuck::cast_slice(&pages))
+    }
+
+    pub fn active_bricks(&self) -> u32 {
+        self.layout.active.len() as u32
+    }
+
+    /// Makes room for paths from so many slots.
+    pub fn resize_work(&mut self, slots: u32) -> Result<()> {
+        self.work.resize(bytes_of::<NodeWork>(slots))
     }
 
     pub fn images(&self) -> impl Iterator<Item = &Image> {
@@ -104,12 +120,12 @@ impl CacheResources {
         bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default())
     }
 
-    /// What filling the cache and weighing its bricks take besides reading it.
+    /// The resource that filling the cache and weighing its bricks take besides those for reading it.
     pub fn brick_binding(&self) -> (&'static str, Binding<'_>) {
         ("bricks", Binding::Buffer(&self.bricks))
     }
 
-    /// What reading the cache takes. What a scene does without is bound to something that is there.
+    /// The resources that reading the cache takes. What a scene does without is bound to something that is there.
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 4] {
         [
             ("cache_light", Binding::Image(&self.light)),
@@ -118,11 +134,13 @@ impl CacheResources {
                 Binding::Image(self.flux.as_ref().unwrap_or(&self.light)),
             ),
             ("pages", Binding::Image(&self.pages)),
-            (
-                "cuts",
-                Binding::Buffer(self.cuts.as_ref().unwrap_or(&self.bricks)),
-            ),
+            self.cuts_binding(),
         ]
+    }
+
+    pub fn cuts_binding(&self) -> (&'static str, Binding<'_>) {
+        let cuts = self.cuts.as_ref().unwrap_or(&self.bricks);
+        ("cuts", Binding::Buffer(cuts))
     }
 
     /// What stays when the cache is filled.
@@ -145,12 +163,13 @@ fn bricks(layout: &CacheLayout) -> Vec<Brick> {
 }
 
 /// A texel for each brick of the cache's lattice.
-pub(super) fn pages_desc(layout: &CacheLayout) -> ImageDesc {
+fn pages_desc(layout: &CacheLayout) -> ImageDesc {
     ImageDesc {
         name: "cache: pages",
         extent: layout.bricks,
         volumetric: true,
         written: false,
+        zeroed: false,
         format: Format::R32_UINT,
     }
 }

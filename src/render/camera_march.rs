@@ -1,13 +1,12 @@
 //! The picture at rest by marching, where the cache holds all that is seen.
 
-use std::sync::Arc;
-
+use super::cache_memory::CacheMemory;
+use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::{CameraMarchPush, Features};
+use super::shared::CameraMarchPush;
+use super::unit::{Sampled, Unit};
 use crate::error::Result;
-use crate::gpu::{
-    Binding, Device, Frame, Pass, PassDesc, SLICE_MS, Shaders, Slices, Specialization,
-};
+use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
 
 pub struct CameraMarch {
     pass: Pass,
@@ -17,35 +16,29 @@ pub struct CameraMarch {
 }
 
 impl CameraMarch {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: "camera_march",
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(CameraMarch {
-            pass: Pass::new(device, shaders, &desc)?,
+            pass: passes.compile("camera_march")?,
             slices: Slices::new(SLICE_MS),
             slice_ms: SLICE_MS,
         })
     }
 
-    /// Takes a sample of every pixel, the `sample_index`-th, a slice further, or begins it. Returns whether
-    /// it is in `unit_sum` now.
+    /// Takes one sample of every pixel, the unit's first, a slice further, or begins it. The unit ends with that
+    /// sample, however many it was to have: a march knows the spread between single ones.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
-        sample_index: u32,
-        begins: bool,
-    ) -> Result<bool> {
-        let Some(cache) = &r.cache else {
-            return Ok(true);
-        };
-        if begins {
+        cache: &CacheMemory,
+        unit: Unit,
+    ) -> Result<Sampled> {
+        if unit.begins {
             self.slices.restart(self.slice_ms);
         }
-        let push = CameraMarchPush { sample_index };
+        let push = CameraMarchPush {
+            sample_index: unit.first_sample,
+        };
         let bindings = [
             &r.medium_bindings()[..],
             &cache.bindings(),
@@ -56,11 +49,10 @@ impl CameraMarch {
         ]
         .concat();
         let threads = [r.size[0], r.size[1], 1];
-        frame.run_slice(&self.pass, &bindings, &push, threads, &mut self.slices)
-    }
-
-    /// A slice of a sample, which the next one begins anew.
-    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.advance(frame, r, 0, true).map(drop)
+        let is_last = frame.run_slice(&self.pass, &bindings, &push, threads, &mut self.slices)?;
+        Ok(Sampled {
+            ended: is_last.then_some(1),
+            lookups: 0,
+        })
     }
 }

@@ -1,31 +1,25 @@
 //! Paths from the cache's nodes.
 
-use std::sync::Arc;
-
-use super::cache_resources::CacheResources;
+use super::cache_memory::CacheMemory;
+use super::pass_compiler::PassCompiler;
+use super::path_queue::{PathQueue, Progress};
 use super::resources::Resources;
-use super::shared::{CellPush, Features};
-use super::slots::{Progress, Slots};
+use super::shared::CellPush;
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Frame, Pass};
 
 pub struct CellTracking {
     pass: Pass,
-    pub slots: Slots,
-    /// Of the nodes, which is under way (`gathering.glsl`).
+    pub queue: PathQueue,
+    /// The half of the nodes that is under way (`gathering.glsl`).
     half: u32,
 }
 
 impl CellTracking {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: "cell_tracking",
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(CellTracking {
-            pass: Pass::new(device, shaders, &desc)?,
-            slots: Slots::new(),
+            pass: passes.compile("cell_tracking")?,
+            queue: PathQueue::new(),
             half: 0,
         })
     }
@@ -33,7 +27,7 @@ impl CellTracking {
     /// Forgets all paths and starts the queue of nodes anew.
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.half = 0;
-        self.slots.restart(frame, r)
+        self.queue.restart(frame, r)
     }
 
     /// Takes all paths of the batch that stands in `cache.bricks` further.
@@ -41,14 +35,14 @@ impl CellTracking {
         &mut self,
         frame: &mut Frame,
         r: &Resources,
-        cache: &CacheResources,
+        cache: &CacheMemory,
     ) -> Result<Progress> {
-        let CellTracking { pass, slots, half } = self;
-        let mut progress = slots.advance(frame, r, |frame, work| {
+        let CellTracking { pass, queue, half } = self;
+        let mut progress = queue.advance(frame, r, |frame, work| {
             let push = CellPush {
                 work,
                 slots: r.slots(),
-                bricks: cache.active_bricks,
+                bricks: cache.active_bricks(),
                 nodes_half: *half,
             };
             let flux = cache.flux.as_ref().unwrap_or(&cache.light);
@@ -69,7 +63,7 @@ impl CellTracking {
         })?;
         if !progress.under_way && *half == 0 {
             *half = 1;
-            slots.restart(frame, r)?;
+            queue.restart(frame, r)?;
             progress.under_way = true;
         }
         Ok(progress)

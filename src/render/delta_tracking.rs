@@ -1,61 +1,65 @@
 //! Paths from the camera: those of `non-caching`, and those that read the cache.
 
-use std::sync::Arc;
-
-use super::cache_resources::CacheResources;
+use super::pass_compiler::PassCompiler;
+use super::path_queue::PathQueue;
 use super::resources::Resources;
-use super::shared::{Features, TrackPush};
-use super::slots::{Progress, Slots};
+use super::shared::TrackPush;
+use super::unit::{Sampled, Unit};
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Frame, Pass};
 
 pub struct DeltaTracking {
     pass: Pass,
-    pub slots: Slots,
+    pub queue: PathQueue,
 }
 
 impl DeltaTracking {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: match features.cache_order {
-                0 => "delta_tracking",
-                _ => "cached_tracking",
-            },
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
+    /// Paths that find all light by themselves.
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        DeltaTracking::with_shader(passes, "delta_tracking")
+    }
+
+    /// Paths that end where they can read the cache.
+    pub fn through_cache(passes: &PassCompiler<'_>) -> Result<Self> {
+        DeltaTracking::with_shader(passes, "cached_tracking")
+    }
+
+    fn with_shader(passes: &PassCompiler<'_>, name: &'static str) -> Result<Self> {
         Ok(DeltaTracking {
-            pass: Pass::new(device, shaders, &desc)?,
-            slots: Slots::new(),
+            pass: passes.compile(name)?,
+            queue: PathQueue::new(),
         })
     }
 
-    /// Takes all paths of a unit of `samples` samples a pixel further, the first of them its
-    /// `first_sample`-th; or begins it. Once none is under way, their sums are in `unit_sum`.
+    /// Takes all paths of a unit further, or begins it. Once none is under way, their sums are in `unit_sum`. `cache`
+    /// is what reading the cache takes; it is empty for paths that do not.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
-        samples: u32,
-        first_sample: u32,
-        begins: bool,
-    ) -> Result<Progress> {
-        if begins {
-            self.slots.restart(frame, r)?;
+        cache: &[(&'static str, Binding<'_>)],
+        unit: Unit,
+    ) -> Result<Sampled> {
+        if unit.begins {
+            self.queue.restart(frame, r)?;
         }
-        let DeltaTracking { pass, slots } = self;
-        slots.advance(frame, r, |frame, work| {
+        let Unit {
+            samples,
+            first_sample,
+            ..
+        } = unit;
+        let DeltaTracking { pass, queue } = self;
+        let progress = queue.advance(frame, r, |frame, work| {
             let push = TrackPush {
                 samples,
                 first_sample,
                 work,
                 slots: r.slots(),
             };
-            let cache = r.cache.as_ref().map(CacheResources::bindings);
             let bindings = [
                 &r.medium_bindings()[..],
                 &r.surface_bindings(),
-                cache.as_ref().map_or(&[], |bindings| &bindings[..]),
+                cache,
                 &r.path_bindings(),
                 &[
                     r.camera_binding(),
@@ -64,11 +68,10 @@ impl DeltaTracking {
             ]
             .concat();
             frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
+        })?;
+        Ok(Sampled {
+            ended: (!progress.under_way).then_some(samples),
+            lookups: progress.lookups,
         })
-    }
-
-    /// A few steps of a unit, which the next one begins anew.
-    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.advance(frame, r, 1, 0, true).map(drop)
     }
 }

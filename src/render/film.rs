@@ -1,7 +1,9 @@
 //! What a renderer has to show: the picture with its standard error, and what the pixels' centres see.
 
 use super::copy;
-use super::renderer::{Renderer, Sampling};
+use super::estimator::Estimator;
+use super::iso_depth::FirstSurface;
+use super::renderer::Renderer;
 use crate::error::Result;
 
 /// The picture so far, row 0 on top.
@@ -35,7 +37,7 @@ impl Renderer {
         self.clear_if_stale()?;
         let r = &self.resources;
         let frame = &mut self.frame;
-        if let Sampling::Published(published) = &self.sampling {
+        if let Estimator::Published(published) = &self.estimator {
             published.march(frame, r)?;
         }
         let mean = copy::download(frame, &r.staging, &r.mean)?;
@@ -56,7 +58,7 @@ impl Renderer {
     /// The cache's own error, which is in all samples alike, as a share of what each pixel covers: so
     /// large that its rms over the picture is what was measured.
     fn shared_error(&self, mean: &[[f32; 4]]) -> f32 {
-        let Some(cache) = &self.cache else {
+        let Some(cache) = self.cache() else {
             return 0.0;
         };
         let covered = mean.iter().flat_map(|m| [0, 1, 2].map(|c| m[c] * m[3]));
@@ -73,20 +75,22 @@ impl Renderer {
 
     pub fn first_hits(&mut self) -> Result<FirstHits> {
         let r = &self.resources;
-        if let (Some(pass), Some(to)) = (&self.iso_depth, &r.first_surface) {
-            pass.run(&mut self.frame, r, to)?;
-        }
         let [width, height, _] = r.mean.desc.extent;
         let pixels = width as usize * height as usize;
-        Ok(match &r.first_surface {
-            Some(surface) => FirstHits {
-                normal_depth: copy::download(&mut self.frame, &r.staging, &surface.normal_depth)?,
-                albedo: copy::download(&mut self.frame, &r.staging, &surface.albedo)?,
-            },
-            None => FirstHits {
+        let Some(pass) = &self.iso_depth else {
+            return Ok(FirstHits {
                 normal_depth: vec![[0.0, 0.0, 0.0, f32::INFINITY]; pixels],
                 albedo: vec![[0.0; 4]; pixels],
-            },
+            });
+        };
+        pass.run(&mut self.frame, r)?;
+        let FirstSurface {
+            normal_depth,
+            albedo,
+        } = &pass.memory;
+        Ok(FirstHits {
+            normal_depth: copy::download(&mut self.frame, &r.staging, normal_depth)?,
+            albedo: copy::download(&mut self.frame, &r.staging, albedo)?,
         })
     }
 }

@@ -33,6 +33,7 @@ pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format
         extent: [2; 3],
         volumetric: true,
         written: false,
+        zeroed: false,
         format,
     };
     let image = Image::new(&memory, desc)?;
@@ -57,7 +58,6 @@ pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format
     let pass = Pass::new(device, shaders, &desc)?;
     let mut frame = Frame::new(device)?;
     frame.run(|f| {
-        f.adopt(&[&image])?;
         f.upload(&staging, &image, [0; 3], [2; 3])?;
         let bindings = [
             ("checkerboard", Binding::Filtered(&image)),

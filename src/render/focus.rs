@@ -8,7 +8,7 @@
 
 use glam::Vec3;
 
-use super::constants::SceneBuffers;
+use super::gpu_scene::GpuScene;
 use super::shared::BRICK;
 
 /// log2 of the largest share to the smallest.
@@ -16,13 +16,13 @@ const MOST_HALVINGS: u8 = 4;
 
 /// A picture has a ray on every so many pixels along both axes, at most, that none of the bricks slips
 /// through between them; `None`: pixels are too few for that.
-pub fn longest_stride(scene: &SceneBuffers) -> Option<u32> {
-    let c = &scene.constants;
+pub fn longest_stride(scene: &GpuScene) -> Option<u32> {
+    let c = scene.constants();
     let length = |v: [f32; 3]| Vec3::from(v).length();
     let brick = (0..3)
         .map(|a| BRICK as f32 * c.cache_step[a] * c.spacing[a])
         .fold(f32::INFINITY, f32::min);
-    let farthest = match scene.features.is_orthographic {
+    let farthest = match scene.parts.view.is_orthographic {
         true => 1.0,
         false => length(c.eye) + length(c.half_extent),
     };

@@ -1,25 +1,50 @@
-//! Distance, normal and colour of the first surface behind each pixel's centre.
+//! Distance, normal and colour of the first surface behind each pixel's centre: layers of the EXR.
 
 use std::sync::Arc;
 
-use super::resources::{FirstSurface, Resources};
-use super::shared::Features;
+use super::gpu_scene::GpuScene;
+use super::pass_compiler::PassCompiler;
+use super::resources::{Resources, picture_desc};
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Frame, Image, Memory, Pass};
 
-pub struct IsoDepth(Pass);
+pub struct IsoDepth {
+    pass: Pass,
+    pub memory: FirstSurface,
+}
+
+/// What the pass writes.
+pub struct FirstSurface {
+    /// Normal and, in w, distance; +∞ where there is no surface.
+    pub normal_depth: Image,
+    pub albedo: Image,
+}
+
+impl FirstSurface {
+    /// `None` where the scene has no surface.
+    pub fn allocate(memory: &Arc<Memory>, scene: &GpuScene) -> Result<Option<FirstSurface>> {
+        if scene.parts.surfaces.iso.is_empty() {
+            return Ok(None);
+        }
+        let picture = |name| Image::new(memory, picture_desc(name, scene.parts.view.size));
+        Ok(Some(FirstSurface {
+            normal_depth: picture("normal and depth")?,
+            albedo: picture("albedo")?,
+        }))
+    }
+}
 
 impl IsoDepth {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: "iso_depth",
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
-        Ok(IsoDepth(Pass::new(device, shaders, &desc)?))
+    pub fn new(passes: &PassCompiler<'_>, memory: FirstSurface) -> Result<Self> {
+        let pass = passes.compile("iso_depth")?;
+        Ok(IsoDepth { pass, memory })
     }
 
-    pub fn run(&self, frame: &mut Frame, r: &Resources, to: &FirstSurface) -> Result<()> {
+    pub fn run(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        let FirstSurface {
+            normal_depth,
+            albedo,
+        } = &self.memory;
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
             ("volume", Binding::Image(&r.volume)),
@@ -27,9 +52,18 @@ impl IsoDepth {
             r.camera_binding(),
             ("ranges", Binding::Image(&r.ranges)),
             ("surfaces", Binding::Buffer(&r.surfaces)),
-            ("normal_depth", Binding::Image(&to.normal_depth)),
-            ("albedo", Binding::Image(&to.albedo)),
+            ("normal_depth", Binding::Image(normal_depth)),
+            ("albedo", Binding::Image(albedo)),
         ];
-        frame.run_in_slices(&self.0, &bindings, &(), to.albedo.desc.extent)
+        frame.run_in_slices(&self.pass, &bindings, &(), albedo.desc.extent)
+    }
+
+    pub fn resize(&mut self, [width, height]: [u32; 2]) -> Result<()> {
+        let FirstSurface {
+            normal_depth,
+            albedo,
+        } = &mut self.memory;
+        normal_depth.resize([width, height, 1])?;
+        albedo.resize([width, height, 1])
     }
 }

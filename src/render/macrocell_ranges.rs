@@ -5,14 +5,13 @@
 
 use rayon::prelude::*;
 
-use super::constants::cells;
 use super::shared::MACROCELL;
 use crate::scene::volume::{Volume, Voxels};
 
 /// In the voxels' stored units, x fastest; found when they are first asked for.
 pub fn macrocell_ranges(volume: &Volume) -> &[[f32; 2]] {
     volume.macrocell_ranges.get_or_init(|| {
-        let macrocells = cells(volume.dims, MACROCELL);
+        let macrocells = volume.dims.map(|n| (n + 1).div_ceil(MACROCELL));
         match &volume.voxels {
             Voxels::U8(v) => ranges(v, volume.dims, macrocells),
             Voxels::U16(v) => ranges(v, volume.dims, macrocells),

@@ -7,8 +7,10 @@ use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 
-use super::constants::TransferPoint;
-use super::shared::{Clip, MACROCELL, SceneConstants, Surface};
+use super::macrocell_ranges::macrocell_ranges;
+use super::parts::{Field, Medium, Parts, TransferPoint};
+use super::shared::{Clip, MACROCELL, Surface};
+use crate::scene::volume::Volume;
 
 pub struct Occupancy {
     /// Macrocells along each axis.
@@ -18,24 +20,25 @@ pub struct Occupancy {
 }
 
 impl Occupancy {
-    pub fn new(
-        ranges: &[[f32; 2]],
-        constants: &SceneConstants,
-        transfer: &[TransferPoint],
-        surfaces: &[Surface],
-        clips: &[Clip],
-    ) -> Occupancy {
-        let macrocells = constants.macrocells;
-        let matters = |(n, range): (usize, &[f32; 2])| {
-            let shows = scatters(*range, constants.density, transfer)
-                || surfaces
-                    .iter()
-                    .any(|s| range[0] < s.value && range[1] >= s.value);
-            shows && !is_clipped(place(n, macrocells), constants, clips)
+    pub fn new(parts: &Parts, volume: &Volume) -> Occupancy {
+        let Parts {
+            field,
+            medium,
+            surfaces,
+            clips,
+            ..
+        } = parts;
+        let macrocells = field.macrocells();
+        let obstacles = surfaces.obstacles().map_or(&[][..], |s| &s.iso);
+        let shows = |range: [f32; 2], s: &Surface| range[0] < s.value && range[1] >= s.value;
+        let matters = |(n, &range): (usize, &[f32; 2])| {
+            (scatters(range, medium) || obstacles.iter().any(|s| shows(range, s)))
+                && !is_clipped(position(n, macrocells), field, clips)
         };
+        let ranges = macrocell_ranges(volume).par_iter().enumerate();
         Occupancy {
             macrocells,
-            occupied: ranges.par_iter().enumerate().map(matters).collect(),
+            occupied: ranges.map(matters).collect(),
         }
     }
 
@@ -60,7 +63,7 @@ impl Occupancy {
     }
 }
 
-fn place(index: usize, macrocells: [u32; 3]) -> [u32; 3] {
+fn position(index: usize, macrocells: [u32; 3]) -> [u32; 3] {
     let [width, height, _] = macrocells.map(|n| n as usize);
     [
         index % width,
@@ -71,11 +74,12 @@ fn place(index: usize, macrocells: [u32; 3]) -> [u32; 3] {
 }
 
 /// As in `majorants.comp`: opacity is largest at an end of the range or at a point within.
-fn scatters(range: [f32; 2], density: f32, transfer: &[TransferPoint]) -> bool {
+fn scatters(range: [f32; 2], medium: &Medium) -> bool {
+    let transfer = &medium.transfer;
     let rounding = 1e-6 * range[0].abs().max(range[1].abs());
     let [low, high] = [range[0] - rounding, range[1] + rounding];
     let within = |p: &&TransferPoint| p.value >= low && p.value <= high;
-    density > 0.0
+    !medium.is_vacuum()
         && (opacity(low, transfer) > 0.0
             || opacity(high, transfer) > 0.0
             || transfer.iter().filter(within).any(|p| p.opacity > 0.0))
@@ -94,13 +98,13 @@ fn opacity(value: f32, transfer: &[TransferPoint]) -> f32 {
 }
 
 /// Whether a clip plane removes all of the macrocell.
-fn is_clipped(macrocell: [u32; 3], constants: &SceneConstants, clips: &[Clip]) -> bool {
+fn is_clipped(macrocell: [u32; 3], field: &Field, clips: &[Clip]) -> bool {
     clips.iter().any(|clip| {
         let nearest: f32 = (0..3)
             .map(|a| {
                 let side = macrocell[a] + (clip.normal[a] < 0.0) as u32;
                 let grid = (side * MACROCELL) as f32;
-                clip.normal[a] * ((grid - 0.5) * constants.spacing[a] - constants.half_extent[a])
+                clip.normal[a] * ((grid - 0.5) * field.spacing[a] - field.half_extent[a])
             })
             .sum();
         nearest > clip.offset

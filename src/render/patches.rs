@@ -1,26 +1,19 @@
 //! How near and how far is what rays from the camera can meet, patch by patch of the picture; once a view.
 
-use std::sync::Arc;
-
+use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::Features;
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Frame, Pass};
 
 pub struct Patches(Pass);
 
 impl Patches {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: "patches",
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
-        Ok(Patches(Pass::new(device, shaders, &desc)?))
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(Patches(passes.compile("patches")?))
     }
 
-    /// `cells`: how many have a majorant, along each axis.
-    pub fn run(&self, frame: &mut Frame, r: &Resources, cells: [u32; 3]) -> Result<()> {
+    /// `blocks` is the number of blocks with a majorant along each axis.
+    pub fn run(&self, frame: &mut Frame, r: &Resources, blocks: [u32; 3]) -> Result<()> {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
             ("volume", r.volume_binding()),
@@ -33,7 +26,7 @@ impl Patches {
         ];
         frame.run(|f| {
             f.clear(&[&r.patches])?;
-            f.pass(&self.0, &bindings, &(), cells)
+            f.pass(&self.0, &bindings, &(), blocks)
         })
     }
 }

@@ -1,6 +1,9 @@
-//! Slots that take work from a queue, dispatch after dispatch. One dispatch takes each slot's path a
-//! bounded amount of work further; the host sizes that amount so that a dispatch stays far below the
-//! two seconds after which Windows resets a GPU, and looks in between whether anything is left to do.
+//! A queue of paths, worked off by slots, dispatch after dispatch.
+//!
+//! A slot is a thread's place for a path in flight; it takes the next pixel or node from the queue when its path has
+//! ended. One dispatch takes each slot's path a bounded amount of work further. The host sizes that amount so that a
+//! dispatch stays far below the two seconds after which Windows resets a GPU, and looks in between whether anything
+//! is left to do.
 
 use std::time::Instant;
 
@@ -18,7 +21,7 @@ const LEAST_WORK: u32 = 16;
 /// up; half of that is left for loops that are too short to be counted.
 const MOST_WORK: u32 = 4096;
 
-pub struct Slots {
+pub struct PathQueue {
     /// Loop iterations that a slot makes in the next dispatch.
     work: u32,
     /// The same when most slots had a path under way, for the next queue's beginning. What the last paths
@@ -40,9 +43,9 @@ pub struct Progress {
     pub under_way: bool,
 }
 
-impl Slots {
-    pub fn new() -> Slots {
-        Slots {
+impl PathQueue {
+    pub fn new() -> PathQueue {
+        PathQueue {
             work: LEAST_WORK,
             work_of_all: LEAST_WORK,
             target_ms: TARGET_MS,

@@ -6,22 +6,21 @@
 
 use std::sync::Arc;
 
-use super::cache_layout::CacheLayout;
-use super::constants::SceneBuffers;
-use super::resources::Resources;
+use super::allocation::Allocation;
+use super::cache_layout::{self, CacheLayout};
+use super::gpu_scene::GpuScene;
+use super::variant::Variant;
 use crate::error::{Error, Result};
 use crate::gpu::{Device, DeviceSummary, Memory, ResourceBytes, human};
 use crate::scene::volume::Volume;
-use crate::scene::{CacheFormat, CacheScale, Scene, Variant};
+use crate::scene::{self, CacheFormat, CacheScale, Scene};
 
 /// Every resource and its bytes, in order of allocation; all are alive at once.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Plan {
     pub resources: Vec<ResourceBytes>,
     #[serde(skip)]
-    pub cache: Option<CacheLayout>,
-    #[serde(skip)]
-    published: bool,
+    pub variant: Variant,
 }
 
 /// The variant to render with, and why.
@@ -36,59 +35,18 @@ pub struct Choice {
 
 impl Plan {
     /// Fails where the device's limits, not its free memory, are in the way.
-    pub fn new(
-        device: &Arc<Device>,
-        limits: &DeviceSummary,
-        volume: &Volume,
-        scene: &Scene,
-        cache: Option<CacheLayout>,
-    ) -> Result<Plan> {
-        let mut buffers = SceneBuffers::unprobed(scene, volume);
-        if let Some(layout) = cache {
-            buffers = buffers.with_cache(layout);
-        }
-        Plan::of(device, limits, volume, &buffers)
-    }
-
-    /// The same for a scene as the GPU has it.
-    pub fn of(
-        device: &Arc<Device>,
-        limits: &DeviceSummary,
-        volume: &Volume,
-        buffers: &SceneBuffers,
-    ) -> Result<Plan> {
+    pub fn new(device: &Arc<Device>, limits: &DeviceSummary, scene: &GpuScene) -> Result<Plan> {
         let dry_run = Memory::dry_run(device, limits.clone());
-        Resources::allocate(&dry_run, volume, buffers)?;
+        Allocation::make(&dry_run, scene)?;
         Ok(Plan {
             resources: dry_run.resources(),
-            cache: buffers.cache.clone(),
-            published: buffers.published,
+            variant: scene.variant.clone(),
         })
     }
 
     pub fn bytes(&self) -> u64 {
         self.resources.iter().map(|r| r.bytes).sum()
     }
-
-    pub fn variant(&self) -> &'static str {
-        match self.cache {
-            Some(_) => "caching",
-            None if self.published => "published",
-            None => "non-caching",
-        }
-    }
-
-    /// "caching at scale 0.5 in f16", for messages.
-    pub fn name(&self) -> String {
-        match &self.cache {
-            Some(cache) => rung_name(cache.scale, cache.format()),
-            None => self.variant().to_string(),
-        }
-    }
-}
-
-fn rung_name(scale: f64, format: CacheFormat) -> String {
-    format!("caching at scale {scale} in {}", format.name())
 }
 
 /// The cache's settings that the scene allows, best first.
@@ -112,9 +70,9 @@ const COARSEST: f64 = 0.125;
 
 /// The cache's cells, if they are too many for that.
 fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<u64> {
-    let layout = plan.cache.as_ref()?;
+    let layout = plan.variant.cache()?;
     let pixels = scene.render.size.iter().map(|&n| n as u64).product::<u64>();
-    let minds = limits.kind == "CPU"
+    let minds = limits.kind.is_software()
         && scene.render.cache_scale == CacheScale::Auto
         && layout.scale > COARSEST;
     Some(layout.active_nodes()).filter(|&cells| minds && cells > FEW_CELLS.max(pixels))
@@ -142,8 +100,9 @@ pub fn choose(
     scene: &Scene,
 ) -> Result<Choice> {
     let wanted = scene.render.variant;
-    let plan = |cache| Plan::new(device, limits, volume, scene, cache);
-    let without_cache = || plan(None).map_err(with_remedy);
+    let uncached = GpuScene::unprobed(scene, volume);
+    let plan = |scene: &GpuScene| Plan::new(device, limits, scene);
+    let without_cache = || plan(&uncached).map_err(with_remedy);
     let without = |reason: String, next_better: String| {
         Ok(Choice {
             plan: fitting(without_cache()?, budget, Vec::new())?,
@@ -152,19 +111,22 @@ pub fn choose(
         })
     };
     match (wanted, useless(scene)) {
-        (Variant::NonCaching | Variant::Published, _) => {
+        (scene::Variant::NonCaching | scene::Variant::Published, _) => {
             return without("it was asked for".into(), "not looked for".into());
         }
-        (Variant::Auto, Some(why)) => return without(why.into(), "none is of use here".into()),
+        (scene::Variant::Auto, Some(why)) => {
+            return without(why.into(), "none is of use here".into());
+        }
         _ => {}
     }
-    let occupancy = SceneBuffers::unprobed(scene, volume).occupancy(volume);
+    let occupancy = uncached.occupancy(volume);
     let mut better = Vec::new();
     for (scale, format) in rungs(scene) {
         let most = limits.max_image_3d;
         let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, most);
-        let name = rung_name(scale, format);
-        match layout.and_then(|layout| plan(Some(layout))) {
+        let name = cache_layout::description(scale, format);
+        let cached = layout.map(|layout| uncached.clone().with_cache(layout));
+        match cached.and_then(|cached| plan(&cached)) {
             Ok(plan) if let Some(cells) = too_many_cells(&plan, limits, scene) => {
                 better.push(format!(
                     "{name} has {cells} cells, more than a CPU fills while it renders a picture of this \
@@ -184,7 +146,7 @@ pub fn choose(
             Err(other) => return Err(other),
         }
     }
-    if wanted == Variant::Caching {
+    if wanted == scene::Variant::Caching {
         let without = fitting(without_cache()?, budget, better.clone())?;
         return Err(no_cache(&without, budget, &better));
     }
@@ -196,12 +158,16 @@ pub fn choose(
     })
 }
 
-fn reason(plan: &Plan, wanted: Variant, better: &[String]) -> String {
+fn reason(plan: &Plan, wanted: scene::Variant, better: &[String]) -> String {
     let asked = match wanted {
-        Variant::Caching => "it was asked for, and ",
+        scene::Variant::Caching => "it was asked for, and ",
         _ => "",
     };
-    let fits = format!("{} takes {}", plan.name(), human(plan.bytes()));
+    let fits = format!(
+        "{} takes {}",
+        plan.variant.description(),
+        human(plan.bytes())
+    );
     match better.last() {
         None => format!("{asked}nothing better is needed: {fits}"),
         Some(why) => format!("{asked}it is the best that fits: {fits}, while {why}"),
@@ -240,7 +206,7 @@ fn no_cache(without: &Plan, budget: u64, caching: &[String]) -> Error {
 
 /// Says what is in the way and what would fit.
 fn too_small(without_cache: &Plan, budget: u64, caching: Vec<String>) -> Error {
-    let variant = without_cache.variant();
+    let variant = without_cache.variant.word();
     let needed = without_cache.bytes();
     let largest = without_cache.resources.iter().max_by_key(|r| r.bytes);
     let largest = largest.map_or(String::new(), |r| {

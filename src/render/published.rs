@@ -6,21 +6,20 @@
 //! Its unit of work is a round: a few steps of every cell's path. A sample is a path that has ended in
 //! every cell, on average. How noisy its picture is, it does not know.
 
-use std::sync::Arc;
-
 use bytemuck::Zeroable;
 
-use super::constants::SceneBuffers;
-use super::majorants;
+use super::gpu_scene::GpuScene;
+use super::pass_compiler::PassCompiler;
+use super::published_cells::PublishedCells;
 use super::published_march::PublishedMarch;
 use super::published_transport::PublishedTransport;
-use super::renderer::Totals;
 use super::resources::Resources;
 use super::shared::{Counters, PublishedMarchPush, PublishedPush};
-use crate::error::{Error, Result};
-use crate::gpu::{Device, Format, Frame, Shaders};
+use super::totals::Totals;
+use crate::error::Result;
+use crate::gpu::Frame;
 
-/// Of a path in one round.
+/// Steps that a path takes in one round.
 const STEPS: u32 = 8;
 /// The paper keeps each pixel's depth from frame to frame and goes on with it. A picture after so many
 /// rounds has had the iterations that it would have had then, up to a limit for pictures at rest.
@@ -30,6 +29,7 @@ const MOST_DEPTH_ITERATIONS: u32 = 1000;
 const LEAST_MAJORANT: f32 = 1e-30;
 
 pub struct Published {
+    pub cells: PublishedCells,
     transport: PublishedTransport,
     march: PublishedMarch,
     /// The largest extinction that the transfer function allows.
@@ -40,19 +40,16 @@ pub struct Published {
 }
 
 impl Published {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, scene: &SceneBuffers) -> Result<Published> {
-        if !device.filters(Format::R32G32B32A32_SFLOAT) {
-            let name = &device.summary.name;
-            return Err(Error::Device(format!(
-                "{name} does not filter 32-bit floats, as the variant \"published\" has it; use \
-                 another one"
-            )));
-        }
-        let opacity = majorants::largest_opacity(&scene.transfer);
+    pub fn new(
+        passes: &PassCompiler<'_>,
+        scene: &GpuScene,
+        cells: PublishedCells,
+    ) -> Result<Published> {
         Ok(Published {
-            transport: PublishedTransport::new(device, shaders, &scene.features)?,
-            march: PublishedMarch::new(device, shaders, &scene.features)?,
-            majorant: (scene.constants.density * opacity).max(LEAST_MAJORANT),
+            cells,
+            transport: PublishedTransport::new(passes)?,
+            march: PublishedMarch::new(passes)?,
+            majorant: scene.parts.medium.largest_extinction().max(LEAST_MAJORANT),
             rounds: 0,
             counted: Counters::zeroed(),
         })
@@ -60,9 +57,6 @@ impl Published {
 
     /// Takes every cell's path a few steps further.
     pub fn round(&mut self, frame: &mut Frame, r: &Resources, totals: &mut Totals) -> Result<()> {
-        let Some(cells) = &r.published else {
-            return Ok(());
-        };
         if self.rounds == 0 {
             frame.run(|f| f.zero(&r.counters))?;
         }
@@ -71,7 +65,7 @@ impl Published {
             steps: STEPS,
             majorant: self.majorant,
         };
-        self.transport.run(frame, r, cells, &push)?;
+        self.transport.run(frame, r, &self.cells, &push)?;
         self.rounds += 1;
         frame.run(|f| f.copy(&r.counters, &r.staging))?;
         let mapped = r.staging.mapped().unwrap_or_default();
@@ -79,7 +73,7 @@ impl Published {
         let before = std::mem::replace(&mut self.counted, counted);
         totals.paths += counted.finished.wrapping_sub(before.finished) as u64;
         totals.lookups += counted.lookups.wrapping_sub(before.lookups) as u64;
-        totals.samples = (totals.paths / cells.count()) as u32;
+        totals.samples = (totals.paths / self.cells.count()) as u32;
         if totals.units == 0 {
             self.march(frame, r)?;
             totals.units = 1;
@@ -87,26 +81,20 @@ impl Published {
         Ok(())
     }
 
-    /// A round, of which all light and all paths are forgotten.
+    /// Runs a round and forgets all light and all paths of it.
     pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.round(frame, r, &mut Totals::default())?;
         self.rounds = 0;
         self.counted = Counters::zeroed();
-        match &r.published {
-            Some(cells) => frame.run(|f| f.clear(&cells.images())),
-            None => Ok(()),
-        }
+        frame.run(|f| f.clear(&self.cells.images()))
     }
 
     /// The picture that the cache shows now, into `mean`.
     pub fn march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        let Some(cells) = &r.published else {
-            return Ok(());
-        };
         let iterations = self.rounds.saturating_mul(DEPTH_ITERATIONS_PER_ROUND);
         let push = PublishedMarchPush {
             depth_iterations: iterations.min(MOST_DEPTH_ITERATIONS),
         };
-        self.march.run(frame, r, cells, &push)
+        self.march.run(frame, r, &self.cells, &push)
     }
 }

@@ -1,4 +1,4 @@
-//! The published baseline's share of GPU memory.
+//! The GPU memory that only the published baseline takes.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::{Format, Image, ImageDesc, Memory};
 
 /// The published baseline's cells, one a voxel: 14 floats each.
-pub struct PublishedResources {
+pub struct PublishedCells {
     /// Mean over paths and, in alpha, their number.
     pub radiance: Image,
     /// Of the path under way: position and number of bounces.
@@ -17,19 +17,20 @@ pub struct PublishedResources {
     pub throughput: Image,
 }
 
-impl PublishedResources {
-    pub(super) fn allocate(memory: &Arc<Memory>, dims: [u32; 3]) -> Result<PublishedResources> {
+impl PublishedCells {
+    pub(super) fn allocate(memory: &Arc<Memory>, dims: [u32; 3]) -> Result<PublishedCells> {
         let cells = |name, format| {
             let desc = ImageDesc {
                 name,
                 extent: dims,
                 volumetric: true,
                 written: true,
+                zeroed: true,
                 format,
             };
             Image::new(memory, desc)
         };
-        Ok(PublishedResources {
+        Ok(PublishedCells {
             radiance: cells("published: radiance", Format::R32G32B32A32_SFLOAT)?,
             position: cells("published: position", Format::R32G32B32A32_SFLOAT)?,
             direction: cells("published: direction", Format::R32G32B32A32_SFLOAT)?,
@@ -46,7 +47,12 @@ impl PublishedResources {
         ]
     }
 
-    /// Cells.
+    /// Cells along each axis: one a voxel.
+    pub fn dims(&self) -> [u32; 3] {
+        self.radiance.desc.extent
+    }
+
+    /// Cells in all.
     pub fn count(&self) -> u64 {
         self.radiance
             .desc

@@ -1,23 +1,17 @@
 //! The picture of the published baseline.
 
-use std::sync::Arc;
-
-use super::published_resources::PublishedResources;
+use super::pass_compiler::PassCompiler;
+use super::published_cells::PublishedCells;
 use super::resources::Resources;
-use super::shared::{Features, PublishedMarchPush};
+use super::shared::PublishedMarchPush;
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Frame, Pass};
 
 pub struct PublishedMarch(Pass);
 
 impl PublishedMarch {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: "published_march",
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
-        Ok(PublishedMarch(Pass::new(device, shaders, &desc)?))
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(PublishedMarch(passes.compile("published_march")?))
     }
 
     /// Leaves the picture in `mean`.
@@ -25,7 +19,7 @@ impl PublishedMarch {
         &self,
         frame: &mut Frame,
         r: &Resources,
-        cells: &PublishedResources,
+        cells: &PublishedCells,
         push: &PublishedMarchPush,
     ) -> Result<()> {
         let bindings = [

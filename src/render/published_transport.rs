@@ -1,23 +1,17 @@
 //! Paths from the cells of the published baseline.
 
-use std::sync::Arc;
-
-use super::published_resources::PublishedResources;
+use super::pass_compiler::PassCompiler;
+use super::published_cells::PublishedCells;
 use super::resources::Resources;
-use super::shared::{Features, PublishedPush};
+use super::shared::PublishedPush;
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Binding, Frame, Pass};
 
 pub struct PublishedTransport(Pass);
 
 impl PublishedTransport {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: "published_transport",
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
-        Ok(PublishedTransport(Pass::new(device, shaders, &desc)?))
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(PublishedTransport(passes.compile("published_transport")?))
     }
 
     /// Takes each cell's path a few steps further.
@@ -25,7 +19,7 @@ impl PublishedTransport {
         &self,
         frame: &mut Frame,
         r: &Resources,
-        cells: &PublishedResources,
+        cells: &PublishedCells,
         push: &PublishedPush,
     ) -> Result<()> {
         let bindings = [

@@ -1,12 +1,11 @@
 //! The picture that the cache shows at once.
 
-use std::sync::Arc;
-
-use super::cache_resources::CacheResources;
+use super::cache_memory::CacheMemory;
+use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::{Features, MarchPush};
+use super::shared::MarchPush;
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Pass, PassDesc, Shaders, Slices, Specialization};
+use crate::gpu::{Binding, Frame, Pass, Slices};
 
 /// A transmittance behind which nothing can be seen in eight bits.
 const OPAQUE_BELOW: f32 = 1e-3;
@@ -17,18 +16,13 @@ const STEP_SCALE: f32 = 2.0;
 pub struct RayMarch(Pass);
 
 impl RayMarch {
-    pub fn new(device: &Arc<Device>, shaders: &Shaders, features: &Features) -> Result<Self> {
-        let desc = PassDesc {
-            name: "ray_march",
-            specialization: &features.words(),
-            macros: &features.formats(),
-        };
-        Ok(RayMarch(Pass::new(device, shaders, &desc)?))
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(RayMarch(passes.compile("ray_march")?))
     }
 
     /// Leaves a picture of few pixels in `unit_sum`, in a submission under way. Their rays take longer
     /// steps.
-    pub fn record(&self, frame: &mut Frame, r: &Resources, cache: &CacheResources) -> Result<()> {
+    pub fn record(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         let [width, height] = r.size;
         let push = MarchPush {
             step_scale: STEP_SCALE,
@@ -42,7 +36,7 @@ impl RayMarch {
         &self,
         frame: &mut Frame,
         r: &Resources,
-        cache: &CacheResources,
+        cache: &CacheMemory,
         slices: &mut Slices,
     ) -> Result<bool> {
         let push = push(1);
@@ -57,7 +51,7 @@ impl RayMarch {
         &self,
         frame: &mut Frame,
         r: &Resources,
-        cache: &CacheResources,
+        cache: &CacheMemory,
         question: MarchPush,
     ) -> Result<()> {
         let [width, height] = r.size.map(|n| n.div_ceil(question.stride));
@@ -92,7 +86,7 @@ fn push(stride: u32) -> MarchPush {
     }
 }
 
-fn bindings<'a>(r: &'a Resources, cache: &'a CacheResources) -> Vec<(&'static str, Binding<'a>)> {
+fn bindings<'a>(r: &'a Resources, cache: &'a CacheMemory) -> Vec<(&'static str, Binding<'a>)> {
     [
         &r.medium_bindings()[..],
         &r.surface_bindings(),

@@ -1,7 +1,7 @@
 //! A render from top to bottom: load once, then unit after unit of samples.
 //!
-//! A unit gives every pixel the same number of new samples. Pictures are only taken at the end of a
-//! unit: stopping a pixel in the middle of its work would favour its short paths.
+//! Pictures are only taken at the end of a unit: stopping a pixel in the middle of its work would favour its short
+//! paths.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -10,78 +10,50 @@ use std::thread;
 use std::time::Duration;
 
 use super::accumulate::Accumulate;
+use super::allocation::Allocation;
 use super::cache::Cache;
-use super::camera_march::CameraMarch;
-use super::constants::SceneBuffers;
-use super::copy;
-use super::delta_tracking::DeltaTracking;
+use super::caching::Caching;
+use super::estimator::Estimator;
+use super::gpu_scene::GpuScene;
 use super::iso_depth::IsoDepth;
 use super::majorants::Majorants;
+use super::parts::{Changes, Derived, Part};
+use super::pass_compiler::PassCompiler;
 use super::patches::Patches;
-use super::published::Published;
+use super::published_cells::PublishedCells;
 use super::resources::Resources;
 use super::shared::{self, AccumulatePush, ToneMapPush};
 use super::tone_map::ToneMap;
-use super::upload::{self, upload_pages, upload_transfer};
+use super::totals::Totals;
+use super::unit::Unit;
+use super::upload;
+use super::variant::Variant;
 use crate::error::Result;
-use crate::gpu::{Device, Frame, Image, Memory, SLICE_MS, Shaders, Slices};
+use crate::gpu::{Frame, Image, Memory, Shaders, Timings};
 use crate::scene::volume::Volume;
 
 pub struct Renderer {
-    pub frame: Frame,
-    pub totals: Totals,
-    pub resources: Resources,
-    /// What the compiling of all passes took.
-    pub compiling: Duration,
-    pub(super) sampling: Sampling,
-    accumulate: Accumulate,
+    pub(super) frame: Frame,
+    /// What the GPU has been told.
+    scene: GpuScene,
+    pub(super) resources: Resources,
+    pub(super) estimator: Estimator,
     majorants: Majorants,
     patches: Patches,
-    /// Only with surfaces.
+    accumulate: Accumulate,
+    pub(super) tone_map: ToneMap,
+    /// Only in a scene with surfaces.
     pub(super) iso_depth: Option<IsoDepth>,
-    tone_map: ToneMap,
+    pub(super) totals: Totals,
     /// Samples a pixel of the unit under way.
-    under_way: Option<u32>,
+    pub(super) under_way: Option<u32>,
     /// The picture so far is that of another scene.
     is_stale: bool,
-    /// Only in the variant that has one.
-    pub cache: Option<Cache>,
-}
-
-/// How a picture at rest gets its samples.
-pub(super) enum Sampling {
-    Tracking(DeltaTracking),
-    March(CameraMarch),
-    Published(Published),
-}
-
-impl Sampling {
-    fn new(device: &Arc<Device>, shaders: &Shaders, scene: &SceneBuffers) -> Result<Sampling> {
-        let features = &scene.features;
-        Ok(if scene.published {
-            Sampling::Published(Published::new(device, shaders, scene)?)
-        } else if features.is_marched() {
-            Sampling::March(CameraMarch::new(device, shaders, features)?)
-        } else {
-            Sampling::Tracking(DeltaTracking::new(device, shaders, features)?)
-        })
-    }
-}
-
-/// What has been done so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Totals {
-    /// Samples in every pixel.
-    pub samples: u32,
-    /// Of which the spread between samples is known; `published` has a single one that grows.
-    pub units: u32,
-    pub paths: u64,
-    /// Reads of the volume by tracking.
-    pub lookups: u64,
+    compiling: Duration,
 }
 
 impl Renderer {
-    pub fn new(memory: &Arc<Memory>, volume: &Volume, scene: &SceneBuffers) -> Result<Renderer> {
+    pub fn new(memory: &Arc<Memory>, volume: &Volume, scene: GpuScene) -> Result<Renderer> {
         let shaders = Shaders::new(shared::glsl())?;
         Renderer::with_shaders(memory, &shaders, volume, scene)
     }
@@ -91,111 +63,160 @@ impl Renderer {
         memory: &Arc<Memory>,
         shaders: &Shaders,
         volume: &Volume,
-        scene: &SceneBuffers,
+        scene: GpuScene,
     ) -> Result<Renderer> {
         let device = memory.device();
-        let features = &scene.features;
-        // Compiling is most of a start: the two largest sets of shaders, side by side, and beside the
-        // voxels' way to the GPU.
-        let (sampling, cache, loaded) = thread::scope(|scope| {
-            let sampling = scope.spawn(|| Sampling::new(device, shaders, scene));
-            let cache = scene.cache.as_ref();
-            let cache = cache.map(|_| scope.spawn(|| Cache::new(device, shaders, scene)));
-            let loaded = upload::load(memory, volume, scene);
-            (sampling.join(), cache.map(|c| c.join()), loaded)
+        let Allocation {
+            mut resources,
+            first_surface,
+            variant,
+        } = Allocation::make(memory, &scene)?;
+        let mut frame = Frame::new(device)?;
+        let passes = PassCompiler::new(device, shaders, &scene);
+        // Compiling is most of a start; the voxels are on their way to the GPU meanwhile.
+        let (estimator, loaded) = thread::scope(|scope| {
+            let estimator = scope.spawn(|| Estimator::new(&passes, device, &scene, variant));
+            let loaded = upload::load(&mut frame, &mut resources, volume, &scene);
+            (estimator.join(), loaded)
         });
-        let (frame, resources) = loaded?;
-        let cache = cache.map(|cache| cache.unwrap_or_else(|panic| resume_unwind(panic)));
+        loaded?;
         let mut renderer = Renderer {
             frame,
-            totals: Totals::default(),
             resources,
-            compiling: Duration::ZERO,
-            sampling: sampling.unwrap_or_else(|panic| resume_unwind(panic))?,
-            accumulate: Accumulate::new(device, shaders, features)?,
-            majorants: Majorants::new(device, shaders, features)?,
-            patches: Patches::new(device, shaders, features)?,
-            iso_depth: match features.surface_count {
-                0 => None,
-                _ => Some(IsoDepth::new(device, shaders, features)?),
-            },
+            estimator: estimator.unwrap_or_else(|panic| resume_unwind(panic))?,
+            majorants: Majorants::new(&passes)?,
+            patches: Patches::new(&passes)?,
+            accumulate: Accumulate::new(&passes)?,
             tone_map: ToneMap::new(device, shaders)?,
+            iso_depth: match first_surface {
+                Some(images) => Some(IsoDepth::new(&passes, images)?),
+                None => None,
+            },
+            totals: Totals::default(),
             under_way: None,
             is_stale: false,
-            cache: cache.transpose()?,
+            compiling: Duration::ZERO,
+            scene,
         };
-        renderer.prepare(scene, true, true)?;
+        if let Estimator::Caching(cache) = &renderer.estimator {
+            let staging = &mut renderer.resources.staging;
+            cache.memory.upload_pages(&mut renderer.frame, staging)?;
+        }
+        renderer.prepare(Changes::ALL)?;
         renderer.compiling = shaders.time_spent();
         Ok(renderer)
     }
 
-    /// Works out what follows from the scene on the GPU: from its medium, if that is new; from its view; and for
-    /// the cache, if that begins anew.
-    fn prepare(
-        &mut self,
-        scene: &SceneBuffers,
-        has_new_medium: bool,
-        cache_begins: bool,
-    ) -> Result<()> {
-        let (frame, r) = (&mut self.frame, &self.resources);
-        let majorant_cells = scene.constants.majorant_cells;
-        if has_new_medium && scene.features.has_medium {
-            self.majorants.run(frame, r, majorant_cells)?;
-        }
-        self.patches.run(frame, r, majorant_cells)?;
-        match &self.cache {
-            Some(cache) if cache_begins => cache.prepare(frame, r),
-            _ => Ok(()),
+    /// What the compiling of all passes took.
+    pub fn compiling(&self) -> Duration {
+        self.compiling
+    }
+
+    /// How long the GPU's passes took, one after another.
+    pub fn timings(&self) -> &Timings {
+        &self.frame.timings
+    }
+
+    pub fn timings_mut(&mut self) -> &mut Timings {
+        &mut self.frame.timings
+    }
+
+    pub fn totals(&self) -> Totals {
+        self.totals
+    }
+
+    /// Pixels of the picture.
+    pub fn size(&self) -> [u32; 2] {
+        self.resources.size
+    }
+
+    /// What the GPU has been told.
+    pub fn scene(&self) -> &GpuScene {
+        &self.scene
+    }
+
+    /// The cache, in the variant that has one.
+    pub fn cache(&self) -> Option<&Cache> {
+        match &self.estimator {
+            Estimator::Caching(cache) => Some(cache),
+            Estimator::NonCaching(_) | Estimator::Published(_) => None,
         }
     }
 
-    /// Goes on with another scene of the same volume, sky image and features, and a picture that its
-    /// images have room for; `before` is the one so far. Returns whether the cache's light is still
-    /// right; if not, it is gone.
-    pub fn change(&mut self, before: &SceneBuffers, scene: &SceneBuffers) -> Result<bool> {
-        let r = &mut self.resources;
-        let frame = &mut self.frame;
-        if r.write(before, scene)?
-            && let Some(cache) = &r.cache
+    /// The cells of the published baseline, if that is the variant.
+    pub fn published_cells(&self) -> Option<&PublishedCells> {
+        match &self.estimator {
+            Estimator::Published(published) => Some(&published.cells),
+            Estimator::NonCaching(_) | Estimator::Caching(_) => None,
+        }
+    }
+
+    /// What can be done with the cache, in the variant that has one.
+    pub fn caching(&mut self) -> Option<Caching<'_>> {
+        match &mut self.estimator {
+            Estimator::Caching(cache) => Some(Caching {
+                cache,
+                frame: &mut self.frame,
+                r: &self.resources,
+                scene: &self.scene,
+                tone_map: &self.tone_map,
+                under_way: &mut self.under_way,
+            }),
+            Estimator::NonCaching(_) | Estimator::Published(_) => None,
+        }
+    }
+
+    /// What a pass of a test's own records on, and reads.
+    #[doc(hidden)]
+    pub fn probed(&mut self) -> (&mut Frame, &mut Resources) {
+        (&mut self.frame, &mut self.resources)
+    }
+
+    /// Works out what follows from those parts of the scene that have changed.
+    fn prepare(&mut self, changes: Changes) -> Result<()> {
+        let (frame, r) = (&mut self.frame, &mut self.resources);
+        let blocks = self.scene.majorant_cells();
+        if changes.spoil(Derived::Majorants) && !self.scene.parts.medium.is_vacuum() {
+            self.majorants.run(frame, r, blocks)?;
+        }
+        if changes.spoil(Derived::Patches) {
+            self.patches.run(frame, r, blocks)?;
+        }
+        if let Estimator::Caching(cache) = &mut self.estimator {
+            cache.prepare(frame, r, &self.scene, changes)?;
+        }
+        if changes.spoil(Derived::Picture) {
+            self.begin_picture();
+        }
+        Ok(())
+    }
+
+    /// Goes on with another scene that the same passes serve (`GpuScene::passes_serve`), of the same volume and
+    /// variant, and with a picture that its images have room for. Returns whether the cache's light is still right;
+    /// if not, it is gone.
+    pub fn change(&mut self, next: &GpuScene) -> Result<bool> {
+        let changes = next.changes_from(&self.scene);
+        let lasts = self.scene.shares_light_with(next);
+        self.resources.write(next)?;
+        if changes.has(Part::Medium) {
+            upload::upload_transfer(&mut self.frame, &mut self.resources, next)?;
+        }
+        if let (Estimator::Caching(cache), Variant::Caching(layout)) =
+            (&mut self.estimator, &next.variant)
+            && cache.memory.layout != *layout
         {
-            frame.run(|f| {
-                f.clear(&cache.images().collect::<Vec<_>>())?;
-                f.adopt(&[&cache.pages])
-            })?;
-            upload_pages(frame, r, scene)?;
+            cache.lay_out(&mut self.frame, &mut self.resources, layout)?;
         }
-        if before.transfer != scene.transfer {
-            upload_transfer(frame, r, scene)?;
-        }
-        let has_new_medium = before.transfer != scene.transfer
-            || before.constants.density != scene.constants.density;
-        let lasts = before.shares_light_with(scene);
-        if let Some(cache) = &mut self.cache {
-            cache.look_elsewhere(scene);
-            if before.constants.cache_unit != scene.constants.cache_unit {
-                cache.abandon(); // paths on their way are as bright as the lights were
-            }
-            if !lasts {
-                cache.clear();
-            }
-        }
-        self.prepare(scene, has_new_medium, !lasts)?;
-        self.begin_picture();
+        self.scene = next.clone();
+        self.prepare(changes)?;
         Ok(lasts)
     }
 
     /// Runs each pass for a moment and forgets what it did: some drivers finish compiling only then, and
     /// whoever measures does not want to measure that.
     pub fn warm_up(&mut self) -> Result<()> {
-        let (frame, r) = (&mut self.frame, &mut self.resources);
-        if let Some(cache) = &mut self.cache {
-            cache.warm_up(frame, r)?;
-        }
-        match &mut self.sampling {
-            Sampling::Tracking(tracking) => tracking.warm_up(frame, r)?,
-            Sampling::March(march) => march.warm_up(frame, r)?,
-            Sampling::Published(published) => published.warm_up(frame, r)?,
-        }
+        let (frame, r) = (&mut self.frame, &self.resources);
+        self.estimator.warm_up(frame, r)?;
         let push = AccumulatePush {
             samples: 1.0,
             samples_so_far: 1.0,
@@ -205,23 +226,16 @@ impl Renderer {
         Ok(())
     }
 
-    /// Fills a cache that knows nothing with a guess, so that there is something to see until paths have
-    /// replaced it: light that is dimmed everywhere alike.
-    pub fn guess_light(&mut self, scene: &SceneBuffers) -> Result<()> {
-        let guess = scene.guessed_light();
-        match &self.resources.cache {
-            Some(cache) => self.frame.run(|f| f.clear_to(&[&cache.light], guess)),
-            None => Ok(()),
-        }
-    }
-
-    /// Makes room for pictures of another size.
+    /// Makes room for pictures of another size; `change` then tells the size.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         self.resources.resize(size)?;
-        if let Some(cache) = &mut self.cache {
+        if let Some(iso_depth) = &mut self.iso_depth {
+            iso_depth.resize(size)?;
+        }
+        if let Estimator::Caching(cache) = &mut self.estimator {
+            cache.memory.resize_work(self.resources.slots())?;
             cache.abandon();
         }
-        self.frame.run(|f| f.clear(&self.resources.picture()))?;
         self.begin_picture();
         Ok(())
     }
@@ -236,77 +250,13 @@ impl Renderer {
 
     /// How long a piece of work may take from now on, while somebody is waiting for a frame.
     pub fn take_slices_of(&mut self, ms: f64) {
-        match &mut self.sampling {
-            Sampling::Tracking(tracking) => tracking.slots.target_ms = ms,
-            Sampling::March(march) => march.slice_ms = ms,
-            Sampling::Published(_) => {}
-        }
-        if let Some(cache) = &mut self.cache {
-            cache.tracking.slots.target_ms = ms;
-        }
+        self.estimator.take_slices_of(ms);
     }
 
-    /// A batch of `samples` paths for each node in sight (`Cache::batch`). False if `stop` is raised before its end.
-    pub fn fill_cache(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
-        match &mut self.cache {
-            Some(cache) => cache.batch(&mut self.frame, &mut self.resources, samples, stop),
-            None => Ok(true),
-        }
-    }
-
-    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended.
-    pub fn advance_cache(&mut self, samples: u32) -> Result<bool> {
-        match &mut self.cache {
-            Some(cache) => cache.advance(&mut self.frame, &mut self.resources, samples),
-            None => Ok(true),
-        }
-    }
-
-    /// The picture that the cache shows at once, row 0 on top.
-    pub fn march(&mut self) -> Result<Vec<[f32; 4]>> {
-        self.march_in_place()?;
-        let r = &self.resources;
-        copy::download(&mut self.frame, &r.staging, &r.unit_sum)
-    }
-
-    /// Leaves that picture in `unit_sum`.
-    pub fn march_in_place(&mut self) -> Result<()> {
-        let mut slices = Slices::new(SLICE_MS);
-        while !self.advance_march(&mut slices)? {}
-        Ok(())
-    }
-
-    /// All of it in one piece of work, encoded for display: for pictures of few pixels.
-    pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
-        self.under_way = None;
-        let (r, cache, tone_map) = (&self.resources, &self.cache, &self.tone_map);
-        self.frame.run(|f| {
-            if let Some(cache) = cache {
-                cache.record_march(f, r)?;
-            }
-            tone_map.record(f, &r.unit_sum, to, push)
-        })
-    }
-
-    /// A slice of that picture, which is in `unit_sum` after the last. Returns whether it was that. A
-    /// unit under way is lost.
-    pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
-        self.under_way = None;
-        match &self.cache {
-            Some(cache) => cache.march(&mut self.frame, &self.resources, slices),
-            None => Ok(true),
-        }
-    }
-
-    /// Encodes for display what a march has just left, or the mean so far.
-    pub fn tone_map(&mut self, marched: bool, to: &Image, push: &ToneMapPush) -> Result<()> {
-        let r = &self.resources;
-        let from = match marched {
-            true => &r.unit_sum,
-            false => &r.mean,
-        };
-        let tone_map = &self.tone_map;
-        self.frame.run(|f| tone_map.record(f, from, to, push))
+    /// Encodes the mean so far for display.
+    pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+        let (r, tone_map) = (&self.resources, &self.tone_map);
+        self.frame.run(|f| tone_map.record(f, &r.mean, to, push))
     }
 
     /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
@@ -333,22 +283,21 @@ impl Renderer {
     pub fn advance_unit(&mut self, samples: u32) -> Result<bool> {
         self.clear_if_stale()?;
         let (frame, r) = (&mut self.frame, &self.resources);
-        let begins = self.under_way.is_none();
-        let samples = *self.under_way.get_or_insert(samples);
-        let first = self.totals.samples;
-        let ended = match &mut self.sampling {
-            Sampling::Tracking(tracking) => {
-                let progress = tracking.advance(frame, r, samples, first, begins)?;
-                self.totals.lookups += progress.lookups as u64;
-                (!progress.under_way).then_some(samples)
-            }
-            Sampling::March(march) => march.advance(frame, r, first, begins)?.then_some(1),
-            Sampling::Published(published) => {
+        let unit = Unit {
+            begins: self.under_way.is_none(),
+            samples: *self.under_way.get_or_insert(samples),
+            first_sample: self.totals.samples,
+        };
+        let sampled = match &mut self.estimator {
+            Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], unit)?,
+            Estimator::Caching(cache) => cache.sample(frame, r, unit)?,
+            Estimator::Published(published) => {
                 published.round(frame, r, &mut self.totals)?;
                 return Ok(true);
             }
         };
-        match ended {
+        self.totals.lookups += u64::from(sampled.lookups);
+        match sampled.ended {
             Some(samples) => self.accumulate(samples).map(|()| true),
             None => Ok(false),
         }
@@ -361,7 +310,7 @@ impl Renderer {
         self.under_way = None;
         self.totals.samples += samples;
         self.totals.units += 1;
-        self.totals.paths += samples as u64 * width as u64 * height as u64;
+        self.totals.paths += u64::from(samples) * u64::from(width) * u64::from(height);
         let push = AccumulatePush {
             samples: samples as f32,
             samples_so_far: self.totals.samples as f32,
@@ -371,7 +320,7 @@ impl Renderer {
 
     /// Whether a picture at rest is marched.
     pub fn is_marched(&self) -> bool {
-        matches!(self.sampling, Sampling::March(_))
+        self.cache().is_some_and(Cache::is_marched)
     }
 
     pub(super) fn clear_if_stale(&mut self) -> Result<()> {
@@ -384,11 +333,11 @@ impl Renderer {
 
     /// Paths traced, for the cache and for the picture.
     pub fn paths(&self) -> u64 {
-        self.totals.paths + self.cache.as_ref().map_or(0, |c| c.paths)
+        self.totals.paths + self.cache().map_or(0, |cache| cache.paths)
     }
 
     /// Reads of the volume by them.
     pub fn lookups(&self) -> u64 {
-        self.totals.lookups + self.cache.as_ref().map_or(0, |c| c.lookups)
+        self.totals.lookups + self.cache().map_or(0, |cache| cache.lookups)
     }
 }

@@ -1,37 +1,36 @@
-//! Every byte of GPU memory that rendering takes. Allocating through a dry-run gate gives the plan;
-//! allocating through a real one gives the resources: the same statements, so the same sizes.
+//! The GPU memory that every variant takes, apart from what only one of them has (`estimator.rs`).
+//!
+//! Allocating through a dry-run gate gives the plan; allocating through a real one gives the resources: the same
+//! statements, so the same sizes.
 
 use std::sync::Arc;
 
-use super::cache_resources::{CacheResources, pages_desc};
-use super::constants::{SceneBuffers, volume_format};
-use super::published_resources::PublishedResources;
-use super::shared::{Counters, NodeWork, PATCHES, Path};
+use super::gpu_scene::GpuScene;
+use super::shared::{Counters, EnvironmentCell, PATCHES, Path};
 use crate::error::Result;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement,
 };
-use crate::scene::volume::Volume;
 
-/// Copies between host and device go through a buffer of at most this size, piece by piece.
-const MOST_STAGING_BYTES: u64 = 16 << 20;
+/// Copies between host and device go through a buffer of this size, piece by piece. It holds a row of any image.
+const STAGING_BYTES: u64 = 4 << 20;
 
-/// Paths under way at once. A GPU hides latency with many; a CPU wants them in its cache.
+/// Paths in flight at once. A GPU hides latency with many; a CPU wants them in its cache.
 const SLOTS_GPU: u32 = 1 << 18;
 const SLOTS_CPU: u32 = 1 << 10;
 
 pub struct Resources {
-    /// Whether the device's filter reads the volume.
+    /// The device's filter reads the volume.
     filtered: bool,
     /// Pixels of the picture, which may be fewer than its images hold: those from the upper left corner.
     pub size: [u32; 2],
     pub volume: Image,
-    /// Per macrocell: smallest and largest stored value.
+    /// For each macrocell, the smallest and the largest stored value.
     pub ranges: Image,
-    /// Per cell, which may be larger than a macrocell: the largest extinction. It has room for the smallest
-    /// ones, so that an edit of the medium needs no memory.
+    /// The largest extinction of each cube of cells. There is room for the smallest cubes, so that an edit of the
+    /// medium needs no memory.
     pub majorants: Image,
-    /// Two texels for each patch of the picture, and a row for all of it.
+    /// Two texels for each patch of the picture, and a row for the whole picture.
     pub patches: Image,
     pub scene: Buffer,
     pub transfer: Image,
@@ -47,216 +46,109 @@ pub struct Resources {
     pub mean: Image,
     /// Weighted sum of squared differences from the mean.
     pub squares: Image,
-    /// What the pixels' centres see; only with surfaces.
-    pub first_surface: Option<FirstSurface>,
-    /// Only in the variant that has one.
-    pub cache: Option<CacheResources>,
-    /// Only in that variant.
-    pub published: Option<PublishedResources>,
     pub staging: Buffer,
 }
 
-/// Of the first surface behind each pixel's centre.
-pub struct FirstSurface {
-    /// Normal and, in w, distance; +∞ where there is none.
-    pub normal_depth: Image,
-    pub albedo: Image,
-}
-
 impl Resources {
-    pub fn allocate(
-        memory: &Arc<Memory>,
-        volume: &Volume,
-        scene: &SceneBuffers,
-    ) -> Result<Resources> {
-        let [width, height] = scene.constants.size;
-        let picture = |name| ImageDesc {
+    pub fn allocate(memory: &Arc<Memory>, scene: &GpuScene) -> Result<Resources> {
+        let constants = scene.constants();
+        let parts = &scene.parts;
+        let volumetric = |name, extent, format| ImageDesc {
             name,
-            extent: [width, height, 1],
-            volumetric: false,
-            written: true,
-            format: Format::R32G32B32A32_SFLOAT,
-        };
-        let ranges = ImageDesc {
-            name: "macrocell ranges",
-            extent: scene.constants.macrocells,
+            extent,
             volumetric: true,
             written: false,
-            format: Format::R32G32_SFLOAT,
+            zeroed: false,
+            format,
         };
         let majorants = ImageDesc {
-            name: "majorants",
             written: true,
-            format: Format::R32_SFLOAT,
-            ..ranges
+            ..volumetric("majorants", constants.macrocells, Format::R32_SFLOAT)
         };
         let patches = ImageDesc {
             name: "patches",
             extent: [2 * PATCHES, PATCHES + 1, 1],
             volumetric: false,
             written: true,
+            zeroed: true,
             format: Format::R32_UINT,
         };
-        let environment = ImageDesc {
-            name: "environment image",
-            extent: [scene.environment.width, scene.environment.height, 1],
-            volumetric: false,
-            written: false,
-            format: Format::R32G32B32A32_SFLOAT,
+        let sky = parts.lights.sky.as_deref();
+        let table: &[EnvironmentCell] = sky.map_or(&[], |sky| &sky.table.sky);
+        let picture = |name| Image::new(memory, picture_desc(name, parts.view.size));
+        let device = |name, bytes| BufferDesc {
+            name,
+            bytes,
+            placement: Placement::Device,
         };
-        let slots = slots(&memory.limits, [width, height]);
+        let slots = slots(&memory.limits, parts.view.size);
         Ok(Resources {
-            filtered: !scene.features.filter_in_shader,
-            size: scene.constants.size,
-            volume: Image::new(memory, volume_desc(volume))?,
-            ranges: Image::new(memory, ranges)?,
+            filtered: !parts.field.filter_in_shader,
+            size: parts.view.size,
+            volume: Image::new(
+                memory,
+                volumetric("volume", parts.field.dims, parts.field.format()),
+            )?,
+            ranges: Image::new(
+                memory,
+                volumetric(
+                    "macrocell ranges",
+                    constants.macrocells,
+                    Format::R32G32_SFLOAT,
+                ),
+            )?,
             majorants: Image::new(memory, majorants)?,
             patches: Image::new(memory, patches)?,
-            scene: Buffer::with_data(memory, "scene constants", &[scene.constants])?,
-            transfer: Image::new(memory, transfer_desc(scene.transfer.len()))?,
-            surfaces: Buffer::with_data(memory, "surfaces", &scene.surfaces)?,
-            suns: Buffer::with_data(memory, "suns", &scene.suns)?,
-            clips: Buffer::with_data(memory, "clip planes", &scene.clips)?,
-            sky: Buffer::with_data(memory, "environment table", &scene.sky)?,
-            environment: Image::new(memory, environment)?,
-            paths: Buffer::new(
+            scene: Buffer::with_data(memory, "scene constants", &[constants])?,
+            transfer: Image::new(memory, transfer_desc(parts.medium.transfer.len()))?,
+            surfaces: Buffer::with_data(memory, "surfaces", &parts.surfaces.iso)?,
+            suns: Buffer::with_data(memory, "suns", &parts.lights.suns)?,
+            clips: Buffer::with_data(memory, "clip planes", &parts.clips)?,
+            sky: Buffer::with_data(memory, "environment table", table)?,
+            environment: Image::new(
                 memory,
-                BufferDesc {
-                    name: "paths",
-                    bytes: slots as u64 * size_of::<Path>() as u64,
-                    placement: Placement::Device,
-                },
+                environment_desc(sky.map_or([1, 1], |sky| sky.image.size())),
             )?,
-            counters: Buffer::new(
-                memory,
-                BufferDesc {
-                    name: "counters",
-                    bytes: size_of::<Counters>() as u64,
-                    placement: Placement::Device,
-                },
-            )?,
-            unit_sum: Image::new(memory, picture("unit sum"))?,
-            mean: Image::new(memory, picture("mean"))?,
-            squares: Image::new(memory, picture("squared differences"))?,
-            first_surface: match scene.features.surface_count {
-                0 => None,
-                _ => Some(FirstSurface {
-                    normal_depth: Image::new(memory, picture("normal and depth"))?,
-                    albedo: Image::new(memory, picture("albedo"))?,
-                }),
-            },
-            cache: match &scene.cache {
-                None => None,
-                Some(layout) => Some(CacheResources::allocate(memory, layout, scene, slots)?),
-            },
-            published: match scene.published {
-                true => Some(PublishedResources::allocate(memory, volume.dims)?),
-                false => None,
-            },
+            paths: Buffer::new(memory, device("paths", bytes_of::<Path>(slots)))?,
+            counters: Buffer::new(memory, device("counters", bytes_of::<Counters>(1)))?,
+            unit_sum: picture("unit sum")?,
+            mean: picture("mean")?,
+            squares: picture("squared differences")?,
             staging: Buffer::new(
                 memory,
                 BufferDesc {
                     name: "staging",
-                    bytes: staging_bytes(&[
-                        volume_desc(volume),
-                        ranges,
-                        transfer_desc(scene.transfer.len()),
-                        scene.cache.as_ref().map_or(environment, pages_desc),
-                        environment,
-                        picture("mean"),
-                    ]),
+                    bytes: STAGING_BYTES,
                     placement: Placement::Readback,
                 },
             )?,
         })
     }
 
-    /// Puts another scene of the same volume, sky image and features in the place of the one before.
-    /// True if the cache is another one, of which nothing is known.
-    pub fn write(&mut self, before: &SceneBuffers, scene: &SceneBuffers) -> Result<bool> {
-        self.size = scene.constants.size;
-        self.scene.rewrite(&[scene.constants])?;
-        self.surfaces.rewrite(&scene.surfaces)?;
-        self.suns.rewrite(&scene.suns)?;
-        self.clips.rewrite(&scene.clips)?;
-        match (&mut self.cache, &scene.cache) {
-            (Some(cache), Some(layout)) if before.cache != scene.cache => {
-                cache.lay_out(layout)?;
-                self.resize_staging()?;
-                Ok(true)
-            }
-            _ => Ok(false),
-        }
+    /// Writes an edited scene that the same passes and images serve. The transfer function is an image, which
+    /// `upload.rs` writes.
+    pub fn write(&mut self, scene: &GpuScene) -> Result<()> {
+        let parts = &scene.parts;
+        self.size = parts.view.size;
+        self.scene.rewrite(&[scene.constants()])?;
+        self.surfaces.rewrite(&parts.surfaces.iso)?;
+        self.suns.rewrite(&parts.lights.suns)?;
+        self.clips.rewrite(&parts.clips)
     }
 
     /// Makes room for a transfer function of so many points.
     pub fn resize_transfer(&mut self, points: usize) -> Result<()> {
-        self.transfer.resize(transfer_desc(points).extent)?;
-        self.resize_staging()
+        self.transfer.resize(transfer_desc(points).extent)
     }
 
     /// Makes room for a picture of another size; what its images held is gone.
     pub fn resize(&mut self, [width, height]: [u32; 2]) -> Result<()> {
         let slots = slots(self.mean.limits(), [width, height]);
-        self.paths.resize(slots as u64 * size_of::<Path>() as u64)?;
-        if let Some(cache) = &mut self.cache {
-            let bytes = slots as u64 * size_of::<NodeWork>() as u64;
-            cache.work.resize(bytes)?;
-        }
-        for image in self.picture_mut() {
+        self.paths.resize(bytes_of::<Path>(slots))?;
+        for image in [&mut self.unit_sum, &mut self.mean, &mut self.squares] {
             image.resize([width, height, 1])?;
         }
-        self.resize_staging()
-    }
-
-    fn resize_staging(&mut self) -> Result<()> {
-        let pages = self.cache.as_ref().map(|cache| cache.pages.desc);
-        let largest = [
-            self.volume.desc,
-            self.ranges.desc,
-            self.transfer.desc,
-            self.environment.desc,
-            self.mean.desc,
-            pages.unwrap_or(self.mean.desc),
-        ];
-        self.staging.resize(staging_bytes(&largest))
-    }
-
-    /// What has a texel for each pixel.
-    pub fn picture(&self) -> Vec<&Image> {
-        let surface = self.first_surface.iter();
-        let surface = surface.flat_map(|s| [&s.normal_depth, &s.albedo]);
-        let images = [&self.unit_sum, &self.mean, &self.squares];
-        images.into_iter().chain(surface).collect()
-    }
-
-    fn picture_mut(&mut self) -> Vec<&mut Image> {
-        let surface = self.first_surface.iter_mut();
-        let surface = surface.flat_map(|s| [&mut s.normal_depth, &mut s.albedo]);
-        let images = [&mut self.unit_sum, &mut self.mean, &mut self.squares];
-        images.into_iter().chain(surface).collect()
-    }
-
-    /// Those that are filled from outside, or by the pass that writes them.
-    pub fn images_to_fill(&self) -> Vec<&Image> {
-        let mut images = vec![
-            &self.volume,
-            &self.ranges,
-            &self.majorants,
-            &self.transfer,
-            &self.environment,
-        ];
-        images.extend(self.cache.iter().map(|cache| &cache.pages));
-        images
-    }
-
-    /// Those that are read before all of their texels are written.
-    pub fn images_from_zero(&self) -> Vec<&Image> {
-        let mut images = self.picture();
-        images.push(&self.patches);
-        images.extend(self.cache.iter().flat_map(CacheResources::images));
-        images.extend(self.published.iter().flat_map(PublishedResources::images));
-        images
+        Ok(())
     }
 
     pub fn volume_binding(&self) -> Binding<'_> {
@@ -266,7 +158,7 @@ impl Resources {
         }
     }
 
-    /// What seeing the medium takes.
+    /// The resources that tracking and marching through the medium read.
     pub fn medium_bindings(&self) -> [(&'static str, Binding<'_>); 8] {
         [
             ("scene_block", Binding::Buffer(&self.scene)),
@@ -280,7 +172,7 @@ impl Resources {
         ]
     }
 
-    /// What surfaces take besides that.
+    /// The resources that surfaces take besides.
     pub fn surface_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
         [
             ("ranges", Binding::Image(&self.ranges)),
@@ -288,12 +180,12 @@ impl Resources {
         ]
     }
 
-    /// What rays from the camera take.
+    /// The resource by which rays from the camera find where to begin and to end.
     pub fn camera_binding(&self) -> (&'static str, Binding<'_>) {
         ("patches", Binding::Image(&self.patches))
     }
 
-    /// What paths take besides both.
+    /// The resources that paths keep between dispatches.
     pub fn path_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
         [
             ("paths", Binding::Buffer(&self.paths)),
@@ -301,24 +193,22 @@ impl Resources {
         ]
     }
 
+    /// Paths in flight at once.
     pub fn slots(&self) -> u32 {
-        (self.paths.desc.bytes / size_of::<Path>() as u64) as u32
+        (self.paths.desc.bytes / bytes_of::<Path>(1)) as u32
     }
 }
 
-/// Enough for the largest image at once, within reason.
-fn staging_bytes(images: &[ImageDesc]) -> u64 {
-    let largest = images.iter().map(ImageDesc::bytes).max().unwrap_or(0);
-    largest.min(MOST_STAGING_BYTES)
-}
-
-fn slots(limits: &DeviceSummary, [width, height]: [u32; 2]) -> u32 {
-    let most = match limits.kind {
-        "CPU" => SLOTS_CPU,
-        _ => SLOTS_GPU,
-    };
-    let pixels = width as u64 * height as u64;
-    pixels.next_multiple_of(64).min(most as u64) as u32
+/// An image with a texel for each pixel. It is read before all of its texels are written.
+pub fn picture_desc(name: &'static str, [width, height]: [u32; 2]) -> ImageDesc {
+    ImageDesc {
+        name,
+        extent: [width, height, 1],
+        volumetric: false,
+        written: true,
+        zeroed: true,
+        format: Format::R32G32B32A32_SFLOAT,
+    }
 }
 
 /// A column for each point of the transfer function, and one more.
@@ -328,17 +218,33 @@ fn transfer_desc(points: usize) -> ImageDesc {
         extent: [points as u32 + 1, 2, 1],
         volumetric: false,
         written: false,
+        zeroed: false,
         format: Format::R32G32B32A32_SFLOAT,
     }
 }
 
-/// The volume's image, in the data's own width.
-fn volume_desc(volume: &Volume) -> ImageDesc {
+/// A sky image, or a single texel that is black where the scene has none.
+fn environment_desc([width, height]: [u32; 2]) -> ImageDesc {
     ImageDesc {
-        name: "volume",
-        extent: volume.dims,
-        volumetric: true,
+        name: "environment image",
+        extent: [width, height, 1],
+        volumetric: false,
         written: false,
-        format: volume_format(volume),
+        zeroed: true,
+        format: Format::R32G32B32A32_SFLOAT,
     }
+}
+
+/// Paths in flight at once for a picture of that size.
+pub fn slots(limits: &DeviceSummary, [width, height]: [u32; 2]) -> u32 {
+    let most = match limits.kind.is_software() {
+        true => SLOTS_CPU,
+        false => SLOTS_GPU,
+    };
+    let pixels = u64::from(width) * u64::from(height);
+    pixels.next_multiple_of(64).min(u64::from(most)) as u32
+}
+
+pub fn bytes_of<T>(count: u32) -> u64 {
+    u64::from(count) * size_of::<T>() as u64
 }

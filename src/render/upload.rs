@@ -1,66 +1,42 @@
-//! What of a scene is an image: voxels, the macrocells' ranges, transfer function, sky and the cache's
-//! pages, on their way onto the GPU.
+//! The parts of a scene that are images, on their way onto the GPU: voxels, the macrocells' ranges, transfer function
+//! and sky.
 
-use std::sync::Arc;
-
-use super::constants::SceneBuffers;
 use super::copy;
+use super::gpu_scene::GpuScene;
 use super::macrocell_ranges::macrocell_ranges;
 use super::resources::Resources;
 use crate::error::Result;
-use crate::gpu::{Frame, Memory};
+use crate::gpu::Frame;
 use crate::scene::volume::{Volume, Voxels};
 
-/// All of a scene, on its way onto the GPU for the first time.
-pub fn load(
-    memory: &Arc<Memory>,
-    volume: &Volume,
-    scene: &SceneBuffers,
-) -> Result<(Frame, Resources)> {
-    let mut frame = Frame::new(memory.device())?;
-    let mut resources = Resources::allocate(memory, volume, scene)?;
-    let (f, r) = (&mut frame, &mut resources);
-    f.run(|f| {
-        f.adopt(&r.images_to_fill())?;
-        f.clear(&r.images_from_zero())
-    })?;
+/// Writes all of a scene for the first time.
+pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuScene) -> Result<()> {
     let voxels: &[u8] = match &volume.voxels {
         Voxels::U8(v) => v,
         Voxels::U16(v) => bytemuck::cast_slice(v),
         Voxels::F32(v) => bytemuck::cast_slice(v),
     };
-    copy::upload(f, &mut r.staging, &r.volume, voxels)?;
+    copy::upload(frame, &mut r.staging, &r.volume, voxels)?;
     let ranges = bytemuck::cast_slice(macrocell_ranges(volume));
-    copy::upload(f, &mut r.staging, &r.ranges, ranges)?;
-    upload_transfer(f, r, scene)?;
-    let texels = scene.environment.texels.iter();
-    let texels: Vec<[f32; 4]> = texels.map(|&[r, g, b]| [r, g, b, 1.0]).collect();
-    let texels = bytemuck::cast_slice(&texels);
-    copy::upload(f, &mut r.staging, &r.environment, texels)?;
-    upload_pages(f, r, scene)?;
-    Ok((frame, resources))
+    copy::upload(frame, &mut r.staging, &r.ranges, ranges)?;
+    upload_transfer(frame, r, scene)?;
+    if let Some(sky) = &scene.parts.lights.sky {
+        let texels = sky.image.texels.iter();
+        let texels: Vec<[f32; 4]> = texels.map(|&[r, g, b]| [r, g, b, 1.0]).collect();
+        let texels = bytemuck::cast_slice(&texels);
+        copy::upload(frame, &mut r.staging, &r.environment, texels)?;
+    }
+    Ok(())
 }
 
-pub fn upload_transfer(frame: &mut Frame, r: &mut Resources, scene: &SceneBuffers) -> Result<()> {
-    let texels = scene.transfer_texels();
+pub fn upload_transfer(frame: &mut Frame, r: &mut Resources, scene: &GpuScene) -> Result<()> {
+    let texels = scene.parts.medium.transfer_texels();
     if texels.is_empty() {
         return Ok(());
     }
     if r.transfer.desc.bytes() != size_of_val(&texels[..]) as u64 {
-        r.resize_transfer(scene.transfer.len())?;
-        frame.run(|f| f.adopt(&[&r.transfer]))?;
+        r.resize_transfer(scene.parts.medium.transfer.len())?;
     }
     let texels = bytemuck::cast_slice(&texels);
     copy::upload(frame, &mut r.staging, &r.transfer, texels)
-}
-
-pub fn upload_pages(frame: &mut Frame, r: &mut Resources, scene: &SceneBuffers) -> Result<()> {
-    match (&r.cache, &scene.cache) {
-        (Some(cache), Some(layout)) => {
-            let pages = layout.pages();
-            let texels = bytemuck::cast_slice(&pages);
-            copy::upload(frame, &mut r.staging, &cache.pages, texels)
-        }
-        _ => Ok(()),
-    }
 }

@@ -1,6 +1,7 @@
 //! Lights: directional ones, and the environment that surrounds the box.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use image::{ColorType, ImageReader};
 
@@ -24,13 +25,21 @@ pub struct Environment {
 
 /// A latitude–longitude image. Direction d points towards the sky: u = ½ + atan2(d.x, −d.z)/2π,
 /// v = acos(d.y)/π; row 0 is +y. Texel centres at ((i+½)/W, (j+½)/H), bilinear, wrapping in u,
-/// clamped in v.
-#[derive(Debug, Clone, PartialEq)]
+/// clamped in v. Clones share the texels.
+#[derive(Debug, Clone)]
 pub struct EnvironmentImage {
     pub width: u32,
     pub height: u32,
     /// Linear RGB, row-major, finite and ≥ 0.
-    pub texels: Vec<[f32; 3]>,
+    pub texels: Arc<[[f32; 3]]>,
+}
+
+/// Clones are recognised without a look at their texels.
+impl PartialEq for EnvironmentImage {
+    fn eq(&self, other: &EnvironmentImage) -> bool {
+        self.size() == other.size()
+            && (Arc::ptr_eq(&self.texels, &other.texels) || self.texels == other.texels)
+    }
 }
 
 impl EnvironmentImage {
@@ -48,7 +57,7 @@ impl EnvironmentImage {
         let rgb = decoded.into_rgb32f();
         let (width, height) = rgb.dimensions();
         let linear = |x: f32| if encoded { srgb_to_linear(x) } else { x };
-        let texels: Vec<[f32; 3]> = rgb.pixels().map(|texel| texel.0.map(linear)).collect();
+        let texels: Arc<[[f32; 3]]> = rgb.pixels().map(|texel| texel.0.map(linear)).collect();
         let bad = |texel: &[f32; 3]| texel.iter().any(|x| !x.is_finite() || *x < 0.0);
         if let Some(i) = texels.iter().position(bad) {
             let (column, row) = (i % width as usize, i / width as usize);
@@ -70,16 +79,17 @@ impl EnvironmentImage {
     }
 
     /// The image multiplied by `radiance`, which must not make it too bright for single precision.
-    pub fn times(mut self, radiance: [f64; 3]) -> Result<EnvironmentImage, String> {
-        for texel in &mut self.texels {
-            *texel = std::array::from_fn(|c| (f64::from(texel[c]) * radiance[c]) as f32);
-            if texel.iter().any(|x| !x.is_finite()) {
-                return Err(format!(
-                    "radiance {radiance:?} times the image is beyond 3e38"
-                ));
-            }
+    pub fn times(self, radiance: [f64; 3]) -> Result<EnvironmentImage, String> {
+        let times = |texel: &[f32; 3]| -> [f32; 3] {
+            std::array::from_fn(|c| (f64::from(texel[c]) * radiance[c]) as f32)
+        };
+        let texels: Arc<[[f32; 3]]> = self.texels.iter().map(times).collect();
+        match texels.as_flattened().iter().all(|x| x.is_finite()) {
+            true => Ok(EnvironmentImage { texels, ..self }),
+            false => Err(format!(
+                "radiance {radiance:?} times the image is beyond 3e38"
+            )),
         }
-        Ok(self)
     }
 
     /// The sum on a grid as fine as the finer of the two, each way.
@@ -92,7 +102,7 @@ impl EnvironmentImage {
         // Two finite skies may still overflow together.
         let add =
             |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| (a[c] + b[c]).min(f32::MAX));
-        let texels = a.texels.iter().zip(&b.texels).map(add).collect();
+        let texels = a.texels.iter().zip(b.texels.iter()).map(add).collect();
         EnvironmentImage {
             width,
             height,

@@ -9,9 +9,10 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::WindowId;
 
+use super::document::Document;
 use super::hud::{self, Hud, MemoryNow, Message};
 use super::keys::{Wish, wishes};
-use super::load::{Document, Load};
+use super::load::Load;
 use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
@@ -185,7 +186,7 @@ impl<'a> App<'a> {
             && session
                 .live
                 .as_ref()
-                .is_none_or(|l| l.scene.render.size == size)
+                .is_none_or(|l| l.engine.scene().render.size == size)
         {
             session.scene.render.size = size;
             return Ok(());
@@ -196,7 +197,7 @@ impl<'a> App<'a> {
             size = whole.map(|n| n.div_ceil(divisor));
             let for_window = stage.bytes_ahead(size)?;
             let has_room = match &session.live {
-                Some(live) => live.has_room_for(size, for_window, &session.document)?,
+                Some(live) => live.engine.has_room_for(size, for_window)?,
                 None => for_window <= stage.memory.budget,
             };
             if has_room {
@@ -210,10 +211,13 @@ impl<'a> App<'a> {
         }
         session.scene.render.size = size;
         if let Some(live) = &mut session.live
-            && (is_new || live.scene.render.size != size || stage.is_outdated())
+            && (is_new || live.engine.scene().render.size != size || stage.is_outdated())
         {
-            live.resize(size, stage.bytes_now()?, &session.document)?;
+            let fits = live.resize(size, stage.bytes_now()?)?;
             self.report.planned(live.planned_bytes());
+            if !fits {
+                session.live = None;
+            }
         }
         Ok(())
     }
@@ -226,7 +230,7 @@ impl<'a> App<'a> {
         };
         stage.fit_window()?;
         if let Some(live) = self.session.as_mut().and_then(|s| s.live.as_mut()) {
-            live.for_window = stage.bytes_now()?;
+            live.set_window_bytes(stage.bytes_now()?);
         }
         Ok(())
     }
@@ -266,7 +270,7 @@ impl<'a> App<'a> {
         let changed = live.advance(stage.shown())?;
         self.report.planned(live.planned_bytes());
         self.report
-            .take_times(&mut live.renderer.frame.timings.spans);
+            .take_times(&mut live.engine.renderer_mut().timings_mut().spans);
         if live.picture.is_finished() && !was_finished {
             self.report.finished(live);
             self.interface_due = Some(Instant::now());

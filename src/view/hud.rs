@@ -57,7 +57,7 @@ pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &
         lines.extend(light(live));
         lines.push(format!(
             "{}: {} of {}",
-            live.choice.plan.name(),
+            live.engine.choice().plan.variant.description(),
             human(memory.used),
             human(memory.budget)
         ));
@@ -69,7 +69,7 @@ pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &
             ui.label(if i == 0 { text.strong() } else { text });
         }
         if let Some(live) = &session.live {
-            let why = format!("because {}", live.choice.reason);
+            let why = format!("because {}", live.engine.choice().reason);
             ui.response().on_hover_text(why);
         }
     });
@@ -77,7 +77,7 @@ pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &
 
 fn headline(live: &Live, report: &Report) -> String {
     let picture = &live.picture;
-    let samples = live.renderer.totals.samples;
+    let samples = live.engine.totals().samples;
     let doing = picture.doing();
     match picture.is_moving() {
         true => {
@@ -98,8 +98,8 @@ fn headline(live: &Live, report: &Report) -> String {
 
 /// How far the cache is.
 fn light(live: &Live) -> Option<String> {
-    let cache = live.renderer.cache.as_ref()?;
-    let cells = live.renderer.resources.cache.as_ref()?.active_nodes;
+    let cache = live.engine.renderer().cache()?;
+    let cells = cache.memory.layout.active_nodes();
     let error = match cache.relative_error.is_finite() {
         true => format!("error {:.2} %", 100.0 * cache.relative_error),
         false => "error unknown yet".into(),
@@ -181,15 +181,15 @@ impl MemoryNow {
             used: memory.used(),
             peak: memory.peak(),
             budget: memory.budget,
-            source: stage.budget.source.clone(),
+            source: stage.host.budget().source.clone(),
             resources: memory.resources().into_iter().map(row).collect(),
         }
     }
 
     /// Why this variant, what the next better one would take, and who sets the budget.
     fn sentences(&self, live: Option<&Live>) -> Vec<String> {
-        let choice = live.map(|live| &live.choice).into_iter();
-        let why = |c: &Choice| format!("{}, because {}.", c.plan.variant(), c.reason);
+        let choice = live.map(|live| live.engine.choice()).into_iter();
+        let why = |c: &Choice| format!("{}, because {}.", c.plan.variant.word(), c.reason);
         let better = |c: &Choice| format!("The next better: {}.", c.next_better);
         let mut all: Vec<String> = choice.flat_map(|c| [why(c), better(c)]).collect();
         all.push(format!("The budget is from {}.", self.source));

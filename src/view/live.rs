@@ -1,17 +1,18 @@
-//! The scene on the GPU: the renderer, and what it was last told. A change of the scene goes through
-//! [`Live::follow`], which says whether the cache outlived it, or that other passes are needed.
+//! The scene on the GPU: the engine, what it was last told, and the picture that it makes.
 
 use std::sync::Arc;
 
-use super::load::Document;
+use super::document::Document;
 use super::picture::Picture;
+use crate::engine::{Changed, Engine, Host};
 use crate::error::{Error, Result};
-use crate::gpu::Memory;
-use crate::render::{Choice, Plan, Renderer, SceneBuffers, choose};
+use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};
 
-/// What a renderer is made for.
+/// What an engine is made for.
 pub struct Order {
+    pub host: Host,
+    /// The gate that the window's own images go through as well.
     pub memory: Arc<Memory>,
     /// Its size is that of the picture.
     pub scene: Scene,
@@ -23,17 +24,10 @@ pub struct Order {
 }
 
 pub struct Live {
-    pub renderer: Renderer,
-    pub choice: Choice,
+    pub engine: Engine,
     pub picture: Picture,
-    /// What the GPU shows, with all pixels.
-    pub scene: Scene,
-    full: SceneBuffers,
-    /// What the GPU was told, which may have fewer.
-    told: SceneBuffers,
-    memory: Arc<Memory>,
     /// Bytes that the window takes.
-    pub for_window: u64,
+    for_window: u64,
 }
 
 /// What became of the cache when the scene changed.
@@ -41,13 +35,14 @@ pub struct Live {
 pub enum Followed {
     Kept,
     Cleared,
-    /// Other passes have to be compiled.
+    /// Other passes have to be compiled, or other memory is needed.
     Impossible,
 }
 
 impl Live {
     pub fn build(order: Order, document: &Document) -> Result<Live> {
         let Order {
+            host,
             memory,
             scene,
             seed,
@@ -61,135 +56,62 @@ impl Live {
             ));
         }
         let volume = &document.opened.volume;
-        let device = memory.device();
-        let budget = memory.budget.saturating_sub(for_window);
-        let choice = choose(device, &device.summary, budget, volume, &scene)?;
-        let mut buffers = SceneBuffers::new(device, &scene, volume, seed)?;
-        if let Some(layout) = &choice.plan.cache {
-            buffers = buffers.with_cache(layout.clone());
+        let choice = host.plan_beside(volume, &scene, for_window)?;
+        let mut engine = Engine::in_memory(&host, &memory, volume, &scene, choice, seed)?;
+        engine.reserve(for_window);
+        if let Some(mut caching) = engine.renderer_mut().caching() {
+            caching.guess_light()?;
         }
-        let mut renderer = Renderer::new(&memory, volume, &buffers)?;
-        renderer.guess_light(&buffers)?;
         Ok(Live {
-            picture: Picture::new(&renderer, &device.summary, samples),
+            picture: Picture::new(&engine, samples),
+            engine,
             for_window,
-            renderer,
-            choice,
-            scene,
-            told: buffers.clone(),
-            full: buffers,
-            memory,
         })
     }
 
-    /// Brings the GPU up to `scene`, whose picture has the size of now.
-    pub fn follow(&mut self, scene: &Scene, document: &Document) -> Result<Followed> {
-        if self.differs_in_tone_alone(scene) {
-            self.scene = scene.clone();
-            self.picture.is_toned_otherwise = true;
-            return Ok(Followed::Kept);
-        }
-        let Some(next) = self.next(scene, document)? else {
-            return Ok(Followed::Impossible);
-        };
-        if next.cache != self.full.cache || next.transfer.len() != self.full.transfer.len() {
-            let plan = self.plan(&next, document)?;
-            if plan.bytes() + self.for_window > self.memory.budget {
-                return Ok(Followed::Impossible);
+    /// Brings the engine up to `scene`, whose picture has the size of now.
+    pub fn follow(&mut self, scene: &Scene) -> Result<Followed> {
+        Ok(match self.engine.change_in_place(scene)? {
+            None => Followed::Impossible,
+            Some(Changed::Nothing) => Followed::Kept,
+            Some(Changed::Display) => {
+                self.picture.is_toned_otherwise = true;
+                Followed::Kept
             }
-            self.choice.plan = plan;
-        }
-        let has_new_cache = next.cache != self.full.cache;
-        self.scene = scene.clone();
-        self.full = next;
-        let lasts = self.tell(self.full.reduced_to(self.told.constants.size))?;
-        if has_new_cache {
-            self.renderer.guess_light(&self.full)?;
-        }
-        self.picture.restart();
-        Ok(match lasts {
-            true => Followed::Kept,
-            false => Followed::Cleared,
+            Some(Changed::Picture) => {
+                self.picture.restart();
+                Followed::Kept
+            }
+            Some(Changed::Light) => {
+                self.picture.restart();
+                Followed::Cleared
+            }
         })
     }
 
-    fn differs_in_tone_alone(&self, scene: &Scene) -> bool {
-        let mut same = self.scene.clone();
-        same.render.exposure = scene.render.exposure;
-        same.render.tone = scene.render.tone;
-        same == *scene
-    }
-
-    /// The scene for the GPU, if the passes that there are can show it.
-    fn next(&self, scene: &Scene, document: &Document) -> Result<Option<SceneBuffers>> {
-        let elsewhere = Scene {
-            camera: scene.camera,
-            ..self.scene.clone()
-        };
-        if *scene == elsewhere {
-            return Ok(Some(self.full.seen_by(&scene.camera)));
-        }
-        let settings = |s: &Scene| {
-            let r = &s.render;
-            (r.variant, r.cache_scale, r.cache_format, r.max_bounces)
-        };
-        let volume = &document.opened.volume;
-        let next = self.full.changed_to(scene, volume);
-        if next.features != self.full.features
-            || next.environment != self.full.environment
-            || settings(scene) != settings(&self.scene)
-        {
-            return Ok(None);
-        }
-        let most_texels = self.memory.device().summary.max_image_3d;
-        next.refitted(volume, most_texels).map(Some)
-    }
-
-    fn plan(&self, buffers: &SceneBuffers, document: &Document) -> Result<Plan> {
-        let device = self.memory.device();
-        let volume = &document.opened.volume;
-        Plan::of(device, &device.summary, volume, buffers)
-    }
-
-    /// Whether the budget allows pictures of another size, with what the window takes then.
-    pub fn has_room_for(
-        &self,
-        size: [u32; 2],
-        for_window: u64,
-        document: &Document,
-    ) -> Result<bool> {
-        let plan = self.plan(&self.full.reduced_to(size), document)?;
-        Ok(plan.bytes() + for_window <= self.memory.budget)
-    }
-
-    /// Makes pictures of another size from now on.
-    pub fn resize(&mut self, size: [u32; 2], for_window: u64, document: &Document) -> Result<()> {
-        self.scene.render.size = size;
-        self.full = self.full.reduced_to(size).seen_by(&self.scene.camera);
-        self.choice.plan = self.plan(&self.full, document)?;
-        self.for_window = for_window;
-        self.renderer.resize(size)?;
-        self.tell(self.full.clone())?;
+    /// Makes pictures of another size from now on, if the budget allows it beside what the window takes then.
+    pub fn resize(&mut self, size: [u32; 2], for_window: u64) -> Result<bool> {
+        self.set_window_bytes(for_window);
+        let mut scene = self.engine.scene().clone();
+        scene.render.size = size;
+        let changed = self.engine.change_in_place(&scene)?;
         self.picture.restart();
-        Ok(())
+        Ok(changed.is_some())
+    }
+
+    /// Sets the bytes that the window takes.
+    pub fn set_window_bytes(&mut self, bytes: u64) {
+        self.for_window = bytes;
+        self.engine.reserve(bytes);
+    }
+
+    /// Spends a slice of time on the picture. Returns whether `shown` has changed.
+    pub fn advance(&mut self, shown: &Image) -> Result<bool> {
+        self.picture.advance(&mut self.engine, shown)
     }
 
     /// Bytes planned for all that there is, the window included.
     pub fn planned_bytes(&self) -> u64 {
-        self.choice.plan.bytes() + self.for_window
-    }
-
-    /// Tells the GPU of the same scene with fewer pixels, or with all of them again.
-    pub fn reduce_to(&mut self, size: [u32; 2]) -> Result<()> {
-        if self.told.constants.size != size {
-            self.tell(self.full.reduced_to(size))?;
-        }
-        Ok(())
-    }
-
-    fn tell(&mut self, buffers: SceneBuffers) -> Result<bool> {
-        let lasts = self.renderer.change(&self.told, &buffers)?;
-        self.told = buffers;
-        Ok(lasts)
+        self.engine.choice().plan.bytes() + self.for_window
     }
 }

@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 
 use winit::event_loop::EventLoopProxy;
 
+use super::document::Document;
 use super::live::{Live, Order};
+use crate::engine::check_surfaces;
 use crate::error::{Error, Result};
-use crate::job::plan::check_supported;
-use crate::scene::file::Opened;
 use crate::scene::preset::Preset;
 use crate::scene::volume::{Histogram, Reading, Volume};
 use crate::scene::{Edit, open};
@@ -39,13 +39,6 @@ pub struct Load<T> {
     /// Of the file, where there is one to read.
     reading: Option<Arc<Reading>>,
     receiver: Receiver<Result<T>>,
-}
-
-/// A scene with what the window shows of its volume.
-pub struct Document {
-    pub path: PathBuf,
-    pub opened: Opened,
-    pub histogram: Histogram,
 }
 
 impl<T: Send + 'static> Load<T> {
@@ -114,7 +107,7 @@ pub fn open_document(
         let opened = open(&path, preset, &edits, |path, overrides| {
             Volume::load_watched(path, overrides, &reading)
         })?;
-        check_supported(&opened.scene)?;
+        check_surfaces(&opened.scene)?;
         Ok(Document {
             histogram: Histogram::of(&opened.volume, BINS),
             path,

@@ -8,6 +8,7 @@
 mod app;
 mod camera;
 mod clip;
+mod document;
 mod gizmo;
 mod history;
 mod hud;
@@ -32,8 +33,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use winit::event_loop::EventLoop;
 
 use crate::cli::ViewArgs;
-use crate::error::{Error, Result};
-use crate::job::render::INTERRUPTED_STATUS;
+use crate::error::{Error, INTERRUPTED_STATUS, Result};
 use crate::output::check_writable;
 
 /// Ctrl-C closes the window.

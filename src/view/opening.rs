@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::app::App;
-use super::load::{Document, Load, open_document};
+use super::document::Document;
+use super::load::{Load, open_document};
 use super::session::Session;
 use super::watch::Watch;
 use crate::error::Result;

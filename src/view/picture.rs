@@ -8,13 +8,12 @@
 
 use std::time::{Duration, Instant};
 
-use super::live::Live;
+use crate::engine::Engine;
+use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
 use crate::error::Result;
-use crate::gpu::{DeviceSummary, Image, Slices};
-use crate::job::schedule::{UNITS_TO_TRUST, sixteenth};
-use crate::output::relative_error;
+use crate::gpu::{Image, Slices};
+use crate::render::doubling;
 use crate::render::shared::ToneMapPush;
-use crate::render::{Renderer, doubling};
 use crate::scene::Tone;
 
 /// A picture in motion should take about this long.
@@ -68,12 +67,13 @@ enum Doing {
 }
 
 impl Picture {
-    /// A CPU begins with few pixels, a GPU with all.
-    pub fn new(renderer: &Renderer, device: &DeviceSummary, most_samples: u32) -> Picture {
-        let scale = match (device.kind, &renderer.cache) {
-            ("CPU", Some(_)) => 0.35,
-            ("CPU", None) => 0.25,
-            _ => 1.0,
+    /// A software driver begins with few pixels, a GPU with all.
+    pub fn new(engine: &Engine, most_samples: u32) -> Picture {
+        let is_software = engine.host().summary().kind.is_software();
+        let scale = match (is_software, engine.renderer().cache()) {
+            (true, Some(_)) => 0.35,
+            (true, None) => 0.25,
+            (false, _) => 1.0,
         };
         Picture {
             doing: Doing::Moving,
@@ -123,191 +123,199 @@ impl Picture {
     }
 }
 
-impl Live {
+impl Picture {
     /// Spends a slice of time on the picture. Returns whether `shown` has changed.
-    pub fn advance(&mut self, shown: &Image) -> Result<bool> {
-        if std::mem::take(&mut self.picture.is_toned_otherwise) && self.tone_again(shown)? {
+    pub fn advance(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
+        if std::mem::take(&mut self.is_toned_otherwise) && self.tone_again(engine, shown)? {
             return Ok(true);
         }
-        match self.picture.doing {
-            Doing::Moving => self.move_on(shown),
-            Doing::Marching { .. } => self.march_on(shown),
-            Doing::Filling => self.fill_on(),
-            Doing::Refining => self.refine_on(shown),
+        match self.doing {
+            Doing::Moving => self.move_on(engine, shown),
+            Doing::Marching { .. } => self.march_on(engine, shown),
+            Doing::Filling => self.fill_on(engine),
+            Doing::Refining => self.refine_on(engine, shown),
             Doing::Nothing => Ok(false),
         }
     }
 
     /// What was refined is still there and is shown at once; a march is not, and is made anew.
-    fn tone_again(&mut self, shown: &Image) -> Result<bool> {
-        let is_refined = matches!(self.picture.doing, Doing::Refining | Doing::Nothing);
-        let is_there = is_refined && self.shows_samples();
+    fn tone_again(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
+        let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
+        let is_there = is_refined && self.shows_samples(engine);
         match is_there {
-            true => self.show(shown)?,
-            false => self.picture.restart(),
+            true => self.show(engine, shown)?,
+            false => self.restart(),
         }
         Ok(is_there)
     }
 
-    fn shows_samples(&self) -> bool {
-        let samples = self.renderer.totals.samples;
-        match self.renderer.cache {
-            Some(_) => {
-                self.picture.relative_error <= ERROR_TO_SHOW || samples >= self.picture.most_samples
-            }
+    fn shows_samples(&self, engine: &Engine) -> bool {
+        let samples = engine.totals().samples;
+        match engine.renderer().cache() {
+            Some(_) => self.relative_error <= ERROR_TO_SHOW || samples >= self.most_samples,
             None => samples > 0,
         }
     }
 
     /// A whole picture, of as many pixels as there is time for, and a little light.
-    fn move_on(&mut self, shown: &Image) -> Result<bool> {
-        if self.picture.is_shown && self.picture.last_motion.elapsed() >= REST_AFTER {
-            self.rest()?;
+    fn move_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
+        if self.is_shown && self.last_motion.elapsed() >= REST_AFTER {
+            self.rest(engine)?;
             return Ok(false);
         }
         let began = Instant::now();
-        self.reduce_to(self.moving_size())?;
-        self.make_whole(shown)?;
-        self.picture.is_shown = true;
-        self.picture.adapt(began.elapsed().as_secs_f64() * 1e3);
-        if !self.cache_is_good() {
-            self.renderer.take_slices_of(FILLING_MS);
-            self.renderer.advance_cache(self.next_batch())?;
+        engine.reduce_to(self.moving_size(engine))?;
+        self.make_whole(engine, shown)?;
+        self.is_shown = true;
+        self.adapt(began.elapsed().as_secs_f64() * 1e3);
+        if !Picture::cache_is_good(engine) {
+            let batch = Picture::next_batch(engine);
+            engine.renderer_mut().take_slices_of(FILLING_MS);
+            if let Some(mut caching) = engine.renderer_mut().caching() {
+                caching.advance(batch)?;
+            }
         }
         Ok(true)
     }
 
     /// A march, or a sample for each pixel.
-    fn make_whole(&mut self, shown: &Image) -> Result<()> {
-        if self.renderer.cache.is_some() {
-            let push = self.tone_map_push(shown);
-            return self.renderer.march_at_once(shown, &push);
+    fn make_whole(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
+        let push = Picture::tone_map_push(engine, shown);
+        let renderer = engine.renderer_mut();
+        if let Some(mut caching) = renderer.caching() {
+            return caching.march_at_once(shown, &push);
         }
-        self.renderer.take_slices_of(MOVING_MS);
-        self.renderer.begin_picture();
-        while !self.renderer.advance_unit(1)? {}
-        self.show(shown)
+        renderer.take_slices_of(MOVING_MS);
+        renderer.begin_picture();
+        while !renderer.advance_unit(1)? {}
+        self.show(engine, shown)
     }
 
-    fn rest(&mut self) -> Result<()> {
-        self.reduce_to(self.scene.render.size)?;
-        self.picture.marched_batches = None;
-        self.picture.doing = match self.renderer.cache {
+    fn rest(&mut self, engine: &mut Engine) -> Result<()> {
+        engine.reduce_to(engine.scene().render.size)?;
+        self.marched_batches = None;
+        self.doing = match engine.renderer().cache() {
             Some(_) => Doing::marching(),
             None => Doing::Refining,
         };
         Ok(())
     }
 
-    fn march_on(&mut self, shown: &Image) -> Result<bool> {
-        let Doing::Marching { slices, began } = &mut self.picture.doing else {
+    fn march_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
+        let (Doing::Marching { slices, began }, Some(mut caching)) =
+            (&mut self.doing, engine.renderer_mut().caching())
+        else {
             return Ok(false);
         };
-        if !self.renderer.advance_march(slices)? {
+        if !caching.advance_march(slices)? {
             return Ok(false);
         }
-        self.picture.marched_in = began.elapsed();
-        self.picture.filled_since = Instant::now();
-        self.picture.marched_batches = self.batches();
-        self.show(shown)?;
-        self.picture.doing = match self.cache_is_converged() {
+        self.marched_in = began.elapsed();
+        self.filled_since = Instant::now();
+        self.marched_batches = Picture::batches(engine);
+        self.show(engine, shown)?;
+        self.doing = match Picture::cache_is_converged(engine) {
             true => Doing::Refining,
             false => Doing::Filling,
         };
         Ok(true)
     }
 
-    fn fill_on(&mut self) -> Result<bool> {
-        self.renderer.take_slices_of(RESTING_MS);
-        let ended = self.renderer.advance_cache(self.next_batch())?;
-        let due = self.picture.marched_in.mul_f64(MARCH_SHARE);
-        let is_new = self.batches() != self.picture.marched_batches;
-        let filled_for = self.picture.filled_since.elapsed();
-        let is_done = ended && self.cache_is_converged();
+    fn fill_on(&mut self, engine: &mut Engine) -> Result<bool> {
+        let batch = Picture::next_batch(engine);
+        engine.renderer_mut().take_slices_of(RESTING_MS);
+        let ended = match engine.renderer_mut().caching() {
+            Some(mut caching) => caching.advance(batch)?,
+            None => true,
+        };
+        let due = self.marched_in.mul_f64(MARCH_SHARE);
+        let is_new = Picture::batches(engine) != self.marched_batches;
+        let filled_for = self.filled_since.elapsed();
+        let is_done = ended && Picture::cache_is_converged(engine);
         if is_new && (is_done || filled_for >= due) {
-            self.picture.doing = Doing::marching();
+            self.doing = Doing::marching();
         } else if is_done {
-            self.picture.doing = Doing::Refining;
+            self.doing = Doing::Refining;
         }
         Ok(false)
     }
 
-    fn refine_on(&mut self, shown: &Image) -> Result<bool> {
-        self.renderer.take_slices_of(RESTING_MS);
-        let samples = self.renderer.totals.samples;
-        let left = self.picture.most_samples.saturating_sub(samples);
+    fn refine_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
+        engine.renderer_mut().take_slices_of(RESTING_MS);
+        let samples = engine.totals().samples;
+        let left = self.most_samples.saturating_sub(samples);
         let unit = sixteenth(samples).min(left).max(1);
-        if !self.renderer.advance_unit(unit)? {
+        if !engine.renderer_mut().advance_unit(unit)? {
             return Ok(false);
         }
-        let totals = self.renderer.totals;
+        let totals = engine.totals();
         if totals.units >= UNITS_TO_TRUST {
-            let film = self.renderer.film()?;
-            let rgb: Vec<_> = film.mean.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-            self.picture.relative_error = relative_error(&rgb, &film.stderr);
+            self.relative_error = engine.relative_error()?;
         }
-        let shows = self.shows_samples();
+        let shows = self.shows_samples(engine);
         if shows {
-            self.show(shown)?;
+            self.show(engine, shown)?;
         }
-        if self.picture.relative_error <= PICTURE_ERROR
-            || totals.samples >= self.picture.most_samples
-        {
-            self.picture.doing = Doing::Nothing;
+        if self.relative_error <= PICTURE_ERROR || totals.samples >= self.most_samples {
+            self.doing = Doing::Nothing;
         }
         Ok(shows)
     }
 
     /// Encodes for display what was made last.
-    fn show(&mut self, shown: &Image) -> Result<()> {
-        let is_refined = matches!(self.picture.doing, Doing::Refining | Doing::Nothing);
-        let marched = self.renderer.cache.is_some() && !is_refined;
-        let push = self.tone_map_push(shown);
-        self.renderer.tone_map(marched, shown, &push)
+    fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
+        let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
+        let push = Picture::tone_map_push(engine, shown);
+        let renderer = engine.renderer_mut();
+        match renderer.caching() {
+            Some(mut caching) if !is_refined => caching.tone_map(shown, &push),
+            _ => renderer.tone_map(shown, &push),
+        }
     }
 
-    fn tone_map_push(&self, shown: &Image) -> ToneMapPush {
+    fn tone_map_push(engine: &Engine, shown: &Image) -> ToneMapPush {
         let [width, height, _] = shown.desc.extent;
-        let render = &self.scene.render;
+        let render = &engine.scene().render;
         ToneMapPush {
-            source: self.renderer.resources.size,
+            source: engine.renderer().size(),
             size: [width, height],
             exposure: render.exposure.exp2() as f32,
             filmic: (render.tone == Tone::Filmic) as u32,
         }
     }
 
-    fn batches(&self) -> Option<u32> {
-        self.renderer.cache.as_ref().map(|cache| cache.batches)
+    fn batches(engine: &Engine) -> Option<u32> {
+        engine.renderer().cache().map(|cache| cache.batches)
     }
 
     /// Paths that a node in sight gets in a batch: as many as it has had, or what it lacks of that.
-    fn next_batch(&self) -> u32 {
-        let cache = self.renderer.cache.as_ref();
+    fn next_batch(engine: &Engine) -> u32 {
+        let cache = engine.renderer().cache();
         match cache.map_or(0, |cache| cache.updates) {
             0 => 1,
-            _ if self.cache_is_good() => 0,
+            _ if Picture::cache_is_good(engine) => 0,
             updates => doubling(updates),
         }
     }
 
     /// In some view.
-    fn cache_is_good(&self) -> bool {
-        self.renderer
-            .cache
-            .as_ref()
+    fn cache_is_good(engine: &Engine) -> bool {
+        engine
+            .renderer()
+            .cache()
             .is_none_or(|cache| cache.is_known_to(CACHE_ERROR) || cache.took >= LONGEST_FILLING)
     }
 
     /// In this one.
-    pub fn cache_is_converged(&self) -> bool {
-        let cache = self.renderer.cache.as_ref();
-        self.cache_is_good() && cache.is_none_or(|cache| cache.is_caught_up())
+    fn cache_is_converged(engine: &Engine) -> bool {
+        let cache = engine.renderer().cache();
+        Picture::cache_is_good(engine) && cache.is_none_or(|cache| cache.is_caught_up())
     }
 
-    fn moving_size(&self) -> [u32; 2] {
-        let scale = self.picture.scale;
-        self.scene
+    fn moving_size(&self, engine: &Engine) -> [u32; 2] {
+        let scale = self.scale;
+        engine
+            .scene()
             .render
             .size
             .map(|n| ((n as f64 * scale).round() as u32).clamp(1, n))

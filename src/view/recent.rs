@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::output::stats::quantile;
+use crate::engine::figures::quantile;
 
 /// So many of the last values count for quantiles.
 const REMEMBERED: usize = 512;

@@ -9,9 +9,8 @@ use super::picture::CACHE_ERROR;
 use super::recent::Recent;
 use super::response::{Response, ResponseStats};
 use super::stage::Stage;
+use crate::engine::figures::{self, CacheStats, MemoryStats, PassStats};
 use crate::gpu::Span;
-use crate::job::report;
-use crate::output::stats::{CacheStats, MemoryStats, PassStats};
 
 pub struct Report {
     began: Instant,
@@ -93,8 +92,8 @@ impl Report {
         self.builds += 1;
         self.say(&format!(
             "showing: {}, because {}",
-            live.choice.plan.name(),
-            live.choice.reason
+            live.engine.choice().plan.variant.description(),
+            live.engine.choice().reason
         ));
     }
 
@@ -112,7 +111,8 @@ impl Report {
         self.pictures_finished += 1;
         self.say(&format!(
             "picture finished: {} samples, relative error {:.4}",
-            live.renderer.totals.samples, live.picture.relative_error
+            live.engine.totals().samples,
+            live.picture.relative_error
         ));
     }
 
@@ -158,9 +158,9 @@ impl Report {
 
     pub fn stats(&self, stage: &Stage, live: Option<&Live>) -> SessionStats {
         let summary = &stage.device().summary;
-        let choice = live.map(|live| &live.choice);
+        let choice = live.map(|live| live.engine.choice());
         SessionStats {
-            variant: choice.map_or(String::new(), |c| c.plan.variant().into()),
+            variant: choice.map_or(String::new(), |c| c.plan.variant.word().into()),
             reason: choice.map_or(String::new(), |c| c.reason.clone()),
             device: summary.name.clone(),
             driver: summary.driver.clone(),
@@ -177,9 +177,8 @@ impl Report {
             pictures_finished: self.pictures_finished,
             relative_error: live.map_or(f64::NAN, |live| live.picture.relative_error),
             passes: self.passes.iter().map(pass_stats).collect(),
-            memory: report::memory(&stage.memory, self.planned),
-            cache: live
-                .and_then(|live| report::cache(&live.renderer, &live.choice.plan, CACHE_ERROR)),
+            memory: figures::memory(&stage.memory, self.planned),
+            cache: live.and_then(|live| live.engine.cache_stats(CACHE_ERROR)),
         }
     }
 }

@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::session::Session;
 use crate::error::{Error, Result};
-use crate::job::render::picture;
 use crate::output::{Outputs, Provenance};
-use crate::render::Film;
 
 /// Writes the picture as it is now, as PNG and EXR, and returns the PNG's name.
 pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
@@ -14,21 +12,16 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let path = free_name(&session.document.path, ["png", "exr"])?;
     let live = session.live.as_mut();
     let live = live.ok_or_else(|| Error::Input("there is no picture to save yet".into()))?;
-    live.reduce_to(live.scene.render.size)?;
-    let renderer = &mut live.renderer;
-    let film = match renderer.totals.samples {
-        0 => Film::marched(renderer.march()?),
-        _ => renderer.film()?,
-    };
-    let picture = picture(film, renderer.first_hits()?, &live.scene);
+    let engine = &mut live.engine;
+    let picture = engine.picture()?;
     let provenance = Provenance {
         scene,
         seed,
-        device: renderer.frame.device().summary.name.clone(),
+        device: engine.host().summary().name.clone(),
         software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
     };
     let mut outputs = Outputs::default();
-    let render = &live.scene.render;
+    let render = &engine.scene().render;
     outputs.png(&path, &picture, render.exposure, render.tone)?;
     outputs.exr(&path.with_extension("exr"), &picture, &provenance)?;
     outputs.commit()?;

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use winit::event_loop::EventLoopProxy;
 
+use super::document::Document;
 use super::history::History;
 use super::live::{Followed, Live, Order};
-use super::load::{Document, Load, build};
+use super::load::{Load, build};
 use super::report::Report;
 use super::stage::Stage;
 use crate::cli::ViewArgs;
@@ -67,8 +68,8 @@ impl Session {
         report: &mut Report,
     ) -> Result<bool> {
         let followed = match &mut self.live {
-            Some(live) if live.scene == self.scene => return Ok(false),
-            Some(live) => match live.follow(&self.scene, &self.document) {
+            Some(live) if *live.engine.scene() == self.scene => return Ok(false),
+            Some(live) => match live.follow(&self.scene) {
                 Err(Error::Device(why)) => return Err(Error::Device(why)),
                 // It may have stopped half way; what stands in the way of a new one is told when that fails.
                 Err(_) => Followed::Impossible,
@@ -96,6 +97,7 @@ impl Session {
         args: &ViewArgs,
     ) -> Result<Load<Live>> {
         let order = Order {
+            host: stage.host.clone(),
             memory: stage.memory.clone(),
             scene: self.scene.clone(),
             seed: args.seed,
@@ -115,7 +117,7 @@ impl Session {
         match result {
             Ok(live) => {
                 report.built(&live);
-                self.shown = Some(live.scene.clone());
+                self.shown = Some(live.engine.scene().clone());
                 self.live = Some(live);
                 Ok(None)
             }

@@ -11,21 +11,20 @@ use winit::raw_window_handle::HasDisplayHandle;
 use winit::window::Window;
 
 use crate::cli::ViewArgs;
+use crate::engine::Host;
 use crate::error::{Error, Result};
 use crate::gpu::{
     ATLAS_SIDE, Canvas, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory, Patch,
     Shape, Surface, Swapchain,
 };
-use crate::job::device_choice;
-use crate::job::plan::Budget;
 
 /// What lies around the picture while there is none.
 const BACKGROUND: [f32; 3] = [0.07, 0.075, 0.085];
 
 pub struct Stage {
     pub window: Arc<Window>,
+    pub host: Host,
     pub memory: Arc<Memory>,
-    pub budget: Budget,
     pub frame: Frame,
     pub egui: Context,
     surface: Arc<Surface>,
@@ -55,6 +54,7 @@ impl WindowImages {
             extent: [width, height, 1],
             volumetric: false,
             written: true,
+            zeroed: true,
             format: Format::R8G8B8A8_UNORM,
         };
         Ok(WindowImages {
@@ -76,10 +76,10 @@ impl Stage {
         let window = event_loop.create_window(attributes);
         let window = Arc::new(window.map_err(|e| failed(&e))?);
         let display = window.display_handle().map_err(|e| failed(&e))?.as_raw();
-        let choice = device_choice(args.gpu.device.as_ref());
-        let device = Device::open_for_display(&choice, display)?;
-        let budget = Budget::of(&device, args.gpu.vram_budget);
-        let memory = Memory::new(&device, budget.bytes)?;
+        let options = args.gpu.host_options();
+        let device = Device::open_for_display(&options.choice(), display)?;
+        let host = Host::with_device(device.clone(), options.vram_budget);
+        let memory = host.memory()?;
         let surface = Surface::new(&device, window.clone())?;
         let egui = Context::default();
         egui.set_theme(egui::Theme::Dark);
@@ -93,15 +93,13 @@ impl Stage {
             None,
             Some(ATLAS_SIDE as usize),
         );
-        let mut frame = Frame::new(&device)?;
+        let frame = Frame::new(&device)?;
         let size = window.inner_size().into();
         let images = WindowImages::allocate(&memory, &surface, surface.shape(size)?, [1, 1])?;
-        images.canvas.prepare(&mut frame)?;
-        frame.run(|f| f.clear(&[&images.shown]))?;
         Ok(Stage {
             window,
+            host,
             memory,
-            budget,
             frame,
             egui,
             surface,
@@ -155,9 +153,7 @@ impl Stage {
 
     /// Shows pictures of another size from now on; the one so far is gone.
     pub fn resize_picture(&mut self, [width, height]: [u32; 2]) -> Result<()> {
-        let shown = &mut self.images.shown;
-        shown.resize([width, height, 1])?;
-        self.frame.run(|f| f.clear(&[shown]))
+        self.images.shown.resize([width, height, 1])
     }
 
     /// Hands an event to the user interface. Returns whether it wants to be drawn again.

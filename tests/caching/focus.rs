@@ -2,7 +2,6 @@
 
 use std::sync::atomic::AtomicBool;
 
-use isolume::render::Cache;
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -37,27 +36,21 @@ fn filled(scene: &Scene, everywhere: bool, updates: u32, seed: u32) -> Cached {
 }
 
 fn look_from_everywhere(cached: &mut Cached) {
-    let cache = cached.renderer.cache.as_mut().expect("a cache");
-    cache.widen_focus();
-}
-
-fn cache(cached: &Cached) -> &Cache {
-    cached.renderer.cache.as_ref().expect("a cache")
+    cached.caching().widen_focus();
 }
 
 /// All that is in sight gets the paths that it lacks.
 fn catch_up(cached: &mut Cached) {
     let stop = AtomicBool::new(false);
-    assert!(cached.renderer.fill_cache(0, &stop).expect("a batch"));
+    assert!(cached.caching().batch(0, &stop).expect("a batch"));
 }
 
 /// Seen from the other side from now on.
 fn turn(cached: &mut Cached) {
     let scene = from([0.0, 0.0, -3.0]);
-    let turned = cached.buffers.changed_to(&scene, &block());
-    let lasts = cached.renderer.change(&cached.buffers, &turned);
+    let turned = cached.renderer.scene().changed_to(&scene, &block());
+    let lasts = cached.renderer.change(&turned);
     assert!(lasts.expect("a change"));
-    cached.buffers = turned;
 }
 
 /// What a cache shows from the other side.
@@ -73,7 +66,7 @@ fn errors(everywhere: bool, updates: u32) -> [f64; 2] {
     let mut caches = [1, 2].map(|seed| filled(&scene, everywhere, updates, seed));
     let [a, b] = caches.each_mut().map(|cache| cache.march());
     let found = rms_difference(&a, &b) / 2.0f64.sqrt();
-    let cache = cache(&caches[0]);
+    let cache = caches[0].cache();
     println!(
         "everywhere {everywhere}: {} paths, error {found:.4}, measured {:.4}",
         cache.paths, cache.relative_error
@@ -94,7 +87,7 @@ fn what_is_in_sight_is_known_better_after_as_many_paths() {
 #[test]
 fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
     let cached = filled(&from([0.0, 0.0, 3.0]), true, 8, 1);
-    let cache = cache(&cached);
+    let cache = cached.cache();
     assert_eq!(cache.mean_updates(), 8.0);
     assert_eq!(cache.paths, 8 * 16 * 16 * 16);
 }
@@ -151,11 +144,11 @@ fn from_elsewhere_the_cache_catches_up() {
     let before = from([0.0, 0.0, 3.0]);
     let mut turned = filled(&before, false, 16, 1);
     let paths = turned.renderer.paths();
-    assert!(cache(&turned).is_caught_up());
+    assert!(turned.cache().is_caught_up());
     turn(&mut turned);
-    assert!(!cache(&turned).is_caught_up());
+    assert!(!turned.cache().is_caught_up());
     catch_up(&mut turned);
-    assert!(cache(&turned).is_caught_up() && turned.updates() == 16);
+    assert!(turned.cache().is_caught_up() && turned.updates() == 16);
     let made_up = turned.renderer.paths() - paths;
     println!("{paths} paths, {made_up} more from behind");
     assert!(made_up > 0 && made_up < paths);

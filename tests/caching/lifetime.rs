@@ -1,6 +1,6 @@
 //! What keeps the cache's light and what ends it.
 
-use isolume::render::{CacheLayout, SceneBuffers};
+use isolume::render::{CacheLayout, GpuScene};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -40,13 +40,13 @@ fn lasts(light: LightModel, change: impl Fn(&mut Scene)) -> bool {
     let before = scene(light);
     let mut after = before.clone();
     change(&mut after);
-    let buffers = |scene: &Scene| {
-        let buffers = SceneBuffers::unprobed(scene, &volume);
-        let occupancy = buffers.occupancy(&volume);
+    let cached = |scene: &Scene| {
+        let scene = GpuScene::unprobed(scene, &volume);
+        let occupancy = scene.occupancy(&volume);
         let layout = CacheLayout::new([8; 3], &occupancy, 0.5, CacheFormat::F16, 4096);
-        buffers.with_cache(layout.expect("a layout"))
+        scene.with_cache(layout.expect("a layout"))
     };
-    buffers(&before).shares_light_with(&buffers(&after))
+    cached(&before).shares_light_with(&cached(&after))
 }
 
 fn lasts_in_both(change: impl Fn(&mut Scene)) -> bool {
@@ -94,7 +94,7 @@ fn a_cache_under_other_lights_is_that_of_a_new_renderer() {
     after.suns[0].irradiance = [0.3, 5.0, 1.0];
     let mut kept = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
     let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 4, 1);
-    let lasts = kept.renderer.change(&kept.buffers, &fresh.buffers);
+    let lasts = kept.renderer.change(fresh.renderer.scene());
     assert!(lasts.expect("a change") && kept.updates() == 4);
     for (kept, fresh) in kept.march().iter().zip(fresh.march()) {
         for c in 0..4 {
@@ -126,7 +126,7 @@ fn another_camera_finds_the_cache_filled() {
     let mut after = before.clone();
     after.camera.eye = [10.0, 5.0, 28.0];
     let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 4, 1);
-    let lasts = cache.renderer.change(&cache.buffers, &fresh.buffers);
+    let lasts = cache.renderer.change(fresh.renderer.scene());
     assert!(lasts.expect("a change") && cache.updates() == 4);
     assert_eq!(cache.march(), fresh.march());
 }
@@ -140,7 +140,7 @@ fn after_a_change_the_picture_is_that_of_a_new_renderer() {
     after.medium = Some(uniform_medium(0.3, 0.6, 0.3));
     let mut changed = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
     let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 8, 1);
-    let lasts = changed.renderer.change(&changed.buffers, &fresh.buffers);
+    let lasts = changed.renderer.change(fresh.renderer.scene());
     assert!(!lasts.expect("a change") && changed.updates() == 0);
     changed.fill(8);
     assert_eq!(changed.march(), fresh.march());

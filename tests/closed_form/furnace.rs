@@ -119,7 +119,7 @@ fn under_an_image() {
             image: Some(EnvironmentImage {
                 width: 8,
                 height: 4,
-                texels: vec![[0.75; 3]; 32],
+                texels: vec![[0.75; 3]; 32].into(),
             }),
         };
         expect("an image", &scene, &scan(), [1.0; 3]);

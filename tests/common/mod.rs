@@ -8,7 +8,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isolume::gpu::{Device, DeviceChoice, Memory, Shaders, Validation};
-use isolume::render::{CacheLayout, Film, FirstHits, Renderer, SceneBuffers, doubling, shared};
+use isolume::render::{
+    Cache, CacheLayout, Caching, Film, FirstHits, GpuScene, Renderer, doubling, shared,
+};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -50,9 +52,8 @@ pub fn render_with_shaders(
 ) -> Film {
     let device = device();
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let buffers = SceneBuffers::new(&device, scene, volume, seed).expect("buffers");
-    let mut renderer =
-        Renderer::with_shaders(&memory, shaders, volume, &buffers).expect("a renderer");
+    let scene = GpuScene::new(&device, scene, volume, seed).expect("a scene");
+    let mut renderer = Renderer::with_shaders(&memory, shaders, volume, scene).expect("a renderer");
     for _ in 0..units {
         let stop = AtomicBool::new(false);
         assert!(renderer.unit(samples, &stop).expect("a unit"));
@@ -76,8 +77,8 @@ pub fn shaders_with(path: &str, text: &str, right: &str, wrong: &str) -> Shaders
 pub fn first_hits(scene: &Scene, volume: &Volume) -> FirstHits {
     let device = device();
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let buffers = SceneBuffers::new(&device, scene, volume, 0).expect("buffers");
-    let mut renderer = Renderer::new(&memory, volume, &buffers).expect("a renderer");
+    let scene = GpuScene::new(&device, scene, volume, 0).expect("a scene");
+    let mut renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
     let hits = renderer.first_hits().expect("first hits");
     assert_silent(&device);
     hits
@@ -141,7 +142,6 @@ pub fn uniform_medium(density: f64, albedo: f64, g: f64) -> Medium {
 pub struct Cached {
     pub device: Arc<Device>,
     pub renderer: Renderer,
-    pub buffers: SceneBuffers,
 }
 
 /// With a cache that holds `updates` paths a cell in sight (a power of two).
@@ -168,37 +168,43 @@ pub fn empty_cache(
     seed: u32,
 ) -> Cached {
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let buffers = SceneBuffers::new(&device, scene, volume, seed).expect("buffers");
-    let occupancy = buffers.occupancy(volume);
+    let scene = GpuScene::new(&device, scene, volume, seed).expect("a scene");
+    let occupancy = scene.occupancy(volume);
     let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, 4096);
-    let buffers = buffers.with_cache(layout.expect("a layout"));
-    let renderer = Renderer::with_shaders(&memory, shaders, volume, &buffers);
+    let scene = scene.with_cache(layout.expect("a layout"));
+    let renderer = Renderer::with_shaders(&memory, shaders, volume, scene);
     Cached {
         device,
         renderer: renderer.expect("a renderer"),
-        buffers,
     }
 }
 
 impl Cached {
     /// Begins anew with other random numbers, without compiling anything.
     pub fn reseed(&mut self, seed: u32) {
-        let before = self.buffers.clone();
-        self.buffers.constants.seed = seed;
-        let changed = self.renderer.change(&before, &self.buffers);
-        changed.expect("the same scene");
-        self.renderer.cache.as_mut().expect("a cache").clear();
+        let mut scene = self.renderer.scene().clone();
+        scene.parts.seed = seed;
+        self.renderer.change(&scene).expect("the same scene");
+        self.caching().clear();
+    }
+
+    pub fn cache(&self) -> &Cache {
+        self.renderer.cache().expect("a cache")
+    }
+
+    pub fn caching(&mut self) -> Caching<'_> {
+        self.renderer.caching().expect("a cache")
     }
 
     pub fn updates(&self) -> u32 {
-        self.renderer.cache.as_ref().expect("a cache").updates
+        self.cache().updates
     }
 
     pub fn fill(&mut self, updates: u32) {
         let stop = AtomicBool::new(false);
         while self.updates() < updates {
             let batch = doubling(self.updates());
-            assert!(self.renderer.fill_cache(batch, &stop).expect("a batch"));
+            assert!(self.caching().batch(batch, &stop).expect("a batch"));
         }
     }
 
@@ -215,7 +221,7 @@ impl Cached {
 
     /// The picture for a moving camera.
     pub fn march(&mut self) -> Vec<[f32; 4]> {
-        let picture = self.renderer.march().expect("a picture");
+        let picture = self.caching().march().expect("a picture");
         assert_silent(&self.device);
         picture
     }

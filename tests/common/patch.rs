@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isolume::gpu::{Device, Memory};
-use isolume::render::{Renderer, SceneBuffers};
+use isolume::render::{GpuScene, Renderer};
 use isolume::scene::Scene;
 use isolume::scene::volume::Volume;
 
@@ -61,9 +61,9 @@ impl Patches {
     pub fn new(scene: &Scene, volume: &Volume, strips: usize, samples: u32) -> Patches {
         let device = device();
         let memory = Memory::new(&device, BUDGET).expect("memory");
-        let buffers = SceneBuffers::new(&device, scene, volume, seed_of(scene)).expect("buffers");
-        let renderer = Renderer::new(&memory, volume, &buffers).expect("a renderer");
         let width = scene.render.size[0] as usize;
+        let scene = GpuScene::new(&device, scene, volume, seed_of(scene)).expect("a scene");
+        let renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
         assert_eq!(width % strips, 0, "strips of equal width");
         Patches {
             device,

@@ -78,10 +78,12 @@ fn pictures(shaders: &Shaders, cameras: &[Camera]) -> Vec<Vec<[f32; 2]>> {
     let (scene, volume) = (scene(cameras[0]), specks());
     let mut cached = empty_cache(device(), shaders, &scene, &volume, 0.5, CacheFormat::F16, 0);
     let pictures = cameras.iter().map(|camera| {
-        let seen = cached.buffers.seen_by(camera);
-        let changed = cached.renderer.change(&cached.buffers, &seen);
-        changed.expect("another view");
-        cached.buffers = seen;
+        let seen = Scene {
+            camera: *camera,
+            ..scene.clone()
+        };
+        let seen = cached.renderer.scene().changed_to(&seen, &volume);
+        cached.renderer.change(&seen).expect("another view");
         let picture = cached.march();
         picture.iter().map(|pixel| [pixel[0], pixel[3]]).collect()
     });

@@ -1,6 +1,6 @@
 //! Transfer functions that a coarse majorant or a coarse step would miss.
 
-use isolume::render::SceneBuffers;
+use isolume::render::GpuScene;
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -115,7 +115,7 @@ fn not_monotone_in_a_large_volume() {
     ];
     for eye in [[30.0, 0.05, 0.1], [-30.0, 0.2, -0.3], [1.0, 2.0, 3.0]] {
         let scene = absorbing_scene(absorbing(1.0, &points), orthographic(eye, 0.15));
-        let constants = SceneBuffers::unprobed(&scene, &volume).constants;
+        let constants = GpuScene::unprobed(&scene, &volume).constants();
         assert_eq!(constants.majorant_size, 32.0);
         expect_transmittance("a large volume", &scene, &volume);
     }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::*;
 use isolume::gpu::Memory;
-use isolume::render::{FirstHits, Renderer, SceneBuffers};
+use isolume::render::{FirstHits, GpuScene, Renderer};
 
 const H: f64 = 0.5;
 /// World units.
@@ -35,8 +35,8 @@ fn first_hits(projection: Projection, normals: Normals) -> FirstHits {
     scene.surfaces.normals = normals;
     let device = common::device();
     let memory = Memory::new(&device, common::BUDGET).expect("memory");
-    let buffers = SceneBuffers::new(&device, &scene, &volume, 1).expect("buffers");
-    let mut renderer = Renderer::new(&memory, &volume, &buffers).expect("a renderer");
+    let scene = GpuScene::new(&device, &scene, &volume, 1).expect("a scene");
+    let mut renderer = Renderer::new(&memory, &volume, scene).expect("a renderer");
     let hits = renderer.first_hits().expect("first hits");
     common::assert_silent(&Arc::clone(&device));
     hits

@@ -59,7 +59,7 @@ fn assert_choices((volume, change): Case, rows: &[Row]) {
         };
         let choice = choose(&device, &limits, budget, &volume, &scene);
         let (found, said) = match choice {
-            Ok(choice) => (choice.plan.name(), choice.reason),
+            Ok(choice) => (choice.plan.variant.description(), choice.reason),
             Err(error) if error.exit_status() == 4 => ("nothing".into(), error.to_string()),
             Err(other) => panic!("row {n}: {other}"),
         };

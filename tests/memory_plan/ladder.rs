@@ -88,7 +88,7 @@ impl Ladder {
                 assert_eq!(rank, LADDER.len(), "{budget} bytes buy less than fewer do");
                 continue;
             };
-            let found = choice.plan.name();
+            let found = choice.plan.variant.description();
             assert!(choice.plan.bytes() <= budget, "{found}, {budget} bytes");
             assert_eq!(choice.plan.bytes(), self.needs[&found]);
             let now = LADDER
@@ -113,7 +113,10 @@ impl Ladder {
             let better = self.choose(bytes).expect("a choice").plan;
             assert_eq!(better.bytes(), bytes, "{promise}");
             let worse = self.choose(bytes - 1).expect("a choice").plan;
-            assert!(worse.name() != better.name(), "{promise}");
+            assert!(
+                worse.variant.description() != better.variant.description(),
+                "{promise}"
+            );
         }
         crate::common::assert_silent(&self.device);
         chosen

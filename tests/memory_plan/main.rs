@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use isolume::error::Result;
 use isolume::gpu::{Device, DeviceSummary};
-use isolume::render::{CacheLayout, Plan, SceneBuffers};
+use isolume::render::{CacheLayout, GpuScene, Plan};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -55,12 +55,16 @@ fn plan(
     scene: &Scene,
     rung: Rung,
 ) -> Result<Plan> {
-    let layout = |(scale, format)| {
-        let occupancy = SceneBuffers::unprobed(scene, volume).occupancy(volume);
-        CacheLayout::new(volume.dims, &occupancy, scale, format, limits.max_image_3d)
+    let scene = GpuScene::unprobed(scene, volume);
+    let scene = match rung {
+        None => scene,
+        Some((scale, format)) => {
+            let (dims, most) = (volume.dims, limits.max_image_3d);
+            let layout = CacheLayout::new(dims, &scene.occupancy(volume), scale, format, most)?;
+            scene.with_cache(layout)
+        }
     };
-    let cache = rung.map(layout).transpose()?;
-    Plan::new(device, limits, volume, scene, cache)
+    Plan::new(device, limits, &scene)
 }
 
 #[derive(Clone, Copy)]

@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use fastrand::Rng;
 use glam::{DVec3, UVec3};
 use isolume::render::shared::{BRICK, MACROCELL};
-use isolume::render::{CacheLayout, SceneBuffers, macrocell_ranges};
+use isolume::render::{CacheLayout, GpuScene, macrocell_ranges};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -169,7 +169,7 @@ fn the_cache_has_memory_where_it_is_read() {
         let volume = random_volume(&mut random);
         let scene = random_scene(&mut random, &volume);
         let scale = [1.0, 0.5, 0.25, 0.125][trial % 4];
-        let occupancy = SceneBuffers::unprobed(&scene, &volume).occupancy(&volume);
+        let occupancy = GpuScene::unprobed(&scene, &volume).occupancy(&volume);
         let layout = CacheLayout::new(volume.dims, &occupancy, scale, F32, MOST_TEXELS);
         let layout = layout.expect("a layout");
         bricks += layout.bricks.iter().product::<u32>();
@@ -210,7 +210,7 @@ fn the_cache_has_memory_where_it_is_read() {
 #[test]
 fn an_empty_volume_has_no_nodes_and_a_speck_has_few() {
     let layout = |volume: &Volume, scale| {
-        let occupancy = SceneBuffers::unprobed(&scene(), volume).occupancy(volume);
+        let occupancy = GpuScene::unprobed(&scene(), volume).occupancy(volume);
         CacheLayout::new(volume.dims, &occupancy, scale, F32, MOST_TEXELS).expect("a layout")
     };
     let speck = volume([64; 3], Kind::U8, |at| at == [35; 3]);
@@ -231,7 +231,7 @@ fn an_empty_volume_has_no_nodes_and_a_speck_has_few() {
 #[test]
 fn a_lattice_that_is_too_long_to_number_is_refused() {
     let long = volume([5000, 2, 2], Kind::U8, |_| true);
-    let occupancy = SceneBuffers::unprobed(&scene(), &long).occupancy(&long);
+    let occupancy = GpuScene::unprobed(&scene(), &long).occupancy(&long);
     let layout = |scale| CacheLayout::new(long.dims, &occupancy, scale, F32, 16384);
     let refused = layout(1.0).expect_err("5000 nodes");
     assert!(

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isolume::gpu::{Device, Memory};
-use isolume::render::{Renderer, SceneBuffers};
+use isolume::render::{GpuScene, Renderer};
 use isolume::scene::*;
 
 use crate::{F16, F32, Kind, Rung, clay, name, plan, scene, sparse};
@@ -21,15 +21,15 @@ fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung
     }
     let what = format!("{surfaces:?}, g = {g}, {}", name(rung));
     let plan = plan(device, &device.summary, &volume, &scene, rung).expect("a plan");
-    let mut buffers = SceneBuffers::new(device, &scene, &volume, 1).expect("buffers");
-    if let Some(layout) = &plan.cache {
-        buffers = buffers.with_cache(layout.clone());
-    }
+    let scene = GpuScene::new(device, &scene, &volume, 1).expect("a scene");
+    let scene = scene.with_variant(plan.variant.clone());
 
     let memory = Memory::new(device, plan.bytes()).expect("memory");
-    let mut renderer = Renderer::new(&memory, &volume, &buffers).expect(&what);
+    let mut renderer = Renderer::new(&memory, &volume, scene.clone()).expect(&what);
     let stop = AtomicBool::new(false);
-    assert!(renderer.fill_cache(1, &stop).expect(&what), "{what}");
+    if let Some(mut caching) = renderer.caching() {
+        assert!(caching.batch(1, &stop).expect(&what), "{what}");
+    }
     assert!(renderer.unit(1, &stop).expect(&what), "{what}");
     renderer.film().expect(&what);
     renderer.first_hits().expect(&what);
@@ -40,7 +40,7 @@ fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung
     assert_eq!(left, Some(0), "{what}: something is never given back");
 
     let too_little = Memory::new(device, plan.bytes() - 1).expect("memory");
-    let refused = Renderer::new(&too_little, &volume, &buffers).err();
+    let refused = Renderer::new(&too_little, &volume, scene).err();
     let refused = refused.unwrap_or_else(|| panic!("{what}: a byte less is enough"));
     assert_eq!(refused.exit_status(), 4, "{what}: {refused}");
 }

@@ -5,7 +5,7 @@ mod pictures;
 mod progress;
 mod statistics;
 
-use isolume::output::Picture;
+use isolume::engine::Picture;
 
 /// One row of pixels.
 fn row(rgb: &[[f32; 3]], alpha: Option<&[f32]>) -> Picture {

@@ -1,7 +1,8 @@
 //! EXR and PNG, value by value.
 
 use exr::prelude::{AttributeValue, FlatSamples, Text, read_first_flat_layer_from_file};
-use isolume::output::{Picture, Provenance, write_exr, write_png};
+use isolume::engine::Picture;
+use isolume::output::{Provenance, write_exr, write_png};
 use isolume::scene::Tone;
 use tempfile::TempDir;
 

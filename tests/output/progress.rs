@@ -1,32 +1,35 @@
 //! What is left to do, and how a log is told.
 
 use std::io::{self, Write};
+use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-use isolume::output::progress::{Goal, Progress};
+use isolume::engine::Stop;
+use isolume::output::progress::{Progress, remaining};
 
 #[test]
 fn the_goal_that_comes_first_decides_what_remains() {
-    let spp = Goal {
-        spp: Some(100),
-        ..Goal::default()
+    let spp = Stop {
+        spp: NonZeroU32::new(100),
+        ..Stop::default()
     };
-    assert_eq!(spp.remaining(25, 10.0, f64::NAN), Some(30.0));
-    let error = Goal {
+    assert_eq!(remaining(&spp, 25, 10.0, f64::NAN), Some(30.0));
+    let error = Stop {
         relative_error: Some(0.02),
-        ..Goal::default()
+        ..Stop::default()
     };
     // Half the error takes four times as long.
-    assert_eq!(error.remaining(1, 10.0, 0.04), Some(30.0));
-    assert_eq!(error.remaining(1, 10.0, 0.01), Some(0.0));
-    assert_eq!(error.remaining(1, 10.0, f64::INFINITY), None);
-    let both = Goal {
-        seconds: Some(35.0),
+    assert_eq!(remaining(&error, 1, 10.0, 0.04), Some(30.0));
+    assert_eq!(remaining(&error, 1, 10.0, 0.01), Some(0.0));
+    assert_eq!(remaining(&error, 1, 10.0, f64::INFINITY), None);
+    let both = Stop {
+        time: Some(Duration::from_secs(35)),
         ..error
     };
-    assert_eq!(both.remaining(1, 10.0, 0.04), Some(25.0));
-    assert_eq!(both.remaining(1, 10.0, f64::NAN), Some(25.0));
-    assert_eq!(spp.remaining(0, 0.0, f64::NAN), None);
+    assert_eq!(remaining(&both, 1, 10.0, 0.04), Some(25.0));
+    assert_eq!(remaining(&both, 1, 10.0, f64::NAN), Some(25.0));
+    assert_eq!(remaining(&spp, 0, 0.0, f64::NAN), None);
 }
 
 #[derive(Clone, Default)]
@@ -45,11 +48,11 @@ impl Write for Log {
 #[test]
 fn a_log_gets_a_line_every_ten_seconds() {
     let log = Log::default();
-    let goal = Goal {
-        seconds: Some(60.0),
-        ..Goal::default()
+    let stop = Stop {
+        time: Some(Duration::from_secs(60)),
+        ..Stop::default()
     };
-    let mut progress = Progress::log(goal, Box::new(log.clone()));
+    let mut progress = Progress::log(stop, Box::new(log.clone()));
     for second in 0..25 {
         progress.update(second * 4, second as f64, 0.5);
     }

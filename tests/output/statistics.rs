@@ -1,6 +1,7 @@
 //! Statistics and traces as scripts read them.
 
-use isolume::output::stats::{CacheStats, MemoryStats, PassStats, ResourceStats, Stats};
+use isolume::engine::figures::{CacheStats, MemoryStats, PassStats, ResourceStats};
+use isolume::output::stats::Stats;
 use isolume::output::trace::Trace;
 use serde_json::{Value, json};
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use isolume::gpu::*;
 use isolume::render::shared::{self, Features, SceneConstants};
-use isolume::render::{Renderer, Resources, SceneBuffers};
+use isolume::render::{GpuScene, Renderer, Resources};
 use isolume::scene::Scene;
 use isolume::scene::volume::Volume;
 
@@ -36,19 +36,20 @@ impl Probe {
     pub fn new(scene: &Scene, volume: &Volume) -> Probe {
         let device = device();
         let memory = Memory::new(&device, BUDGET).expect("memory");
-        let buffers = SceneBuffers::new(&device, scene, volume, 1).expect("buffers");
+        let scene = GpuScene::new(&device, scene, volume, 1).expect("a scene");
+        let (features, constants) = (scene.features(), scene.constants());
         // No path is traced here, and the large shader that would do it takes seconds to compile.
         let shaders = Shaders::new(shared::glsl())
             .expect("a compiler")
             .with_file("delta_tracking.comp", NOTHING);
-        let renderer = Renderer::with_shaders(&memory, &shaders, volume, &buffers);
+        let renderer = Renderer::with_shaders(&memory, &shaders, volume, scene);
         let renderer = renderer.expect("a renderer");
         Probe {
             device,
             memory,
             renderer,
-            features: buffers.features,
-            constants: buffers.constants,
+            features,
+            constants,
         }
     }
 
@@ -78,14 +79,13 @@ impl Probe {
             placement: Placement::Readback,
         };
         let results = Buffer::new(&self.memory, desc).expect("outputs");
-        let r = &mut self.renderer.resources;
+        let (frame, r) = self.renderer.probed();
         r.scene.write(&[self.constants]);
         let mut bindings: Vec<(&str, Binding<'_>)> =
             shader.uses.iter().map(|&n| (n, binding(r, n))).collect();
         bindings.push(("inputs", Binding::Buffer(&inputs)));
         bindings.push(("outputs", Binding::Buffer(&results)));
-        self.renderer
-            .frame
+        frame
             .run(|f| f.pass(&pass, &bindings, push, [threads as u32, 1, 1]))
             .expect("a run");
         assert_silent(&self.device);

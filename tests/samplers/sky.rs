@@ -108,7 +108,7 @@ fn star(width: u32, height: u32, column: u32, row: u32) -> EnvironmentImage {
     EnvironmentImage {
         width,
         height,
-        texels,
+        texels: texels.into(),
     }
 }
 

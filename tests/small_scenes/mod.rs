@@ -170,7 +170,7 @@ pub fn sky_with_a_sun(brightness: f32) -> EnvironmentImage {
     EnvironmentImage {
         width,
         height,
-        texels,
+        texels: texels.into(),
     }
 }
 

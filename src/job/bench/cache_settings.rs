@@ -8,14 +8,12 @@ use super::Bench;
 use super::entrants::{Entrant, Subject};
 use super::report::{CacheSetting, RunReport};
 use super::run::voxels;
-use crate::cli::{BenchVariant, Stop};
+use crate::cli::BenchVariant;
 use crate::compare::{LinearImage, measure as compare, without_noise};
+use crate::engine::{Engine, Stop};
 use crate::error::{Error, Result};
-use crate::job::report;
-use crate::job::setup::Loaded;
-use crate::job::trace::{self, INTERRUPTED, rgb};
-use crate::output::progress::Progress;
-use crate::render::{Renderer, doubling};
+use crate::job::interrupt::{self, INTERRUPTED, is_interrupted};
+use crate::render::doubling;
 use crate::scene::CacheFormat::{F16, F32};
 
 /// What the others are measured against.
@@ -77,8 +75,8 @@ impl Settings<'_> {
         let [whole, whole_again] = self.shown_twice(whole, 0)?;
         found.push(whole.setting);
         let updates = found[0].paths_per_cell;
-        let rounded = self.shown(&self.entrant(&ROUNDED)?, 0, |renderer| {
-            fill_as_often(updates, renderer)
+        let rounded = self.shown(&self.entrant(&ROUNDED)?, 0, |engine| {
+            fill_as_often(updates, engine)
         })?;
         found.push(self.compared(&whole.image, rounded)?);
         for variant in &COARSE {
@@ -112,7 +110,7 @@ impl Settings<'_> {
 
     /// Through two caches, filled for as long as time allows.
     fn shown_twice(&self, entrant: &Entrant, first_seed: u32) -> Result<[Shown; 2]> {
-        let fill = |renderer: &mut Renderer| fill_for(self.bench.longest(), renderer);
+        let fill = |engine: &mut Engine| fill_for(self.bench.longest(), engine);
         let first = self.shown(entrant, first_seed, fill)?;
         Ok([first, self.shown(entrant, first_seed + 1, fill)?])
     }
@@ -122,7 +120,7 @@ impl Settings<'_> {
         &self,
         entrant: &Entrant,
         seed: u32,
-        fill: impl FnOnce(&mut Renderer) -> Result<()>,
+        fill: impl FnOnce(&mut Engine) -> Result<()>,
     ) -> Result<Shown> {
         let Bench {
             args, host, volume, ..
@@ -130,24 +128,22 @@ impl Settings<'_> {
         let prefix = &self.subject.prefix;
         self.bench
             .say(&format!("{prefix}cache settings: {}", entrant.word));
-        let (scene, choice) = (&entrant.scene, entrant.choice.clone());
-        let mut loaded = host.load_warm(volume, scene, choice, args.seed.wrapping_add(seed))?;
-        fill(&mut loaded.renderer)?;
-        if trace::interrupted() {
+        let mut engine = entrant.load(host, volume, args.seed.wrapping_add(seed))?;
+        fill(&mut engine)?;
+        if is_interrupted() {
             return Err(Error::Interrupted);
         }
         Ok(Shown {
-            image: marched(&mut loaded.renderer, scene.render.size, &entrant.word)?,
-            setting: setting(&entrant.word, &loaded, voxels(self.bench)),
+            image: marched(&mut engine, &entrant.word)?,
+            setting: setting(&entrant.word, &engine, voxels(self.bench)),
         })
     }
 }
 
 /// Compared with nothing yet.
-fn setting(variant: &str, loaded: &Loaded, voxels: f64) -> CacheSetting {
-    let stats = report::cache(&loaded.renderer, &loaded.choice.plan, 0.0);
-    let (Some(stats), Some(cache)) = (stats, &loaded.renderer.cache) else {
-        unreachable!("a renderer of the caching variant has a cache");
+fn setting(variant: &str, engine: &Engine, voxels: f64) -> CacheSetting {
+    let (Some(stats), Some(cache)) = (engine.cache_stats(0.0), engine.renderer().cache()) else {
+        unreachable!("an engine of the caching variant has a cache");
     };
     CacheSetting {
         variant: variant.into(),
@@ -164,31 +160,32 @@ fn setting(variant: &str, loaded: &Loaded, voxels: f64) -> CacheSetting {
 }
 
 /// For a cache's share of a render of that length, however good it gets.
-fn fill_for(time: Duration, renderer: &mut Renderer) -> Result<()> {
+fn fill_for(time: Duration, engine: &mut Engine) -> Result<()> {
     let stop = Stop {
         relative_error: Some(f64::MIN_POSITIVE),
         ..Stop::after(time)
     };
-    let mut silent = Progress::new(true, trace::goal(&stop));
-    trace::fill_until(&stop, renderer, 1, &mut silent)
+    engine.fill(&mut interrupt::run(stop, &mut |_| {}), 1)
 }
 
-fn fill_as_often(updates: u32, renderer: &mut Renderer) -> Result<()> {
+fn fill_as_often(updates: u32, engine: &mut Engine) -> Result<()> {
     let mut done = 0;
-    while done < updates && !trace::interrupted() {
+    while done < updates
+        && !is_interrupted()
+        && let Some(mut caching) = engine.renderer_mut().caching()
+    {
         let batch = doubling(done).min(updates - done);
-        renderer.fill_cache(batch, &INTERRUPTED)?;
+        caching.batch(batch, &INTERRUPTED)?;
         done += batch;
     }
     Ok(())
 }
 
-fn marched(renderer: &mut Renderer, [width, height]: [u32; 2], name: &str) -> Result<LinearImage> {
+fn marched(engine: &mut Engine, name: &str) -> Result<LinearImage> {
+    let picture = engine.march()?;
+    let picture = picture.expect("an engine of the caching variant has a cache");
     Ok(LinearImage {
-        name: name.into(),
-        width: width as usize,
-        height: height as usize,
-        rgb: rgb(&renderer.march()?),
         stderr: None,
+        ..LinearImage::from_picture(name, &picture)
     })
 }

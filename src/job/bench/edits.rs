@@ -2,12 +2,10 @@
 //! does between a point's move and the passes that show it.
 
 use super::report::Edit;
+use crate::engine::figures::quantile;
+use crate::engine::{Engine, Stopwatch};
 use crate::error::Result;
-use crate::job::setup::Loaded;
-use crate::job::trace::Stopwatch;
-use crate::output::stats::quantile;
-use crate::scene::volume::Volume;
-use crate::scene::{Scene, Variant};
+use crate::scene::Variant;
 
 const EDITS: usize = 16;
 /// What every second edit makes of opacities. The others undo it.
@@ -15,7 +13,8 @@ const DIMMED: f64 = 0.75;
 
 /// Edits the scene that is loaded and leaves it as it was, the cache empty. `None` where there is no
 /// medium, or nothing that the window shows.
-pub fn measure(loaded: &mut Loaded, volume: &Volume, scene: &Scene) -> Result<Option<Edit>> {
+pub fn measure(engine: &mut Engine) -> Result<Option<Edit>> {
+    let scene = engine.scene().clone();
     if scene.render.variant == Variant::Published || scene.medium.is_none() {
         return Ok(None);
     }
@@ -24,9 +23,9 @@ pub fn measure(loaded: &mut Loaded, volume: &Volume, scene: &Scene) -> Result<Op
         point.opacity *= DIMMED;
     }
     let (mut ms, mut cpu_ms) = (Vec::new(), Vec::new());
-    for edited in [&dimmed, scene].into_iter().cycle().take(EDITS) {
+    for edited in [&dimmed, &scene].into_iter().cycle().take(EDITS) {
         let watch = Stopwatch::started();
-        loaded.edit(edited, volume)?;
+        engine.change_in_place(edited)?;
         ms.push(watch.elapsed().as_secs_f64() * 1e3);
         cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
     }

@@ -1,9 +1,9 @@
 //! What is measured: each shading model of the scene, and for each the variants that are possible.
 
 use crate::cli::{BenchArgs, BenchVariant};
+use crate::engine::{Engine, Host};
 use crate::error::{Error, Result};
-use crate::job::setup::Host;
-use crate::render::Choice;
+use crate::render::{self, Choice};
 use crate::scene::file::{Opened, SceneFile, ShadingModel};
 use crate::scene::volume::Volume;
 use crate::scene::{CacheFormat, Scene, Variant, describe, resolve};
@@ -107,7 +107,7 @@ impl Subject {
         Ok(Entrant {
             word: variant.to_string(),
             text: describe(&file, volume, &scene),
-            choice: host.choose(volume, &scene)?,
+            choice: host.plan(volume, &scene)?,
             scene,
         })
     }
@@ -117,14 +117,21 @@ impl Subject {
     }
 
     pub fn has_cache(&self) -> bool {
-        let cells = |e: &Entrant| e.choice.plan.cache.as_ref().map(|c| c.active_nodes());
+        let cells = |e: &Entrant| e.choice.plan.variant.cache().map(|c| c.active_nodes());
         self.entrants.iter().any(|e| cells(e) > Some(0))
     }
 }
 
 impl Entrant {
+    /// The scene on the device, with nothing left to compile.
+    pub fn load(&self, host: &Host, volume: &Volume, seed: u32) -> Result<Engine> {
+        let mut engine = Engine::with_plan(host, volume, &self.scene, self.choice.clone(), seed)?;
+        engine.warm_up()?;
+        Ok(engine)
+    }
+
     pub fn is_non_caching(&self) -> bool {
-        self.choice.plan.variant() == "non-caching"
+        self.choice.plan.variant == render::Variant::NonCaching
     }
 
     /// For a file's name, which a colon has no place in.

@@ -17,13 +17,11 @@ mod run;
 
 use std::time::Duration;
 
+use super::interrupt::{self, catch_interrupts, is_interrupted};
 use super::open_scene;
-use super::plan::check_supported;
-use super::render::INTERRUPTED_STATUS;
-use super::setup::Host;
-use super::trace;
 use crate::cli::BenchArgs;
 use crate::compare::LinearImage;
+use crate::engine::Host;
 use crate::error::{Error, Result};
 use crate::output::Outputs;
 use crate::scene::file::Opened;
@@ -51,11 +49,10 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
         None => None,
     };
     let opened = open_scene(&args.scene, args.quiet)?;
-    check_supported(&opened.scene)?;
     if let Some(given) = &given {
         reference::check_size(given, &opened.scene)?;
     }
-    let host = Host::open(&args.gpu)?;
+    let host = Host::open(&args.gpu.host_options())?;
     let subjects = subjects(args, &host, &opened)?;
     let mut bench = Bench {
         args,
@@ -65,20 +62,17 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
         seconds: args.seconds(),
         outputs: Outputs::default(),
     };
-    trace::catch_interrupts();
+    catch_interrupts();
     let mut measured = Vec::new();
     for subject in &subjects {
         measured.push(bench.measure(subject, given.as_ref())?);
-        if trace::interrupted() {
+        if is_interrupted() {
             break;
         }
     }
     bench.host.check_validation()?;
     bench.finish(&opened, measured)?;
-    match trace::interrupted() {
-        true => Ok(INTERRUPTED_STATUS),
-        false => Ok(0),
-    }
+    Ok(interrupt::status())
 }
 
 /// Flags that other commands share, and that mean nothing here.
@@ -114,7 +108,7 @@ impl Bench<'_> {
         let mut similarity = Vec::new();
         let mut skipped = subject.skipped.clone();
         for entrant in &subject.entrants {
-            if trace::interrupted() {
+            if is_interrupted() {
                 break;
             }
             if self.args.variants.is_empty()
@@ -132,7 +126,7 @@ impl Bench<'_> {
             }
             runs.push(run);
         }
-        let cache_settings = match subject.has_cache() && !trace::interrupted() {
+        let cache_settings = match subject.has_cache() && !is_interrupted() {
             true => cache_settings::measure(self, subject, &runs, &mut skipped)?,
             false => Vec::new(),
         };
@@ -174,7 +168,7 @@ impl Bench<'_> {
     /// Whether each cell of a cache can have a path before all is over, at the speed of the caches so far,
     /// or of whatever has run; if not, why not.
     fn in_time(&self, entrant: &Entrant, runs: &[RunReport]) -> Result<(), String> {
-        let layout = entrant.choice.plan.cache.as_ref();
+        let layout = entrant.choice.plan.variant.cache();
         let fastest = |cached: bool| {
             let like = runs.iter().filter(|run| run.orbit.is_some() == cached);
             like.map(|run| run.paths_per_second).reduce(f64::max)

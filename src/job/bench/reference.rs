@@ -5,12 +5,12 @@ use std::time::Duration;
 use super::Bench;
 use super::entrants::Subject;
 use super::report::ReferenceReport;
-use crate::cli::{BenchArgs, BenchVariant, Stop};
+use crate::cli::{BenchArgs, BenchVariant};
 use crate::compare::{Comparison, LinearImage, measure};
+use crate::engine::{Engine, Outcome, Stop, Stopwatch};
 use crate::error::{Error, Result};
-use crate::job::render::{picture, provenance};
-use crate::job::report::Clock;
-use crate::job::trace::{self, Stopwatch};
+use crate::job::interrupt;
+use crate::job::render::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Scene, Variant};
 
@@ -56,19 +56,12 @@ impl Reference {
         let seed = args.seed.wrapping_add(1);
         let uncached = BenchVariant::without_cache(Variant::NonCaching);
         let entrant = subject.entrant(host, volume, &uncached)?;
-        let mut loaded = host.load(
-            volume,
-            &entrant.scene,
-            entrant.choice,
-            seed,
-            &mut Clock::new(),
-        )?;
+        let mut engine = Engine::with_plan(host, volume, &entrant.scene, entrant.choice, seed)?;
         let time = bench.longest() * TIMES_AS_LONG;
         let name = format!("{}reference.exr", subject.prefix);
         bench.say(&format!("{name}: {} s", time.as_secs_f64()));
-        let outcome = render_for(time, bench, &mut loaded.renderer)?;
-        let renderer = &mut loaded.renderer;
-        let picture = picture(renderer.film()?, renderer.first_hits()?, &entrant.scene);
+        let outcome = render_for(time, bench, &mut engine)?;
+        let picture = engine.picture()?;
         let provenance = provenance(entrant.text, &bench.host, seed);
         let path = bench.folder.file(&name);
         bench.outputs.exr(&path, &picture, &provenance)?;
@@ -85,14 +78,12 @@ impl Reference {
     }
 }
 
-fn render_for(
-    time: Duration,
-    bench: &Bench<'_>,
-    renderer: &mut crate::render::Renderer,
-) -> Result<trace::Outcome> {
+fn render_for(time: Duration, bench: &Bench<'_>, engine: &mut Engine) -> Result<Outcome> {
     let stop = Stop::after(time);
-    let mut progress = Progress::new(bench.args.quiet, trace::goal(&stop));
-    let outcome = trace::trace_until(&stop, renderer, &Stopwatch::started(), &mut progress);
+    let mut progress = Progress::new(bench.args.quiet, stop);
+    let mut show = |step| progress.show(step);
+    let mut run = interrupt::run(stop, &mut show);
+    let outcome = engine.sample(&mut run, &Stopwatch::started());
     progress.finish();
     outcome
 }

@@ -5,8 +5,8 @@ use serde::Serialize;
 
 use crate::cli::BenchArgs;
 use crate::compare::{Comparison, WithoutNoise};
-use crate::job::setup::Host;
-use crate::output::stats::{CacheStats, MemoryStats};
+use crate::engine::Host;
+use crate::engine::figures::{CacheStats, MemoryStats};
 use crate::scene::file::{Opened, ShadingModel};
 
 #[derive(Debug, Serialize)]
@@ -175,9 +175,9 @@ impl Report {
         Report {
             version: env!("CARGO_PKG_VERSION"),
             command: format!("isolume {}", words.join(" ")),
-            device: host.device.summary.name.clone(),
-            driver: host.device.summary.driver.clone(),
-            budget_bytes: host.budget.bytes,
+            device: host.summary().name.clone(),
+            driver: host.summary().driver.clone(),
+            budget_bytes: host.budget().bytes,
             scene: args.scene.input.display().to_string(),
             volume_dims: opened.volume.dims,
             size: opened.scene.render.size,

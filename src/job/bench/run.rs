@@ -7,17 +7,15 @@ use super::edits;
 use super::entrants::{Entrant, Subject};
 use super::reference::Reference;
 use super::report::{Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to};
-use crate::cli::Stop;
 use crate::compare::{LinearImage, measure as compare};
+use crate::engine::figures::{CacheStats, quantile};
+use crate::engine::schedule::cache_goal;
+use crate::engine::{Engine, Picture, Stop, Stopwatch};
 use crate::error::{Error, Result};
-use crate::job::render::{picture, provenance};
-use crate::job::report;
-use crate::job::schedule::cache_goal;
-use crate::job::setup::Loaded;
-use crate::job::trace::{self, INTERRUPTED, Stopwatch};
+use crate::job::interrupt::{self, INTERRUPTED, is_interrupted};
+use crate::job::render::provenance;
 use crate::output::progress::Progress;
-use crate::output::stats::{CacheStats, quantile};
-use crate::render::{Film, Renderer};
+use crate::scene::{Camera, Scene};
 
 /// Views of the orbit.
 const VIEWS: u32 = 24;
@@ -39,11 +37,8 @@ pub fn measure(
     reference: &Reference,
 ) -> Result<(RunReport, Vec<Look>)> {
     let began = Instant::now();
-    let (seed, choice) = (bench.args.seed, entrant.choice.clone());
     let mut run = Run {
-        loaded: bench
-            .host
-            .load_warm(bench.volume, &entrant.scene, choice, seed)?,
+        engine: entrant.load(&bench.host, bench.volume, bench.args.seed)?,
         watch: Stopwatch::paused(),
         entrant,
         prefix: format!("{}{}", subject.prefix, entrant.file_word()),
@@ -52,18 +47,18 @@ pub fn measure(
     let load_s = began.elapsed().as_secs_f64();
     let looks = run.look_at_all(bench)?;
     let took = run.watch.elapsed().as_secs_f64();
-    let (paths, lookups) = (run.loaded.renderer.paths(), run.loaded.renderer.lookups());
+    let (paths, lookups) = (run.engine.paths(), run.engine.lookups());
     let cache = run.cache();
     let (orbit, new_view) = match run.fill_everywhere()? {
         true => (Some(run.orbit()?), run.new_view(bench)?),
         false => (None, Vec::new()),
     };
-    let edit = edits::measure(&mut run.loaded, bench.volume, &entrant.scene)?;
+    let edit = edits::measure(&mut run.engine)?;
     let (points, looks): (Vec<Point>, Vec<Look>) = looks.into_iter().unzip();
     Ok((
         RunReport {
             variant: entrant.word.clone(),
-            plan: entrant.choice.plan.name(),
+            plan: entrant.choice.plan.variant.description(),
             reason: entrant.choice.reason.clone(),
             load_s,
             seconds_to_30_db: seconds_to(30.0, &points),
@@ -71,7 +66,7 @@ pub fn measure(
             points,
             paths_per_second: paths as f64 / took,
             lookups_per_path: lookups as f64 / paths as f64,
-            memory: run.loaded.memory_stats(),
+            memory: run.engine.memory_stats(),
             bytes_per_active_cell: cache
                 .as_ref()
                 .filter(|c| c.active_cells > 0)
@@ -117,7 +112,7 @@ pub fn similarity(
 
 /// A render that is looked at now and then.
 struct Run<'a> {
-    loaded: Loaded,
+    engine: Engine,
     watch: Stopwatch,
     entrant: &'a Entrant,
     /// Of its files' names.
@@ -128,7 +123,7 @@ struct Run<'a> {
 impl Run<'_> {
     fn look_at_all(&mut self, bench: &mut Bench<'_>) -> Result<Vec<(Point, Look)>> {
         let longest = bench.longest();
-        let mut progress = Progress::new(bench.args.quiet, trace::goal(&Stop::after(longest)));
+        let mut progress = Progress::new(bench.args.quiet, Stop::after(longest));
         let mut looks = Vec::new();
         for asked in bench.seconds.clone() {
             // A first batch for a large cache may take longer than the first times asked for.
@@ -139,12 +134,12 @@ impl Run<'_> {
                 Err(Error::Interrupted) => break,
                 other => other?,
             }
-            if trace::interrupted() {
+            if is_interrupted() {
                 break;
             }
-            let film = self.loaded.renderer.film()?;
+            let picture = self.engine.picture()?;
             let name = format!("{}.{}s.exr", self.prefix, asked.as_secs_f64());
-            looks.push(self.look(bench, film, asked, Some(name))?);
+            looks.push(self.look(bench, &picture, asked, Some(name))?);
         }
         progress.finish();
         Ok(looks)
@@ -154,19 +149,16 @@ impl Run<'_> {
     /// sample has little noise of its own, and a better cache is worth a new picture; elsewhere the
     /// samples so far are worth more.
     fn render_until(&mut self, asked: Duration, progress: &mut Progress) -> Result<()> {
-        let stop = Stop::after(asked);
-        let renderer = &mut self.loaded.renderer;
-        let marched_updates = |renderer: &Renderer| {
-            let cache = renderer.cache.as_ref().filter(|_| renderer.is_marched());
-            cache.map(|c| c.updates)
-        };
-        let before = marched_updates(renderer);
+        let mut show = |step| progress.show(step);
+        let mut run = interrupt::run(Stop::after(asked), &mut show);
+        let engine = &mut self.engine;
+        let before = marched_updates(engine);
         self.watch.go_on();
-        trace::fill_until(&stop, renderer, 1, progress)?;
-        if marched_updates(renderer) != before && renderer.totals.units > 0 {
-            renderer.begin_picture();
+        engine.fill(&mut run, 1)?;
+        if marched_updates(engine) != before && engine.totals().units > 0 {
+            engine.begin_picture();
         }
-        let outcome = trace::trace_until(&stop, renderer, &self.watch, progress);
+        let outcome = engine.sample(&mut run, &self.watch);
         self.watch.pause();
         outcome.map(drop)
     }
@@ -175,20 +167,18 @@ impl Run<'_> {
     fn look(
         &mut self,
         bench: &mut Bench<'_>,
-        film: Film,
+        picture: &Picture,
         asked: Duration,
         file: Option<String>,
     ) -> Result<(Point, Look)> {
-        let renderer = &mut self.loaded.renderer;
-        let scene = &self.entrant.scene;
-        let picture = picture(film, renderer.first_hits()?, scene);
-        let image = LinearImage::from_picture(&self.prefix, &picture);
-        let error = compare(&self.reference.image, &image, scene.render.exposure)?;
+        let exposure = self.entrant.scene.render.exposure;
+        let image = LinearImage::from_picture(&self.prefix, picture);
+        let error = compare(&self.reference.image, &image, exposure)?;
         if let Some(name) = &file {
             let from = provenance(self.entrant.text.clone(), &bench.host, bench.args.seed);
             bench
                 .outputs
-                .exr(&bench.folder.file(name), &picture, &from)?;
+                .exr(&bench.folder.file(name), picture, &from)?;
         }
         let seconds = self.watch.elapsed().as_secs_f64();
         let noise = self.reference.report.noise.as_ref();
@@ -197,8 +187,8 @@ impl Run<'_> {
             seconds,
             cpu_s: self.watch.cpu().as_secs_f64(),
             file,
-            samples: renderer.totals.samples,
-            paths_per_cell: renderer.cache.as_ref().map(|c| c.updates),
+            samples: self.engine.totals().samples,
+            paths_per_cell: self.engine.renderer().cache().map(|c| c.updates),
             efficiency: 1.0 / (error.mse * seconds),
             within_reference_noise: noise.is_some_and(|noise| error.mse <= 2.0 * noise.mse),
             error,
@@ -217,12 +207,21 @@ impl Run<'_> {
     /// Makes the cache as good for all views as it is for the scene's own.
     /// False if there is none or Ctrl-C came before.
     fn fill_everywhere(&mut self) -> Result<bool> {
-        let renderer = &mut self.loaded.renderer;
-        let Some(cache) = &mut renderer.cache else {
-            return Ok(false);
+        match self.engine.renderer_mut().caching() {
+            Some(mut caching) => {
+                caching.widen_focus();
+                caching.batch(0, &INTERRUPTED)
+            }
+            None => Ok(false),
+        }
+    }
+
+    fn look_from(&mut self, camera: Camera) -> Result<()> {
+        let scene = Scene {
+            camera,
+            ..self.engine.scene().clone()
         };
-        cache.widen_focus();
-        renderer.fill_cache(0, &INTERRUPTED)
+        self.engine.change_in_place(&scene).map(drop)
     }
 
     fn orbit(&mut self) -> Result<Orbit> {
@@ -232,13 +231,14 @@ impl Run<'_> {
         for view in 1..=VIEWS {
             let share = f64::from(view) / f64::from(VIEWS);
             let watch = Stopwatch::started();
-            let before = self.loaded.renderer.frame.timings.spans.len();
-            let camera = self.entrant.scene.camera.orbited(share);
-            self.loaded.look_from(&camera)?;
-            self.loaded.renderer.march_in_place()?;
+            let before = self.engine.timings().spans.len();
+            self.look_from(self.entrant.scene.camera.orbited(share))?;
+            if let Some(mut caching) = self.engine.renderer_mut().caching() {
+                caching.march_in_place()?;
+            }
             frame_ms.push(watch.elapsed().as_secs_f64() * 1e3);
             cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
-            let spans = &self.loaded.renderer.frame.timings.spans[before..];
+            let spans = &self.engine.timings().spans[before..];
             let marching = spans.iter().filter(|span| span.pass == "ray_march");
             march_ms.push(marching.map(|span| span.duration_us / 1e3).sum());
         }
@@ -259,16 +259,17 @@ impl Run<'_> {
     /// shows at once, then what samples make of it.
     fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<Vec<Point>> {
         let most = bench.longest().mul_f64(NEW_VIEW_SHARE);
-        let mut progress = Progress::new(true, trace::goal(&Stop::after(most)));
         self.watch = Stopwatch::started();
-        self.loaded.look_from(&self.entrant.scene.camera)?;
-        let mean = self.loaded.renderer.march()?;
+        self.look_from(self.entrant.scene.camera)?;
+        if let Some(mut caching) = self.engine.renderer_mut().caching() {
+            caching.march_in_place()?;
+        }
         self.watch.pause();
+        let Some(marched) = self.engine.march()? else {
+            return Ok(Vec::new());
+        };
         let name = format!("{}.new-view.exr", self.prefix);
-        let mut points = vec![
-            self.look(bench, Film::marched(mean), Duration::ZERO, Some(name))?
-                .0,
-        ];
+        let mut points = vec![self.look(bench, &marched, Duration::ZERO, Some(name))?.0];
         for asked in bench.seconds.clone() {
             if asked > most && points.len() > 1 {
                 break;
@@ -277,25 +278,31 @@ impl Run<'_> {
                 continue;
             }
             self.watch.go_on();
-            let renderer = &mut self.loaded.renderer;
-            let outcome =
-                trace::trace_until(&Stop::after(asked), renderer, &self.watch, &mut progress);
+            let mut silent = |_| {};
+            let mut run = interrupt::run(Stop::after(asked), &mut silent);
+            let outcome = self.engine.sample(&mut run, &self.watch);
             self.watch.pause();
             match outcome {
                 Err(Error::Interrupted) => break,
                 other => drop(other?),
             }
-            if trace::interrupted() {
+            if is_interrupted() {
                 break;
             }
-            let film = self.loaded.renderer.film()?;
-            points.push(self.look(bench, film, asked, None)?.0);
+            let picture = self.engine.picture()?;
+            points.push(self.look(bench, &picture, asked, None)?.0);
         }
         Ok(points)
     }
 
     fn cache(&self) -> Option<CacheStats> {
         let goal = cache_goal(&Stop::after(self.watch.elapsed()));
-        report::cache(&self.loaded.renderer, &self.loaded.choice.plan, goal)
+        self.engine.cache_stats(goal)
     }
+}
+
+/// What the cache has had, where a picture at rest is marched through it.
+fn marched_updates(engine: &Engine) -> Option<u32> {
+    let cache = engine.renderer().cache()?;
+    cache.is_marched().then_some(cache.updates)
 }

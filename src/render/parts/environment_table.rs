@@ -5,12 +5,12 @@
 //! that the density is positive wherever bilinear interpolation carries light. Large images share
 //! cells between texels: the table then stays in a GPU's cache.
 
-use super::shared::EnvironmentCell;
+use crate::render::shared::EnvironmentCell;
 use crate::scene::EnvironmentImage;
 
 const MOST_CELLS: [u32; 2] = [1024, 512];
 
-#[derive(Default)]
+#[derive(Debug)]
 pub struct EnvironmentTable {
     /// Along azimuth and polar angle.
     pub cells: [u32; 2],

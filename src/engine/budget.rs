@@ -1,0 +1,51 @@
+//! How much GPU memory may be used, and who says so.
+
+use serde::Serialize;
+
+use crate::gpu::Device;
+
+/// A limit as a user gives it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Limit {
+    Bytes(u64),
+    /// Percent of the device-local heap, in (0, 100].
+    Percent(f64),
+}
+
+/// A limit in bytes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Budget {
+    pub bytes: u64,
+    /// Where the number comes from, as the end of a sentence.
+    pub source: String,
+}
+
+impl Budget {
+    /// What the user allows, but never more than the device's heap holds; without a limit, what the driver grants.
+    pub(crate) fn of(device: &Device, asked: Option<Limit>) -> Budget {
+        let heap = device.summary.device_local_bytes;
+        let (bytes, source) = match asked {
+            None => return Budget::of_driver(device),
+            Some(Limit::Bytes(bytes)) => (bytes, "--vram-budget".to_string()),
+            Some(Limit::Percent(share)) => (
+                (heap as f64 * share / 100.0) as u64,
+                format!("--vram-budget, {share} % of the heap"),
+            ),
+        };
+        match bytes <= heap {
+            true => Budget { bytes, source },
+            false => Budget {
+                bytes: heap,
+                source: format!("the heap, which is smaller than {source}"),
+            },
+        }
+    }
+
+    fn of_driver(device: &Device) -> Budget {
+        let (bytes, source) = device.default_budget();
+        Budget {
+            bytes,
+            source: source.into(),
+        }
+    }
+}

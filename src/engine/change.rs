@@ -1,0 +1,123 @@
+//! Going on with an edited scene: what has to be done again follows from the parts that have changed.
+
+use super::Engine;
+use crate::error::Result;
+use crate::render::{Derived, GpuScene, Plan};
+use crate::scene::Scene;
+
+/// What an edit leaves of the work done so far.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Changed {
+    /// Everything: the scene is the same.
+    Nothing,
+    /// Everything; only what a display makes of the picture is another.
+    Display,
+    /// The cached light, if there is any. The picture begins anew.
+    Picture,
+    /// Nothing but compiled passes and memory.
+    Light,
+}
+
+impl Engine {
+    /// Goes on with another scene of the same volume, by the work done so far where that is possible and by a new
+    /// engine where it is not.
+    pub fn change(mut self, scene: &Scene) -> Result<Engine> {
+        if self.change_in_place(scene)?.is_some() {
+            return Ok(self);
+        }
+        let Engine {
+            host,
+            volume,
+            renderer,
+            seed,
+            ..
+        } = self;
+        // What there is has to make room first.
+        drop(renderer);
+        Engine::new(&host, &volume, scene, seed)
+    }
+
+    /// Goes on with another scene, if the passes that there are can show it within the memory planned. `None`: they
+    /// cannot, and nothing has changed.
+    pub fn change_in_place(&mut self, scene: &Scene) -> Result<Option<Changed>> {
+        let next = self.full.changed_to(scene, &self.volume);
+        let changes = next.changes_from(&self.full);
+        if !changes.spoil(Derived::Picture) {
+            self.scene = scene.clone();
+            self.full = next;
+            return Ok(Some(match changes.is_empty() {
+                true => Changed::Nothing,
+                false => Changed::Display,
+            }));
+        }
+        if changes.spoil(Derived::Plan) || !self.full.passes_serve(&next) {
+            return Ok(None);
+        }
+        let next = match changes.spoil(Derived::CacheLayout) {
+            true => next.refitted(&self.volume, self.host.summary().max_image_3d)?,
+            false => next,
+        };
+        if !self.fits(&next)? {
+            return Ok(None);
+        }
+        let has_new_size = next.parts.view.size != self.full.parts.view.size;
+        let has_new_layout = next.variant != self.full.variant;
+        let size = match has_new_size {
+            true => next.parts.view.size,
+            false => self.renderer.size(),
+        };
+        if has_new_size {
+            self.renderer.resize(size)?;
+        }
+        self.scene = scene.clone();
+        self.full = next;
+        let lasts = self.renderer.change(&self.full.reduced_to(size))?;
+        if has_new_layout && let Some(mut caching) = self.renderer.caching() {
+            caching.guess_light()?;
+        }
+        Ok(Some(match lasts {
+            true => Changed::Picture,
+            false => Changed::Light,
+        }))
+    }
+
+    /// Plans for `next` where it may take other memory, and takes that plan if it is within the budget.
+    fn fits(&mut self, next: &GpuScene) -> Result<bool> {
+        let points = |scene: &GpuScene| scene.parts.medium.transfer.len();
+        let same_memory = next.variant == self.full.variant
+            && points(next) == points(&self.full)
+            && next.parts.view.size == self.full.parts.view.size;
+        if same_memory {
+            return Ok(true);
+        }
+        let plan = self.plan_for(next)?;
+        let fits = plan.bytes() + self.reserved <= self.memory.budget;
+        if fits {
+            self.choice.plan = plan;
+        }
+        Ok(fits)
+    }
+
+    fn plan_for(&self, scene: &GpuScene) -> Result<Plan> {
+        Plan::new(self.host.device(), self.host.summary(), scene)
+    }
+
+    /// Whether the budget allows pictures of another size beside `reserved` bytes for something else.
+    pub(crate) fn has_room_for(&self, size: [u32; 2], reserved: u64) -> Result<bool> {
+        let plan = self.plan_for(&self.full.reduced_to(size))?;
+        Ok(plan.bytes() + reserved <= self.memory.budget)
+    }
+
+    /// Sets bytes of the budget aside for something else.
+    pub(crate) fn reserve(&mut self, bytes: u64) {
+        self.reserved = bytes;
+    }
+
+    /// Renders the same picture with fewer pixels from now on, or with all of them again.
+    pub(crate) fn reduce_to(&mut self, size: [u32; 2]) -> Result<()> {
+        if self.renderer.size() != size {
+            self.renderer.change(&self.full.reduced_to(size))?;
+        }
+        Ok(())
+    }
+}

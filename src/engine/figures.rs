@@ -1,0 +1,103 @@
+//! What rendering has cost: figures of the GPU's passes, its memory and the cache.
+//!
+//! Field names are a contract with scripts, which read them in the files of `--stats`. JSON knows no NaN and no
+//! infinity: such numbers become null there.
+
+use serde::Serialize;
+
+use crate::gpu::{Memory, Timings};
+
+/// One kind of GPU pass over all its runs.
+#[derive(Debug, Clone, Serialize)]
+pub struct PassStats {
+    pub name: String,
+    pub runs: usize,
+    pub gpu_ms_median: f64,
+    pub gpu_ms_p95: f64,
+    pub gpu_ms_total: f64,
+}
+
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct MemoryStats {
+    pub budget_bytes: u64,
+    pub planned_bytes: u64,
+    pub peak_bytes: u64,
+    pub resources: Vec<ResourceStats>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct ResourceStats {
+    pub name: String,
+    pub bytes: u64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct CacheStats {
+    /// Cells along each axis.
+    pub dims: [u32; 3],
+    pub format: String,
+    pub bytes: u64,
+    pub cells: u64,
+    pub active_cells: u64,
+    /// Paths that a cell has had, on average over all active ones.
+    pub updates_per_cell: f64,
+    /// Of the picture that the cache shows; not finite while it is unknown.
+    pub relative_error: f64,
+    pub converged: bool,
+    /// `None` if it has not.
+    pub seconds_to_converge: Option<f64>,
+}
+
+impl PassStats {
+    /// From the duration of each run.
+    pub fn from_runs(name: impl Into<String>, milliseconds: &[f64]) -> PassStats {
+        let mut sorted = milliseconds.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        PassStats {
+            name: name.into(),
+            runs: sorted.len(),
+            gpu_ms_median: quantile(&sorted, 0.5),
+            gpu_ms_p95: quantile(&sorted, 0.95),
+            gpu_ms_total: sorted.iter().sum(),
+        }
+    }
+}
+
+/// Interpolated between the closest ranks; NaN where nothing ran.
+pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return f64::NAN;
+    };
+    let rank = fraction * last as f64;
+    let (low, high) = (sorted[rank.floor() as usize], sorted[rank.ceil() as usize]);
+    low + (high - low) * rank.fract()
+}
+
+/// One entry for each pass, in order of first appearance.
+pub fn passes(timings: &Timings) -> Vec<PassStats> {
+    let mut names: Vec<&'static str> = Vec::new();
+    for span in &timings.spans {
+        if !names.contains(&span.pass) {
+            names.push(span.pass);
+        }
+    }
+    let all_runs = |name: &'static str| {
+        let runs = timings.spans.iter().filter(|s| s.pass == name);
+        let ms: Vec<f64> = runs.map(|s| s.duration_us / 1e3).collect();
+        PassStats::from_runs(name, &ms)
+    };
+    names.into_iter().map(all_runs).collect()
+}
+
+pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {
+    let resources = memory.resources().into_iter().map(|r| ResourceStats {
+        name: r.name.into(),
+        bytes: r.bytes,
+    });
+    MemoryStats {
+        budget_bytes: memory.budget,
+        planned_bytes,
+        peak_bytes: memory.peak(),
+        resources: resources.collect(),
+    }
+}

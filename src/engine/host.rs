@@ -1,0 +1,114 @@
+//! The device that renders, and how much of its memory may be used.
+
+use std::sync::Arc;
+
+use super::budget::{Budget, Limit};
+use crate::error::{Error, Result};
+use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Validation};
+use crate::render::shared::MOST_SURFACES;
+use crate::render::{Choice, choose};
+use crate::scene::Scene;
+use crate::scene::volume::Volume;
+
+/// Which device to open, and how. By default the best one, with as much memory as its driver grants.
+#[derive(Debug, Clone, Default)]
+pub struct HostOptions {
+    /// The device's name, a part of it, or its index in `isolume info`.
+    pub device: Option<String>,
+    pub vram_budget: Option<Limit>,
+    /// Vulkan's validation layers watch, and [`Host::check_validation`] tells what they have seen.
+    pub validation: bool,
+}
+
+/// An open device with a budget. Clones share the device.
+#[derive(Clone)]
+pub struct Host {
+    device: Arc<Device>,
+    budget: Budget,
+}
+
+impl Host {
+    /// Fails where there is no usable Vulkan device.
+    pub fn open(options: &HostOptions) -> Result<Host> {
+        Ok(Host::with_device(
+            Device::open(&options.choice())?,
+            options.vram_budget,
+        ))
+    }
+
+    pub(crate) fn with_device(device: Arc<Device>, vram_budget: Option<Limit>) -> Host {
+        Host {
+            budget: Budget::of(&device, vram_budget),
+            device,
+        }
+    }
+
+    /// What the device is called, and what it can hold.
+    pub fn summary(&self) -> &DeviceSummary {
+        &self.device.summary
+    }
+
+    pub fn budget(&self) -> &Budget {
+        &self.budget
+    }
+
+    /// The variant that the scene gets, why, and every byte that it will take. Allocates nothing. Fails where not
+    /// even the smallest variant fits, or where the one that the scene asks for does not.
+    pub fn plan(&self, volume: &Volume, scene: &Scene) -> Result<Choice> {
+        self.plan_beside(volume, scene, 0)
+    }
+
+    /// The same with `reserved` bytes of the budget in use for something else.
+    pub(crate) fn plan_beside(
+        &self,
+        volume: &Volume,
+        scene: &Scene,
+        reserved: u64,
+    ) -> Result<Choice> {
+        check_surfaces(scene)?;
+        let limits = &self.device.summary;
+        let budget = self.budget.bytes.saturating_sub(reserved);
+        choose(&self.device, limits, budget, volume, scene)
+    }
+
+    /// A gate for memory within the budget.
+    pub(crate) fn memory(&self) -> Result<Arc<Memory>> {
+        Memory::new(&self.device, self.budget.bytes)
+    }
+
+    pub(crate) fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// Fails with the first message of Vulkan's validation layers, if they watch and have any.
+    pub fn check_validation(&self) -> Result<()> {
+        match self.device.validation_messages().first() {
+            Some(message) => Err(Error::Device(format!("Vulkan validation: {message}"))),
+            None => Ok(()),
+        }
+    }
+}
+
+impl HostOptions {
+    pub(crate) fn choice(&self) -> DeviceChoice {
+        DeviceChoice {
+            wanted: self.device.clone(),
+            validation: match self.validation {
+                true => Validation::On,
+                false => Validation::Off,
+            },
+            ..DeviceChoice::default()
+        }
+    }
+}
+
+/// Fails for a scene with more surfaces than a path can keep its side of.
+pub(crate) fn check_surfaces(scene: &Scene) -> Result<()> {
+    let surfaces = scene.surfaces.iso.len();
+    if surfaces > MOST_SURFACES {
+        return Err(Error::Input(format!(
+            "surfaces.iso: there are {surfaces} surfaces; at most {MOST_SURFACES} are possible"
+        )));
+    }
+    Ok(())
+}

@@ -1,0 +1,226 @@
+//! One type that a program drives: open a volume, resolve a scene, plan, fill a cache, take samples, change the scene,
+//! read picture and figures. The command line and the window both sit on it.
+
+mod budget;
+mod change;
+pub mod figures;
+mod host;
+mod picture;
+mod run;
+pub mod schedule;
+mod stopwatch;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::error::Result;
+use crate::gpu::{Memory, Timings};
+use crate::render::{Choice, Film, GpuScene, Renderer, Totals};
+use crate::scene::Scene;
+use crate::scene::volume::Volume;
+use figures::{CacheStats, MemoryStats, PassStats};
+
+pub use budget::{Budget, Limit};
+pub use change::Changed;
+pub(crate) use host::check_surfaces;
+pub use host::{Host, HostOptions};
+pub use picture::{Picture, relative_error};
+pub use run::{Outcome, Progress, Run};
+pub use schedule::Stop;
+pub use stopwatch::Stopwatch;
+
+/// A scene on a device, and the picture of it so far.
+pub struct Engine {
+    host: Host,
+    volume: Volume,
+    /// What is rendered.
+    scene: Scene,
+    /// The scene for the GPU, with all pixels; the renderer may have been told of fewer.
+    full: GpuScene,
+    renderer: Renderer,
+    choice: Choice,
+    seed: u32,
+    /// Bytes of the budget that something else takes.
+    reserved: u64,
+    memory: Arc<Memory>,
+}
+
+impl Engine {
+    /// Plans the scene and brings it onto the GPU. `seed` decides the random numbers: the same seed gives the same
+    /// bits on the same device.
+    pub fn new(host: &Host, volume: &Volume, scene: &Scene, seed: u32) -> Result<Engine> {
+        let choice = host.plan(volume, scene)?;
+        Engine::with_plan(host, volume, scene, choice, seed)
+    }
+
+    /// Brings the scene onto the GPU as `choice` has it, which [`Host::plan`] has made for that scene.
+    pub fn with_plan(
+        host: &Host,
+        volume: &Volume,
+        scene: &Scene,
+        choice: Choice,
+        seed: u32,
+    ) -> Result<Engine> {
+        Engine::in_memory(host, &host.memory()?, volume, scene, choice, seed)
+    }
+
+    /// The same through a gate that others use as well.
+    pub(crate) fn in_memory(
+        host: &Host,
+        memory: &Arc<Memory>,
+        volume: &Volume,
+        scene: &Scene,
+        choice: Choice,
+        seed: u32,
+    ) -> Result<Engine> {
+        let full = GpuScene::new(host.device(), scene, volume, seed)?
+            .with_variant(choice.plan.variant.clone());
+        Ok(Engine {
+            renderer: Renderer::new(memory, volume, full.clone())?,
+            host: host.clone(),
+            volume: volume.clone(),
+            scene: scene.clone(),
+            full,
+            choice,
+            seed,
+            reserved: 0,
+            memory: memory.clone(),
+        })
+    }
+
+    pub fn host(&self) -> &Host {
+        &self.host
+    }
+
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The variant that renders, why, and its memory.
+    pub fn choice(&self) -> &Choice {
+        &self.choice
+    }
+
+    /// Samples, units, paths and reads of the volume of the picture so far.
+    pub fn totals(&self) -> Totals {
+        self.renderer.totals()
+    }
+
+    /// Paths traced, for the cache and for the picture.
+    pub fn paths(&self) -> u64 {
+        self.renderer.paths()
+    }
+
+    /// Reads of the volume by them.
+    pub fn lookups(&self) -> u64 {
+        self.renderer.lookups()
+    }
+
+    /// What the compiling of all passes took.
+    pub fn compiling(&self) -> Duration {
+        self.renderer.compiling()
+    }
+
+    /// Begins the picture anew; the cache stays.
+    pub fn begin_picture(&mut self) {
+        self.renderer.begin_picture();
+    }
+
+    /// Runs each pass for a moment and forgets what it did: some drivers finish compiling only then.
+    pub fn warm_up(&mut self) -> Result<()> {
+        self.renderer.warm_up()
+    }
+
+    /// The picture after the last whole unit of samples; before the first, what the cache shows, and without a cache
+    /// nothing.
+    pub fn picture(&mut self) -> Result<Picture> {
+        self.reduce_to(self.scene.render.size)?;
+        let film = match (self.totals().samples, self.renderer.caching()) {
+            (0, Some(mut caching)) => Film::marched(caching.march()?),
+            _ => self.renderer.film()?,
+        };
+        self.picture_of(film)
+    }
+
+    /// What the cache shows at once, without samples; `None` in a variant without a cache.
+    pub fn march(&mut self) -> Result<Option<Picture>> {
+        match self.renderer.caching() {
+            Some(mut caching) => {
+                let film = Film::marched(caching.march()?);
+                self.picture_of(film).map(Some)
+            }
+            None => Ok(None),
+        }
+    }
+
+    fn picture_of(&mut self, film: Film) -> Result<Picture> {
+        let hits = self.renderer.first_hits()?;
+        Ok(Picture::new(film, hits, &self.scene.render))
+    }
+
+    /// From now on all cells of the cache get as many paths: for whoever looks from everywhere.
+    pub fn look_from_everywhere(&mut self) {
+        if let Some(mut caching) = self.renderer.caching() {
+            caching.widen_focus();
+        }
+    }
+
+    /// What the GPU's passes took, one after another.
+    pub fn timings(&self) -> &Timings {
+        self.renderer.timings()
+    }
+
+    /// What each pass took, in order of first appearance.
+    pub fn passes(&self) -> Vec<PassStats> {
+        figures::passes(self.timings())
+    }
+
+    /// GPU memory as it was planned and as it was taken.
+    pub fn memory_stats(&self) -> MemoryStats {
+        figures::memory(&self.memory, self.choice.plan.bytes())
+    }
+
+    pub(crate) fn memory(&self) -> &Arc<Memory> {
+        &self.memory
+    }
+
+    pub(crate) fn renderer(&self) -> &Renderer {
+        &self.renderer
+    }
+
+    pub(crate) fn renderer_mut(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
+
+    /// The cache's size and state, in a variant that has one. `goal` is the relative error at which it counts as
+    /// converged.
+    pub fn cache_stats(&self, goal: f64) -> Option<CacheStats> {
+        if let Some(cells) = self.renderer.published_cells() {
+            return Some(CacheStats {
+                dims: cells.dims(),
+                format: "f32".into(),
+                bytes: cells.bytes(),
+                cells: cells.count(),
+                active_cells: cells.count(),
+                updates_per_cell: self.totals().paths as f64 / cells.count() as f64,
+                relative_error: f64::INFINITY,
+                converged: false,
+                seconds_to_converge: None,
+            });
+        }
+        let cache = self.renderer.cache()?;
+        let layout = &cache.memory.layout;
+        let converged = cache.is_known_to(goal);
+        Some(CacheStats {
+            dims: layout.nodes,
+            format: layout.format().name().into(),
+            bytes: cache.memory.bytes(),
+            cells: layout.all_nodes(),
+            active_cells: layout.active_nodes(),
+            updates_per_cell: cache.mean_updates(),
+            relative_error: cache.relative_error,
+            converged,
+            seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),
+        })
+    }
+}

@@ -1,0 +1,65 @@
+//! A finished picture with its layers.
+
+use crate::render::{Film, FirstHits};
+use crate::scene::{Background, RenderSettings};
+
+/// A picture and its layers, row 0 on top; every vector holds width × height pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    pub width: u32,
+    pub height: u32,
+    /// Linear radiance, Rec. 709, premultiplied where there is an alpha.
+    pub rgb: Vec<[f32; 3]>,
+    /// Coverage; only where the background is transparent.
+    pub alpha: Option<Vec<f32>>,
+    /// Standard error of each pixel's mean; +inf where it is unknown.
+    pub stderr: Vec<[f32; 3]>,
+    /// Colour of the first surface.
+    pub albedo: Vec<[f32; 3]>,
+    /// Unit normal of the first surface; 0 where there is none.
+    pub normal: Vec<[f32; 3]>,
+    /// Along the pixel centre's ray to the first surface, in world units; +inf where there is none.
+    pub depth: Vec<f32>,
+}
+
+impl Picture {
+    pub(super) fn new(film: Film, hits: FirstHits, settings: &RenderSettings) -> Picture {
+        let last = |texels: &[[f32; 4]]| texels.iter().map(|t| t[3]).collect();
+        let [width, height] = settings.size;
+        let is_transparent = settings.background == Background::Transparent;
+        Picture {
+            width,
+            height,
+            rgb: rgb(&film.mean),
+            alpha: is_transparent.then(|| last(&film.mean)),
+            stderr: film.stderr,
+            albedo: rgb(&hits.albedo),
+            normal: rgb(&hits.normal_depth),
+            depth: last(&hits.normal_depth),
+        }
+    }
+
+    pub fn relative_error(&self) -> f64 {
+        relative_error(&self.rgb, &self.stderr)
+    }
+}
+
+/// rms(stderr) / mean(RGB): what a render stops by, and what the statistics report.
+pub fn relative_error(rgb: &[[f32; 3]], stderr: &[[f32; 3]]) -> f64 {
+    let values = |layer: &[[f32; 3]], term: fn(f64) -> f64| {
+        let sum: f64 = layer.as_flattened().iter().map(|&v| term(v.into())).sum();
+        sum / (layer.len() * 3) as f64
+    };
+    let rms = values(stderr, |v| v * v).sqrt();
+    // A black picture without noise is exact, not undefined.
+    if rms == 0.0 {
+        0.0
+    } else {
+        rms / values(rgb, |v| v)
+    }
+}
+
+/// The first three channels.
+pub(crate) fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
+    texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
+}

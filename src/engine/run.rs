@@ -1,0 +1,166 @@
+//! The loops of a render: batches of paths for the cache, then unit after unit of samples for the picture, until it is
+//! enough.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::Engine;
+use super::picture::{relative_error, rgb};
+use super::schedule::{Done, Filled, Stop, cache_goal, next_batch, next_unit, reason_to_stop};
+use super::stopwatch::Stopwatch;
+use crate::error::{Error, Result};
+
+/// Where nothing stops by it, the error is looked at for progress alone: a picture's download takes time.
+const TIME_TO_LOOK: Duration = Duration::from_millis(500);
+
+/// For work that an interruption has to wait for.
+static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
+
+/// How a render is told when to end, and how it tells how far it has come.
+pub struct Run<'a> {
+    pub stop: Stop,
+    /// Whoever raises it ends the render at the end of the dispatch under way.
+    pub interrupt: &'a AtomicBool,
+    pub progress: &'a mut dyn FnMut(Progress),
+}
+
+/// How far a render has come. Errors are not finite while they are unknown.
+#[derive(Debug, Clone, Copy)]
+pub enum Progress {
+    /// A batch of paths for the cache has ended.
+    Filled { updates: u32, relative_error: f64 },
+    /// A unit of samples has ended.
+    Sampled {
+        spp: u32,
+        seconds: f64,
+        relative_error: f64,
+    },
+}
+
+/// How a render ended.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// Samples in every pixel.
+    pub samples: u32,
+    pub took: Duration,
+    /// Infinite where a single unit says nothing of it.
+    pub relative_error: f64,
+    /// When there was a picture to see. `None` if it had all its samples before.
+    pub first_frame: Option<Instant>,
+    /// The end of a sentence: "stopped because …".
+    pub why_stopped: String,
+}
+
+impl Engine {
+    /// Fills the cache, if the variant has one, and takes samples, until `stop` is reached. A stop that never comes,
+    /// such as no stop at all, goes on for ever.
+    pub fn render(&mut self, stop: Stop) -> Result<Outcome> {
+        let never = AtomicBool::new(false);
+        let mut run = Run {
+            stop,
+            interrupt: &never,
+            progress: &mut |_| {},
+        };
+        let watch = Stopwatch::started();
+        self.fill(&mut run, 1)?;
+        self.sample(&mut run, &watch)
+    }
+
+    /// Fills the cache, batch after batch, until it shows `pictures` that are good enough for the run.
+    pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<()> {
+        while let Some(samples) = self.next_batch(&run.stop, pictures)
+            && let Some(mut caching) = self.renderer.caching()
+            && caching.batch(samples, run.interrupt)?
+        {
+            if let Some(cache) = self.renderer.cache() {
+                (run.progress)(Progress::Filled {
+                    updates: cache.updates,
+                    relative_error: cache.relative_error,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none.
+    fn next_batch(&self, stop: &Stop, pictures: u32) -> Option<u32> {
+        let cache = self.renderer.cache()?;
+        let cells = cache.memory.layout.active_nodes() as f64 * cache.mean_share();
+        let [width, height] = self.scene.render.size;
+        let pixels = f64::from(width) * f64::from(height) * f64::from(pictures);
+        let filled = Filled {
+            updates: cache.updates,
+            took: cache.took,
+            is_good: cache.is_known_to(cache_goal(stop)),
+            is_marched: cache.is_marched(),
+            seconds_per_update: cache.seconds_per_update(),
+            pixels_per_cell: pixels / cells.max(1.0),
+        };
+        next_batch(stop, &filled)
+    }
+
+    /// Takes unit after unit of samples, on top of those that the picture has already, until the run's stop or its
+    /// interruption. Time is what `watch` shows. Fails with [`Error::Interrupted`] if there is no picture yet.
+    pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
+        let mut first_frame = None;
+        let mut done = Done {
+            samples: self.renderer.totals().samples,
+            units: self.renderer.totals().units,
+            took: watch.elapsed(),
+            relative_error: f64::INFINITY,
+        };
+        let mut looked = done.took;
+        let why_stopped = loop {
+            if let Some(reason) = reason_to_stop(&run.stop, &done) {
+                break reason;
+            }
+            // Whoever interrupts the filling of a cache still gets the picture that it shows.
+            let has_light = self.renderer.cache().is_some_and(|c| c.updates > 0);
+            let interrupt = match has_light && done.units == 0 {
+                true => &UNSTOPPABLE,
+                false => run.interrupt,
+            };
+            if !self.renderer.unit(next_unit(&run.stop, &done), interrupt)? {
+                break "of Ctrl-C".into();
+            }
+            first_frame.get_or_insert_with(Instant::now);
+            done.samples = self.renderer.totals().samples;
+            done.units = self.renderer.totals().units;
+            if run.stop.relative_error.is_some() || watch.elapsed() >= looked + TIME_TO_LOOK {
+                done.relative_error = self.relative_error()?;
+                looked = watch.elapsed();
+            }
+            done.took = watch.elapsed();
+            (run.progress)(Progress::Sampled {
+                spp: done.samples,
+                seconds: done.took.as_secs_f64(),
+                relative_error: done.relative_error,
+            });
+        };
+        if done.units == 0 {
+            return Err(Error::Interrupted);
+        }
+        Ok(Outcome {
+            samples: done.samples,
+            took: done.took,
+            relative_error: self.relative_error()?,
+            first_frame,
+            why_stopped,
+        })
+    }
+
+    /// Of the picture so far; infinite while a single unit says nothing of it.
+    pub fn relative_error(&mut self) -> Result<f64> {
+        if self.renderer.totals().units == 1 {
+            return Ok(f64::INFINITY);
+        }
+        let film = self.renderer.film()?;
+        Ok(relative_error(&rgb(&film.mean), &film.stderr))
+    }
+}
+
+impl Run<'_> {
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupt.load(Ordering::Relaxed)
+    }
+}

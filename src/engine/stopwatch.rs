@@ -1,0 +1,50 @@
+//! Counts the time spent on rendering.
+
+use std::time::{Duration, Instant};
+
+use cpu_time::ProcessTime;
+
+/// Counts time by the wall's clock and of all the processor's cores together. It can stand still while somebody looks
+/// at the picture.
+pub struct Stopwatch {
+    before: Duration,
+    cpu_before: Duration,
+    running_since: Option<(Instant, ProcessTime)>,
+}
+
+impl Stopwatch {
+    pub fn paused() -> Stopwatch {
+        Stopwatch {
+            before: Duration::ZERO,
+            cpu_before: Duration::ZERO,
+            running_since: None,
+        }
+    }
+
+    pub fn started() -> Stopwatch {
+        let mut watch = Stopwatch::paused();
+        watch.go_on();
+        watch
+    }
+
+    pub fn elapsed(&self) -> Duration {
+        let now = self.running_since.map(|(wall, _)| wall.elapsed());
+        self.before + now.unwrap_or_default()
+    }
+
+    /// The time of all threads: a driver that renders on the CPU has its own.
+    pub fn cpu(&self) -> Duration {
+        let now = self.running_since.map(|(_, cpu)| cpu.elapsed());
+        self.cpu_before + now.unwrap_or_default()
+    }
+
+    pub fn pause(&mut self) {
+        (self.before, self.cpu_before) = (self.elapsed(), self.cpu());
+        self.running_since = None;
+    }
+
+    pub fn go_on(&mut self) {
+        self.running_since
+            .get_or_insert_with(|| (Instant::now(), ProcessTime::now()));
+    }
+}

@@ -1,0 +1,97 @@
+//! What a renderer can do because it has a cache: fill it, and march through it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::cache::Cache;
+use super::copy;
+use super::gpu_scene::GpuScene;
+use super::resources::Resources;
+use super::shared::ToneMapPush;
+use super::tone_map::ToneMap;
+use crate::error::Result;
+use crate::gpu::{Frame, Image, SLICE_MS, Slices};
+
+/// A renderer of the caching variant, borrowed for its cache.
+pub struct Caching<'a> {
+    pub(super) cache: &'a mut Cache,
+    pub(super) frame: &'a mut Frame,
+    pub(super) r: &'a Resources,
+    pub(super) scene: &'a GpuScene,
+    pub(super) tone_map: &'a ToneMap,
+    /// The unit of samples under way, which a march overwrites.
+    pub(super) under_way: &'a mut Option<u32>,
+}
+
+impl Caching<'_> {
+    /// Gives the nodes in sight `samples` more paths, the others their share, and measures the error; with 0 samples,
+    /// all of them get what they lack of those before. False if `stop` is raised before the last path: some nodes
+    /// have had the batch then, some not, and it does not count.
+    pub fn batch(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
+        self.cache.abandon();
+        loop {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            if self.advance(samples)? {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended, and been measured.
+    pub fn advance(&mut self, samples: u32) -> Result<bool> {
+        self.cache.advance(self.frame, self.r, samples)
+    }
+
+    /// Fills a cache that knows nothing with a guess, so that there is something to see until paths have replaced
+    /// it.
+    pub fn guess_light(&mut self) -> Result<()> {
+        self.cache.guess(self.frame, self.scene.guessed_light())
+    }
+
+    /// From now on all nodes get as many paths: for whoever looks from everywhere.
+    pub fn widen_focus(&mut self) {
+        self.cache.widen_focus();
+    }
+
+    /// Forgets all light.
+    pub fn clear(&mut self) {
+        self.cache.clear();
+    }
+
+    /// The picture that the cache shows at once, row 0 on top.
+    pub fn march(&mut self) -> Result<Vec<[f32; 4]>> {
+        self.march_in_place()?;
+        copy::download(self.frame, &self.r.staging, &self.r.unit_sum)
+    }
+
+    /// Makes that picture and leaves it on the GPU.
+    pub fn march_in_place(&mut self) -> Result<()> {
+        let mut slices = Slices::new(SLICE_MS);
+        while !self.advance_march(&mut slices)? {}
+        Ok(())
+    }
+
+    /// Makes a slice of that picture. Returns whether it was the last. A unit of samples under way is lost.
+    pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
+        *self.under_way = None;
+        self.cache.march(self.frame, self.r, slices)
+    }
+
+    /// Makes all of it in one piece of work and encodes it for display: for pictures of few pixels.
+    pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+        *self.under_way = None;
+        let (r, cache, tone_map) = (self.r, &self.cache, self.tone_map);
+        self.frame.run(|f| {
+            cache.record_march(f, r)?;
+            tone_map.record(f, &r.unit_sum, to, push)
+        })
+    }
+
+    /// Encodes for display what the last march has left.
+    pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+        let (r, tone_map) = (self.r, self.tone_map);
+        self.frame
+            .run(|f| tone_map.record(f, &r.unit_sum, to, push))
+    }
+}

@@ -1,0 +1,147 @@
+//! Suns and sky.
+
+use std::sync::Arc;
+
+use super::environment_table::{self, EnvironmentTable};
+use crate::render::shared::Sun;
+use crate::scene::{DirectionalLight, EnvironmentImage, Scene};
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lights {
+    /// The suns that shine, with the probabilities by which next-event estimation picks them.
+    pub suns: Vec<Sun>,
+    /// Radiance of the constant part of the sky.
+    pub environment: [f32; 3],
+    /// The sky's image, if there is one.
+    pub sky: Option<Arc<Sky>>,
+}
+
+/// A sky image and its sampling table, which is made once for an image.
+#[derive(Debug)]
+pub struct Sky {
+    pub image: EnvironmentImage,
+    pub table: EnvironmentTable,
+    /// Mean of the texels.
+    mean: [f32; 3],
+}
+
+impl PartialEq for Sky {
+    fn eq(&self, other: &Sky) -> bool {
+        self.image == other.image
+    }
+}
+
+impl Sky {
+    fn new(image: &EnvironmentImage) -> Sky {
+        let mean = |c: usize| {
+            let texels = image.texels.iter().map(|texel| f64::from(texel[c]));
+            (texels.sum::<f64>() / image.texels.len() as f64) as f32
+        };
+        Sky {
+            table: environment_table::build(image),
+            mean: std::array::from_fn(mean),
+            image: image.clone(),
+        }
+    }
+}
+
+impl Lights {
+    /// `before` is the sky of an earlier state of the scene; it is used again if the image is the same.
+    pub fn new(scene: &Scene, before: Option<&Arc<Sky>>) -> Lights {
+        let sky = scene.environment.image.as_ref().map(|image| {
+            let known = before.filter(|sky| sky.image == *image);
+            known.cloned().unwrap_or_else(|| Arc::new(Sky::new(image)))
+        });
+        Lights {
+            suns: suns(&scene.suns),
+            environment: scene.environment.radiance.map(|c| c as f32),
+            sky,
+        }
+    }
+
+    /// Probability that next-event estimation picks the sky's image over a sun.
+    pub fn image_probability(&self) -> f32 {
+        match (&self.sky, self.suns.is_empty()) {
+            (None, _) => 0.0,
+            (Some(_), true) => 1.0,
+            (Some(_), false) => 0.5,
+        }
+    }
+
+    /// The radiance that the cache holds as 1, channel by channel: as much as all lights together shine. It is 1
+    /// where none shines.
+    pub fn unit(&self) -> [f32; 3] {
+        let image = self.mean_of_image();
+        std::array::from_fn(|c| {
+            let suns: f32 = self.suns.iter().map(|sun| sun.irradiance[c]).sum();
+            let all = suns + self.environment[c] + image[c];
+            if all > 0.0 { all } else { 1.0 }
+        })
+    }
+
+    /// Mean radiance of the sky, its image included.
+    pub fn sky_radiance(&self) -> [f32; 3] {
+        let image = self.mean_of_image();
+        std::array::from_fn(|c| self.environment[c] + image[c])
+    }
+
+    fn mean_of_image(&self) -> [f32; 3] {
+        self.sky.as_ref().map_or([0.0; 3], |sky| sky.mean)
+    }
+
+    /// Sum over the suns of the mean over channels of irradiance/unit.
+    pub fn suns_grey(&self) -> f32 {
+        let unit = self.unit();
+        let grey = |sun: &Sun| over(sun.irradiance, unit).iter().sum::<f32>() / 3.0;
+        self.suns.iter().map(grey).sum()
+    }
+
+    /// Whether each light has the same share in all light, but for rounding. The cache holds shares alone, so it
+    /// outlives a brightness or a colour that all lights take on alike.
+    pub fn have_shares_of(&self, other: &Lights) -> bool {
+        let directions =
+            |lights: &Lights| lights.suns.iter().map(|s| s.direction).collect::<Vec<_>>();
+        let size = |lights: &Lights| lights.sky.as_ref().map(|sky| sky.image.size());
+        directions(self) == directions(other)
+            && size(self) == size(other)
+            && self.are_scaled_to(other)
+    }
+
+    fn are_scaled_to(&self, other: &Lights) -> bool {
+        let factor = over(other.unit(), self.unit());
+        let is_scaled = |a: [f32; 3], b: [f32; 3]| {
+            (0..3).all(|c| (factor[c] * a[c] - b[c]).abs() <= 1e-6 * b[c].abs())
+        };
+        let suns = self.suns.iter().zip(&other.suns);
+        let images = self.sky.iter().zip(&other.sky);
+        suns.map(|(a, b)| (a.irradiance, b.irradiance))
+            .chain([(self.environment, other.environment)])
+            .all(|(a, b)| is_scaled(a, b))
+            && images.into_iter().all(|(a, b)| {
+                let texels = a.image.texels.iter().zip(b.image.texels.iter());
+                texels.into_iter().all(|(&a, &b)| is_scaled(a, b))
+            })
+    }
+}
+
+/// The suns that shine, picked in proportion to their irradiance.
+fn suns(lights: &[DirectionalLight]) -> Vec<Sun> {
+    let power = |irradiance: [f64; 3]| irradiance.iter().sum::<f64>();
+    let shining = || lights.iter().filter(|s| power(s.irradiance) > 0.0);
+    let total: f64 = shining().map(|s| power(s.irradiance)).sum();
+    let mut below = 0.0;
+    shining()
+        .map(|s| {
+            below += power(s.irradiance);
+            Sun {
+                direction: s.direction.map(|c| c as f32),
+                irradiance: s.irradiance.map(|c| c as f32),
+                cumulative_probability: (below / total) as f32,
+            }
+        })
+        .collect()
+}
+
+fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|c| light[c] / unit[c])
+}

@@ -1,0 +1,152 @@
+//! The participating medium: its transfer function, and how finely its majorants are kept.
+
+use super::stored;
+use crate::render::shared::MACROCELL;
+use crate::scene::volume::Volume;
+use crate::scene::{self};
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Medium {
+    /// σt where opacity is 1, per world unit.
+    pub density: f32,
+    /// Henyey–Greenstein asymmetry.
+    pub g: f32,
+    /// Non-decreasing in value; empty in vacuum.
+    pub transfer: Vec<TransferPoint>,
+    /// Opacity at stored value 0 and what it gains per unit, if one straight line holds for all voxels.
+    pub linear_opacity: Option<[f32; 2]>,
+    /// Sides of the cubes that have a majorant each, in trilinear cells.
+    pub majorant_size: u32,
+}
+
+/// A point of the transfer function.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransferPoint {
+    /// Stored value.
+    pub value: f32,
+    pub opacity: f32,
+    pub color: [f32; 3],
+}
+
+impl Medium {
+    pub fn new(medium: Option<&scene::Medium>, volume: &Volume) -> Medium {
+        let points = medium.iter().flat_map(|m| &m.transfer);
+        let transfer: Vec<TransferPoint> = points
+            .map(|p| TransferPoint {
+                value: stored(volume, p.value),
+                opacity: p.opacity as f32,
+                color: p.color.map(|c| c as f32),
+            })
+            .collect();
+        let density = medium.map_or(0.0, |m| m.density as f32);
+        Medium {
+            density,
+            g: medium.map_or(0.0, |m| m.g as f32),
+            linear_opacity: linear_opacity(&transfer, volume),
+            majorant_size: majorant_size(volume, density * largest_opacity(&transfer)),
+            transfer,
+        }
+    }
+
+    pub fn is_vacuum(&self) -> bool {
+        self.density <= 0.0
+    }
+
+    pub fn is_anisotropic(&self) -> bool {
+        !self.is_vacuum() && self.g != 0.0
+    }
+
+    /// All points of the transfer function have the same colour.
+    pub fn has_one_color(&self) -> bool {
+        self.transfer.windows(2).all(|w| w[0].color == w[1].color)
+    }
+
+    /// The largest extinction that the transfer function allows, per world unit.
+    pub fn largest_extinction(&self) -> f32 {
+        self.density * largest_opacity(&self.transfer)
+    }
+
+    /// Columns of the transfer function from which values are interpolated: from each point to the next, and
+    /// one more if the last is a step, which begins where it ends.
+    pub fn segments(&self) -> u32 {
+        let points = &self.transfer;
+        let steps_at_end = matches!(points[..], [.., a, b] if a.value == b.value);
+        let segments = points.len().max(2) - 1;
+        (segments + usize::from(steps_at_end)) as u32
+    }
+
+    /// The texels of the transfer function's image. Its first row has a column for each point, of which the
+    /// last stands twice: value, 1 / (distance to the next value), opacity and the next point's opacity. The
+    /// second row has the colours.
+    pub fn transfer_texels(&self) -> Vec<[f32; 4]> {
+        let points = || self.transfer.iter().chain(self.transfer.last());
+        let next = points().skip(1).chain(self.transfer.last());
+        let shares = points().zip(next).map(|(point, next)| {
+            let distance = next.value - point.value;
+            let per_value = if distance > 0.0 { 1.0 / distance } else { 0.0 };
+            [point.value, per_value, point.opacity, next.opacity]
+        });
+        let colors = points().map(|p| p.color);
+        shares
+            .chain(colors.map(|[r, g, b]| [r, g, b, 0.0]))
+            .collect()
+    }
+}
+
+fn linear_opacity(transfer: &[TransferPoint], volume: &Volume) -> Option<[f32; 2]> {
+    let [low, high] = volume.range.map(|value| stored(volume, value));
+    let line = |n: usize| {
+        let [a, b] = [&transfer[n], &transfer[n + 1]];
+        // At a step the upper point counts.
+        let ends_in_a_step = transfer.get(n + 2).is_some_and(|c| c.value == b.value);
+        let holds = a.value <= low && high <= b.value && a.value < b.value && !ends_in_a_step;
+        let slope = f64::from(b.opacity - a.opacity) / f64::from(b.value - a.value);
+        let at_zero = f64::from(a.opacity) - slope * f64::from(a.value);
+        holds.then_some([at_zero as f32, slope as f32])
+    };
+    (0..transfer.len().saturating_sub(1)).find_map(line)
+}
+
+fn largest_opacity(transfer: &[TransferPoint]) -> f32 {
+    let opacities = transfer.iter().map(|point| point.opacity);
+    opacities.fold(0.0, f32::max)
+}
+
+/// A step from cube to cube costs a path about as much as a tentative collision does. So cubes are macrocells in
+/// small volumes, and grow as long as a ray meets few collisions in one (`densest` is the largest extinction
+/// anywhere) and there are enough of them to keep empty space apart.
+fn majorant_size(volume: &Volume, densest: f32) -> u32 {
+    const MOST_COLLISIONS: f32 = 4.0;
+    const LEAST_CUBES: u32 = 32;
+    let longest = volume.dims.into_iter().max().unwrap_or(0);
+    let voxel = volume.spacing.into_iter().fold(0.0, f64::max) as f32;
+    let fits = |size: &u32| {
+        densest * voxel * (*size as f32) <= MOST_COLLISIONS && longest / size >= LEAST_CUBES
+    };
+    let doubled = std::iter::successors(Some(2 * MACROCELL), |size| Some(2 * size));
+    doubled.take_while(fits).last().unwrap_or(MACROCELL)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::volume::Voxels;
+
+    fn size(longest: u32, densest: f32) -> u32 {
+        let voxels = Voxels::U8(vec![0; longest as usize]);
+        let volume = Volume::from_values([1, longest, 1], [0.5, 1.0, 0.5], voxels);
+        majorant_size(&volume.expect("a volume"), densest)
+    }
+
+    #[test]
+    fn cubes_grow_with_the_volume() {
+        let sizes = [64, 511, 512, 1024, 2048].map(|longest| size(longest, 0.0));
+        assert_eq!(sizes, [8, 8, 16, 32, 64]);
+    }
+
+    #[test]
+    fn cubes_stay_small_where_a_path_is_short() {
+        let sizes = [1.0, 0.25, 0.125, 0.0625].map(|densest| size(2048, densest));
+        assert_eq!(sizes, [8, 16, 32, 64]);
+    }
+}

@@ -1,0 +1,165 @@
+//! A scene in the shaders' terms: stored values, single precision, grid space.
+//!
+//! It is split into the parts that a user changes independently, each with derived equality. Everything that
+//! shaders read of a scene is made from these parts and from nothing else (`gpu_scene.rs`), so a key of the
+//! scene file cannot reach a shader without being in a part, and `changes.rs` sees it change.
+
+mod changes;
+mod environment_table;
+mod lights;
+mod medium;
+mod surfaces;
+mod view;
+
+use crate::scene::volume::{Volume, Voxels};
+use crate::scene::{self, CacheFormat, CacheScale, ClipPlane, Scene, Tone, Variant};
+
+use super::shared::{Clip, MACROCELL};
+pub use changes::{Changes, Derived, Part};
+pub use lights::Lights;
+pub use medium::{Medium, TransferPoint};
+pub use surfaces::Surfaces;
+pub use view::View;
+
+/// All parts of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parts {
+    pub field: Field,
+    pub medium: Medium,
+    pub lights: Lights,
+    pub surfaces: Surfaces,
+    pub clips: Vec<Clip>,
+    pub view: View,
+    pub background: scene::Background,
+    /// Collisions and reflections on a path; 0 means no limit.
+    pub max_bounces: u32,
+    pub request: Request,
+    pub display: Display,
+    /// Seed of the random numbers.
+    pub seed: u32,
+}
+
+/// What the volume's voxels mean, apart from the voxels themselves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Field {
+    /// Voxels along each axis.
+    pub dims: [u32; 3],
+    /// World units per voxel.
+    pub spacing: [f32; 3],
+    /// Half the box's sides, in world units.
+    pub half_extent: [f32; 3],
+    /// Bits of a voxel on the GPU: 8, 16 or 32.
+    pub bits: u32,
+    /// Shaders interpolate between voxels themselves, because the device's filter is too coarse.
+    pub filter_in_shader: bool,
+}
+
+/// The variant and the cache that the user asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Request {
+    pub variant: Variant,
+    pub cache_scale: CacheScale,
+    pub cache_format: CacheFormat,
+}
+
+/// How radiance becomes what a display shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Display {
+    /// Stops.
+    pub exposure: f64,
+    pub tone: Tone,
+}
+
+impl Parts {
+    pub fn new(scene: &Scene, volume: &Volume, seed: u32, filter_in_shader: bool) -> Parts {
+        let field = Field::new(volume, filter_in_shader);
+        let lights = Lights::new(scene, None);
+        Parts::with(scene, volume, field, lights, seed)
+    }
+
+    /// The parts of an edited scene with the same volume, device and seed. A sky image that is still the same
+    /// is shared, and so is its sampling table.
+    pub fn changed_to(&self, scene: &Scene, volume: &Volume) -> Parts {
+        let lights = Lights::new(scene, self.lights.sky.as_ref());
+        Parts::with(scene, volume, self.field, lights, self.seed)
+    }
+
+    fn with(scene: &Scene, volume: &Volume, field: Field, lights: Lights, seed: u32) -> Parts {
+        let Scene {
+            medium,
+            surfaces,
+            suns: _,
+            environment: _,
+            clips,
+            camera,
+            render,
+        } = scene;
+        Parts {
+            field,
+            medium: Medium::new(medium.as_ref(), volume),
+            lights,
+            surfaces: Surfaces::new(surfaces, volume),
+            clips: clips.iter().map(clip).collect(),
+            view: View::new(camera, render.size),
+            background: render.background,
+            max_bounces: render.max_bounces,
+            request: Request {
+                variant: render.variant,
+                cache_scale: render.cache_scale,
+                cache_format: render.cache_format,
+            },
+            display: Display {
+                exposure: render.exposure,
+                tone: render.tone,
+            },
+            seed,
+        }
+    }
+}
+
+impl Field {
+    fn new(volume: &Volume, filter_in_shader: bool) -> Field {
+        Field {
+            dims: volume.dims,
+            spacing: volume.spacing.map(|s| s as f32),
+            half_extent: volume.extent().map(|e| (0.5 * e) as f32),
+            bits: match volume.voxels {
+                Voxels::U8(_) => 8,
+                Voxels::U16(_) => 16,
+                Voxels::F32(_) => 32,
+            },
+            filter_in_shader,
+        }
+    }
+
+    /// The stored value of a texel that reads 1.
+    pub fn stored_max(&self) -> f32 {
+        match self.bits {
+            8 => 255.0,
+            16 => 65535.0,
+            _ => 1.0,
+        }
+    }
+
+    /// Macrocells along each axis.
+    pub fn macrocells(&self) -> [u32; 3] {
+        self.cells_of(MACROCELL)
+    }
+
+    /// Cubes of `size` trilinear cells a side, along each axis, that cover all trilinear cells.
+    pub fn cells_of(&self, size: u32) -> [u32; 3] {
+        self.dims.map(|n| (n + 1).div_ceil(size))
+    }
+}
+
+fn clip(plane: &ClipPlane) -> Clip {
+    Clip {
+        normal: plane.normal.map(|n| n as f32),
+        offset: plane.offset as f32,
+    }
+}
+
+/// A value in the data's units as a stored value.
+fn stored(volume: &Volume, value: f64) -> f32 {
+    ((value - volume.offset) / volume.scale) as f32
+}

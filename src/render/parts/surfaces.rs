@@ -1,0 +1,72 @@
+//! Isosurfaces and their materials.
+
+use bytemuck::Zeroable;
+
+use super::stored;
+use crate::render::shared::{SHADING_DISNEY, SHADING_LAMBERT, SHADING_PHONG, Surface};
+use crate::scene::volume::Volume;
+use crate::scene::{self, Isosurface, LightModel, Normals, Shading};
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surfaces {
+    pub iso: Vec<Surface>,
+    pub light: LightModel,
+    pub normals: Normals,
+}
+
+impl Surfaces {
+    pub fn new(surfaces: &scene::Surfaces, volume: &Volume) -> Surfaces {
+        Surfaces {
+            iso: surfaces.iso.iter().map(|s| surface(s, volume)).collect(),
+            light: surfaces.light,
+            normals: surfaces.normals,
+        }
+    }
+
+    /// Every ray sees surfaces, not the camera's alone.
+    pub fn is_full_light(&self) -> bool {
+        !self.iso.is_empty() && self.light == LightModel::Full
+    }
+
+    /// The surfaces that stop light on its way through the medium.
+    pub fn obstacles(&self) -> Option<&Surfaces> {
+        Some(self).filter(|surfaces| surfaces.is_full_light())
+    }
+
+    pub fn any_shaded(&self, shading: u32) -> bool {
+        self.iso.iter().any(|surface| surface.shading == shading)
+    }
+}
+
+fn surface(iso: &Isosurface, volume: &Volume) -> Surface {
+    let mut surface = Surface {
+        value: stored(volume, iso.value),
+        opacity: iso.opacity as f32,
+        color: iso.color.map(|c| c as f32),
+        ..Surface::zeroed()
+    };
+    match iso.shading {
+        Shading::Lambert => surface.shading = SHADING_LAMBERT,
+        Shading::Phong {
+            specular,
+            shininess,
+        } => {
+            surface.shading = SHADING_PHONG;
+            surface.specular = specular as f32;
+            surface.shininess = shininess as f32;
+        }
+        Shading::Disney(d) => {
+            surface.shading = SHADING_DISNEY;
+            surface.metallic = d.metallic as f32;
+            surface.roughness = d.roughness as f32;
+            surface.specular = d.specular as f32;
+            surface.specular_tint = d.specular_tint as f32;
+            surface.sheen = d.sheen as f32;
+            surface.sheen_tint = d.sheen_tint as f32;
+            surface.subsurface = d.subsurface as f32;
+            surface.clearcoat = d.clearcoat as f32;
+            surface.clearcoat_gloss = d.clearcoat_gloss as f32;
+        }
+    }
+    surface
+}

@@ -1,0 +1,46 @@
+//! The camera and the picture's pixels.
+
+use glam::DVec3;
+
+use crate::scene::{Camera, Projection};
+
+/// The camera's frame, scaled to the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Pixels.
+    pub size: [u32; 2],
+    pub eye: [f32; 3],
+    /// Unit, into the picture.
+    pub forward: [f32; 3],
+    /// From the picture's centre to its right edge, at distance 1 (perspective) or in world units
+    /// (orthographic).
+    pub right: [f32; 3],
+    /// From the picture's centre to its top edge, likewise.
+    pub up: [f32; 3],
+    pub is_orthographic: bool,
+}
+
+impl View {
+    pub fn new(camera: &Camera, size: [u32; 2]) -> View {
+        let [forward, right, up] = camera.basis();
+        let half_height = match camera.projection {
+            Projection::Perspective { fov_y } => (0.5 * fov_y.to_radians()).tan(),
+            Projection::Orthographic { height } => 0.5 * height,
+        };
+        let half_width = half_height * f64::from(size[0]) / f64::from(size[1]);
+        View {
+            size,
+            eye: DVec3::from(camera.eye).as_vec3().to_array(),
+            forward: forward.as_vec3().to_array(),
+            right: (right * half_width).as_vec3().to_array(),
+            up: (up * half_height).as_vec3().to_array(),
+            is_orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
+        }
+    }
+
+    /// What the same picture shows with fewer pixels or more. Its proportions stay, although rounding may have
+    /// changed those of `size` a little.
+    pub fn with_size(self, size: [u32; 2]) -> View {
+        View { size, ..self }
+    }
+}

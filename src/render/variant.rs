@@ -1,0 +1,40 @@
+//! The three ways to render: what a plan decides on. `estimator.rs` gives each its passes and its memory.
+
+use super::cache_layout::CacheLayout;
+
+/// The variant that renders.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Variant {
+    /// Paths from the camera.
+    NonCaching,
+    /// Paths from the nodes of a cache, which pictures read.
+    Caching(CacheLayout),
+    /// The method of the paper that Isolume started from, as a baseline.
+    Published,
+}
+
+impl Variant {
+    /// The word by which users ask for it.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Variant::NonCaching => "non-caching",
+            Variant::Caching(_) => "caching",
+            Variant::Published => "published",
+        }
+    }
+
+    /// The variant with its cache's resolution, as in "caching at scale 0.5 in f16".
+    pub fn description(&self) -> String {
+        match self {
+            Variant::Caching(layout) => layout.description(),
+            other => other.word().to_string(),
+        }
+    }
+
+    pub fn cache(&self) -> Option<&CacheLayout> {
+        match self {
+            Variant::Caching(layout) => Some(layout),
+            Variant::NonCaching | Variant::Published => None,
+        }
+    }
+}
