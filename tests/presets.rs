@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use isolume::error::Result;
-use isolume::scene::file::Opened;
+use isolume::scene::Opened;
 use isolume::scene::preset::Preset;
 use isolume::scene::volume::{Histogram, Volume, VoxelType, Voxels};
 use isolume::scene::{Background, Edit, describe, open};

@@ -11,18 +11,8 @@ use super::buffer::Buffer;
 use super::device::{Device, failure};
 use super::image::Image;
 use super::pipeline::Pipeline;
-use super::shader::Shaders;
+use super::shader::{PassDesc, Shaders};
 use crate::error::{Error, Result};
-
-/// What a pass is made from.
-pub struct PassDesc<'a> {
-    /// The shader's file name without `.comp`; also the name in timings and messages.
-    pub name: &'static str,
-    /// Values of the specialization constants 0, 1, …
-    pub specialization: &'a [u32],
-    /// Macros, and what they stand for.
-    pub macros: &'a [(&'static str, &'static str)],
-}
 
 /// What stands behind a name in the shader.
 #[derive(Clone, Copy)]

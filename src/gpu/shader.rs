@@ -13,7 +13,6 @@ use shaderc::{
     SpirvVersion, TargetEnv,
 };
 
-use super::pass::PassDesc;
 use crate::error::{Error, Result};
 
 static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/glsl");
@@ -21,6 +20,16 @@ static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/glsl");
 /// One compiler for the whole process: a fresh one costs 0.1 s with its first shader, a warm one
 /// milliseconds a shader.
 static COMPILER: LazyLock<shaderc::Result<Compiler>> = LazyLock::new(Compiler::new);
+
+/// What a pass is made from.
+pub struct PassDesc<'a> {
+    /// The shader's file name without `.comp`; also the name in timings and messages.
+    pub name: &'static str,
+    /// Values of the specialization constants 0, 1, …
+    pub specialization: &'a [u32],
+    /// Macros, and what they stand for.
+    pub macros: &'a [(&'static str, &'static str)],
+}
 
 /// The shaders' text, and what compiling it takes.
 pub struct Shaders {

@@ -13,7 +13,7 @@ use crate::cli::{CompareArgs, InfoArgs, SceneArgs};
 use crate::compare;
 use crate::error::{Error, Result};
 use crate::info;
-use crate::scene::file::Opened;
+use crate::scene::Opened;
 use crate::scene::volume::{Reading, Volume, VolumeOverrides};
 use crate::scene::{describe, open};
 use clock::Clock;

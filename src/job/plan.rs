@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::gpu::human;
 use crate::info::to_json;
 use crate::render::{Choice, Plan};
-use crate::scene::file::Opened;
+use crate::scene::Opened;
 
 #[derive(Serialize)]
 struct Printed<'a> {

@@ -16,7 +16,7 @@ use crate::output::profile;
 use crate::output::progress::Progress;
 use crate::output::stats::{Stats, ViewStats};
 use crate::output::{Format, Outputs, Provenance, check_writable};
-use crate::scene::file::Opened;
+use crate::scene::Opened;
 use crate::scene::{Scene, Variant, describe};
 
 pub fn render(args: &RenderArgs) -> Result<u8> {

@@ -9,6 +9,7 @@ pub mod describe;
 pub mod file;
 pub mod light;
 pub mod medium;
+mod open;
 pub mod preset;
 pub mod surface;
 pub mod volume;
@@ -17,9 +18,10 @@ use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Projection, View};
 pub use describe::describe;
-pub use file::{Edit, SceneFile, open, resolve};
+pub use file::{Edit, SceneFile, resolve};
 pub use light::{DirectionalLight, Environment, EnvironmentImage};
 pub use medium::{Medium, TransferPoint};
+pub use open::{Opened, is_scene, open};
 pub use surface::{Disney, Isosurface, LightModel, Normals, Shading, Surfaces};
 
 /// A half-space that is cut away: points with dot(normal, p) > offset are vacuum.

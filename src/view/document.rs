@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::scene::file::Opened;
+use crate::scene::Opened;
 use crate::scene::volume::Histogram;
 
 pub struct Document {

@@ -9,8 +9,8 @@ use super::load::{Load, open_document};
 use super::session::Session;
 use super::watch::Watch;
 use crate::error::Result;
-use crate::scene::file::{SceneFile, is_scene};
-use crate::scene::{Edit, Scene, resolve};
+use crate::scene::file::SceneFile;
+use crate::scene::{Edit, Scene, is_scene, resolve};
 
 impl App<'_> {
     pub(super) fn take_opened(&mut self) -> Result<()> {

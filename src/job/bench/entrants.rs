@@ -4,7 +4,8 @@ use crate::cli::{BenchArgs, BenchVariant};
 use crate::engine::{Engine, Host};
 use crate::error::{Error, Result};
 use crate::render::{self, Choice};
-use crate::scene::file::{Opened, SceneFile, ShadingModel};
+use crate::scene::Opened;
+use crate::scene::file::{SceneFile, ShadingModel};
 use crate::scene::volume::Volume;
 use crate::scene::{CacheFormat, Scene, Variant, describe, resolve};
 

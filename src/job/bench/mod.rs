@@ -24,7 +24,7 @@ use crate::compare::LinearImage;
 use crate::engine::Host;
 use crate::error::{Error, Result};
 use crate::output::Outputs;
-use crate::scene::file::Opened;
+use crate::scene::Opened;
 use crate::scene::volume::Volume;
 use entrants::{Entrant, Subject, subjects};
 use folder::Folder;

@@ -7,7 +7,8 @@ use crate::cli::BenchArgs;
 use crate::compare::{Comparison, WithoutNoise};
 use crate::engine::Host;
 use crate::engine::figures::{CacheStats, MemoryStats};
-use crate::scene::file::{Opened, ShadingModel};
+use crate::scene::Opened;
+use crate::scene::file::ShadingModel;
 
 #[derive(Debug, Serialize)]
 pub struct Report {

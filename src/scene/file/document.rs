@@ -189,7 +189,7 @@ impl Document {
     pub fn typed(self) -> Result<SceneFile> {
         let parsed: Result<SceneFile, _> = serde_path_to_error::deserialize(self.root.clone());
         let mut file = parsed.map_err(|error| {
-            let (key, problem) = mismatch::explain(&error, &self.root);
+            let (key, problem) = mismatch::explain(&error, |key| find(&self.root, key));
             self.origins.error(&key, problem)
         })?;
         file.origins = self.origins;
@@ -199,7 +199,7 @@ impl Document {
 }
 
 /// The value at a dotted key.
-pub(super) fn find<'a>(root: &'a Value, key: &str) -> Option<&'a Value> {
+fn find<'a>(root: &'a Value, key: &str) -> Option<&'a Value> {
     key.split('.').try_fold(root, |place, step| match place {
         Value::Array(items) => items.get(step.parse::<usize>().ok()?),
         table => table.get(step),
@@ -286,7 +286,7 @@ impl Edit {
     }
 
     /// Whether it concerns the volume, which is read before a preset can look at it.
-    pub(super) fn is_about_volume(&self) -> bool {
+    pub(in crate::scene) fn is_about_volume(&self) -> bool {
         matches!(&self.change, Change::Set { key, .. } if key.split('.').next() == Some("volume"))
     }
 }

@@ -6,12 +6,10 @@
 use serde_path_to_error::Segment;
 use toml::Value;
 
-use super::document::find;
-
-/// The dotted key that is wrong, and what is wrong with it.
-pub fn explain(
+/// The dotted key that is wrong, and what is wrong with it. `value_of` looks a key up in the document.
+pub fn explain<'a>(
     error: &serde_path_to_error::Error<toml::de::Error>,
-    root: &Value,
+    value_of: impl FnOnce(&str) -> Option<&'a Value>,
 ) -> (String, String) {
     let steps = error.path().iter().filter_map(|segment| match segment {
         Segment::Seq { index } => Some(index.to_string()),
@@ -38,7 +36,7 @@ pub fn explain(
         let expected = message
             .rsplit_once("expected ")
             .map_or(message, |(_, what)| what);
-        let found = find(root, &key).map_or("nothing".to_string(), shown);
+        let found = value_of(&key).map_or("nothing".to_string(), shown);
         (
             key,
             format!("found {found}, expected {}", in_words(expected)),

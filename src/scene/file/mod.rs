@@ -1,6 +1,6 @@
 //! The scene file: what the user wrote, typed, with every default still open.
 //!
-//! Three steps lead from text to a [`Scene`]. A `Document` is the TOML with the command line's
+//! Three steps lead from text to a [`Scene`](super::Scene). A `Document` is the TOML with the command line's
 //! changes, where each key knows its line or flag; a [`SceneFile`] is that with types; [`resolve`]
 //! fills in what depends on the volume. All checks that need no volume run before it is read, so
 //! that a typo in a scene of many gigabytes is told at once.
@@ -20,9 +20,7 @@ use document::Document;
 pub use document::{Edit, Origins};
 pub use resolve::resolve;
 
-use super::preset::Preset;
-use super::volume::{Volume, VolumeOverrides};
-use super::{Background, CacheFormat, CacheScale, LightModel, Normals, Scene, Tone, Variant, View};
+use super::{Background, CacheFormat, CacheScale, LightModel, Normals, Tone, Variant, View};
 use crate::error::{Error, Result};
 
 /// The whole file. Its keys are the contract's; `None` means that the user left it to us.
@@ -185,7 +183,7 @@ impl SceneFile {
     }
 
     /// A bare volume: everything else is left to a preset.
-    fn bare(volume: &Path, edits: &[Edit]) -> Result<SceneFile> {
+    pub(super) fn bare(volume: &Path, edits: &[Edit]) -> Result<SceneFile> {
         let name = volume.display().to_string();
         if volume.to_str().is_none() {
             return Err(Error::Input(format!(
@@ -196,55 +194,4 @@ impl SceneFile {
         file.volume.path = Some(volume.to_path_buf());
         file.edited(name, edits)
     }
-}
-
-/// Whether the argument is a scene file; anything else is a volume.
-pub fn is_scene(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
-}
-
-/// A scene file, or a volume and a preset, up to everything that a renderer needs.
-#[derive(Debug, Clone)]
-pub struct Opened {
-    pub file: SceneFile,
-    pub volume: Volume,
-    pub scene: Scene,
-    /// What the user should know: one sentence each.
-    pub notes: Vec<String>,
-}
-
-/// Opens the argument of `render` and its siblings. A preset means nothing to a scene file.
-pub fn open(
-    input: &Path,
-    preset: Preset,
-    edits: &[Edit],
-    load: impl FnOnce(&Path, &VolumeOverrides) -> Result<Volume>,
-) -> Result<Opened> {
-    let (file, volume) = if is_scene(input) {
-        let file = SceneFile::read(input, edits)?;
-        let volume = load(&file.volume_path()?, &file.volume_overrides()?);
-        let named_here = |error| match error {
-            Error::Input(why) => file.origins.error("volume.path", why),
-            other => other,
-        };
-        let volume = volume.map_err(named_here)?;
-        (file, volume)
-    } else {
-        let (about_volume, rest): (Vec<Edit>, Vec<Edit>) =
-            edits.iter().cloned().partition(Edit::is_about_volume);
-        let bare = SceneFile::bare(input, &about_volume)?;
-        let volume = load(&bare.volume_path()?, &bare.volume_overrides()?)?;
-        let (name, mut scene) = preset.scene(input, &volume)?;
-        scene.volume = bare.volume;
-        (scene.edited(name, &rest)?, volume)
-    };
-    let (scene, notes) = resolve(&file, &volume)?;
-    let notes = [volume.notes.clone(), notes].concat();
-    Ok(Opened {
-        file,
-        volume,
-        scene,
-        notes,
-    })
 }

@@ -1,0 +1,60 @@
+//! From the argument of a command, a scene file or a bare volume, to everything that a renderer needs.
+
+use std::path::Path;
+
+use super::Scene;
+use super::file::{Edit, SceneFile, resolve};
+use super::preset::Preset;
+use super::volume::{Volume, VolumeOverrides};
+use crate::error::{Error, Result};
+
+/// Whether the argument is a scene file; anything else is a volume.
+pub fn is_scene(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
+}
+
+/// A scene file, or a volume and a preset, up to everything that a renderer needs.
+#[derive(Debug, Clone)]
+pub struct Opened {
+    pub file: SceneFile,
+    pub volume: Volume,
+    pub scene: Scene,
+    /// What the user should know: one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Opens the argument of `render` and its siblings. A preset means nothing to a scene file.
+pub fn open(
+    input: &Path,
+    preset: Preset,
+    edits: &[Edit],
+    load: impl FnOnce(&Path, &VolumeOverrides) -> Result<Volume>,
+) -> Result<Opened> {
+    let (file, volume) = if is_scene(input) {
+        let file = SceneFile::read(input, edits)?;
+        let volume = load(&file.volume_path()?, &file.volume_overrides()?);
+        let named_here = |error| match error {
+            Error::Input(why) => file.origins.error("volume.path", why),
+            other => other,
+        };
+        let volume = volume.map_err(named_here)?;
+        (file, volume)
+    } else {
+        let (about_volume, rest): (Vec<Edit>, Vec<Edit>) =
+            edits.iter().cloned().partition(Edit::is_about_volume);
+        let bare = SceneFile::bare(input, &about_volume)?;
+        let volume = load(&bare.volume_path()?, &bare.volume_overrides()?)?;
+        let (name, mut scene) = preset.scene(input, &volume)?;
+        scene.volume = bare.volume;
+        (scene.edited(name, &rest)?, volume)
+    };
+    let (scene, notes) = resolve(&file, &volume)?;
+    let notes = [volume.notes.clone(), notes].concat();
+    Ok(Opened {
+        file,
+        volume,
+        scene,
+        notes,
+    })
+}
