@@ -36,6 +36,7 @@ pub enum Command {
     /// Render a scene, or a bare volume with a preset.
     Render(Box<RenderArgs>),
     /// Open a window on a scene or a bare volume.
+    #[cfg(feature = "window")]
     View(Box<ViewArgs>),
     /// Print what GPU memory a render would take, and allocate nothing.
     Plan(Box<PlanArgs>),
@@ -151,6 +152,7 @@ pub struct RenderArgs {
     pub quiet: bool,
 }
 
+#[cfg(feature = "window")]
 #[derive(Debug, Args)]
 pub struct ViewArgs {
     #[command(flatten)]

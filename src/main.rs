@@ -5,7 +5,9 @@ use std::process::ExitCode;
 use clap::Parser;
 use isolume::cli::{Cli, Command};
 use isolume::error::Result;
-use isolume::{job, view};
+use isolume::job;
+#[cfg(feature = "window")]
+use isolume::view;
 
 fn main() -> ExitCode {
     match run(Cli::parse().command) {
@@ -21,6 +23,7 @@ fn main() -> ExitCode {
 fn run(command: Command) -> Result<u8> {
     match command {
         Command::Render(args) => job::render(&args),
+        #[cfg(feature = "window")]
         Command::View(args) => view::view(&args),
         Command::Plan(args) => job::plan(&args),
         Command::Bench(args) => job::bench(&args),

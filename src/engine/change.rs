@@ -103,18 +103,18 @@ impl Engine {
     }
 
     /// Whether the budget allows pictures of another size beside `reserved` bytes for something else.
-    pub(crate) fn has_room_for(&self, size: [u32; 2], reserved: u64) -> Result<bool> {
+    pub fn has_room_for(&self, size: [u32; 2], reserved: u64) -> Result<bool> {
         let plan = self.plan_for(&self.full.reduced_to(size))?;
         Ok(plan.bytes() + reserved <= self.memory.budget)
     }
 
     /// Sets bytes of the budget aside for something else.
-    pub(crate) fn reserve(&mut self, bytes: u64) {
+    pub fn reserve(&mut self, bytes: u64) {
         self.reserved = bytes;
     }
 
     /// Renders the same picture with fewer pixels from now on, or with all of them again.
-    pub(crate) fn reduce_to(&mut self, size: [u32; 2]) -> Result<()> {
+    pub fn reduce_to(&mut self, size: [u32; 2]) -> Result<()> {
         if self.renderer.size() != size {
             self.renderer.change(&self.full.reduced_to(size))?;
         }

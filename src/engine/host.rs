@@ -103,7 +103,7 @@ impl HostOptions {
 }
 
 /// Fails for a scene with more surfaces than a path can keep its side of.
-pub(crate) fn check_surfaces(scene: &Scene) -> Result<()> {
+fn check_surfaces(scene: &Scene) -> Result<()> {
     let surfaces = scene.surfaces.iso.len();
     if surfaces > MOST_SURFACES {
         return Err(Error::Input(format!(

@@ -11,7 +11,7 @@ pub mod schedule;
 mod stopwatch;
 
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::error::Result;
 use crate::gpu::{Memory, Timings};
@@ -22,7 +22,6 @@ use figures::{CacheStats, MemoryStats, PassStats};
 
 pub use budget::{Budget, Limit};
 pub use change::Changed;
-pub(crate) use host::check_surfaces;
 pub use host::{Host, HostOptions};
 pub use picture::{Picture, relative_error};
 pub use run::{Outcome, Progress, Run};
@@ -180,15 +179,18 @@ impl Engine {
         figures::memory(&self.memory, self.choice.plan.bytes())
     }
 
-    pub(crate) fn memory(&self) -> &Arc<Memory> {
-        &self.memory
+    /// Bytes of GPU memory in use from each moment on.
+    pub fn memory_history(&self) -> Vec<(Instant, u64)> {
+        self.memory.history()
     }
 
-    pub(crate) fn renderer(&self) -> &Renderer {
+    /// The renderer beneath, for who watches it closer than this type does.
+    pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }
 
-    pub(crate) fn renderer_mut(&mut self) -> &mut Renderer {
+    /// The renderer beneath, for who works in slices of a frame. Its scene is changed through the engine alone.
+    pub fn renderer_mut(&mut self) -> &mut Renderer {
         &mut self.renderer
     }
 

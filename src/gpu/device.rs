@@ -6,7 +6,6 @@
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use ash::{ext, khr, vk};
-use winit::raw_window_handle::RawDisplayHandle;
 
 use super::instance::{Instance, Validation};
 use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
@@ -56,19 +55,12 @@ impl Device {
         Device::open_from(instance, choice, false)
     }
 
-    /// The same, for windows of a display.
-    pub fn open_for_display(
+    /// `draws`: it shall show images in windows as well.
+    pub(super) fn open_from(
+        instance: Instance,
         choice: &DeviceChoice,
-        display: RawDisplayHandle,
+        draws: bool,
     ) -> Result<Arc<Device>> {
-        let extensions = ash_window::enumerate_required_extensions(display).map_err(|e| {
-            Error::Device(format!("Vulkan knows no way to draw on this display: {e}"))
-        })?;
-        let instance = Instance::new(choice.validation, extensions)?;
-        Device::open_from(instance, choice, true)
-    }
-
-    fn open_from(instance: Instance, choice: &DeviceChoice, draws: bool) -> Result<Arc<Device>> {
         let summaries = survey(&instance)?;
         let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
         let physical = instance.physical_devices()?[summary.index];

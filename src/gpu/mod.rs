@@ -7,7 +7,6 @@
 //! barriers are global: a frame puts one between any two passes.
 
 mod buffer;
-mod canvas;
 mod commands;
 mod device;
 mod frame;
@@ -18,13 +17,12 @@ mod pass;
 mod pipeline;
 mod shader;
 mod shared;
-mod surface;
 mod survey;
-mod target;
 mod timing;
+#[cfg(feature = "window")]
+mod window;
 
 pub use buffer::{Buffer, BufferDesc, Placement};
-pub use canvas::{ATLAS_SIDE, Canvas, CanvasVertex, Patch};
 pub use commands::{SLICE_MS, Slices};
 pub use device::{Device, DeviceChoice};
 pub use frame::Frame;
@@ -34,8 +32,9 @@ pub use memory::{Memory, ResourceBytes, human};
 pub use pass::{Binding, Pass};
 pub use shader::{PassDesc, Shaders};
 pub use shared::{Shared, Specialization, Word, types};
-pub use surface::{Shape, Surface, Swapchain, Target};
 pub use survey::{DeviceKind, DeviceSummary, list_devices};
 pub use timing::{Span, Timings};
+#[cfg(feature = "window")]
+pub use window::{ATLAS_SIDE, Canvas, CanvasVertex, Patch, Shape, Surface, Swapchain, Target};
 
 pub use ash::vk::Format;

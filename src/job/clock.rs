@@ -82,7 +82,6 @@ impl Clock {
 /// Stages of the CPU, passes of the GPU, and memory, from the run's beginning on.
 pub fn trace(clock: &Clock, engine: &Engine) -> Trace {
     let timings = engine.timings();
-    let memory = engine.memory();
     let mut trace = Trace::default();
     let offset_us = (timings.began - clock.began).as_secs_f64() * 1e6;
     for stage in &clock.stages {
@@ -96,7 +95,7 @@ pub fn trace(clock: &Clock, engine: &Engine) -> Trace {
     {
         trace.add_gpu(*pass, offset_us + start_us, *duration_us);
     }
-    for (at, bytes) in memory.history() {
+    for (at, bytes) in engine.memory_history() {
         trace.add_memory((at - clock.began).as_secs_f64() * 1e6, bytes);
     }
     trace

@@ -8,6 +8,7 @@ pub mod display;
 mod exr;
 mod png;
 pub mod profile;
+#[cfg(feature = "cli")]
 pub mod progress;
 pub mod stats;
 pub mod trace;

@@ -11,7 +11,6 @@ use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
 use super::live::{Live, Order};
-use crate::engine::check_surfaces;
 use crate::error::{Error, Result};
 use crate::scene::preset::Preset;
 use crate::scene::volume::{Histogram, Reading, Volume};
@@ -107,7 +106,6 @@ pub fn open_document(
         let opened = open(&path, preset, &edits, |path, overrides| {
             Volume::load_watched(path, overrides, &reading)
         })?;
-        check_surfaces(&opened.scene)?;
         Ok(Document {
             histogram: Histogram::of(&opened.volume, BINS),
             path,

@@ -8,11 +8,12 @@ use std::any::Any;
 use std::sync::Arc;
 
 use ash::{khr, vk};
-use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle};
 
-use super::device::{Device, failure};
-use super::image::COLOR;
-use super::memory::{Holding, Memory};
+use super::super::device::{Device, DeviceChoice, failure};
+use super::super::image::COLOR;
+use super::super::instance::Instance;
+use super::super::memory::{Holding, Memory};
 use crate::error::{Error, Result};
 
 /// Eight bits a channel, encoded by whoever writes.
@@ -20,12 +21,26 @@ const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8
 /// So long without an image from the window system, the frame is left out.
 const PATIENCE_NS: u64 = 500_000_000;
 
+impl Device {
+    /// Opens the wanted device, or the best, for windows of a display.
+    pub fn open_for_display(
+        choice: &DeviceChoice,
+        display: RawDisplayHandle,
+    ) -> Result<Arc<Device>> {
+        let extensions = ash_window::enumerate_required_extensions(display).map_err(|e| {
+            Error::Device(format!("Vulkan knows no way to draw on this display: {e}"))
+        })?;
+        let instance = Instance::new(choice.validation, extensions)?;
+        Device::open_from(instance, choice, true)
+    }
+}
+
 /// The window's side of it; lives as long as the window.
 pub struct Surface {
-    pub(super) device: Arc<Device>,
+    pub(in crate::gpu) device: Arc<Device>,
     loader: khr::surface::Instance,
     raw: vk::SurfaceKHR,
-    pub(super) format: vk::SurfaceFormatKHR,
+    pub(in crate::gpu) format: vk::SurfaceFormatKHR,
     // Last: the window goes after its surface.
     _window: Arc<dyn Any + Send + Sync>,
 }
@@ -146,8 +161,8 @@ pub struct Swapchain {
 #[derive(Clone, Copy)]
 pub struct Target {
     index: u32,
-    pub(super) image: vk::Image,
-    pub(super) view: vk::ImageView,
+    pub(in crate::gpu) image: vk::Image,
+    pub(in crate::gpu) view: vk::ImageView,
     pub extent: [u32; 2],
 }
 

@@ -8,16 +8,16 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::buffer::{Buffer, BufferDesc, Placement};
-use super::device::{Device, failure};
-use super::frame::Frame;
-use super::image::{Image, ImageDesc};
-use super::memory::Memory;
-use super::pipeline::Pipeline;
-use super::shader::Shaders;
-use super::shared::Shared;
+use super::super::buffer::{Buffer, BufferDesc, Placement};
+use super::super::device::{Device, failure};
+use super::super::frame::Frame;
+use super::super::image::{Image, ImageDesc};
+use super::super::memory::Memory;
+use super::super::pipeline::Pipeline;
+use super::super::shader::Shaders;
+use super::super::shared::Shared;
+use super::super::types::*;
 use super::surface::{Surface, Target};
-use super::types::*;
 use crate::error::Result;
 use crate::shared;
 

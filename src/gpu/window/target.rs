@@ -3,8 +3,8 @@
 
 use ash::vk;
 
-use super::frame::Frame;
-use super::image::{COLOR, COLOR_LAYER, Image};
+use super::super::frame::Frame;
+use super::super::image::{COLOR, COLOR_LAYER, Image};
 use super::surface::Target;
 use crate::error::Result;
 

@@ -1,0 +1,8 @@
+//! What only a window needs of a device: its images, and drawing a user interface into them.
+
+mod canvas;
+mod surface;
+mod target;
+
+pub use canvas::{ATLAS_SIDE, Canvas, CanvasVertex, Patch};
+pub use surface::{Shape, Surface, Swapchain, Target};

@@ -1,0 +1,272 @@
+//! Whatever key of a scene is edited, the picture is that of a new engine: nothing stale is left in it.
+//!
+//! The keys are those that the scene file's own types know, as their messages list them, so a new key that is
+//! missing here fails the test. The volume's keys are left out: another volume is another engine.
+
+use std::num::NonZeroU32;
+use std::path::Path;
+
+use isolume::engine::{Engine, Host, HostOptions, Picture, Stop};
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::{Edit, Scene, SceneFile, resolve};
+
+/// A scene whose cache is filled with what surfaces reflect, and which has every part that can be edited.
+const CACHED: &str = r#"
+[medium]
+density = 0.3
+g = 0.3
+transfer = [
+    { value = 10.0, opacity = 0.1, color = [0.9, 0.8, 0.7] },
+    { value = 90.0, opacity = 0.8, color = [0.6, 0.8, 0.9] },
+]
+[surfaces]
+light = "full"
+[[surfaces.iso]]
+value = 40.0
+opacity = 0.5
+shading = "phong"
+[[light]]
+type = "directional"
+direction = [0.3, -1.0, -0.4]
+irradiance = [3.0, 2.0, 1.0]
+[[light]]
+type = "environment"
+radiance = [0.2, 0.3, 0.5]
+[[clip]]
+normal = [1.0, 0.2, 0.0]
+offset = 5.0
+[camera]
+eye = [14.0, 11.0, 22.0]
+target = [0.0, 0.0, 0.0]
+up = [0.0, 1.0, 0.0]
+fov_y = 40.0
+[render]
+size = [12, 10]
+variant = "auto"
+cache_scale = 0.5
+cache_format = "f16"
+"#;
+
+/// A scene without a cache, and with a material that has all parameters.
+const GLOSSY: &str = r#"
+[[surfaces.iso]]
+value = 60.0
+shading = "disney"
+metallic = 0.2
+specular_tint = 0.1
+sheen = 0.1
+subsurface = 0.1
+clearcoat = 0.1
+[[light]]
+type = "directional"
+direction = [0.3, -1.0, -0.4]
+irradiance = [3.0, 2.0, 1.0]
+[render]
+size = [12, 10]
+"#;
+
+/// Edits of `GLOSSY`.
+const OF_GLOSSY: &[&str] = &[
+    "surfaces.iso.0.roughness=0.2",
+    "surfaces.iso.0.metallic=0.7",
+    "surfaces.iso.0.specular_tint=0.9",
+    "surfaces.iso.0.sheen=0.9",
+    "surfaces.iso.0.sheen_tint=0.9",
+    "surfaces.iso.0.subsurface=0.9",
+    "surfaces.iso.0.clearcoat=0.9",
+    "surfaces.iso.0.clearcoat_gloss=0.2",
+    "surfaces.iso.0.value=50.0",
+    "surfaces.iso.0.color=[0.9, 0.2, 0.1]",
+    "surfaces.normals=\"analytic\"",
+    "light.0.direction=[1.0, -1.0, -0.4]",
+    "light.0.irradiance=[1.0, 2.0, 4.0]",
+];
+
+/// Edits of `CACHED`: for each key of the scene file, another value. A key that excludes another one comes as its
+/// whole table.
+const OF_CACHED: &[&str] = &[
+    "medium.density=0.5",
+    "medium.g=0.5",
+    "medium.transfer.0.value=20.0",
+    "medium.transfer.0.opacity=0.4",
+    "medium.transfer.0.color=[0.3, 0.8, 0.7]",
+    "surfaces.light=\"local\"",
+    "surfaces.normals=\"analytic\"",
+    "surfaces.iso.0.value=50.0",
+    "surfaces.iso.0.opacity=0.8",
+    "surfaces.iso.0.shading=\"lambert\"",
+    "surfaces.iso.0.color=[0.9, 0.2, 0.1]",
+    "surfaces.iso.0.specular=0.9",
+    "surfaces.iso.0.shininess=5.0",
+    "light.0={ type = \"environment\", radiance = [0.5, 0.5, 0.5] }",
+    "light.0.direction=[1.0, -1.0, -0.4]",
+    "light.0.irradiance=[1.0, 2.0, 4.0]",
+    "light.1.radiance=[0.6, 0.3, 0.1]",
+    "light.1.image=\"sky.png\"",
+    "clip.0.normal=[0.0, 1.0, 0.3]",
+    "clip.0.offset=2.0",
+    "camera.eye=[-14.0, 3.0, 20.0]",
+    "camera={ view = \"+x\", fov_y = 40.0 }",
+    "camera.target=[1.0, 2.0, 0.0]",
+    "camera.up=[0.3, 1.0, 0.0]",
+    "camera.fov_y=25.0",
+    "camera={ eye = [14.0, 11.0, 22.0], orthographic = 18.0 }",
+    "render.size=[10, 14]",
+    "render.max_bounces=2",
+    "render.variant=\"non-caching\"",
+    "render.cache_scale=0.25",
+    "render.cache_format=\"f32\"",
+    "render.background=[0.1, 0.2, 0.3]",
+    "render.exposure=1.0",
+    "render.tone=\"filmic\"",
+];
+
+fn volume() -> Volume {
+    let value = |n: u32| {
+        let p = [n % 16, n / 16 % 16, n / 256].map(|i| f64::from(i) - 7.5);
+        let radius = p.iter().map(|x| x * x).sum::<f64>().sqrt();
+        (100.0 - 11.0 * radius + 6.0 * (p[0] * 0.9).sin()).clamp(0.0, 100.0) as f32
+    };
+    let voxels = Voxels::F32((0..16 * 16 * 16).map(value).collect());
+    Volume::from_values([16; 3], [1.0; 3], voxels).expect("a volume")
+}
+
+/// A sky in a folder of its own, which the scene's relative paths begin at.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    let texel = |x: u32, y: u32| image::Rgb([(40 * x) as u8, (60 * y) as u8, 200]);
+    let sky = image::RgbImage::from_fn(6, 4, texel);
+    sky.save(folder.path().join("sky.png")).expect("a sky");
+    folder
+}
+
+fn scene(text: &str, folder: &Path, edits: &[&str], volume: &Volume) -> Scene {
+    let file = parse(text, folder, edits).unwrap_or_else(|error| panic!("{edits:?}: {error}"));
+    let resolved = resolve(&file, volume);
+    resolved
+        .unwrap_or_else(|error| panic!("{edits:?}: {error}"))
+        .0
+}
+
+fn parse(text: &str, folder: &Path, edits: &[&str]) -> isolume::error::Result<SceneFile> {
+    let edits: Vec<Edit> = edits.iter().map(|e| e.parse().expect("an edit")).collect();
+    SceneFile::parse(text, &folder.join("scene.toml"), &edits)
+}
+
+/// The keys of a table, as the message about an unknown one lists them.
+fn keys_of(table: &str) -> Vec<String> {
+    let unknown = match table {
+        "" => "nonsense=1".to_string(),
+        table => format!("{table}.nonsense=1"),
+    };
+    let message = match parse(CACHED, Path::new("."), &[&unknown]) {
+        Err(error) => error.to_string(),
+        Ok(_) => panic!("{unknown} is known"),
+    };
+    let list = message.rsplit("it can be ").next().map(str::to_string);
+    let list = list.filter(|l| l.len() < message.len());
+    let list = list.or_else(|| message.rsplit("It can be ").next().map(str::to_string));
+    let list = list.expect("a list of keys");
+    list.split(", ").map(|key| key.trim().to_string()).collect()
+}
+
+/// Every key of the scene file, without numbers.
+fn all_keys() -> Vec<String> {
+    let tables = [
+        ("medium", "medium"),
+        ("medium.transfer.0", "medium.transfer"),
+        ("surfaces", "surfaces"),
+        ("surfaces.iso.0", "surfaces.iso"),
+        ("light.0", "light"),
+        ("clip.0", "clip"),
+        ("camera", "camera"),
+        ("render", "render"),
+    ];
+    let is_table = |key: &str| tables.iter().any(|(_, name)| *name == key);
+    for key in keys_of("") {
+        assert!(
+            is_table(&key) || key == "volume",
+            "the table {key} is not edited"
+        );
+    }
+    let keys = tables.iter().flat_map(|(path, name)| {
+        let keys = keys_of(path).into_iter();
+        keys.map(move |key| format!("{name}.{key}"))
+    });
+    keys.filter(|key| !is_table(key)).collect()
+}
+
+/// The keys that an edit sets, without numbers.
+fn keys_set_by(edit: &str) -> Vec<String> {
+    let (key, value) = edit.split_once('=').expect("an edit");
+    let words = key.split('.').filter(|w| w.parse::<usize>().is_err());
+    let key = words.collect::<Vec<_>>().join(".");
+    match value.strip_prefix("{ ") {
+        None => vec![key],
+        Some(table) => {
+            let names = table
+                .split(" = ")
+                .filter_map(|part| part.split([' ', ',']).next_back());
+            names.map(|name| format!("{key}.{name}")).collect()
+        }
+    }
+}
+
+/// The picture after so many paths a cell, the same for all, and samples.
+fn render(engine: &mut Engine) -> Picture {
+    engine.look_from_everywhere();
+    let samples = NonZeroU32::new(4).expect("some");
+    engine.render(Stop::at_samples(samples)).expect("a picture");
+    engine.picture().expect("a picture")
+}
+
+#[test]
+fn every_key_is_edited() {
+    let edits = OF_CACHED.iter().chain(OF_GLOSSY);
+    let edited: Vec<String> = edits.flat_map(|edit| keys_set_by(edit)).collect();
+    for key in all_keys() {
+        assert!(edited.contains(&key), "{key} is not edited");
+    }
+}
+
+/// After each edit, and after going back to `text`, the picture is that of a new engine. An edit for which other
+/// passes or other memory are needed makes a new engine by itself.
+fn assert_nothing_stale(text: &str, edits: &[&str]) {
+    let (folder, volume) = (folder(), volume());
+    let host = Host::open(&HostOptions::default()).expect("a device");
+    let before = scene(text, folder.path(), &[], &volume);
+    let begin = |scene: &Scene| Engine::new(&host, &volume, scene, 1).expect("an engine");
+    let mut engine = begin(&before);
+    let unedited = render(&mut engine);
+    let mut in_place = 0;
+    for edit in edits {
+        let edited = scene(text, folder.path(), &[edit], &volume);
+        if engine.change_in_place(&edited).expect("a change").is_none() {
+            continue;
+        }
+        in_place += 1;
+        assert_same(edit, &render(&mut engine), &render(&mut begin(&edited)));
+        let back = engine.change_in_place(&before).expect("a change back");
+        assert!(back.is_some(), "there is no way back from {edit}");
+        assert_same(&format!("{edit} and back"), &render(&mut engine), &unedited);
+    }
+    println!("{in_place} of {} edits by the same engine", edits.len());
+    assert!(2 * in_place > edits.len());
+}
+
+fn assert_same(edit: &str, changed: &Picture, fresh: &Picture) {
+    assert_eq!(changed.rgb, fresh.rgb, "after {edit}");
+    assert_eq!(changed.albedo, fresh.albedo, "after {edit}");
+    assert_eq!(changed.normal, fresh.normal, "after {edit}");
+    assert_eq!(changed.depth, fresh.depth, "after {edit}");
+}
+
+#[test]
+fn an_edit_with_a_cache_leaves_nothing_stale() {
+    assert_nothing_stale(CACHED, OF_CACHED);
+}
+
+#[test]
+fn an_edit_of_a_material_leaves_nothing_stale() {
+    assert_nothing_stale(GLOSSY, OF_GLOSSY);
+}
