@@ -10,7 +10,7 @@
 #version 460
 #include "scene.glsl"
 #include "volume.glsl"
-#include "transfer.glsl"
+#include "medium.glsl"
 #include "ray.glsl"
 #include "random.glsl"
 #include "phase.glsl"
@@ -41,15 +41,15 @@ struct MarchStep {
 MarchStep sample_step(Ray ray, float t, float size, vec3 u) {
     vec2 places = t + size * u.xy;
     vec2 values = vec2(lookup(ray, places.x), lookup(ray, places.y));
-    vec4 first = transfer_at(values.x);
-    vec4 second = transfer_at(values.y);
-    vec2 depths = scene.density * size * vec2(first.a, second.a);
+    Medium first = medium_of(values.x);
+    Medium second = medium_of(values.y);
+    vec2 depths = size * vec2(first.sigma_t, second.sigma_t);
     float mean = 0.5 * (depths.x + depths.y);
     float variance = 0.25 * (depths.x - depths.y) * (depths.x - depths.y);
     vec2 shares = mean > 0.0 ? 0.5 * depths / mean : vec2(0.5);
     MarchStep s;
     s.absorbed = absorbed_by(mean) + 0.5 * variance * (1.0 - absorbed_by(mean));
-    s.albedo = shares.x * first.rgb + shares.y * second.rgb;
+    s.albedo = shares.x * first.albedo + shares.y * second.albedo;
     s.t = dot(shares, places);
     s.picked_t = u.z < shares.x ? places.x : places.y;
     return s;
@@ -143,7 +143,7 @@ vec3 missed_suns(Ray ray, Front front, inout Random random) {
     for (uint k = 0u; k < 4u; ++k) {
         vec3 g = ray.origin + front.picked_t.x * ray.step;
         vec3 taken = front.picked_suns.x * suns_here;
-        vec3 albedo = transfer_color(lookup(ray, front.picked_t.x));
+        vec3 albedo = albedo_of(lookup(ray, front.picked_t.x));
         missed += 0.25 * albedo * (sunlight(ray, g, random) - taken);
         // Not indexed by k: compilers keep in memory what is.
         front.picked_t = front.picked_t.yzwx;
@@ -155,7 +155,7 @@ vec3 missed_suns(Ray ray, Front front, inout Random random) {
 // What the light taken should have been more.
 vec3 missed_light(Ray ray, Front front, inout Random random) {
     vec3 g = ray.origin + front.picked_t.x * ray.step;
-    vec3 albedo = transfer_color(lookup(ray, front.picked_t.x));
+    vec3 albedo = albedo_of(lookup(ray, front.picked_t.x));
     vec3 missed = albedo * missed_by_interpolation(cube_at(g)) * scene.cache_unit;
     if (sun_count > 0u) {
         missed += missed_suns(ray, front, random);

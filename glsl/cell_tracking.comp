@@ -14,7 +14,7 @@
 #version 460
 #include "scene.glsl"
 #include "volume.glsl"
-#include "transfer.glsl"
+#include "medium.glsl"
 #include "ray.glsl"
 #include "ranges.glsl"
 #include "random.glsl"
@@ -81,7 +81,7 @@ bool collect(inout Path path, inout Random random) {
     CachedLight light = read_half(cube, 1 - int(push.nodes_half));
     vec3 towards = -path.direction;
     vec3 scattered = scattered_light(light, towards) + light.suns * suns_scattered(towards);
-    contribute(path, path.throughput * transfer_color(path.value) * scattered);
+    contribute(path, path.throughput * albedo_of(path.value) * scattered);
     end_path(path);
     return true;
 }

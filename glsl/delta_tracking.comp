@@ -4,7 +4,7 @@
 #version 460
 #include "scene.glsl"
 #include "volume.glsl"
-#include "transfer.glsl"
+#include "medium.glsl"
 #include "ray.glsl"
 #include "ranges.glsl"
 #include "random.glsl"

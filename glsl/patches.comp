@@ -12,7 +12,7 @@
 #include "ray.glsl"
 #include "ranges.glsl"
 #include "random.glsl"
-#include "transfer.glsl"
+#include "medium.glsl"
 #include "tracking.glsl"
 #include "surface.glsl"
 

@@ -10,7 +10,7 @@
 #version 460
 #include "scene.glsl"
 #include "volume.glsl"
-#include "transfer.glsl"
+#include "medium.glsl"
 #include "ray.glsl"
 #include "ranges.glsl"
 #include "random.glsl"
@@ -71,10 +71,10 @@ void main() {
     for (float t = 0.0; t < t_stop && transmittance > OPAQUE_BELOW; t += longest) {
         float size = min(longest, t_stop - t);
         vec3 g = ray.origin + (t + 0.5 * size) * ray.step;
-        vec4 medium = transfer_at(volume_value(g));
+        Medium medium = medium_at(g);
         vec3 light = textureLod(radiance_cells, (g - 0.5) / vec3(scene.dims), 0.0).rgb;
-        float weight = transmittance * (1.0 - exp(-scene.density * medium.a * size));
-        radiance += weight * medium.rgb * light;
+        float weight = transmittance * (1.0 - exp(-medium.sigma_t * size));
+        radiance += weight * medium.albedo * light;
         transmittance -= weight;
     }
     if (depth < 1.0) {

@@ -15,7 +15,7 @@
 #version 460
 #include "scene.glsl"
 #include "volume.glsl"
-#include "transfer.glsl"
+#include "medium.glsl"
 #include "ray.glsl"
 #include "random.glsl"
 #include "phase.glsl"
@@ -99,9 +99,9 @@ void main() {
         bool leaves = !has_medium || is_outside(path.position);
         if (!leaves) {
             ++lookups;
-            vec4 medium = transfer_at(volume_value(path.position));
-            if (unit_interval(words.y) * push.majorant < scene.density * medium.a) {
-                path.throughput *= medium.rgb;
+            Medium medium = medium_at(path.position);
+            if (unit_interval(words.y) * push.majorant < medium.sigma_t) {
+                path.throughput *= medium.albedo;
                 float cosine = phase_sample_cosine(unit_interval(words.z));
                 path.direction = direction_around(path.direction, cosine, unit_interval(words.w));
                 ++path.bounces;

@@ -6,7 +6,7 @@
 #version 460
 #include "scene.glsl"
 #include "volume.glsl"
-#include "transfer.glsl"
+#include "medium.glsl"
 #include "ray.glsl"
 #include "ranges.glsl"
 #include "random.glsl"
@@ -63,11 +63,11 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
             Taken taken = NOTHING_TAKEN;
             LOOP {
                 float at = march.t + 0.5 * march.size;
-                vec4 medium = transfer_at(lookup(ray, at));
-                float depth = scene.density * medium.a * march.size;
+                Medium medium = medium_of(lookup(ray, at));
+                float depth = medium.sigma_t * march.size;
                 float weight = front.transmittance * absorbed_by(depth);
                 front.transmittance -= weight;
-                take(taken, weight, medium.rgb, at);
+                take(taken, weight, medium.albedo, at);
                 make_step(march);
                 is_opaque = front.transmittance <= opaque_below;
                 if (is_opaque || march.steps == 0u || is_due(taken)) {

@@ -24,8 +24,8 @@ const PATH: File = File {
     text: include_str!("../glsl/include/path.glsl"),
 };
 const MAJORANTS: File = File {
-    path: "majorants.comp",
-    text: include_str!("../glsl/majorants.comp"),
+    path: "include/medium.glsl",
+    text: include_str!("../glsl/include/medium.glsl"),
 };
 const LIGHT: File = File {
     path: "include/light.glsl",
@@ -114,8 +114,8 @@ fn where_the_majorant_binds() {
     let majorant = Fault {
         name: "majorant 2 % low",
         file: MAJORANTS,
-        right: "scene.density * opacity",
-        wrong: "0.98 * scene.density * opacity",
+        right: "return scene.density * opacity;",
+        wrong: "return 0.98 * scene.density * opacity;",
     };
     assert_noticed(&trial, &[majorant]);
 }
@@ -149,8 +149,8 @@ fn in_a_medium_under_an_image_and_a_sun() {
         Fault {
             name: "albedo twice",
             file: PATH,
-            right: "path.throughput *= transfer_color(path.value);",
-            wrong: "path.throughput *= transfer_color(path.value) * transfer_color(path.value);",
+            right: "path.throughput *= albedo_of(path.value);",
+            wrong: "path.throughput *= albedo_of(path.value) * albedo_of(path.value);",
         },
         Fault {
             name: "blocked light dropped",

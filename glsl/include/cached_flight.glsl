@@ -13,7 +13,7 @@ bool collect(inout Path path, inout Random random) {
         return false;
     }
     vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
-    vec3 throughput = path.throughput * transfer_color(path.value);
+    vec3 throughput = path.throughput * albedo_of(path.value);
     Cube cube = cube_at(g);
     CachedLight light = read_cache(cube);
     // One axis, at random, stands for all three.

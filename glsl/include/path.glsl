@@ -204,7 +204,7 @@ void deflect(inout Path path, inout Random random) {
     path.origin += path.t_end * path.direction / scene.spacing;
     if (!s.is_surface) {
         ++path.collisions;
-        path.throughput *= transfer_color(path.value);
+        path.throughput *= albedo_of(path.value);
     }
     if (has_light_sampling) {
         LightSample light = sample_light(words_for_light(path, random));

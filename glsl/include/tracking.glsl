@@ -102,7 +102,7 @@ void step_tracking(inout Tracking tracking, bool is_shadow, inout Random random,
     tracking.outcome = collides ? OUTCOME_PENDING : OUTCOME_END;
     if (collides) {
         value = tentative_value(tracking.ray, tracking.t, words.zw);
-        float sigma_t = scene.density * transfer_opacity(value);
+        float sigma_t = sigma_t_of(value);
         float u = unit_interval(words.y);
         if (!is_shadow) {
             tracking.outcome = u * tracking.majorant < sigma_t ? OUTCOME_COLLISION : OUTCOME_PENDING;
