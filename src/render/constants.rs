@@ -10,7 +10,6 @@ use super::convert::{
 };
 use super::environment_table;
 use super::filter_probe::filter_is_precise;
-use super::macrocell_ranges::macrocell_ranges;
 use super::majorants;
 use super::occupancy::Occupancy;
 use super::shared::{
@@ -18,7 +17,7 @@ use super::shared::{
 };
 use crate::error::Result;
 use crate::gpu::{Device, Format, Shaders};
-use crate::scene::volume::{Volume, Voxels};
+use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{Background, Camera, EnvironmentImage, Scene, Variant};
 
 /// What the scene puts on the GPU, besides the volume.
@@ -99,11 +98,7 @@ impl SceneBuffers {
             majorant_size: majorant_size as f32,
             spacing: volume.spacing.map(|s| s as f32),
             half_extent: volume.extent().map(|e| (0.5 * e) as f32),
-            stored_max: match volume.voxels {
-                Voxels::U8(_) => 255.0,
-                Voxels::U16(_) => 65535.0,
-                Voxels::F32(_) => 1.0,
-            },
+            stored_max: volume.stored.max(),
             density,
             g: scene.medium.as_ref().map_or(0.0, |m| m.g as f32),
             max_bounces: scene.render.max_bounces,
@@ -224,7 +219,7 @@ impl SceneBuffers {
     /// Where the cache needs memory.
     pub fn occupancy(&self, volume: &Volume) -> Occupancy {
         Occupancy::new(
-            macrocell_ranges(volume),
+            volume.macrocell_ranges(),
             &self.constants,
             &self.transfer,
             self.obstacles(),
@@ -324,10 +319,10 @@ fn grey(rgb: [f32; 3]) -> f32 {
 
 /// The data's own width.
 pub fn volume_format(volume: &Volume) -> Format {
-    match volume.voxels {
-        Voxels::U8(_) => Format::R8_UNORM,
-        Voxels::U16(_) => Format::R16_UNORM,
-        Voxels::F32(_) => Format::R32_SFLOAT,
+    match volume.stored {
+        StoredType::U8 => Format::R8_UNORM,
+        StoredType::U16 => Format::R16_UNORM,
+        StoredType::F32 => Format::R32_SFLOAT,
     }
 }
 

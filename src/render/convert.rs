@@ -8,7 +8,7 @@ use super::constants::TransferPoint;
 use super::shared::{
     Clip, Features, SHADING_DISNEY, SHADING_LAMBERT, SHADING_PHONG, SceneConstants, Sun, Surface,
 };
-use crate::scene::volume::{Volume, Voxels};
+use crate::scene::volume::Volume;
 use crate::scene::{
     Background, Camera, ClipPlane, Isosurface, LightModel, Normals, Projection, Scene, Shading,
 };
@@ -44,11 +44,7 @@ pub(super) fn features(
         filter_in_shader,
         cache_order: 0,
         cache_is_f16: false,
-        volume_bits: match volume.voxels {
-            Voxels::U8(_) => 8,
-            Voxels::U16(_) => 16,
-            Voxels::F32(_) => 32,
-        },
+        volume_bits: 8 * volume.stored.bytes() as u32,
     }
 }
 

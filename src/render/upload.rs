@@ -5,11 +5,10 @@ use std::sync::Arc;
 
 use super::constants::SceneBuffers;
 use super::copy;
-use super::macrocell_ranges::macrocell_ranges;
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::{Frame, Memory};
-use crate::scene::volume::{Volume, Voxels};
+use crate::scene::volume::Volume;
 
 /// All of a scene, on its way onto the GPU for the first time.
 pub fn load(
@@ -24,13 +23,8 @@ pub fn load(
         f.adopt(&r.images_to_fill())?;
         f.clear(&r.images_from_zero())
     })?;
-    let voxels: &[u8] = match &volume.voxels {
-        Voxels::U8(v) => v,
-        Voxels::U16(v) => bytemuck::cast_slice(v),
-        Voxels::F32(v) => bytemuck::cast_slice(v),
-    };
-    copy::upload(f, &mut r.staging, &r.volume, voxels)?;
-    let ranges = bytemuck::cast_slice(macrocell_ranges(volume));
+    upload_voxels(f, r, volume)?;
+    let ranges = bytemuck::cast_slice(volume.macrocell_ranges());
     copy::upload(f, &mut r.staging, &r.ranges, ranges)?;
     upload_transfer(f, r, scene)?;
     let texels = scene.environment.texels.iter();
@@ -39,6 +33,20 @@ pub fn load(
     copy::upload(f, &mut r.staging, &r.environment, texels)?;
     upload_pages(f, r, scene)?;
     Ok((frame, resources))
+}
+
+/// Piece by piece from the volume's source into the staging buffer: its voxels are never in memory all
+/// at once.
+fn upload_voxels(frame: &mut Frame, r: &mut Resources, volume: &Volume) -> Result<()> {
+    let mut reader = volume.reader();
+    for piece in volume.pieces(r.staging.desc.bytes) {
+        let bytes = piece.voxels() * volume.stored.bytes();
+        if let Some(staging) = r.staging.mapped_mut() {
+            reader.read(piece, &mut staging[..bytes])?;
+        }
+        frame.run(|f| f.upload(&r.staging, &r.volume, piece.low, piece.dims))?;
+    }
+    Ok(())
 }
 
 pub fn upload_transfer(frame: &mut Frame, r: &mut Resources, scene: &SceneBuffers) -> Result<()> {

@@ -116,7 +116,7 @@ pub fn open_document(
         })?;
         check_supported(&opened.scene)?;
         Ok(Document {
-            histogram: Histogram::of(&opened.volume, BINS),
+            histogram: Histogram::of(&opened.volume, BINS)?,
             path,
             opened,
         })
