@@ -34,7 +34,7 @@ struct Bin {
 /// One block of text, or JSON.
 pub fn volume(path: &Path, json: bool) -> Result<String> {
     let volume = Volume::load(path, &VolumeOverrides::default())?;
-    let histogram = Histogram::of(&volume, BINS);
+    let histogram = Histogram::of(&volume, BINS)?;
     let bins = histogram.counts.iter().enumerate().map(|(i, &voxels)| Bin {
         low: histogram.low + i as f64 * histogram.width,
         high: histogram.low + (i + 1) as f64 * histogram.width,

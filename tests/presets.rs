@@ -1,7 +1,6 @@
 //! A bare volume gets a scene that shows something, or a sentence that says why it cannot.
 
 use std::path::Path;
-use std::sync::OnceLock;
 
 use isolume::error::Result;
 use isolume::scene::Opened;
@@ -11,23 +10,13 @@ use isolume::scene::{Background, Edit, describe, open};
 
 /// One row of voxels.
 fn volume(voxels: Voxels, offset: f64, range: [f64; 2], voxel_type: VoxelType) -> Volume {
-    let n = match &voxels {
-        Voxels::U8(v) => v.len(),
-        Voxels::U16(v) => v.len(),
-        Voxels::F32(v) => v.len(),
-    };
-    Volume {
-        dims: [n as u32, 1, 1],
-        spacing: [1.0; 3],
-        voxels,
-        scale: 1.0,
-        offset,
-        range,
-        axes: None,
-        voxel_type,
-        notes: vec!["a note of the loader".to_string()],
-        macrocell_ranges: OnceLock::new(),
-    }
+    let dims = [voxels.len() as u32, 1, 1];
+    let mut volume = Volume::from_values(dims, [1.0; 3], voxels).unwrap();
+    volume.offset = offset;
+    volume.range = range;
+    volume.voxel_type = voxel_type;
+    volume.notes = vec!["a note of the loader".to_string()];
+    volume
 }
 
 /// As many voxels of each value as said.
@@ -199,10 +188,10 @@ fn edits_change_a_preset_like_a_file() {
 
 #[test]
 fn histograms_count_every_voxel_once() {
-    let histogram = Histogram::of(&bytes(&[(3, 5), (4, 2), (7, 1)]), 256);
+    let histogram = Histogram::of(&bytes(&[(3, 5), (4, 2), (7, 1)]), 256).unwrap();
     assert_eq!(histogram.counts, [5, 2, 0, 0, 1]);
     assert_eq!((histogram.value(0), histogram.value(4)), (3.0, 7.0));
-    let coarse = Histogram::of(&hounsfield(2000), 10);
+    let coarse = Histogram::of(&hounsfield(2000), 10).unwrap();
     assert_eq!(coarse.counts.iter().sum::<u64>(), 3001);
     assert!(
         coarse
@@ -211,7 +200,7 @@ fn histograms_count_every_voxel_once() {
             .all(|count| (299..=302).contains(count)),
         "{coarse:?}"
     );
-    let flat = Histogram::of(&bytes(&[(9, 4)]), 16);
+    let flat = Histogram::of(&bytes(&[(9, 4)]), 16).unwrap();
     assert_eq!(
         (flat.counts.as_slice(), flat.value(0)),
         ([4].as_slice(), 9.0)

@@ -224,7 +224,7 @@ fn loads_properly(path: &Path, overrides: &VolumeOverrides) -> bool {
         return false;
     };
     let count: usize = volume.dims.iter().map(|size| *size as usize).product();
-    assert!(count > 0 && volume.voxels.len() == count);
+    assert!(count > 0 && volume.voxels().unwrap().len() == count);
     assert!(
         volume
             .spacing

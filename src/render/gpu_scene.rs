@@ -13,7 +13,7 @@ use super::shared::{self, Features, SHADING_DISNEY, SHADING_PHONG, SceneConstant
 use super::variant::Variant;
 use crate::error::Result;
 use crate::gpu::{Device, Format, Shaders};
-use crate::scene::volume::Volume;
+use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{self, Background, Scene};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -140,7 +140,7 @@ impl GpuScene {
             filter_in_shader: field.filter_in_shader,
             cache_order: self.cache_order(),
             cache_is_f16: self.variant.cache().is_some_and(|layout| layout.is_f16),
-            volume_bits: field.bits,
+            volume_bits: 8 * field.stored.bytes() as u32,
         }
     }
 
@@ -177,7 +177,7 @@ impl GpuScene {
             majorant_size: medium.majorant_size as f32,
             spacing: field.spacing,
             half_extent: field.half_extent,
-            stored_max: field.stored_max(),
+            stored_max: field.stored.max(),
             density: medium.density,
             g: medium.g,
             transfer_segments: medium.segments(),
@@ -234,10 +234,10 @@ impl GpuScene {
 impl Field {
     /// The volume's format on the GPU, in the data's own width.
     pub fn format(&self) -> Format {
-        match self.bits {
-            8 => Format::R8_UNORM,
-            16 => Format::R16_UNORM,
-            _ => Format::R32_SFLOAT,
+        match self.stored {
+            StoredType::U8 => Format::R8_UNORM,
+            StoredType::U16 => Format::R16_UNORM,
+            StoredType::F32 => Format::R32_SFLOAT,
         }
     }
 }

@@ -7,7 +7,6 @@ use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 
-use super::macrocell_ranges::macrocell_ranges;
 use super::parts::{Field, Medium, Parts, TransferPoint};
 use super::shared::{Clip, MACROCELL, Surface};
 use crate::scene::volume::Volume;
@@ -35,7 +34,7 @@ impl Occupancy {
             (scatters(range, medium) || obstacles.iter().any(|s| shows(range, s)))
                 && !is_clipped(position(n, macrocells), field, clips)
         };
-        let ranges = macrocell_ranges(volume).par_iter().enumerate();
+        let ranges = volume.macrocell_ranges().par_iter().enumerate();
         Occupancy {
             macrocells,
             occupied: ranges.map(matters).collect(),

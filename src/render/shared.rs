@@ -13,7 +13,7 @@ use crate::gpu::{Shared, Specialization};
 use crate::{shared, specialization};
 
 /// Trilinear cells along an axis of a macrocell.
-pub const MACROCELL: u32 = 8;
+pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;
 /// Patches along either side of the picture, however many pixels it has.

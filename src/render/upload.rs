@@ -3,21 +3,15 @@
 
 use super::copy;
 use super::gpu_scene::GpuScene;
-use super::macrocell_ranges::macrocell_ranges;
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::Frame;
-use crate::scene::volume::{Volume, Voxels};
+use crate::scene::volume::Volume;
 
 /// Writes all of a scene for the first time.
 pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuScene) -> Result<()> {
-    let voxels: &[u8] = match &volume.voxels {
-        Voxels::U8(v) => v,
-        Voxels::U16(v) => bytemuck::cast_slice(v),
-        Voxels::F32(v) => bytemuck::cast_slice(v),
-    };
-    copy::upload(frame, &mut r.staging, &r.volume, voxels)?;
-    let ranges = bytemuck::cast_slice(macrocell_ranges(volume));
+    upload_voxels(frame, r, volume)?;
+    let ranges = bytemuck::cast_slice(volume.macrocell_ranges());
     copy::upload(frame, &mut r.staging, &r.ranges, ranges)?;
     upload_transfer(frame, r, scene)?;
     if let Some(sky) = &scene.parts.lights.sky {
@@ -25,6 +19,20 @@ pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuSc
         let texels: Vec<[f32; 4]> = texels.map(|&[r, g, b]| [r, g, b, 1.0]).collect();
         let texels = bytemuck::cast_slice(&texels);
         copy::upload(frame, &mut r.staging, &r.environment, texels)?;
+    }
+    Ok(())
+}
+
+/// Takes the voxels piece by piece from the volume's source into the staging buffer: they are never in memory all at
+/// once.
+fn upload_voxels(frame: &mut Frame, r: &mut Resources, volume: &Volume) -> Result<()> {
+    let mut reader = volume.reader();
+    for piece in volume.pieces(r.staging.desc.bytes) {
+        let bytes = piece.voxels() * volume.stored.bytes();
+        if let Some(staging) = r.staging.mapped_mut() {
+            reader.read(piece, &mut staging[..bytes])?;
+        }
+        frame.run(|f| f.upload(&r.staging, &r.volume, piece.low, piece.dims))?;
     }
     Ok(())
 }

@@ -50,7 +50,7 @@ impl Preset {
         let (name, medium, iso) = match self {
             Preset::Auto if hounsfield => ct(volume),
             Preset::Ct => ct(volume),
-            Preset::Auto | Preset::Generic => generic(volume),
+            Preset::Auto | Preset::Generic => generic(volume)?,
         };
         let mut scene = SceneFile {
             medium,
@@ -78,8 +78,8 @@ fn ct(volume: &Volume) -> Look {
 
 /// Four classes: empty, thin, dense and densest. The medium begins with the thin, the surface with the
 /// dense.
-fn generic(volume: &Volume) -> Look {
-    let thresholds = Histogram::of(volume, 256).otsu(4);
+fn generic(volume: &Volume) -> Result<Look> {
+    let thresholds = Histogram::of(volume, 256)?.otsu(4);
     let (medium, dense) = match thresholds[..] {
         [thin, dense, ..] => {
             let width = dense - thin;
@@ -89,7 +89,7 @@ fn generic(volume: &Volume) -> Look {
         [dense] => (None, Some(dense)),
         [] => (None, None),
     };
-    ("generic", medium, dense.map(surface))
+    Ok(("generic", medium, dense.map(surface)))
 }
 
 /// A film that is densest at the value `film`, and a haze from `haze` on.

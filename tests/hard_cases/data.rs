@@ -59,7 +59,7 @@ fn more_voxels_than_a_power_of_two() {
 #[test]
 fn values_that_are_none() {
     let whole = noise([8, 8, 8], [0.125; 3]);
-    let Voxels::F32(values) = &whole.voxels else {
+    let Voxels::F32(values) = whole.voxels().expect("voxels").into_owned() else {
         panic!("made of floats");
     };
     let with = |holes: [f32; 3]| {

@@ -113,7 +113,7 @@ fn value(volume: &Volume, p: DVec3) -> f64 {
 fn voxel_value(volume: &Volume, [x, y, z]: [u32; 3]) -> f64 {
     let [width, height, _] = volume.dims;
     let i = (x + width * (y + height * z)) as usize;
-    let stored = match &volume.voxels {
+    let stored = match &*volume.voxels().expect("voxels") {
         Voxels::U8(v) => f64::from(v[i]),
         Voxels::U16(v) => f64::from(v[i]),
         Voxels::F32(v) => f64::from(v[i]),

@@ -37,12 +37,10 @@ pub struct Judge {
 
 impl Judge {
     pub fn new(volume: &Volume, values: &[f64]) -> Judge {
-        let spacing = [1.0; 3];
+        let mut unit = volume.clone();
+        unit.spacing = [1.0; 3];
         Judge {
-            unit: Volume {
-                spacing,
-                ..volume.clone()
-            },
+            unit,
             values: values.to_vec(),
         }
     }
@@ -211,7 +209,7 @@ impl Judge {
         let [nx, ny, nz] = self.unit.dims.map(|n| n as i32);
         let at = at.clamp(IVec3::ZERO, IVec3::new(nx, ny, nz) - 1);
         let n = (at.x + nx * (at.y + ny * at.z)) as usize;
-        match &self.unit.voxels {
+        match &*self.unit.voxels().expect("voxels") {
             Voxels::U8(v) => f64::from(v[n]),
             Voxels::U16(v) => f64::from(v[n]),
             Voxels::F32(v) => f64::from(v[n]),

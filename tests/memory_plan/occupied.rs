@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use fastrand::Rng;
 use glam::{DVec3, UVec3};
 use isolume::render::shared::{BRICK, MACROCELL};
-use isolume::render::{CacheLayout, GpuScene, macrocell_ranges};
+use isolume::render::{CacheLayout, GpuScene};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -74,7 +74,7 @@ fn value(volume: &Volume, g: DVec3) -> f64 {
                 .map(|i| i as usize);
             let [width, height, _] = volume.dims.map(|n| n as usize);
             let n = (z * height + y) * width + x;
-            let stored = match &volume.voxels {
+            let stored = match &*volume.voxels().expect("voxels") {
                 Voxels::U8(v) => f64::from(v[n]),
                 Voxels::U16(v) => f64::from(v[n]),
                 Voxels::F32(v) => f64::from(v[n]),
@@ -254,7 +254,7 @@ fn macrocell_ranges_are_those_of_all_corners() {
         let nothing = [f32::INFINITY, f32::NEG_INFINITY];
         let mut expected = vec![nothing; (columns * rows * slices) as usize];
         for n in 0..width * height * depth {
-            let value = match &volume.voxels {
+            let value = match &*volume.voxels().expect("voxels") {
                 Voxels::U8(v) => f32::from(v[n as usize]),
                 Voxels::U16(v) => f32::from(v[n as usize]),
                 Voxels::F32(v) => v[n as usize],
@@ -266,6 +266,6 @@ fn macrocell_ranges_are_those_of_all_corners() {
                 (*low, *high) = (low.min(value), high.max(value));
             }
         }
-        assert_eq!(macrocell_ranges(&volume), expected, "{:?}", volume.dims);
+        assert_eq!(volume.macrocell_ranges(), expected, "{:?}", volume.dims);
     }
 }

@@ -251,7 +251,7 @@ fn voxel(volume: &Volume, at: IVec3) -> f64 {
     let [x, y, z] = at.to_array().map(|i| i as usize);
     let [nx, ny, _] = volume.dims.map(|n| n as usize);
     let n = x + nx * (y + ny * z);
-    let stored = match &volume.voxels {
+    let stored = match &*volume.voxels().expect("voxels") {
         Voxels::U8(voxels) => voxels[n] as f64,
         Voxels::U16(voxels) => voxels[n] as f64,
         Voxels::F32(voxels) => voxels[n] as f64,

@@ -8,26 +8,17 @@ mod sky;
 mod views;
 
 use std::path::Path;
-use std::sync::OnceLock;
 
 use isolume::error::Result;
-use isolume::scene::volume::{Volume, VoxelType, Voxels};
+use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::{Edit, Scene, SceneFile, resolve};
 
 /// A box of 100 × 200 × 50 with values from 0 to 254.
 fn volume(axes: Option<&str>) -> Volume {
-    Volume {
-        dims: [10, 20, 10],
-        spacing: [10.0, 10.0, 5.0],
-        voxels: Voxels::U8((0..2000).map(|i| (i % 255) as u8).collect()),
-        scale: 1.0,
-        offset: 0.0,
-        range: [0.0, 254.0],
-        axes: axes.map(|axes| axes.parse().unwrap()),
-        voxel_type: VoxelType::U8,
-        notes: Vec::new(),
-        macrocell_ranges: OnceLock::new(),
-    }
+    let voxels = Voxels::U8((0..2000).map(|i| (i % 255) as u8).collect());
+    let mut volume = Volume::from_values([10, 20, 10], [10.0, 10.0, 5.0], voxels).unwrap();
+    volume.axes = axes.map(|axes| axes.parse().unwrap());
+    volume
 }
 
 fn edits(changes: &[&str]) -> Vec<Edit> {

@@ -3,10 +3,8 @@
 
 #![allow(dead_code)] // every test binary uses another part
 
-use std::sync::OnceLock;
-
 use isolume::gpu::Shaders;
-use isolume::scene::volume::{Volume, VoxelType, Voxels};
+use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::common;
@@ -80,32 +78,25 @@ pub fn hills(storage: Storage, spacing: [f64; 3]) -> Volume {
         let wave = (7.0 * x + 1.0).sin() * (6.0 * y + 5.0 * z).cos() + (9.0 * z - 3.0 * x).sin();
         (0.45 + 0.2 * wave + 0.1 * random.f64()).clamp(0.0, 1.0)
     });
-    let (voxels, voxel_type, most) = match storage {
+    let (voxels, most) = match storage {
         Storage::U8 => {
             let stored = shares.map(|s| (255.0 * s).round() as u8).collect();
-            (Voxels::U8(stored), VoxelType::U8, 255.0)
+            (Voxels::U8(stored), 255.0)
         }
         Storage::U16 => {
             let stored = shares.map(|s| (65535.0 * s).round() as u16).collect();
-            (Voxels::U16(stored), VoxelType::U16, 65535.0)
+            (Voxels::U16(stored), 65535.0)
         }
         Storage::F32 => {
             let stored = shares.map(|s| s as f32).collect();
-            (Voxels::F32(stored), VoxelType::F32, 1.0)
+            (Voxels::F32(stored), 1.0)
         }
     };
-    Volume {
-        dims: [n as u32; 3],
-        spacing,
-        voxels,
-        scale: SCALE / most,
-        offset: OFFSET,
-        range: [OFFSET, OFFSET + SCALE],
-        axes: None,
-        voxel_type,
-        notes: Vec::new(),
-        macrocell_ranges: OnceLock::new(),
-    }
+    let mut volume = Volume::from_values([n as u32; 3], spacing, voxels).expect("a volume");
+    volume.scale = SCALE / most;
+    volume.offset = OFFSET;
+    volume.range = [OFFSET, OFFSET + SCALE];
+    volume
 }
 
 /// The same everywhere.

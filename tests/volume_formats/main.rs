@@ -5,6 +5,7 @@ mod metaimage;
 mod nifti;
 mod nrrd;
 mod refusals;
+mod regions;
 mod values;
 #[path = "../volume_files/mod.rs"]
 mod volume_files;
@@ -12,7 +13,9 @@ mod volume_files;
 use std::path::Path;
 
 use isolume::error::Error;
-use isolume::scene::volume::{Axes, Endian, Volume, VolumeOverrides, VoxelType, Voxels};
+use isolume::scene::volume::{
+    Axes, Endian, StoredType, Volume, VolumeOverrides, VoxelType, Voxels,
+};
 use tempfile::TempDir;
 use volume_files::{Array, gzip, write, zlib};
 
@@ -39,7 +42,7 @@ fn plain(path: &Path) -> Volume {
 
 fn values(volume: &Volume) -> Vec<f64> {
     let value = |stored: f64| volume.offset + volume.scale * stored;
-    match &volume.voxels {
+    match &*volume.voxels().expect("voxels") {
         Voxels::U8(voxels) => voxels.iter().map(|v| value(f64::from(*v))).collect(),
         Voxels::U16(voxels) => voxels.iter().map(|v| value(f64::from(*v))).collect(),
         Voxels::F32(voxels) => voxels.iter().map(|v| value(f64::from(*v))).collect(),
@@ -94,9 +97,9 @@ fn round_trip(write_files: impl Fn(&Path, &Array) -> std::path::PathBuf) {
             let low = expected.iter().copied().fold(f64::INFINITY, f64::min);
             let high = expected.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             assert_eq!(volume.range, [low, high]);
-            match (voxel_type.bytes(), &volume.voxels) {
-                (1, Voxels::U8(_)) | (2, Voxels::U16(_)) | (4.., Voxels::F32(_)) => {}
-                (bytes, voxels) => panic!("{bytes} bytes became {voxels:?}"),
+            match (voxel_type.bytes(), volume.stored) {
+                (1, StoredType::U8) | (2, StoredType::U16) | (4.., StoredType::F32) => {}
+                (bytes, stored) => panic!("{bytes} bytes became {stored:?}"),
             }
         }
     }

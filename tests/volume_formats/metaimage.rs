@@ -1,6 +1,6 @@
 //! MetaImage: orientation, foreign headers, rescaling.
 
-use isolume::scene::volume::{Endian, VoxelType, Voxels};
+use isolume::scene::volume::{Endian, StoredType, VoxelType};
 
 use crate::volume_files::{Array, write};
 use crate::{DIMS, folder, load_bytes, plain, refuses, u8s, values};
@@ -90,7 +90,7 @@ fn metaimage_rescales_small_integers_in_their_width() {
         "v.mha",
         Array::new(DIMS, VoxelType::I8, Endian::Little).mha(more),
     );
-    assert!(matches!(volume.voxels, Voxels::U8(_)));
+    assert!(volume.stored == StoredType::U8);
     assert_eq!(volume.range, [-259.0, 251.0]);
     let zero = u8s().mha("ElementToIntensityFunctionSlope = 0\n");
     refuses("v.mha", zero, &["slope 0"]);

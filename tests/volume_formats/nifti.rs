@@ -1,6 +1,6 @@
 //! NIfTI-1: orientation and rescaling.
 
-use isolume::scene::volume::{Endian, VoxelType, Voxels};
+use isolume::scene::volume::{Endian, StoredType, VoxelType};
 
 use crate::volume_files::Array;
 use crate::{DIMS, load_bytes, refuses, u8s, values};
@@ -47,12 +47,12 @@ fn nifti_rescales() {
         array.values.iter().map(value).collect()
     };
     let volume = rescaled(0.5, -1024.0);
-    assert!(matches!(volume.voxels, Voxels::U16(_)));
+    assert!(volume.stored == StoredType::U16);
     assert_eq!(values(&volume), expected(0.5, -1024.0));
     assert_eq!(volume.range, [-17408.0, 15359.5]);
 
     let negative = rescaled(-2.0, 1.0);
-    assert!(matches!(negative.voxels, Voxels::F32(_)));
+    assert!(negative.stored == StoredType::F32);
     assert_eq!((negative.scale, negative.offset), (1.0, 0.0));
     assert_eq!(values(&negative), expected(-2.0, 1.0));
 

@@ -11,7 +11,7 @@ mod medium;
 mod surfaces;
 mod view;
 
-use crate::scene::volume::{Volume, Voxels};
+use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{self, CacheFormat, CacheScale, ClipPlane, Scene, Tone, Variant};
 
 use super::shared::{Clip, MACROCELL};
@@ -48,8 +48,8 @@ pub struct Field {
     pub spacing: [f32; 3],
     /// Half the box's sides, in world units.
     pub half_extent: [f32; 3],
-    /// Bits of a voxel on the GPU: 8, 16 or 32.
-    pub bits: u32,
+    /// What a voxel is on the GPU.
+    pub stored: StoredType,
     /// Shaders interpolate between voxels themselves, because the device's filter is too coarse.
     pub filter_in_shader: bool,
 }
@@ -123,21 +123,8 @@ impl Field {
             dims: volume.dims,
             spacing: volume.spacing.map(|s| s as f32),
             half_extent: volume.extent().map(|e| (0.5 * e) as f32),
-            bits: match volume.voxels {
-                Voxels::U8(_) => 8,
-                Voxels::U16(_) => 16,
-                Voxels::F32(_) => 32,
-            },
+            stored: volume.stored,
             filter_in_shader,
-        }
-    }
-
-    /// The stored value of a texel that reads 1.
-    pub fn stored_max(&self) -> f32 {
-        match self.bits {
-            8 => 255.0,
-            16 => 65535.0,
-            _ => 1.0,
         }
     }
 

@@ -1,6 +1,16 @@
 //! How often each value occurs: what presets take their thresholds from, and what `info` prints.
 
-use super::{Volume, Voxels};
+use std::sync::PoisonError;
+
+use bytemuck::cast_slice_mut;
+use rayon::prelude::*;
+
+use super::settle::shares;
+use super::{StoredType, Volume};
+use crate::error::Result;
+
+/// Bytes of a piece of the walk through floats.
+const PIECE: u64 = 8 << 20;
 
 /// Bins of equal width from the smallest to the largest value.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,28 +24,33 @@ pub struct Histogram {
 
 impl Histogram {
     /// Integer data whose values fit get one bin a value, so that no value is split between two.
-    pub fn of(volume: &Volume, max_bins: usize) -> Histogram {
+    /// Integers were counted when the volume was opened; floats are counted now, which takes a walk
+    /// through the voxels.
+    ///
+    /// # Errors
+    ///
+    /// The voxels cannot be read any more.
+    pub fn of(volume: &Volume, max_bins: usize) -> Result<Histogram> {
         let [low, high] = volume.range;
         let steps = (high - low) / volume.scale;
-        let integer = !matches!(volume.voxels, Voxels::F32(_));
+        let is_counted = volume.stored != StoredType::F32;
         let mut histogram = if high <= low {
             Histogram::empty(low - 0.5, 1.0, 1)
-        } else if integer && steps < max_bins as f64 {
+        } else if is_counted && steps < max_bins as f64 {
             let half = 0.5 * volume.scale;
             Histogram::empty(low - half, volume.scale, steps.round() as usize + 1)
         } else {
             Histogram::empty(low, (high - low) / max_bins as f64, max_bins)
         };
-        match &volume.voxels {
-            Voxels::U8(stored) => histogram.count_integers(volume, stored, 1 << 8),
-            Voxels::U16(stored) => histogram.count_integers(volume, stored, 1 << 16),
-            Voxels::F32(stored) => {
-                for &s in stored {
-                    histogram.add(volume.offset + volume.scale * f64::from(s), 1);
-                }
-            }
+        if !is_counted {
+            return histogram.of_floats(volume);
         }
-        histogram
+        let counts = volume.statistics.counts.iter().enumerate();
+        for (stored, &count) in counts.filter(|(_, count)| **count > 0) {
+            let bin = histogram.bin(volume.offset + volume.scale * stored as f64);
+            histogram.counts[bin] += count;
+        }
+        Ok(histogram)
     }
 
     fn empty(low: f64, width: f64, bins: usize) -> Histogram {
@@ -43,20 +58,44 @@ impl Histogram {
         Histogram { low, width, counts }
     }
 
-    fn count_integers<T: Copy + Into<usize>>(&mut self, volume: &Volume, stored: &[T], n: usize) {
-        let mut seen = vec![0u64; n];
-        for &s in stored {
-            seen[s.into()] += 1;
+    /// Fills an empty one, or takes the one that was filled the same way before.
+    fn of_floats(self, volume: &Volume) -> Result<Histogram> {
+        let last = &volume.statistics.histogram;
+        let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+        let bins = |h: &Histogram| (h.low, h.width, h.counts.len());
+        if let Some(known) = last.as_ref().filter(|known| bins(known) == bins(&self)) {
+            return Ok(known.clone());
         }
-        for (s, &count) in seen.iter().enumerate().filter(|(_, count)| **count > 0) {
-            self.add(volume.offset + volume.scale * s as f64, count);
-        }
+        let filled = self.walked(volume)?;
+        *last = Some(filled.clone());
+        Ok(filled)
     }
 
-    fn add(&mut self, value: f64, count: u64) {
+    fn walked(mut self, volume: &Volume) -> Result<Histogram> {
+        let mut reader = volume.reader();
+        let mut stored: Vec<f32> = Vec::new();
+        for piece in volume.pieces(PIECE) {
+            stored.resize(piece.voxels(), 0.0);
+            reader.read(piece, cast_slice_mut(&mut stored))?;
+            let counted = shares(piece, &stored).into_par_iter().map(|(_, share)| {
+                let mut counts = vec![0; self.counts.len()];
+                for &s in share {
+                    counts[self.bin(volume.offset + volume.scale * f64::from(s))] += 1;
+                }
+                counts
+            });
+            for counts in counted.collect::<Vec<Vec<u64>>>() {
+                for (sum, count) in self.counts.iter_mut().zip(counts) {
+                    *sum += count;
+                }
+            }
+        }
+        Ok(self)
+    }
+
+    fn bin(&self, value: f64) -> usize {
         let bin = ((value - self.low) / self.width) as usize;
-        let last = self.counts.len() - 1;
-        self.counts[bin.min(last)] += count;
+        bin.min(self.counts.len() - 1)
     }
 
     /// The value in the middle of a bin.

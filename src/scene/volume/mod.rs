@@ -1,42 +1,51 @@
-//! A volume in host memory: voxels in a width that the GPU can hold, and what they mean.
+//! A volume: what its voxels mean, and a source from which they are read whenever somebody wants them.
 //!
-//! Loading has three steps, each in its own place: a format's module ([`nrrd`], [`metaimage`],
-//! [`nifti`], [`npy`], [`raw`]) parses a header, [`source`] opens the voxels it points to, and
-//! [`decode`] makes a [`Volume`] of them, the same way for every format.
+//! Nothing needs all voxels in memory. A format's module parses a header ([`format`]) and says where the
+//! voxels come from ([`source`]); one walk through them finds what can only be known of all of them
+//! ([`settle`]); from then on a [`Reader`] gives the stored values of any region, cropped, converted
+//! and in the volume's order, the same way for every format ([`grid`]).
 
-mod decode;
-mod header;
+mod format;
+mod grid;
 pub mod histogram;
-mod metaimage;
-mod nifti;
-mod npy;
-mod nrrd;
+mod macrocells;
+mod open;
 mod orientation;
-mod raw;
 mod reading;
 mod region;
+mod settle;
 mod source;
+mod stored;
+mod voxel_type;
 
-use std::fmt;
+use std::borrow::Cow;
 use std::path::Path;
-use std::str::FromStr;
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex};
 
-use crate::error::{Error, Result};
-use header::{Encoding, Header, Parsed};
+use bytemuck::{cast_slice, cast_slice_mut};
+
+use crate::error::Result;
+use grid::Grid;
+pub use grid::Reader;
 pub use histogram::Histogram;
+pub use macrocells::MACROCELL;
 pub use orientation::{Anatomical, Axes};
 pub use reading::Reading;
+pub use region::Region;
+pub use stored::StoredType;
+pub use voxel_type::{Endian, VoxelType};
 
 /// Voxel (i, j, k) sits at the cell centre (i+½, j+½, k+½)·spacing from the box's low corner.
+///
+/// A clone shares the source of the voxels.
 #[derive(Debug, Clone)]
 pub struct Volume {
     /// Voxels along x (fastest), y and z; each ≥ 1.
     pub dims: [u32; 3],
     /// World units along x, y and z; each > 0.
     pub spacing: [f64; 3],
-    /// Stored values; a voxel's value is `offset + scale·stored`.
-    pub voxels: Voxels,
+    /// The type of stored values; a voxel's value is `offset + scale·stored`.
+    pub stored: StoredType,
     /// > 0, so that stored values and values have the same order.
     pub scale: f64,
     pub offset: f64,
@@ -48,10 +57,22 @@ pub struct Volume {
     pub voxel_type: VoxelType,
     /// What the user should know about the loading: one sentence each.
     pub notes: Vec<String>,
-    /// What `render::macrocell_ranges` found; the voxels do not change after that.
-    pub macrocell_ranges: OnceLock<Vec<[f32; 2]>>,
+    grid: Arc<Grid>,
+    statistics: Arc<Statistics>,
 }
 
+/// What is known of the stored values since all of them were seen.
+#[derive(Debug)]
+struct Statistics {
+    macrocell_ranges: Vec<[f32; 2]>,
+    /// How often each value occurs; empty for floats.
+    counts: Vec<u64>,
+    /// The last histogram of floats, for which the voxels were read again.
+    histogram: Mutex<Option<Histogram>>,
+}
+
+/// Stored values in memory, x fastest.
+///
 /// 8 and 16 bits stay what they are (signed ones shifted by half their range into `offset`);
 /// everything else is f32.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,24 +80,6 @@ pub enum Voxels {
     U8(Vec<u8>),
     U16(Vec<u16>),
     F32(Vec<f32>),
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum VoxelType {
-    U8,
-    I8,
-    U16,
-    I16,
-    U32,
-    I32,
-    F32,
-    F64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Endian {
-    Little,
-    Big,
 }
 
 /// What the user says about a file; it counts more than what the file says.
@@ -96,7 +99,11 @@ pub struct VolumeOverrides {
 }
 
 impl Volume {
-    /// Reads a volume of any format, told by the file's name.
+    /// Opens a volume of any format, told by the file's name, and walks through its voxels once.
+    ///
+    /// # Errors
+    ///
+    /// One sentence that names the file and says what is wrong with it.
     pub fn load(path: &Path, overrides: &VolumeOverrides) -> Result<Volume> {
         Volume::load_watched(path, overrides, &Reading::default())
     }
@@ -107,79 +114,76 @@ impl Volume {
         overrides: &VolumeOverrides,
         reading: &Reading,
     ) -> Result<Volume> {
-        let header = read_header(path, overrides)
-            .map_err(|fault| Error::input(format!("{}: {fault}", path.display())))?;
-        decode::decode(path, &header, overrides, reading)
+        open::load(path, overrides, reading)
     }
 
     /// A volume made in memory; its values are the voxels as they are.
+    ///
+    /// # Errors
+    ///
+    /// The number of voxels is not the product of `dims`, or 0; a spacing is no length above 0; no
+    /// value is finite.
     pub fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> Result<Volume> {
-        decode::from_values(dims, spacing, voxels)
+        open::from_values(dims, spacing, voxels)
     }
 
     /// The box's side lengths in world units.
     pub fn extent(&self) -> [f64; 3] {
         std::array::from_fn(|a| self.dims[a] as f64 * self.spacing[a])
     }
-}
 
-fn read_header(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
-    if path.is_dir() {
-        return Err(
-            "is a folder, expected one file; convert a DICOM series first: \
-                    `dcm2niix -z y -o OUT FOLDER`"
-                .into(),
-        );
+    /// The smallest and largest stored value in each macrocell, x fastest. Along each axis there are
+    /// as many as cover all trilinear cells, of which there is one more than voxels.
+    pub fn macrocell_ranges(&self) -> &[[f32; 2]] {
+        &self.statistics.macrocell_ranges
     }
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let name = name.to_lowercase();
-    let is = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
-    if is(&[".raw"]) {
-        return raw::read(path, overrides);
+
+    /// Boxes of at most `most_bytes` of stored values (at least one of them) that cover the volume, in
+    /// the order in which its source is read fastest.
+    pub fn pieces(&self, most_bytes: u64) -> impl Iterator<Item = Region> {
+        self.grid.pieces(most_bytes as usize / self.stored.bytes())
     }
-    for (key, given) in [
-        ("dims", overrides.dims.is_some()),
-        ("type", overrides.voxel_type.is_some()),
-        ("endian", overrides.endian.is_some()),
-    ] {
-        if given {
-            return Err(format!(
-                "`{key}` is only for .raw files, this one's own header says it; leave `{key}` out"
-            ));
+
+    /// Reads one region after another.
+    pub fn reader(&self) -> Reader<'_> {
+        self.grid.reader()
+    }
+
+    /// Fills `bytes` with the stored values of a region: [`Reader::read`] with a reader of its own.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Reader::read`].
+    pub fn read(&self, region: Region, bytes: &mut [u8]) -> Result<()> {
+        self.reader().read(region, bytes)
+    }
+
+    /// All stored values: borrowed where they are in memory, as those given to
+    /// [`from_values`](Volume::from_values), otherwise read.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Reader::read`].
+    pub fn voxels(&self) -> Result<Cow<'_, Voxels>> {
+        if let Some(voxels) = self.grid.resident() {
+            return Ok(Cow::Borrowed(voxels));
         }
-    }
-    if is(&[".nrrd", ".nhdr"]) {
-        nrrd::read(path)
-    } else if is(&[".mha", ".mhd"]) {
-        metaimage::read(path)
-    } else if is(&[".nii"]) {
-        nifti::read(path, Encoding::Raw)
-    } else if is(&[".nii.gz"]) {
-        nifti::read(path, Encoding::Gzip)
-    } else if is(&[".npy"]) {
-        npy::read(path)
-    } else if is(&[".dcm", ".dicom"]) {
-        Err(
-            "is DICOM, which is not read directly; convert its series first: \
-             `dcm2niix -z y -o OUT FOLDER`"
-                .into(),
-        )
-    } else if is(&[".tif", ".tiff"]) {
-        Err(
-            "is TIFF, which is not read directly; convert it first, with SimpleITK for Python: \
-             `WriteImage(ReadImage(\"stack.tif\"), \"stack.nrrd\")`"
-                .into(),
-        )
-    } else {
-        Err(
-            "has an unknown extension, expected .nrrd, .nhdr, .mha, .mhd, .nii, .nii.gz, .npy or \
-             .raw"
-                .into(),
-        )
+        let mut voxels = Voxels::zeros(self.stored, self.dims.map(|n| n as usize).iter().product());
+        let mut reader = self.reader();
+        reader.read(Region::whole(self.dims), voxels.bytes_mut())?;
+        Ok(Cow::Owned(voxels))
     }
 }
 
 impl Voxels {
+    fn zeros(stored: StoredType, count: usize) -> Voxels {
+        match stored {
+            StoredType::U8 => Voxels::U8(vec![0; count]),
+            StoredType::U16 => Voxels::U16(vec![0; count]),
+            StoredType::F32 => Voxels::F32(vec![0.0; count]),
+        }
+    }
+
     pub fn len(&self) -> usize {
         match self {
             Voxels::U8(voxels) => voxels.len(),
@@ -191,57 +195,28 @@ impl Voxels {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-}
 
-impl VoxelType {
-    const NAMES: [(VoxelType, &str); 8] = [
-        (VoxelType::U8, "uint8"),
-        (VoxelType::I8, "int8"),
-        (VoxelType::U16, "uint16"),
-        (VoxelType::I16, "int16"),
-        (VoxelType::U32, "uint32"),
-        (VoxelType::I32, "int32"),
-        (VoxelType::F32, "float32"),
-        (VoxelType::F64, "float64"),
-    ];
-
-    /// The size of a voxel in the file.
-    pub fn bytes(self) -> usize {
+    pub fn stored(&self) -> StoredType {
         match self {
-            VoxelType::U8 | VoxelType::I8 => 1,
-            VoxelType::U16 | VoxelType::I16 => 2,
-            VoxelType::U32 | VoxelType::I32 | VoxelType::F32 => 4,
-            VoxelType::F64 => 8,
+            Voxels::U8(_) => StoredType::U8,
+            Voxels::U16(_) => StoredType::U16,
+            Voxels::F32(_) => StoredType::F32,
         }
     }
-}
 
-impl fmt::Display for VoxelType {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(VoxelType::NAMES[*self as usize].1)
+    fn bytes(&self) -> &[u8] {
+        match self {
+            Voxels::U8(voxels) => voxels,
+            Voxels::U16(voxels) => cast_slice(voxels),
+            Voxels::F32(voxels) => cast_slice(voxels),
+        }
     }
-}
 
-impl FromStr for VoxelType {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<VoxelType> {
-        let found = VoxelType::NAMES.iter().find(|(_, name)| *name == text);
-        found.map(|(voxel_type, _)| *voxel_type).ok_or_else(|| {
-            let names = VoxelType::NAMES.map(|(_, name)| name).join(", ");
-            Error::input(format!("expected one of {names}"))
-        })
-    }
-}
-
-impl FromStr for Endian {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Endian> {
-        match text {
-            "little" => Ok(Endian::Little),
-            "big" => Ok(Endian::Big),
-            _ => Err(Error::input("expected \"little\" or \"big\"")),
+    fn bytes_mut(&mut self) -> &mut [u8] {
+        match self {
+            Voxels::U8(voxels) => voxels,
+            Voxels::U16(voxels) => cast_slice_mut(voxels),
+            Voxels::F32(voxels) => cast_slice_mut(voxels),
         }
     }
 }

@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use super::header::Parsed;
+use super::format::Parsed;
 
 #[derive(Debug, Default)]
 pub struct Reading {

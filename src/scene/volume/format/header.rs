@@ -1,59 +1,36 @@
-//! What every format boils down to: the shape, meaning and place of the voxels.
+//! What every format boils down to: the shape, meaning and source of the voxels.
 //!
-//! A format's module only fills in a [`Header`]; reading voxels is written once, in [`super::decode`].
-//! Messages made here do not name the file: whoever knows the path adds it, once.
+//! A format's module only fills in a [`Header`]; what is done with voxels is written once, for all of
+//! them. Messages made here do not name the file: whoever knows the path adds it, once.
 //!
 //! Headers of medical files carry names and birthdays. Nothing but the fields below leaves a parser,
 //! and messages quote only values of fields that are needed.
 
 use std::collections::HashMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use super::orientation::Orientation;
-use super::{Endian, VoxelType};
+use crate::scene::volume::orientation::Orientation;
+use crate::scene::volume::source::{Data, Encoding, Source, Start, open_file};
+use crate::scene::volume::{Endian, VoxelType};
 
 /// A fault is a sentence without the file's name.
-pub(super) type Parsed<T> = Result<T, String>;
+pub type Parsed<T> = Result<T, String>;
 
 #[derive(Debug)]
-pub(super) struct Header {
+pub struct Header {
+    /// Each ≥ 1.
     pub dims: [u32; 3],
     pub voxel_type: VoxelType,
     pub endian: Endian,
     pub spacing: [f64; 3],
     pub orientation: Orientation,
-    /// A voxel's value is intercept + slope · what the file holds.
+    /// A voxel's value is intercept + slope · what the source holds.
     pub slope: f64,
     pub intercept: f64,
-    pub data: Data,
-}
-
-/// Where the voxels are.
-#[derive(Debug)]
-pub(super) struct Data {
-    pub path: PathBuf,
-    /// Bytes of the file before the data, compressed or not.
-    pub start: Start,
-    pub encoding: Encoding,
-    /// Bytes of the decoded data before the first voxel.
-    pub skip: u64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Start {
-    At(u64),
-    /// The last voxel is the end of the file.
-    FromEnd,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Encoding {
-    Raw,
-    Gzip,
-    Zlib,
+    /// Gives `dims` voxels of the type and byte order above.
+    pub source: Box<dyn Source>,
 }
 
 impl Header {
@@ -61,6 +38,23 @@ impl Header {
     pub fn bare(
         path: &Path,
         start: u64,
+        dims: [u32; 3],
+        voxel_type: VoxelType,
+        endian: Endian,
+    ) -> Parsed<Header> {
+        let data = Data {
+            path: path.to_path_buf(),
+            start: Start::At(start),
+            encoding: Encoding::Raw,
+            skip: 0,
+        };
+        let source = data.open(path, dims, voxel_type)?;
+        Ok(Header::of_source(source, dims, voxel_type, endian))
+    }
+
+    /// Voxels of which no more is known than how to read them.
+    pub fn of_source(
+        source: Box<dyn Source>,
         dims: [u32; 3],
         voxel_type: VoxelType,
         endian: Endian,
@@ -73,50 +67,14 @@ impl Header {
             orientation: Orientation::UNKNOWN,
             slope: 1.0,
             intercept: 0.0,
-            data: Data {
-                path: path.to_path_buf(),
-                start: Start::At(start),
-                encoding: Encoding::Raw,
-                skip: 0,
-            },
+            source,
         }
     }
-
-    /// The size of all voxels as the file holds them.
-    pub fn bytes(&self) -> Parsed<u64> {
-        let [x, y, z] = self.dims.map(u64::from);
-        if x == 0 || y == 0 || z == 0 {
-            return Err(format!(
-                "the volume is {x}×{y}×{z} voxels, expected at least 1 along each axis"
-            ));
-        }
-        x.checked_mul(y)
-            .and_then(|n| n.checked_mul(z))
-            .and_then(|n| n.checked_mul(self.voxel_type.bytes() as u64))
-            .ok_or_else(|| format!("a volume of {x}×{y}×{z} voxels is beyond 2^64 bytes"))
-    }
-
-    /// The shape and type, for messages: "512×512×460 uint16".
-    pub fn shape(&self) -> String {
-        let [x, y, z] = self.dims;
-        format!("{x}×{y}×{z} {}", self.voxel_type)
-    }
-}
-
-/// Opens a file and tells its length. Anything but a regular file is refused: a header may name a
-/// pipe or a device, and reading that could wait for ever.
-pub(super) fn open(path: &Path) -> Parsed<(File, u64)> {
-    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
-    if !metadata.is_file() {
-        return Err("is not a regular file".into());
-    }
-    let file = File::open(path).map_err(|e| e.to_string())?;
-    Ok((file, metadata.len()))
 }
 
 /// The first bytes of a file, where its header is.
-pub(super) fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
-    let (file, _) = open(path)?;
+pub fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
+    let (file, _) = open_file(path)?;
     let mut bytes = Vec::new();
     file.take(limit)
         .read_to_end(&mut bytes)
@@ -125,10 +83,10 @@ pub(super) fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
 }
 
 /// A header that is lines of text ends within this many bytes, or is none.
-pub(super) const TEXT_LIMIT: u64 = 1 << 20;
+pub const TEXT_LIMIT: u64 = 1 << 20;
 
 /// The lines of a text header, each with the offset of the byte after it.
-pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (String, usize)> {
+pub fn lines(bytes: &[u8]) -> impl Iterator<Item = (String, usize)> {
     let mut end = 0;
     bytes
         .split_inclusive(|byte| *byte == b'\n')
@@ -140,7 +98,7 @@ pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (String, usize)> {
 
 /// The `key: value` lines of a text header.
 #[derive(Debug, Default)]
-pub(super) struct Fields(HashMap<String, String>);
+pub struct Fields(HashMap<String, String>);
 
 impl Fields {
     /// Keys are compared without regard to case and spaces ("data file" is "datafile").
@@ -195,7 +153,7 @@ fn canonical(key: &str) -> String {
 }
 
 /// "`sizes` is `4 5`, expected …"
-pub(super) fn unexpected(key: &str, value: &str, expected: &str) -> String {
+pub fn unexpected(key: &str, value: &str, expected: &str) -> String {
     const SHOWN: usize = 80;
     let shown: String = value.chars().take(SHOWN).collect();
     let more = if value.chars().count() > SHOWN {
@@ -207,6 +165,6 @@ pub(super) fn unexpected(key: &str, value: &str, expected: &str) -> String {
 }
 
 /// A data file named in a header lies beside it.
-pub(super) fn beside(header: &Path, name: &str) -> PathBuf {
+pub fn beside(header: &Path, name: &str) -> PathBuf {
     header.parent().unwrap_or(Path::new("")).join(name)
 }

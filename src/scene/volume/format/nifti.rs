@@ -8,9 +8,10 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::header::{Data, Encoding, Header, Parsed, Start, open, unexpected};
-use super::orientation::{Axes, Frame, Orientation};
-use super::{Endian, VoxelType};
+use super::header::{Header, Parsed, unexpected};
+use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::source::{Data, Encoding, Start, open_file};
+use crate::scene::volume::{Endian, VoxelType};
 
 const SIZE: usize = 348;
 const DIM: usize = 40;
@@ -25,25 +26,34 @@ const QUATERN: usize = 256;
 const SROW: usize = 280;
 const MAGIC: usize = 344;
 
-pub(super) fn read(path: &Path, encoding: Encoding) -> Parsed<Header> {
+pub fn read(path: &Path) -> Parsed<Header> {
+    let is_packed = path
+        .extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("gz"));
+    let encoding = match is_packed {
+        true => Encoding::Gzip,
+        false => Encoding::Raw,
+    };
     let fields = Fields::read(path, encoding)?;
     let (dims, count) = dims(&fields)?;
     let (spacing, orientation) = geometry(&fields, count)?;
     let (slope, intercept) = rescale(&fields);
+    let voxel_type = voxel_type(fields.int(DATATYPE))?;
+    let data = Data {
+        path: path.to_path_buf(),
+        start: Start::At(0),
+        encoding,
+        skip: first_voxel(fields.float(VOX_OFFSET))?,
+    };
     Ok(Header {
         dims,
-        voxel_type: voxel_type(fields.int(DATATYPE))?,
+        voxel_type,
         endian: fields.endian,
         spacing,
         orientation,
         slope,
         intercept,
-        data: Data {
-            path: path.to_path_buf(),
-            start: Start::At(0),
-            encoding,
-            skip: first_voxel(fields.float(VOX_OFFSET))?,
-        },
+        source: data.open(path, dims, voxel_type)?,
     })
 }
 
@@ -54,7 +64,7 @@ struct Fields {
 
 impl Fields {
     fn read(path: &Path, encoding: Encoding) -> Parsed<Fields> {
-        let (mut file, _) = open(path)?;
+        let (mut file, _) = open_file(path)?;
         let mut bytes = [0; SIZE];
         match encoding {
             Encoding::Raw => file.read_exact(&mut bytes),

@@ -2,14 +2,12 @@
 
 use std::path::Path;
 
-use super::header::{
-    Data, Encoding, Fields, Header, Parsed, Start, TEXT_LIMIT, beside, first_bytes, lines,
-    unexpected,
-};
-use super::orientation::{Axes, Frame, Orientation};
-use super::{Endian, VoxelType};
+use super::header::{Fields, Header, Parsed, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::source::{Data, Encoding, Start};
+use crate::scene::volume::{Endian, VoxelType};
 
-pub(super) fn read(path: &Path) -> Parsed<Header> {
+pub fn read(path: &Path) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (fields, end) = fields(&bytes)?;
     for (key, only) in [("NDims", "3"), ("ElementNumberOfChannels", "1")] {
@@ -29,15 +27,17 @@ pub(super) fn read(path: &Path) -> Parsed<Header> {
     };
     let slope = fields.number("ElementToIntensityFunctionSlope", "a number")?;
     let intercept = fields.number("ElementToIntensityFunctionOffset", "a number")?;
+    let dims = fields.dims("DimSize")?;
+    let voxel_type = voxel_type(fields.require("ElementType")?)?;
     Ok(Header {
-        dims: fields.dims("DimSize")?,
-        voxel_type: voxel_type(fields.require("ElementType")?)?,
+        dims,
+        voxel_type,
         endian: endian(&fields)?,
         spacing,
         orientation: orientation(&fields)?,
         slope: slope.unwrap_or(1.0),
         intercept: intercept.unwrap_or(0.0),
-        data: data(path, &fields, end)?,
+        source: data(path, &fields, end)?.open(path, dims, voxel_type)?,
     })
 }
 

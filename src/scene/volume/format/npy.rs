@@ -6,14 +6,14 @@
 use std::path::Path;
 
 use super::header::{Header, Parsed, TEXT_LIMIT, first_bytes, unexpected};
-use super::{Endian, VoxelType};
+use crate::scene::volume::{Endian, VoxelType};
 
-pub(super) fn read(path: &Path) -> Parsed<Header> {
+pub fn read(path: &Path) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (text, end) = dictionary(&bytes)?;
     let (voxel_type, endian) = element(&text)?;
     let dims = dims(&text)?;
-    Ok(Header::bare(path, end as u64, dims, voxel_type, endian))
+    Header::bare(path, end as u64, dims, voxel_type, endian)
 }
 
 /// The header's text and the offset of what follows it.
@@ -52,16 +52,11 @@ fn element(text: &str) -> Parsed<(VoxelType, Endian)> {
     let Some((name, _)) = quoted('\'').or_else(|| quoted('"')) else {
         return Err(unexpected("descr", descr, "one plain number type"));
     };
-    let native = if cfg!(target_endian = "big") {
-        Endian::Big
-    } else {
-        Endian::Little
-    };
     let (endian, kind) = match name.split_at_checked(1) {
         Some(("<", kind)) => (Endian::Little, kind),
         Some((">", kind)) => (Endian::Big, kind),
-        Some(("|" | "=", kind)) => (native, kind),
-        _ => (native, name),
+        Some(("|" | "=", kind)) => (Endian::NATIVE, kind),
+        _ => (Endian::NATIVE, name),
     };
     let voxel_type = match kind {
         "u1" | "b1" => VoxelType::U8,

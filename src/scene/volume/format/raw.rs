@@ -3,10 +3,11 @@
 
 use std::path::Path;
 
-use super::header::{Header, Parsed, open};
-use super::{Endian, VolumeOverrides, VoxelType};
+use super::header::{Header, Parsed};
+use crate::scene::volume::source::{open_file, shape, voxel_bytes};
+use crate::scene::volume::{Endian, VolumeOverrides, VoxelType};
 
-pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let dims = overrides.dims.or_else(|| stem.split('_').find_map(dims));
     let named_type = || {
@@ -22,16 +23,16 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         ));
     };
     let endian = overrides.endian.unwrap_or(Endian::Little);
-    let header = Header::bare(path, 0, dims, voxel_type, endian);
     // A byte too many is as telling as one too few: wrong dims show as a skewed picture at best.
-    let (found, expected) = (open(path)?.1, header.bytes()?);
+    let (_, metadata) = open_file(path)?;
+    let (found, expected) = (metadata.len(), voxel_bytes(dims, voxel_type)?);
     if found != expected {
         return Err(format!(
             "holds {found} bytes, expected {expected} for {}; check `dims` and `type`",
-            header.shape()
+            shape(dims, voxel_type)
         ));
     }
-    Ok(header)
+    Header::bare(path, 0, dims, voxel_type, endian)
 }
 
 /// "512x512x460"

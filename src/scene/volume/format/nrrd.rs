@@ -3,14 +3,12 @@
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
-use super::header::{
-    Data, Encoding, Fields, Header, Parsed, Start, TEXT_LIMIT, beside, first_bytes, lines, open,
-    unexpected,
-};
-use super::orientation::{Axes, Frame, Orientation};
-use super::{Endian, VoxelType};
+use super::header::{Fields, Header, Parsed, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::source::{Data, Encoding, Start, open_file};
+use crate::scene::volume::{Endian, VoxelType};
 
-pub(super) fn read(path: &Path) -> Parsed<Header> {
+pub fn read(path: &Path) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (fields, end) = fields(&bytes)?;
     let dimension = fields.require("dimension")?;
@@ -19,15 +17,16 @@ pub(super) fn read(path: &Path) -> Parsed<Header> {
     }
     let voxel_type = voxel_type(fields.require("type")?)?;
     let (spacing, orientation) = geometry(&fields)?;
+    let dims = fields.dims("sizes")?;
     Ok(Header {
-        dims: fields.dims("sizes")?,
+        dims,
         voxel_type,
         endian: endian(&fields, voxel_type)?,
         spacing,
         orientation,
         slope: 1.0,
         intercept: 0.0,
-        data: data(path, &fields, end)?,
+        source: data(path, &fields, end)?.open(path, dims, voxel_type)?,
     })
 }
 
@@ -178,7 +177,7 @@ fn after_lines(file: &Path, begin: u64, count: u64) -> Parsed<u64> {
     if count == 0 {
         return Ok(begin);
     }
-    let (file, _) = open(file).map_err(|fault| format!("its data file: {fault}"))?;
+    let (file, _) = open_file(file).map_err(|fault| format!("its data file: {fault}"))?;
     let mut reader = BufReader::new(file);
     let broken = |e: std::io::Error| e.to_string();
     reader

@@ -1,0 +1,174 @@
+//! A volume's stored values, read from its source whenever somebody wants them: cropped, converted, the
+//! slowest axis reversed if the volume's is.
+//!
+//! Whoever wants all of them takes [`Volume::pieces`](super::Volume::pieces), which come in the order
+//! that the source likes best, and reads one after another through one [`Reader`]: so a volume larger
+//! than memory passes through a small buffer, and a compressed file is inflated once. Of a source that
+//! gives any region at once, all cores read a share of each piece.
+
+use rayon::prelude::*;
+
+use super::format::Parsed;
+use super::source::{Cursor, Source};
+use super::stored::{Conversion, StoredType};
+use super::{Region, Voxels};
+use crate::error::{Error, Result};
+
+/// Bytes read at a time where they have to be converted: they stay in the processor's cache.
+const CHUNK: usize = 256 << 10;
+/// Bytes of a core's share of what is read, at least.
+const SHARE: usize = 1 << 20;
+
+#[derive(Debug)]
+pub(super) struct Grid {
+    pub source: Box<dyn Source>,
+    /// What is kept of the source's voxels, as it counts them.
+    pub region: Region,
+    /// Whether slice 0 is the source's last.
+    pub is_mirrored: bool,
+    pub conversion: Conversion,
+    /// Takes the place of values that are not finite, if there are any.
+    pub filler: Option<f32>,
+    /// The file, for messages.
+    pub name: String,
+}
+
+impl Grid {
+    pub fn dims(&self) -> [u32; 3] {
+        self.region.dims
+    }
+
+    pub fn stored(&self) -> StoredType {
+        self.conversion.stored()
+    }
+
+    /// Boxes of at most `most` voxels that cover everything, in the source's order.
+    pub fn pieces(&self, most: usize) -> impl Iterator<Item = Region> {
+        let pieces = Region::whole(self.dims()).pieces(most);
+        pieces.map(|piece| self.turned(piece))
+    }
+
+    pub fn reader(&self) -> Reader<'_> {
+        Reader {
+            grid: self,
+            cursor: (!self.source.is_random()).then(|| self.source.cursor()),
+            rounding: 0.0,
+        }
+    }
+
+    /// All voxels, if they are in memory as they are.
+    pub fn resident(&self) -> Option<&Voxels> {
+        let is_whole = self.region.low == [0; 3] && !self.is_mirrored;
+        let is_same = self.conversion.is_none() && self.filler.is_none();
+        self.source.resident().filter(|_| is_whole && is_same)
+    }
+
+    /// A box of the volume as the source's order of slices has it, and the other way round.
+    fn turned(&self, region: Region) -> Region {
+        match self.is_mirrored {
+            true => region.mirrored(self.dims()[2]),
+            false => region,
+        }
+    }
+
+    /// Returns the largest change that rounding made.
+    fn read(&self, cursor: &mut dyn Cursor, region: Region, stored: &mut [u8]) -> Parsed<f64> {
+        let mut rounding: f64 = 0.0;
+        let wanted = self.turned(region).within(&self.region);
+        if self.conversion.is_none() {
+            cursor.read(wanted, stored)?;
+        } else {
+            let from = self.conversion.from.bytes();
+            let mut chunk = vec![0; CHUNK.min(wanted.voxels() * from)];
+            let mut rest = &mut *stored;
+            for piece in wanted.pieces(CHUNK / from) {
+                let bytes = &mut chunk[..piece.voxels() * from];
+                cursor.read(piece, bytes)?;
+                let (converted, later) = rest.split_at_mut(piece.voxels() * self.stored().bytes());
+                rounding = rounding.max(self.conversion.convert(bytes, converted));
+                rest = later;
+            }
+        }
+        if let Some(filler) = self.filler {
+            for bytes in stored.as_chunks_mut().0 {
+                if !f32::from_ne_bytes(*bytes).is_finite() {
+                    *bytes = filler.to_ne_bytes();
+                }
+            }
+        }
+        if self.is_mirrored {
+            reverse_slices(stored, region.dims[2] as usize);
+        }
+        Ok(rounding)
+    }
+}
+
+/// Reads regions of a volume, fastest in the order of [`Volume::pieces`](super::Volume::pieces).
+pub struct Reader<'a> {
+    grid: &'a Grid,
+    /// Of a source that is best read from front to back.
+    cursor: Option<Box<dyn Cursor + 'a>>,
+    /// The largest change that rounding to f32 has made.
+    pub(super) rounding: f64,
+}
+
+impl Reader<'_> {
+    /// Fills `bytes` with the stored values of a region, x fastest, in the byte order of this machine.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read any more or has changed, the region leaves the volume, or `bytes` has
+    /// another length.
+    pub fn read(&mut self, region: Region, bytes: &mut [u8]) -> Result<()> {
+        let grid = self.grid;
+        let fits = region.lies_within(grid.dims())
+            && bytes.len() == region.voxels() * grid.stored().bytes();
+        let read = match fits {
+            true => self.fill(region, bytes),
+            false => Err(format!(
+                "{} bytes were to hold {:?} voxels from {:?} on of a volume of {:?}, expected the size \
+                 of a region inside it",
+                bytes.len(),
+                region.dims,
+                region.low,
+                grid.dims()
+            )),
+        };
+        read.map_err(|fault| Error::input(format!("{}: {fault}", grid.name)))
+    }
+
+    pub(super) fn fill(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()> {
+        let grid = self.grid;
+        let rounding = match &mut self.cursor {
+            Some(cursor) => grid.read(&mut **cursor, region, bytes)?,
+            None => {
+                let shares = shares_mut(region, bytes, grid.stored().bytes());
+                let read = |(region, bytes)| grid.read(&mut *grid.source.cursor(), region, bytes);
+                let changes = shares.into_par_iter().map(read);
+                changes.try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?
+            }
+        };
+        self.rounding = self.rounding.max(rounding);
+        Ok(())
+    }
+}
+
+/// Parts of a region, each with the bytes of its values.
+fn shares_mut(region: Region, bytes: &mut [u8], size: usize) -> Vec<(Region, &mut [u8])> {
+    let mut rest = bytes;
+    let pieces = region.pieces(SHARE / size);
+    let share = |piece: Region| {
+        let (share, later) = std::mem::take(&mut rest).split_at_mut(piece.voxels() * size);
+        rest = later;
+        (piece, share)
+    };
+    pieces.map(share).collect()
+}
+
+fn reverse_slices(bytes: &mut [u8], count: usize) {
+    let slice = bytes.len() / count;
+    for k in 0..count / 2 {
+        let (front, back) = bytes.split_at_mut((count - 1 - k) * slice);
+        front[k * slice..][..slice].swap_with_slice(&mut back[..slice]);
+    }
+}

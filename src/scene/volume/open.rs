@@ -1,0 +1,167 @@
+//! From a header to a [`Volume`]: what the user says counts more than what the file says, one walk
+//! through the voxels settles what they mean, and left-handed axes become right-handed.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use super::format::{self, Header, Parsed};
+use super::grid::Grid;
+use super::orientation::{Axes, Orientation};
+use super::settle::settle;
+use super::source::Memory;
+use super::stored::Conversion;
+use super::{Reading, Region, Statistics, Volume, VolumeOverrides, Voxels};
+use crate::error::{Error, Result};
+
+pub(super) fn load(path: &Path, overrides: &VolumeOverrides, reading: &Reading) -> Result<Volume> {
+    let name = path.display().to_string();
+    format::read(path, overrides)
+        .and_then(|header| open(header, overrides, &name, reading))
+        .map_err(|fault| Error::input(format!("{name}: {fault}")))
+}
+
+pub(super) fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> Result<Volume> {
+    let expected = dims.iter().map(|size| u128::from(*size)).product::<u128>();
+    if expected == 0 || voxels.len() as u128 != expected {
+        return Err(Error::input(format!(
+            "{} values were given, expected {expected} for {dims:?} voxels, at least one",
+            voxels.len()
+        )));
+    }
+    let Conversion { from, endian, .. } = Conversion::none(voxels.stored());
+    let source = Box::new(Memory { dims, voxels });
+    let header = Header {
+        spacing,
+        ..Header::of_source(source, dims, from, endian)
+    };
+    let (overrides, reading) = (VolumeOverrides::default(), Reading::default());
+    open(header, &overrides, "voxels in memory", &reading).map_err(Error::Input)
+}
+
+fn open(
+    header: Header,
+    overrides: &VolumeOverrides,
+    name: &str,
+    reading: &Reading,
+) -> Parsed<Volume> {
+    let region = Region::cropped(header.dims, overrides.crop)?;
+    let spacing = overrides.spacing.unwrap_or(header.spacing);
+    check_spacing(spacing, region.dims)?;
+    check_rescale(&header)?;
+    let orientation = overrides.axes.map_or(header.orientation, Orientation::from);
+    let conversion = Conversion {
+        from: header.voxel_type,
+        endian: header.endian,
+        slope: header.slope,
+        intercept: header.intercept,
+    };
+    // The voxels are walked through in the source's order, and only read in the volume's from then on.
+    let mut grid = Grid {
+        source: header.source,
+        region,
+        is_mirrored: false,
+        conversion,
+        filler: None,
+        name: name.into(),
+    };
+    let settled = settle(&grid, orientation.left_handed, reading)?;
+    let mut notes = Vec::new();
+    if settled.rounding > 0.0 {
+        notes.push(format!(
+            "{} values are kept as float32, which changes some by up to {:.1e}",
+            header.voxel_type, settled.rounding
+        ));
+    }
+    if settled.infinite > 0 {
+        let low = settled.range[0];
+        grid.filler = Some(low);
+        notes.push(format!(
+            "{} voxels are not finite float32 numbers and became the smallest value, {}",
+            settled.infinite,
+            f64::from(low)
+        ));
+    }
+    let (scale, offset) = conversion.meaning();
+    let range = settled
+        .range
+        .map(|stored| offset + scale * f64::from(stored));
+    check_range(range)?;
+    let axes = right_handed(orientation, &mut notes);
+    grid.is_mirrored = orientation.left_handed;
+    let stored = grid.stored();
+    if let Some(voxels) = settled.kept {
+        let dims = region.dims;
+        grid.source = Box::new(Memory { dims, voxels });
+        grid.region = Region::whole(dims);
+        grid.conversion = Conversion::none(stored);
+    }
+    Ok(Volume {
+        dims: region.dims,
+        spacing,
+        stored,
+        scale,
+        offset,
+        range,
+        axes,
+        voxel_type: header.voxel_type,
+        notes,
+        grid: Arc::new(grid),
+        statistics: Arc::new(Statistics {
+            macrocell_ranges: settled.ranges,
+            counts: settled.counts,
+            histogram: Mutex::new(None),
+        }),
+    })
+}
+
+/// Lengths must also survive the GPU's 32 bits.
+fn check_spacing(spacing: [f64; 3], dims: [u32; 3]) -> Parsed<()> {
+    for (axis, (size, count)) in ["x", "y", "z"].iter().zip(spacing.into_iter().zip(dims)) {
+        let extent = (size * f64::from(count)) as f32;
+        if size <= 0.0 || !(size as f32).is_normal() || !extent.is_finite() {
+            return Err(format!(
+                "the voxel size along {axis} is {size}, expected a finite length above 0; give \
+                 `spacing`"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_rescale(header: &Header) -> Parsed<()> {
+    let (slope, intercept) = (header.slope, header.intercept);
+    if (slope as f32).is_normal() && (intercept as f32).is_finite() {
+        return Ok(());
+    }
+    Err(format!(
+        "values are rescaled with slope {slope} and intercept {intercept}, expected finite numbers \
+         and a slope that is not 0"
+    ))
+}
+
+fn check_range(range: [f64; 2]) -> Parsed<()> {
+    match range.iter().all(|value| (*value as f32).is_finite()) {
+        true => Ok(()),
+        false => Err(format!(
+            "values reach from {:e} to {:e}, expected them within float32",
+            range[0], range[1]
+        )),
+    }
+}
+
+/// Left-handed axes would show the mirror image: the slowest one is reversed, and a note says so.
+fn right_handed(orientation: Orientation, notes: &mut Vec<String>) -> Option<Axes> {
+    if !orientation.left_handed {
+        return orientation.axes;
+    }
+    let reverse = |Axes([i, j, k])| Axes([i, j, k.opposite()]);
+    let reversed = orientation.axes.map(reverse);
+    let letters = match (orientation.axes, reversed) {
+        (Some(axes), Some(reversed)) => format!(": {axes} became {reversed}"),
+        _ => String::new(),
+    };
+    notes.push(format!(
+        "the file's axes are left-handed, so its slowest axis is reversed{letters}"
+    ));
+    reversed
+}

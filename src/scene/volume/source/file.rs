@@ -1,0 +1,332 @@
+//! Voxels in one file, plain or compressed.
+//!
+//! The file stays open, and each cursor reads it from a position of its own: by then it may have been
+//! renamed or deleted, and still is what its header was read for. If its length or its time of
+//! modification changes, reading ends with an error: what has been found out about the voxels no longer
+//! holds for them. (Mapping the file instead would make a file that shrinks end the process.)
+//!
+//! Lengths are checked before anybody allocates for them: a plain file must hold every voxel, and
+//! compressed data at least as many bytes as could possibly expand to them.
+//!
+//! A compressed stream can only be read from its beginning, so that a cursor which is sent back
+//! begins again.
+
+use std::fs::{File, Metadata};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use flate2::read::{MultiGzDecoder, ZlibDecoder};
+
+use super::{Cursor, Source};
+use crate::scene::volume::format::Parsed;
+use crate::scene::volume::{Region, VoxelType};
+
+/// Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
+const MAX_DEFLATE_RATIO: u64 = 1032;
+
+/// Where a header says that the voxels are.
+#[derive(Debug)]
+pub struct Data {
+    pub path: PathBuf,
+    /// Bytes of the file before the data, compressed or not.
+    pub start: Start,
+    pub encoding: Encoding,
+    /// Bytes of the decoded data before the first voxel.
+    pub skip: u64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Start {
+    At(u64),
+    /// The last voxel is the end of the file.
+    FromEnd,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Encoding {
+    Raw,
+    Gzip,
+    Zlib,
+}
+
+impl Data {
+    /// Opens the file, which need not be the one with the `header`, and checks that it may hold so
+    /// many voxels.
+    pub fn open(
+        self,
+        header: &Path,
+        dims: [u32; 3],
+        voxel_type: VoxelType,
+    ) -> Parsed<Box<dyn Source>> {
+        let prefix = match self.path == header {
+            true => String::new(),
+            false => format!("its data file {}: ", self.path.display()),
+        };
+        let bytes = voxel_bytes(dims, voxel_type)?;
+        match self.open_file(bytes, dims, voxel_type) {
+            Ok(source) => Ok(Box::new(DataFile { prefix, ..source })),
+            Err(fault) => Err(prefix + &fault),
+        }
+    }
+
+    fn open_file(self, bytes: u64, dims: [u32; 3], voxel_type: VoxelType) -> Parsed<DataFile> {
+        let (file, metadata) = open_file(&self.path)?;
+        let end = self
+            .skip
+            .checked_add(bytes)
+            .ok_or_else(|| format!("skipping {} bytes leads past any file's end", self.skip))?;
+        let start = match self.start {
+            Start::At(start) => start,
+            Start::FromEnd => metadata.len().saturating_sub(bytes),
+        };
+        let source = DataFile {
+            file,
+            version: version(&metadata),
+            prefix: String::new(),
+            start,
+            encoding: self.encoding,
+            begin: self.skip,
+            end,
+            dims,
+            voxel_type,
+        };
+        let found = metadata.len().saturating_sub(start);
+        if source.encoding == Encoding::Raw && found < end {
+            return Err(source.truncated(found));
+        }
+        if found.saturating_mul(MAX_DEFLATE_RATIO) < end {
+            return Err(format!(
+                "its {found} compressed bytes cannot hold the {end} expected for {}: the file is \
+                 truncated, or its header wrong",
+                shape(dims, voxel_type)
+            ));
+        }
+        Ok(source)
+    }
+}
+
+/// Opens a file and tells its length. Anything but a regular file is refused: a header may name a
+/// pipe or a device, and reading that could wait for ever.
+pub fn open_file(path: &Path) -> Parsed<(File, Metadata)> {
+    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
+    if !metadata.is_file() {
+        return Err("is not a regular file".into());
+    }
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    Ok((file, metadata))
+}
+
+/// The size of all voxels.
+pub fn voxel_bytes(dims: [u32; 3], voxel_type: VoxelType) -> Parsed<u64> {
+    let [x, y, z] = dims.map(u64::from);
+    if x == 0 || y == 0 || z == 0 {
+        return Err(format!(
+            "the volume is {x}×{y}×{z} voxels, expected at least 1 along each axis"
+        ));
+    }
+    x.checked_mul(y)
+        .and_then(|n| n.checked_mul(z))
+        .and_then(|n| n.checked_mul(voxel_type.bytes() as u64))
+        .ok_or_else(|| format!("a volume of {x}×{y}×{z} voxels is beyond 2^64 bytes"))
+}
+
+/// "512×512×460 uint16", for messages.
+pub fn shape([x, y, z]: [u32; 3], voxel_type: VoxelType) -> String {
+    format!("{x}×{y}×{z} {voxel_type}")
+}
+
+/// Tells whether a file has been written to. The time is `None` where the system keeps none.
+type Version = (u64, Option<SystemTime>);
+
+fn version(metadata: &Metadata) -> Version {
+    (metadata.len(), metadata.modified().ok())
+}
+
+#[derive(Debug)]
+struct DataFile {
+    file: File,
+    version: Version,
+    /// Stands before what is wrong with a file that the user has not named.
+    prefix: String,
+    /// Bytes of the file before the data, compressed or not.
+    start: u64,
+    encoding: Encoding,
+    /// Decoded bytes before the first voxel, and up to the end of the last.
+    begin: u64,
+    end: u64,
+    dims: [u32; 3],
+    voxel_type: VoxelType,
+}
+
+impl Source for DataFile {
+    fn is_random(&self) -> bool {
+        self.encoding == Encoding::Raw
+    }
+
+    fn cursor(&self) -> Box<dyn Cursor + '_> {
+        Box::new(Position {
+            source: self,
+            stream: self.stream(),
+            decoded: 0,
+        })
+    }
+}
+
+impl DataFile {
+    fn stream(&self) -> Stream<'_> {
+        let file = FileAt {
+            file: &self.file,
+            offset: self.start,
+        };
+        match self.encoding {
+            Encoding::Raw => Stream::Plain(file),
+            Encoding::Gzip => Stream::Inflated(Box::new(MultiGzDecoder::new(file))),
+            Encoding::Zlib => Stream::Inflated(Box::new(ZlibDecoder::new(file))),
+        }
+    }
+
+    fn is_as_it_was(&self) -> bool {
+        let metadata = self.file.metadata();
+        metadata.is_ok_and(|metadata| version(&metadata) == self.version)
+    }
+
+    /// What is wrong with data of which `found` decoded bytes are there.
+    fn truncated(&self, found: u64) -> String {
+        format!(
+            "holds {} bytes of voxels, expected {} for {}: the file is truncated, or its header wrong",
+            found.saturating_sub(self.begin),
+            self.end - self.begin,
+            shape(self.dims, self.voxel_type)
+        )
+    }
+}
+
+struct Position<'a> {
+    source: &'a DataFile,
+    stream: Stream<'a>,
+    /// Bytes left behind.
+    decoded: u64,
+}
+
+enum Stream<'a> {
+    Plain(FileAt<'a>),
+    Inflated(Box<dyn Read + Send + 'a>),
+}
+
+impl Cursor for Position<'_> {
+    fn read(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()> {
+        let read = self.read_runs(region, bytes);
+        match self.source.is_as_it_was() {
+            true => read.map_err(|fault| format!("{}{fault}", self.source.prefix)),
+            false => Err(format!(
+                "{}the file has changed since it was opened; open it again",
+                self.source.prefix
+            )),
+        }
+    }
+}
+
+impl Position<'_> {
+    fn read_runs(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()> {
+        let size = self.source.voxel_type.bytes();
+        let mut rest = bytes;
+        for (first, count) in region.runs(self.source.dims) {
+            let (run, later) = rest.split_at_mut(count * size);
+            self.go_to(self.source.begin + first * size as u64)?;
+            self.fill(run)?;
+            rest = later;
+        }
+        if self.decoded == self.source.end {
+            self.check_end()?;
+        }
+        Ok(())
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) -> Parsed<()> {
+        let mut filled = 0;
+        while filled < bytes.len() {
+            let read = match &mut self.stream {
+                Stream::Plain(file) => file.read(&mut bytes[filled..]),
+                Stream::Inflated(stream) => stream.read(&mut bytes[filled..]),
+            };
+            match read {
+                Ok(0) => return Err(self.ends_early()),
+                Ok(count) => {
+                    filled += count;
+                    self.decoded += count as u64;
+                }
+                Err(e) => self.fault(e)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn go_to(&mut self, target: u64) -> Parsed<()> {
+        if target < self.decoded {
+            self.stream = self.source.stream();
+            self.decoded = 0;
+        }
+        match &mut self.stream {
+            Stream::Plain(file) => {
+                file.offset = self.source.start + target;
+                self.decoded = target;
+            }
+            Stream::Inflated(stream) if target > self.decoded => {
+                let distance = target - self.decoded;
+                match io::copy(&mut stream.take(distance), &mut io::sink()) {
+                    Ok(skipped) => self.decoded += skipped,
+                    Err(e) => self.fault(e)?,
+                }
+            }
+            Stream::Inflated(_) => {}
+        }
+        match self.decoded < target {
+            true => Err(self.ends_early()),
+            false => Ok(()),
+        }
+    }
+
+    /// Decompresses up to the stream's checksum, which tells whether the voxels are what was written;
+    /// where a crop ends before the last voxel, the rest is not worth reading.
+    fn check_end(&mut self) -> Parsed<()> {
+        let Stream::Inflated(stream) = &mut self.stream else {
+            return Ok(());
+        };
+        stream.read(&mut [0]).map(|_| ()).map_err(|e| {
+            format!("the file is damaged: all voxels could be read, but not what follows ({e})")
+        })
+    }
+
+    fn ends_early(&self) -> String {
+        self.source.truncated(self.decoded)
+    }
+
+    fn fault(&self, error: io::Error) -> Parsed<()> {
+        match error.kind() {
+            io::ErrorKind::Interrupted => Ok(()),
+            io::ErrorKind::UnexpectedEof => Err(self.ends_early()),
+            _ => Err(format!(
+                "cannot read beyond byte {} of the voxels: {error}",
+                self.decoded
+            )),
+        }
+    }
+}
+
+/// Reads a file from an offset on, whoever else reads it.
+struct FileAt<'a> {
+    file: &'a File,
+    offset: u64,
+}
+
+impl Read for FileAt<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        #[cfg(unix)]
+        let count = std::os::unix::fs::FileExt::read_at(self.file, bytes, self.offset)?;
+        #[cfg(windows)]
+        let count = std::os::windows::fs::FileExt::seek_read(self.file, bytes, self.offset)?;
+        self.offset += count as u64;
+        Ok(count)
+    }
+}

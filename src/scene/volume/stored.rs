@@ -1,0 +1,229 @@
+//! The width in which voxels are kept, and the way there from the type that a file has.
+//!
+//! A GPU samples 8 and 16 bits as they are, so small integers keep their width, and a rescaling only
+//! gives stored values another meaning. Signed ones are shifted by half their range, which is a flip of
+//! their top bit. Everything else becomes f32, and so do integers with a negative slope: stored values
+//! and values must have the same order.
+
+use bytemuck::Pod;
+
+use super::{Endian, VoxelType, Voxels};
+
+/// The type of a stored value, in the byte order of this machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StoredType {
+    U8,
+    U16,
+    F32,
+}
+
+impl StoredType {
+    /// The size of a stored value.
+    pub fn bytes(self) -> usize {
+        match self {
+            StoredType::U8 => 1,
+            StoredType::U16 => 2,
+            StoredType::F32 => 4,
+        }
+    }
+
+    /// The stored value that a GPU reads as 1.
+    pub fn max(self) -> f32 {
+        match self {
+            StoredType::U8 => 255.0,
+            StoredType::U16 => 65535.0,
+            StoredType::F32 => 1.0,
+        }
+    }
+}
+
+/// A stored value, for code that is the same for all three types.
+pub(super) trait Stored: Pod + PartialOrd + Send + Sync + Into<f32> {
+    /// How many different values there are, where each can be counted; 0 where there are too many.
+    const COUNTED: usize;
+
+    /// The value as an index into counts.
+    fn index(self) -> usize;
+
+    /// The value, or what is less than all others for one that is not finite.
+    fn or_lowest(self) -> Self;
+
+    fn collect(values: Vec<Self>) -> Voxels;
+}
+
+impl Stored for u8 {
+    const COUNTED: usize = 1 << 8;
+
+    fn index(self) -> usize {
+        self.into()
+    }
+
+    fn or_lowest(self) -> u8 {
+        self
+    }
+
+    fn collect(values: Vec<u8>) -> Voxels {
+        Voxels::U8(values)
+    }
+}
+
+impl Stored for u16 {
+    const COUNTED: usize = 1 << 16;
+
+    fn index(self) -> usize {
+        self.into()
+    }
+
+    fn or_lowest(self) -> u16 {
+        self
+    }
+
+    fn collect(values: Vec<u16>) -> Voxels {
+        Voxels::U16(values)
+    }
+}
+
+impl Stored for f32 {
+    const COUNTED: usize = 0;
+
+    fn index(self) -> usize {
+        0
+    }
+
+    fn or_lowest(self) -> f32 {
+        match self.is_finite() {
+            true => self,
+            false => f32::NEG_INFINITY,
+        }
+    }
+
+    fn collect(values: Vec<f32>) -> Voxels {
+        Voxels::F32(values)
+    }
+}
+
+/// How values become stored ones.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Conversion {
+    pub from: VoxelType,
+    pub endian: Endian,
+    /// A voxel's value is intercept + slope · what the file holds.
+    pub slope: f64,
+    pub intercept: f64,
+}
+
+impl Conversion {
+    /// For voxels that are stored values already.
+    pub fn none(stored: StoredType) -> Conversion {
+        Conversion {
+            from: match stored {
+                StoredType::U8 => VoxelType::U8,
+                StoredType::U16 => VoxelType::U16,
+                StoredType::F32 => VoxelType::F32,
+            },
+            endian: Endian::NATIVE,
+            slope: 1.0,
+            intercept: 0.0,
+        }
+    }
+
+    pub fn stored(&self) -> StoredType {
+        match self.from {
+            VoxelType::U8 | VoxelType::I8 if self.slope > 0.0 => StoredType::U8,
+            VoxelType::U16 | VoxelType::I16 if self.slope > 0.0 => StoredType::U16,
+            _ => StoredType::F32,
+        }
+    }
+
+    /// What a stored value means: scale and offset.
+    pub fn meaning(&self) -> (f64, f64) {
+        let shift = match self.from {
+            VoxelType::I8 => -128.0,
+            VoxelType::I16 => -32768.0,
+            _ => 0.0,
+        };
+        match self.stored() {
+            StoredType::F32 => (1.0, 0.0),
+            _ => (self.slope, self.intercept + self.slope * shift),
+        }
+    }
+
+    /// Whether stored values are the file's own bytes.
+    pub fn is_none(&self) -> bool {
+        let is_native = self.endian == Endian::NATIVE;
+        match (self.from, self.stored()) {
+            (VoxelType::U8, StoredType::U8) => true,
+            (VoxelType::U16, StoredType::U16) => is_native,
+            (VoxelType::F32, _) => is_native && !self.rescales(),
+            _ => false,
+        }
+    }
+
+    fn rescales(&self) -> bool {
+        (self.slope, self.intercept) != (1.0, 0.0)
+    }
+
+    /// Converts one voxel after another. Returns the largest change that rounding to f32 made.
+    pub fn convert(&self, bytes: &[u8], stored: &mut [u8]) -> f64 {
+        let bits16 = |bytes| match self.endian {
+            Endian::Little => u16::from_le_bytes(bytes),
+            Endian::Big => u16::from_be_bytes(bytes),
+        };
+        let bits32 = |bytes| match self.endian {
+            Endian::Little => u32::from_le_bytes(bytes),
+            Endian::Big => u32::from_be_bytes(bytes),
+        };
+        let bits64 = |bytes| match self.endian {
+            Endian::Little => u64::from_le_bytes(bytes),
+            Endian::Big => u64::from_be_bytes(bytes),
+        };
+        let mut rounding = 0.0;
+        let mut rescaled = |value: f64| {
+            let exact = self.intercept + self.slope * value;
+            let kept = exact as f32;
+            let change = (f64::from(kept) - exact).abs();
+            if kept.is_finite() && change > rounding {
+                rounding = change;
+            }
+            kept.to_ne_bytes()
+        };
+        match (self.from, self.stored()) {
+            (VoxelType::U8, StoredType::U8) => stored.copy_from_slice(bytes),
+            (VoxelType::I8, StoredType::U8) => each(bytes, stored, |[byte]| [byte ^ 0x80]),
+            (VoxelType::U16, StoredType::U16) => {
+                each(bytes, stored, |bytes| bits16(bytes).to_ne_bytes())
+            }
+            (VoxelType::I16, StoredType::U16) => each(bytes, stored, |bytes| {
+                (bits16(bytes) ^ 0x8000).to_ne_bytes()
+            }),
+            (VoxelType::U8, _) => each(bytes, stored, |[byte]| rescaled(byte.into())),
+            (VoxelType::I8, _) => each(bytes, stored, |[byte]| rescaled((byte as i8).into())),
+            (VoxelType::U16, _) => each(bytes, stored, |bytes| rescaled(bits16(bytes).into())),
+            (VoxelType::I16, _) => each(bytes, stored, |bytes| {
+                rescaled((bits16(bytes) as i16).into())
+            }),
+            (VoxelType::U32, _) => each(bytes, stored, |bytes| rescaled(bits32(bytes).into())),
+            (VoxelType::I32, _) => each(bytes, stored, |bytes| {
+                rescaled((bits32(bytes) as i32).into())
+            }),
+            (VoxelType::F32, _) if self.rescales() => each(bytes, stored, |bytes| {
+                rescaled(f32::from_bits(bits32(bytes)).into())
+            }),
+            (VoxelType::F32, _) => each(bytes, stored, |bytes| bits32(bytes).to_ne_bytes()),
+            (VoxelType::F64, _) => each(bytes, stored, |bytes| {
+                rescaled(f64::from_bits(bits64(bytes)))
+            }),
+        }
+        rounding
+    }
+}
+
+fn each<const N: usize, const M: usize>(
+    bytes: &[u8],
+    stored: &mut [u8],
+    mut convert: impl FnMut([u8; N]) -> [u8; M],
+) {
+    for (stored, bytes) in stored.as_chunks_mut().0.iter_mut().zip(bytes.as_chunks().0) {
+        *stored = convert(*bytes);
+    }
+}
