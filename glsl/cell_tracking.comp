@@ -179,15 +179,15 @@ void main() {
     bool working = true;
     while (working && work < push.work) {
         ++work;
-        if (path.phase == PHASE_IDLE) {
+        if (path.stage == STAGE_IDLE) {
             working = path.samples_left > 0u || begin_node(path);
             if (working && path.samples_left > 0u) {
                 begin_sample(path);
             }
         }
-        if (working && path.phase != PHASE_IDLE) {
+        if (working && path.stage != STAGE_IDLE) {
             advance(path);
-            if (path.phase == PHASE_IDLE) {
+            if (path.stage == STAGE_IDLE) {
                 ++finished;
                 if (path.samples_left == 0u) {
                     finish_node();

@@ -159,7 +159,7 @@ fn in_a_medium_under_an_image_and_a_sun() {
             // The sample is taken anew instead of counting as dark.
             wrong: "if (path.shadow_transmittance == 0.0) {
                         ++path.samples_left;
-                        path.phase = PHASE_IDLE;
+                        path.stage = STAGE_IDLE;
                         return;
                     }
                     contribute(path, path.shadow_transmittance * path.shadow_radiance);",

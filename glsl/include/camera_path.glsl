@@ -68,7 +68,7 @@ void main() {
     bool working = true;
     while (working && work < push.work) {
         ++work;
-        if (path.phase == PHASE_IDLE) {
+        if (path.stage == STAGE_IDLE) {
             working = path.samples_left > 0u || begin_pixel(path);
             if (working) {
                 begin_sample(path);
@@ -76,7 +76,7 @@ void main() {
         }
         if (working) {
             advance(path);
-            if (path.phase == PHASE_IDLE && path.samples_left == 0u) {
+            if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
                 ivec2 at = ivec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
                 imageStore(unit_sum, at, path.sum);
             }

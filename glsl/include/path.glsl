@@ -39,7 +39,7 @@ int starting_surface(Path path) {
 // A new path at path.origin, with nothing behind it.
 void begin_path(inout Path path) {
     path.dimension = 0u;
-    path.phase = PHASE_FLIGHT;
+    path.stage = STAGE_FLIGHT;
     path.bounces = 0u;
     path.collisions = 0u;
     path.throughput = vec3(1.0);
@@ -142,7 +142,7 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
     if (full_light) {
         path.shadow_radiance *= surface_transmittance(ray, span.x, span.y, known, path.inside);
     }
-    path.phase = PHASE_SHADOW;
+    path.stage = STAGE_SHADOW;
 }
 
 // What turns light where a segment ends: a surface, or else the medium.
@@ -238,7 +238,7 @@ void scatter(inout Path path, inout Random random) {
     if (path.bounces == 0u) {
         cover(path, 1.0);
     }
-    path.phase = PHASE_FLIGHT;
+    path.stage = STAGE_FLIGHT;
     if (scene.max_bounces > 0u && path.bounces >= scene.max_bounces) {
         end_path(path);
         return;
@@ -258,7 +258,7 @@ void scatter(inout Path path, inout Random random) {
 // One loop for both: a lane's flight and its neighbour's shadow ray go on together, and a lane whose shadow
 // ray is over does not wait.
 void fly(inout Path path, inout Random random) {
-    bool is_shadow = has_light_sampling && path.phase == PHASE_SHADOW;
+    bool is_shadow = has_light_sampling && path.stage == STAGE_SHADOW;
     Ray ray = make_ray(path.origin, is_shadow ? path.shadow_direction : path.direction);
     Track track = Track(path.t, path.t_end, path.cell);
     if (is_shadow) {
@@ -289,7 +289,7 @@ void fly(inout Path path, inout Random random) {
     }
     path.t = tracking.t;
     path.cell = tracking.walk.cell;
-    path.phase = tracking.outcome == OUTCOME_PENDING ? PHASE_FLIGHT : PHASE_ARRIVAL;
+    path.stage = tracking.outcome == OUTCOME_PENDING ? STAGE_FLIGHT : STAGE_ARRIVAL;
     if (tracking.outcome == OUTCOME_COLLISION) {
         path.t_end = path.t;
         path.surface = COLLISION;
@@ -299,13 +299,13 @@ void fly(inout Path path, inout Random random) {
 // Takes the path on, and handles what it arrives at.
 void advance_once(inout Path path) {
     Random random = random_of(path);
-    if (path.phase != PHASE_IDLE) {
+    if (path.stage != STAGE_IDLE) {
         fly(path, random);
     }
-    if (path.phase == PHASE_ARRIVAL) {
+    if (path.stage == STAGE_ARRIVAL) {
         if (path.surface == NOTHING) {
             escape(path);
-            path.phase = PHASE_IDLE;
+            path.stage = STAGE_IDLE;
         } else {
             scatter(path, random);
         }
@@ -323,7 +323,7 @@ void advance(inout Path path) {
     bool again = true;
     LOOP {
         advance_once(path);
-        if (!again || path.phase == PHASE_IDLE) {
+        if (!again || path.stage == STAGE_IDLE) {
             break;
         }
         again = false;

@@ -46,9 +46,14 @@ impl Word for u32 {
     }
 }
 
-/// Defines `#[repr(C)]` structs and their GLSL.
+/// Defines `#[repr(C)]` structs and their GLSL, and after `all NAME:` a constant with the GLSL of all of them.
 #[macro_export]
 macro_rules! shared {
+    (all $all:ident: $($(#[$about:meta])* pub struct $name:ident $fields:tt)*) => {
+        /// The GLSL of all structs here, one by one.
+        const $all: &[&str] = &[$(<$name as $crate::gpu::Shared>::GLSL,)*];
+        $crate::shared! { $($(#[$about])* pub struct $name $fields)* }
+    };
     ($($(#[$about:meta])* pub struct $name:ident {
         $($(#[$note:meta])* pub $field:ident: $kind:ident,)*
     })*) => {$(

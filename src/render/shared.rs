@@ -8,8 +8,8 @@
 
 #![allow(non_camel_case_types)]
 
+use crate::gpu::Specialization;
 use crate::gpu::types::*;
-use crate::gpu::{Shared, Specialization};
 use crate::{shared, specialization};
 
 /// Trilinear cells along an axis of a macrocell.
@@ -22,6 +22,8 @@ pub const PATCHES: u32 = 32;
 pub const MOST_SURFACES: usize = 32;
 
 shared! {
+    all STRUCTS:
+
     /// Everything about the scene that is one of a kind.
     pub struct SceneConstants {
         /// Voxels.
@@ -141,8 +143,8 @@ shared! {
         pub sample_index: uint,
         /// Random numbers used by the current sample, in blocks of four.
         pub dimension: uint,
-        /// `PHASE_*`.
-        pub phase: uint,
+        /// `STAGE_*`.
+        pub stage: uint,
         /// Collisions and reflections so far.
         pub bounces: uint,
         /// The former alone.
@@ -367,13 +369,13 @@ codes! {
     pub const SHADING_PHONG: u32 = 1;
     pub const SHADING_DISNEY: u32 = 2;
     // A slot without a pixel.
-    pub const PHASE_IDLE: u32 = 0;
+    pub const STAGE_IDLE: u32 = 0;
     // On its way to a collision, a surface or the sky.
-    pub const PHASE_FLIGHT: u32 = 1;
+    pub const STAGE_FLIGHT: u32 = 1;
     // Its shadow ray is on its way to a light.
-    pub const PHASE_SHADOW: u32 = 2;
+    pub const STAGE_SHADOW: u32 = 2;
     // A flight is over: whatever stands at its end happens.
-    pub const PHASE_ARRIVAL: u32 = 3;
+    pub const STAGE_ARRIVAL: u32 = 3;
     // In the cache's page table: a brick without memory. Its bits for a place are those of the first.
     pub const NO_PLACE: u32 = 0x8000_0000;
     // Paths that a node may gather (gathering.glsl).
@@ -389,31 +391,11 @@ pub fn glsl() -> String {
         .map(|(name, value)| format!("const uint {name} = {value}u;\n"))
         .collect();
     [
-        &format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
-        &format!(
-            "const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"
-        ),
-        &codes,
-        &Features::glsl(),
-        SceneConstants::GLSL,
-        Surface::GLSL,
-        Sun::GLSL,
-        Clip::GLSL,
-        EnvironmentCell::GLSL,
-        Path::GLSL,
-        Brick::GLSL,
-        NodeWork::GLSL,
-        Counters::GLSL,
-        TrackPush::GLSL,
-        CellPush::GLSL,
-        CutPush::GLSL,
-        MarchPush::GLSL,
-        CameraMarchPush::GLSL,
-        PublishedPush::GLSL,
-        PublishedMarchPush::GLSL,
-        ProbePush::GLSL,
-        ToneMapPush::GLSL,
-        AccumulatePush::GLSL,
+        format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
+        format!("const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"),
+        codes,
+        Features::glsl(),
+        STRUCTS.concat(),
     ]
     .concat()
 }
