@@ -1,6 +1,7 @@
 //! Whatever a file holds, loading it ends soon, without a panic, and without allocating more than
 //! the file's length allows.
 
+#[path = "support/volume_files.rs"]
 mod volume_files;
 
 use std::alloc::System;

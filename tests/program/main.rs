@@ -1,7 +1,7 @@
 //! The program from outside: the real binary in a folder of its own, judged by its exit status, what
 //! it prints and the files that it leaves. Vulkan's validation layers watch every render.
 
-#[path = "../folder/mod.rs"]
+#[path = "../support/folder.rs"]
 mod folder;
 
 mod allocations;

@@ -1,7 +1,7 @@
 //! The window from outside: the real program on a display of its own, steered by mouse and keys and
 //! judged by what it shows. Vulkan's validation layers watch.
 
-#[path = "../folder/mod.rs"]
+#[path = "../support/folder.rs"]
 mod folder;
 
 mod display;

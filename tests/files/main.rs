@@ -1,0 +1,11 @@
+//! What is read and written: arguments, scene files, volumes, presets, pictures, statistics. No device is needed.
+
+#[path = "../support/volume_files.rs"]
+mod volume_files;
+
+mod command_line;
+mod compare;
+mod output;
+mod presets;
+mod scene_file;
+mod volume_formats;

@@ -1,0 +1,97 @@
+//! MetaImage: orientation, foreign headers, rescaling.
+
+use isolume::scene::volume::{Endian, StoredType, VoxelType};
+
+use crate::volume_files::{Array, write};
+use crate::volume_formats::{DIMS, folder, load_bytes, plain, refuses, u8s, values};
+
+#[test]
+fn metaimage_orientation_is_the_matrix_in_lps() {
+    let letters = |more: &str| {
+        load_bytes("v.mha", u8s().mha(more))
+            .axes
+            .map(|axes| axes.to_string())
+    };
+    assert_eq!(letters(""), None);
+    let identity = "TransformMatrix = 1 0 0 0 1 0 0 0 1\n";
+    assert_eq!(letters(identity).as_deref(), Some("LPS"));
+    // As ITK writes it: letters say where axes come from.
+    assert_eq!(
+        letters(&format!("{identity}AnatomicalOrientation = RAI\n")).as_deref(),
+        Some("LPS")
+    );
+    assert_eq!(
+        letters("AnatomicalOrientation = RAI\n").as_deref(),
+        Some("LPS")
+    );
+    assert_eq!(
+        letters(&format!("{identity}AnatomicalOrientation = ???\n")),
+        None
+    );
+    let sagittal = "TransformMatrix = 0 1 0 0 0 -1 -1 0 0\n";
+    assert_eq!(letters(sagittal).as_deref(), Some("PIR"));
+    let mirrored = load_bytes("v.mha", u8s().mha("TransformMatrix = 1 0 0 0 1 0 0 0 -1\n"));
+    assert_eq!(mirrored.axes.unwrap().to_string(), "LPS");
+    assert!(mirrored.notes[0].contains("LPI became LPS"));
+}
+
+#[test]
+fn metaimage_skips_a_foreign_header() {
+    let array = u8s();
+    let folder = folder();
+    write(
+        folder.path(),
+        "v.bin",
+        [b"seventeen letters".as_slice(), &array.bytes()].concat(),
+    );
+    for size in ["17", "-1"] {
+        let header = array.meta_header(&format!("HeaderSize = {size}\n"), "v.bin");
+        let volume = plain(&write(folder.path(), "v.mhd", header));
+        assert_eq!(values(&volume), array.values);
+    }
+}
+
+#[test]
+fn metaimage_refuses_what_is_no_scalar_volume() {
+    let text = |from: &str, to: &str| u8s().meta_header("", "LOCAL").replace(from, to);
+    refuses("v.mha", text("NDims = 3", "NDims = 2"), &["`NDims` is `2`"]);
+    refuses(
+        "v.mha",
+        u8s().mha("ElementNumberOfChannels = 3\n"),
+        &["Channels"],
+    );
+    refuses(
+        "v.mha",
+        text("BinaryData = True", "BinaryData = False"),
+        &["BinaryData"],
+    );
+    refuses("v.mha", text("UCHAR", "UCHAR_ARRAY"), &["`ElementType` is"]);
+    refuses(
+        "v.mhd",
+        text("LOCAL", "LIST"),
+        &["`ElementDataFile` is `LIST`"],
+    );
+    refuses(
+        "v.mhd",
+        text("LOCAL", "slice%03d.raw 1 9 1"),
+        &["`ElementDataFile`"],
+    );
+    refuses(
+        "v.mhd",
+        text("LOCAL", "gone.raw"),
+        &["data file", "gone.raw", "No such file"],
+    );
+}
+
+#[test]
+fn metaimage_rescales_small_integers_in_their_width() {
+    let more = "ElementToIntensityFunctionSlope = 2\nElementToIntensityFunctionOffset = -3\n";
+    let volume = load_bytes(
+        "v.mha",
+        Array::new(DIMS, VoxelType::I8, Endian::Little).mha(more),
+    );
+    assert!(volume.stored == StoredType::U8);
+    assert_eq!(volume.range, [-259.0, 251.0]);
+    let zero = u8s().mha("ElementToIntensityFunctionSlope = 0\n");
+    refuses("v.mha", zero, &["slope 0"]);
+}

@@ -1,0 +1,98 @@
+//! NIfTI-1: orientation and rescaling.
+
+use isolume::scene::volume::{Endian, StoredType, VoxelType};
+
+use crate::volume_files::Array;
+use crate::volume_formats::{DIMS, load_bytes, refuses, u8s, values};
+
+#[test]
+fn nifti_orientation_is_sform_then_qform() {
+    let mut file = u8s().nifti();
+    assert_eq!(load_bytes("v.nii", &file.bytes).axes, None);
+
+    // A quarter turn about the body's axis: i to the front, j to the left.
+    file.int16(252, 1);
+    file.floats(256, &[0.0, 0.0, 0.5f32.sqrt()]);
+    let volume = load_bytes("v.nii", &file.bytes);
+    assert_eq!(volume.axes.unwrap().to_string(), "ALS");
+    assert_eq!(volume.spacing, [1.5, 2.0, 2.5]);
+
+    // The same with qfac −1: k is reversed, which makes it left-handed, and is turned back.
+    file.floats(76, &[-1.0]);
+    let volume = load_bytes("v.nii", &file.bytes);
+    assert_eq!(volume.axes.unwrap().to_string(), "ALS");
+    assert!(volume.notes[0].contains("ALI became ALS"));
+
+    // Radiological storage: i to the left. k is reversed so that left stays left.
+    file.int16(254, 2);
+    file.floats(
+        280,
+        &[-3., 0., 0., 90., 0., 4., 0., -126., 0., 0., 5., -72.],
+    );
+    let volume = load_bytes("v.nii", &file.bytes);
+    assert_eq!(volume.axes.unwrap().to_string(), "LAI");
+    assert_eq!(volume.spacing, [3.0, 4.0, 5.0]);
+}
+
+#[test]
+fn nifti_rescales() {
+    let array = Array::new(DIMS, VoxelType::I16, Endian::Big);
+    let rescaled = |slope: f32, intercept: f32| {
+        let mut file = array.nifti();
+        file.floats(112, &[slope, intercept]);
+        load_bytes("v.nii", file.bytes)
+    };
+    let expected = |slope: f64, intercept: f64| -> Vec<f64> {
+        let value = |stored: &f64| intercept + slope * stored;
+        array.values.iter().map(value).collect()
+    };
+    let volume = rescaled(0.5, -1024.0);
+    assert!(volume.stored == StoredType::U16);
+    assert_eq!(values(&volume), expected(0.5, -1024.0));
+    assert_eq!(volume.range, [-17408.0, 15359.5]);
+
+    let negative = rescaled(-2.0, 1.0);
+    assert!(negative.stored == StoredType::F32);
+    assert_eq!((negative.scale, negative.offset), (1.0, 0.0));
+    assert_eq!(values(&negative), expected(-2.0, 1.0));
+
+    for none in [0.0, f32::NAN, f32::INFINITY] {
+        assert_eq!(values(&rescaled(none, 5.0)), array.values);
+    }
+    assert_eq!(values(&rescaled(2.0, f32::NAN)), expected(2.0, 0.0));
+
+    let floats = Array::new([2, 1, 1], VoxelType::F32, Endian::Little);
+    let floats = Array {
+        values: vec![1.0, 2.5],
+        ..floats
+    };
+    let mut file = floats.nifti();
+    file.floats(112, &[4.0, 1.0]);
+    let volume = load_bytes("v.nii", file.bytes);
+    assert_eq!((values(&volume), volume.scale), (vec![5.0, 11.0], 1.0));
+}
+
+#[test]
+fn nifti_refuses_what_is_no_scalar_volume() {
+    let changed = |offset: usize, value: i16| {
+        let mut file = u8s().nifti();
+        file.int16(offset, value);
+        file.bytes
+    };
+    let mut series = u8s().nifti();
+    series.int16(40, 4);
+    assert_eq!(load_bytes("v.nii", &series.bytes).dims, DIMS);
+    series.int16(48, 5);
+    refuses("v.nii", series.bytes, &["`dim[4]` is `5`", "extract"]);
+    refuses("v.nii", changed(40, 9), &["`dim[0]` is `9`"]);
+    refuses("v.nii", changed(44, 0), &["`dim[2]` is `0`"]);
+    refuses("v.nii", changed(44, -4), &["`dim[2]` is `-4`"]);
+    refuses("v.nii", changed(70, 128), &["`datatype` is `128`"]);
+    refuses("v.nii", changed(0, 540), &["NIfTI-2"]);
+    refuses("v.nii", changed(344, 0x696e), &[".hdr/.img"]);
+    refuses("v.nii", [1; 400], &["no NIfTI-1 file"]);
+    refuses("v.nii", [0; 40], &["348 bytes"]);
+    let mut early = u8s().nifti();
+    early.floats(108, &[12.0]);
+    refuses("v.nii", early.bytes, &["`vox_offset` is `12`"]);
+}

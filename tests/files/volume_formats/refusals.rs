@@ -1,0 +1,221 @@
+//! Files that cannot be used: each gets one sentence that names the fact and a remedy.
+
+use isolume::scene::volume::{Endian, VolumeOverrides, VoxelType};
+
+use crate::volume_files::{Array, gzip, write};
+use crate::volume_formats::{DIMS, folder, load_bytes, refusal, refuses, u8s};
+
+#[test]
+fn shape_is_for_raw_files_only() {
+    let folder = folder();
+    let path = write(folder.path(), "v.nrrd", u8s().nrrd("raw", ""));
+    let overrides = VolumeOverrides {
+        dims: Some(DIMS),
+        ..Default::default()
+    };
+    assert!(refusal(&path, &overrides).contains("`dims` is only for .raw"));
+}
+
+#[test]
+fn sheared_axes_are_refused_by_name() {
+    let directions = "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0.2,1)\n";
+    refuses(
+        "v.nrrd",
+        u8s().nrrd("raw", directions),
+        &["j and k", "sheared", "78.69"],
+    );
+    refuses(
+        "v.mha",
+        u8s().mha("TransformMatrix = 1 0 0 0.1 1 0 0 0 1\n"),
+        &["i and j", "sheared"],
+    );
+    let mut nifti = u8s().nifti();
+    nifti.int16(254, 1);
+    nifti.floats(280, &[1., 0., 0.5, 0., 0., 1., 0., 0., 0., 0., 1., 0.]);
+    refuses("v.nii", nifti.bytes, &["sform", "i and k", "sheared"]);
+    let parallel = "space: LPS\nspace directions: (1,0,0) (1,0,0) (0,0,1)\n";
+    refuses(
+        "v.nrrd",
+        u8s().nrrd("raw", parallel),
+        &["i and j", "sheared"],
+    );
+    let nothing = "space: LPS\nspace directions: (0,0,0) (1,0,0) (0,0,1)\n";
+    refuses("v.nrrd", u8s().nrrd("raw", nothing), &["axis i"]);
+}
+
+#[test]
+fn npy_refuses_what_is_no_scalar_volume() {
+    let changed = |from: &str, to: &str| {
+        assert_eq!(from.len(), to.len());
+        let bytes = u8s().npy(1, false);
+        let at = bytes.windows(from.len()).position(|w| w == from.as_bytes());
+        let at = at.unwrap();
+        [&bytes[..at], to.as_bytes(), &bytes[at + to.len()..]].concat()
+    };
+    refuses(
+        "v.npy",
+        changed("(2, 3, 4)", "(2, 3*4) "),
+        &["`shape`", "three"],
+    );
+    refuses(
+        "v.npy",
+        changed("'|u1'", "'|O8'"),
+        &["`descr` is `|O8`", "astype"],
+    );
+    refuses(
+        "v.npy",
+        changed("'|u1'", "[(,)]"),
+        &["`descr`", "one plain number type"],
+    );
+    refuses("v.npy", changed("shape", "shade"), &["no `shape`"]);
+    refuses("v.npy", b"PK\x03\x04", &["version 1, 2 or 3"]);
+}
+
+#[test]
+fn truncated_files_say_how_much_is_missing() {
+    let array = Array::new([16, 16, 16], VoxelType::U16, Endian::Little);
+    let array = Array {
+        values: (0..4096u32)
+            .map(|n| f64::from(n.wrapping_mul(2654435761) >> 16))
+            .collect(),
+        ..array
+    };
+    let cut = |mut bytes: Vec<u8>, by: usize| {
+        bytes.truncate(bytes.len() - by);
+        bytes
+    };
+    let all = "expected 8192 for 16×16×16 uint16";
+    refuses(
+        "v.nrrd",
+        cut(array.nrrd("raw", ""), 100),
+        &["holds 8092 bytes", all],
+    );
+    refuses("v.mha", cut(array.mha(""), 8192), &["holds 0 bytes", all]);
+    refuses(
+        "v.nii",
+        cut(array.nifti().bytes, 1),
+        &["holds 8191 bytes", all],
+    );
+    refuses(
+        "v.npy",
+        cut(array.npy(1, false), 1),
+        &["holds 8191 bytes", all],
+    );
+    refuses(
+        "v.nrrd",
+        cut(array.nrrd("gzip", ""), 4000),
+        &["bytes of voxels", all],
+    );
+    refuses(
+        "v.nii.gz",
+        cut(gzip(&array.nifti().bytes), 4000),
+        &["bytes of voxels", all],
+    );
+    refuses(
+        "v.mha",
+        cut(array.mha("CompressedData = True\n"), 4000),
+        &["bytes of voxels", all],
+    );
+    refuses(
+        "v.nrrd",
+        array.nrrd_header("raw", ""),
+        &["header does not end"],
+    );
+}
+
+#[test]
+fn damaged_compressed_voxels_are_refused() {
+    let array = Array::new([16, 16, 16], VoxelType::U8, Endian::Little);
+    let mut bytes = array.nrrd("gzip", "");
+    let checksum = bytes.len() - 8;
+    bytes[checksum] ^= 1;
+    refuses("v.nrrd", bytes, &["damaged", "checksum"]);
+}
+
+#[test]
+fn a_header_cannot_promise_more_than_compression_allows() {
+    let array = Array::new([100, 100, 100], VoxelType::U8, Endian::Little);
+    let header = array.nrrd_header("gzip", "\n");
+    let bytes = [header.as_bytes(), &gzip(&[0; 10])].concat();
+    refuses(
+        "v.nrrd",
+        bytes,
+        &["compressed bytes cannot hold the 1000000 expected"],
+    );
+}
+
+#[test]
+fn sizes_that_overflow_are_refused() {
+    let sized = |sizes: &str| u8s().nrrd_header("raw", "\n").replace("4 3 2", sizes);
+    refuses(
+        "v.nrrd",
+        sized("4294967295 4294967295 4294967295"),
+        &["2^64"],
+    );
+    refuses(
+        "v.nrrd",
+        sized("4294967295 4294967295 1"),
+        &["holds 0 bytes"],
+    );
+    refuses(
+        "v.nrrd",
+        sized("4294967296 1 1"),
+        &["`sizes` is", "3 whole numbers"],
+    );
+    refuses("v.nrrd", sized("-4 3 2"), &["`sizes` is `-4 3 2`"]);
+    refuses("v.nrrd", sized("4 3"), &["`sizes` is `4 3`"]);
+    refuses("v.nrrd", sized("4 0 2"), &["4×0×2", "at least 1"]);
+    let far = u8s().nrrd("gzip", "byte skip: 9223372036854775807\n");
+    refuses("v.nrrd", far, &["cannot hold"]);
+}
+
+#[test]
+fn other_formats_get_a_way_out() {
+    refuses("v.dcm", [0; 200], &["DICOM", "dcm2niix"]);
+    refuses("v.tiff", [0; 200], &["TIFF", "SimpleITK"]);
+    refuses(
+        "v.xyz",
+        [0; 200],
+        &["unknown extension", ".nrrd", ".nii.gz", ".raw"],
+    );
+    refuses("v.nrrd", "nonsense", &["NRRD000"]);
+    refuses(
+        "v.nrrd",
+        u8s().nrrd("bzip2", ""),
+        &["`encoding` is `bzip2`"],
+    );
+    refuses(
+        "v.nhdr",
+        u8s().nrrd_header("raw", "data file: LIST\na.raw\n"),
+        &["`data file` is `LIST`"],
+    );
+    refuses(
+        "v.nhdr",
+        u8s().nrrd_header("raw", "data file: .\n"),
+        &["regular file"],
+    );
+    let folder = folder();
+    let series = folder.path().join("series");
+    std::fs::create_dir(&series).unwrap();
+    assert!(refusal(&series, &VolumeOverrides::default()).contains("dcm2niix"));
+    let missing = folder.path().join("gone.nrrd");
+    assert!(refusal(&missing, &VolumeOverrides::default()).contains("No such file"));
+}
+
+#[test]
+fn nothing_personal_is_kept_or_quoted() {
+    let personal = "PatientName:=Doe^Jane\ncontent: Doe^Jane\n";
+    let volume = load_bytes("v.nrrd", u8s().nrrd("raw", personal));
+    assert!(!format!("{volume:?}").contains("Doe"));
+    let mut nifti = u8s().nifti();
+    nifti.bytes[148..156].copy_from_slice(b"Doe^Jane");
+    assert!(!format!("{:?}", load_bytes("v.nii", nifti.bytes)).contains("Doe"));
+    let folder = folder();
+    let broken = u8s().nrrd("raw", "PatientName Doe^Jane\n");
+    let path = write(folder.path(), "v.nrrd", broken);
+    let message = refusal(&path, &VolumeOverrides::default());
+    assert!(
+        message.contains("line 8") && !message.contains("Doe"),
+        "{message}"
+    );
+}

@@ -1,0 +1,108 @@
+//! A scene on the GPU, and small passes of a test's own that run on it: the shaders' functions are
+//! tested where they run, one thread an input.
+
+use std::sync::Arc;
+
+use isolume::gpu::*;
+use isolume::render::shared::{self, Features, SceneConstants};
+use isolume::render::{GpuScene, Renderer, Resources};
+use isolume::scene::Scene;
+use isolume::scene::volume::Volume;
+
+use crate::support::common::{BUDGET, assert_silent, device};
+
+pub struct Probe {
+    device: Arc<Device>,
+    memory: Arc<Memory>,
+    renderer: Renderer,
+    /// What the passes are compiled for.
+    pub features: Features,
+    pub constants: SceneConstants,
+}
+
+/// A pass in `tests/glsl/`. It reads `inputs`, writes `outputs`, and takes `push`.
+pub struct Shader {
+    pub name: &'static str,
+    pub text: &'static str,
+    /// The scene's resources that it uses, by name.
+    pub uses: &'static [&'static str],
+}
+
+const NOTHING: &str = "#version 460\nlayout(local_size_x = 1) in; void main() {}";
+
+impl Probe {
+    pub fn new(scene: &Scene, volume: &Volume) -> Probe {
+        let device = device();
+        let memory = Memory::new(&device, BUDGET).expect("memory");
+        let scene = GpuScene::new(&device, scene, volume, 1).expect("a scene");
+        let (features, constants) = (scene.features(), scene.constants());
+        // No path is traced here, and the large shader that would do it takes seconds to compile.
+        let shaders = Shaders::new(shared::glsl())
+            .expect("a compiler")
+            .with_file("delta_tracking.comp", NOTHING);
+        let renderer = Renderer::with_shaders(&memory, &shaders, volume, scene);
+        let renderer = renderer.expect("a renderer");
+        Probe {
+            device,
+            memory,
+            renderer,
+            features,
+            constants,
+        }
+    }
+
+    /// One thread for each of `threads`; the outputs, however many the shader writes.
+    pub fn run<P: Shared, I: Shared, O: Shared>(
+        &mut self,
+        shader: &Shader,
+        push: &P,
+        inputs: &[I],
+        threads: usize,
+        outputs: usize,
+    ) -> Vec<O> {
+        let shared = [&shared::glsl(), P::GLSL, I::GLSL, O::GLSL].concat();
+        let shaders = Shaders::new(shared)
+            .expect("a compiler")
+            .with_file(&format!("{}.comp", shader.name), shader.text);
+        let desc = PassDesc {
+            name: shader.name,
+            specialization: &self.features.words(),
+            macros: &self.features.formats(),
+        };
+        let pass = Pass::new(&self.device, &shaders, &desc).expect("a pass");
+        let inputs = Buffer::with_data(&self.memory, "inputs", inputs).expect("inputs");
+        let desc = BufferDesc {
+            name: "outputs",
+            bytes: (outputs * size_of::<O>()) as u64,
+            placement: Placement::Readback,
+        };
+        let results = Buffer::new(&self.memory, desc).expect("outputs");
+        let (frame, r) = self.renderer.probed();
+        r.scene.write(&[self.constants]);
+        let mut bindings: Vec<(&str, Binding<'_>)> =
+            shader.uses.iter().map(|&n| (n, binding(r, n))).collect();
+        bindings.push(("inputs", Binding::Buffer(&inputs)));
+        bindings.push(("outputs", Binding::Buffer(&results)));
+        frame
+            .run(|f| f.pass(&pass, &bindings, push, [threads as u32, 1, 1]))
+            .expect("a run");
+        assert_silent(&self.device);
+        let mapped = results.mapped().expect("outputs are mapped");
+        let bytes = &mapped[..outputs * size_of::<O>()];
+        bytemuck::pod_collect_to_vec(bytes)
+    }
+}
+
+fn binding<'a>(r: &'a Resources, name: &str) -> Binding<'a> {
+    match name {
+        "scene_block" => Binding::Buffer(&r.scene),
+        "volume" => Binding::Image(&r.volume),
+        "ranges" => Binding::Image(&r.ranges),
+        "clips" => Binding::Buffer(&r.clips),
+        "surfaces" => Binding::Buffer(&r.surfaces),
+        "suns" => Binding::Buffer(&r.suns),
+        "environment" => Binding::Image(&r.environment),
+        "sky" => Binding::Buffer(&r.sky),
+        _ => panic!("no resource is called {name}"),
+    }
+}

@@ -1,0 +1,157 @@
+//! Cells in sight get most paths: that pays, and whoever looks from elsewhere is not left behind.
+
+use std::sync::atomic::AtomicBool;
+
+use isolume::scene::volume::Volume;
+use isolume::scene::*;
+
+use crate::caching::gathering::shaders_without_gathering;
+use crate::support::common::*;
+
+fn from(eye: [f64; 3]) -> Scene {
+    let camera = Camera {
+        eye,
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 1.0 },
+    };
+    let mut scene = empty_scene([16, 16], camera);
+    scene.medium = Some(uniform_medium(30.0, 0.9, 0.0));
+    scene.environment.radiance = [1.0; 3];
+    scene
+}
+
+/// Of optical depth 30: a camera sees one side of it.
+fn block() -> Volume {
+    constant_field(1.0, [32; 3], [1.0 / 32.0; 3])
+}
+
+fn filled(scene: &Scene, everywhere: bool, updates: u32, seed: u32) -> Cached {
+    let mut cached = cached(scene, &block(), 0.5, CacheFormat::F32, 0, seed);
+    if everywhere {
+        look_from_everywhere(&mut cached);
+    }
+    cached.fill(updates);
+    cached
+}
+
+fn look_from_everywhere(cached: &mut Cached) {
+    cached.caching().widen_focus();
+}
+
+/// All that is in sight gets the paths that it lacks.
+fn catch_up(cached: &mut Cached) {
+    let stop = AtomicBool::new(false);
+    assert!(cached.caching().batch(0, &stop).expect("a batch"));
+}
+
+/// Seen from the other side from now on.
+fn turn(cached: &mut Cached) {
+    let scene = from([0.0, 0.0, -3.0]);
+    let turned = cached.renderer.scene().changed_to(&scene, &block());
+    let lasts = cached.renderer.change(&turned);
+    assert!(lasts.expect("a change"));
+}
+
+/// What a cache shows from the other side.
+fn behind(cached: &mut Cached) -> Vec<[f32; 4]> {
+    turn(cached);
+    cached.march()
+}
+
+/// The error of the picture that a cache shows, relative to its mean: from two independent caches, and as
+/// the first of them measures it.
+fn errors(everywhere: bool, updates: u32) -> [f64; 2] {
+    let scene = from([0.0, 0.0, 3.0]);
+    let mut caches = [1, 2].map(|seed| filled(&scene, everywhere, updates, seed));
+    let [a, b] = caches.each_mut().map(|cache| cache.march());
+    let found = rms_difference(&a, &b) / 2.0f64.sqrt();
+    let cache = caches[0].cache();
+    println!(
+        "everywhere {everywhere}: {} paths, error {found:.4}, measured {:.4}",
+        cache.paths, cache.relative_error
+    );
+    [found, cache.relative_error]
+}
+
+#[test]
+fn what_is_in_sight_is_known_better_after_as_many_paths() {
+    let scene = from([0.0, 0.0, 3.0]);
+    let paths = |everywhere, updates| filled(&scene, everywhere, updates, 1).renderer.paths();
+    assert!(paths(false, 256) < paths(true, 128));
+    let ([wide, _], [focused, measured]) = (errors(true, 128), errors(false, 256));
+    assert!(focused < 0.85 * wide);
+    assert!((measured / focused - 1.0).abs() < 0.25);
+}
+
+#[test]
+fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
+    let cached = filled(&from([0.0, 0.0, 3.0]), true, 8, 1);
+    let cache = cached.cache();
+    assert_eq!(cache.mean_updates(), 8.0);
+    assert_eq!(cache.paths, 8 * 16 * 16 * 16);
+}
+
+/// Paths are numbered from node to node: it does not matter when a node has had them, if it does not gather.
+#[test]
+fn what_has_caught_up_is_what_had_been_filled_everywhere() {
+    let scene = from([0.0, 0.0, 3.0]);
+    let traced = shaders_without_gathering();
+    let empty = || {
+        empty_cache(
+            device(),
+            &traced,
+            &scene,
+            &block(),
+            0.5,
+            CacheFormat::F32,
+            1,
+        )
+    };
+    let (mut late, mut at_once) = (empty(), empty());
+    late.fill(16);
+    look_from_everywhere(&mut late);
+    catch_up(&mut late);
+    look_from_everywhere(&mut at_once);
+    at_once.fill(16);
+    assert_eq!(late.renderer.paths(), at_once.renderer.paths());
+    for (a, b) in behind(&mut late).iter().zip(behind(&mut at_once)) {
+        assert!((a[0] - b[0]).abs() <= 1e-5 * b[0], "{a:?} {b:?}");
+    }
+}
+
+#[test]
+fn what_has_caught_up_is_as_good_as_what_had_been_filled_everywhere() {
+    let scene = from([0.0, 0.0, 3.0]);
+    let [mut late, mut other] = [1, 2].map(|seed| {
+        let mut late = filled(&scene, false, 128, seed);
+        look_from_everywhere(&mut late);
+        catch_up(&mut late);
+        late
+    });
+    let mut at_once = filled(&scene, true, 128, 1);
+    assert_eq!(late.renderer.paths(), at_once.renderer.paths());
+    let mut exact = filled(&scene, true, 2048, 3);
+    let exact = behind(&mut exact);
+    let [late, other, at_once] =
+        [&mut late, &mut other, &mut at_once].map(|cached| rms_difference(&behind(cached), &exact));
+    println!("errors from behind: {late:.4} and {other:.4}, at once {at_once:.4}");
+    assert!(late < 1.15 * at_once && other < 1.15 * at_once);
+}
+
+#[test]
+fn from_elsewhere_the_cache_catches_up() {
+    let before = from([0.0, 0.0, 3.0]);
+    let mut turned = filled(&before, false, 16, 1);
+    let paths = turned.renderer.paths();
+    assert!(turned.cache().is_caught_up());
+    turn(&mut turned);
+    assert!(!turned.cache().is_caught_up());
+    catch_up(&mut turned);
+    assert!(turned.cache().is_caught_up() && turned.updates() == 16);
+    let made_up = turned.renderer.paths() - paths;
+    println!("{paths} paths, {made_up} more from behind");
+    assert!(made_up > 0 && made_up < paths);
+    catch_up(&mut turned);
+    assert_eq!(turned.renderer.paths(), paths + made_up);
+}

@@ -1,0 +1,121 @@
+//! Young cells gather what the cache shows so far: less work for no more noise, and forgotten in time.
+
+use isolume::gpu::Shaders;
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::*;
+
+use crate::support::common::*;
+
+fn scene() -> Scene {
+    let camera = Camera {
+        eye: [0.3, 0.2, 3.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 1.2 },
+    };
+    let mut scene = empty_scene([32, 32], camera);
+    let mut medium = uniform_medium(20.0, 0.9, 0.0);
+    medium.transfer[0].opacity = 0.0;
+    medium.transfer.push(TransferPoint {
+        value: 1.0,
+        opacity: 1.0,
+        color: [0.9; 3],
+    });
+    scene.medium = Some(medium);
+    scene.environment.radiance = [1.0; 3];
+    scene.suns = vec![DirectionalLight {
+        direction: [0.3, -1.0, -0.4],
+        irradiance: [3.0; 3],
+    }];
+    scene
+}
+
+/// A ball that is dense inside, of optical depth 10.
+fn ball() -> Volume {
+    let value = |i: usize| {
+        let p = [i % 32, i / 32 % 32, i / 1024].map(|n| (n as f32 - 15.5) / 15.5);
+        (1.0 - p.iter().map(|x| x * x).sum::<f32>()).max(0.0)
+    };
+    let values = (0..32 * 32 * 32).map(value).collect();
+    Volume::from_values([32; 3], [1.0 / 32.0; 3], Voxels::F32(values)).expect("a volume")
+}
+
+fn empty(shaders: &Shaders, seed: u32) -> Cached {
+    let format = CacheFormat::F16;
+    empty_cache(device(), shaders, &scene(), &ball(), 0.5, format, seed)
+}
+
+fn filled(shaders: &Shaders, updates: u32, seed: u32) -> Cached {
+    let mut cached = empty(shaders, seed);
+    cached.fill(updates);
+    cached
+}
+
+fn gathering_with(right: &str, wrong: &str) -> Shaders {
+    let text = include_str!("../../../glsl/include/gathering.glsl");
+    shaders_with("include/gathering.glsl", text, right, wrong)
+}
+
+/// Nodes trace all of their paths to the end.
+pub fn shaders_without_gathering() -> Shaders {
+    gathering_with("return all(", "return false && all(")
+}
+
+/// A gathered path counts for a whole one.
+fn shaders_that_remember() -> Shaders {
+    gathering_with("const float WORTH = 0.25;", "const float WORTH = 1.0;")
+}
+
+/// Of four young caches: error of what they show, against `exact`, and reads of the volume.
+fn errors_and_lookups(shaders: &Shaders, exact: &[[f32; 4]]) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    for seed in 1..=4 {
+        let mut cached = filled(shaders, 16, seed);
+        sums[0] += rms_difference(&cached.march(), exact).powi(2) / 4.0;
+        sums[1] += cached.renderer.lookups() as f64 / 4.0;
+    }
+    [sums[0].sqrt(), sums[1]]
+}
+
+#[test]
+fn gathering_takes_less_work_for_no_more_noise() {
+    let traced = shaders_without_gathering();
+    let exact = filled(&traced, 4096, 9).march();
+    let [noise, work] = errors_and_lookups(&traced, &exact);
+    let [gathered_noise, gathered_work] = errors_and_lookups(&shaders(), &exact);
+    let [remembered_noise, _] = errors_and_lookups(&shaders_that_remember(), &exact);
+    println!(
+        "traced: error {noise:.4}, {work} lookups; gathered: {gathered_noise:.4}, {gathered_work}; \
+         without forgetting: {remembered_noise:.4}"
+    );
+    assert!(gathered_work < 0.5 * work);
+    assert!(gathered_noise < noise && gathered_noise < remembered_noise);
+}
+
+#[test]
+fn what_was_gathered_is_forgotten() {
+    let mean = |picture: &[[f32; 4]]| picture.iter().map(|p| f64::from(p[0])).sum::<f64>();
+    let exact = mean(&filled(&shaders_without_gathering(), 4096, 1).march());
+    let mut gathered = filled(&shaders(), 32, 2);
+    let young = mean(&gathered.march()) / exact - 1.0;
+    gathered.fill(4096);
+    let bias = mean(&gathered.march()) / exact - 1.0;
+    println!(
+        "bias after 32 paths {:+.2} %, after 4096 {:+.3} %",
+        100.0 * young,
+        100.0 * bias
+    );
+    assert!(bias.abs() < 5e-4);
+}
+
+/// Whatever the order in which slots get to work.
+#[test]
+fn a_seed_decides_every_node() {
+    let [a, b] = [0.5, 70.0].map(|slice_ms| {
+        let mut cached = empty(&shaders(), 1);
+        cached.renderer.take_slices_of(slice_ms);
+        cached.fill(16);
+        cached.march()
+    });
+    assert!(a == b);
+}

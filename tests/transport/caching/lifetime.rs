@@ -1,0 +1,162 @@
+//! What keeps the cache's light and what ends it.
+
+use isolume::render::{CacheLayout, GpuScene};
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::*;
+
+use crate::support::common::*;
+
+fn scene(light: LightModel) -> Scene {
+    let camera = Camera {
+        eye: [0.0, 0.0, 30.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Perspective { fov_y: 30.0 },
+    };
+    let mut scene = empty_scene([8, 8], camera);
+    scene.medium = Some(uniform_medium(0.1, 0.8, 0.3));
+    scene.environment.radiance = [1.0; 3];
+    scene.suns = vec![DirectionalLight {
+        direction: [0.0, -1.0, 0.0],
+        irradiance: [2.0; 3],
+    }];
+    scene.clips = vec![ClipPlane {
+        normal: [1.0, 0.0, 0.0],
+        offset: 3.0,
+    }];
+    scene.surfaces.light = light;
+    scene.surfaces.iso = vec![Isosurface {
+        value: 0.5,
+        opacity: 1.0,
+        color: [0.8; 3],
+        shading: Shading::Lambert,
+    }];
+    scene
+}
+
+fn lasts(light: LightModel, change: impl Fn(&mut Scene)) -> bool {
+    let values = (0..512).map(|i| (i % 8) as f32 / 8.0).collect();
+    let volume = Volume::from_values([8; 3], [1.0; 3], Voxels::F32(values)).expect("a volume");
+    let before = scene(light);
+    let mut after = before.clone();
+    change(&mut after);
+    let cached = |scene: &Scene| {
+        let scene = GpuScene::unprobed(scene, &volume);
+        let occupancy = scene.occupancy(&volume);
+        let layout = CacheLayout::new([8; 3], &occupancy, 0.5, CacheFormat::F16, 4096);
+        scene.with_cache(layout.expect("a layout"))
+    };
+    cached(&before).shares_light_with(&cached(&after))
+}
+
+fn lasts_in_both(change: impl Fn(&mut Scene)) -> bool {
+    let local = lasts(LightModel::Local, &change);
+    assert_eq!(local, lasts(LightModel::Full, &change));
+    local
+}
+
+#[test]
+fn the_camera_and_the_picture_keep_it() {
+    assert!(lasts_in_both(|s| s.camera.eye = [5.0, 20.0, 10.0]));
+    assert!(lasts_in_both(|s| s.render.exposure = 2.0));
+    assert!(lasts_in_both(|s| s.render.tone = Tone::Filmic));
+}
+
+#[test]
+fn surfaces_keep_it_in_local_light_alone() {
+    let isovalue = |s: &mut Scene| s.surfaces.iso[0].value = 0.3;
+    let material = |s: &mut Scene| s.surfaces.iso[0].color = [0.1; 3];
+    assert!(lasts(LightModel::Local, isovalue) && lasts(LightModel::Local, material));
+    assert!(!lasts(LightModel::Full, isovalue) && !lasts(LightModel::Full, material));
+}
+
+/// The cache knows each light's share in all of them.
+#[test]
+fn lights_that_change_alike_keep_it() {
+    let by = |s: &mut Scene, factors: [f64; 3]| {
+        for (c, factor) in factors.into_iter().enumerate() {
+            s.suns[0].irradiance[c] *= factor;
+            s.environment.radiance[c] *= factor;
+        }
+    };
+    assert!(lasts_in_both(|s| by(s, [0.1; 3])));
+    assert!(lasts_in_both(|s| by(s, [3.0, 1.0, 0.7])));
+    assert!(!lasts_in_both(|s| s.suns[0].irradiance = [2.1; 3]));
+}
+
+#[test]
+fn a_cache_under_other_lights_is_that_of_a_new_renderer() {
+    let volume = constant_field(1.0, [8; 3], [1.0; 3]);
+    let mut before = scene(LightModel::Local);
+    before.environment.radiance = [0.0; 3];
+    before.medium.as_mut().unwrap().g = 0.4;
+    let mut after = before.clone();
+    after.suns[0].irradiance = [0.3, 5.0, 1.0];
+    let mut kept = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let lasts = kept.renderer.change(fresh.renderer.scene());
+    assert!(lasts.expect("a change") && kept.updates() == 4);
+    for (kept, fresh) in kept.march().iter().zip(fresh.march()) {
+        for c in 0..4 {
+            assert!(
+                (kept[c] - fresh[c]).abs() <= 1e-5 * fresh[c],
+                "{kept:?} {fresh:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn lights_and_the_medium_end_it() {
+    assert!(!lasts_in_both(|s| s.suns[0].direction = [0.6, -0.8, 0.0]));
+    assert!(!lasts_in_both(|s| s.suns[0].irradiance = [2.0, 2.0, 1.0]));
+    assert!(!lasts_in_both(|s| s.environment.radiance = [0.5; 3]));
+    assert!(!lasts_in_both(|s| s.medium.as_mut().unwrap().density = 0.2));
+    assert!(!lasts_in_both(|s| s.medium.as_mut().unwrap().g = 0.2));
+    let color = |s: &mut Scene| s.medium.as_mut().unwrap().transfer[0].color = [0.5; 3];
+    assert!(!lasts_in_both(color));
+    assert!(!lasts_in_both(|s| s.clips[0].offset = 2.0));
+}
+
+#[test]
+fn another_camera_finds_the_cache_filled() {
+    let volume = constant_field(1.0, [8; 3], [1.0; 3]);
+    let before = scene(LightModel::Local);
+    let mut cache = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let mut after = before.clone();
+    after.camera.eye = [10.0, 5.0, 28.0];
+    let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let lasts = cache.renderer.change(fresh.renderer.scene());
+    assert!(lasts.expect("a change") && cache.updates() == 4);
+    assert_eq!(cache.march(), fresh.march());
+}
+
+#[test]
+fn after_a_change_the_picture_is_that_of_a_new_renderer() {
+    let volume = constant_field(1.0, [8; 3], [1.0; 3]);
+    let before = scene(LightModel::Local);
+    let mut after = before.clone();
+    after.camera.eye = [10.0, 5.0, 28.0];
+    after.medium = Some(uniform_medium(0.3, 0.6, 0.3));
+    let mut changed = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
+    let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 8, 1);
+    let lasts = changed.renderer.change(fresh.renderer.scene());
+    assert!(!lasts.expect("a change") && changed.updates() == 0);
+    changed.fill(8);
+    assert_eq!(changed.march(), fresh.march());
+    assert_eq!(changed.at_rest(2, 2).mean, fresh.at_rest(2, 2).mean);
+}
+
+#[test]
+fn a_warm_up_leaves_nothing_behind() {
+    let volume = constant_field(1.0, [8; 3], [1.0; 3]);
+    let scene = scene(LightModel::Local);
+    let [mut cold, mut warm] = [0, 1].map(|_| cached(&scene, &volume, 0.5, CacheFormat::F16, 0, 1));
+    warm.renderer.warm_up().expect("a warm-up");
+    assert!(warm.updates() == 0 && warm.renderer.paths() == 0);
+    for renderer in [&mut cold, &mut warm] {
+        renderer.fill(4);
+    }
+    assert_eq!(cold.march(), warm.march());
+    assert_eq!(cold.at_rest(2, 2).mean, warm.at_rest(2, 2).mean);
+}

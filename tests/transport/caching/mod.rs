@@ -1,0 +1,12 @@
+//! The `caching` variant: it shows what `non-caching` shows, and loses no more than is stated here.
+//!
+//! `cargo test --test transport caching -- --nocapture` prints the figures.
+
+mod accumulation;
+mod agreement;
+mod closed_form;
+mod focus;
+mod gathering;
+mod lifetime;
+mod surfaces;
+mod texels;

@@ -1,0 +1,153 @@
+//! Surfaces that stop light: no cell may carry it through a wall, and shadows keep their edges.
+
+use isolume::render::Film;
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::*;
+
+use crate::support::common::*;
+
+fn volume(dims: [u32; 3], value: impl Fn([f64; 3]) -> f32) -> Volume {
+    let [width, height, depth] = dims.map(|n| n as usize);
+    let values = (0..width * height * depth).map(|i| {
+        let at = [i % width, i / width % height, i / width / height];
+        value(std::array::from_fn(|a| {
+            at[a] as f64 + 0.5 - 0.5 * f64::from(dims[a])
+        }))
+    });
+    Volume::from_values(dims, [1.0; 3], Voxels::F32(values.collect())).expect("a volume")
+}
+
+fn black(value: f64) -> Isosurface {
+    Isosurface {
+        value,
+        opacity: 1.0,
+        color: [0.0; 3],
+        shading: Shading::Lambert,
+    }
+}
+
+fn mean(pixels: &[[f32; 4]]) -> f64 {
+    pixels.iter().map(|p| f64::from(p[0])).sum::<f64>() / pixels.len() as f64
+}
+
+/// A wall one voxel thick across the box, haze on both sides, and a sun that shines on it from the left:
+/// nothing of its light may reach the right.
+#[test]
+fn nothing_leaks_through_a_wall_thinner_than_a_cell() {
+    let volume = volume([32, 16, 16], |p| {
+        if (p[0] - 0.5).abs() < 0.5 { 2.0 } else { 1.0 }
+    });
+    let seen_from = |x: f64, scale: f64| {
+        let camera = Camera {
+            eye: [x, 0.0, 0.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Orthographic { height: 8.0 },
+        };
+        let mut scene = empty_scene([16, 16], camera);
+        scene.medium = Some(uniform_medium(0.1, 0.9, 0.0));
+        scene.surfaces.light = LightModel::Full;
+        scene.surfaces.iso = vec![black(1.5)];
+        scene.suns = vec![DirectionalLight {
+            direction: [1.0, 0.0, 0.0],
+            irradiance: [1.0; 3],
+        }];
+        let mut cache = cached(&scene, &volume, scale, CacheFormat::F16, 64, 1);
+        mean(&cache.at_rest(2, 16).mean)
+    };
+    for scale in [0.5, 0.25] {
+        let (left, right) = (seen_from(-40.0, scale), seen_from(40.0, scale));
+        println!("scale {scale}: {:.1e} of the light leaks", right / left);
+        assert!(
+            left > 0.01 && right < 1e-3 * left,
+            "scale {scale}: {right} of {left}"
+        );
+    }
+}
+
+/// A ball above a layer of thin medium under a hard sun: the shadow's profile across the layer.
+#[test]
+fn a_hard_shadow_keeps_its_edge_and_its_depth() {
+    let volume = volume([48, 24, 48], |p| {
+        let ball = 4.0 - (p[0].powi(2) + (p[1] - 6.0).powi(2) + p[2].powi(2)).sqrt();
+        let layer = if p[1] < -6.0 { 1.0 } else { 0.0 };
+        if ball > -1.0 {
+            (10.0 + ball) as f32
+        } else {
+            layer
+        }
+    });
+    let camera = Camera {
+        eye: [0.0, -40.0, 0.0],
+        target: [0.0; 3],
+        up: [0.0, 0.0, 1.0],
+        projection: Projection::Orthographic { height: 24.0 },
+    };
+    let mut scene = empty_scene([48, 48], camera);
+    let point = |value, opacity| TransferPoint {
+        value,
+        opacity,
+        color: [0.9; 3],
+    };
+    scene.medium = Some(Medium {
+        density: 0.05,
+        g: 0.0,
+        transfer: vec![
+            point(0.0, 0.0),
+            point(1.0, 1.0),
+            point(2.0, 0.0),
+            point(3.0, 0.0),
+        ],
+    });
+    scene.surfaces.light = LightModel::Full;
+    scene.surfaces.iso = vec![black(10.0)];
+    scene.suns = vec![DirectionalLight {
+        direction: [0.0, -1.0, 0.0],
+        irradiance: [3.0; 3],
+    }];
+    let reference = profile(&render(&scene, &volume, 16, 64, 1));
+    let lit = reference[9].mean;
+    assert!(
+        reference[0].mean < 0.2 * lit,
+        "there is a shadow: {reference:?}"
+    );
+    // The layer is three cells thick at scale ½: what scatters in it more than once is rounded off.
+    for (scale, bias) in [(1.0, 0.002), (0.5, 0.01)] {
+        let mut cache = cached(&scene, &volume, scale, CacheFormat::F16, 64, 2);
+        let shadow = profile(&cache.at_rest(16, 64));
+        for (ring, (a, b)) in shadow.iter().zip(&reference).enumerate() {
+            let (difference, noise) = ((a.mean - b.mean) / lit, a.stderr.hypot(b.stderr) / lit);
+            println!("scale {scale}, ring {ring}: {difference:+.4} ± {noise:.4} of the light");
+            assert!(difference.abs() <= 4.0 * noise + bias, "{a:?}, not {b:?}");
+        }
+    }
+}
+
+#[derive(Debug)]
+struct Ring {
+    mean: f64,
+    stderr: f64,
+}
+
+/// Over rings of equal area.
+fn profile(film: &Film) -> Vec<Ring> {
+    let side = (film.mean.len() as f64).sqrt() as usize;
+    let ring_of = |i: usize| {
+        let [x, y] = [i % side, i / side].map(|a| a as f64 + 0.5 - 0.5 * side as f64);
+        ((x * x + y * y) / 50.0) as usize
+    };
+    let ring = |n: usize| {
+        let pixels: Vec<usize> = (0..film.mean.len()).filter(|&i| ring_of(i) == n).collect();
+        let count = pixels.len() as f64;
+        let mean: f64 = pixels.iter().map(|&i| f64::from(film.mean[i][0])).sum();
+        let variance: f64 = pixels
+            .iter()
+            .map(|&i| f64::from(film.stderr[i][0]).powi(2))
+            .sum();
+        Ring {
+            mean: mean / count,
+            stderr: variance.sqrt() / count,
+        }
+    };
+    (0..10).map(ring).collect()
+}

@@ -1,0 +1,8 @@
+//! Cases that break volume renderers, each under its own name.
+
+mod data;
+mod depth;
+mod patches;
+mod quadrature;
+mod sides;
+mod transfer;

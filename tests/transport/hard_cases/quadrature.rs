@@ -1,0 +1,122 @@
+//! Transmittance by the midpoint rule in double precision, written straight from the contract.
+
+use glam::DVec3;
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::{Camera, Medium, Projection, Scene};
+
+use crate::support::common::empty_scene;
+use crate::support::exact::expect;
+
+/// A square picture's side, in rays, and points along each.
+const RAYS: u32 = 64;
+const POINTS: u32 = 4000;
+
+/// A medium that only absorbs, in a white furnace: a pixel shows its transmittance.
+pub fn absorbing_scene(medium: Medium, camera: Camera) -> Scene {
+    let mut scene = empty_scene([32, 32], camera);
+    scene.environment.radiance = [1.0; 3];
+    scene.medium = Some(medium);
+    scene
+}
+
+/// Looks at the origin.
+pub fn orthographic(eye: [f64; 3], height: f64) -> Camera {
+    Camera {
+        eye,
+        target: [0.0; 3],
+        up: [0.1, 0.9, 0.3],
+        projection: Projection::Orthographic { height },
+    }
+}
+
+/// Compares a square picture of an orthographic camera.
+pub fn expect_transmittance(what: &str, scene: &Scene, volume: &Volume) {
+    expect(what, scene, volume, [transmittance(scene, volume); 3]);
+}
+
+fn transmittance(scene: &Scene, volume: &Volume) -> f64 {
+    let camera = &scene.camera;
+    let Projection::Orthographic { height } = camera.projection else {
+        panic!("only for orthographic cameras");
+    };
+    let eye = DVec3::from(camera.eye);
+    let forward = (DVec3::from(camera.target) - eye).normalize();
+    let right = forward.cross(DVec3::from(camera.up)).normalize();
+    let up = right.cross(forward);
+    let across = |i: u32| height * ((f64::from(i) + 0.5) / f64::from(RAYS) - 0.5);
+    let ray = |i: u32| {
+        let origin = eye + across(i % RAYS) * right + across(i / RAYS) * up;
+        (-optical_depth(scene, volume, origin, forward)).exp()
+    };
+    (0..RAYS * RAYS).map(ray).sum::<f64>() / f64::from(RAYS * RAYS)
+}
+
+fn optical_depth(scene: &Scene, volume: &Volume, origin: DVec3, direction: DVec3) -> f64 {
+    let Some(medium) = &scene.medium else {
+        return 0.0;
+    };
+    let [near, far] = inside_box(volume, origin, direction);
+    let step = (far - near).max(0.0) / f64::from(POINTS);
+    let extinction = |k: u32| {
+        let p = origin + (near + (f64::from(k) + 0.5) * step) * direction;
+        let clipped = |c: &isolume::scene::ClipPlane| DVec3::from(c.normal).dot(p) > c.offset;
+        match scene.clips.iter().any(clipped) {
+            true => 0.0,
+            false => medium.density * medium.classify(value(volume, p)).0,
+        }
+    };
+    (0..POINTS).map(extinction).sum::<f64>() * step
+}
+
+fn inside_box(volume: &Volume, origin: DVec3, direction: DVec3) -> [f64; 2] {
+    let extent = volume.extent();
+    let mut span = [0.0, f64::INFINITY];
+    for a in 0..3 {
+        let side = |sign: f64| (sign * 0.5 * extent[a] - origin[a]) / direction[a];
+        if direction[a] != 0.0 {
+            span[0] = f64::max(span[0], side(-1.0).min(side(1.0)));
+            span[1] = f64::min(span[1], side(-1.0).max(side(1.0)));
+        } else if origin[a].abs() > 0.5 * extent[a] {
+            return [0.0; 2];
+        }
+    }
+    span
+}
+
+/// The trilinear interpolant, clamped in the outer half voxel.
+fn value(volume: &Volume, p: DVec3) -> f64 {
+    let extent = volume.extent();
+    let mut low = [0; 3];
+    let mut high = [0; 3];
+    let mut t = [0.0; 3];
+    for a in 0..3 {
+        let last = volume.dims[a] - 1;
+        let x = (p[a] + 0.5 * extent[a]) / volume.spacing[a] - 0.5;
+        let x = x.clamp(0.0, f64::from(last));
+        low[a] = x.floor() as u32;
+        high[a] = (low[a] + 1).min(last);
+        t[a] = x.fract();
+    }
+    let corner = |i: u32| {
+        let mut weight = 1.0;
+        let mut voxel = [0; 3];
+        for a in 0..3 {
+            let upper = i >> a & 1 == 1;
+            weight *= if upper { t[a] } else { 1.0 - t[a] };
+            voxel[a] = if upper { high[a] } else { low[a] };
+        }
+        weight * voxel_value(volume, voxel)
+    };
+    (0..8).map(corner).sum()
+}
+
+fn voxel_value(volume: &Volume, [x, y, z]: [u32; 3]) -> f64 {
+    let [width, height, _] = volume.dims;
+    let i = (x + width * (y + height * z)) as usize;
+    let stored = match &*volume.voxels().expect("voxels") {
+        Voxels::U8(v) => f64::from(v[i]),
+        Voxels::U16(v) => f64::from(v[i]),
+        Voxels::F32(v) => f64::from(v[i]),
+    };
+    volume.offset + volume.scale * stored
+}

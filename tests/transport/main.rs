@@ -1,0 +1,19 @@
+//! Is the light right? Renders in process, on whatever device there is, under Vulkan's validation layers.
+//!
+//! `tests/README.md` says which promise is tested where.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod caching;
+mod closed_form;
+mod edits;
+mod faults;
+mod hard_cases;
+mod isosurface;
+mod memory_plan;
+mod mitsuba;
+mod oracle_gpu;
+mod oracle_self;
+mod published;
+mod samplers;

@@ -1,0 +1,301 @@
+//! Which variant a device, a budget and a scene get, row by row.
+
+use isolume::gpu::DeviceSummary;
+use isolume::render::choose;
+use isolume::scene::volume::Volume;
+use isolume::scene::*;
+
+use crate::memory_plan::devices::*;
+use crate::memory_plan::{F16, F32, Kind, LADDER, Rung, dense, empty, name, plan, scene, sparse};
+
+enum Budget {
+    /// 80 % of the heap.
+    Heap,
+    /// Just what this rung needs.
+    For(Rung),
+    /// A byte less.
+    Below(Rung),
+}
+
+use Budget::*;
+
+type Change = fn(&mut Scene);
+
+/// What is rendered, and what is changed in the scene.
+type Case = (Volume, Change);
+
+/// Device, budget, the choice or `Err` where nothing fits, and a piece of what is said about it.
+type Row = (
+    fn() -> DeviceSummary,
+    Budget,
+    Result<Rung, ()>,
+    &'static str,
+);
+
+const ONE_F32: Rung = LADDER[0];
+const ONE_F16: Rung = LADDER[1];
+const HALF_F32: Rung = LADDER[2];
+const HALF_F16: Rung = LADDER[3];
+const QUARTER_F32: Rung = LADDER[4];
+const QUARTER_F16: Rung = LADDER[5];
+const EIGHTH_F32: Rung = LADDER[6];
+const EIGHTH_F16: Rung = LADDER[7];
+const NO_CACHE: Rung = None;
+
+fn assert_choices((volume, change): Case, rows: &[Row]) {
+    let device = crate::support::common::device();
+    let mut scene = scene();
+    change(&mut scene);
+    for (n, (limits, budget, expected, piece)) in rows.iter().enumerate() {
+        let limits = limits();
+        let bytes = |&rung: &Rung| {
+            let plan = plan(&device, &limits, &volume, &scene, rung);
+            plan.expect("a plan to take the budget from").bytes()
+        };
+        let budget = match budget {
+            Heap => limits.device_local_bytes / 5 * 4,
+            For(rung) => bytes(rung),
+            Below(rung) => bytes(rung) - 1,
+        };
+        let choice = choose(&device, &limits, budget, &volume, &scene);
+        let (found, said) = match choice {
+            Ok(choice) => (choice.plan.variant.description(), choice.reason),
+            Err(error) if error.exit_status() == 4 => ("nothing".into(), error.to_string()),
+            Err(other) => panic!("row {n}: {other}"),
+        };
+        let expected = expected.map_or("nothing".into(), name);
+        let row = format!("row {n}: {} with {budget} bytes", limits.name);
+        assert_eq!(found, expected, "{row}: {said}");
+        assert!(said.contains(piece), "{row}: {said}\nlacks\n{piece}");
+    }
+    crate::support::common::assert_silent(&device);
+}
+
+fn as_it_is(_: &mut Scene) {}
+
+#[test]
+#[rustfmt::skip] // a row a line
+fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
+    assert_choices(
+        (dense(192, Kind::U8), as_it_is),
+        &[
+            (nvidia_8, For(ONE_F32), Ok(ONE_F32), "nothing better is needed"),
+            (nvidia_24, Below(ONE_F32), Ok(ONE_F16), "while caching at scale 1 in f32 needs"),
+            (amd_4, For(ONE_F16), Ok(ONE_F16), "the best that fits"),
+            (amd_16, Below(ONE_F16), Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
+            (intel, For(HALF_F32), Ok(HALF_F32), "the best that fits"),
+            (apple, Below(HALF_F32), Ok(HALF_F16), "while caching at scale 0.5 in f32 needs"),
+            (amd_16, For(HALF_F16), Ok(HALF_F16), "the best that fits"),
+            (tiny, Below(HALF_F16), Ok(QUARTER_F32), "while caching at scale 0.5 in f16 needs"),
+            (minimum, For(QUARTER_F32), Ok(QUARTER_F32), "the best that fits"),
+            (nvidia_80, Below(QUARTER_F32), Ok(QUARTER_F16), "while caching at scale 0.25 in f32 needs"),
+            (nvidia_141, For(QUARTER_F16), Ok(QUARTER_F16), "the best that fits"),
+            (amd_4, Below(QUARTER_F16), Ok(EIGHTH_F32), "while caching at scale 0.25 in f16 needs"),
+            (lavapipe, For(EIGHTH_F32), Ok(EIGHTH_F32), "the best that fits"),
+            (intel, Below(EIGHTH_F32), Ok(EIGHTH_F16), "while caching at scale 0.125 in f32 needs"),
+            (apple, For(EIGHTH_F16), Ok(EIGHTH_F16), "the best that fits"),
+            (tiny, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs"),
+            (minimum, For(NO_CACHE), Ok(NO_CACHE), "no cache fits"),
+            (nvidia_8, Below(NO_CACHE), Err(()), "but non-caching needs"),
+            (lavapipe, Below(NO_CACHE), Err(()), "raise --vram-budget, lower --size, or set volume.crop"),
+        ],
+    );
+}
+
+/// 2²⁴ nodes at scale 1: 256 MiB of light in f32, 128 MiB in f16, 32 MiB at half the scale.
+#[test]
+#[rustfmt::skip] // a row a line
+fn heaps_decide_about_a_large_volume() {
+    assert_choices(
+        (dense(256, Kind::U8), as_it_is),
+        &[
+            (nvidia_8, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (nvidia_24, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (nvidia_80, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (nvidia_141, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (amd_4, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (amd_16, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (intel, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (apple, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (minimum, Heap, Ok(ONE_F32), "nothing better is needed"),
+            (tiny, Heap, Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
+            (lavapipe, Heap, Ok(QUARTER_F32), "more than a CPU fills while it renders"),
+        ],
+    );
+    assert_choices(
+        (dense(257, Kind::U8), as_it_is),
+        &[(minimum, Heap, Err(()), "volume is 257 texels long, but the least of devices takes at most 256")],
+    );
+}
+
+/// 64 megapixels, 1 GiB an image.
+#[test]
+#[rustfmt::skip] // a row a line
+fn a_large_picture_takes_what_a_cache_would_have() {
+    let large = |scene: &mut Scene| scene.render.size = [8192, 8192];
+    assert_choices(
+        (dense(256, Kind::U8), large),
+        &[
+            (nvidia_8, Heap, Ok(ONE_F32), "nothing better"),
+            (amd_4, Heap, Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
+            (lavapipe, Heap, Err(()), "1.0 GiB of it for the "),
+            (minimum, Heap, Err(()), "unit sum is 8192 texels long"),
+            (tiny, Heap, Err(()), "allocates at most 128.0 MiB at once: lower --size, or set volume.crop"),
+        ],
+    );
+    let absurd = |scene: &mut Scene| scene.render.size = [1 << 20, 1 << 20];
+    assert_choices(
+        (dense(8, Kind::U8), absurd),
+        &[(nvidia_141, Heap, Err(()), "unit sum is 1048576 texels long")],
+    );
+    let with_surface = |scene: &mut Scene| {
+        scene.render.size = [8192, 8192];
+        crate::memory_plan::with_everything(scene);
+    };
+    assert_choices(
+        (sparse(64, Kind::U16), with_surface),
+        &[
+            (amd_4, Heap, Err(()), "but non-caching needs"),
+            (nvidia_8, Heap, Ok(ONE_F32), "nothing better"),
+        ],
+    );
+}
+
+#[test]
+#[rustfmt::skip] // a row a line
+fn everything_that_a_scene_can_have_is_counted() {
+    assert_choices(
+        (sparse(64, Kind::F32), crate::memory_plan::with_everything),
+        &[
+            (nvidia_8, For(ONE_F32), Ok(ONE_F32), "nothing better"),
+            (lavapipe, Below(ONE_F32), Ok(ONE_F16), "caching at scale 1 in f32 needs"),
+            (amd_4, Below(ONE_F16), Ok(HALF_F32), "caching at scale 1 in f16 needs"),
+            (lavapipe, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits"),
+            (minimum, Below(NO_CACHE), Err(()), "but non-caching needs"),
+        ],
+    );
+}
+
+/// An empty volume's cache is one place for a brick, whatever the scale.
+#[test]
+#[rustfmt::skip] // a row a line
+fn emptiness_costs_next_to_nothing() {
+    assert_choices(
+        (empty(128, Kind::U16), as_it_is),
+        &[
+            (lavapipe, For(ONE_F32), Ok(ONE_F32), "nothing better"),
+            (tiny, Heap, Ok(ONE_F32), "nothing better"),
+            (intel, Below(NO_CACHE), Err(()), "but non-caching needs"),
+        ],
+    );
+    assert_choices(
+        (sparse(80, Kind::U8), as_it_is),
+        &[(lavapipe, Heap, Ok(ONE_F32), "nothing better")],
+    );
+    assert_choices(
+        (dense(128, Kind::U8), as_it_is),
+        &[(lavapipe, Heap, Ok(HALF_F32), "caching at scale 1 in f16 has 2097152 cells")],
+    );
+}
+
+#[test]
+#[rustfmt::skip] // a row a line
+fn limits_are_named() {
+    let image = || with_short_images(66);
+    let allocation = || with_small_allocations(3 << 20);
+    let buffer = || with_small_buffers(1 << 10);
+    assert_choices(
+        (dense(65, Kind::U8), as_it_is),
+        &[
+            (image, Heap, Ok(HALF_F32), "a 3D image of 66 texels a side"),
+            (allocation, Heap, Ok(ONE_F16), "allocates at most 3.0 MiB at once"),
+            (buffer, Heap, Err(()), "takes buffers of at most 1.0 KiB"),
+        ],
+    );
+}
+
+/// The cut cells of 520³ nodes take more than the 16 MiB of the largest buffer that is not the cache's.
+#[test]
+fn the_cache_may_lack_a_buffer_of_its_own() {
+    let zeroes = isolume::scene::volume::Voxels::U8(vec![0; 520 * 520 * 520]);
+    let volume = Volume::from_values([520; 3], [1.0; 3], zeroes).expect("a volume");
+    let solid = |scene: &mut Scene| {
+        crate::memory_plan::with_everything(scene);
+        scene.medium = Some(crate::support::common::uniform_medium(0.1, 0.9, 0.5));
+    };
+    let buffer = || DeviceSummary {
+        max_image_3d: 2048,
+        device_local_bytes: 64 << 30,
+        max_allocation_bytes: 64 << 30,
+        ..with_small_buffers(16 << 20)
+    };
+    let piece =
+        "cache: bricks needs 33.5 MiB, but the least of devices takes buffers of at most 16.0 MiB";
+    assert_choices((volume, solid), &[(buffer, Heap, Ok(HALF_F32), piece)]);
+}
+
+#[test]
+#[rustfmt::skip] // a row a line
+fn what_the_scene_asks_for_is_all_that_is_tried() {
+    let half = |scene: &mut Scene| scene.render.cache_scale = CacheScale::Fixed(0.5);
+    assert_choices(
+        (dense(128, Kind::U8), half),
+        &[
+            (nvidia_8, Heap, Ok(HALF_F32), "nothing better"),
+            (nvidia_8, Below(HALF_F32), Ok(HALF_F16), "while caching at scale 0.5 in f32"),
+            (nvidia_8, Below(HALF_F16), Ok(NO_CACHE), "no cache fits"),
+        ],
+    );
+    let whole_f16 = |scene: &mut Scene| {
+        scene.render.cache_scale = CacheScale::Fixed(1.0);
+        scene.render.cache_format = F16;
+    };
+    assert_choices(
+        (dense(128, Kind::U8), whole_f16),
+        &[
+            (lavapipe, Heap, Ok(ONE_F16), "nothing better"),
+            (lavapipe, Below(ONE_F16), Ok(NO_CACHE), "no cache fits"),
+        ],
+    );
+    let by_name = |scene: &mut Scene| {
+        scene.render.variant = Variant::Caching;
+        scene.render.cache_format = F32;
+    };
+    assert_choices(
+        (dense(64, Kind::F32), by_name),
+        &[
+            (amd_16, For(QUARTER_F32), Ok(QUARTER_F32), "it was asked for, and it is the best"),
+            (amd_16, Below(EIGHTH_F32), Err(()), "no cache that was asked for fits"),
+            (tiny, Below(NO_CACHE), Err(()), "but non-caching needs"),
+        ],
+    );
+    let without = |scene: &mut Scene| scene.render.variant = Variant::NonCaching;
+    assert_choices(
+        (dense(64, Kind::U8), without),
+        &[(nvidia_80, Heap, Ok(NO_CACHE), "it was asked for")],
+    );
+}
+
+#[test]
+fn a_cache_without_use_is_not_taken() {
+    let limited = |scene: &mut Scene| scene.render.max_bounces = 3;
+    let vacuum = |scene: &mut Scene| scene.medium = None;
+    let clear = |scene: &mut Scene| {
+        let points = scene.medium.iter_mut().flat_map(|m| &mut m.transfer);
+        points.for_each(|p| p.opacity = 0.0);
+    };
+    let cases: [(Change, &str); 3] = [
+        (limited, "render.max_bounces is set"),
+        (vacuum, "no medium scatters light"),
+        (clear, "no medium scatters light"),
+    ];
+    for (change, piece) in cases {
+        assert_choices(
+            (dense(64, Kind::U8), change),
+            &[
+                (nvidia_8, Heap, Ok(NO_CACHE), piece),
+                (lavapipe, Below(NO_CACHE), Err(()), "but non-caching needs"),
+            ],
+        );
+    }
+}

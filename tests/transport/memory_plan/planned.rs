@@ -1,0 +1,63 @@
+//! A render takes what its plan says: to the byte, and not a byte less.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use isolume::gpu::{Device, Memory};
+use isolume::render::{GpuScene, Renderer};
+use isolume::scene::*;
+
+use crate::memory_plan::{F16, F32, Kind, Rung, clay, name, plan, scene, sparse};
+
+fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung: Rung) {
+    let volume = sparse(25, Kind::U16);
+    let mut scene = scene();
+    if let Some(light) = surfaces {
+        scene.surfaces.iso.push(clay(50.0));
+        scene.surfaces.light = light;
+    }
+    if let Some(medium) = &mut scene.medium {
+        medium.g = g;
+    }
+    let what = format!("{surfaces:?}, g = {g}, {}", name(rung));
+    let plan = plan(device, &device.summary, &volume, &scene, rung).expect("a plan");
+    let scene = GpuScene::new(device, &scene, &volume, 1).expect("a scene");
+    let scene = scene.with_variant(plan.variant.clone());
+
+    let memory = Memory::new(device, plan.bytes()).expect("memory");
+    let mut renderer = Renderer::new(&memory, &volume, scene.clone()).expect(&what);
+    let stop = AtomicBool::new(false);
+    if let Some(mut caching) = renderer.caching() {
+        assert!(caching.batch(1, &stop).expect(&what), "{what}");
+    }
+    assert!(renderer.unit(1, &stop).expect(&what), "{what}");
+    renderer.film().expect(&what);
+    renderer.first_hits().expect(&what);
+    drop(renderer);
+    assert_eq!(memory.peak(), plan.bytes(), "{what}");
+    assert_eq!(memory.resources(), plan.resources, "{what}");
+    let left = memory.history().last().map(|&(_, bytes)| bytes);
+    assert_eq!(left, Some(0), "{what}: something is never given back");
+
+    let too_little = Memory::new(device, plan.bytes() - 1).expect("memory");
+    let refused = Renderer::new(&too_little, &volume, scene).err();
+    let refused = refused.unwrap_or_else(|| panic!("{what}: a byte less is enough"));
+    assert_eq!(refused.exit_status(), 4, "{what}: {refused}");
+}
+
+#[test]
+fn a_render_takes_what_was_planned() {
+    use LightModel::{Full, Local};
+    let device = crate::support::common::device();
+    for (surfaces, g, rung) in [
+        (None, 0.0, None),
+        (Some(Local), 0.5, None),
+        (None, 0.0, Some((1.0, F32))),
+        (Some(Local), 0.5, Some((1.0, F16))),
+        (Some(Full), 0.0, Some((0.5, F16))),
+        (Some(Full), 0.5, Some((0.5, F32))),
+    ] {
+        assert_exact(&device, surfaces, g, rung);
+    }
+    crate::support::common::assert_silent(&device);
+}

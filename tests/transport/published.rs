@@ -1,0 +1,171 @@
+//! The published baseline (`src/render/published.rs`): where its choices do not matter it agrees with
+//! what is known, and it takes the memory that the paper says.
+
+use std::sync::atomic::AtomicBool;
+
+use isolume::gpu::Memory;
+use isolume::render::{GpuScene, Plan, Renderer};
+use isolume::scene::volume::Volume;
+use isolume::scene::*;
+
+use crate::support::common::*;
+
+const SIDE: u32 = 16;
+
+fn block() -> Volume {
+    constant_field(1.0, [SIDE; 3], [1.0 / f64::from(SIDE); 3])
+}
+
+/// A cube of medium that fills about half of the picture, under a sky of 1.
+fn scene(medium: Medium) -> Scene {
+    let camera = Camera {
+        eye: [0.6, 0.8, 3.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Perspective { fov_y: 30.0 },
+    };
+    let mut scene = empty_scene([32, 32], camera);
+    scene.environment.radiance = [1.0; 3];
+    scene.medium = Some(medium);
+    scene
+}
+
+/// The picture after `updates` paths a cell, on average.
+fn publish(scene: Scene, volume: &Volume, updates: u32) -> Vec<[f32; 4]> {
+    publish_after(|_| (), scene, volume, updates)
+}
+
+fn publish_after(
+    prepare: impl FnOnce(&mut Renderer),
+    mut scene: Scene,
+    volume: &Volume,
+    updates: u32,
+) -> Vec<[f32; 4]> {
+    scene.render.variant = Variant::Published;
+    let device = device();
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let scene = GpuScene::new(&device, &scene, volume, 3).expect("a scene");
+    let mut renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
+    prepare(&mut renderer);
+    while renderer.totals().samples < updates {
+        let stop = AtomicBool::new(false);
+        assert!(renderer.unit(1, &stop).expect("a round"));
+    }
+    let film = renderer.film().expect("a film");
+    assert_silent(&device);
+    let unknown = film.stderr.iter().flatten().all(|s| *s == f32::INFINITY);
+    assert!(unknown, "it does not know its error");
+    film.mean
+}
+
+fn brightness(picture: &[[f32; 4]]) -> f64 {
+    let sum: f64 = picture.iter().map(|pixel| f64::from(pixel[1])).sum();
+    sum / picture.len() as f64
+}
+
+#[test]
+fn a_white_furnace_is_white() {
+    let mut scene = scene(uniform_medium(2.0, 1.0, 0.4));
+    scene.clips.push(ClipPlane {
+        normal: [1.0, 0.0, 0.0],
+        offset: 0.3,
+    });
+    for pixel in publish(scene, &block(), 16) {
+        assert!((pixel[1] - 1.0).abs() < 0.02, "{pixel:?}");
+    }
+}
+
+#[test]
+fn thin_medium_under_a_sky_looks_as_in_our_model() {
+    let scene = scene(uniform_medium(3.0, 0.8, 0.0));
+    let ours = brightness(&render(&scene, &block(), 4, 32, 1).mean);
+    let theirs = brightness(&publish(scene, &block(), 64));
+    println!("published {theirs:.4}, non-caching {ours:.4}");
+    assert!(ours < 0.95, "the medium can be seen: {ours}");
+    assert!(
+        (theirs / ours - 1.0).abs() < 0.05,
+        "published {theirs}, non-caching {ours}"
+    );
+}
+
+/// A cone of the sun's fluence stands for the sun.
+#[test]
+fn a_sun_brings_as_much_light_to_thin_medium() {
+    let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));
+    scene.environment.radiance = [0.0; 3];
+    scene.suns.push(DirectionalLight {
+        direction: [0.0, -1.0, 0.0],
+        irradiance: [10.0; 3],
+    });
+    let ours = brightness(&render(&scene, &block(), 4, 32, 1).mean);
+    let theirs = brightness(&publish(scene, &block(), 256));
+    println!("published {theirs:.4}, non-caching {ours:.4}");
+    assert!(
+        (theirs / ours - 1.0).abs() < 0.05,
+        "published {theirs}, non-caching {ours}"
+    );
+}
+
+/// Where no medium hides it, a sphere's silhouette is that of our exact hits, to a few pixels at its
+/// edge.
+#[test]
+fn its_depths_find_a_sphere() {
+    let value = |v: u32| {
+        let from_centre = |step: u32| f64::from(v / step % SIDE) - 7.5;
+        let [x, y, z] = [1, SIDE, SIDE * SIDE].map(from_centre);
+        (8.0 - (x * x + y * y + z * z).sqrt()) as f32
+    };
+    let values = (0..SIDE.pow(3)).map(value).collect();
+    let spacing = [1.0 / f64::from(SIDE); 3];
+    let voxels = isolume::scene::volume::Voxels::F32(values);
+    let ball = Volume::from_values([SIDE; 3], spacing, voxels).expect("a volume");
+    let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));
+    scene.medium = None;
+    scene.surfaces.iso.push(Isosurface {
+        value: 2.5,
+        opacity: 1.0,
+        color: [0.5; 3],
+        shading: Shading::Lambert,
+    });
+    scene.render.background = Background::Transparent;
+    let hits = first_hits(&scene, &ball);
+    let picture = publish(scene, &ball, 1);
+    let pairs = picture.iter().zip(&hits.normal_depth);
+    let differ = pairs.filter(|(pixel, hit)| (pixel[3] == 1.0) != hit[3].is_finite());
+    let differ = differ.count();
+    assert!(differ < 10, "{differ} pixels differ");
+    // By the headlight, a Lambert surface that faces the camera shows its colour.
+    assert!((picture[16 * 32 + 16][1] - 0.5).abs() < 0.05);
+}
+
+#[test]
+fn it_takes_56_bytes_a_voxel() {
+    let device = device();
+    let plan = |scene: &Scene| {
+        let scene = GpuScene::unprobed(scene, &block());
+        Plan::new(&device, &device.summary, &scene).expect("a plan")
+    };
+    let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));
+    let without = plan(&scene);
+    scene.render.variant = Variant::Published;
+    let with = plan(&scene);
+    assert_eq!(
+        (with.variant.word(), without.variant.word()),
+        ("published", "non-caching")
+    );
+    let cells = with
+        .resources
+        .iter()
+        .filter(|r| r.name.starts_with("published: "));
+    let bytes: u64 = cells.map(|r| r.bytes).sum();
+    assert_eq!(bytes, 56 * u64::from(SIDE).pow(3));
+    assert_eq!(with.bytes(), without.bytes() + bytes);
+}
+
+#[test]
+fn a_warm_up_leaves_nothing_behind() {
+    let scene = scene(uniform_medium(3.0, 0.8, 0.0));
+    let warm_up = |renderer: &mut Renderer| renderer.warm_up().expect("a warm-up");
+    let warm = publish_after(warm_up, scene.clone(), &block(), 4);
+    assert_eq!(warm, publish(scene, &block(), 4));
+}
