@@ -271,8 +271,8 @@ pub struct CompareArgs {
     pub a: PathBuf,
     pub b: PathBuf,
 
-    /// The same two pictures, rendered again with other random numbers: adds what A and B differ by
-    /// without noise.
+    /// The pictures A and B rendered again with other random numbers: adds how much A and B differ apart from
+    /// their noise.
     #[arg(long, num_args = 2, value_names = ["A", "B"])]
     pub again: Option<Vec<PathBuf>>,
 

@@ -105,7 +105,7 @@ impl FromStr for BenchVariant {
     }
 }
 
-/// As it is written on the command line, without what is left to the plan.
+/// The variant as it is written on the command line, without what is left to the plan.
 impl fmt::Display for BenchVariant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self.variant {

@@ -9,7 +9,7 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The same size with other values.
+    /// A plane of the same size with other values.
     pub fn with(&self, values: Vec<f64>) -> Plane {
         Plane { values, ..*self }
     }

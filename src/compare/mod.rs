@@ -30,7 +30,7 @@ pub struct Comparison {
     pub relmse: f64,
     /// Mean of test − reference.
     pub bias: f64,
-    /// Its standard error; `None` unless both pictures have theirs.
+    /// Standard error of the bias; `None` unless both pictures have theirs.
     pub bias_stderr: Option<f64>,
     /// The bias, relative to the reference's mean.
     pub rel_bias: f64,
@@ -41,7 +41,7 @@ pub struct Comparison {
     pub flip: f64,
     /// Difference of the image means in standard errors; `None` unless both pictures have them.
     pub z_bias: Option<f64>,
-    /// The same for the worst tile of 16×16 pixels.
+    /// FLIP of the worst tile of 16×16 pixels.
     pub z_tile_max: Option<f64>,
 }
 

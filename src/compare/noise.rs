@@ -7,7 +7,7 @@ use super::image::LinearImage;
 
 /// Differences of means in units of their standard error.
 pub(super) struct ZScores {
-    /// Of the difference of the means.
+    /// Standard error of the difference of the means.
     pub stderr: Option<f64>,
     pub bias: Option<f64>,
     /// The largest magnitude over all whole tiles.

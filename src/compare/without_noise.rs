@@ -14,9 +14,9 @@ use crate::error::Result;
 /// In dB, as PSNR; infinite (null in JSON) where nothing could be measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WithoutNoise {
-    /// Of the expected pictures.
+    /// PSNR of the expected pictures, in dB.
     pub psnr_without_noise: f64,
-    /// The same if the mean square were larger by two of its standard errors.
+    /// The PSNR if the mean square were larger by two of its standard errors.
     pub psnr_at_least: f64,
 }
 
@@ -54,7 +54,7 @@ pub fn without_noise(
     })
 }
 
-/// Of the sum.
+/// The standard error of the sum.
 fn standard_error(tiles: &[f64]) -> f64 {
     let count = tiles.len() as f64;
     let mean = tiles.iter().sum::<f64>() / count;

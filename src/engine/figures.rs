@@ -41,7 +41,7 @@ pub struct CacheStats {
     pub active_cells: u64,
     /// Paths that a cell has had, on average over all active ones.
     pub updates_per_cell: f64,
-    /// Of the picture that the cache shows; not finite while it is unknown.
+    /// Relative error of the picture that the cache shows; not finite while it is unknown.
     pub relative_error: f64,
     pub converged: bool,
     /// `None` if it has not.

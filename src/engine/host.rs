@@ -58,7 +58,7 @@ impl Host {
         self.plan_beside(volume, scene, 0)
     }
 
-    /// The same with `reserved` bytes of the budget in use for something else.
+    /// Plans with `reserved` bytes of the budget in use for something else.
     pub(crate) fn plan_beside(
         &self,
         volume: &Volume,

@@ -63,7 +63,7 @@ impl Engine {
         Engine::in_memory(host, &host.memory()?, volume, scene, choice, seed)
     }
 
-    /// The same through a gate that others use as well.
+    /// Brings the scene onto the GPU through a gate that others use as well.
     pub(crate) fn in_memory(
         host: &Host,
         memory: &Arc<Memory>,

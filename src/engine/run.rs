@@ -149,7 +149,7 @@ impl Engine {
         })
     }
 
-    /// Of the picture so far; infinite while a single unit says nothing of it.
+    /// Relative error of the picture so far; infinite while a single unit of samples says nothing about it.
     pub fn relative_error(&mut self) -> Result<f64> {
         if self.renderer.totals().units == 1 {
             return Ok(f64::INFINITY);

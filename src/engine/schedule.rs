@@ -77,11 +77,11 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
 
 /// The cache's share of the error asked for: it is in every sample alike, and none averages it away.
 const CACHE_SHARE_OF_ERROR: f64 = 0.25;
-/// At which the cache counts as converged where no error is asked for.
+/// Relative error at which the cache counts as converged where no error is asked for.
 const CACHE_ERROR: f64 = 0.002;
 /// The cache's share of the time, at most.
 const CACHE_SHARE_OF_TIME: f64 = 0.5;
-/// The same where a march shows it: that takes few samples.
+/// The cache's share of the time, at most, where a march shows the picture: that takes few samples.
 const CACHE_SHARE_OF_TIME_MARCHED: f64 = 0.8;
 
 /// The relative error at which the cache counts as converged.
@@ -95,7 +95,7 @@ pub fn cache_goal(stop: &Stop) -> f64 {
 pub struct Filled {
     pub updates: u32,
     pub took: Duration,
-    /// As `stop` asks, if it does.
+    /// The picture that it shows is known to the error that `stop` asks for, if it asks for one.
     pub is_good: bool,
     pub is_marched: bool,
     pub seconds_per_update: f64,

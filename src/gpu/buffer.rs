@@ -98,7 +98,7 @@ impl Buffer {
         Buffer::with_data_in(memory, name, Placement::Upload, data)
     }
 
-    /// The same where `placement` says; mapped there.
+    /// A buffer that holds `data` where `placement` says, which must be mapped.
     pub fn with_data_in<T: bytemuck::NoUninit>(
         memory: &Arc<Memory>,
         name: &'static str,

@@ -242,7 +242,7 @@ impl Frame {
 }
 
 /// # Safety
-/// As for `vkQueueSubmit2`, which this locks the queue for.
+/// The caller keeps to the rules of `vkQueueSubmit2`, but for the queue, which is locked here.
 unsafe fn submit_to_queue(
     device: &Device,
     submit: &[vk::SubmitInfo2<'_>],

@@ -172,7 +172,7 @@ impl Image {
         was_new.then(|| self.is_new.clone())
     }
 
-    /// Of the device that it is on.
+    /// The limits of the device that the image is on.
     pub fn limits(&self) -> &DeviceSummary {
         &self.holding.device().summary
     }
@@ -189,7 +189,7 @@ impl Image {
     }
 }
 
-/// All of an image, as views and barriers have it …
+/// All of an image, as views and barriers name it.
 pub(super) const COLOR: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     base_mip_level: 0,
@@ -198,7 +198,7 @@ pub(super) const COLOR: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
     layer_count: 1,
 };
 
-/// … and as copies do.
+/// All of an image, as copies name it.
 pub(super) const COLOR_LAYER: vk::ImageSubresourceLayers = vk::ImageSubresourceLayers {
     aspect_mask: vk::ImageAspectFlags::COLOR,
     mip_level: 0,

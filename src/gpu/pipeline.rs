@@ -15,7 +15,7 @@ pub(super) struct Pipeline {
 }
 
 impl Pipeline {
-    /// Of `stages` that take these bindings and so many bytes of push constants; `make` knows the rest.
+    /// A pipeline whose `stages` take these bindings and so many bytes of push constants; `make` knows the rest.
     pub fn new(
         device: &Arc<Device>,
         stages: vk::ShaderStageFlags,

@@ -24,7 +24,7 @@ pub struct Outputs {
 }
 
 struct Staged {
-    /// As the user named it, for messages.
+    /// The name that the user gave, for messages.
     path: PathBuf,
     target: Target,
     temporary: NamedTempFile,

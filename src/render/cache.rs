@@ -44,9 +44,9 @@ pub struct Cache {
     /// Only where surfaces stop light.
     cut_cells: Option<CutCells>,
     focus: Focus,
-    /// Every so many pixels, at most, bricks are weighed by; `None`: what they get stays as it is.
+    /// Bricks are weighed in every so many pixels along both axes, at most. `None`: all get the same.
     focus_stride: Option<u32>,
-    /// Somebody looks from everywhere.
+    /// All nodes get the same number of paths, since pictures will be taken from everywhere.
     is_wide: bool,
     /// Whether the bricks have been weighed in the view at hand.
     has_looked: bool,
@@ -57,11 +57,13 @@ pub struct Cache {
     /// Paths traced and reads of the volume in all.
     pub paths: u64,
     pub lookups: u64,
-    /// Of the picture that it shows: rms(standard error)/mean. Infinite until there are two batches.
+    /// Relative error of the picture that the cache shows: rms(standard error)/mean. Infinite until there are two
+    /// batches.
     pub relative_error: f64,
     pub took: Duration,
-    /// Of batches in which nodes gather (`gathering.glsl`), and of those in which they trace all of a path.
+    /// The pace of batches in which nodes gather (`gathering.glsl`).
     gathering: Pace,
+    /// The pace of batches in which nodes trace whole paths.
     tracing: Pace,
     /// Paths that the nodes in sight get in the batch under way.
     under_way: Option<u32>,

@@ -15,7 +15,7 @@ use crate::scene::CacheFormat;
 /// Places, or bricks of the lattice, along an axis that fit into ten bits.
 const MOST_PLACES: u32 = 1024;
 
-/// Of the bricks with memory, so many may be of no use before the rest gets images of its own.
+/// The share of bricks with memory that may be of no use before the others get smaller images.
 const MOST_IDLE: f64 = 0.4;
 
 #[derive(Debug, Clone, PartialEq)]

@@ -151,7 +151,7 @@ impl CacheMemory {
     }
 }
 
-/// Those that have memory, none of which has had a path.
+/// The bricks that have memory. None of their nodes has had a path.
 fn bricks(layout: &CacheLayout) -> Vec<Brick> {
     let brick = |&position: &u32| Brick {
         position,

@@ -15,7 +15,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// Of a march, which does not know its error.
+    /// The film of a march, which does not know its error.
     pub fn marched(mean: Vec<[f32; 4]>) -> Film {
         Film {
             stderr: vec![[f32::INFINITY; 3]; mean.len()],

@@ -88,7 +88,7 @@ impl Focus {
         }
     }
 
-    /// That a node has had, on average.
+    /// Paths that a node has had, on average.
     pub fn mean_paths(&self) -> f64 {
         let sum: f64 = self.had.iter().map(|&had| f64::from(had)).sum();
         sum / self.had.len().max(1) as f64

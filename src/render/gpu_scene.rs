@@ -41,7 +41,7 @@ impl GpuScene {
         })
     }
 
-    /// The same without a probe, for a plan: it decides no size.
+    /// The scene without a probe of the device's filter, which decides no size: for a plan.
     pub fn unprobed(scene: &Scene, volume: &Volume) -> GpuScene {
         GpuScene {
             parts: Parts::new(scene, volume, 0, false),
@@ -52,12 +52,12 @@ impl GpuScene {
         }
     }
 
-    /// The same scene for another variant.
+    /// This scene for another variant.
     pub fn with_variant(self, variant: Variant) -> GpuScene {
         GpuScene { variant, ..self }
     }
 
-    /// The same scene for the variant with a cache.
+    /// This scene for the variant with a cache.
     pub fn with_cache(self, layout: CacheLayout) -> GpuScene {
         self.with_variant(Variant::Caching(layout))
     }
@@ -70,7 +70,7 @@ impl GpuScene {
         }
     }
 
-    /// With its cache, if there is one, made to fit after a change.
+    /// This scene with a cache layout, if it has one, that fits what has changed.
     pub fn refitted(self, volume: &Volume, most_texels: u32) -> Result<GpuScene> {
         let Variant::Caching(layout) = &self.variant else {
             return Ok(self);
@@ -80,7 +80,7 @@ impl GpuScene {
         Ok(self.with_cache(layout))
     }
 
-    /// The same picture with fewer pixels.
+    /// This scene with another number of pixels.
     pub fn reduced_to(&self, size: [u32; 2]) -> GpuScene {
         let mut other = self.clone();
         other.parts.view = other.parts.view.with_size(size);

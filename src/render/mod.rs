@@ -1,4 +1,42 @@
-//! How a scene becomes a picture: the GPU's resources, one file a pass, and the frame.
+//! How a scene becomes a picture.
+//!
+//! A [`GpuScene`] is what shaders read of a scene: its [`Parts`], which change independently, and the [`Variant`] that
+//! renders it. A [`Plan`] adds up the GPU memory of that in advance, by a dry run of the statements that allocate. A
+//! [`Renderer`] has it on the GPU: the resources that every variant needs, and an estimator, which is a variant's passes
+//! together with its own memory. Each pass is a file here and a shader of the same name in `glsl/`.
+//!
+//! A frame, as [`Renderer`] runs it: the majorants of the medium (once a transfer function), then how near and how far
+//! the camera's rays meet anything (`patches`, once a view), then, with a cache, batches of paths from its nodes, and then
+//! unit after unit of samples, each folded into the mean (`accumulate`). `iso_depth` adds the picture's other layers,
+//! `tone_map` encodes it for a display.
+//!
+//! # Words
+//!
+//! The same word means the same thing in Rust, in GLSL and in messages.
+//!
+//! In a picture:
+//! - **sample**: one estimate of a pixel's radiance, by a path or by a march.
+//! - **unit**: the samples that every pixel gets between two updates of its mean. A picture is only taken at the end of a
+//!   unit, and the spread between units gives its standard error.
+//! - **patch**: one of 32 × 32 rectangles of the picture. For each it is known how near and how far its rays meet
+//!   anything.
+//!
+//! In the volume:
+//! - **cell**: the cube between eight neighbouring voxels, in which the field is one trilinear polynomial.
+//! - **macrocell**: 8³ cells, with the smallest and the largest value in them.
+//! - **block**: one or more macrocells that share a majorant, the largest extinction anywhere in them.
+//! - **stretch**: the part of a ray in up to eight blocks in a row that hold medium; a march chooses its step for each.
+//!
+//! In the cache:
+//! - **node**: a point at which the cache keeps light. Statistics and users' messages call it a cell of the cache.
+//! - **cube**: the space between eight neighbouring nodes, in which light is interpolated.
+//! - **brick**: 4³ nodes, which have memory together or not at all.
+//! - **place**: the position of a brick in the cache's images; the page table says which brick has which place.
+//! - **batch**: the paths that all nodes get between two looks at the error.
+//! - **update**: one path of a node.
+//!
+//! On the GPU:
+//! - **slot**: a thread's room for one path in flight. It takes the next pixel or node when its path has ended.
 
 mod accumulate;
 mod allocation;

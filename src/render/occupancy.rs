@@ -72,7 +72,8 @@ fn position(index: usize, macrocells: [u32; 3]) -> [u32; 3] {
     .map(|i| i as u32)
 }
 
-/// As in `majorants.comp`: opacity is largest at an end of the range or at a point within.
+/// The rule of `largest_sigma_t` in `glsl/include/medium.glsl`: opacity is largest at an end of the range or at a point
+/// of the transfer function within it.
 fn scatters(range: [f32; 2], medium: &Medium) -> bool {
     let transfer = &medium.transfer;
     let rounding = 1e-6 * range[0].abs().max(range[1].abs());

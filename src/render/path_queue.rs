@@ -24,12 +24,12 @@ const MOST_WORK: u32 = 4096;
 pub struct PathQueue {
     /// Loop iterations that a slot makes in the next dispatch.
     work: u32,
-    /// The same when most slots had a path under way, for the next queue's beginning. What the last paths
-    /// of a queue take alone says nothing of what all take together.
+    /// Loop iterations when most slots last had a path under way; the next queue begins with them. The last few paths
+    /// of a queue say nothing about what all slots take together.
     work_of_all: u32,
     /// How long a dispatch should take.
     pub target_ms: f64,
-    /// As the last dispatch left them.
+    /// The counters as the last dispatch left them.
     counted: Counters,
 }
 

@@ -185,7 +185,7 @@ fn fitting(plan: Plan, budget: u64, better: Vec<String>) -> Result<Plan> {
     }
 }
 
-/// For a device that is too small even without a cache.
+/// Adds the remedy to the error of a device that is too small even without a cache.
 fn with_remedy(error: Error) -> Error {
     match error {
         Error::Memory(why) => Error::Memory(format!("{why}: lower --size, or set volume.crop")),
@@ -193,7 +193,7 @@ fn with_remedy(error: Error) -> Error {
     }
 }
 
-/// For whoever asks for a cache where only the variant without one fits.
+/// The error for a scene that asks for a cache where only the variant without one fits.
 fn no_cache(without: &Plan, budget: u64, caching: &[String]) -> Error {
     let smallest = caching.last().map_or("", |why| why);
     Error::Memory(format!(

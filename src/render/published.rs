@@ -35,7 +35,7 @@ pub struct Published {
     /// The largest extinction that the transfer function allows.
     majorant: f32,
     rounds: u32,
-    /// As the last round left them.
+    /// The counters as the last round left them.
     counted: Counters,
 }
 

@@ -9,11 +9,11 @@ use crate::gpu::{Format, Image, ImageDesc, Memory};
 pub struct PublishedCells {
     /// Mean over paths and, in alpha, their number.
     pub radiance: Image,
-    /// Of the path under way: position and number of bounces.
+    /// Position of the path under way and, in alpha, its number of bounces.
     pub position: Image,
-    /// Its direction and the red of its throughput.
+    /// Direction of the path under way and, in alpha, the red of its throughput.
     pub direction: Image,
-    /// The rest of its throughput.
+    /// Green and blue of the throughput of the path under way.
     pub throughput: Image,
 }
 

@@ -7,10 +7,10 @@ use super::shared::MarchPush;
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass, Slices};
 
-/// A transmittance behind which nothing can be seen in eight bits.
+/// Transmittance below which nothing behind can be seen in eight bits.
 const OPAQUE_BELOW: f32 = 1e-3;
 
-/// Of a picture in motion.
+/// How many times as long as usual the steps of a picture in motion are.
 const STEP_SCALE: f32 = 2.0;
 
 pub struct RayMarch(Pass);

@@ -24,15 +24,15 @@ pub const MOST_SURFACES: usize = 32;
 shared! {
     all STRUCTS:
 
-    /// Everything about the scene that is one of a kind.
+    /// The numbers of a scene that it has one of.
     pub struct SceneConstants {
         /// Voxels.
         pub dims: uvec3,
         /// Macrocells.
         pub macrocells: uvec3,
-        /// Cells with a majorant each.
+        /// Blocks with a majorant each.
         pub majorant_cells: uvec3,
-        /// Their sides in grid units: a power of two of macrocells.
+        /// Sides of those blocks in trilinear cells: macrocells times a power of two.
         pub majorant_size: float,
         /// World units per voxel.
         pub spacing: vec3,
@@ -46,9 +46,9 @@ shared! {
         pub g: float,
         /// Columns of the transfer function from which values are interpolated.
         pub transfer_segments: uint,
-        /// Of all points of the transfer function if `has_one_color`.
+        /// Colour of all points of the transfer function if `has_one_color`.
         pub color: vec3,
-        /// Opacity at stored value 0, and what it gains per unit, if `is_linear`.
+        /// Opacity at stored value 0 and its slope, if `is_linear`.
         pub linear_opacity: vec2,
         /// Collisions and reflections on a path; 0 = no limit.
         pub max_bounces: uint,
@@ -61,7 +61,7 @@ shared! {
         /// From the picture's centre to its right edge, at distance 1 (perspective) or in world
         /// units (orthographic).
         pub right: vec3,
-        /// The same to its top edge.
+        /// From the picture's centre to its top edge, likewise.
         pub up: vec3,
         /// Constant part of the environment.
         pub environment: vec3,
@@ -112,10 +112,10 @@ shared! {
     }
 
     pub struct Sun {
-        /// In which the light travels; unit.
+        /// Unit direction in which the light travels.
         pub direction: vec3,
         pub irradiance: vec3,
-        /// Of picking this sun or one before it, among the suns.
+        /// Cumulative probability of picking this sun or an earlier one.
         pub cumulative_probability: float,
     }
 
@@ -147,7 +147,7 @@ shared! {
         pub stage: uint,
         /// Collisions and reflections so far.
         pub bounces: uint,
-        /// The former alone.
+        /// Collisions so far.
         pub collisions: uint,
         /// Grid space.
         pub origin: vec3,
@@ -155,7 +155,7 @@ shared! {
         pub direction: vec3,
         pub t: float,
         pub t_end: float,
-        /// The majorant's cell at `t`.
+        /// The block of cells at `t` that has one majorant.
         pub cell: ivec3,
         /// What stands at `t_end`: a surface's index, nothing (−1) or a collision (−2).
         pub surface: int,
@@ -169,23 +169,23 @@ shared! {
         pub shadow_direction: vec3,
         pub shadow_t: float,
         pub shadow_t_end: float,
-        /// As `cell`.
+        /// The block of cells at `shadow_t` that has one majorant.
         pub shadow_cell: ivec3,
-        /// So far.
+        /// Transmittance of the shadow ray up to `shadow_t`.
         pub shadow_transmittance: float,
-        /// What arrives if nothing is in between.
+        /// Radiance that the shadow ray brings if nothing is in between, times the path's throughput.
         pub shadow_radiance: vec3,
-        /// Of the samples of this pixel, coverage in w.
+        /// Sum of the samples of this pixel; coverage in w.
         pub sum: vec4,
     }
 
     /// A brick of the cache.
     pub struct Brick {
-        /// In the lattice, packed.
+        /// Position in the lattice, ten bits for each axis.
         pub position: uint,
         /// Paths that each of its nodes gets in this batch.
         pub samples: uint,
-        /// That each has had before.
+        /// Paths that each of its nodes has had before.
         pub first_sample: uint,
         /// Σw² over the rays of a picture in whose colour its light weighs w; 2³¹ is a weight of 1 in all.
         pub weight: uint,
@@ -196,7 +196,7 @@ shared! {
         pub node: ivec3,
         /// Place of its brick.
         pub brick: uint,
-        /// In which the path under way left the node.
+        /// Direction in which the path under way left the node.
         pub first_direction: vec3,
         /// The first shadow ray of the path under way went to a sun.
         pub shadow_is_sun: uint,
@@ -231,10 +231,10 @@ shared! {
     }
 
     pub struct CellPush {
-        /// As in `TrackPush`.
+        /// Loop iterations after which a slot leaves its path to the next dispatch.
         pub work: uint,
         pub slots: uint,
-        /// Those that have memory.
+        /// Bricks that have memory.
         pub bricks: uint,
         /// Which half of the nodes is filled: the sum of their indices is even (0) or odd (1).
         pub nodes_half: uint,
@@ -268,14 +268,14 @@ shared! {
     pub struct PublishedPush {
         /// Dispatches over all cells so far.
         pub round: uint,
-        /// Of each path in this one.
+        /// Steps that each path takes in this dispatch.
         pub steps: uint,
         /// The largest extinction anywhere.
         pub majorant: float,
     }
 
     pub struct PublishedMarchPush {
-        /// Of Algorithm 1, in each pixel.
+        /// Iterations of Algorithm 1 in each pixel.
         pub depth_iterations: uint,
     }
 
@@ -305,7 +305,7 @@ specialization! {
     /// What a scene needs; the rest is compiled away.
     pub struct Features {
         pub has_medium: bool,
-        /// All points of the transfer function have the same.
+        /// All points of the transfer function have the same colour.
         pub has_one_color: bool,
         /// Over the volume's values, opacity is linear and there is one colour.
         pub is_linear: bool,
@@ -325,17 +325,16 @@ specialization! {
         pub background_is_transparent: bool,
         /// The device's filter is not good enough for this volume: interpolate in the shader.
         pub filter_in_shader: bool,
-        /// The cache is read from a path's so-manieth collision on: 1 for the first; 0 = there is
-        /// none.
+        /// The collision from which a path reads the cache: 1 is the first, 0 means never.
         pub cache_order: uint,
         pub cache_is_f16: bool,
-        /// Of a voxel on the GPU.
+        /// Bits of a voxel on the GPU.
         pub volume_bits: uint,
     }
 }
 
 impl Features {
-    /// Of the images that have one or another, in GLSL's words.
+    /// Formats of the images that exist in several, as GLSL's layout qualifiers.
     pub fn formats(&self) -> [(&'static str, &'static str); 2] {
         let volume = match self.volume_bits {
             8 => "r8",
@@ -368,19 +367,19 @@ codes! {
     pub const SHADING_LAMBERT: u32 = 0;
     pub const SHADING_PHONG: u32 = 1;
     pub const SHADING_DISNEY: u32 = 2;
-    // A slot without a pixel.
+    // The slot has no path.
     pub const STAGE_IDLE: u32 = 0;
-    // On its way to a collision, a surface or the sky.
+    // The path is on its way to a collision, a surface or the sky.
     pub const STAGE_FLIGHT: u32 = 1;
-    // Its shadow ray is on its way to a light.
+    // The path's shadow ray is on its way to a light.
     pub const STAGE_SHADOW: u32 = 2;
-    // A flight is over: whatever stands at its end happens.
+    // A flight has ended: the collision, surface or sky at its end is handled next.
     pub const STAGE_ARRIVAL: u32 = 3;
-    // In the cache's page table: a brick without memory. Its bits for a place are those of the first.
+    // The page table's entry of a brick without memory. Its bits for a place are those of the first place.
     pub const NO_PLACE: u32 = 0x8000_0000;
-    // Paths that a node may gather (gathering.glsl).
+    // The first paths of a node, which end where they can gather cached light (gathering.glsl).
     pub const GATHERED: u32 = 32;
-    // Where the device's filter is probed.
+    // Positions at which the device's filter is probed.
     pub const PROBE_POSITIONS: u32 = 4096;
 }
 

@@ -88,7 +88,7 @@ pub enum CacheFormat {
 }
 
 impl CacheFormat {
-    /// As users write it.
+    /// The word that users write.
     pub fn name(self) -> &'static str {
         match self {
             CacheFormat::Auto => "auto",

@@ -23,7 +23,7 @@ use crate::scene::Background;
 pub const SKIN: [f64; 3] = [0.99, 0.78, 0.66];
 pub const FLESH: [f64; 3] = [0.98, 0.60, 0.45];
 pub const IVORY: [f64; 3] = [0.86, 0.80, 0.68];
-/// Of surfaces, which are Disney's: a little glossier than by default.
+/// Roughness of the surfaces, which use Disney's BRDF: a little glossier than by default.
 pub const ROUGHNESS: f64 = 0.45;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use crate::scene::volume::Axes;
 use crate::scene::{Camera, Projection, View};
 
-/// As near to the axis as the eye gets: a camera that looks along it does not know which way is up.
+/// How near the eye gets to the axis: a camera that looks along it does not know which way is up.
 const POLE_DEGREES: f64 = 1.0;
 
 /// A drag, as a share of the picture's height, to the right and down. All of the height is half a turn.

@@ -19,7 +19,7 @@ use crate::scene::{Edit, open};
 /// Bins of the transfer function's histogram.
 const BINS: usize = 256;
 
-/// Those under way, and perhaps wanted by nobody any more.
+/// Builds under way; some may be wanted by nobody any more.
 static BUILDS: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 
 /// Waits for all builds to end: a process that ends while its driver compiles may crash.
@@ -35,7 +35,7 @@ pub fn wait_for_builds() {
 pub struct Load<T> {
     pub what: String,
     began: Instant,
-    /// Of the file, where there is one to read.
+    /// How far the file has been read, where there is one to read.
     reading: Option<Arc<Reading>>,
     receiver: Receiver<Result<T>>,
 }

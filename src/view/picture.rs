@@ -43,14 +43,14 @@ pub struct Picture {
     /// Pixels along an axis while moving, as a share of those at rest.
     pub scale: f64,
     last_motion: Instant,
-    /// That the cache had had when the last march with all pixels ended.
+    /// Batches that the cache had had when the last march with all pixels ended.
     marched_batches: Option<u32>,
     marched_in: Duration,
     /// When the last march ended.
     filled_since: Instant,
     /// Samples a pixel, at rest.
     most_samples: u32,
-    /// Of the picture at rest; not finite while it is unknown.
+    /// Relative error of the picture at rest; not finite while it is unknown.
     pub relative_error: f64,
     /// Some picture of this scene can be seen.
     is_shown: bool,

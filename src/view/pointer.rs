@@ -69,7 +69,7 @@ fn shift_isovalue(session: &mut Session, steps: f64) {
     }
 }
 
-/// As in radiology: sideways widens the transfer function, up and down shifts it.
+/// Window and level as in radiology: sideways widens the transfer function, up and down shifts it.
 fn window_and_level(session: &mut Session, drag: [f64; 2]) {
     let [low, high] = session.document.opened.volume.range;
     let Some(medium) = &mut session.scene.medium else {

@@ -132,7 +132,7 @@ impl Stage {
         self.planned_bytes(shape, picture)
     }
 
-    /// Those that it takes as it is. The window may have got another size between a plan and its images.
+    /// Bytes that the window takes as it is: it may have got another size between a plan and its images.
     pub fn bytes_now(&self) -> Result<u64> {
         self.planned_bytes(self.images.swapchain.shape, self.picture_size())
     }

@@ -22,7 +22,7 @@ const DEFAULT: [BenchVariant; 5] = [
 pub struct Subject {
     /// `None`: as the scene has it.
     pub shading: Option<ShadingModel>,
-    /// Of its files' names, where there are several subjects: `phong.`.
+    /// Begins the names of its files where there are several subjects, as in `phong.`.
     pub prefix: String,
     file: SceneFile,
     pub entrants: Vec<Entrant>,

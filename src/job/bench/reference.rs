@@ -14,7 +14,7 @@ use crate::job::render::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Scene, Variant};
 
-/// Of the longest time that is measured, a reference takes so many times.
+/// A reference is rendered for this many times the longest time that is measured.
 const TIMES_AS_LONG: u32 = 4;
 
 pub struct Reference {

@@ -32,12 +32,12 @@ pub struct Report {
 pub struct SubjectReport {
     /// Null: as the scene has it.
     pub shading: Option<ShadingModel>,
-    /// Of its files' names.
+    /// Begins the names of its files.
     #[serde(skip)]
     pub prefix: String,
     pub reference: ReferenceReport,
     pub runs: Vec<RunReport>,
-    /// Of each run to the non-caching one, at the same times.
+    /// How similar each run is to the non-caching one at the same times.
     pub similarity: Vec<Similarity>,
     /// Pictures through coarser and shorter caches against those through a whole one in 32 bits.
     pub cache_settings: Vec<CacheSetting>,
@@ -51,14 +51,14 @@ pub struct ReferenceReport {
     /// Null where it was given.
     pub seconds: Option<f64>,
     pub samples: Option<u32>,
-    /// Of a picture that differs from the reference by as much noise as that has by its own account;
+    /// The metrics of a picture that differs from the reference by as much noise as its standard error states;
     /// null where it says nothing of it.
     pub noise: Option<Comparison>,
 }
 
 #[derive(Debug, Serialize)]
 pub struct RunReport {
-    /// As on the command line.
+    /// The variant as it is written on the command line.
     pub variant: String,
     /// What that has become, and why.
     pub plan: String,
@@ -89,11 +89,11 @@ pub struct Point {
     pub asked_s: f64,
     /// A picture can only be had between two units of work, so it may be late.
     pub seconds: f64,
-    /// The same in CPU time of all cores: what counts where the device is the CPU, and it is busy.
+    /// CPU time of all cores, in seconds: it is what counts where the device is a busy CPU.
     pub cpu_s: f64,
     pub file: Option<String>,
     pub samples: u32,
-    /// Of the cells in sight.
+    /// Paths that the cells in sight have had.
     pub paths_per_cell: Option<u32>,
     #[serde(flatten)]
     pub error: Comparison,
@@ -120,7 +120,7 @@ pub struct Orbit {
     /// From the camera's change to the end of the march.
     pub frame_ms_median: f64,
     pub frame_ms_p99: f64,
-    /// Of the same, the CPU time of all cores.
+    /// CPU time of all cores for one frame, in milliseconds.
     pub frame_cpu_ms_median: f64,
 }
 
@@ -149,7 +149,7 @@ pub struct SimilarityPoint {
 #[derive(Debug, Serialize)]
 pub struct CacheSetting {
     pub variant: String,
-    /// Of the cells in sight.
+    /// Paths that the cells in sight have had.
     pub paths_per_cell: u32,
     /// The cache's own estimate: what the figures beside it can be trusted to.
     pub relative_error: f64,

@@ -115,7 +115,7 @@ struct Run<'a> {
     engine: Engine,
     watch: Stopwatch,
     entrant: &'a Entrant,
-    /// Of its files' names.
+    /// Begins the names of its files.
     prefix: String,
     reference: &'a Reference,
 }

@@ -12,7 +12,7 @@ const MOST_CELLS: [u32; 2] = [1024, 512];
 
 #[derive(Debug)]
 pub struct EnvironmentTable {
-    /// Along azimuth and polar angle.
+    /// Cells along azimuth and polar angle.
     pub cells: [u32; 2],
     pub sky: Vec<EnvironmentCell>,
 }
@@ -40,7 +40,7 @@ pub fn build(image: &EnvironmentImage) -> EnvironmentTable {
     EnvironmentTable { cells, sky }
 }
 
-/// Of one cell in row `row`, in steradians.
+/// The solid angle of one cell in row `row`, in steradians.
 fn solid_angle(cells: [u32; 2], row: u32) -> f64 {
     use std::f64::consts::PI;
     let polar = |r: u32| PI * r as f64 / cells[1] as f64;

@@ -45,7 +45,7 @@ impl Origins {
         Error::Input(self.sentence(key, problem))
     }
 
-    /// The same for what is no error.
+    /// A note about a key, which is no error.
     pub fn sentence(&self, key: &str, problem: impl Display) -> String {
         format!("{}: {key}: {problem}", self.place(key))
     }
@@ -249,7 +249,7 @@ fn container(steps: &[&str]) -> Value {
 /// A change that the command line makes to the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Edit {
-    /// As typed, for messages.
+    /// The flag as it was typed, for messages.
     flag: String,
     change: Change,
 }

@@ -42,7 +42,7 @@ pub struct SceneFile {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct VolumeTable {
-    /// As written: relative to the scene file. [`SceneFile::volume_path`] is the one to open.
+    /// The path as it is written, relative to the scene file. [`SceneFile::volume_path`] is the one to open.
     pub path: Option<PathBuf>,
     pub dims: Option<[u32; 3]>,
     #[serde(rename = "type")]

@@ -206,7 +206,7 @@ impl From<Axes> for Orientation {
     }
 }
 
-/// Of all letters with the same handedness, those that point most nearly where the axes do.
+/// The letters of the given handedness that point most nearly where the axes do.
 /// Choosing all three at once keeps them distinct for any obliqueness.
 fn nearest(units: [[f64; 3]; 3], world: Axes, left_handed: bool) -> Axes {
     let opposite = world.opposite();

@@ -15,7 +15,7 @@ use super::session::Session;
 
 /// Points that the panels are wide.
 const WIDTH: f32 = 256.0;
-/// Of a slider's rail, so that its figure and its name have room beside it.
+/// Width of a slider's rail, so that its figure and its name have room beside it.
 const RAIL: f32 = 76.0;
 
 /// Shows the panels to the right of what `ui` has left for the picture; returns what their buttons ask
