@@ -95,8 +95,9 @@ pub fn doubling(updates: u32) -> u32 {
     }
 }
 
-/// Whether nodes in sight gather in a batch, as `gathers` of `gathering.glsl`.
-fn gathers(updates: u32, samples: u32) -> bool {
+/// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`: the rule of `gathers` in
+/// `glsl/include/gathering.glsl`, for predicting how long the batch takes.
+pub fn gathers(updates: u32, samples: u32) -> bool {
     updates > 0 && updates + samples <= GATHERED
 }
 

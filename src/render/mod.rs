@@ -76,7 +76,7 @@ mod unit;
 mod upload;
 mod variant;
 
-pub use cache::{Cache, doubling};
+pub use cache::{Cache, doubling, gathers};
 pub use cache_layout::CacheLayout;
 pub use caching::Caching;
 pub use film::{Film, FirstHits};

@@ -17,3 +17,4 @@ mod oracle_gpu;
 mod oracle_self;
 mod published;
 mod samplers;
+mod twins;
