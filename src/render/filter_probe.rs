@@ -77,3 +77,51 @@ fn checkerboard<T: Default + Copy>(high: T) -> [T; 8] {
         _ => high,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{DeviceChoice, Validation};
+    use crate::render::shared;
+
+    const SHADER: &str = include_str!("../../glsl/filter_probe.comp");
+    const FILTER: &str = "textureLod(checkerboard, (t + 0.5) / 2.0, 0.0).r";
+
+    /// A filter that rounds the position between the two texels to `weight`, GLSL in terms of `exact`.
+    fn with_weight(weight: &str) -> String {
+        let texel = |at: &str| format!("texelFetch(checkerboard, {at}, 0).r");
+        let first = texel("ivec3(0)");
+        let second = texel("ivec3(equal(uvec3(id % 3u), uvec3(0u, 1u, 2u)))");
+        format!("mix({first}, {second}, {weight})")
+    }
+
+    #[test]
+    fn half_of_1_256_of_a_voxel_is_tolerated_and_no_more() {
+        let choice = DeviceChoice {
+            validation: Validation::On,
+            ..DeviceChoice::default()
+        };
+        let device = Device::open(&choice).expect("a Vulkan device and the validation layers");
+        let rounded_to = |n: u32| with_weight(&format!("round(exact * {n}.0) / {n}.0"));
+        let in_8_bits = format!("floor({} * 255.0) / 255.0", rounded_to(256));
+        let filters = [
+            (with_weight("exact"), true),
+            (rounded_to(256), true),
+            (rounded_to(128), false),
+            (in_8_bits, false),
+            (with_weight("step(0.5, exact)"), false),
+            (with_weight("exact + 0.01"), false),
+        ];
+        for (filter, is_precise) in &filters {
+            let shaders = Shaders::new(shared::glsl()).expect("a compiler");
+            let text = SHADER.replace(FILTER, filter);
+            assert_ne!(text, SHADER, "the shader has no `{FILTER}`");
+            let shaders = shaders.with_file("filter_probe.comp", &text);
+            for format in [Format::R8_UNORM, Format::R16_UNORM, Format::R32_SFLOAT] {
+                let found = filter_is_precise(&device, &shaders, format).expect("a probe");
+                assert_eq!(found, *is_precise, "{filter} of {format:?}");
+            }
+        }
+        assert_eq!(device.validation_messages(), [""; 0]);
+    }
+}

@@ -13,8 +13,8 @@ use crate::support::common::{BUDGET, assert_silent, device};
 
 pub struct Probe {
     device: Arc<Device>,
-    memory: Arc<Memory>,
-    renderer: Renderer,
+    pub memory: Arc<Memory>,
+    pub renderer: Renderer,
     /// What the passes are compiled for.
     pub features: Features,
     pub constants: SceneConstants,
@@ -28,7 +28,7 @@ pub struct Shader {
     pub uses: &'static [&'static str],
 }
 
-const NOTHING: &str = "#version 460\nlayout(local_size_x = 1) in; void main() {}";
+pub const NOTHING: &str = "#version 460\nlayout(local_size_x = 1) in; void main() {}";
 
 impl Probe {
     pub fn new(scene: &Scene, volume: &Volume) -> Probe {

@@ -15,6 +15,7 @@ mod memory_plan;
 mod mitsuba;
 mod oracle_gpu;
 mod oracle_self;
+mod passes;
 mod published;
 mod samplers;
 mod twins;

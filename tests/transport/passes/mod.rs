@@ -1,0 +1,5 @@
+//! Passes whose work no picture of another test would miss, each by itself: what it reads, and what it writes.
+
+mod cut_cells;
+mod filter_probe;
+mod tone_map;
