@@ -7,7 +7,8 @@ use ash::vk;
 use super::buffer::Buffer;
 use super::frame::Frame;
 use super::image::{COLOR, COLOR_LAYER, Image};
-use super::pass::{Binding, Pass, Slot};
+use super::pass::{Binding, Pass};
+use super::reflection::Slot;
 use crate::error::{Error, Result};
 
 /// How long a slice of a sliced pass should take where nobody is waiting for a frame.

@@ -15,6 +15,7 @@ mod instance;
 mod memory;
 mod pass;
 mod pipeline;
+mod reflection;
 mod shader;
 mod shared;
 mod survey;

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ash::vk;
-use rspirv_reflect::{PushConstantInfo, Reflection};
 
 use super::buffer::Buffer;
 use super::device::{Device, failure};
 use super::image::Image;
 use super::pipeline::Pipeline;
+use super::reflection::{Reflection, Slot};
 use super::shader::{PassDesc, Shaders};
 use crate::error::{Error, Result};
 
@@ -42,27 +42,16 @@ pub struct Pass {
     pub(super) pipeline: Pipeline,
 }
 
-pub(super) struct Slot {
-    pub name: String,
-    pub binding: u32,
-    pub kind: vk::DescriptorType,
-}
-
 impl Pass {
     pub fn new(device: &Arc<Device>, shaders: &Shaders, desc: &PassDesc<'_>) -> Result<Pass> {
         let began = Instant::now();
         let code = shaders.compile(desc, device.loads_texels)?;
-        let failed = |e: String| Error::Device(format!("pass {}: {e}", desc.name));
-        let reflection = Reflection::new_from_spirv(bytemuck::cast_slice(&code))
-            .map_err(|e| failed(format!("{e:?}")))?;
-        let slots = slots(&reflection).map_err(failed)?;
-        let (x, y, z) = reflection
-            .get_compute_group_size()
-            .ok_or_else(|| failed("the shader states no local size".into()))?;
-        let push: Option<PushConstantInfo> = reflection
-            .get_push_constant_range()
-            .map_err(|e| failed(e.to_string()))?;
-        let push_bytes = push.map_or(0, |p| p.size);
+        let Reflection {
+            slots,
+            push_bytes,
+            workgroup,
+        } = Reflection::read(&code)
+            .map_err(|e| Error::Device(format!("pass {}: {e}", desc.name)))?;
         let bindings = slots.iter().map(|slot| (slot.binding, slot.kind));
         let stage = vk::ShaderStageFlags::COMPUTE;
         let pipeline = Pipeline::new(device, stage, bindings, push_bytes, |layout| {
@@ -74,7 +63,7 @@ impl Pass {
             name: desc.name,
             slots,
             push_bytes,
-            workgroup: [x, y, z],
+            workgroup,
             pipeline,
         })
     }
@@ -122,21 +111,4 @@ fn compute_pipeline(
         made
     };
     Ok(made.map_err(|(_, e)| e)?[0])
-}
-
-fn slots(reflection: &Reflection) -> Result<Vec<Slot>, String> {
-    let sets = reflection
-        .get_descriptor_sets()
-        .map_err(|e| e.to_string())?;
-    if sets.keys().any(|&set| set != 0) {
-        return Err("only descriptor set 0 is used".into());
-    }
-    let bindings = sets.into_values().flatten();
-    Ok(bindings
-        .map(|(binding, info)| Slot {
-            name: info.name,
-            binding,
-            kind: vk::DescriptorType::from_raw(info.ty.0 as i32),
-        })
-        .collect())
 }

@@ -1,0 +1,207 @@
+//! What a compute shader asks for, read from its SPIR-V: resources by name, push constants, workgroup size.
+//!
+//! Only what the shaders of this program contain is understood, and anything else is an error: storage
+//! buffers, storage images and sampled images in descriptor set 0, and push constants made of 32-bit
+//! scalars, vectors and structs. A library that models all of SPIR-V takes longer to compile than any other
+//! part of the renderer, for these few instructions.
+
+use ash::vk;
+
+/// A resource that the shader uses.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Slot {
+    pub name: String,
+    pub binding: u32,
+    pub kind: vk::DescriptorType,
+}
+
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Reflection {
+    /// In the order of their binding numbers.
+    pub slots: Vec<Slot>,
+    pub push_bytes: u32,
+    /// Threads of a workgroup along x, y and z.
+    pub workgroup: [u32; 3],
+}
+
+impl Reflection {
+    /// Reads the module that the shader compiler returned. The error says what is not understood.
+    pub fn read(code: &[u32]) -> Result<Reflection, String> {
+        let module = Module::read(code)?;
+        let mut slots = Vec::new();
+        let mut push_bytes = 0;
+        for variable in module.all(op::VARIABLE) {
+            let [pointer, id, class, ..] = *variable else {
+                return Err("a variable without a storage class".into());
+            };
+            match class {
+                storage::UNIFORM_CONSTANT | storage::UNIFORM | storage::STORAGE_BUFFER => {
+                    slots.push(module.slot(id, module.pointee(pointer)?, class)?);
+                }
+                storage::PUSH_CONSTANT => push_bytes = module.bytes(module.pointee(pointer)?)?,
+                _ => {}
+            }
+        }
+        slots.sort_by_key(|slot| slot.binding);
+        if let Some([a, b]) = slots.array_windows().find(|[a, b]| a.binding == b.binding) {
+            return Err(format!(
+                "{} and {} have the same binding, {}",
+                a.name, b.name, a.binding
+            ));
+        }
+        Ok(Reflection {
+            slots,
+            push_bytes,
+            workgroup: module.workgroup()?,
+        })
+    }
+}
+
+/// Opcodes, from section 3.42 of the SPIR-V specification.
+mod op {
+    pub const NAME: u32 = 5;
+    pub const EXECUTION_MODE: u32 = 16;
+    pub const TYPE_INT: u32 = 21;
+    pub const TYPE_FLOAT: u32 = 22;
+    pub const TYPE_VECTOR: u32 = 23;
+    pub const TYPE_IMAGE: u32 = 25;
+    pub const TYPE_SAMPLED_IMAGE: u32 = 27;
+    pub const TYPE_STRUCT: u32 = 30;
+    pub const TYPE_POINTER: u32 = 32;
+    pub const VARIABLE: u32 = 59;
+    pub const DECORATE: u32 = 71;
+    pub const MEMBER_DECORATE: u32 = 72;
+}
+
+/// Storage classes.
+mod storage {
+    pub const UNIFORM_CONSTANT: u32 = 0;
+    pub const UNIFORM: u32 = 2;
+    pub const PUSH_CONSTANT: u32 = 9;
+    pub const STORAGE_BUFFER: u32 = 12;
+}
+
+/// Decorations.
+mod decoration {
+    pub const BINDING: u32 = 33;
+    pub const DESCRIPTOR_SET: u32 = 34;
+    pub const OFFSET: u32 = 35;
+}
+
+const MAGIC: u32 = 0x0723_0203;
+const HEADER_WORDS: usize = 5;
+const MODE_LOCAL_SIZE: u32 = 17;
+/// OpTypeImage's operand for images that are used without a sampler.
+const IMAGE_IS_STORAGE: u32 = 2;
+
+/// Instructions as opcode and operands.
+struct Module<'a>(Vec<(u32, &'a [u32])>);
+
+impl<'a> Module<'a> {
+    fn read(code: &'a [u32]) -> Result<Module<'a>, String> {
+        if code.first() != Some(&MAGIC) || code.len() < HEADER_WORDS {
+            return Err("this is not SPIR-V".into());
+        }
+        let mut rest = &code[HEADER_WORDS..];
+        let mut instructions = Vec::new();
+        while let Some(&first) = rest.first() {
+            let words = (first >> 16) as usize;
+            let Some(instruction @ [_, operands @ ..]) = rest.get(..words) else {
+                return Err(format!("an instruction of {words} words"));
+            };
+            instructions.push((first & 0xffff, operands));
+            rest = &rest[instruction.len()..];
+        }
+        Ok(Module(instructions))
+    }
+
+    /// The operands of all instructions with this opcode.
+    fn all(&self, opcode: u32) -> impl Iterator<Item = &'a [u32]> {
+        let found = self.0.iter().filter(move |(op, _)| *op == opcode);
+        found.map(|(_, operands)| *operands)
+    }
+
+    /// The opcode and the operands of a type's declaration, without its id.
+    fn declaration(&self, id: u32) -> Result<(u32, &'a [u32]), String> {
+        let is_type = |op: u32| (op::TYPE_INT..=op::TYPE_POINTER).contains(&op);
+        let found = self.0.iter().find_map(|(op, operands)| match operands {
+            [of, rest @ ..] if is_type(*op) && *of == id => Some((*op, rest)),
+            _ => None,
+        });
+        found.ok_or_else(|| format!("type {id} is not understood"))
+    }
+
+    fn pointee(&self, id: u32) -> Result<u32, String> {
+        match self.declaration(id)? {
+            (op::TYPE_POINTER, [_, pointee]) => Ok(*pointee),
+            _ => Err(format!("type {id} is no pointer")),
+        }
+    }
+
+    fn decoration(&self, id: u32, wanted: u32) -> Option<u32> {
+        self.all(op::DECORATE).find_map(|operands| match *operands {
+            [of, decoration, value] if of == id && decoration == wanted => Some(value),
+            _ => None,
+        })
+    }
+
+    fn name(&self, id: u32) -> Option<String> {
+        let mut names = self.all(op::NAME);
+        let words = names.find_map(|operands| operands.strip_prefix(&[id]))?;
+        let bytes = words.iter().flat_map(|word| word.to_le_bytes());
+        String::from_utf8(bytes.take_while(|byte| *byte != 0).collect()).ok()
+    }
+
+    fn slot(&self, id: u32, kind: u32, class: u32) -> Result<Slot, String> {
+        let name = self
+            .name(id)
+            .ok_or_else(|| format!("variable {id} has no name"))?;
+        if self.decoration(id, decoration::DESCRIPTOR_SET) != Some(0) {
+            return Err(format!("{name}: only descriptor set 0 is used"));
+        }
+        let kind = match (class, self.declaration(kind)?) {
+            (storage::STORAGE_BUFFER, (op::TYPE_STRUCT, _)) => vk::DescriptorType::STORAGE_BUFFER,
+            (_, (op::TYPE_SAMPLED_IMAGE, _)) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            (_, (op::TYPE_IMAGE, [_, _, _, _, _, IMAGE_IS_STORAGE, ..])) => {
+                vk::DescriptorType::STORAGE_IMAGE
+            }
+            _ => return Err(format!("{name} is no buffer and no image that a pass binds")),
+        };
+        let binding = self.decoration(id, decoration::BINDING);
+        Ok(Slot {
+            binding: binding.ok_or_else(|| format!("{name} has no binding"))?,
+            name,
+            kind,
+        })
+    }
+
+    /// Bytes from the start of a value to its end.
+    fn bytes(&self, id: u32) -> Result<u32, String> {
+        match self.declaration(id)? {
+            (op::TYPE_INT | op::TYPE_FLOAT, [bits, ..]) => Ok(bits / 8),
+            (op::TYPE_VECTOR, [component, count]) => Ok(count * self.bytes(*component)?),
+            (op::TYPE_STRUCT, members) => members.iter().zip(0..).try_fold(0, |end, (member, i)| {
+                Ok(end.max(self.offset(id, i)? + self.bytes(*member)?))
+            }),
+            (op, _) => Err(format!("push constants hold a type of opcode {op}")),
+        }
+    }
+
+    fn offset(&self, id: u32, member: u32) -> Result<u32, String> {
+        let mut all = self.all(op::MEMBER_DECORATE);
+        let offset = all.find_map(|operands| match *operands {
+            [of, index, decoration::OFFSET, value] if of == id && index == member => Some(value),
+            _ => None,
+        });
+        offset.ok_or_else(|| format!("member {member} of type {id} has no offset"))
+    }
+
+    fn workgroup(&self) -> Result<[u32; 3], String> {
+        let mut modes = self.all(op::EXECUTION_MODE);
+        let size = modes.find_map(|operands| match *operands {
+            [_, MODE_LOCAL_SIZE, x, y, z] => Some([x, y, z]),
+            _ => None,
+        });
+        size.ok_or_else(|| "the shader states no local size".into())
+    }
+}
