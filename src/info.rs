@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
-use crate::scene::volume::{Histogram, Volume, VolumeOverrides};
+use crate::scene::volume::{Volume, VolumeOverrides};
 
 /// Bars of the histogram.
 const BINS: usize = 16;
@@ -34,7 +34,7 @@ struct Bin {
 /// One block of text, or JSON.
 pub fn volume(path: &Path, json: bool) -> Result<String> {
     let volume = Volume::load(path, &VolumeOverrides::default())?;
-    let histogram = Histogram::of(&volume, BINS)?;
+    let histogram = volume.histogram(BINS)?;
     let bins = histogram.counts.iter().enumerate().map(|(i, &voxels)| Bin {
         low: histogram.low + i as f64 * histogram.width,
         high: histogram.low + (i + 1) as f64 * histogram.width,

@@ -16,7 +16,7 @@ use super::file::{
     IsoTable, LightKind, LightTable, MediumTable, SceneFile, ShadingModel, SurfacesTable,
     TransferTable,
 };
-use super::volume::{Axes, Histogram, Volume, VoxelType};
+use super::volume::{Axes, Volume, VoxelType};
 use crate::error::{Error, Result};
 use crate::scene::Background;
 
@@ -79,7 +79,7 @@ fn ct(volume: &Volume) -> Look {
 /// Four classes: empty, thin, dense and densest. The medium begins with the thin, the surface with the
 /// dense.
 fn generic(volume: &Volume) -> Result<Look> {
-    let thresholds = Histogram::of(volume, 256)?.otsu(4);
+    let thresholds = volume.histogram(256)?.otsu(4);
     let (medium, dense) = match thresholds[..] {
         [thin, dense, ..] => {
             let width = dense - thin;

@@ -107,7 +107,7 @@ pub fn open_document(
             Volume::load_watched(path, overrides, &reading)
         })?;
         Ok(Document {
-            histogram: Histogram::of(&opened.volume, BINS)?,
+            histogram: opened.volume.histogram(BINS)?,
             path,
             opened,
         })

@@ -5,7 +5,7 @@ use std::path::Path;
 use isolume::error::Result;
 use isolume::scene::Opened;
 use isolume::scene::preset::Preset;
-use isolume::scene::volume::{Histogram, Volume, VoxelType, Voxels};
+use isolume::scene::volume::{Volume, VoxelType, Voxels};
 use isolume::scene::{Background, Edit, describe, open};
 
 /// One row of voxels.
@@ -188,10 +188,10 @@ fn edits_change_a_preset_like_a_file() {
 
 #[test]
 fn histograms_count_every_voxel_once() {
-    let histogram = Histogram::of(&bytes(&[(3, 5), (4, 2), (7, 1)]), 256).unwrap();
+    let histogram = bytes(&[(3, 5), (4, 2), (7, 1)]).histogram(256).unwrap();
     assert_eq!(histogram.counts, [5, 2, 0, 0, 1]);
     assert_eq!((histogram.value(0), histogram.value(4)), (3.0, 7.0));
-    let coarse = Histogram::of(&hounsfield(2000), 10).unwrap();
+    let coarse = hounsfield(2000).histogram(10).unwrap();
     assert_eq!(coarse.counts.iter().sum::<u64>(), 3001);
     assert!(
         coarse
@@ -200,7 +200,7 @@ fn histograms_count_every_voxel_once() {
             .all(|count| (299..=302).contains(count)),
         "{coarse:?}"
     );
-    let flat = Histogram::of(&bytes(&[(9, 4)]), 16).unwrap();
+    let flat = bytes(&[(9, 4)]).histogram(16).unwrap();
     assert_eq!(
         (flat.counts.as_slice(), flat.value(0)),
         ([4].as_slice(), 9.0)

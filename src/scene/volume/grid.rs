@@ -1,28 +1,29 @@
-//! A volume's stored values, read from its source whenever somebody wants them: cropped, converted, the
-//! slowest axis reversed if the volume's is.
+//! A volume's stored values, read from its source whenever somebody wants them: cropped, converted, and
+//! with their slices in reverse where the file's axes are left-handed.
 //!
-//! Whoever wants all of them takes [`Volume::pieces`](super::Volume::pieces), which come in the order
-//! that the source likes best, and reads one after another through one [`Reader`]: so a volume larger
-//! than memory passes through a small buffer, and a compressed file is inflated once. Of a source that
-//! gives any region at once, all cores read a share of each piece.
+//! Whoever wants all of them takes [`Volume::pieces`](super::Volume::pieces), which come in the order in
+//! which the source is read fastest, and reads one after another through one [`Reader`]. A volume
+//! larger than memory passes through a small buffer like that, and a compressed file is inflated only
+//! once. If the source can give any region at once, all cores read a share of each piece.
 
 use rayon::prelude::*;
 
-use super::format::Parsed;
+use super::parsed::Parsed;
+use super::region::Region;
 use super::source::{Cursor, Source};
-use super::stored::{Conversion, StoredType};
-use super::{Region, Voxels};
+use super::stored::{Conversion, StoredType, Voxels};
 use crate::error::{Error, Result};
 
 /// Bytes read at a time where they have to be converted: they stay in the processor's cache.
 const CHUNK: usize = 256 << 10;
-/// Bytes of a core's share of what is read, at least.
+/// Stored bytes that a core reads before it takes the next share.
 const SHARE: usize = 1 << 20;
 
+/// The stored values of a volume, and the way to them.
 #[derive(Debug)]
 pub(super) struct Grid {
     pub source: Box<dyn Source>,
-    /// What is kept of the source's voxels, as it counts them.
+    /// The part of the source's voxels that the volume has, as the source counts them.
     pub region: Region,
     /// Whether slice 0 is the source's last.
     pub is_mirrored: bool,
@@ -106,7 +107,7 @@ impl Grid {
 /// Reads regions of a volume, fastest in the order of [`Volume::pieces`](super::Volume::pieces).
 pub struct Reader<'a> {
     grid: &'a Grid,
-    /// Of a source that is best read from front to back.
+    /// The place to go on from, if the source is best read from front to back.
     cursor: Option<Box<dyn Cursor + 'a>>,
     /// The largest change that rounding to f32 has made.
     pub(super) rounding: f64,

@@ -1,17 +1,5 @@
 //! How often each value occurs: what presets take their thresholds from, and what `info` prints.
 
-use std::sync::PoisonError;
-
-use bytemuck::cast_slice_mut;
-use rayon::prelude::*;
-
-use super::settle::shares;
-use super::{StoredType, Volume};
-use crate::error::Result;
-
-/// Bytes of a piece of the walk through floats.
-const PIECE: u64 = 8 << 20;
-
 /// Bins of equal width from the smallest to the largest value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
@@ -23,79 +11,28 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// Integer data whose values fit get one bin a value, so that no value is split between two.
-    /// Integers were counted when the volume was opened; floats are counted now, which takes a walk
-    /// through the voxels.
-    ///
-    /// # Errors
-    ///
-    /// The voxels cannot be read any more.
-    pub fn of(volume: &Volume, max_bins: usize) -> Result<Histogram> {
-        let [low, high] = volume.range;
-        let steps = (high - low) / volume.scale;
-        let is_counted = volume.stored != StoredType::F32;
-        let mut histogram = if high <= low {
-            Histogram::empty(low - 0.5, 1.0, 1)
-        } else if is_counted && steps < max_bins as f64 {
-            let half = 0.5 * volume.scale;
-            Histogram::empty(low - half, volume.scale, steps.round() as usize + 1)
-        } else {
-            Histogram::empty(low, (high - low) / max_bins as f64, max_bins)
-        };
-        if !is_counted {
-            return histogram.of_floats(volume);
-        }
-        let counts = volume.statistics.counts.iter().enumerate();
-        for (stored, &count) in counts.filter(|(_, count)| **count > 0) {
-            let bin = histogram.bin(volume.offset + volume.scale * stored as f64);
-            histogram.counts[bin] += count;
-        }
-        Ok(histogram)
-    }
-
-    fn empty(low: f64, width: f64, bins: usize) -> Histogram {
+    /// Nothing counted yet.
+    pub(super) fn empty(low: f64, width: f64, bins: usize) -> Histogram {
         let counts = vec![0; bins];
         Histogram { low, width, counts }
     }
 
-    /// Fills an empty one, or takes the one that was filled the same way before.
-    fn of_floats(self, volume: &Volume) -> Result<Histogram> {
-        let last = &volume.statistics.histogram;
-        let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
+    pub(super) fn has_the_bins_of(&self, other: &Histogram) -> bool {
         let bins = |h: &Histogram| (h.low, h.width, h.counts.len());
-        if let Some(known) = last.as_ref().filter(|known| bins(known) == bins(&self)) {
-            return Ok(known.clone());
-        }
-        let filled = self.walked(volume)?;
-        *last = Some(filled.clone());
-        Ok(filled)
+        bins(self) == bins(other)
     }
 
-    fn walked(mut self, volume: &Volume) -> Result<Histogram> {
-        let mut reader = volume.reader();
-        let mut stored: Vec<f32> = Vec::new();
-        for piece in volume.pieces(PIECE) {
-            stored.resize(piece.voxels(), 0.0);
-            reader.read(piece, cast_slice_mut(&mut stored))?;
-            let counted = shares(piece, &stored).into_par_iter().map(|(_, share)| {
-                let mut counts = vec![0; self.counts.len()];
-                for &s in share {
-                    counts[self.bin(volume.offset + volume.scale * f64::from(s))] += 1;
-                }
-                counts
-            });
-            for counts in counted.collect::<Vec<Vec<u64>>>() {
-                for (sum, count) in self.counts.iter_mut().zip(counts) {
-                    *sum += count;
-                }
-            }
-        }
-        Ok(self)
-    }
-
-    fn bin(&self, value: f64) -> usize {
+    pub(super) fn add(&mut self, value: f64, count: u64) {
         let bin = ((value - self.low) / self.width) as usize;
-        bin.min(self.counts.len() - 1)
+        let last = self.counts.len() - 1;
+        self.counts[bin.min(last)] += count;
+    }
+
+    /// Adds what another one with the same bins has.
+    pub(super) fn add_all(&mut self, other: &Histogram) {
+        for (sum, count) in self.counts.iter_mut().zip(&other.counts) {
+            *sum += count;
+        }
     }
 
     /// The value in the middle of a bin.

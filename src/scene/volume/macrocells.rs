@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::Region;
+use super::region::Region;
 use super::stored::Stored;
 
 /// Trilinear cells along the side of a macrocell. Cell 0 is the outer half voxel at the low end of

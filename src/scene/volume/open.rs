@@ -2,40 +2,73 @@
 //! through the voxels settles what they mean, and left-handed axes become right-handed.
 
 use std::path::Path;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
-use super::format::{self, Header, Parsed};
+use super::Volume;
+use super::format;
+use super::format::header::Header;
 use super::grid::Grid;
 use super::orientation::{Axes, Orientation};
+use super::overrides::VolumeOverrides;
+use super::parsed::Parsed;
+use super::reading::Reading;
+use super::region::Region;
 use super::settle::settle;
-use super::source::Memory;
-use super::stored::Conversion;
-use super::{Reading, Region, Statistics, Volume, VolumeOverrides, Voxels};
+use super::source::memory::Memory;
+use super::statistics::Statistics;
+use super::stored::{Conversion, Voxels};
 use crate::error::{Error, Result};
 
-pub(super) fn load(path: &Path, overrides: &VolumeOverrides, reading: &Reading) -> Result<Volume> {
-    let name = path.display().to_string();
-    format::read(path, overrides)
-        .and_then(|header| open(header, overrides, &name, reading))
-        .map_err(|fault| Error::input(format!("{name}: {fault}")))
-}
-
-pub(super) fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> Result<Volume> {
-    let expected = dims.iter().map(|size| u128::from(*size)).product::<u128>();
-    if expected == 0 || voxels.len() as u128 != expected {
-        return Err(Error::input(format!(
-            "{} values were given, expected {expected} for {dims:?} voxels, at least one",
-            voxels.len()
-        )));
+impl Volume {
+    /// Opens a volume of any format, told by the file's name, and walks through its voxels once.
+    ///
+    /// # Errors
+    ///
+    /// One sentence that names the file and says what is wrong with it.
+    pub fn load(path: &Path, overrides: &VolumeOverrides) -> Result<Volume> {
+        Volume::load_watched(path, overrides, &Reading::default())
     }
-    let Conversion { from, endian, .. } = Conversion::none(voxels.stored());
-    let source = Box::new(Memory { dims, voxels });
-    let header = Header {
-        spacing,
-        ..Header::of_source(source, dims, from, endian)
-    };
-    let (overrides, reading) = (VolumeOverrides::default(), Reading::default());
-    open(header, &overrides, "voxels in memory", &reading).map_err(Error::Input)
+
+    /// [`Volume::load`] for someone who waits on another thread: `reading` tells them how far it is, and
+    /// lets them stop it.
+    ///
+    /// # Errors
+    ///
+    /// Also when it was stopped.
+    pub fn load_watched(
+        path: &Path,
+        overrides: &VolumeOverrides,
+        reading: &Reading,
+    ) -> Result<Volume> {
+        let name = path.display().to_string();
+        format::read(path, overrides)
+            .and_then(|header| open(header, overrides, &name, reading))
+            .map_err(|fault| Error::input(format!("{name}: {fault}")))
+    }
+
+    /// A volume made in memory; its values are the voxels as they are.
+    ///
+    /// # Errors
+    ///
+    /// The number of voxels is not the product of `dims`, or 0; a spacing is no length above 0; no
+    /// value is finite.
+    pub fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> Result<Volume> {
+        let expected = dims.iter().map(|size| u128::from(*size)).product::<u128>();
+        if expected == 0 || voxels.len() as u128 != expected {
+            return Err(Error::input(format!(
+                "{} values were given, expected {expected} for {dims:?} voxels, at least one",
+                voxels.len()
+            )));
+        }
+        let Conversion { from, endian, .. } = Conversion::none(voxels.stored());
+        let source = Box::new(Memory { dims, voxels });
+        let header = Header {
+            spacing,
+            ..Header::of_source(source, dims, from, endian)
+        };
+        let (overrides, reading) = (VolumeOverrides::default(), Reading::default());
+        open(header, &overrides, "voxels in memory", &reading).map_err(Error::Input)
+    }
 }
 
 fn open(
@@ -106,11 +139,7 @@ fn open(
         voxel_type: header.voxel_type,
         notes,
         grid: Arc::new(grid),
-        statistics: Arc::new(Statistics {
-            macrocell_ranges: settled.ranges,
-            counts: settled.counts,
-            histogram: Mutex::new(None),
-        }),
+        statistics: Arc::new(Statistics::new(settled.ranges, settled.counts)),
     })
 }
 

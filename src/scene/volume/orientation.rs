@@ -206,7 +206,7 @@ impl From<Axes> for Orientation {
     }
 }
 
-/// The letters of the given handedness that point most nearly where the axes do.
+/// The letters that point most nearly where the axes do, among all that have their handedness.
 /// Choosing all three at once keeps them distinct for any obliqueness.
 fn nearest(units: [[f64; 3]; 3], world: Axes, left_handed: bool) -> Axes {
     let opposite = world.opposite();

@@ -4,11 +4,11 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use super::format::Parsed;
+use super::parsed::Parsed;
 
 #[derive(Debug, Default)]
 pub struct Reading {
-    /// Bytes of the voxels that are kept, decompressed.
+    /// Decompressed bytes of the wanted voxels that have been read, and of all wanted voxels.
     done: AtomicU64,
     all: AtomicU64,
     took_ns: AtomicU64,
@@ -16,7 +16,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// From 0 to 1.
+    /// The part of the voxels that has been read, from 0 to 1.
     pub fn share(&self) -> f64 {
         let done = self.done.load(Ordering::Relaxed) as f64;
         done / (self.all.load(Ordering::Relaxed) as f64).max(1.0)
@@ -27,7 +27,7 @@ impl Reading {
         self.is_stopped.store(true, Ordering::Relaxed);
     }
 
-    /// By the reading and inflating of the file. Of a plain one, the making of voxels is part of that.
+    /// The time that went into reading, inflating and converting voxels.
     pub fn took(&self) -> Duration {
         Duration::from_nanos(self.took_ns.load(Ordering::Relaxed))
     }

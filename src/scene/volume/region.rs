@@ -1,6 +1,6 @@
 //! Boxes of voxels, the pieces into which they are cut, and the runs of a file in which they lie.
 
-use super::format::Parsed;
+use super::parsed::Parsed;
 
 /// The voxels from `low` up to, but not including, `low + dims` along x, y and z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

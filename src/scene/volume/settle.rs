@@ -13,24 +13,25 @@ use std::time::Instant;
 use bytemuck::cast_slice_mut;
 use rayon::prelude::*;
 
-use super::format::Parsed;
 use super::grid::Grid;
 use super::macrocells::Macrocells;
+use super::parsed::Parsed;
 use super::reading::Reading;
-use super::stored::{Stored, StoredType};
-use super::{Region, Voxels};
+use super::region::Region;
+use super::stored::{Stored, StoredType, Voxels};
 
-/// Bytes of a piece of the walk. From a compressed file, of which nobody knows how much of it there is,
-/// they are fewer.
+/// Bytes of a piece of the walk.
 const PIECE: usize = 8 << 20;
+/// Bytes of a piece of a compressed file, whose header may promise more than the file holds.
 const PIECE_OF_STREAM: usize = 256 << 10;
-/// Voxels of a core's share, at least, and cores that count at once, at most: each has counts of its own.
+/// The least voxels that are worth a core's attention.
 const SHARE: usize = 32 << 10;
+/// The most cores that look at a piece at once, since each has counts of its own.
 const MOST_SHARES: usize = 16;
 /// Bytes up to which the voxels of a compressed file stay in memory.
 const MOST_KEPT: u64 = 32 << 20;
 
-/// What was found, in stored values.
+/// What was found, in terms of stored values.
 pub(super) struct Settled {
     pub range: [f32; 2],
     /// Voxels whose value is not finite; the lowest of `range` takes its place.
@@ -55,7 +56,7 @@ pub(super) fn settle(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parse
     }
 }
 
-/// What one core has seen.
+/// What one core has found in its shares.
 struct Tally {
     counts: Vec<u64>,
     infinite: u64,
@@ -82,48 +83,47 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
         reader.fill(piece, cast_slice_mut(&mut buffer))?;
         reading.spend(began.elapsed());
         reading.advance(piece.voxels() as u64 * size)?;
-
-        let shares = shares(piece, &buffer);
-        while tallies.len() < shares.len() {
-            tallies.push(Tally::new::<T>());
-        }
-        let seen = shares.into_par_iter().zip(&mut tallies);
-        let parts = seen.map(|((region, values), tally)| {
-            tally.add(values);
-            macrocells.part(region, values)
-        });
-        for part in parts.collect::<Vec<_>>() {
-            macrocells.add(&part);
-        }
+        look(piece, &buffer, &mut macrocells, &mut tallies);
         if is_kept {
             kept.extend_from_slice(&buffer);
         }
     }
-    let mut settled = Settled {
-        range: [0.0; 2],
-        infinite: 0,
+    let tally = tallies.into_iter().reduce(Tally::joined);
+    let Tally {
+        counts,
+        infinite,
+        least,
+    } = tally.unwrap_or_else(Tally::new::<T>);
+    let mut ranges = macrocells.finish();
+    Ok(Settled {
+        range: fill_gaps(&mut ranges, least)?,
+        infinite,
         rounding: reader.rounding,
-        ranges: macrocells.finish(),
-        counts: Vec::new(),
+        ranges,
+        counts,
         kept: is_kept.then(|| T::collect(kept)),
-    };
-    let least = tallies
-        .iter()
-        .map(|tally| tally.least)
-        .fold(f32::INFINITY, f32::min);
-    settled.fill_gaps(least)?;
-    for tally in tallies {
-        settled.infinite += tally.infinite;
-        match settled.counts.is_empty() {
-            true => settled.counts = tally.counts,
-            false => {
-                for (sum, count) in settled.counts.iter_mut().zip(tally.counts) {
-                    *sum += count;
-                }
-            }
-        }
+    })
+}
+
+/// All cores at once, each at a share of its own.
+fn look<T: Stored>(
+    region: Region,
+    values: &[T],
+    macrocells: &mut Macrocells,
+    tallies: &mut Vec<Tally>,
+) {
+    let shares = shares(region, values);
+    while tallies.len() < shares.len() {
+        tallies.push(Tally::new::<T>());
     }
-    Ok(settled)
+    let looked = shares.into_par_iter().zip(tallies);
+    let parts = looked.map(|((region, values), tally)| {
+        tally.add(values);
+        macrocells.part(region, values)
+    });
+    for part in parts.collect::<Vec<_>>() {
+        macrocells.add(&part);
+    }
 }
 
 /// Parts of a region for all cores, each with its values.
@@ -149,12 +149,29 @@ impl Tally {
     }
 
     fn add<T: Stored>(&mut self, values: &[T]) {
-        if T::COUNTED > 0 {
-            for value in values {
-                self.counts[value.index()] += 1;
-            }
-            return;
+        match T::COUNTED {
+            0 => self.look_for_infinite(values),
+            _ => self.count(values),
         }
+    }
+
+    /// Where a value occurs again and again, as in empty space, counting one by one would make each
+    /// count wait for the one before.
+    fn count<T: Stored>(&mut self, values: &[T]) {
+        const RUN: usize = 8;
+        let (runs, rest) = values.as_chunks::<RUN>();
+        for run in runs {
+            if *run == [run[0]; RUN] {
+                self.counts[run[0].index()] += RUN as u64;
+            } else {
+                run.iter().for_each(|value| self.counts[value.index()] += 1);
+            }
+        }
+        rest.iter()
+            .for_each(|value| self.counts[value.index()] += 1);
+    }
+
+    fn look_for_infinite<T: Stored>(&mut self, values: &[T]) {
         let is_finite = |value: &T| Into::<f32>::into(*value).is_finite();
         let finite = values.iter().filter(|value| is_finite(value)).count();
         self.infinite += (values.len() - finite) as u64;
@@ -163,29 +180,29 @@ impl Tally {
             self.least = finite.fold(self.least, f32::min);
         }
     }
+
+    fn joined(mut self, other: Tally) -> Tally {
+        for (sum, count) in self.counts.iter_mut().zip(other.counts) {
+            *sum += count;
+        }
+        self.infinite += other.infinite;
+        self.least = self.least.min(other.least);
+        self
+    }
 }
 
-impl Settled {
-    /// Finds the range of values, of which `least` is one, and puts its low end where a macrocell has a
-    /// value that is not finite.
-    fn fill_gaps(&mut self, least: f32) -> Parsed<()> {
-        let finite = self
-            .ranges
-            .iter()
-            .map(|range| range[0])
-            .filter(|low| low.is_finite());
-        let low = finite.fold(least, f32::min);
-        let high = self
-            .ranges
-            .iter()
-            .fold(f32::NEG_INFINITY, |high, range| high.max(range[1]));
-        if low > high {
-            return Err("no voxel has a finite value".into());
-        }
-        for value in self.ranges.as_flattened_mut() {
-            *value = value.max(low);
-        }
-        self.range = [low, high];
-        Ok(())
+/// The range of all values, of which `least` is one. Its low end takes the place of what is not finite
+/// in the macrocells' ranges.
+fn fill_gaps(ranges: &mut [[f32; 2]], least: f32) -> Parsed<[f32; 2]> {
+    let lows = ranges.iter().map(|range| range[0]);
+    let low = lows.filter(|low| low.is_finite()).fold(least, f32::min);
+    let highs = ranges.iter().map(|range| range[1]);
+    let high = highs.fold(f32::NEG_INFINITY, f32::max);
+    if low > high {
+        return Err("no voxel has a finite value".into());
     }
+    for value in ranges.as_flattened_mut() {
+        *value = value.max(low);
+    }
+    Ok([low, high])
 }

@@ -5,9 +5,9 @@
 //! their top bit. Everything else becomes f32, and so do integers with a negative slope: stored values
 //! and values must have the same order.
 
-use bytemuck::Pod;
+use bytemuck::{Pod, cast_slice, cast_slice_mut};
 
-use super::{Endian, VoxelType, Voxels};
+use super::voxel_type::{Endian, VoxelType};
 
 /// The type of a stored value, in the byte order of this machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +33,60 @@ impl StoredType {
             StoredType::U8 => 255.0,
             StoredType::U16 => 65535.0,
             StoredType::F32 => 1.0,
+        }
+    }
+}
+
+/// Stored values in memory, x fastest.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Voxels {
+    U8(Vec<u8>),
+    U16(Vec<u16>),
+    F32(Vec<f32>),
+}
+
+impl Voxels {
+    pub(super) fn zeros(stored: StoredType, count: usize) -> Voxels {
+        match stored {
+            StoredType::U8 => Voxels::U8(vec![0; count]),
+            StoredType::U16 => Voxels::U16(vec![0; count]),
+            StoredType::F32 => Voxels::F32(vec![0.0; count]),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        match self {
+            Voxels::U8(voxels) => voxels.len(),
+            Voxels::U16(voxels) => voxels.len(),
+            Voxels::F32(voxels) => voxels.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    pub fn stored(&self) -> StoredType {
+        match self {
+            Voxels::U8(_) => StoredType::U8,
+            Voxels::U16(_) => StoredType::U16,
+            Voxels::F32(_) => StoredType::F32,
+        }
+    }
+
+    pub(super) fn bytes(&self) -> &[u8] {
+        match self {
+            Voxels::U8(voxels) => voxels,
+            Voxels::U16(voxels) => cast_slice(voxels),
+            Voxels::F32(voxels) => cast_slice(voxels),
+        }
+    }
+
+    pub(super) fn bytes_mut(&mut self) -> &mut [u8] {
+        match self {
+            Voxels::U8(voxels) => voxels,
+            Voxels::U16(voxels) => cast_slice_mut(voxels),
+            Voxels::F32(voxels) => cast_slice_mut(voxels),
         }
     }
 }

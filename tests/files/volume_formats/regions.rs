@@ -12,7 +12,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use isolume::error::Error;
 use isolume::scene::volume::{
-    Endian, Histogram, Region, StoredType, Volume, VolumeOverrides, VoxelType, Voxels,
+    Endian, Region, StoredType, Volume, VolumeOverrides, VoxelType, Voxels,
 };
 
 use crate::volume_files::{Array, gzip, write};
@@ -177,7 +177,7 @@ fn a_reversed_file_is_known_like_the_same_voxels_in_order() {
         let made = Volume::from_values(reversed.dims, [1.0; 3], voxels).unwrap();
         assert_eq!(reversed.range, made.range);
         assert_eq!(reversed.macrocell_ranges(), made.macrocell_ranges());
-        let histogram = |volume| Histogram::of(volume, 64).unwrap();
+        let histogram = |volume: &Volume| volume.histogram(64).unwrap();
         assert_eq!(histogram(&reversed), histogram(&made));
     }
 }
@@ -195,13 +195,13 @@ fn large_volumes_are_known_like_small_ones() {
         counts[value as usize] += 1;
     }
     assert_eq!(volume.range, [0.0, 4095.0]);
-    assert_eq!(Histogram::of(&volume, 1 << 12).unwrap().counts, counts);
+    assert_eq!(volume.histogram(1 << 12).unwrap().counts, counts);
 
     let floats = stored.iter().map(|&value| f32::from(value)).collect();
     let floats = Volume::from_values(DIMS, [1.0; 3], Voxels::F32(floats)).unwrap();
     assert_eq!(floats.macrocell_ranges(), volume.macrocell_ranges());
-    let bins = Histogram::of(&floats, 10).unwrap().counts;
-    assert_eq!(bins, Histogram::of(&volume, 10).unwrap().counts);
+    let bins = floats.histogram(10).unwrap().counts;
+    assert_eq!(bins, volume.histogram(10).unwrap().counts);
 }
 
 #[test]

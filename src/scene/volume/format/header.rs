@@ -12,11 +12,10 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::scene::volume::orientation::Orientation;
-use crate::scene::volume::source::{Data, Encoding, Source, Start, open_file};
-use crate::scene::volume::{Endian, VoxelType};
-
-/// A fault is a sentence without the file's name.
-pub type Parsed<T> = Result<T, String>;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::Source;
+use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 #[derive(Debug)]
 pub struct Header {

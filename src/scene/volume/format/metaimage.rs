@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::header::{Fields, Header, Parsed, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use super::header::{Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
-use crate::scene::volume::source::{Data, Encoding, Start};
-use crate::scene::volume::{Endian, VoxelType};
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::file::{Data, Encoding, Start};
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;

@@ -3,7 +3,7 @@
 //! A format is one module, which makes a [`Header`] of a file, and one line in [`FORMATS`]. Voxels that
 //! do not lie in one file, plain or deflated, come with a [`Source`](super::source::Source) of their own.
 
-mod header;
+pub mod header;
 mod metaimage;
 mod nifti;
 mod npy;
@@ -12,8 +12,9 @@ mod raw;
 
 use std::path::Path;
 
-use super::VolumeOverrides;
-pub(super) use header::{Header, Parsed};
+use super::overrides::VolumeOverrides;
+use super::parsed::Parsed;
+use header::Header;
 
 enum Read {
     /// The file says what its voxels are.
@@ -26,7 +27,7 @@ enum Read {
 
 use Read::*;
 
-/// By the ends of files' names, in lower case.
+/// Each with the ends of its files' names, in lower case.
 const FORMATS: [(&[&str], Read); 7] = [
     (&[".nrrd", ".nhdr"], Described(nrrd::read)),
     (&[".mha", ".mhd"], Described(metaimage::read)),

@@ -8,10 +8,11 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::header::{Header, Parsed, unexpected};
+use super::header::{Header, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
-use crate::scene::volume::source::{Data, Encoding, Start, open_file};
-use crate::scene::volume::{Endian, VoxelType};
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 const SIZE: usize = 348;
 const DIM: usize = 40;

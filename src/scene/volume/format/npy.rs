@@ -5,8 +5,9 @@
 
 use std::path::Path;
 
-use super::header::{Header, Parsed, TEXT_LIMIT, first_bytes, unexpected};
-use crate::scene::volume::{Endian, VoxelType};
+use super::header::{Header, TEXT_LIMIT, first_bytes, unexpected};
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;

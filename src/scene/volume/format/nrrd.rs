@@ -3,10 +3,11 @@
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
-use super::header::{Fields, Header, Parsed, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use super::header::{Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
-use crate::scene::volume::source::{Data, Encoding, Start, open_file};
-use crate::scene::volume::{Endian, VoxelType};
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;

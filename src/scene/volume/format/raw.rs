@@ -3,9 +3,11 @@
 
 use std::path::Path;
 
-use super::header::{Header, Parsed};
-use crate::scene::volume::source::{open_file, shape, voxel_bytes};
-use crate::scene::volume::{Endian, VolumeOverrides, VoxelType};
+use super::header::Header;
+use crate::scene::volume::overrides::VolumeOverrides;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::file::{open_file, shape, voxel_bytes};
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();

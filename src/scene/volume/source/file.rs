@@ -19,8 +19,9 @@ use std::time::SystemTime;
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
 use super::{Cursor, Source};
-use crate::scene::volume::format::Parsed;
-use crate::scene::volume::{Region, VoxelType};
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::region::Region;
+use crate::scene::volume::voxel_type::VoxelType;
 
 /// Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
 const MAX_DEFLATE_RATIO: u64 = 1032;

@@ -2,8 +2,9 @@
 //! compressed file that has been read once.
 
 use super::{Cursor, Source};
-use crate::scene::volume::format::Parsed;
-use crate::scene::volume::{Region, Voxels};
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::region::Region;
+use crate::scene::volume::stored::Voxels;
 
 #[derive(Debug)]
 pub struct Memory {

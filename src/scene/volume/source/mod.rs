@@ -1,19 +1,17 @@
 //! Where voxels come from. A format answers with one of these, and everything that is done to voxels is
 //! done the same way to all of them.
 
-mod file;
-mod memory;
+pub mod file;
+pub mod memory;
 
 use std::fmt;
 
-use super::format::Parsed;
-use super::{Region, Voxels};
-
-pub(super) use file::{Data, Encoding, Start, open_file, shape, voxel_bytes};
-pub(super) use memory::Memory;
+use super::parsed::Parsed;
+use super::region::Region;
+use super::stored::Voxels;
 
 /// Voxels in the type and byte order that the format's header names.
-pub(super) trait Source: fmt::Debug + Send + Sync {
+pub trait Source: fmt::Debug + Send + Sync {
     /// Whether any region is read as fast as any other, by several threads at once. Otherwise reading
     /// is fastest from the first voxel to the last.
     fn is_random(&self) -> bool;
@@ -27,7 +25,7 @@ pub(super) trait Source: fmt::Debug + Send + Sync {
     }
 }
 
-pub(super) trait Cursor: Send {
+pub trait Cursor: Send {
     /// Fills `bytes` with the voxels of a region that lies within the source, x fastest. A fault is a
     /// sentence that names no file but one that the user did not name.
     fn read(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()>;

@@ -1,0 +1,20 @@
+//! What the user says about a volume's file.
+
+use super::orientation::Axes;
+use super::voxel_type::{Endian, VoxelType};
+
+/// It counts more than what the file says.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct VolumeOverrides {
+    /// Raw files only, x fastest.
+    pub dims: Option<[u32; 3]>,
+    /// Raw files only.
+    pub voxel_type: Option<VoxelType>,
+    /// Raw files only; little if absent.
+    pub endian: Option<Endian>,
+    pub spacing: Option<[f64; 3]>,
+    /// Where the file's i, j and k grow: left-handed ones are reversed like a header's.
+    pub axes: Option<Axes>,
+    /// The file's voxels [low, high) along i, j and k; only these are kept.
+    pub crop: Option<[[u32; 3]; 2]>,
+}
