@@ -8,6 +8,8 @@ mod allocations;
 mod bench;
 mod outputs;
 mod refusals;
+#[cfg(target_os = "linux")]
+mod resident;
 mod stopping;
 
 use std::process::{Command, Output};
