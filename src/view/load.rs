@@ -13,7 +13,7 @@ use super::document::Document;
 use super::live::{Live, Order};
 use crate::error::{Error, Result};
 use crate::scene::preset::Preset;
-use crate::scene::volume::{Histogram, Reading, Volume};
+use crate::scene::volume::{Reading, Volume};
 use crate::scene::{Edit, open};
 
 /// Bins of the transfer function's histogram.
