@@ -2,7 +2,7 @@
 
 use super::Engine;
 use crate::error::Result;
-use crate::render::{Derived, GpuScene, Plan};
+use crate::render::{Derived, GpuScene, Plan, Variant};
 use crate::scene::Scene;
 
 /// What an edit leaves of the work done so far.
@@ -51,6 +51,11 @@ impl Engine {
             }));
         }
         if changes.spoil(Derived::Plan) || !self.full.passes_serve(&next) {
+            return Ok(None);
+        }
+        // The baseline's cells and their majorant are made for one medium under one light.
+        let is_published = self.full.variant == Variant::Published;
+        if is_published && changes.spoil(Derived::CellPaths) {
             return Ok(None);
         }
         let next = match changes.spoil(Derived::CacheLayout) {

@@ -165,7 +165,11 @@ impl<'a> Module<'a> {
             (_, (op::TYPE_IMAGE, [_, _, _, _, _, IMAGE_IS_STORAGE, ..])) => {
                 vk::DescriptorType::STORAGE_IMAGE
             }
-            _ => return Err(format!("{name} is no buffer and no image that a pass binds")),
+            _ => {
+                return Err(format!(
+                    "{name} is no buffer and no image that a pass binds"
+                ));
+            }
         };
         let binding = self.decoration(id, decoration::BINDING);
         Ok(Slot {
@@ -180,9 +184,11 @@ impl<'a> Module<'a> {
         match self.declaration(id)? {
             (op::TYPE_INT | op::TYPE_FLOAT, [bits, ..]) => Ok(bits / 8),
             (op::TYPE_VECTOR, [component, count]) => Ok(count * self.bytes(*component)?),
-            (op::TYPE_STRUCT, members) => members.iter().zip(0..).try_fold(0, |end, (member, i)| {
-                Ok(end.max(self.offset(id, i)? + self.bytes(*member)?))
-            }),
+            (op::TYPE_STRUCT, members) => {
+                members.iter().zip(0..).try_fold(0, |end, (member, i)| {
+                    Ok(end.max(self.offset(id, i)? + self.bytes(*member)?))
+                })
+            }
             (op, _) => Err(format!("push constants hold a type of opcode {op}")),
         }
     }

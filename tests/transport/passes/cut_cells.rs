@@ -199,6 +199,8 @@ fn every_cube_that_a_surface_cuts_is_marked_and_none_far_from_it() {
         cached.renderer.change(&next).expect("an edit");
         let after = judge(&cached, &volume, &isovalues);
         println!("{dims:?} at scale {scale}: cut, marked, unmarked {before:?}, then {after:?}");
-        assert!(before[0] > 0 && after[0] > 0 && after != before);
+        assert!(before[0] > 0 && after[0] > 0);
+        // A lattice so coarse that all of its cubes are cut stays so.
+        assert!(before[2] == 0 || after != before, "the edit marks the same");
     }
 }
