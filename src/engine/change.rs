@@ -118,6 +118,10 @@ impl Engine {
         self.reserved = bytes;
     }
 
+    pub fn reserved(&self) -> u64 {
+        self.reserved
+    }
+
     /// Renders the same picture with fewer pixels from now on, or with all of them again.
     pub fn reduce_to(&mut self, size: [u32; 2]) -> Result<()> {
         if self.renderer.size() != size {

@@ -6,6 +6,7 @@
 use serde::Serialize;
 
 use crate::gpu::{Memory, Timings};
+use crate::render::Renderer;
 
 /// One kind of GPU pass over all its runs.
 #[derive(Debug, Clone, Serialize)]
@@ -100,4 +101,35 @@ pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {
         peak_bytes: memory.peak(),
         resources: resources.collect(),
     }
+}
+
+/// The cache's size and state; `None` in a variant without one. The cells of `published` know their size and no error.
+pub(super) fn cache(renderer: &Renderer, goal: f64) -> Option<CacheStats> {
+    if let Some(cells) = renderer.published_cells() {
+        return Some(CacheStats {
+            dims: cells.dims(),
+            format: "f32".into(),
+            bytes: cells.bytes(),
+            cells: cells.count(),
+            active_cells: cells.count(),
+            updates_per_cell: renderer.totals().paths as f64 / cells.count() as f64,
+            relative_error: f64::INFINITY,
+            converged: false,
+            seconds_to_converge: None,
+        });
+    }
+    let cache = renderer.cache()?;
+    let layout = &cache.memory.layout;
+    let converged = cache.is_known_to(goal);
+    Some(CacheStats {
+        dims: layout.nodes,
+        format: layout.format().name().into(),
+        bytes: cache.memory.bytes(),
+        cells: layout.all_nodes(),
+        active_cells: layout.active_nodes(),
+        updates_per_cell: cache.mean_updates(),
+        relative_error: cache.relative_error,
+        converged,
+        seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),
+    })
 }

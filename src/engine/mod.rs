@@ -197,32 +197,6 @@ impl Engine {
     /// The cache's size and state, in a variant that has one. `goal` is the relative error at which it counts as
     /// converged.
     pub fn cache_stats(&self, goal: f64) -> Option<CacheStats> {
-        if let Some(cells) = self.renderer.published_cells() {
-            return Some(CacheStats {
-                dims: cells.dims(),
-                format: "f32".into(),
-                bytes: cells.bytes(),
-                cells: cells.count(),
-                active_cells: cells.count(),
-                updates_per_cell: self.totals().paths as f64 / cells.count() as f64,
-                relative_error: f64::INFINITY,
-                converged: false,
-                seconds_to_converge: None,
-            });
-        }
-        let cache = self.renderer.cache()?;
-        let layout = &cache.memory.layout;
-        let converged = cache.is_known_to(goal);
-        Some(CacheStats {
-            dims: layout.nodes,
-            format: layout.format().name().into(),
-            bytes: cache.memory.bytes(),
-            cells: layout.all_nodes(),
-            active_cells: layout.active_nodes(),
-            updates_per_cell: cache.mean_updates(),
-            relative_error: cache.relative_error,
-            converged,
-            seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),
-        })
+        figures::cache(&self.renderer, goal)
     }
 }

@@ -12,7 +12,8 @@ use crate::gpu::{
     Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement,
 };
 
-/// Copies between host and device go through a buffer of this size, piece by piece. It holds a row of any image.
+/// Copies between host and device go through a buffer of this size, piece by piece, or of the largest size that the
+/// device allocates. It holds a row of any image.
 const STAGING_BYTES: u64 = 4 << 20;
 
 /// Paths in flight at once. A GPU hides latency with many; a CPU wants them in its cache.
@@ -118,7 +119,7 @@ impl Resources {
                 memory,
                 BufferDesc {
                     name: "staging",
-                    bytes: STAGING_BYTES,
+                    bytes: STAGING_BYTES.min(memory.limits.max_allocation_bytes),
                     placement: Placement::Readback,
                 },
             )?,

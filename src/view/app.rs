@@ -230,7 +230,7 @@ impl<'a> App<'a> {
         };
         stage.fit_window()?;
         if let Some(live) = self.session.as_mut().and_then(|s| s.live.as_mut()) {
-            live.set_window_bytes(stage.bytes_now()?);
+            live.engine.reserve(stage.bytes_now()?);
         }
         Ok(())
     }

@@ -26,8 +26,6 @@ pub struct Order {
 pub struct Live {
     pub engine: Engine,
     pub picture: Picture,
-    /// Bytes that the window takes.
-    for_window: u64,
 }
 
 /// What became of the cache when the scene changed.
@@ -65,7 +63,6 @@ impl Live {
         Ok(Live {
             picture: Picture::new(&engine, samples),
             engine,
-            for_window,
         })
     }
 
@@ -91,18 +88,12 @@ impl Live {
 
     /// Makes pictures of another size from now on, if the budget allows it beside what the window takes then.
     pub fn resize(&mut self, size: [u32; 2], for_window: u64) -> Result<bool> {
-        self.set_window_bytes(for_window);
+        self.engine.reserve(for_window);
         let mut scene = self.engine.scene().clone();
         scene.render.size = size;
         let changed = self.engine.change_in_place(&scene)?;
         self.picture.restart();
         Ok(changed.is_some())
-    }
-
-    /// Sets the bytes that the window takes.
-    pub fn set_window_bytes(&mut self, bytes: u64) {
-        self.for_window = bytes;
-        self.engine.reserve(bytes);
     }
 
     /// Spends a slice of time on the picture. Returns whether `shown` has changed.
@@ -112,6 +103,6 @@ impl Live {
 
     /// Bytes planned for all that there is, the window included.
     pub fn planned_bytes(&self) -> u64 {
-        self.engine.choice().plan.bytes() + self.for_window
+        self.engine.choice().plan.bytes() + self.engine.reserved()
     }
 }
