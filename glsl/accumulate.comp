@@ -6,9 +6,9 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { AccumulatePush push; };
-layout(binding = 12, rgba32f) readonly uniform image2D unit_sum;
-layout(binding = 13, rgba32f) uniform image2D mean;
-layout(binding = 14, rgba32f) uniform image2D squares;
+layout(rgba32f) readonly uniform image2D unit_sum;
+layout(rgba32f) uniform image2D mean;
+layout(rgba32f) uniform image2D squares;
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -23,7 +23,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { CameraMarchPush push; };
-layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
+layout(rgba32f) writeonly uniform image2D unit_sum;
 
 // Below this nothing behind is seen: a float's last digits.
 const float OPAQUE_BELOW = 1e-6;

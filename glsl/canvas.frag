@@ -5,7 +5,7 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "canvas.glsl"
 
-layout(binding = 2) uniform sampler2D atlas;
+layout(binding = ATLAS) uniform sampler2D atlas;
 layout(location = 0) in vec2 uv;
 layout(location = 1) in vec4 color;
 layout(location = 0) out vec4 result;

@@ -4,8 +4,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #include "canvas.glsl"
 
-layout(binding = 0, scalar) readonly buffer Vertices { CanvasVertex vertices[]; };
-layout(binding = 1, scalar) readonly buffer Indices { uint indices[]; };
+layout(binding = VERTICES, scalar) readonly buffer Vertices { CanvasVertex vertices[]; };
+layout(binding = INDICES, scalar) readonly buffer Indices { uint indices[]; };
 layout(location = 0) out vec2 uv;
 layout(location = 1) out vec4 color;
 

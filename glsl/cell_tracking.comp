@@ -30,12 +30,12 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { CellPush push; };
-layout(binding = 10, scalar) buffer PathBlock { Path at[]; } paths;
-layout(binding = 11, scalar) buffer CounterBlock { Counters count; } counters;
-layout(binding = 12) writeonly uniform image3D light_out;
-layout(binding = 13) writeonly uniform image3D flux_out;
-layout(binding = 14, scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
-layout(binding = 19, scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
+layout(scalar) buffer PathBlock { Path at[]; } paths;
+layout(scalar) buffer CounterBlock { Counters count; } counters;
+writeonly uniform image3D light_out;
+writeonly uniform image3D flux_out;
+layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
+layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
 // Samples are counted from here, so that no camera path has the same random numbers.
 const uint CELL_SAMPLES = 0x80000000u;

@@ -11,8 +11,8 @@
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(push_constant, scalar) uniform PushBlock { CutPush push; };
-layout(binding = 18, scalar) writeonly buffer CutBlock { uint at[]; } cuts;
-layout(binding = 19, scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
+layout(scalar) writeonly buffer CutBlock { uint at[]; } cuts;
+layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
 shared uint words[2];
 

@@ -8,8 +8,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { ProbePush push; };
-layout(binding = 0) uniform sampler3D checkerboard;
-layout(binding = 1, scalar) writeonly buffer ErrorBlock { float at[]; } errors;
+uniform sampler3D checkerboard;
+layout(scalar) writeonly buffer ErrorBlock { float at[]; } errors;
 
 void main() {
     uint id = gl_GlobalInvocationID.x;

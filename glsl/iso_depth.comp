@@ -10,8 +10,8 @@
 #include "camera.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 13, rgba32f) writeonly uniform image2D normal_depth;
-layout(binding = 14, rgba32f) writeonly uniform image2D albedo;
+layout(rgba32f) writeonly uniform image2D normal_depth;
+layout(rgba32f) writeonly uniform image2D albedo;
 
 void main() {
     ivec2 pixel = own_pixel();

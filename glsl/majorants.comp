@@ -7,7 +7,7 @@
 #include "ranges.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(binding = 5, r32f) writeonly uniform image3D majorants;
+layout(r32f) writeonly uniform image3D majorants;
 
 void main() {
     ivec3 cell = ivec3(gl_GlobalInvocationID);

@@ -17,7 +17,7 @@
 #include "surface.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(binding = 20, r32ui) uniform uimage2D patches;
+layout(r32ui) uniform uimage2D patches;
 
 // By which rays may miss where they are aimed at, as a share of the distance.
 const float ROUNDING = 1e-6;

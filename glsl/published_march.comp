@@ -22,8 +22,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { PublishedMarchPush push; };
-layout(binding = 12, rgba32f) writeonly uniform image2D mean;
-layout(binding = 13) uniform sampler3D radiance_cells;
+layout(rgba32f) writeonly uniform image2D mean;
+uniform sampler3D radiance_cells;
 
 const float VOXELS_PER_STEP = 0.5;
 // A transmittance behind which nothing can be seen in eight bits.

@@ -23,15 +23,15 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { PublishedPush push; };
-layout(binding = 11, scalar) buffer CounterBlock { Counters count; } counters;
+layout(scalar) buffer CounterBlock { Counters count; } counters;
 // Running mean; in alpha, over how many paths.
-layout(binding = 12, rgba32f) uniform image3D radiance_cells;
+layout(rgba32f) uniform image3D radiance_cells;
 // Grid space; in alpha, collisions.
-layout(binding = 13, rgba32f) uniform image3D position_cells;
+layout(rgba32f) uniform image3D position_cells;
 // World space; zero before the first path. In alpha, the throughput's red.
-layout(binding = 14, rgba32f) uniform image3D direction_cells;
+layout(rgba32f) uniform image3D direction_cells;
 // The throughput's green and blue.
-layout(binding = 15, rg32f) uniform image3D throughput_cells;
+layout(rg32f) uniform image3D throughput_cells;
 
 const uint MOST_BOUNCES = 64u;
 const float SUN_ANGLE = radians(10.0);

@@ -22,8 +22,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { MarchPush push; };
-layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
-layout(binding = 19, scalar) buffer BrickBlock { Brick at[]; } bricks;
+layout(rgba32f) writeonly uniform image2D unit_sum;
+layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 
 // What has been collected so far.
 struct Front {

@@ -6,8 +6,8 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { ToneMapPush push; };
-layout(binding = 0, rgba32f) readonly uniform image2D picture;
-layout(binding = 1, rgba8) writeonly uniform image2D shown;
+layout(rgba32f) readonly uniform image2D picture;
+layout(rgba8) writeonly uniform image2D shown;
 
 vec3 texel(ivec2 p) {
     return imageLoad(picture, clamp(p, ivec2(0), ivec2(push.source) - 1)).rgb;

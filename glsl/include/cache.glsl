@@ -9,11 +9,11 @@
 // through the page table. Values are in units of scene.cache_unit: no format overflows, and they stay right
 // when all lights are dimmed or coloured alike.
 
-layout(binding = 15 LOADED_AS(CACHE_FORMAT)) uniform texels3D cache_light;
-layout(binding = 16 LOADED_AS(CACHE_FORMAT)) uniform texels3D cache_flux;
-layout(binding = 17 LOADED_AS(r32ui)) uniform utexels3D pages;
+LOADED_AS(CACHE_FORMAT) uniform texels3D cache_light;
+LOADED_AS(CACHE_FORMAT) uniform texels3D cache_flux;
+LOADED_AS(r32ui) uniform utexels3D pages;
 // A bit for each cube of a brick: a surface cuts it. Two words a brick.
-layout(binding = 18, scalar) readonly buffer CutBlock { uint at[]; } cuts;
+layout(scalar) readonly buffer CutBlock { uint at[]; } cuts;
 
 uint page_of(ivec3 brick) {
     return texel_at(pages, brick).x;

@@ -1,5 +1,5 @@
 // Of each patch, side by side: the complement of the nearest distance, and the farthest (patches.comp).
-layout(binding = 20 LOADED_AS(r32ui)) uniform utexels2D patches;
+LOADED_AS(r32ui) uniform utexels2D patches;
 
 // Nearest and farthest distance of what a ray through the picture at p can meet; `far` is 0 if there is nothing.
 vec2 reach_at(vec2 p) {

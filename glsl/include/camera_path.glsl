@@ -7,9 +7,9 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { TrackPush push; };
-layout(binding = 10, scalar) buffer PathBlock { Path at[]; } paths;
-layout(binding = 11, scalar) buffer CounterBlock { Counters count; } counters;
-layout(binding = 12, rgba32f) writeonly uniform image2D unit_sum;
+layout(scalar) buffer PathBlock { Path at[]; } paths;
+layout(scalar) buffer CounterBlock { Counters count; } counters;
+layout(rgba32f) writeonly uniform image2D unit_sum;
 
 void contribute(inout Path path, vec3 radiance) {
     path.sum.rgb += radiance;

@@ -3,9 +3,9 @@
 // The constant part has no next-event estimation: it is as bright everywhere, so that a path's own
 // escape finds it with the best density there is. Image and suns are picked by power.
 
-layout(binding = 7, scalar) readonly buffer SunBlock { Sun at[]; } suns;
-layout(binding = 8 LOADED_AS(rgba32f)) uniform texels2D environment;
-layout(binding = 9, scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;
+layout(scalar) readonly buffer SunBlock { Sun at[]; } suns;
+LOADED_AS(rgba32f) uniform texels2D environment;
+layout(scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;
 
 // Read once, as the scene's constants are; most scenes have a single sun.
 Sun first_sun = suns.at[0];

@@ -5,7 +5,7 @@
 // The transfer function has a column for each point: value, 1 / (distance to the next value), opacity, the next point's
 // opacity; below it the colour. The last point stands twice. (An image and not a buffer: lavapipe reads buffers
 // thread by thread.)
-layout(binding = 2 LOADED_AS(rgba32f)) uniform texels2D transfer;
+LOADED_AS(rgba32f) uniform texels2D transfer;
 
 vec4 transfer_values(int point) {
     return texel_at(transfer, ivec2(point, 0));

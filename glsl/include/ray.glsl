@@ -1,7 +1,7 @@
 // Rays live in grid space for position and in world space for direction: x(t) = origin + t·step,
 // where step = direction / spacing, so that t is a world length.
 
-layout(binding = 3, scalar) readonly buffer ClipBlock { Clip at[]; } clips;
+layout(scalar) readonly buffer ClipBlock { Clip at[]; } clips;
 
 struct Ray {
     vec3 origin;    // grid space

@@ -5,6 +5,6 @@
 #include "texels.glsl"
 #include "shared.glsl"
 
-layout(binding = 0, scalar) readonly buffer SceneBlock { SceneConstants constants; } scene_block;
+layout(scalar) readonly buffer SceneBlock { SceneConstants constants; } scene_block;
 // Read once: lavapipe reads a buffer thread by thread wherever control flow has diverged.
 SceneConstants scene = scene_block.constants;

@@ -5,7 +5,7 @@
 // that bit. A sign lost to rounding at a cell's border is found in the next cell, so no ray slips
 // through, and no epsilon is needed to leave a surface: its known root is divided out.
 
-layout(binding = 6, scalar) readonly buffer SurfaceBlock { Surface at[]; } surfaces;
+layout(scalar) readonly buffer SurfaceBlock { Surface at[]; } surfaces;
 
 // Read once, as the scene's constants are; most scenes have a single surface.
 Surface first_surface = surfaces.at[0];

@@ -4,7 +4,7 @@
 
 #ifdef LOADS_TEXELS
 
-#define LOADED_AS(format) , format
+#define LOADED_AS(format) layout(format)
 #define texels2D readonly image2D
 #define texels3D readonly image3D
 #define utexels2D readonly uimage2D

@@ -6,7 +6,7 @@
 // arrived do not wait long for their neighbours.
 
 // Largest extinction in each of the cells of `scene.majorant_size`, per world unit.
-layout(binding = 5 LOADED_AS(r32f)) uniform texels3D majorants;
+LOADED_AS(r32f) uniform texels3D majorants;
 
 float majorant_of(ivec3 cell) {
     return texel_at(majorants, cell).r;

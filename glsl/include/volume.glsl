@@ -1,7 +1,7 @@
 // The field V: the trilinear interpolant of the voxels, in stored values. Every read of the volume
 // goes through this file. Positions are in grid space (src/render/shared.rs).
 
-layout(binding = 1 LOADED_AS(VOLUME_FORMAT)) uniform texels3D volume;
+LOADED_AS(VOLUME_FORMAT) uniform texels3D volume;
 
 // The exact stored value of a voxel's texel, which may be an integer in disguise: the normalised formats
 // hold k/255 and k/65535 only to rounding.

@@ -287,8 +287,8 @@ mod tests {
     const RELAY: &str = "#version 460
         #extension GL_EXT_scalar_block_layout : require
         layout(local_size_x = 1) in;
-        layout(binding = 0, scalar) readonly buffer FromBlock { uint at; } from;
-        layout(binding = 1, scalar) writeonly buffer ToBlock { uint at; } to;
+        layout(scalar) readonly buffer FromBlock { uint at; } from;
+        layout(scalar) writeonly buffer ToBlock { uint at; } to;
         void main() { to.at = from.at; }";
 
     /// What validation says of two passes, the second of which reads what the first has written.

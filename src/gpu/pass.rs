@@ -10,7 +10,7 @@ use super::buffer::Buffer;
 use super::device::{Device, failure};
 use super::image::Image;
 use super::pipeline::Pipeline;
-use super::reflection::{Reflection, Slot};
+use super::reflection::{Reflection, Slot, number_resources};
 use super::shader::{PassDesc, Shaders};
 use crate::error::{Error, Result};
 
@@ -45,12 +45,13 @@ pub struct Pass {
 impl Pass {
     pub fn new(device: &Arc<Device>, shaders: &Shaders, desc: &PassDesc<'_>) -> Result<Pass> {
         let began = Instant::now();
-        let code = shaders.compile(desc, device.loads_texels)?;
+        let mut code = shaders.compile(desc, device.loads_texels)?;
         let Reflection {
             slots,
             push_bytes,
             workgroup,
-        } = Reflection::read(&code)
+        } = number_resources(&mut code)
+            .and_then(|()| Reflection::read(&code))
             .map_err(|e| Error::Device(format!("pass {}: {e}", desc.name)))?;
         let bindings = slots.iter().map(|slot| (slot.binding, slot.kind));
         let stage = vk::ShaderStageFlags::COMPUTE;

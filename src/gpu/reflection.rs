@@ -5,6 +5,8 @@
 //! scalars, vectors and structs. A library that models all of SPIR-V would be among the dependencies that
 //! take longest to compile, and only a dozen kinds of instruction are needed.
 
+use std::collections::HashMap;
+
 use ash::vk;
 
 /// A resource that the shader uses.
@@ -17,7 +19,7 @@ pub(super) struct Slot {
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Reflection {
-    /// In the order of their binding numbers.
+    /// In the order in which the module declares them.
     pub slots: Vec<Slot>,
     pub push_bytes: u32,
     /// Threads of a workgroup along x, y and z.
@@ -30,24 +32,13 @@ impl Reflection {
         let module = Module::read(code)?;
         let mut slots = Vec::new();
         let mut push_bytes = 0;
-        for variable in module.all(op::VARIABLE) {
-            let [pointer, id, class, ..] = *variable else {
-                return Err("a variable without a storage class".into());
-            };
-            match class {
-                storage::UNIFORM_CONSTANT | storage::UNIFORM | storage::STORAGE_BUFFER => {
-                    slots.push(module.slot(id, module.pointee(pointer)?, class)?);
-                }
-                storage::PUSH_CONSTANT => push_bytes = module.bytes(module.pointee(pointer)?)?,
-                _ => {}
+        for variable in module.variables() {
+            let Variable { id, pointer, class } = variable?;
+            if is_resource(class) {
+                slots.push(module.slot(id, module.pointee(pointer)?, class)?);
+            } else if class == storage::PUSH_CONSTANT {
+                push_bytes = module.bytes(module.pointee(pointer)?)?;
             }
-        }
-        slots.sort_by_key(|slot| slot.binding);
-        if let Some([a, b]) = slots.array_windows().find(|[a, b]| a.binding == b.binding) {
-            return Err(format!(
-                "{} and {} have the same binding, {}",
-                a.name, b.name, a.binding
-            ));
         }
         Ok(Reflection {
             slots,
@@ -55,6 +46,42 @@ impl Reflection {
             workgroup: module.workgroup()?,
         })
     }
+}
+
+/// Gives resources the binding numbers 0, 1, … in the order in which the module declares them. GLSL does not state any,
+/// since passes bind by name. The compiler numbers only those that `main` reaches and leaves the others at 0, but the
+/// layout of a pass's descriptors holds everything that its shader declares.
+pub(super) fn number_resources(code: &mut [u32]) -> Result<(), String> {
+    let variables: Vec<Variable> = Module::read(code)?.variables().collect::<Result<_, _>>()?;
+    let resources = variables.iter().filter(|v| is_resource(v.class));
+    let numbers: HashMap<u32, u32> = resources.map(|v| v.id).zip(0..).collect();
+    let mut rest = &mut code[HEADER_WORDS..];
+    while let Some(&first) = rest.first() {
+        let (instruction, behind) = rest.split_at_mut((first >> 16) as usize);
+        if let [_, id, decoration::BINDING, binding] = instruction
+            && first & 0xffff == op::DECORATE
+            && let Some(&number) = numbers.get(id)
+        {
+            *binding = number;
+        }
+        rest = behind;
+    }
+    Ok(())
+}
+
+/// A variable with a place in memory: its id, the type of a pointer to it, and its storage class.
+struct Variable {
+    id: u32,
+    pointer: u32,
+    class: u32,
+}
+
+/// Whether variables of this storage class are bound: buffers and images.
+fn is_resource(class: u32) -> bool {
+    matches!(
+        class,
+        storage::UNIFORM_CONSTANT | storage::UNIFORM | storage::STORAGE_BUFFER
+    )
 }
 
 /// Opcodes, from section 3.42 of the SPIR-V specification.
@@ -119,6 +146,14 @@ impl<'a> Module<'a> {
     fn all(&self, opcode: u32) -> impl Iterator<Item = &'a [u32]> {
         let found = self.0.iter().filter(move |(op, _)| *op == opcode);
         found.map(|(_, operands)| *operands)
+    }
+
+    /// All variables, in the order in which the module declares them.
+    fn variables(&self) -> impl Iterator<Item = Result<Variable, String>> {
+        self.all(op::VARIABLE).map(|operands| match *operands {
+            [pointer, id, class, ..] => Ok(Variable { id, pointer, class }),
+            _ => Err("a variable without a storage class".into()),
+        })
     }
 
     /// The opcode and the operands of a type's declaration, without its id.
@@ -209,5 +244,51 @@ impl<'a> Module<'a> {
             _ => None,
         });
         size.ok_or_else(|| "the shader states no local size".into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{PassDesc, Shaders};
+
+    const SHADER: &str = "#version 460
+        #extension GL_EXT_scalar_block_layout : require
+        layout(local_size_x = 4, local_size_y = 2) in;
+        layout(push_constant, scalar) uniform PushBlock { vec3 a; uint b; } push;
+        layout(scalar) readonly buffer FromBlock { uint at; } from;
+        uniform sampler2D picture;
+        layout(r32f) uniform image3D cells;
+        layout(scalar) writeonly buffer ToBlock { uint at; } to;
+        float unused() { return texture(picture, vec2(0.0)).r + imageLoad(cells, ivec3(0)).r; }
+        void main() { to.at = from.at + push.b; }";
+
+    #[test]
+    fn resources_are_numbered_whether_they_are_used_or_not() {
+        let shaders = Shaders::new(String::new()).expect("a compiler");
+        let desc = PassDesc {
+            name: "declares",
+            specialization: &[],
+            macros: &[],
+        };
+        let shaders = shaders.with_file("declares.comp", SHADER);
+        let mut code = shaders.compile(&desc, false).expect("SPIR-V");
+        number_resources(&mut code).expect("SPIR-V");
+        let Reflection {
+            slots,
+            push_bytes,
+            workgroup,
+        } = Reflection::read(&code).expect("SPIR-V");
+        assert!(slots.iter().map(|slot| slot.binding).eq(0..4));
+        let mut kinds: Vec<_> = slots.iter().map(|s| (s.name.as_str(), s.kind)).collect();
+        kinds.sort();
+        let expected = [
+            ("cells", vk::DescriptorType::STORAGE_IMAGE),
+            ("from", vk::DescriptorType::STORAGE_BUFFER),
+            ("picture", vk::DescriptorType::COMBINED_IMAGE_SAMPLER),
+            ("to", vk::DescriptorType::STORAGE_BUFFER),
+        ];
+        assert_eq!(kinds, expected);
+        assert_eq!((push_bytes, workgroup), (16, [4, 2, 1]));
     }
 }

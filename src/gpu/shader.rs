@@ -78,10 +78,10 @@ impl Shaders {
     }
 
     /// SPIR-V of `glsl/NAME.vert` and `glsl/NAME.frag`.
-    pub fn compile_drawing(&self, name: &str) -> Result<[Vec<u32>; 2]> {
+    pub fn compile_drawing(&self, name: &str, macros: &[(&str, &str)]) -> Result<[Vec<u32>; 2]> {
         Ok([
-            self.compile_file(format!("{name}.vert"), ShaderKind::Vertex, &[])?,
-            self.compile_file(format!("{name}.frag"), ShaderKind::Fragment, &[])?,
+            self.compile_file(format!("{name}.vert"), ShaderKind::Vertex, macros)?,
+            self.compile_file(format!("{name}.frag"), ShaderKind::Fragment, macros)?,
         ])
     }
 
@@ -100,6 +100,8 @@ impl Shaders {
         // Drivers optimise anyway: here it would cost a second for a large shader, and strip the names
         // that passes bind by.
         options.set_optimization_level(OptimizationLevel::Zero);
+        // Shaders name their resources and do not number them: `number_resources` in reflection.rs does.
+        options.set_auto_bind_uniforms(true);
         options.set_warnings_as_errors();
         for (name, text) in macros {
             options.add_macro_definition(name, Some(text));

@@ -153,11 +153,17 @@ impl Canvas {
     }
 }
 
-const BINDINGS: [(u32, vk::DescriptorType); 3] = [
-    (0, vk::DescriptorType::STORAGE_BUFFER),
-    (1, vk::DescriptorType::STORAGE_BUFFER),
-    (2, vk::DescriptorType::COMBINED_IMAGE_SAMPLER),
+/// The macros that stand for the resources' binding numbers in the shaders, 0, 1, …, and what they are.
+const RESOURCES: [(&str, vk::DescriptorType); 3] = [
+    ("VERTICES", vk::DescriptorType::STORAGE_BUFFER),
+    ("INDICES", vk::DescriptorType::STORAGE_BUFFER),
+    ("ATLAS", vk::DescriptorType::COMBINED_IMAGE_SAMPLER),
 ];
+
+/// Binding numbers and descriptor types.
+fn bindings() -> [(u32, vk::DescriptorType); RESOURCES.len()] {
+    std::array::from_fn(|n| (n as u32, RESOURCES[n].1))
+}
 
 const STAGES: [vk::ShaderStageFlags; 2] =
     [vk::ShaderStageFlags::VERTEX, vk::ShaderStageFlags::FRAGMENT];
@@ -168,9 +174,12 @@ fn all_stages() -> vk::ShaderStageFlags {
 
 fn pipeline(device: &Arc<Device>, format: vk::Format) -> Result<Pipeline> {
     let shared = [CanvasVertex::GLSL, CanvasPush::GLSL].concat();
-    let stages = Shaders::new(shared)?.compile_drawing("canvas")?;
+    let numbers = bindings().map(|(binding, _)| binding.to_string());
+    let macros: [_; RESOURCES.len()] =
+        std::array::from_fn(|n| (RESOURCES[n].0, numbers[n].as_str()));
+    let stages = Shaders::new(shared)?.compile_drawing("canvas", &macros)?;
     let push_bytes = size_of::<CanvasPush>() as u32;
-    let pipeline = Pipeline::new(device, all_stages(), BINDINGS, push_bytes, |layout| {
+    let pipeline = Pipeline::new(device, all_stages(), bindings(), push_bytes, |layout| {
         let mut modules = Vec::new();
         let mut build = || {
             for code in &stages {
@@ -307,7 +316,7 @@ impl Frame {
             .sampler(self.device.linear)
             .image_view(canvas.atlas.view)
             .image_layout(vk::ImageLayout::GENERAL)];
-        let writes = BINDINGS.map(|(binding, kind)| {
+        let writes = bindings().map(|(binding, kind)| {
             let write = vk::WriteDescriptorSet::default()
                 .dst_binding(binding)
                 .descriptor_type(kind);

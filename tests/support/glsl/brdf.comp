@@ -11,8 +11,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { BrdfPush push; };
-layout(binding = 20, scalar) readonly buffer InputBlock { BrdfInput at[]; } inputs;
-layout(binding = 21, scalar) writeonly buffer OutputBlock { BrdfOutput at[]; } outputs;
+layout(scalar) readonly buffer InputBlock { BrdfInput at[]; } inputs;
+layout(scalar) writeonly buffer OutputBlock { BrdfOutput at[]; } outputs;
 
 void main() {
     uint id = gl_GlobalInvocationID.x;

@@ -9,8 +9,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { CrossingsPush push; };
-layout(binding = 20, scalar) readonly buffer InputBlock { TestRay at[]; } inputs;
-layout(binding = 21, scalar) writeonly buffer OutputBlock { Found at[]; } outputs;
+layout(scalar) readonly buffer InputBlock { TestRay at[]; } inputs;
+layout(scalar) writeonly buffer OutputBlock { Found at[]; } outputs;
 
 void main() {
     uint id = gl_GlobalInvocationID.x;

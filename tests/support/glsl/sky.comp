@@ -8,8 +8,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { CountPush push; };
-layout(binding = 20, scalar) readonly buffer InputBlock { SkyInput at[]; } inputs;
-layout(binding = 21, scalar) writeonly buffer OutputBlock { SkyOutput at[]; } outputs;
+layout(scalar) readonly buffer InputBlock { SkyInput at[]; } inputs;
+layout(scalar) writeonly buffer OutputBlock { SkyOutput at[]; } outputs;
 
 void main() {
     uint id = gl_GlobalInvocationID.x;

@@ -6,8 +6,8 @@
 
 layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { CountPush push; };
-layout(binding = 20, scalar) readonly buffer InputBlock { RandomWord at[]; } inputs;
-layout(binding = 21, scalar) writeonly buffer OutputBlock { Transformed at[]; } outputs;
+layout(scalar) readonly buffer InputBlock { RandomWord at[]; } inputs;
+layout(scalar) writeonly buffer OutputBlock { Transformed at[]; } outputs;
 
 void main() {
     uint id = gl_GlobalInvocationID.x;
