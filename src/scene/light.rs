@@ -157,3 +157,20 @@ fn srgb_to_linear(x: f32) -> f32 {
         ((x + 0.055) / 1.055).powf(2.4)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::display::srgb_decode;
+
+    /// A sky that was written as a PNG is read back as it was.
+    #[test]
+    fn a_png_is_decoded_as_pictures_are_compared() {
+        for code in 0..=u16::MAX {
+            let encoded = f32::from(code) / f32::from(u16::MAX);
+            let (decoded, exact) = (srgb_to_linear(encoded), srgb_decode(encoded.into()));
+            let difference = (f64::from(decoded) - exact).abs();
+            assert!(difference <= 1e-6 * exact, "{code}: {decoded}, not {exact}");
+        }
+    }
+}
