@@ -1,20 +1,25 @@
-// The picture at rest in the `caching` variant where nothing but a medium is seen, whose scattering has next to
-// no direction (`is_marched` in src/render/shared.rs): one ray through a random place of each pixel takes the
-// light that the cache holds all along its way, and so has next to no noise. (With surfaces their noise is what
-// is seen, and a march costs several collisions; see cached_tracking.comp.)
+// The picture at rest in the `caching` variant, where the medium's scattering has next to no direction (`is_marched` in
+// src/render/shared.rs): one ray through a random place of each pixel takes the light that the cache holds all along its
+// way, and so has next to no noise.
 //
 // What is wrong with that light is corrected at places picked in proportion to what they contributed: what
 // interpolation misses at one, and at four the suns, whose part is made exact: by a shadow ray against what was
 // taken of them there. (A single one would be most of a sample's noise.)
+//
+// Where the cache does not know the light, the march leaves it to paths (tail_tracking.comp): on surfaces, and where
+// surfaces stop light, in cubes that one of them cuts. Of all such places on a ray one is picked, in proportion to what
+// its light weighs in the pixel, and stands for the others.
 
 #version 460
 #include "scene.glsl"
 #include "volume.glsl"
 #include "medium.glsl"
 #include "ray.glsl"
+#include "ranges.glsl"
 #include "random.glsl"
 #include "phase.glsl"
 #include "tracking.glsl"
+#include "surface.glsl"
 #include "light.glsl"
 #include "cells.glsl"
 #include "cache.glsl"
@@ -24,58 +29,47 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { CameraMarchPush push; };
 layout(rgba32f) writeonly uniform image2D unit_sum;
+layout(scalar) writeonly buffer TailBlock { Tail at[]; } tails;
 
 // Below this nothing behind is seen: a float's last digits.
-const float OPAQUE_BELOW = 1e-6;
-
-// A step of the march.
-struct MarchStep {
-    float absorbed; // 1 − exp(−optical depth)
-    vec3 albedo;    // of what it meets, and where, on average
-    float t;
-    float picked_t; // one place, in proportion to what is met there
-};
-
-// By two independent samples: with optical depths a and b, exp(−(a + b)/2) is too large by half the
-// variance of their mean (Jensen), of which (a − b)²/4 is an estimate.
-MarchStep sample_step(Ray ray, float t, float size, vec3 u) {
-    vec2 places = t + size * u.xy;
-    vec2 values = vec2(lookup(ray, places.x), lookup(ray, places.y));
-    Medium first = medium_of(values.x);
-    Medium second = medium_of(values.y);
-    vec2 depths = size * vec2(first.sigma_t, second.sigma_t);
-    float mean = 0.5 * (depths.x + depths.y);
-    float variance = 0.25 * (depths.x - depths.y) * (depths.x - depths.y);
-    vec2 shares = mean > 0.0 ? 0.5 * depths / mean : vec2(0.5);
-    MarchStep s;
-    s.absorbed = absorbed_by(mean) + 0.5 * variance * (1.0 - absorbed_by(mean));
-    s.albedo = shares.x * first.albedo + shares.y * second.albedo;
-    s.t = dot(shares, places);
-    s.picked_t = u.z < shares.x ? places.x : places.y;
-    return s;
-}
+const float OPAQUE_BELOW = 1e-4;
 
 // What a ray has met so far.
 struct Front {
     vec3 radiance;
     float transmittance;
+    float taken; // weight of all light taken from the cache
     vec4 picked_t; // four places, each picked in proportion to the light taken there
     vec4 picked_suns; // and the suns' share that was taken there
+    mat4x3 picked_albedo; // and the albedo
+    Tail tail;
 };
 
-const Front NOTHING_MET = Front(vec3(0.0), 1.0, vec4(0.0), vec4(0.0));
+const Front NOTHING_MET = Front(vec3(0.0), 1.0, 0.0, vec4(0.0), vec4(0.0), mat4x3(0.0),
+                                Tail(0.0, 0.0, NOTHING, 0u));
+
+// Leaves light to paths.
+void leave(inout Front front, Tail tail, inout Random random) {
+    float sum = front.tail.weight + tail.weight;
+    if (random_numbers(random).x * sum < tail.weight) {
+        front.tail = tail;
+    }
+    front.tail.weight = sum;
+}
 
 // Which of the four move to a place of this weight, of `sum` so far; they are spread as evenly as can be.
 bvec4 picks(float weight, float sum, float u) {
     return lessThan(fract(u + vec4(0.0, 0.25, 0.5, 0.75)) * sum, vec4(weight));
 }
 
-Front march_segment(Ray ray, float t_end, inout Random random) {
-    Front front = NOTHING_MET;
-    March march = begin_march(ray, 0.0, t_end);
+void march_segment(Ray ray, float t, float t_end, inout Front front, inout Random random) {
+    if (!(t < t_end)) {
+        return;
+    }
+    March march = begin_march(ray, t, t_end, random_numbers(random).x);
     vec3 suns_here = suns_scattered(-ray.direction);
     if (march.steps == 0u) {
-        return front;
+        return;
     }
     bool is_opaque;
     // Stretch by stretch, look by look at the cache, step by step.
@@ -83,24 +77,42 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
         LOOP {
             Taken taken = NOTHING_TAKEN;
             bvec4 is_picked = bvec4(false);
+            vec4 picked_t = front.picked_t;
+            mat4x3 picked_albedo = front.picked_albedo;
+            float tail_t = 0.0;
             LOOP {
-                vec4 u = random_numbers(random);
-                MarchStep s = sample_step(ray, march.t, march.size, u.xyz);
-                make_step(march);
+                vec2 u = random_numbers(random).xy;
+                MarchStep s = make_step(ray, march);
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, s.t);
-                bvec4 here = picks(weight, 1.0 - front.transmittance, u.w);
-                front.picked_t = mix(front.picked_t, vec4(s.picked_t), here);
+                bvec4 here = picks(weight, front.taken + taken.weight, u.x);
+                picked_t = mix(picked_t, vec4(s.t), here);
                 is_picked = mix(is_picked, here, here);
+                if (!has_one_color) {
+                    for (uint k = 0u; k < 4u; ++k) {
+                        picked_albedo[k] = mix(picked_albedo[k], s.albedo, bvec3(here[k]));
+                    }
+                }
+                if (full_light) {
+                    tail_t = u.y * taken.weight < weight ? s.t : tail_t;
+                }
                 is_opaque = front.transmittance < OPAQUE_BELOW;
                 if (is_opaque || march.steps == 0u || is_due(taken)) {
                     break;
                 }
             }
-            CachedLight light = read_cache(cube_taken(taken, ray));
-            front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
-            front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
+            Cube cube = cube_taken(taken, ray);
+            if (full_light && is_cut(cube)) {
+                leave(front, Tail(tail_t, taken.weight, COLLISION, 0u), random);
+            } else {
+                CachedLight light = read_cache(cube);
+                front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
+                front.taken += taken.weight;
+                front.picked_t = picked_t;
+                front.picked_albedo = picked_albedo;
+                front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
+            }
             if (is_opaque || march.steps == 0u) {
                 break;
             }
@@ -114,7 +126,6 @@ Front march_segment(Ray ray, float t_end, inout Random random) {
         }
     }
     front.transmittance = is_opaque ? 0.0 : front.transmittance;
-    return front;
 }
 
 // What a sun brings to `g`.
@@ -133,6 +144,9 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
             break;
         }
     }
+    if (full_light) {
+        transmittance *= surface_transmittance(shadow, span.x, span.y, NOTHING, sides_at(g));
+    }
     return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
 }
 
@@ -143,11 +157,13 @@ vec3 missed_suns(Ray ray, Front front, inout Random random) {
     for (uint k = 0u; k < 4u; ++k) {
         vec3 g = ray.origin + front.picked_t.x * ray.step;
         vec3 taken = front.picked_suns.x * suns_here;
-        vec3 albedo = albedo_of(lookup(ray, front.picked_t.x));
+        vec3 albedo = has_one_color ? scene.color : front.picked_albedo[0];
         missed += 0.25 * albedo * (sunlight(ray, g, random) - taken);
         // Not indexed by k: compilers keep in memory what is.
         front.picked_t = front.picked_t.yzwx;
         front.picked_suns = front.picked_suns.yzwx;
+        front.picked_albedo = mat4x3(front.picked_albedo[1], front.picked_albedo[2], front.picked_albedo[3],
+                                     front.picked_albedo[0]);
     }
     return missed;
 }
@@ -155,12 +171,35 @@ vec3 missed_suns(Ray ray, Front front, inout Random random) {
 // What the light taken should have been more.
 vec3 missed_light(Ray ray, Front front, inout Random random) {
     vec3 g = ray.origin + front.picked_t.x * ray.step;
-    vec3 albedo = albedo_of(lookup(ray, front.picked_t.x));
+    vec3 albedo = has_one_color ? scene.color : front.picked_albedo[0];
     vec3 missed = albedo * missed_by_interpolation(cube_at(g)) * scene.cache_unit;
     if (sun_count > 0u) {
         missed += missed_suns(ray, front, random);
     }
-    return (1.0 - front.transmittance) * missed;
+    return front.taken * missed;
+}
+
+// Along the ray through all that it meets.
+void march(Ray ray, float t_end, inout Front front, inout Random random) {
+    Crossing crossing = Crossing(0.0, NOTHING, 0u);
+    int known = NOTHING;
+    bool fresh = true;
+    float t = 0.0;
+    LOOP {
+        if (surface_count > 0u) {
+            find_crossing(ray, t_end, known, fresh, crossing);
+        }
+        bool hits = crossing.surface >= 0;
+        march_segment(ray, t, hits ? crossing.t : t_end, front, random);
+        if (!hits || front.transmittance <= 0.0) {
+            break;
+        }
+        float weight = front.transmittance * surface_at(uint(crossing.surface)).opacity;
+        leave(front, Tail(crossing.t, weight, crossing.surface, crossing.inside), random);
+        front.transmittance -= weight;
+        t = crossing.t;
+        pass_through(crossing, known, fresh);
+    }
 }
 
 void main() {
@@ -173,11 +212,9 @@ void main() {
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
     Front front = NOTHING_MET;
-    if (t_end > 0.0) {
-        front = march_segment(ray, t_end, random);
-        if (front.transmittance < 1.0) {
-            front.radiance += missed_light(ray, front, random);
-        }
+    march(ray, t_end, front, random);
+    if (front.taken > 0.0) {
+        front.radiance += missed_light(ray, front, random);
     }
     vec3 background = background_is_color ? scene.background
                                           : escaping_radiance(ray.direction, ALONE);
@@ -185,4 +222,7 @@ void main() {
         front.radiance += front.transmittance * background;
     }
     imageStore(unit_sum, pixel, vec4(front.radiance, 1.0 - front.transmittance));
+    if (surface_count > 0u) {
+        tails.at[uint(pixel.y) * scene.size.x + uint(pixel.x)] = front.tail;
+    }
 }

@@ -1,7 +1,7 @@
-// The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre,
-// marched front to back, without noise. Surfaces are exact hits, shaded by what the cache holds where
-// they are: the suns' share, and the mean of all other light in place of what arrives over the normal.
-// Where it holds nothing, far from the medium, they are lit as if there were none.
+// The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre, marched front
+// to back. Surfaces are exact hits. What a sun brings to them is marched as well, so that shadows are sharp at any
+// scale of the cache; the mean of all other light that the cache holds there stands for what arrives over the normal.
+// Where it holds nothing, far from the medium, that is the sky's.
 
 #version 460
 #include "scene.glsl"
@@ -46,11 +46,11 @@ void weigh(Cube cube, float weight) {
     }
 }
 
-void march_segment(Ray ray, float t, float t_end, inout Front front) {
+void march_segment(Ray ray, float t, float t_end, float place, inout Front front) {
     if (!has_medium || !(t < t_end)) {
         return;
     }
-    March march = begin_march(ray, t, t_end);
+    March march = begin_march(ray, t, t_end, place);
     vec3 suns_here = suns_scattered(-ray.direction);
     float opaque_below = push.opaque_below;
     if (march.steps == 0u) {
@@ -62,13 +62,10 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
         LOOP {
             Taken taken = NOTHING_TAKEN;
             LOOP {
-                float at = march.t + 0.5 * march.size;
-                Medium medium = medium_of(lookup(ray, at));
-                float depth = medium.sigma_t * march.size;
-                float weight = front.transmittance * absorbed_by(depth);
+                MarchStep s = make_step(ray, march);
+                float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
-                take(taken, weight, medium.albedo, at);
-                make_step(march);
+                take(taken, weight, s.albedo, s.t);
                 is_opaque = front.transmittance <= opaque_below;
                 if (is_opaque || march.steps == 0u || is_due(taken)) {
                     break;
@@ -98,26 +95,51 @@ void march_segment(Ray ray, float t, float t_end, inout Front front) {
     }
 }
 
-CachedLight light_on_surface(vec3 g) {
+// All light but the suns' that arrives at a surface, on average. Nodes behind a surface that stops light are dark:
+// there the light is looked for in front of it.
+vec3 mean_light_on(vec3 g, vec3 geometric) {
+    const float FARTHEST = 4.0; // nodes
+    vec3 to_next = scene.cache_step * geometric / scene.spacing;
+    to_next *= 1.0 / length(to_next / scene.cache_step);
     Cube cube = cube_at(g);
-    if (has_medium && has_memory(cube)) {
-        return read_cache(cube);
+    float distance = 0.0;
+    LOOP {
+        bool is_lit = !full_light || !has_memory(cube) || !is_cut(cube);
+        if (is_lit || distance == FARTHEST) {
+            break;
+        }
+        distance += 1.0;
+        cube = cube_at(g + distance * to_next);
     }
-    vec3 sky = escaping_radiance(vec3(0.0, 1.0, 0.0), ALONE);
-    return CachedLight(sky / scene.cache_unit, 1.0, vec3(0.0));
+    if (has_medium && has_memory(cube)) {
+        return read_cache(cube).mean * scene.cache_unit;
+    }
+    return escaping_radiance(geometric, ALONE);
 }
 
-vec3 shade(Ray ray, Crossing crossing) {
+// The share of a sun's light that reaches a surface.
+float sun_reaching(vec3 g, Crossing crossing, vec3 towards_sun, float place) {
+    Ray ray = make_ray(g, towards_sun);
+    vec2 span = clip_ray(ray, 0.0);
+    float share = 1.0;
+    if (full_light) {
+        share = surface_transmittance(ray, span.x, span.y, crossing.surface, crossing.inside);
+    }
+    return share > 0.0 ? share * marched_transmittance(ray, span.x, span.y, place, push.opaque_below) : 0.0;
+}
+
+vec3 shade(Ray ray, Crossing crossing, float place) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
-    CachedLight light = light_on_surface(ray.origin + crossing.t * ray.step);
-    vec3 radiance = material.surface.color * light.mean * scene.cache_unit;
+    vec3 g = ray.origin + crossing.t * ray.step;
+    vec3 radiance = material.surface.color * mean_light_on(g, hit.geometric);
     for (uint s = 0u; s < sun_count; ++s) {
         Sun sun = sun_at(s);
         vec3 l = -sun.direction;
-        if (dot(hit.geometric, l) > 0.0) {
+        float cosine = dot(hit.geometric, l) > 0.0 ? dot(hit.shading, l) : 0.0;
+        if (cosine > 0.0) {
             vec3 f = brdf_value(material, hit.shading, -ray.direction, l);
-            radiance += light.suns * f * max(0.0, dot(hit.shading, l)) * sun.irradiance;
+            radiance += f * cosine * sun_reaching(g, crossing, l, place) * sun.irradiance;
         }
     }
     return radiance;
@@ -131,6 +153,8 @@ void main() {
     step_scale = push.step_scale;
     float entry, t_end;
     Ray ray = camera_ray((vec2(pixel) + 0.5) * float(push.stride), entry, t_end);
+    Random random = Random(uint(pixel.x), uint(pixel.y), 0u);
+    float place = random_numbers(random).x;
     Front front = Front(vec3(0.0), vec3(0.0), 1.0);
     Crossing crossing = Crossing(0.0, -1, 0u);
     int known = -1;
@@ -141,12 +165,12 @@ void main() {
             find_crossing(ray, t_end, known, fresh, crossing);
         }
         bool hits = crossing.surface >= 0;
-        march_segment(ray, t, hits ? crossing.t : t_end, front);
+        march_segment(ray, t, hits ? crossing.t : t_end, place, front);
         if (!hits) {
             break;
         }
         float opacity = surface_at(uint(crossing.surface)).opacity;
-        front.radiance += front.transmittance * opacity * shade(ray, crossing);
+        front.radiance += front.transmittance * opacity * shade(ray, crossing, place);
         front.transmittance *= 1.0 - opacity;
         if (front.transmittance <= push.opaque_below) {
             break;

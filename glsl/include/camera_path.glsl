@@ -1,19 +1,9 @@
-// Paths from the camera, pixel by pixel.
-//
-// Each slot takes a pixel from a queue, traces all of its samples one after another, and takes the
-// next pixel, so that no lane idles because its neighbour's paths are longer. A slot does a
-// bounded amount of work in a dispatch and keeps its path in memory until the next one. A pixel's samples
-// are summed by one slot in a fixed order: the picture does not depend on the number of slots.
+// Paths from the camera.
 
-layout(local_size_x = 64) in;
 layout(push_constant, scalar) uniform PushBlock { TrackPush push; };
-layout(scalar) buffer PathBlock { Path at[]; } paths;
-layout(scalar) buffer CounterBlock { Counters count; } counters;
 layout(rgba32f) writeonly uniform image2D unit_sum;
 
-void contribute(inout Path path, vec3 radiance) {
-    path.sum.rgb += radiance;
-}
+#include "pixel_paths.glsl"
 
 void cover(inout Path path, float share) {
     path.sum.a += share;
@@ -59,32 +49,7 @@ void begin_sample(inout Path path) {
     path.dimension = random.dimension;
 }
 
-void main() {
-    uint slot = gl_GlobalInvocationID.x;
-    if (slot >= push.slots) {
-        return;
-    }
-    Path path = paths.at[slot];
-    bool working = true;
-    while (working && work < push.work) {
-        ++work;
-        if (path.stage == STAGE_IDLE) {
-            working = path.samples_left > 0u || begin_pixel(path);
-            if (working) {
-                begin_sample(path);
-            }
-        }
-        if (working) {
-            advance(path);
-            if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
-                ivec2 at = ivec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
-                imageStore(unit_sum, at, path.sum);
-            }
-        }
-    }
-    paths.at[slot] = path;
-    if (working) {
-        atomicAdd(counters.count.unfinished, 1u);
-    }
-    atomicAdd(counters.count.lookups, lookups);
+void finish_pixel(Path path) {
+    ivec2 at = ivec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
+    imageStore(unit_sum, at, path.sum);
 }

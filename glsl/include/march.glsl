@@ -2,6 +2,7 @@
 // at most a voxel long, and a fraction of a mean free path of the densest place nearby.
 
 const float VOXELS_PER_STEP = 1.0;
+
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
 
 // Steps may be longer for a picture that is soon gone.
@@ -23,6 +24,8 @@ struct March {
     float size;  // of its steps
     uint steps;  // of them still to be made, from t on
     float rate;  // of steps per world length, at least
+    float place; // within each step: where the medium is looked at, in [0, 1)
+    float depth; // of the last step; negative before the first
 };
 
 const uint CELLS_PER_STRETCH = 8u;
@@ -57,17 +60,58 @@ void next_stretch(Ray ray, inout March march) {
     march.steps = cells > 0u ? uint(steps) : 0u;
 }
 
-March begin_march(Ray ray, float t, float t_end) {
+March begin_march(Ray ray, float t, float t_end, float place) {
     Walk walk = begin_walk(ray, t, scene.majorant_size, ivec3(scene.majorant_cells));
     float rate = length(ray.step) / (step_scale * VOXELS_PER_STEP);
-    March march = March(t, t_end, walk, true, t, 0.0, 0u, rate);
+    March march = March(t, t_end, walk, true, t, 0.0, 0u, rate, place, -1.0);
     next_stretch(ray, march);
     return march;
 }
 
-void make_step(inout March march) {
+// A step of the march.
+struct MarchStep {
+    float absorbed; // 1 − exp(−optical depth)
+    vec3 albedo;    // of what it meets
+    float t;        // where the medium was looked at
+};
+
+// Makes a step. The medium is looked at once, at a place that is the same in all steps of a ray and random from ray to
+// ray: a ray's optical depth is right on average, however narrow a tent of the transfer function is. (In the middle of
+// steps that begin at a cell's side, 5 % of the light of a head's skin was missed.) exp(−x) is then too large by half
+// the variance of the depth x (Jensen); a quarter of the square of its change from the step before estimates that.
+MarchStep make_step(Ray ray, inout March march) {
+    float t = march.t + march.place * march.size;
+    Medium medium = medium_of(lookup(ray, t));
+    float depth = medium.sigma_t * march.size;
+    float change = march.depth < 0.0 ? 0.0 : depth - march.depth;
+    float absorbed = absorbed_by(depth);
+    march.depth = depth;
     march.t += march.size;
     --march.steps;
+    return MarchStep(min(absorbed + 0.125 * change * change * (1.0 - absorbed), 1.0), medium.albedo, t);
+}
+
+// The transmittance of [t, t_end], or 0 where it is less than `least`.
+float marched_transmittance(Ray ray, float t, float t_end, float place, float least) {
+    if (!has_medium || !(t < t_end)) {
+        return 1.0;
+    }
+    March march = begin_march(ray, t, t_end, place);
+    float transmittance = 1.0;
+    LOOP {
+        if (march.steps == 0u) {
+            break;
+        }
+        MarchStep s = make_step(ray, march);
+        transmittance *= 1.0 - s.absorbed;
+        if (transmittance < least) {
+            break;
+        }
+        if (march.steps == 0u) {
+            next_stretch(ray, march);
+        }
+    }
+    return transmittance < least ? 0.0 : transmittance;
 }
 
 // What a march has taken since it last read the cache: light varies little from step to step.

@@ -13,10 +13,6 @@ void escape(inout Path path);
 // At a collision: takes all that it will bring and ends the path there, if that can be known.
 bool collect(inout Path path, inout Random random);
 
-// What stands at path.t_end besides a surface's index.
-const int NOTHING = -1;
-const int COLLISION = -2;
-
 Random random_of(Path path) {
     return Random(path.pixel, path.sample_index, path.dimension);
 }
@@ -73,25 +69,6 @@ void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random 
     path.surface = crossing.surface;
     path.inside = crossing.inside;
     path.t_end = crossing.surface >= 0 ? crossing.t : path.t_end;
-}
-
-// Product of 1 − opacity over the crossings of `ray` in [t, t_end].
-float surface_transmittance(Ray ray, float t, float t_end, int known, uint inside) {
-    Crossing crossing = Crossing(t, NOTHING, inside);
-    float transmittance = 1.0;
-    bool fresh = true;
-    LOOP {
-        find_crossing(ray, t_end, known, fresh, crossing);
-        if (crossing.surface < 0) {
-            break;
-        }
-        transmittance *= 1.0 - surface_at(uint(crossing.surface)).opacity;
-        if (transmittance <= 0.0) {
-            break;
-        }
-        pass_through(crossing, known, fresh);
-    }
-    return transmittance;
 }
 
 // The path turns into `direction` at path.origin; `known` is the surface it starts on, or −1.

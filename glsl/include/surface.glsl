@@ -21,9 +21,13 @@ float isovalue(uint surface) {
     return surface == 0u ? first_surface.value : surfaces.at[surface].value;
 }
 
+// What stands at a path's end besides a surface's index.
+const int NOTHING = -1;
+const int COLLISION = -2;
+
 struct Crossing {
     float t;
-    int surface; // −1: none
+    int surface; // or NOTHING
     uint inside; // sides just before the crossing: bit s is V ≥ value of surface s
 };
 
@@ -191,6 +195,11 @@ uint sides_of(vec2 range) {
     return inside;
 }
 
+// The sides on which a point lies.
+uint sides_at(vec3 g) {
+    return sides_of(vec2(volume_value(g)));
+}
+
 // Whether a ray crosses a surface between t and t_end, and in which passage first. Cells without a crossing are
 // passed in a loop of their own: threads then solve cubics together.
 bool cross_cells(Ray ray, float t, float t_end, inout int known, inout bool fresh, inout uint inside,
@@ -273,6 +282,25 @@ void pass_through(inout Crossing crossing, out int known, out bool fresh) {
     known = crossing.surface;
     fresh = false;
     crossing.inside ^= 1u << crossing.surface;
+}
+
+// Product of 1 − opacity over the crossings of `ray` in [t, t_end].
+float surface_transmittance(Ray ray, float t, float t_end, int known, uint inside) {
+    Crossing crossing = Crossing(t, NOTHING, inside);
+    float transmittance = 1.0;
+    bool fresh = true;
+    LOOP {
+        find_crossing(ray, t_end, known, fresh, crossing);
+        if (crossing.surface < 0) {
+            break;
+        }
+        transmittance *= 1.0 - surface_at(uint(crossing.surface)).opacity;
+        if (transmittance <= 0.0) {
+            break;
+        }
+        pass_through(crossing, known, fresh);
+    }
+    return transmittance;
 }
 
 struct Hit {

@@ -92,7 +92,7 @@ impl Engine {
             updates: cache.updates,
             took: cache.took,
             is_good: cache.is_known_to(cache_goal(stop)),
-            is_marched: cache.is_marched(),
+            samples_are_smooth: cache.samples_are_smooth(),
             seconds_per_update: cache.seconds_per_update(),
             pixels_per_cell: pixels / cells.max(1.0),
         };

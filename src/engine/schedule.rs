@@ -81,8 +81,8 @@ const CACHE_SHARE_OF_ERROR: f64 = 0.25;
 const CACHE_ERROR: f64 = 0.002;
 /// The cache's share of the time, at most.
 const CACHE_SHARE_OF_TIME: f64 = 0.5;
-/// The cache's share of the time, at most, where a march shows the picture: that takes few samples.
-const CACHE_SHARE_OF_TIME_MARCHED: f64 = 0.8;
+/// The cache's share of the time, at most, where a picture takes few samples, since they have next to no noise.
+const CACHE_SHARE_OF_TIME_SMOOTH: f64 = 0.8;
 
 /// The relative error at which the cache counts as converged.
 pub fn cache_goal(stop: &Stop) -> f64 {
@@ -97,7 +97,7 @@ pub struct Filled {
     pub took: Duration,
     /// The picture that it shows is known to the error that `stop` asks for, if it asks for one.
     pub is_good: bool,
-    pub is_marched: bool,
+    pub samples_are_smooth: bool,
     pub seconds_per_update: f64,
     /// Pixels, of all pictures to be made, to a cell in sight.
     pub pixels_per_cell: f64,
@@ -120,8 +120,8 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
     let Some(time) = stop.time.filter(|_| filled.updates > 0) else {
         return Some(double);
     };
-    let share = match filled.is_marched {
-        true => CACHE_SHARE_OF_TIME_MARCHED,
+    let share = match filled.samples_are_smooth {
+        true => CACHE_SHARE_OF_TIME_SMOOTH,
         false => CACHE_SHARE_OF_TIME,
     };
     let left = time.mul_f64(share).saturating_sub(filled.took);
@@ -214,7 +214,7 @@ mod tests {
             updates,
             took: Duration::from_secs_f64(seconds),
             is_good: false,
-            is_marched: false,
+            samples_are_smooth: false,
             seconds_per_update: seconds / f64::from(updates),
             pixels_per_cell: 0.5,
         };
@@ -232,7 +232,7 @@ mod tests {
             updates,
             took: Duration::ZERO,
             is_good: false,
-            is_marched: false,
+            samples_are_smooth: false,
             seconds_per_update: 0.1,
             pixels_per_cell: 0.25,
         };

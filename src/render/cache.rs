@@ -178,7 +178,7 @@ impl Cache {
     pub fn take_slices_of(&mut self, ms: f64) {
         self.tracking.queue.target_ms = ms;
         match &mut self.at_rest {
-            AtRest::March(march) => march.slice_ms = ms,
+            AtRest::March(march) => march.take_slices_of(ms),
             AtRest::Tracking(tracking) => tracking.queue.target_ms = ms,
         }
     }
@@ -186,6 +186,11 @@ impl Cache {
     /// Whether a picture at rest is marched.
     pub fn is_marched(&self) -> bool {
         matches!(self.at_rest, AtRest::March(_))
+    }
+
+    /// Whether a sample of a picture at rest has next to no noise of its own: it is marched, and leaves nothing to paths.
+    pub fn samples_are_smooth(&self) -> bool {
+        self.is_marched() && self.memory.tails.is_none()
     }
 
     /// Goes on with a unit of samples of the picture at rest, or begins one. A march takes one sample, however many

@@ -6,7 +6,7 @@ use super::cache_layout::CacheLayout;
 use super::copy;
 use super::gpu_scene::GpuScene;
 use super::resources::{bytes_of, slots};
-use super::shared::{Brick, NodeWork};
+use super::shared::{Brick, NodeWork, Tail};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
 
@@ -25,6 +25,8 @@ pub struct CacheMemory {
     pub cuts: Option<Buffer>,
     /// What the slots are working on.
     pub work: Buffer,
+    /// For each pixel, what a march leaves to paths; only where surfaces are marched to.
+    pub tails: Option<Buffer>,
 }
 
 impl CacheMemory {
@@ -74,6 +76,13 @@ impl CacheMemory {
                 memory,
                 on_device("cache: work", bytes_of::<NodeWork>(slots)),
             )?,
+            tails: match scene.features().has_tails() {
+                true => Some(Buffer::new(
+                    memory,
+                    on_device("tails", tail_bytes(scene.parts.view.size)),
+                )?),
+                false => None,
+            },
         })
     }
 
@@ -102,8 +111,11 @@ impl CacheMemory {
         self.layout.active.len() as u32
     }
 
-    /// Makes room for paths from so many slots.
-    pub fn resize_work(&mut self, slots: u32) -> Result<()> {
+    /// Makes room for a picture of another size, and for paths from so many slots.
+    pub fn resize_work(&mut self, size: [u32; 2], slots: u32) -> Result<()> {
+        if let Some(tails) = &mut self.tails {
+            tails.resize(tail_bytes(size))?;
+        }
         self.work.resize(bytes_of::<NodeWork>(slots))
     }
 
@@ -136,6 +148,12 @@ impl CacheMemory {
             ("pages", Binding::Image(&self.pages)),
             self.cuts_binding(),
         ]
+    }
+
+    /// What a march leaves to paths; bound to something that is there where it leaves nothing.
+    pub fn tails_binding(&self) -> (&'static str, Binding<'_>) {
+        let tails = self.tails.as_ref().unwrap_or(&self.work);
+        ("tails", Binding::Buffer(tails))
     }
 
     pub fn cuts_binding(&self) -> (&'static str, Binding<'_>) {
@@ -172,6 +190,10 @@ fn pages_desc(layout: &CacheLayout) -> ImageDesc {
         zeroed: false,
         format: Format::R32_UINT,
     }
+}
+
+fn tail_bytes([width, height]: [u32; 2]) -> u64 {
+    bytes_of::<Tail>(1) * u64::from(width) * u64::from(height)
 }
 
 /// A bit for each cell that has memory.

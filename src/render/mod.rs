@@ -70,6 +70,7 @@ mod ray_march;
 mod renderer;
 mod resources;
 pub mod shared;
+mod tail_tracking;
 mod tone_map;
 mod totals;
 mod unit;

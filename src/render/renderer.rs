@@ -233,7 +233,7 @@ impl Renderer {
             iso_depth.resize(size)?;
         }
         if let Estimator::Caching(cache) = &mut self.estimator {
-            cache.memory.resize_work(self.resources.slots())?;
+            cache.memory.resize_work(size, self.resources.slots())?;
             cache.abandon();
         }
         self.begin_picture();

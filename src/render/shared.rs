@@ -179,6 +179,19 @@ shared! {
         pub sum: vec4,
     }
 
+    /// What a march through a pixel leaves to paths: light from a surface or, where nodes may lie behind one, from the
+    /// medium.
+    pub struct Tail {
+        /// Along the march's ray.
+        pub t: float,
+        /// Of that light in the pixel; 0 if nothing is left.
+        pub weight: float,
+        /// A surface's index, or a collision (−2).
+        pub surface: int,
+        /// As in `Path`.
+        pub inside: uint,
+    }
+
     /// A brick of the cache.
     pub struct Brick {
         /// Position in the lattice, ten bits for each axis.
@@ -263,6 +276,16 @@ shared! {
     pub struct CameraMarchPush {
         /// Index of the sample that every pixel gets.
         pub sample_index: uint,
+    }
+
+    pub struct TailPush {
+        /// Paths for a tail that weighs 1.
+        pub paths: uint,
+        /// Index of the sample that has been marched.
+        pub sample_index: uint,
+        /// Loop iterations after which a slot leaves its path to the next dispatch.
+        pub work: uint,
+        pub slots: uint,
     }
 
     pub struct PublishedPush {
@@ -351,7 +374,12 @@ impl Features {
 
     /// Whether a picture at rest is marched, and not traced: `camera_march.comp` says why.
     pub fn is_marched(&self) -> bool {
-        self.cache_order == 1 && self.has_medium && self.surface_count == 0
+        self.cache_order == 1 && self.has_medium
+    }
+
+    /// Whether such a march leaves light to paths (`tail_tracking.comp`).
+    pub fn has_tails(&self) -> bool {
+        self.is_marched() && self.surface_count > 0
     }
 }
 

@@ -145,17 +145,16 @@ impl Run<'_> {
         Ok(looks)
     }
 
-    /// Fills the cache with its share of the time, then goes on with the picture. Where it is marched, a
-    /// sample has little noise of its own, and a better cache is worth a new picture; elsewhere the
-    /// samples so far are worth more.
+    /// Fills the cache with its share of the time, then goes on with the picture. Where a sample has little noise of
+    /// its own, a better cache is worth a new picture; elsewhere the samples so far are worth more.
     fn render_until(&mut self, asked: Duration, progress: &mut Progress) -> Result<()> {
         let mut show = |step| progress.show(step);
         let mut run = interrupt::run(Stop::after(asked), &mut show);
         let engine = &mut self.engine;
-        let before = marched_updates(engine);
+        let before = decisive_updates(engine);
         self.watch.go_on();
         engine.fill(&mut run, 1)?;
-        if marched_updates(engine) != before && engine.totals().units > 0 {
+        if decisive_updates(engine) != before && engine.totals().units > 0 {
             engine.begin_picture();
         }
         let outcome = engine.sample(&mut run, &self.watch);
@@ -301,8 +300,8 @@ impl Run<'_> {
     }
 }
 
-/// What the cache has had, where a picture at rest is marched through it.
-fn marched_updates(engine: &Engine) -> Option<u32> {
+/// What the cache has had, where it is all that a picture's error comes from.
+fn decisive_updates(engine: &Engine) -> Option<u32> {
     let cache = engine.renderer().cache()?;
-    cache.is_marched().then_some(cache.updates)
+    cache.samples_are_smooth().then_some(cache.updates)
 }

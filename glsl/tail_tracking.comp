@@ -1,0 +1,90 @@
+// What a march of the picture at rest (camera_march.comp) leaves to paths: the light of surfaces, and of the medium
+// close to surfaces that stop light. A path begins there, and ends where it may read the cache.
+
+#version 460
+#include "scene.glsl"
+#include "volume.glsl"
+#include "medium.glsl"
+#include "ray.glsl"
+#include "ranges.glsl"
+#include "random.glsl"
+#include "phase.glsl"
+#include "tracking.glsl"
+#include "surface.glsl"
+#include "brdf.glsl"
+#include "light.glsl"
+#include "cells.glsl"
+#include "cache.glsl"
+#include "camera.glsl"
+#include "path.glsl"
+#include "cached_flight.glsl"
+
+layout(push_constant, scalar) uniform PushBlock { TailPush push; };
+layout(scalar) readonly buffer TailBlock { Tail at[]; } tails;
+layout(rgba32f) uniform image2D unit_sum;
+
+#include "pixel_paths.glsl"
+
+// Samples are counted from here, so that no other path has the same random numbers.
+const uint TAIL_SAMPLES = 0x40000000u;
+
+void cover(inout Path path, float share) {}
+
+void escape(inout Path path) {
+    path.sum.rgb += path.throughput * escaping_radiance(path.direction, path.pdf);
+}
+
+// Paths for a tail: fewer where it weighs little.
+uint paths_of(Tail tail) {
+    return uint(ceil(tail.weight * float(push.paths)));
+}
+
+bool begin_pixel(inout Path path) {
+    uint pixels = scene.size.x * scene.size.y;
+    uint pixel;
+    LOOP {
+        pixel = atomicAdd(counters.count.next, 1u);
+        if (pixel >= pixels || tails.at[min(pixel, pixels - 1u)].weight > 0.0) {
+            break;
+        }
+    }
+    path.pixel = pixel;
+    path.samples_left = paths_of(tails.at[min(pixel, pixels - 1u)]);
+    path.sample_index = TAIL_SAMPLES + push.sample_index * push.paths - 1u;
+    path.sum = vec4(0.0);
+    return pixel < pixels;
+}
+
+void begin_sample(inout Path path) {
+    --path.samples_left;
+    ++path.sample_index;
+    begin_path(path);
+    Random march = Random(path.pixel, push.sample_index, 0u);
+    vec2 jitter = unit_intervals(even_words(march, direction_pairs(0u))).xy;
+    vec2 corner = vec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
+    float entry, t_end;
+    Ray ray = camera_ray(corner + jitter, entry, t_end);
+    Tail tail = tails.at[path.pixel];
+    path.origin = ray.origin;
+    path.direction = ray.direction;
+    path.t = tail.t;
+    path.t_end = tail.t;
+    path.surface = tail.surface;
+    path.inside = tail.inside;
+    if (tail.surface == COLLISION) {
+        vec3 g = ray.origin + tail.t * ray.step;
+        path.value = volume_value(g);
+        path.inside = sides_at(g);
+    }
+    path.stage = STAGE_ARRIVAL;
+    Random random = random_of(path);
+    scatter(path, random);
+    path.dimension = random.dimension;
+}
+
+void finish_pixel(Path path) {
+    ivec2 at = ivec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
+    Tail tail = tails.at[path.pixel];
+    vec4 marched = imageLoad(unit_sum, at);
+    imageStore(unit_sum, at, marched + tail.weight / float(paths_of(tail)) * path.sum);
+}

@@ -1,0 +1,64 @@
+//! Paths that take on what a march of the picture at rest leaves to them: the light of surfaces.
+
+use super::cache_memory::CacheMemory;
+use super::pass_compiler::PassCompiler;
+use super::path_queue::PathQueue;
+use super::resources::Resources;
+use super::shared::TailPush;
+use super::unit::Sampled;
+use crate::error::Result;
+use crate::gpu::{Binding, Frame, Pass};
+
+/// Paths for the light of a surface that is all that a pixel shows. They are about as dear as the march before them:
+/// with 2 or 4, a head and an engine take longer to the same error.
+const PATHS: u32 = 8;
+
+pub struct TailTracking {
+    pass: Pass,
+    pub queue: PathQueue,
+}
+
+impl TailTracking {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(TailTracking {
+            pass: passes.compile("tail_tracking")?,
+            queue: PathQueue::new(),
+        })
+    }
+
+    /// Takes all paths further that belong to the sample which has just been marched; they add to `unit_sum`.
+    pub fn advance(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        sample_index: u32,
+    ) -> Result<Sampled> {
+        let TailTracking { pass, queue } = self;
+        let progress = queue.advance(frame, r, |frame, work| {
+            let push = TailPush {
+                paths: PATHS,
+                sample_index,
+                work,
+                slots: r.slots(),
+            };
+            let bindings = [
+                &r.medium_bindings()[..],
+                &r.surface_bindings(),
+                &cache.bindings(),
+                &r.path_bindings(),
+                &[
+                    r.camera_binding(),
+                    cache.tails_binding(),
+                    ("unit_sum", Binding::Image(&r.unit_sum)),
+                ],
+            ]
+            .concat();
+            frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
+        })?;
+        Ok(Sampled {
+            ended: (!progress.under_way).then_some(1),
+            lookups: progress.lookups,
+        })
+    }
+}
