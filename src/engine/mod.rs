@@ -9,6 +9,7 @@ mod picture;
 mod run;
 pub mod schedule;
 mod stopwatch;
+mod trial;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -27,6 +28,7 @@ pub use picture::{Picture, relative_error};
 pub use run::{Outcome, Progress, Run};
 pub use schedule::Stop;
 pub use stopwatch::Stopwatch;
+pub use trial::Work;
 
 /// A scene on a device, and the picture of it so far.
 pub struct Engine {

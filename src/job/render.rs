@@ -10,7 +10,7 @@ use super::interrupt::{self, catch_interrupts, is_interrupted};
 use super::open_scene_timed;
 use crate::cli::RenderArgs;
 use crate::engine::schedule::cache_goal;
-use crate::engine::{Engine, Host, Outcome, Picture, Stopwatch};
+use crate::engine::{Engine, Host, Outcome, Picture, Stopwatch, Work};
 use crate::error::Result;
 use crate::output::profile;
 use crate::output::progress::Progress;
@@ -31,19 +31,24 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     })?;
     let Opened { volume, scene, .. } = &opened;
     let choice = clock.time("plan", || host.plan(volume, scene))?;
-    let mut engine = clock.time("compile and upload", || {
-        Engine::with_plan(&host, volume, scene, choice, args.seed)
-    })?;
-    clock.part("compile", engine.compiling());
     catch_interrupts();
     let stop = args.stop(scene.render.variant);
+    let pictures = args.orbit.map_or(1, NonZeroU32::get);
+    let mut engine = clock.time("compile and upload", || {
+        let work = Work {
+            stop,
+            pictures,
+            interrupt: &interrupt::INTERRUPTED,
+        };
+        Engine::for_work(&host, volume, scene, choice, args.seed, work)
+    })?;
+    clock.part("compile", engine.compiling());
     if scene.render.variant == Variant::Published && args.error.is_some() && !args.quiet {
         eprintln!("note: published does not know its error, and does not stop by --error");
     }
     let mut progress = Progress::new(args.quiet, stop);
     let mut show = |step| progress.show(step);
     let mut run = interrupt::run(stop, &mut show);
-    let pictures = args.orbit.map_or(1, NonZeroU32::get);
     if pictures > 1 {
         engine.look_from_everywhere();
     }
@@ -86,7 +91,8 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
             eprint!("{}", profile::table(&stats));
         }
         let last = &outcomes[outcomes.len() - 1];
-        eprintln!("{}", last_line(&stats, &files, &last.why_stopped));
+        let line = last_line(&stats, &files, &last.why_stopped);
+        eprintln!("{line}{}", why_variant(scene.render.variant, &stats.reason));
     }
     Ok(interrupt::status())
 }
@@ -184,6 +190,14 @@ fn stage_pictures(
         }
     }
     Ok(())
+}
+
+/// Why this variant, where the program has picked it.
+fn why_variant(asked: Variant, reason: &str) -> String {
+    match asked {
+        Variant::Auto => format!(", because {reason}"),
+        _ => String::new(),
+    }
 }
 
 fn last_line(stats: &Stats, files: &[PathBuf], why_stopped: &str) -> String {

@@ -1,0 +1,265 @@
+//! Chooses between caching and non-caching by a short trial of both on the device.
+//!
+//! Where surfaces are seen, a sample through a cache still has noise, and a cache has to be filled before it saves
+//! anything: which variant is faster depends on the scene, the device, the number of pictures and how good they are to
+//! be. Pictures of few pixels tell what a sample costs in either variant and how noisy it is, and a first few batches
+//! tell how fast a cache fills. The rest is arithmetic: noise falls with the root of the number of samples.
+//!
+//! Where no surface is seen, a sample through a cache has next to no noise, and the plan's choice stands. It also stands
+//! where samples are counted: the same command then gives the same bits.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::schedule::{Stop, UNITS_TO_TRUST, cache_goal};
+use super::{Engine, Host};
+use crate::error::Result;
+use crate::render::{Choice, doubling};
+use crate::scene::volume::Volume;
+use crate::scene::{Scene, Variant};
+
+/// Pixels of the pictures that are tried: a GPU needs many to be busy.
+const PIXELS_CPU: f64 = 4096.0;
+const PIXELS_GPU: f64 = 262_144.0;
+/// Paths a node that tell how fast a cache fills and how noisy its light is.
+const UPDATES: u32 = 4;
+/// A trial of the cache may take this share of what the work would take without one.
+const SHARE: f64 = 0.2;
+
+/// What an engine is made for.
+#[derive(Debug, Clone, Copy)]
+pub struct Work<'a> {
+    pub stop: Stop,
+    /// Pictures of the same light: the views of an orbit.
+    pub pictures: u32,
+    /// Whoever raises it ends the trial; the engine that is there then goes on.
+    pub interrupt: &'a AtomicBool,
+}
+
+/// What a variant is expected to take for a picture.
+#[derive(Debug, Clone, Copy)]
+struct Forecast {
+    /// Of a sample of every pixel.
+    seconds_per_sample: f64,
+    /// Square of the relative error after one sample.
+    variance: f64,
+    cache: Option<Filling>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Filling {
+    seconds_per_update: f64,
+    /// Square of the relative error of what the cache shows after one update.
+    variance: f64,
+}
+
+impl Forecast {
+    /// Until all pictures have a relative error.
+    fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
+        let samples = (self.variance / error.powi(2)).max(f64::from(UNITS_TO_TRUST));
+        let fill = self.cache.map_or(0.0, |cache| {
+            let goal = cache_goal(&Stop {
+                relative_error: Some(error),
+                ..Stop::default()
+            });
+            let updates = (cache.variance / goal.powi(2)).max(f64::from(UPDATES));
+            // A fill takes no larger share of the time than the samples do.
+            (cache.seconds_per_update * updates)
+                .min(samples * self.seconds_per_sample * f64::from(pictures))
+                .max(cache.seconds_per_update * f64::from(UPDATES))
+        });
+        fill + f64::from(pictures) * samples * self.seconds_per_sample
+    }
+
+    /// Of each picture when so many seconds are over; the cache gets half of them at most.
+    fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
+        let fill = self.cache.map_or(0.0, |_| 0.5 * seconds);
+        let cached = self.cache.map_or(0.0, |cache| {
+            cache.variance * cache.seconds_per_update / fill
+        });
+        let samples = (seconds - fill) / (f64::from(pictures) * self.seconds_per_sample);
+        (self.variance / samples + cached).sqrt()
+    }
+}
+
+/// Whether the cache is worth its filling, and why: the end of a sentence.
+fn verdict(uncached: &Forecast, cached: &Forecast, stop: &Stop, pictures: u32) -> (bool, String) {
+    if let Some(error) = stop.relative_error {
+        let [without, with] = [uncached, cached].map(|f| f.seconds_to(error, pictures));
+        let time = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
+        if without.min(with) <= time {
+            let said = format!(
+                "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
+            );
+            return (with < without, said);
+        }
+    }
+    let seconds = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
+    let [without, with] = [uncached, cached].map(|f| f.error_after(seconds, pictures));
+    let said = format!(
+        "after {seconds} s a relative error of {with:.4} is expected with a cache and of {without:.4} without one"
+    );
+    (with < without, said)
+}
+
+impl Engine {
+    /// Brings the scene onto the GPU in the variant that is expected to be the fastest for the work, of those that the
+    /// scene allows and that fit. What a trial has put into a cache stays there.
+    ///
+    /// # Errors
+    ///
+    /// The same as for [`Engine::new`].
+    pub fn for_work(
+        host: &Host,
+        volume: &Volume,
+        scene: &Scene,
+        choice: Choice,
+        seed: u32,
+        work: Work<'_>,
+    ) -> Result<Engine> {
+        let is_open = scene.render.variant == Variant::Auto
+            && choice.plan.variant.cache().is_some()
+            && !scene.surfaces.iso.is_empty()
+            && work.stop.spp.is_none();
+        if !is_open {
+            return Engine::with_plan(host, volume, scene, choice, seed);
+        }
+        let mut without_cache = scene.clone();
+        without_cache.render.variant = Variant::NonCaching;
+        let plain = host.plan(volume, &without_cache)?;
+        let without = |reason: String| {
+            let choice = Choice {
+                reason,
+                ..plain.clone()
+            };
+            Engine::with_plan(host, volume, scene, choice, seed)
+        };
+        let uncached = {
+            let mut engine = without(String::new())?;
+            engine.try_samples(&work)?
+        };
+        let mut engine = Engine::with_plan(host, volume, scene, choice.clone(), seed)?;
+        let most = match work.stop.relative_error {
+            Some(error) => uncached.seconds_to(error, work.pictures),
+            None => f64::INFINITY,
+        };
+        let time = work.stop.time.map_or(f64::INFINITY, |t| t.as_secs_f64());
+        let Some(filling) = engine.try_filling(&work, SHARE * most.min(time))? else {
+            drop(engine);
+            return without("the work is done before a cache would be filled".into());
+        };
+        let cached = Forecast {
+            cache: Some(filling),
+            ..engine.try_samples(&work)?
+        };
+        let (is_worth_it, why) = verdict(&uncached, &cached, &work.stop, work.pictures);
+        if !is_worth_it {
+            drop(engine);
+            return without(why);
+        }
+        engine.choice.reason = format!("{why}; {}", choice.reason);
+        Ok(engine)
+    }
+
+    /// Takes a few samples of few pixels, and forgets them.
+    fn try_samples(&mut self, work: &Work<'_>) -> Result<Forecast> {
+        let size = self.scene.render.size;
+        let pixels = |size: [u32; 2]| f64::from(size[0]) * f64::from(size[1]);
+        let most = match self.host.summary().kind.is_software() {
+            true => PIXELS_CPU,
+            false => PIXELS_GPU,
+        };
+        let scale = (most / pixels(size)).sqrt().min(1.0);
+        let small = size.map(|n| ((f64::from(n) * scale) as u32).max(1));
+        self.reduce_to(small)?;
+        self.renderer.unit(1, work.interrupt)?;
+        self.begin_picture();
+        let began = Instant::now();
+        for _ in 0..UNITS_TO_TRUST {
+            self.renderer.unit(1, work.interrupt)?;
+        }
+        let took = began.elapsed().as_secs_f64();
+        let samples = f64::from(self.totals().samples.max(1));
+        let error = self.relative_error()?;
+        self.reduce_to(size)?;
+        self.begin_picture();
+        Ok(Forecast {
+            seconds_per_sample: took / samples * pixels(size) / pixels(small),
+            variance: error.powi(2) * samples,
+            cache: None,
+        })
+    }
+
+    /// Gives the cache its first paths. `None` if that takes longer than `most` seconds.
+    fn try_filling(&mut self, work: &Work<'_>, most: f64) -> Result<Option<Filling>> {
+        while let Some(cache) = self.renderer.cache()
+            && cache.updates < UPDATES
+        {
+            if cache.took.as_secs_f64() > most {
+                return Ok(None);
+            }
+            let samples = doubling(cache.updates);
+            if let Some(mut caching) = self.renderer.caching()
+                && !caching.batch(samples, work.interrupt)?
+            {
+                break;
+            }
+        }
+        Ok(self.renderer.cache().map(|cache| {
+            let updates = f64::from(cache.updates.max(1));
+            Filling {
+                seconds_per_update: cache.took.as_secs_f64() / updates,
+                variance: cache.relative_error.powi(2) * updates,
+            }
+        }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    const UNCACHED: Forecast = Forecast {
+        seconds_per_sample: 0.1,
+        variance: 1.0,
+        cache: None,
+    };
+    const CACHED: Forecast = Forecast {
+        seconds_per_sample: 0.1,
+        variance: 0.04,
+        cache: Some(Filling {
+            seconds_per_update: 1.0,
+            variance: 1e-4,
+        }),
+    };
+
+    fn is_cached(stop: Stop, pictures: u32) -> bool {
+        verdict(&UNCACHED, &CACHED, &stop, pictures).0
+    }
+
+    #[test]
+    fn a_cache_is_for_pictures_that_have_to_be_good_or_many() {
+        let to = |error| Stop {
+            relative_error: Some(error),
+            ..Stop::default()
+        };
+        assert!(!is_cached(to(0.25), 1));
+        assert!(is_cached(to(0.25), 100));
+        assert!(is_cached(to(0.02), 1));
+    }
+
+    #[test]
+    fn where_the_time_ends_first_the_error_then_decides() {
+        let both = |seconds| Stop {
+            relative_error: Some(1e-4),
+            ..Stop::after(Duration::from_secs(seconds))
+        };
+        assert!(is_cached(both(60), 1));
+        let slow = Forecast {
+            seconds_per_sample: 3.0,
+            ..CACHED
+        };
+        assert!(!verdict(&UNCACHED, &slow, &both(60), 1).0);
+    }
+}
