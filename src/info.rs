@@ -6,13 +6,15 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
-use crate::scene::volume::{Volume, VolumeOverrides};
+use crate::scene::volume::{Storage, Volume, VolumeOverrides};
 
 /// Bars of the histogram.
 const BINS: usize = 16;
 
 #[derive(Serialize)]
 struct VolumeInfo {
+    #[serde(flatten)]
+    storage: Storage,
     dims: [u32; 3],
     #[serde(rename = "type")]
     voxel_type: String,
@@ -41,6 +43,7 @@ pub fn volume(path: &Path, json: bool) -> Result<String> {
         voxels,
     });
     let info = VolumeInfo {
+        storage: volume.storage,
         dims: volume.dims,
         voxel_type: volume.voxel_type.to_string(),
         spacing: volume.spacing,
@@ -60,7 +63,11 @@ impl VolumeInfo {
         let [x, y, z] = self.dims;
         let [a, b, c] = self.spacing;
         let orientation = self.orientation.as_deref().unwrap_or("unknown");
-        let mut text = format!(
+        let lines = self.storage.lines().into_iter();
+        let mut text: String = lines
+            .map(|(key, value)| format!("{key:<12} {value}\n"))
+            .collect();
+        text += &format!(
             "dims         {x} × {y} × {z}\ntype         {}\nspacing      {a} × {b} × {c}\nrange        {} to {}\n",
             self.voxel_type, self.range[0], self.range[1]
         );

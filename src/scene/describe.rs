@@ -47,6 +47,19 @@ fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume) {
     if let Some(endian) = table.endian {
         page.line("endian", endian, raw);
     }
+    for (key, given, meaning) in [
+        (
+            "channel",
+            table.channel,
+            "TIFF and OME-Zarr, counted from 0",
+        ),
+        ("time", table.time, "likewise"),
+        ("level", table.level, "likewise; 0 is the finest"),
+    ] {
+        if let Some(given) = given {
+            page.line(key, given, meaning);
+        }
+    }
     page.line("spacing", volume.spacing, "world units a voxel");
     // Axes that the loader has already turned would be turned again if they were written as a key.
     match (&table.axes, volume.axes) {

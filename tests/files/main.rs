@@ -1,5 +1,7 @@
 //! What is read and written: arguments, scene files, volumes, presets, pictures, statistics. No device is needed.
 
+#[path = "../support/tiff_files.rs"]
+mod tiff_files;
 #[path = "../support/volume_files.rs"]
 mod volume_files;
 

@@ -5,6 +5,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use bzip2::write::BzEncoder;
 use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
 use isolume::scene::volume::{Endian, VoxelType};
@@ -39,6 +40,8 @@ impl Array {
             VoxelType::I16 => (*value as i16).to_le_bytes().to_vec(),
             VoxelType::U32 => (*value as u32).to_le_bytes().to_vec(),
             VoxelType::I32 => (*value as i32).to_le_bytes().to_vec(),
+            VoxelType::U64 => (*value as u64).to_le_bytes().to_vec(),
+            VoxelType::I64 => (*value as i64).to_le_bytes().to_vec(),
             VoxelType::F32 => (*value as f32).to_le_bytes().to_vec(),
             VoxelType::F64 => value.to_le_bytes().to_vec(),
         };
@@ -72,6 +75,7 @@ impl Array {
     pub fn nrrd(&self, encoding: &str, more: &str) -> Vec<u8> {
         let body = match encoding {
             "gzip" => gzip(&self.bytes()),
+            "bzip2" => bzip2(&self.bytes()),
             _ => self.bytes(),
         };
         let header = self.nrrd_header(encoding, more);
@@ -93,6 +97,8 @@ impl Array {
             VoxelType::I16 => "MET_SHORT",
             VoxelType::U32 => "MET_UINT",
             VoxelType::I32 => "MET_INT",
+            VoxelType::U64 => "MET_ULONG_LONG",
+            VoxelType::I64 => "MET_LONG_LONG",
             VoxelType::F32 => "MET_FLOAT",
             VoxelType::F64 => "MET_DOUBLE",
         };
@@ -133,12 +139,37 @@ impl Array {
             VoxelType::I8 => 256,
             VoxelType::U16 => 512,
             VoxelType::U32 => 768,
+            VoxelType::I64 => 1024,
+            VoxelType::U64 => 1280,
         };
         file.int16(70, code);
         file.int16(72, 8 * self.voxel_type.bytes() as i16);
         file.floats(76, &[1.0, 1.5, 2.0, 2.5]);
         file.floats(108, &[352.0]);
         file.bytes[344..348].copy_from_slice(b"n+1\0");
+        file.bytes.extend(self.bytes());
+        file
+    }
+
+    /// The same in the wider header of NIfTI-2, voxels from byte 544.
+    pub fn nifti_2(&self) -> Nifti {
+        let narrow = self.nifti();
+        let mut file = Nifti {
+            bytes: vec![0; 544],
+            endian: self.endian,
+        };
+        file.int32(0, 540);
+        file.bytes[4..12].copy_from_slice(b"n+2\0\r\n\x1a\n");
+        file.bytes[12..16].copy_from_slice(&narrow.bytes[70..74]);
+        file.int64(16, 3);
+        for (a, size) in self.dims.iter().enumerate() {
+            file.int64(24 + 8 * a, (*size).into());
+        }
+        for n in 3..7 {
+            file.int64(24 + 8 * n, 1);
+        }
+        file.doubles(104, &[1.0, 1.5, 2.0, 2.5]);
+        file.int64(168, 544);
         file.bytes.extend(self.bytes());
         file
     }
@@ -152,8 +183,8 @@ impl Array {
             (_, Endian::Big) => '>',
         };
         let kind = match self.voxel_type {
-            VoxelType::U8 | VoxelType::U16 | VoxelType::U32 => 'u',
-            VoxelType::I8 | VoxelType::I16 | VoxelType::I32 => 'i',
+            VoxelType::U8 | VoxelType::U16 | VoxelType::U32 | VoxelType::U64 => 'u',
+            VoxelType::I8 | VoxelType::I16 | VoxelType::I32 | VoxelType::I64 => 'i',
             VoxelType::F32 | VoxelType::F64 => 'f',
         };
         let size = self.voxel_type.bytes();
@@ -187,6 +218,16 @@ impl Nifti {
         self.put(offset, value.to_le_bytes().to_vec());
     }
 
+    pub fn int64(&mut self, offset: usize, value: i64) {
+        self.put(offset, value.to_le_bytes().to_vec());
+    }
+
+    pub fn doubles(&mut self, offset: usize, values: &[f64]) {
+        for (n, value) in values.iter().enumerate() {
+            self.put(offset + 8 * n, value.to_le_bytes().to_vec());
+        }
+    }
+
     pub fn floats(&mut self, offset: usize, values: &[f32]) {
         for (n, value) in values.iter().enumerate() {
             self.put(offset + 4 * n, value.to_le_bytes().to_vec());
@@ -208,8 +249,8 @@ fn sample(voxel_type: VoxelType, n: usize) -> f64 {
         VoxelType::I8 => (-128.0, 127.0, 1.0),
         VoxelType::U16 => (0.0, 65535.0, 257.0),
         VoxelType::I16 => (-32768.0, 32767.0, 257.0),
-        VoxelType::U32 => (0.0, 4294967040.0, 65536.0),
-        VoxelType::I32 => (-2147483648.0, 2147483520.0, 65536.0),
+        VoxelType::U32 | VoxelType::U64 => (0.0, 4294967040.0, 65536.0),
+        VoxelType::I32 | VoxelType::I64 => (-2147483648.0, 2147483520.0, 65536.0),
         VoxelType::F32 | VoxelType::F64 => (-1.5e30, 3.25, 0.125),
     };
     match n {
@@ -229,6 +270,12 @@ pub fn gzip(bytes: &[u8]) -> Vec<u8> {
 
 pub fn zlib(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+pub fn bzip2(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = BzEncoder::new(Vec::new(), bzip2::Compression::default());
     encoder.write_all(bytes).unwrap();
     encoder.finish().unwrap()
 }

@@ -48,6 +48,9 @@ pub struct VolumeTable {
     #[serde(rename = "type")]
     pub voxel_type: Option<String>,
     pub endian: Option<Endianness>,
+    pub channel: Option<u32>,
+    pub time: Option<u32>,
+    pub level: Option<u32>,
     pub spacing: Option<[f64; 3]>,
     pub axes: Option<String>,
     pub crop: Option<[[u32; 3]; 2]>,

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::parsed::Parsed;
 use super::region::Region;
+use super::source::chunked::Chunked;
 use super::source::{Cursor, Source};
 use super::stored::{Conversion, StoredType, Voxels};
 use crate::error::{Error, Result};
@@ -44,9 +45,17 @@ impl Grid {
     }
 
     /// Boxes of at most `most` voxels that cover everything, in the source's order.
-    pub fn pieces(&self, most: usize) -> impl Iterator<Item = Region> {
-        let pieces = Region::whole(self.dims()).pieces(most);
-        pieces.map(|piece| self.turned(piece))
+    pub fn pieces(&self, most: usize) -> Box<dyn Iterator<Item = Region> + '_> {
+        match self.source.chunked() {
+            Some(chunked) => {
+                let pieces = chunked.pieces(self.region, most);
+                Box::new(pieces.map(|piece| self.turned(piece.outside(&self.region))))
+            }
+            None => {
+                let pieces = Region::whole(self.dims()).pieces(most);
+                Box::new(pieces.map(|piece| self.turned(piece)))
+            }
+        }
     }
 
     pub fn reader(&self) -> Reader<'_> {
@@ -72,6 +81,42 @@ impl Grid {
         }
     }
 
+    /// Puts voxels as the source has them where a region needs them. Returns the largest change that
+    /// rounding made.
+    fn place(&self, voxels: &[u8], stored: &mut [u8]) -> Parsed<f64> {
+        let rounding = match self.conversion.is_none() {
+            true => {
+                stored.copy_from_slice(voxels);
+                0.0
+            }
+            false => self.conversion.convert(voxels, stored)?,
+        };
+        self.fill_infinite(stored);
+        Ok(rounding)
+    }
+
+    fn fill_infinite(&self, stored: &mut [u8]) {
+        let Some(filler) = self.filler else {
+            return;
+        };
+        for bytes in stored.as_chunks_mut().0 {
+            if !f32::from_ne_bytes(*bytes).is_finite() {
+                *bytes = filler.to_ne_bytes();
+            }
+        }
+    }
+
+    /// All cores at once, as chunks lie. Returns the largest change that rounding made.
+    fn read_chunks(&self, chunked: &Chunked, region: Region, stored: &mut [u8]) -> Parsed<f64> {
+        let wanted = self.turned(region).within(&self.region);
+        let place = |voxels: &[u8], stored: &mut [u8]| self.place(voxels, stored);
+        let rounding = chunked.read(wanted, stored, self.stored().bytes(), &place)?;
+        if self.is_mirrored {
+            reverse_slices(stored, region.dims[2] as usize);
+        }
+        Ok(rounding)
+    }
+
     /// Returns the largest change that rounding made.
     fn read(&self, cursor: &mut dyn Cursor, region: Region, stored: &mut [u8]) -> Parsed<f64> {
         let mut rounding: f64 = 0.0;
@@ -86,17 +131,11 @@ impl Grid {
                 let bytes = &mut chunk[..piece.voxels() * from];
                 cursor.read(piece, bytes)?;
                 let (converted, later) = rest.split_at_mut(piece.voxels() * self.stored().bytes());
-                rounding = rounding.max(self.conversion.convert(bytes, converted));
+                rounding = rounding.max(self.conversion.convert(bytes, converted)?);
                 rest = later;
             }
         }
-        if let Some(filler) = self.filler {
-            for bytes in stored.as_chunks_mut().0 {
-                if !f32::from_ne_bytes(*bytes).is_finite() {
-                    *bytes = filler.to_ne_bytes();
-                }
-            }
-        }
+        self.fill_infinite(stored);
         if self.is_mirrored {
             reverse_slices(stored, region.dims[2] as usize);
         }
@@ -140,13 +179,16 @@ impl Reader<'_> {
 
     pub(super) fn fill(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()> {
         let grid = self.grid;
-        let rounding = match &mut self.cursor {
-            Some(cursor) => grid.read(&mut **cursor, region, bytes)?,
-            None => {
+        let rounding = match (&mut self.cursor, grid.source.chunked()) {
+            (Some(cursor), _) => grid.read(&mut **cursor, region, bytes)?,
+            (None, Some(chunked)) => grid.read_chunks(chunked, region, bytes)?,
+            (None, None) => {
                 let shares = shares_mut(region, bytes, grid.stored().bytes());
                 let read = |(region, bytes)| grid.read(&mut *grid.source.cursor(), region, bytes);
-                let changes = shares.into_par_iter().map(read);
-                changes.try_reduce(|| 0.0, |a, b| Ok(a.max(b)))?
+                // All of them, so that it is always the first fault that is told.
+                let changes: Vec<Parsed<f64>> = shares.into_par_iter().map(read).collect();
+                let largest = |a: f64, b: Parsed<f64>| Ok::<f64, String>(a.max(b?));
+                changes.into_iter().try_fold(0.0, largest)?
             }
         };
         self.rounding = self.rounding.max(rounding);

@@ -18,6 +18,7 @@ mod region;
 mod settle;
 mod source;
 mod statistics;
+mod storage;
 mod stored;
 mod voxel_type;
 
@@ -34,6 +35,7 @@ pub use overrides::VolumeOverrides;
 pub use reading::Reading;
 pub use region::Region;
 use statistics::Statistics;
+pub use storage::{Level, Storage};
 pub use stored::{StoredType, Voxels};
 pub use voxel_type::{Endian, VoxelType};
 
@@ -59,6 +61,8 @@ pub struct Volume {
     pub axes: Option<Axes>,
     /// The file's own type.
     pub voxel_type: VoxelType,
+    /// How the file holds it, for people.
+    pub storage: Storage,
     /// What the user should know about the loading: one sentence each.
     pub notes: Vec<String>,
     grid: Arc<Grid>,

@@ -98,7 +98,7 @@ fn open(
         name: name.into(),
     };
     let settled = settle(&grid, orientation.left_handed, reading)?;
-    let mut notes = Vec::new();
+    let mut notes = header.notes;
     if settled.rounding > 0.0 {
         notes.push(format!(
             "{} values are kept as float32, which changes some by up to {:.1e}",
@@ -137,6 +137,7 @@ fn open(
         range,
         axes,
         voxel_type: header.voxel_type,
+        storage: header.storage,
         notes,
         grid: Arc::new(grid),
         statistics: Arc::new(Statistics::new(settled.ranges, settled.counts)),

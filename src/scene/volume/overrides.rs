@@ -13,6 +13,11 @@ pub struct VolumeOverrides {
     /// Raw files only; little if absent.
     pub endian: Option<Endian>,
     pub spacing: Option<[f64; 3]>,
+    /// Which one of several, counted from 0; the first if absent. TIFF and OME-Zarr only.
+    pub channel: Option<u32>,
+    pub time: Option<u32>,
+    /// Which resolution, counted from 0, the finest; that one if absent. TIFF and OME-Zarr only.
+    pub level: Option<u32>,
     /// Where the file's i, j and k grow: left-handed ones are reversed like a header's.
     pub axes: Option<Axes>,
     /// The file's voxels [low, high) along i, j and k; only these are kept.

@@ -43,6 +43,13 @@ impl Region {
         })
     }
 
+    pub(super) fn lies_inside(&self, outer: &Region) -> bool {
+        (0..3).all(|a| {
+            let [end, outer_end] = [self, outer].map(|region| region.low[a] + region.dims[a]);
+            self.low[a] >= outer.low[a] && end <= outer_end
+        })
+    }
+
     /// Boxes of at most `most` voxels (at least one) that cover this one: whole slices, or else whole
     /// rows of one slice, or else parts of one row. They come in x, y, z order, so that their voxels,
     /// one box after the other, are in the order of the whole.
@@ -72,6 +79,14 @@ impl Region {
     pub(super) fn within(mut self, outer: &Region) -> Region {
         for (low, offset) in self.low.iter_mut().zip(outer.low) {
             *low += offset;
+        }
+        self
+    }
+
+    /// The same box, as one inside `outer` counts it.
+    pub(super) fn outside(mut self, outer: &Region) -> Region {
+        for (low, offset) in self.low.iter_mut().zip(outer.low) {
+            *low -= offset;
         }
         self
     }

@@ -7,6 +7,7 @@
 
 use bytemuck::{Pod, cast_slice, cast_slice_mut};
 
+use super::parsed::Parsed;
 use super::voxel_type::{Endian, VoxelType};
 
 /// The type of a stored value, in the byte order of this machine.
@@ -156,6 +157,10 @@ impl Stored for f32 {
     }
 }
 
+/// Integers of 64 bits are taken where 32 would have been enough: the type is then a habit of the program
+/// that wrote it. A larger one is an identifier or a counter, which f32 would garble.
+const FITTING: std::ops::RangeInclusive<i128> = i32::MIN as i128..=u32::MAX as i128;
+
 /// How values become stored ones.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conversion {
@@ -217,8 +222,9 @@ impl Conversion {
         (self.slope, self.intercept) != (1.0, 0.0)
     }
 
-    /// Converts one voxel after another. Returns the largest change that rounding to f32 made.
-    pub fn convert(&self, bytes: &[u8], stored: &mut [u8]) -> f64 {
+    /// Converts one voxel after another. Returns the largest change that rounding to f32 made, or names
+    /// the first integer of 64 bits that does not fit 32.
+    pub fn convert(&self, bytes: &[u8], stored: &mut [u8]) -> Parsed<f64> {
         let bits16 = |bytes| match self.endian {
             Endian::Little => u16::from_le_bytes(bytes),
             Endian::Big => u16::from_be_bytes(bytes),
@@ -232,6 +238,7 @@ impl Conversion {
             Endian::Big => u64::from_be_bytes(bytes),
         };
         let mut rounding = 0.0;
+        let mut misfit = None;
         let mut rescaled = |value: f64| {
             let exact = self.intercept + self.slope * value;
             let kept = exact as f32;
@@ -260,6 +267,17 @@ impl Conversion {
             (VoxelType::I32, _) => each(bytes, stored, |bytes| {
                 rescaled((bits32(bytes) as i32).into())
             }),
+            (VoxelType::U64 | VoxelType::I64, _) => each(bytes, stored, |bytes| {
+                let bits = bits64(bytes);
+                let value = match self.from {
+                    VoxelType::U64 => i128::from(bits),
+                    _ => i128::from(bits as i64),
+                };
+                if !FITTING.contains(&value) {
+                    misfit.get_or_insert(value);
+                }
+                rescaled(value as f64)
+            }),
             (VoxelType::F32, _) if self.rescales() => each(bytes, stored, |bytes| {
                 rescaled(f32::from_bits(bits32(bytes)).into())
             }),
@@ -268,7 +286,16 @@ impl Conversion {
                 rescaled(f64::from_bits(bits64(bytes)))
             }),
         }
-        rounding
+        match misfit {
+            None => Ok(rounding),
+            Some(value) => Err(format!(
+                "a voxel is {value}, expected values of {} that fit 32 bits, from {} to {}; convert them \
+                 to float64 first",
+                self.from,
+                FITTING.start(),
+                FITTING.end()
+            )),
+        }
     }
 }
 

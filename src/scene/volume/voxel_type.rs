@@ -13,6 +13,8 @@ pub enum VoxelType {
     I16,
     U32,
     I32,
+    U64,
+    I64,
     F32,
     F64,
 }
@@ -29,19 +31,54 @@ impl Endian {
         true => Endian::Big,
         false => Endian::Little,
     };
+
+    /// A whole number of up to 8 bytes.
+    pub fn number(self, bytes: &[u8]) -> u64 {
+        let join = |number: u64, byte: &u8| number << 8 | u64::from(*byte);
+        match self {
+            Endian::Little => bytes.iter().rev().fold(0, join),
+            Endian::Big => bytes.iter().fold(0, join),
+        }
+    }
 }
 
 impl VoxelType {
-    const NAMES: [(VoxelType, &str); 8] = [
+    const NAMES: [(VoxelType, &str); 10] = [
         (VoxelType::U8, "uint8"),
         (VoxelType::I8, "int8"),
         (VoxelType::U16, "uint16"),
         (VoxelType::I16, "int16"),
         (VoxelType::U32, "uint32"),
         (VoxelType::I32, "int32"),
+        (VoxelType::U64, "uint64"),
+        (VoxelType::I64, "int64"),
         (VoxelType::F32, "float32"),
         (VoxelType::F64, "float64"),
     ];
+
+    /// An integer of so many bits.
+    pub fn integer(bits: u32, is_signed: bool) -> Option<VoxelType> {
+        Some(match (bits, is_signed) {
+            (8, false) => VoxelType::U8,
+            (8, true) => VoxelType::I8,
+            (16, false) => VoxelType::U16,
+            (16, true) => VoxelType::I16,
+            (32, false) => VoxelType::U32,
+            (32, true) => VoxelType::I32,
+            (64, false) => VoxelType::U64,
+            (64, true) => VoxelType::I64,
+            _ => return None,
+        })
+    }
+
+    /// A floating-point number of so many bits.
+    pub fn float(bits: u32) -> Option<VoxelType> {
+        match bits {
+            32 => Some(VoxelType::F32),
+            64 => Some(VoxelType::F64),
+            _ => None,
+        }
+    }
 
     /// The size of a voxel in the file.
     pub fn bytes(self) -> usize {
@@ -49,7 +86,7 @@ impl VoxelType {
             VoxelType::U8 | VoxelType::I8 => 1,
             VoxelType::U16 | VoxelType::I16 => 2,
             VoxelType::U32 | VoxelType::I32 | VoxelType::F32 => 4,
-            VoxelType::F64 => 8,
+            VoxelType::U64 | VoxelType::I64 | VoxelType::F64 => 8,
         }
     }
 }
@@ -63,10 +100,14 @@ impl fmt::Display for VoxelType {
 impl FromStr for VoxelType {
     type Err = Error;
 
+    /// The types that voxels without a header may have.
     fn from_str(text: &str) -> Result<VoxelType> {
-        let found = VoxelType::NAMES.iter().find(|(_, name)| *name == text);
+        let is_wide = |kind: &VoxelType| matches!(kind, VoxelType::U64 | VoxelType::I64);
+        let mut known = VoxelType::NAMES.iter().filter(|(kind, _)| !is_wide(kind));
+        let found = known.clone().find(|(_, name)| *name == text);
         found.map(|(voxel_type, _)| *voxel_type).ok_or_else(|| {
-            let names = VoxelType::NAMES.map(|(_, name)| name).join(", ");
+            let first = known.next().map_or("", |(_, name)| name).to_string();
+            let names = known.fold(first, |names, (_, name)| names + ", " + name);
             Error::input(format!("expected one of {names}"))
         })
     }

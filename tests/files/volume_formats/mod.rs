@@ -6,6 +6,7 @@ mod nifti;
 mod nrrd;
 mod refusals;
 mod regions;
+mod tiff;
 mod values;
 
 use std::path::Path;
@@ -27,6 +28,9 @@ const TYPES: [VoxelType; 8] = [
     VoxelType::F32,
     VoxelType::F64,
 ];
+
+/// Types that voxels with a header may also have.
+const WIDE_TYPES: [VoxelType; 2] = [VoxelType::U64, VoxelType::I64];
 
 const DIMS: [u32; 3] = [4, 3, 2];
 
@@ -79,7 +83,7 @@ fn load_bytes(name: &str, bytes: impl AsRef<[u8]>) -> Volume {
 
 /// Writes each type in each byte order and compares all that is read back.
 fn round_trip(write_files: impl Fn(&Path, &Array) -> std::path::PathBuf) {
-    for voxel_type in TYPES {
+    for voxel_type in TYPES.into_iter().chain(WIDE_TYPES) {
         for endian in [Endian::Little, Endian::Big] {
             let folder = folder();
             let array = Array::new(DIMS, voxel_type, endian);
@@ -111,6 +115,11 @@ fn nrrd_round_trips() {
 #[test]
 fn gzip_nrrd_round_trips() {
     round_trip(|folder, array| write(folder, "v.nrrd", array.nrrd("gzip", "")));
+}
+
+#[test]
+fn bzip2_nrrd_round_trips() {
+    round_trip(|folder, array| write(folder, "v.nrrd", array.nrrd("bzip2", "")));
 }
 
 #[test]
@@ -155,6 +164,8 @@ fn metaimage_round_trips() {
 fn nifti_round_trips() {
     round_trip(|folder, array| write(folder, "v.nii", array.nifti().bytes));
     round_trip(|folder, array| write(folder, "v.nii.gz", gzip(&array.nifti().bytes)));
+    round_trip(|folder, array| write(folder, "v.nii", array.nifti_2().bytes));
+    round_trip(|folder, array| write(folder, "v.nii.gz", gzip(&array.nifti_2().bytes)));
 }
 
 #[test]

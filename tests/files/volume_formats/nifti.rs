@@ -72,6 +72,37 @@ fn nifti_rescales() {
     assert_eq!((values(&volume), volume.scale), (vec![5.0, 11.0], 1.0));
 }
 
+/// The wider header says what the narrow one does.
+#[test]
+fn nifti_2_is_nifti_1_in_wider_numbers() {
+    for endian in [Endian::Little, Endian::Big] {
+        let array = Array::new(DIMS, VoxelType::I16, endian);
+        let mut narrow = array.nifti();
+        narrow.floats(112, &[2.0, -1.0]);
+        narrow.int16(254, 1);
+        let rows = [0., -2., 0., 5., 0., 0., 3., 6., 4., 0., 0., 7.];
+        narrow.floats(280, &rows);
+        narrow.bytes[123] = 3;
+        let mut wide = array.nifti_2();
+        wide.doubles(176, &[2.0, -1.0]);
+        wide.int32(348, 1);
+        wide.doubles(400, &rows.map(f64::from));
+        wide.int32(500, 3);
+        let [narrow, wide] = [narrow, wide].map(|file| load_bytes("v.nii", file.bytes));
+        assert_eq!(values(&narrow), values(&wide));
+        assert_eq!((narrow.spacing, narrow.axes), (wide.spacing, wide.axes));
+        assert_eq!(wide.spacing, [4.0, 2.0, 3.0]);
+        assert_eq!(wide.storage.unit.as_deref(), Some("µm"));
+        assert_eq!(narrow.storage, wide.storage);
+
+        let mut wide = array.nifti_2();
+        wide.int32(344, 1);
+        wide.doubles(352, &[0.0, 0.0, 1.0]);
+        let volume = load_bytes("v.nii", wide.bytes);
+        assert_eq!(volume.axes.unwrap().to_string(), "LPS");
+    }
+}
+
 #[test]
 fn nifti_refuses_what_is_no_scalar_volume() {
     let changed = |offset: usize, value: i16| {
@@ -88,9 +119,9 @@ fn nifti_refuses_what_is_no_scalar_volume() {
     refuses("v.nii", changed(44, 0), &["`dim[2]` is `0`"]);
     refuses("v.nii", changed(44, -4), &["`dim[2]` is `-4`"]);
     refuses("v.nii", changed(70, 128), &["`datatype` is `128`"]);
-    refuses("v.nii", changed(0, 540), &["NIfTI-2"]);
+    refuses("v.nii", changed(0, 540), &["header of 540 bytes"]);
     refuses("v.nii", changed(344, 0x696e), &[".hdr/.img"]);
-    refuses("v.nii", [1; 400], &["no NIfTI-1 file"]);
+    refuses("v.nii", [1; 400], &["no NIfTI file"]);
     refuses("v.nii", [0; 40], &["348 bytes"]);
     let mut early = u8s().nifti();
     early.floats(108, &[12.0]);

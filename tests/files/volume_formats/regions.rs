@@ -15,6 +15,7 @@ use isolume::scene::volume::{
     Endian, Region, StoredType, Volume, VolumeOverrides, VoxelType, Voxels,
 };
 
+use crate::tiff_files::{self, Tiff};
 use crate::volume_files::{Array, gzip, write};
 use crate::volume_formats::{folder, plain, u8s};
 
@@ -84,6 +85,16 @@ fn in_every_format(folder: &Path, array: &Array) -> Vec<PathBuf> {
     let [x, y, z] = array.dims;
     let raw = format!("v_{x}x{y}x{z}_{}.raw", array.voxel_type);
     write(folder, "detached.bin", array.bytes());
+    let strips = Tiff {
+        compression: tiff_files::LZW,
+        rows_per_strip: 4,
+        ..Tiff::default()
+    };
+    let tiles = Tiff {
+        compression: tiff_files::DEFLATE,
+        tile: Some([4, 4]),
+        ..Tiff::default()
+    };
     let detached = array.nrrd_header("raw", "data file: detached.bin\n");
     vec![
         write(folder, "raw.nrrd", array.nrrd("raw", "")),
@@ -95,6 +106,11 @@ fn in_every_format(folder: &Path, array: &Array) -> Vec<PathBuf> {
         write(folder, "v.nii.gz", gzip(&array.nifti().bytes)),
         write(folder, "v.npy", array.npy(1, false)),
         write(folder, &raw, array.bytes()),
+        write(folder, "bzip2.nrrd", array.nrrd("bzip2", "")),
+        write(folder, "v2.nii", array.nifti_2().bytes),
+        write(folder, "plain.tif", Tiff::default().write(array)),
+        write(folder, "strips.tif", strips.write(array)),
+        write(folder, "tiles.tif", tiles.write(array)),
     ]
 }
 

@@ -124,6 +124,35 @@ fn rounding_to_float_is_noted() {
 }
 
 #[test]
+fn integers_of_64_bits_must_fit_32() {
+    let ends = [
+        (VoxelType::I64, -2147483648.0, 4294967295.0, -2147483649.0),
+        (VoxelType::U64, 0.0, 4294967295.0, 4294967296.0),
+    ];
+    for (voxel_type, low, high, beyond) in ends {
+        let mut array = Array::new([300, 20, 70], voxel_type, Endian::Big);
+        array.values.fill(low);
+        array.values[5] = high;
+        let volume = load_bytes("v.nrrd", array.nrrd("raw", ""));
+        assert_eq!(volume.range, [low, f64::from(high as f32)]);
+        assert_eq!(volume.notes.len(), 1, "{:?}", volume.notes);
+        // The first one is named, whichever core comes first.
+        array.values[250_000] = beyond;
+        array.values[400_000] = 5e9;
+        for encoding in ["raw", "gzip"] {
+            refuses(
+                "v.nrrd",
+                array.nrrd(encoding, ""),
+                &[
+                    &format!("a voxel is {beyond}, expected values of {voxel_type}"),
+                    "float64",
+                ],
+            );
+        }
+    }
+}
+
+#[test]
 fn axes_may_be_one_voxel_long() {
     for dims in [[1, 1, 1], [7, 1, 1], [1, 7, 1], [1, 1, 7]] {
         let array = Array::new(dims, VoxelType::U16, Endian::Big);

@@ -15,6 +15,7 @@ use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
+use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 #[derive(Debug)]
@@ -28,6 +29,9 @@ pub struct Header {
     /// A voxel's value is intercept + slope · what the source holds.
     pub slope: f64,
     pub intercept: f64,
+    pub storage: Storage,
+    /// What the user should know: one sentence each.
+    pub notes: Vec<String>,
     /// Gives `dims` voxels of the type and byte order above.
     pub source: Box<dyn Source>,
 }
@@ -66,6 +70,8 @@ impl Header {
             orientation: Orientation::UNKNOWN,
             slope: 1.0,
             intercept: 0.0,
+            storage: Storage::default(),
+            notes: Vec::new(),
             source,
         }
     }
@@ -161,6 +167,18 @@ pub fn unexpected(key: &str, value: &str, expected: &str) -> String {
         ""
     };
     format!("`{key}` is `{shown}{more}`, expected {expected}")
+}
+
+/// Which of `count` channels, times or levels the user wants: the first, if they do not say.
+pub fn pick(key: &str, wanted: Option<u32>, count: u32) -> Parsed<u32> {
+    let wanted = wanted.unwrap_or(0);
+    match (wanted < count, count) {
+        (true, _) => Ok(wanted),
+        (false, 1) => Err(format!(
+            "`{key}` is {wanted}, expected 0: there is only one"
+        )),
+        (false, _) => Err(format!("`{key}` is {wanted}, expected 0 to {}", count - 1)),
+    }
 }
 
 /// A data file named in a header lies beside it.

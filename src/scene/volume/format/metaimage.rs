@@ -30,6 +30,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
     let intercept = fields.number("ElementToIntensityFunctionOffset", "a number")?;
     let dims = fields.dims("DimSize")?;
     let voxel_type = voxel_type(fields.require("ElementType")?)?;
+    let data = data(path, &fields, end)?;
     Ok(Header {
         dims,
         voxel_type,
@@ -38,7 +39,9 @@ pub fn read(path: &Path) -> Parsed<Header> {
         orientation: orientation(&fields)?,
         slope: slope.unwrap_or(1.0),
         intercept: intercept.unwrap_or(0.0),
-        source: data(path, &fields, end)?.open(path, dims, voxel_type)?,
+        storage: data.encoding.storage(),
+        notes: Vec::new(),
+        source: data.open(path, dims, voxel_type)?,
     })
 }
 
@@ -78,10 +81,13 @@ fn voxel_type(name: &str) -> Parsed<VoxelType> {
         "MET_USHORT" => VoxelType::U16,
         "MET_INT" | "MET_LONG" => VoxelType::I32,
         "MET_UINT" | "MET_ULONG" => VoxelType::U32,
+        "MET_LONG_LONG" => VoxelType::I64,
+        "MET_ULONG_LONG" => VoxelType::U64,
         "MET_FLOAT" => VoxelType::F32,
         "MET_DOUBLE" => VoxelType::F64,
         _ => {
-            let expected = "MET_[U]CHAR, MET_[U]SHORT, MET_[U]INT, MET_FLOAT or MET_DOUBLE";
+            let expected =
+                "MET_[U]CHAR, MET_[U]SHORT, MET_[U]INT, MET_[U]LONG_LONG, MET_FLOAT or MET_DOUBLE";
             return Err(unexpected("ElementType", name, expected));
         }
     })

@@ -1,7 +1,8 @@
-//! NIfTI-1 in one file (`.nii`, `.nii.gz`): <https://nifti.nimh.nih.gov/nifti-1>.
+//! NIfTI-1 and NIfTI-2 in one file (`.nii`, `.nii.gz`): <https://nifti.nimh.nih.gov/nifti-1>,
+//! <https://nifti.nimh.nih.gov/nifti-2>. They say the same, the second in wider numbers and in other places.
 //!
-//! Of the header's 348 bytes, only the fields below are read: `descrip`, `aux_file` and
-//! `intent_name` are free text, where patients' names live.
+//! Of the header, only the fields below are read: `descrip`, `aux_file` and `intent_name` are free text,
+//! where patients' names live.
 
 use std::io::Read;
 use std::path::Path;
@@ -12,20 +13,68 @@ use super::header::{Header, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
+use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-const SIZE: usize = 348;
-const DIM: usize = 40;
-const DATATYPE: usize = 70;
-const PIXDIM: usize = 76;
-const VOX_OFFSET: usize = 108;
-const SCL_SLOPE: usize = 112;
-const SCL_INTER: usize = 116;
-const QFORM_CODE: usize = 252;
-const SFORM_CODE: usize = 254;
-const QUATERN: usize = 256;
-const SROW: usize = 280;
-const MAGIC: usize = 344;
+/// Where a version of the format has its fields, and how wide they are.
+#[derive(Debug, PartialEq, Eq)]
+struct Places {
+    /// Bytes of the header, which are its first number.
+    size: usize,
+    magic: usize,
+    /// What stands there for voxels in the same file.
+    magic_word: &'static [u8],
+    /// Sizes, and bytes of each.
+    dim: (usize, usize),
+    datatype: usize,
+    pixdim: usize,
+    vox_offset: usize,
+    scl_slope: usize,
+    scl_inter: usize,
+    qform_code: usize,
+    sform_code: usize,
+    quatern: usize,
+    srow: usize,
+    xyzt_units: usize,
+    /// Bytes of a number that need not be whole.
+    real: usize,
+}
+
+const NIFTI_1: Places = Places {
+    size: 348,
+    magic: 344,
+    magic_word: b"n+1\0",
+    dim: (40, 2),
+    datatype: 70,
+    pixdim: 76,
+    vox_offset: 108,
+    scl_slope: 112,
+    scl_inter: 116,
+    qform_code: 252,
+    sform_code: 254,
+    quatern: 256,
+    srow: 280,
+    xyzt_units: 123,
+    real: 4,
+};
+
+const NIFTI_2: Places = Places {
+    size: 540,
+    magic: 4,
+    magic_word: b"n+2\0\r\n\x1a\n",
+    dim: (16, 8),
+    datatype: 12,
+    pixdim: 104,
+    vox_offset: 168,
+    scl_slope: 176,
+    scl_inter: 184,
+    qform_code: 344,
+    sform_code: 348,
+    quatern: 352,
+    srow: 400,
+    xyzt_units: 500,
+    real: 8,
+};
 
 pub fn read(path: &Path) -> Parsed<Header> {
     let is_packed = path
@@ -39,12 +88,12 @@ pub fn read(path: &Path) -> Parsed<Header> {
     let (dims, count) = dims(&fields)?;
     let (spacing, orientation) = geometry(&fields, count)?;
     let (slope, intercept) = rescale(&fields);
-    let voxel_type = voxel_type(fields.int(DATATYPE))?;
+    let voxel_type = voxel_type(fields.int(fields.places.datatype, 2))?;
     let data = Data {
         path: path.to_path_buf(),
         start: Start::At(0),
         encoding,
-        skip: first_voxel(fields.float(VOX_OFFSET))?,
+        skip: fields.first_voxel()?,
     };
     Ok(Header {
         dims,
@@ -54,78 +103,154 @@ pub fn read(path: &Path) -> Parsed<Header> {
         orientation,
         slope,
         intercept,
+        storage: Storage {
+            unit: fields.unit(),
+            ..encoding.storage()
+        },
+        notes: Vec::new(),
         source: data.open(path, dims, voxel_type)?,
     })
 }
 
 struct Fields {
-    bytes: [u8; SIZE],
+    bytes: Vec<u8>,
     endian: Endian,
+    places: &'static Places,
 }
 
 impl Fields {
     fn read(path: &Path, encoding: Encoding) -> Parsed<Fields> {
-        let (mut file, _) = open_file(path)?;
-        let mut bytes = [0; SIZE];
-        match encoding {
-            Encoding::Raw => file.read_exact(&mut bytes),
-            _ => MultiGzDecoder::new(file).read_exact(&mut bytes),
-        }
-        .map_err(|e| format!("cannot read the NIfTI header of {SIZE} bytes: {e}"))?;
-        let endian = match bytes[..4] {
-            [0x5c, 1, 0, 0] => Endian::Little,
-            [0, 0, 1, 0x5c] => Endian::Big,
-            [0x1c, 2, 0, 0] | [0, 0, 2, 0x1c] => {
-                return Err("is NIfTI-2, expected NIfTI-1; convert it to .nrrd first".into());
-            }
+        let (file, _) = open_file(path)?;
+        let mut file: Box<dyn Read> = match encoding {
+            Encoding::Raw => Box::new(file),
+            _ => Box::new(MultiGzDecoder::new(file)),
+        };
+        let mut bytes = vec![0; NIFTI_1.size];
+        let short = |e| {
+            format!(
+                "cannot read the NIfTI header of {} bytes: {e}",
+                NIFTI_1.size
+            )
+        };
+        file.read_exact(&mut bytes).map_err(short)?;
+        let (endian, places) = match bytes[..4] {
+            [0x5c, 1, 0, 0] => (Endian::Little, &NIFTI_1),
+            [0, 0, 1, 0x5c] => (Endian::Big, &NIFTI_1),
+            [0x1c, 2, 0, 0] => (Endian::Little, &NIFTI_2),
+            [0, 0, 2, 0x1c] => (Endian::Big, &NIFTI_2),
             _ => {
                 return Err(format!(
-                    "does not start with {SIZE}, so it is no NIfTI-1 file"
+                    "starts neither with {} nor with {}, so it is no NIfTI file",
+                    NIFTI_1.size, NIFTI_2.size
                 ));
             }
         };
-        match &bytes[MAGIC..] {
-            b"n+1\0" => Ok(Fields { bytes, endian }),
-            b"ni1\0" => Err("is half of a .hdr/.img pair, expected one .nii file".into()),
-            _ => Err("has no `n+1` at byte 344, so it is no NIfTI-1 file".into()),
+        let begin = bytes.len();
+        bytes.resize(places.size, 0);
+        let short = |e| format!("cannot read the NIfTI header of {} bytes: {e}", places.size);
+        file.read_exact(&mut bytes[begin..]).map_err(short)?;
+        match &bytes[places.magic..] {
+            magic if magic.starts_with(places.magic_word) => Ok(Fields {
+                bytes,
+                endian,
+                places,
+            }),
+            [b'n', b'i', b'1' | b'2', 0, ..] => {
+                Err("is half of a .hdr/.img pair, expected one .nii file".into())
+            }
+            _ => Err(format!(
+                "has no `n+1` or `n+2` at byte {}, so it is no NIfTI file",
+                places.magic
+            )),
         }
     }
 
-    fn int(&self, offset: usize) -> i16 {
-        let bytes = [self.bytes[offset], self.bytes[offset + 1]];
-        match self.endian {
-            Endian::Little => i16::from_le_bytes(bytes),
-            Endian::Big => i16::from_be_bytes(bytes),
-        }
+    /// A whole number of so many bytes.
+    fn int(&self, offset: usize, size: usize) -> i64 {
+        let number = self.endian.number(&self.bytes[offset..offset + size]);
+        let unused = 64 - 8 * size;
+        (number << unused) as i64 >> unused
+    }
+
+    /// What kind a field's value is of.
+    fn code(&self, offset: usize) -> i64 {
+        self.int(offset, self.places.real / 2)
     }
 
     fn float(&self, offset: usize) -> f64 {
-        let bytes = std::array::from_fn(|n| self.bytes[offset + n]);
-        f64::from(match self.endian {
-            Endian::Little => f32::from_le_bytes(bytes),
-            Endian::Big => f32::from_be_bytes(bytes),
-        })
+        let size = self.places.real;
+        let bits = self.endian.number(&self.bytes[offset..offset + size]);
+        match size {
+            4 => f64::from(f32::from_bits(bits as u32)),
+            _ => f64::from_bits(bits),
+        }
     }
 
     fn floats<const N: usize>(&self, offset: usize) -> [f64; N] {
-        std::array::from_fn(|n| self.float(offset + 4 * n))
+        std::array::from_fn(|n| self.float(offset + self.places.real * n))
+    }
+
+    /// Bytes of the file before the first voxel.
+    fn first_voxel(&self) -> Parsed<u64> {
+        let place = self.places.vox_offset;
+        let least = self.places.size as u64 + 4;
+        let wrong = |found: String| {
+            let expected = format!("a whole number from {least} up");
+            unexpected("vox_offset", &found, &expected)
+        };
+        // In NIfTI-1 it is a float: beyond 2^24 it could not even name every byte.
+        let offset = match self.places.real {
+            4 => self.float(place),
+            _ => self.int(place, 8) as f64,
+        };
+        let most = if self.places.real == 4 {
+            16777216.0
+        } else {
+            1e15
+        };
+        match offset.fract() == 0.0 && (least as f64..=most).contains(&offset) {
+            true => Ok(offset as u64),
+            false => Err(wrong(offset.to_string())),
+        }
+    }
+
+    fn unit(&self) -> Option<String> {
+        let unit = match self.bytes[self.unit_place()] & 7 {
+            1 => "m",
+            2 => "mm",
+            3 => "µm",
+            _ => return None,
+        };
+        Some(unit.to_string())
+    }
+
+    /// The byte of `xyzt_units` that counts.
+    fn unit_place(&self) -> usize {
+        match (self.places.real, self.endian) {
+            (8, Endian::Big) => self.places.xyzt_units + 3,
+            _ => self.places.xyzt_units,
+        }
     }
 }
 
 /// The sizes, and how many of the three the file gives; the others are 1.
 fn dims(fields: &Fields) -> Parsed<([u32; 3], usize)> {
-    let count = fields.int(DIM);
+    let (place, width) = fields.places.dim;
+    let size = |axis: usize| fields.int(place + width * axis, width);
+    let count = size(0);
     if !(1..=7).contains(&count) {
         return Err(unexpected("dim[0]", &count.to_string(), "1 to 7"));
     }
-    let size = |axis: usize| fields.int(DIM + 2 * axis);
     let mut dims = [1; 3];
     for axis in 1..=count as usize {
         let name = format!("dim[{axis}]");
         match (size(axis), axis) {
-            (size @ 1.., 1..=3) => dims[axis - 1] = size as u32,
+            (found, 1..=3) => {
+                let size = u32::try_from(found).ok().filter(|size| *size > 0);
+                let wrong = || unexpected(&name, &found.to_string(), "1 or more");
+                dims[axis - 1] = size.ok_or_else(wrong)?;
+            }
             (1, _) => {}
-            (size, 1..=3) => return Err(unexpected(&name, &size.to_string(), "1 or more")),
             (size, _) => {
                 let expected = "1: one scalar volume; extract the one to render first";
                 return Err(unexpected(&name, &size.to_string(), expected));
@@ -135,7 +260,7 @@ fn dims(fields: &Fields) -> Parsed<([u32; 3], usize)> {
     Ok((dims, count as usize))
 }
 
-fn voxel_type(code: i16) -> Parsed<VoxelType> {
+fn voxel_type(code: i64) -> Parsed<VoxelType> {
     Ok(match code {
         2 => VoxelType::U8,
         4 => VoxelType::I16,
@@ -145,30 +270,20 @@ fn voxel_type(code: i16) -> Parsed<VoxelType> {
         256 => VoxelType::I8,
         512 => VoxelType::U16,
         768 => VoxelType::U32,
+        1024 => VoxelType::I64,
+        1280 => VoxelType::U64,
         _ => {
-            let expected =
-                "2 or 256 (8 bits), 4 or 512 (16), 8 or 768 (32), 16 (float) or 64 (double)";
+            let expected = "2 or 256 (8 bits), 4 or 512 (16), 8 or 768 (32), 1024 or 1280 (64), 16 (float) or 64 \
+                 (double)";
             return Err(unexpected("datatype", &code.to_string(), expected));
         }
     })
 }
 
-fn first_voxel(offset: f64) -> Parsed<u64> {
-    // A float: beyond 2^24 it could not even name every byte.
-    if offset.fract() == 0.0 && (352.0..=16777216.0).contains(&offset) {
-        Ok(offset as u64)
-    } else {
-        Err(unexpected(
-            "vox_offset",
-            &offset.to_string(),
-            "a whole number from 352 up",
-        ))
-    }
-}
-
 /// A slope of 0 means that there is no rescaling.
 fn rescale(fields: &Fields) -> (f64, f64) {
-    let [slope, intercept] = [SCL_SLOPE, SCL_INTER].map(|offset| fields.float(offset));
+    let [slope, intercept] =
+        [fields.places.scl_slope, fields.places.scl_inter].map(|offset| fields.float(offset));
     if slope == 0.0 || !slope.is_finite() {
         return (1.0, 0.0);
     }
@@ -184,17 +299,19 @@ fn rescale(fields: &Fields) -> (f64, f64) {
 
 /// The affine "sform" if there is one, else the rotation "qform", else nothing but voxel sizes.
 fn geometry(fields: &Fields, count: usize) -> Parsed<([f64; 3], Orientation)> {
-    let pixdim: [f64; 4] = fields.floats(PIXDIM);
+    let places = fields.places;
+    let pixdim: [f64; 4] = fields.floats(places.pixdim);
     // A 2D image need not say how thick it is.
     let spacing: [f64; 3] = std::array::from_fn(|a| if a < count { pixdim[a + 1] } else { 1.0 });
     let frame = Frame::Anatomical(Axes::RAS);
-    if fields.int(SFORM_CODE) > 0 {
-        let rows: [[f64; 4]; 3] = std::array::from_fn(|row| fields.floats(SROW + 16 * row));
+    if fields.code(places.sform_code) > 0 {
+        let rows: [[f64; 4]; 3] =
+            std::array::from_fn(|row| fields.floats(places.srow + 4 * places.real * row));
         let steps = std::array::from_fn(|axis| rows.map(|row| row[axis]));
         return Orientation::from_steps(steps, frame).map_err(|fault| format!("sform: {fault}"));
     }
-    if fields.int(QFORM_CODE) > 0 {
-        let mut directions = rotation(fields.floats(QUATERN));
+    if fields.code(places.qform_code) > 0 {
+        let mut directions = rotation(fields.floats(places.quatern));
         if pixdim[0] < 0.0 {
             directions[2] = directions[2].map(|x| -x);
         }

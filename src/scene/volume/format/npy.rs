@@ -66,10 +66,12 @@ fn element(text: &str) -> Parsed<(VoxelType, Endian)> {
         "i2" => VoxelType::I16,
         "u4" => VoxelType::U32,
         "i4" => VoxelType::I32,
+        "u8" => VoxelType::U64,
+        "i8" => VoxelType::I64,
         "f4" => VoxelType::F32,
         "f8" => VoxelType::F64,
         _ => {
-            let expected = "b1, u1, i1, u2, i2, u4, i4, f4 or f8; use `array.astype`";
+            let expected = "b1, u1, i1, u2, i2, u4, i4, u8, i8, f4 or f8; use `array.astype`";
             return Err(unexpected("descr", name, expected));
         }
     };

@@ -19,6 +19,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
     let voxel_type = voxel_type(fields.require("type")?)?;
     let (spacing, orientation) = geometry(&fields)?;
     let dims = fields.dims("sizes")?;
+    let data = data(path, &fields, end)?;
     Ok(Header {
         dims,
         voxel_type,
@@ -27,7 +28,9 @@ pub fn read(path: &Path) -> Parsed<Header> {
         orientation,
         slope: 1.0,
         intercept: 0.0,
-        source: data(path, &fields, end)?.open(path, dims, voxel_type)?,
+        storage: data.encoding.storage(),
+        notes: Vec::new(),
+        source: data.open(path, dims, voxel_type)?,
     })
 }
 
@@ -73,10 +76,20 @@ fn voxel_type(name: &str) -> Parsed<VoxelType> {
         }
         "int" | "signed int" | "int32" | "int32_t" => VoxelType::I32,
         "uint" | "unsigned int" | "uint32" | "uint32_t" => VoxelType::U32,
+        "longlong"
+        | "long long"
+        | "long long int"
+        | "signed long long"
+        | "signed long long int"
+        | "int64"
+        | "int64_t" => VoxelType::I64,
+        "ulonglong" | "unsigned long long" | "unsigned long long int" | "uint64" | "uint64_t" => {
+            VoxelType::U64
+        }
         "float" => VoxelType::F32,
         "double" => VoxelType::F64,
         _ => {
-            let expected = "an integer of 8, 16 or 32 bits, float or double";
+            let expected = "an integer of 8, 16, 32 or 64 bits, float or double";
             return Err(unexpected("type", name, expected));
         }
     })
@@ -137,7 +150,8 @@ fn data(path: &Path, fields: &Fields, end: Option<usize>) -> Parsed<Data> {
     let encoding = match fields.require("encoding")?.to_lowercase().as_str() {
         "raw" => Encoding::Raw,
         "gzip" | "gz" => Encoding::Gzip,
-        other => return Err(unexpected("encoding", other, "raw or gzip")),
+        "bzip2" | "bz2" => Encoding::Bzip2,
+        other => return Err(unexpected("encoding", other, "raw, gzip or bzip2")),
     };
     let (file, begin) = match fields.get("data file") {
         Some(name) if name.starts_with("LIST") || name.contains('%') => {

@@ -14,17 +14,16 @@
 use std::fs::{File, Metadata};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
+use bzip2::read::MultiBzDecoder;
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
+use super::watched::{HAS_CHANGED, Version, read_at, version};
 use super::{Cursor, Source};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
+use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::VoxelType;
-
-/// Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
-const MAX_DEFLATE_RATIO: u64 = 1032;
 
 /// Where a header says that the voxels are.
 #[derive(Debug)]
@@ -49,6 +48,34 @@ pub enum Encoding {
     Raw,
     Gzip,
     Zlib,
+    Bzip2,
+}
+
+impl Encoding {
+    /// What people are told of it.
+    pub fn storage(self) -> Storage {
+        let name = match self {
+            Encoding::Raw => None,
+            Encoding::Gzip => Some("gzip"),
+            Encoding::Zlib => Some("zlib"),
+            Encoding::Bzip2 => Some("bzip2"),
+        };
+        Storage {
+            compression: name.map(str::to_string),
+            ..Storage::default()
+        }
+    }
+
+    /// How much longer than its compressed bytes the voxels can be at most.
+    fn max_ratio(self) -> u64 {
+        match self {
+            Encoding::Raw => 1,
+            // Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
+            Encoding::Gzip | Encoding::Zlib => 1032,
+            // A block of 900 kB, in which 5 bytes may stand for 259, takes no fewer than 32 bytes.
+            Encoding::Bzip2 => 900_000 / 5 * 259 / 32,
+        }
+    }
 }
 
 impl Data {
@@ -96,7 +123,7 @@ impl Data {
         if source.encoding == Encoding::Raw && found < end {
             return Err(source.truncated(found));
         }
-        if found.saturating_mul(MAX_DEFLATE_RATIO) < end {
+        if found.saturating_mul(source.encoding.max_ratio()) < end {
             return Err(format!(
                 "its {found} compressed bytes cannot hold the {end} expected for {}: the file is \
                  truncated, or its header wrong",
@@ -135,13 +162,6 @@ pub fn voxel_bytes(dims: [u32; 3], voxel_type: VoxelType) -> Parsed<u64> {
 /// "512×512×460 uint16", for messages.
 pub fn shape([x, y, z]: [u32; 3], voxel_type: VoxelType) -> String {
     format!("{x}×{y}×{z} {voxel_type}")
-}
-
-/// Tells whether a file has been written to. The time is `None` where the system keeps none.
-type Version = (u64, Option<SystemTime>);
-
-fn version(metadata: &Metadata) -> Version {
-    (metadata.len(), metadata.modified().ok())
 }
 
 #[derive(Debug)]
@@ -183,6 +203,7 @@ impl DataFile {
         match self.encoding {
             Encoding::Raw => Stream::Plain(file),
             Encoding::Gzip => Stream::Inflated(Box::new(MultiGzDecoder::new(file))),
+            Encoding::Bzip2 => Stream::Inflated(Box::new(MultiBzDecoder::new(file))),
             Encoding::Zlib => Stream::Inflated(Box::new(ZlibDecoder::new(file))),
         }
     }
@@ -220,10 +241,7 @@ impl Cursor for Position<'_> {
         let read = self.read_runs(region, bytes);
         match self.source.is_as_it_was() {
             true => read.map_err(|fault| format!("{}{fault}", self.source.prefix)),
-            false => Err(format!(
-                "{}the file has changed since it was opened; open it again",
-                self.source.prefix
-            )),
+            false => Err(format!("{}{HAS_CHANGED}", self.source.prefix)),
         }
     }
 }
@@ -323,10 +341,7 @@ struct FileAt<'a> {
 
 impl Read for FileAt<'_> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        #[cfg(unix)]
-        let count = std::os::unix::fs::FileExt::read_at(self.file, bytes, self.offset)?;
-        #[cfg(windows)]
-        let count = std::os::windows::fs::FileExt::seek_read(self.file, bytes, self.offset)?;
+        let count = read_at(self.file, bytes, self.offset)?;
         self.offset += count as u64;
         Ok(count)
     }

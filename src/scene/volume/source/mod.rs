@@ -1,10 +1,15 @@
 //! Where voxels come from. A format answers with one of these, and everything that is done to voxels is
 //! done the same way to all of them.
 
+pub mod chunked;
+pub mod codec;
 pub mod file;
 pub mod memory;
+pub mod watched;
 
 use std::fmt;
+
+use chunked::Chunked;
 
 use super::parsed::Parsed;
 use super::region::Region;
@@ -21,6 +26,11 @@ pub trait Source: fmt::Debug + Send + Sync {
 
     /// All voxels, if they are in memory as they are.
     fn resident(&self) -> Option<&Voxels> {
+        None
+    }
+
+    /// The chunks, if voxels lie in such: they are not read in regions of any shape, but by chunks.
+    fn chunked(&self) -> Option<&Chunked> {
         None
     }
 }

@@ -1,0 +1,220 @@
+//! TIFF's directories: tags with values, as they lie in the file.
+//!
+//! The crate `tiff` reads these too. It sets 32 bytes aside for each number before it has looked whether the
+//! file is that long, and decodes pages through one reader, which each of many threads would need of its
+//! own, with every directory read again. What a volume needs of directories is this file.
+
+use std::collections::BTreeMap;
+
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::watched::WatchedFile;
+use crate::scene::volume::voxel_type::Endian;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u16)]
+pub enum Tag {
+    NewSubfileType = 254,
+    ImageWidth = 256,
+    ImageLength = 257,
+    BitsPerSample = 258,
+    Compression = 259,
+    PhotometricInterpretation = 262,
+    ImageDescription = 270,
+    StripOffsets = 273,
+    SamplesPerPixel = 277,
+    RowsPerStrip = 278,
+    StripByteCounts = 279,
+    XResolution = 282,
+    YResolution = 283,
+    PlanarConfiguration = 284,
+    Predictor = 317,
+    TileWidth = 322,
+    TileLength = 323,
+    TileOffsets = 324,
+    TileByteCounts = 325,
+    SubIfds = 330,
+    SampleFormat = 339,
+    ImageDepth = 32997,
+}
+
+/// The tags of one page, and where the next page's are; 0: nowhere.
+#[derive(Debug)]
+pub struct Directory {
+    fields: BTreeMap<u16, Field>,
+    next: u64,
+    /// Its length in the file.
+    bytes: u64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Field {
+    kind: u16,
+    count: u64,
+    /// Where the values begin.
+    at: u64,
+}
+
+impl Field {
+    /// The size of one of its values.
+    fn size(&self) -> Option<u64> {
+        match self.kind {
+            1 | 2 | 6 | 7 => Some(1),
+            3 | 8 => Some(2),
+            4 | 9 | 11 | 13 => Some(4),
+            5 | 10 | 12 | 16 | 17 | 18 => Some(8),
+            _ => None,
+        }
+    }
+}
+
+/// A file's header, and the way to its directories.
+pub struct Directories<'a> {
+    file: &'a WatchedFile,
+    pub endian: Endian,
+    /// Whether offsets have 64 bits.
+    is_big: bool,
+    first: u64,
+}
+
+impl<'a> Directories<'a> {
+    pub fn new(file: &'a WatchedFile) -> Parsed<Directories<'a>> {
+        let none = || "does not start as a TIFF file does, with `II` or `MM`".to_string();
+        let start = file.read(0, file.bytes().min(16))?;
+        let endian = match start.first_chunk() {
+            Some(b"II") => Endian::Little,
+            Some(b"MM") => Endian::Big,
+            _ => return Err(none()),
+        };
+        let number = |at: usize, size: usize| {
+            let bytes = start.get(at..at + size).ok_or_else(none)?;
+            Ok::<u64, String>(endian.number(bytes))
+        };
+        let (is_big, first) = match number(2, 2)? {
+            42 => (false, number(4, 4)?),
+            43 if number(4, 2)? == 8 => (true, number(8, 8)?),
+            _ => return Err("has neither 42 nor 43 at byte 2, so it is no TIFF file".into()),
+        };
+        Ok(Directories {
+            file,
+            endian,
+            is_big,
+            first,
+        })
+    }
+
+    /// All pages' directories, one after another. Together they are no longer than the file is, since
+    /// each has a place of its own in it.
+    pub fn pages(&self) -> Parsed<Vec<Directory>> {
+        let (mut pages, mut bytes, mut next) = (Vec::new(), 0, self.first);
+        while next != 0 {
+            let directory = self.read(next)?;
+            next = directory.next;
+            bytes += directory.bytes;
+            pages.push(directory);
+            if bytes > self.file.bytes() {
+                return Err("its directories go round in a circle: the file is damaged".into());
+            }
+        }
+        match pages.is_empty() {
+            true => Err("has no page".into()),
+            false => Ok(pages),
+        }
+    }
+
+    /// The directory at a place of the file.
+    pub fn read(&self, at: u64) -> Parsed<Directory> {
+        let (head, size, inline) = if self.is_big { (8, 20, 8) } else { (2, 12, 4) };
+        let count = self.endian.number(&self.file.read(at, head)?);
+        let bytes = count.saturating_mul(size).saturating_add(inline);
+        let entries = self.file.read(at + head, bytes)?;
+        let (entries, next) = entries.split_at(entries.len() - inline as usize);
+        let mut fields = BTreeMap::new();
+        for (n, entry) in entries.chunks_exact(size as usize).enumerate() {
+            let [tag, kind] = [0, 2].map(|at| self.endian.number(&entry[at..at + 2]) as u16);
+            let value = entry.len() - inline as usize;
+            let mut field = Field {
+                kind,
+                count: self.endian.number(&entry[4..value]),
+                at: at + head + n as u64 * size + value as u64,
+            };
+            let Some(size) = field.size() else {
+                continue;
+            };
+            if field.count.saturating_mul(size) > inline {
+                field.at = self.endian.number(&entry[value..]);
+            }
+            fields.entry(tag).or_insert(field);
+        }
+        Ok(Directory {
+            fields,
+            next: self.endian.number(next),
+            bytes: head + bytes,
+        })
+    }
+
+    /// Whole numbers; `None` if there is no such tag.
+    pub fn numbers(&self, directory: &Directory, tag: Tag) -> Parsed<Option<Vec<u64>>> {
+        let Some(field) = directory.fields.get(&(tag as u16)) else {
+            return Ok(None);
+        };
+        let size = match field.kind {
+            1 | 3 | 4 | 13 | 16 | 18 => field.size().unwrap_or(1),
+            kind => return Err(format!("`{tag:?}` has type {kind}, expected whole numbers")),
+        };
+        let bytes = self.value(field, tag, size)?;
+        let numbers = bytes.chunks_exact(size as usize);
+        Ok(Some(numbers.map(|n| self.endian.number(n)).collect()))
+    }
+
+    /// One whole number.
+    pub fn number(&self, directory: &Directory, tag: Tag) -> Parsed<Option<u64>> {
+        let numbers = self.numbers(directory, tag)?;
+        Ok(numbers.and_then(|numbers| numbers.first().copied()))
+    }
+
+    pub fn require(&self, directory: &Directory, tag: Tag) -> Parsed<u64> {
+        let number = self.number(directory, tag)?;
+        number.ok_or_else(|| format!("has no `{tag:?}`"))
+    }
+
+    /// A fraction; `None` where there is none, or where it is no number above 0.
+    pub fn fraction(&self, directory: &Directory, tag: Tag) -> Parsed<Option<f64>> {
+        let field = directory.fields.get(&(tag as u16));
+        let Some(field) = field.filter(|field| field.kind == 5 && field.count == 1) else {
+            return Ok(None);
+        };
+        let bytes = self.value(field, tag, 8)?;
+        let [above, below] = [0, 4].map(|at| self.endian.number(&bytes[at..at + 4]) as f64);
+        Ok(Some(above / below).filter(|fraction| fraction.is_normal()))
+    }
+
+    /// Text without what follows its end; "" if there is none.
+    pub fn text(&self, directory: &Directory, tag: Tag) -> Parsed<String> {
+        let field = directory.fields.get(&(tag as u16));
+        let Some(field) = field.filter(|field| matches!(field.kind, 1 | 2 | 7)) else {
+            return Ok(String::new());
+        };
+        let mut bytes = self.value(field, tag, 1)?;
+        bytes.truncate(
+            bytes
+                .iter()
+                .position(|byte| *byte == 0)
+                .unwrap_or(bytes.len()),
+        );
+        Ok(match String::from_utf8(bytes) {
+            Ok(text) => text,
+            // Older programs write µ as one byte.
+            Err(other) => other
+                .as_bytes()
+                .iter()
+                .map(|byte| char::from(*byte))
+                .collect(),
+        })
+    }
+
+    fn value(&self, field: &Field, tag: Tag, size: u64) -> Parsed<Vec<u8>> {
+        let bytes = field.count.saturating_mul(size);
+        let read = self.file.read(field.at, bytes);
+        read.map_err(|fault| format!("`{tag:?}`: {fault}"))
+    }
+}

@@ -1,0 +1,121 @@
+//! A folder of TIFF files, each of which is one slice.
+
+use std::cmp::Ordering;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::directory::{Directories, Tag};
+use super::page::Page;
+use super::{Meaning, stack};
+use crate::scene::volume::format::header::Header;
+use crate::scene::volume::overrides::VolumeOverrides;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::watched::WatchedFile;
+
+pub fn is_folder(path: &Path) -> bool {
+    files(path).is_ok_and(|files| !files.is_empty())
+}
+
+pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+    let files = files(path)?;
+    let pages = files.par_iter().map(|file| {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        page(file).map_err(|fault| format!("{name} {fault}"))
+    });
+    // All of them, so that it is always the first fault that is told.
+    let pages: Vec<Parsed<Page>> = pages.collect();
+    let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
+    let layout = pages[0].layout;
+    let meaning = Meaning::stack(pages.len(), layout.samples);
+    stack(path, meaning, vec![layout.size], overrides, |n| {
+        Ok(pages[n].clone())
+    })
+}
+
+/// The TIFF files of a folder, in the order of their numbers. Hidden ones are not the user's: some systems
+/// put such beside each file.
+fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(|e| e.to_string())? {
+        let path = entry.map_err(|e| e.to_string())?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let lower = name.to_lowercase();
+        if (lower.ends_with(".tif") || lower.ends_with(".tiff")) && !lower.starts_with('.') {
+            files.push((name.into_owned(), path));
+        }
+    }
+    files.sort_by(|(a, _), (b, _)| by_number(a, b).then_with(|| a.cmp(b)));
+    Ok(files.into_iter().map(|(_, path)| path).collect())
+}
+
+fn page(path: &Path) -> Parsed<Page> {
+    let file = Arc::new(WatchedFile::open(path)?.closed());
+    let directories = Directories::new(&file)?;
+    let mut pages = Vec::new();
+    for directory in directories.pages()? {
+        if directories
+            .number(&directory, Tag::NewSubfileType)?
+            .unwrap_or(0)
+            & 1
+            == 0
+        {
+            pages.push(directory);
+        }
+    }
+    match &pages[..] {
+        [one] => Page::new(&file, &directories, one),
+        _ => Err(format!(
+            "has {} pages, expected 1 in each file of a folder; open it alone",
+            pages.len()
+        )),
+    }
+}
+
+/// As people count: 9 comes before 10, and 009 is 9.
+fn by_number(a: &str, b: &str) -> Ordering {
+    let [mut a, mut b] = [a, b];
+    loop {
+        let [(a_number, a_rest), (b_number, b_rest)] = [a, b].map(leading_number);
+        match (a_number, b_number) {
+            (Some(a_digits), Some(b_digits)) => {
+                let order = a_digits.len().cmp(&b_digits.len());
+                match order.then_with(|| a_digits.cmp(b_digits)) {
+                    Ordering::Equal => (a, b) = (a_rest, b_rest),
+                    order => return order,
+                }
+            }
+            _ => match (a.chars().next(), b.chars().next()) {
+                (Some(first), Some(second)) if first == second => {
+                    (a, b) = (&a[first.len_utf8()..], &b[second.len_utf8()..]);
+                }
+                (first, second) => return first.cmp(&second),
+            },
+        }
+    }
+}
+
+/// The digits at the beginning, without zeros that count nothing, and what follows them.
+fn leading_number(text: &str) -> (Option<&str>, &str) {
+    let end = text.bytes().take_while(u8::is_ascii_digit).count();
+    let (digits, rest) = text.split_at(end);
+    ((end > 0).then(|| digits.trim_start_matches('0')), rest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::by_number;
+
+    #[test]
+    fn numbers_sort_as_numbers() {
+        let mut names = [
+            "s10b", "s9", "s010a", "s1_2", "s1_10", "s", "t0", "s1_002", "s11",
+        ];
+        names.sort_by(|a, b| by_number(a, b));
+        let expected = [
+            "s", "s1_2", "s1_002", "s1_10", "s9", "s010a", "s10b", "s11", "t0",
+        ];
+        assert_eq!(names, expected);
+    }
+}

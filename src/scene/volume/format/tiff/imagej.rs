@@ -1,0 +1,68 @@
+//! What ImageJ writes into the description of the first page: `key=value` lines.
+//!
+//! Its pages come channel by channel, then slice by slice, then time by time. Of a stack without
+//! compression it may write only the first page's directory, and all pixels one after another: that is how
+//! it gets beyond 4 GB.
+
+use super::Meaning;
+use crate::scene::volume::parsed::Parsed;
+
+pub const START: &str = "ImageJ=";
+
+/// Pages that the description speaks of; 1 if it does not.
+pub fn images(description: &str) -> Parsed<u64> {
+    count(description, "images")
+}
+
+/// `resolution` are the pixels in a unit of length along x and y.
+pub fn meaning(
+    description: &str,
+    pages: usize,
+    samples: u32,
+    resolution: [Option<f64>; 2],
+) -> Parsed<Meaning> {
+    let [channels, slices, frames] =
+        ["channels", "slices", "frames"].map(|key| count(description, key));
+    let (channels, slices, frames) = (channels?, slices?, frames?);
+    let planes = channels.saturating_mul(slices).saturating_mul(frames);
+    let depth = value(description, "spacing").and_then(|text| text.parse::<f64>().ok());
+    let depth = depth.map(f64::abs).filter(|depth| depth.is_normal());
+    let unit = value(description, "unit").filter(|unit| *unit != "pixel");
+    let [x, y] = resolution.map(|pixels| match unit {
+        Some(_) => 1.0 / pixels.unwrap_or(1.0),
+        None => 1.0,
+    });
+    let unit = unit.map(|unit| match unit {
+        "\\u00B5m" | "micron" | "um" => "µm".to_string(),
+        other => other.to_string(),
+    });
+    let mut meaning = Meaning {
+        spacing: [x, y, depth.unwrap_or(1.0)],
+        unit,
+        ..Meaning::stack(pages, samples)
+    };
+    // Numbers that do not fit the file are those of a stack that was changed by another program.
+    if planes == pages as u64 && samples == 1 && channels * frames > 1 {
+        meaning.channels = vec![String::new(); channels as usize];
+        meaning.times = frames as u32;
+        meaning.depth = slices as usize;
+        meaning.order = [1, channels as usize, (channels * slices) as usize];
+    }
+    Ok(meaning)
+}
+
+fn value<'a>(description: &'a str, key: &str) -> Option<&'a str> {
+    let mut lines = description.lines();
+    lines.find_map(|line| Some(line.strip_prefix(key)?.strip_prefix('=')?.trim()))
+}
+
+fn count(description: &str, key: &str) -> Parsed<u64> {
+    let Some(text) = value(description, key) else {
+        return Ok(1);
+    };
+    let count = text
+        .parse()
+        .ok()
+        .filter(|count| (1..=u64::from(u32::MAX)).contains(count));
+    count.ok_or_else(|| format!("ImageJ's `{key}` is no whole number from 1 up"))
+}

@@ -1,0 +1,351 @@
+//! TIFF: a file of pages, or a folder of numbered files with a page each.
+//! <https://www.awaresystems.be/imaging/tiff/specification/TIFF6.pdf>, BigTIFF:
+//! <https://www.awaresystems.be/imaging/tiff/bigtiff.html>
+//!
+//! Each page is a slice, and its first row is y = 0. Programs for microscopes put more into a file than a
+//! stack, and say in the first page's description what its pages are ([`imagej`], [`ome`]). Nobody says
+//! where a slice is in a body: the axes stay unknown.
+//!
+//! Strips and tiles are decoded one by one, by all cores at once; pixels that lie plainly one after another
+//! are read like those of any other format.
+
+mod directory;
+mod folder;
+mod imagej;
+mod ome;
+mod page;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use directory::{Directories, Directory, Tag};
+use page::{Layout, Page};
+
+pub use folder::{is_folder, read_folder};
+
+use super::header::{Header, pick};
+use crate::scene::volume::overrides::VolumeOverrides;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::chunked::{Chunked, Chunks};
+use crate::scene::volume::source::codec::{Codec, MAX_RATIO};
+use crate::scene::volume::source::file::{Data, Encoding, Start, shape, voxel_bytes};
+use crate::scene::volume::source::watched::WatchedFile;
+use crate::scene::volume::storage::{Level, Storage};
+
+/// What a file's pages are.
+struct Meaning {
+    spacing: [f64; 3],
+    unit: Option<String>,
+    /// Slices of each channel at each time.
+    depth: usize,
+    /// Names, or "". The samples of one pixel are channels, too.
+    channels: Vec<String>,
+    times: u32,
+    /// How many planes further the next channel, slice and time are.
+    order: [usize; 3],
+    /// The page of each plane.
+    places: Vec<usize>,
+    /// Values of a pixel.
+    samples: u32,
+}
+
+impl Meaning {
+    /// Every page is a slice.
+    fn stack(pages: usize, samples: u32) -> Meaning {
+        Meaning {
+            spacing: [1.0; 3],
+            unit: None,
+            depth: pages,
+            channels: vec![String::new(); samples as usize],
+            times: 1,
+            order: [0, 1, 0],
+            places: (0..pages).collect(),
+            samples,
+        }
+    }
+}
+
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+    let file = Arc::new(WatchedFile::open(path)?);
+    let directories = Directories::new(&file)?;
+    let all = directories.pages()?;
+    let mut full: Vec<&Directory> = Vec::new();
+    for directory in &all {
+        // Previews and coarser copies say so.
+        if directories
+            .number(directory, Tag::NewSubfileType)?
+            .unwrap_or(0)
+            & 1
+            == 0
+        {
+            full.push(directory);
+        }
+    }
+    let first = *full.first().ok_or("has no page in full resolution")?;
+    let description = directories.text(first, Tag::ImageDescription)?;
+    let level = overrides.level.unwrap_or(0);
+    let coarser = directories
+        .numbers(first, Tag::SubIfds)?
+        .unwrap_or_default();
+    let page = |n: usize| {
+        let page = directories
+            .at_level(full[n], level)
+            .and_then(|directory| match directory {
+                None => Page::new(&file, &directories, full[n]),
+                Some(directory) => Page::new(&file, &directories, &directory),
+            });
+        page.map_err(|fault| match full.len() {
+            1 => fault,
+            count => format!("page {} of {count} {fault}", n + 1),
+        })
+    };
+    pick("level", overrides.level, coarser.len() as u32 + 1)?;
+    let first_page = page(0)?;
+    let samples = first_page.layout.samples;
+    let is_imagej = description.starts_with(imagej::START);
+    let images = if is_imagej {
+        imagej::images(&description)?
+    } else {
+        1
+    };
+    let is_one_block = full.len() == 1 && images > 1 && first_page.layout.codec == Codec::Plain;
+    let count = if is_one_block {
+        images as usize
+    } else {
+        full.len()
+    };
+    if is_one_block {
+        let last = first_page.layout.page_bytes().checked_mul(images);
+        if last.is_none_or(|bytes| bytes > file.bytes()) {
+            return Err(format!(
+                "its {} bytes cannot hold the {images} images that ImageJ's description speaks of: the file \
+                 is truncated",
+                file.bytes()
+            ));
+        }
+    }
+    let meaning = if is_imagej {
+        let resolution = [Tag::XResolution, Tag::YResolution];
+        let [x, y] = resolution.map(|tag| directories.fraction(first, tag));
+        imagej::meaning(&description, count, samples, [x?, y?])?
+    } else if ome::is_ome(&description) {
+        ome::meaning(&description, count, samples)?
+    } else {
+        Meaning::stack(count, samples)
+    };
+    let page_bytes = first_page.layout.page_bytes();
+    let pages = |n: usize| match is_one_block {
+        true => Ok(first_page.moved(n as u64 * page_bytes)),
+        false => page(n),
+    };
+    let full_size = Page::new(&file, &directories, first)?.layout.size;
+    let mut levels = vec![full_size];
+    for at in coarser {
+        let directory = directories.read(at)?;
+        levels.push(Page::new(&file, &directories, &directory)?.layout.size);
+    }
+    stack(path, meaning, levels, overrides, pages)
+}
+
+impl Directories<'_> {
+    /// The directory of a page's coarser copy; `None` for the page itself.
+    fn at_level(&self, directory: &Directory, level: u32) -> Parsed<Option<Directory>> {
+        if level == 0 {
+            return Ok(None);
+        }
+        let levels = self.numbers(directory, Tag::SubIfds)?.unwrap_or_default();
+        match levels.get(level as usize - 1) {
+            Some(at) => self.read(*at).map(Some),
+            None => Err(format!("has no level {level}")),
+        }
+    }
+}
+
+/// The volume of one channel at one time.
+fn stack(
+    path: &Path,
+    meaning: Meaning,
+    levels: Vec<[u32; 2]>,
+    overrides: &VolumeOverrides,
+    page: impl Fn(usize) -> Parsed<Page>,
+) -> Parsed<Header> {
+    let channels = meaning.channels.len() as u32;
+    if meaning.samples > 1 && overrides.channel.is_none() {
+        return Err(format!(
+            "is in colour: its pixels have {} values, expected 1; pick one with `--set \
+             volume.channel=0`",
+            meaning.samples
+        ));
+    }
+    let channel = pick("channel", overrides.channel, channels)?;
+    let time = pick("time", overrides.time, meaning.times)?;
+    let level = pick("level", overrides.level, levels.len() as u32)?;
+    let [of_channel, of_slice, of_time] = meaning.order;
+    let begin = (channel / meaning.samples) as usize * of_channel + time as usize * of_time;
+    let mut pages: Vec<Page> = Vec::new();
+    let mut chunks = 0;
+    for z in 0..meaning.depth {
+        let n = meaning.places[begin + z * of_slice];
+        let next = page(n)?;
+        chunks += next.chunks() as u64;
+        if chunks > next.file.bytes() && z > 0 && Arc::ptr_eq(&pages[0].file, &next.file) {
+            return Err("has more strips and tiles than bytes: the file is damaged".into());
+        }
+        if let Some(first) = pages.first() {
+            check_alike(&first.layout, &next, z, meaning.depth)?;
+        }
+        pages.push(next);
+    }
+    let layout = pages[0].layout;
+    let dims = [layout.size[0], layout.size[1], pages.len() as u32];
+    let spacing: [f64; 3] = std::array::from_fn(|a| {
+        let ratio = |a: usize| f64::from(levels[0][a]) / f64::from(levels[level as usize][a]);
+        meaning.spacing[a] * if a < 2 { ratio(a) } else { 1.0 }
+    });
+    let storage = Storage {
+        compression: (layout.codec != Codec::Plain).then(|| layout.codec.name().to_string()),
+        unit: meaning.unit,
+        channels: meaning.channels,
+        times: meaning.times,
+        levels: levels
+            .iter()
+            .map(|size| Level {
+                dims: [size[0], size[1], dims[2]],
+                spacing: std::array::from_fn(|a| match a {
+                    2 => meaning.spacing[2],
+                    _ => meaning.spacing[a] * f64::from(levels[0][a]) / f64::from(size[a]),
+                }),
+            })
+            .collect(),
+        channel: Some(channel),
+        time: Some(time),
+        level: Some(level),
+        ..Storage::default()
+    };
+    let packed = pages.iter().map(Page::packed_bytes).sum();
+    check_promise(packed, layout, dims)?;
+    let source = match plain_start(&pages) {
+        Some(start) => Data {
+            path: path.to_path_buf(),
+            start: Start::At(start),
+            encoding: Encoding::Raw,
+            skip: 0,
+        }
+        .open(path, dims, layout.voxel_type)?,
+        None => {
+            let is_alike = pages.iter().all(|page| page.layout == layout);
+            let chunk = match is_alike {
+                true => layout.chunk,
+                false => layout.size,
+            };
+            let sample = channel % meaning.samples;
+            let pages = Pages {
+                pages,
+                sample,
+                is_alike,
+            };
+            let chunk = [chunk[0], chunk[1], 1];
+            let bytes = layout.voxel_type.bytes();
+            Box::new(Chunked::new(dims, chunk, bytes, Box::new(pages)))
+        }
+    };
+    let mut notes = storage.notes();
+    if layout.is_white_zero {
+        notes.push("the file says that 0 is white; its values are taken as they are".into());
+    }
+    Ok(Header {
+        spacing,
+        storage,
+        notes,
+        ..Header::of_source(source, dims, layout.voxel_type, layout.endian)
+    })
+}
+
+fn check_alike(first: &Layout, page: &Page, z: usize, depth: usize) -> Parsed<()> {
+    let name = || {
+        let name = page.file.path().file_name().unwrap_or_default();
+        format!("page {} of {depth} (in {})", z + 1, name.to_string_lossy())
+    };
+    let here = &page.layout;
+    if here.size != first.size {
+        return Err(format!(
+            "{} is {}×{} pixels, expected {}×{} like the first",
+            name(),
+            here.size[0],
+            here.size[1],
+            first.size[0],
+            first.size[1]
+        ));
+    }
+    let kinds = |layout: &Layout| (layout.voxel_type, layout.endian, layout.samples);
+    if kinds(here) != kinds(first) {
+        let describe = |layout: &Layout| {
+            let values = if layout.samples == 1 {
+                "value"
+            } else {
+                "values"
+            };
+            format!(
+                "{} {values} a pixel, {} in {:?}-endian order",
+                layout.samples, layout.voxel_type, layout.endian
+            )
+            .replace("Little", "little")
+            .replace("Big", "big")
+        };
+        return Err(format!(
+            "{} has {}, expected {} like the first",
+            name(),
+            describe(here),
+            describe(first)
+        ));
+    }
+    Ok(())
+}
+
+/// A file that promises more than its bytes can hold is refused before anything is decoded.
+fn check_promise(packed: u64, layout: Layout, dims: [u32; 3]) -> Parsed<()> {
+    let expected = voxel_bytes(dims, layout.voxel_type)?;
+    match layout.codec {
+        Codec::Plain => Ok(()),
+        _ if packed.saturating_mul(MAX_RATIO) >= expected => Ok(()),
+        _ => Err(format!(
+            "its {packed} compressed bytes cannot hold {}: the file is damaged",
+            shape(dims, layout.voxel_type)
+        )),
+    }
+}
+
+/// Where the voxels begin, if they lie plainly one after another in one file.
+fn plain_start(pages: &[Page]) -> Option<u64> {
+    let start = pages[0].plain_run()?;
+    let bytes = pages[0].layout.page_bytes();
+    let follows = |(n, page): (usize, &Page)| {
+        let expected = (n as u64).checked_mul(bytes)?.checked_add(start)?;
+        let is_here = Arc::ptr_eq(&page.file, &pages[0].file);
+        (is_here && page.plain_run() == Some(expected)).then_some(())
+    };
+    pages.iter().enumerate().try_for_each(follows)?;
+    Some(start)
+}
+
+#[derive(Debug)]
+struct Pages {
+    pages: Vec<Page>,
+    sample: u32,
+    /// Whether all pages have the same strips or tiles; otherwise a page is decoded at once.
+    is_alike: bool,
+}
+
+impl Chunks for Pages {
+    fn decode(&self, [column, row, z]: [u32; 3]) -> Parsed<Vec<u8>> {
+        let page = &self.pages[z as usize];
+        let decoded = match self.is_alike {
+            true => page.decode([column, row], self.sample),
+            false => page.decode_whole(self.sample),
+        };
+        decoded.map_err(|fault| match self.pages.len() {
+            1 => fault,
+            count => format!("page {} of {count}: {fault}", z + 1),
+        })
+    }
+}

@@ -1,0 +1,169 @@
+//! OME-TIFF: XML in the first page's description says what each page is.
+//! <https://docs.openmicroscopy.org/ome-model/latest/ome-tiff/specification.html>
+//!
+//! Only sizes, units and the order of pages are read. Who made the image, and of what, is not.
+
+use roxmltree::{Document, Node, ParsingOptions};
+
+use super::Meaning;
+use crate::scene::volume::format::header::unexpected;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::storage::in_one_unit;
+
+/// Nodes for each page of the file, and for all that is not about pages.
+const NODES_FOR_PAGE: u32 = 64;
+const MORE_NODES: u32 = 100_000;
+
+pub fn is_ome(description: &str) -> bool {
+    description.contains("<OME") || description.contains("<ome:OME")
+}
+
+pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning> {
+    let options = ParsingOptions {
+        nodes_limit: (pages as u32)
+            .saturating_mul(NODES_FOR_PAGE)
+            .saturating_add(MORE_NODES),
+        ..Default::default()
+    };
+    let document = Document::parse_with_options(description.trim(), options)
+        .map_err(|e| format!("its OME-XML cannot be read: {e}"))?;
+    let pixels = document.descendants().find(|node| is(node, "Pixels"));
+    let Some(pixels) = pixels else {
+        let elsewhere = document.descendants().any(|node| is(&node, "BinaryOnly"));
+        return Err(match elsewhere {
+            true => "is a part of a set of OME-TIFF files that another file describes; open that one, or \
+                     write the set as one file"
+                .into(),
+            false => "its OME-XML has no `Pixels`".into(),
+        });
+    };
+    let [depth, channels, times] = ["SizeZ", "SizeC", "SizeT"].map(|key| size(&pixels, key));
+    let (depth, channels, times) = (depth?, channels?, times?);
+    let (spacing, unit) = spacing(&pixels)?;
+    if channels % samples != 0 {
+        return Err(unexpected(
+            "SizeC",
+            &channels.to_string(),
+            &format!("a multiple of a pixel's {samples} samples"),
+        ));
+    }
+    let planes = u64::from(depth) * u64::from(channels / samples) * u64::from(times);
+    if planes > pages as u64 {
+        return Err(format!(
+            "has {pages} pages, but its OME-XML speaks of {planes}: the others are in other files; write \
+             the set as one file"
+        ));
+    }
+    let mut names: Vec<String> = Vec::new();
+    for channel in pixels.children().filter(|node| is(node, "Channel")) {
+        let name = channel.attribute("Name").unwrap_or_default().to_string();
+        let samples = match channel.attribute("SamplesPerPixel") {
+            Some(_) => samples,
+            None => 1,
+        };
+        names.extend(std::iter::repeat_n(name, samples as usize));
+    }
+    names.resize(channels as usize, String::new());
+    let sizes = [channels / samples, depth, times].map(|size| size as usize);
+    let order = order(pixels.attribute("DimensionOrder").unwrap_or("XYZCT"), sizes)?;
+    let places = places(&pixels, order, planes as usize, pages)?;
+    Ok(Meaning {
+        spacing,
+        unit,
+        depth: depth as usize,
+        channels: names,
+        times,
+        order,
+        places,
+        samples,
+    })
+}
+
+/// Names are told apart without their namespace, of which there is one for each year.
+fn is(node: &Node, name: &str) -> bool {
+    node.is_element() && node.tag_name().name() == name
+}
+
+fn size(pixels: &Node, key: &str) -> Parsed<u32> {
+    let text = pixels.attribute(key).unwrap_or_default();
+    let size = text.parse().ok().filter(|size| *size > 0);
+    size.ok_or_else(|| unexpected(key, text, "a whole number from 1 up"))
+}
+
+/// The voxel size, and its unit if the file knows any.
+fn spacing(pixels: &Node) -> Parsed<([f64; 3], Option<String>)> {
+    let mut lengths = [1.0; 3];
+    let mut units = [None; 3];
+    for (a, axis) in ["X", "Y", "Z"].into_iter().enumerate() {
+        let key = format!("PhysicalSize{axis}");
+        if let Some(text) = pixels.attribute(key.as_str()) {
+            let length = text.parse().ok().filter(|length: &f64| *length > 0.0);
+            lengths[a] = length.ok_or_else(|| unexpected(&key, text, "a length above 0"))?;
+            units[a] = pixels
+                .attribute(format!("{key}Unit").as_str())
+                .or(Some("µm"));
+        }
+    }
+    Ok((
+        in_one_unit(lengths, units),
+        units[0].map(|unit| unit.to_string()),
+    ))
+}
+
+/// How many pages further the next channel, slice and time are.
+fn order(name: &str, sizes: [usize; 3]) -> Parsed<[usize; 3]> {
+    let letters: Vec<usize> = name
+        .strip_prefix("XY")
+        .into_iter()
+        .flat_map(str::chars)
+        .filter_map(|letter| "CZT".find(letter))
+        .collect();
+    let mut sorted = letters.clone();
+    sorted.sort_unstable();
+    if sorted != [0, 1, 2] {
+        let expected = "XY and then Z, C and T in any order";
+        return Err(unexpected("DimensionOrder", name, expected));
+    }
+    let (mut order, mut step) = ([0; 3], 1);
+    for axis in letters {
+        order[axis] = step;
+        step *= sizes[axis];
+    }
+    Ok(order)
+}
+
+/// The page of each plane, in the order of planes.
+fn places(pixels: &Node, order: [usize; 3], planes: usize, pages: usize) -> Parsed<Vec<usize>> {
+    let mut places: Vec<usize> = (0..planes).collect();
+    let mut files = Vec::new();
+    for data in pixels.children().filter(|node| is(node, "TiffData")) {
+        let number = |key: &str| data.attribute(key).map(str::parse::<usize>).transpose();
+        let wrong = |_| "its OME-XML has a `TiffData` with a number that is none".to_string();
+        let page = number("IFD").map_err(wrong)?;
+        let count = number("PlaneCount").map_err(wrong)?;
+        let count = count.unwrap_or(if page.is_some() { 1 } else { planes });
+        let mut plane: usize = 0;
+        for (key, step) in ["FirstC", "FirstZ", "FirstT"].into_iter().zip(order) {
+            let first = number(key).map_err(wrong)?.unwrap_or(0);
+            plane = plane.saturating_add(first.saturating_mul(step));
+        }
+        for n in 0..count.min(planes.saturating_sub(plane)) {
+            places[plane + n] = page.unwrap_or(0).saturating_add(n);
+        }
+        files.extend(
+            data.children()
+                .filter_map(|node| node.attribute("FileName")),
+        );
+    }
+    files.dedup();
+    if files.len() > 1 {
+        return Err("is a part of a set of OME-TIFF files; write the set as one file".to_string());
+    }
+    match places.iter().find(|page| **page >= pages) {
+        Some(page) => Err(format!(
+            "has {pages} pages, but its OME-XML says that an image is on page {}",
+            page.saturating_add(1)
+        )),
+        None => Ok(places),
+    }
+}

@@ -1,0 +1,384 @@
+//! One page: how its pixels are cut into strips or tiles, and what those decode to.
+
+use std::sync::Arc;
+
+use super::directory::{Directories, Directory, Tag};
+use crate::scene::volume::format::header::unexpected;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::codec::Codec;
+use crate::scene::volume::source::watched::WatchedFile;
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
+
+/// What pages of one stack have in common.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Layout {
+    /// Pixels along x and y.
+    pub size: [u32; 2],
+    pub voxel_type: VoxelType,
+    pub endian: Endian,
+    /// Values of a pixel.
+    pub samples: u32,
+    /// Whether samples lie one after another, each in strips or tiles of its own.
+    is_planar: bool,
+    /// Pixels of a strip or a tile.
+    pub chunk: [u32; 2],
+    pub is_tiled: bool,
+    pub codec: Codec,
+    predictor: Predictor,
+    /// Whether small values are meant to be bright.
+    pub is_white_zero: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Predictor {
+    None,
+    /// A value is its difference from the one on its left.
+    Horizontal,
+    /// The same of bytes, of which those of one significance lie together in a row.
+    Float,
+}
+
+#[derive(Debug, Clone)]
+pub struct Page {
+    pub layout: Layout,
+    pub file: Arc<WatchedFile>,
+    /// Offset and length in the file of each strip or tile.
+    chunks: Vec<(u64, u64)>,
+}
+
+impl Page {
+    pub fn new(
+        file: &Arc<WatchedFile>,
+        directories: &Directories,
+        directory: &Directory,
+    ) -> Parsed<Page> {
+        let number = |tag| directories.number(directory, tag);
+        let length = |tag: Tag, value: u64| {
+            let expected = "a whole number from 1 to 4294967295";
+            let length = u32::try_from(value).ok().filter(|length| *length > 0);
+            length.ok_or_else(|| unexpected(&format!("{tag:?}"), &value.to_string(), expected))
+        };
+        let side = |tag| length(tag, directories.require(directory, tag)?);
+        let size = [side(Tag::ImageWidth)?, side(Tag::ImageLength)?];
+        match number(Tag::ImageDepth)? {
+            None | Some(1) => {}
+            Some(depth) => {
+                let expected = "1: a page for each slice";
+                return Err(unexpected("ImageDepth", &depth.to_string(), expected));
+            }
+        }
+        let tiles = directories.numbers(directory, Tag::TileOffsets)?;
+        let is_tiled = tiles.is_some();
+        let chunk = match is_tiled {
+            true => [side(Tag::TileWidth)?, side(Tag::TileLength)?],
+            false => {
+                let rows = number(Tag::RowsPerStrip)?.unwrap_or(u64::from(size[1]));
+                let rows = rows.min(u64::from(size[1]));
+                [size[0], length(Tag::RowsPerStrip, rows)?]
+            }
+        };
+        let samples = length(
+            Tag::SamplesPerPixel,
+            number(Tag::SamplesPerPixel)?.unwrap_or(1),
+        )?;
+        let layout = Layout {
+            size,
+            voxel_type: voxel_type(directories, directory)?,
+            endian: directories.endian,
+            samples,
+            is_planar: samples > 1 && number(Tag::PlanarConfiguration)? == Some(2),
+            chunk,
+            is_tiled,
+            codec: codec(number(Tag::Compression)?.unwrap_or(1))?,
+            predictor: predictor(number(Tag::Predictor)?.unwrap_or(1))?,
+            is_white_zero: number(Tag::PhotometricInterpretation)? == Some(0),
+        };
+        layout.check()?;
+        let offsets = match tiles {
+            Some(offsets) => Some(offsets),
+            None => directories.numbers(directory, Tag::StripOffsets)?,
+        };
+        let counts = match is_tiled {
+            true => directories.numbers(directory, Tag::TileByteCounts)?,
+            false => directories.numbers(directory, Tag::StripByteCounts)?,
+        };
+        let offsets = offsets.ok_or("has neither `StripOffsets` nor `TileOffsets`")?;
+        let expected = layout.chunks();
+        // Without compression it is known how long they are, and some programs write nothing or nonsense.
+        let counts = match (counts, layout.codec) {
+            (Some(counts), _) if counts.len() == offsets.len() => counts,
+            (_, Codec::Plain) => vec![0; offsets.len()],
+            _ => return Err("does not say how long its strips or tiles are".into()),
+        };
+        match offsets.len() as u64 == expected {
+            true => Ok(Page {
+                layout,
+                file: file.clone(),
+                chunks: offsets.into_iter().zip(counts).collect(),
+            }),
+            false => Err(format!(
+                "has {} strips or tiles, expected {expected} for {}×{} pixels",
+                offsets.len(),
+                size[0],
+                size[1]
+            )),
+        }
+    }
+
+    pub fn chunks(&self) -> usize {
+        self.chunks.len()
+    }
+
+    pub fn packed_bytes(&self) -> u64 {
+        let counts = self.chunks.iter().map(|(_, count)| *count);
+        counts.fold(0, u64::saturating_add)
+    }
+
+    /// The same page `distance` bytes later in the file.
+    pub fn moved(&self, distance: u64) -> Page {
+        let moved = |(offset, count): &(u64, u64)| (offset.saturating_add(distance), *count);
+        Page {
+            chunks: self.chunks.iter().map(moved).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// Where the pixels are, row by row and as they are, if they lie in one place of the file.
+    pub fn plain_run(&self) -> Option<u64> {
+        let layout = &self.layout;
+        let is_plain = layout.codec == Codec::Plain
+            && layout.predictor == Predictor::None
+            && layout.samples == 1
+            && !layout.is_tiled;
+        let first = self.chunks.first()?.0;
+        let strip = layout.row_bytes() * u64::from(layout.chunk[1]);
+        let follows = |(n, (offset, _)): (usize, &(u64, u64))| {
+            Some(*offset)
+                == (n as u64)
+                    .checked_mul(strip)
+                    .and_then(|d| d.checked_add(first))
+        };
+        (is_plain && self.chunks.iter().enumerate().all(follows)).then_some(first)
+    }
+
+    /// One sample of the pixels of the strip or tile in this column and row of them.
+    pub fn decode(&self, [column, row]: [u32; 2], sample: u32) -> Parsed<Vec<u8>> {
+        let layout = &self.layout;
+        let [across, down] = layout.grid();
+        let plane = if layout.is_planar { sample } else { 0 };
+        let at = (u64::from(plane) * u64::from(down) + u64::from(row)) * u64::from(across);
+        let (offset, packed) = self.chunks[(at + u64::from(column)) as usize];
+        let rows = match layout.is_tiled {
+            true => layout.chunk[1],
+            false => layout.chunk[1].min(layout.size[1] - row * layout.chunk[1]),
+        };
+        let expected = layout.chunk_row_bytes() * u64::from(rows);
+        let count = match layout.codec {
+            Codec::Plain => expected,
+            _ => packed,
+        };
+        let packed = self.file.read(offset, count)?;
+        let mut pixels = layout.codec.decode(packed, expected as usize)?;
+        layout.undo_prediction(&mut pixels);
+        Ok(match layout.samples_in_chunk() {
+            1 => pixels,
+            samples => {
+                let bytes = layout.voxel_type.bytes();
+                let pixels = pixels.chunks_exact(samples as usize * bytes);
+                let samples = pixels.map(|pixel| &pixel[sample as usize * bytes..][..bytes]);
+                samples.flatten().copied().collect()
+            }
+        })
+    }
+
+    /// One sample of all pixels.
+    pub fn decode_whole(&self, sample: u32) -> Parsed<Vec<u8>> {
+        let layout = &self.layout;
+        let bytes = layout.voxel_type.bytes();
+        let [width, height] = layout.size.map(|size| size as usize);
+        let [across, down] = layout.grid();
+        let mut rows: Vec<Vec<u8>> = Vec::new();
+        for row in 0..down {
+            let begin = rows.len();
+            let end = height.min(begin + layout.chunk[1] as usize);
+            rows.resize(end, Vec::new());
+            for column in 0..across {
+                let pixels = self.decode([column, row], sample)?;
+                let chunk_row = layout.chunk[0] as usize * bytes;
+                for (whole, part) in rows[begin..].iter_mut().zip(pixels.chunks(chunk_row)) {
+                    let wanted = part.len().min(width * bytes - whole.len());
+                    whole.extend_from_slice(&part[..wanted]);
+                }
+            }
+        }
+        Ok(rows.concat())
+    }
+}
+
+impl Layout {
+    /// Sizes of which nothing in the file could be worth them are refused here, so that later they can
+    /// be multiplied without a thought.
+    fn check(&self) -> Parsed<()> {
+        let product = |[width, height]: [u32; 2]| {
+            let bytes = u64::from(self.samples) * self.voxel_type.bytes() as u64;
+            (u64::from(width) * u64::from(height)).checked_mul(bytes)
+        };
+        let fits = |bytes: Option<u64>| bytes.is_some_and(|bytes| bytes < 1 << 48);
+        if !fits(product(self.size)) || !fits(product(self.chunk)) {
+            return Err(format!(
+                "is {}×{} pixels in strips or tiles of {}×{}, which is more than any file holds",
+                self.size[0], self.size[1], self.chunk[0], self.chunk[1]
+            ));
+        }
+        match (self.predictor, self.voxel_type) {
+            (Predictor::Float, VoxelType::F32 | VoxelType::F64) => Ok(()),
+            (Predictor::Float, other) => Err(format!(
+                "`Predictor` is 3, which is for floating-point numbers, but its pixels are {other}"
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Strips or tiles across and down.
+    fn grid(&self) -> [u32; 2] {
+        [0, 1].map(|a| self.size[a].div_ceil(self.chunk[a]))
+    }
+
+    fn chunks(&self) -> u64 {
+        let [across, down] = self.grid();
+        let planes = if self.is_planar { self.samples } else { 1 };
+        u64::from(across) * u64::from(down) * u64::from(planes)
+    }
+
+    fn samples_in_chunk(&self) -> u32 {
+        if self.is_planar { 1 } else { self.samples }
+    }
+
+    fn chunk_row_bytes(&self) -> u64 {
+        let pixel = self.samples_in_chunk() as usize * self.voxel_type.bytes();
+        u64::from(self.chunk[0]) * pixel as u64
+    }
+
+    /// Of one sample.
+    fn row_bytes(&self) -> u64 {
+        u64::from(self.size[0]) * self.voxel_type.bytes() as u64
+    }
+
+    /// Of one sample.
+    pub fn page_bytes(&self) -> u64 {
+        self.row_bytes() * u64::from(self.size[1])
+    }
+
+    fn undo_prediction(&self, pixels: &mut [u8]) {
+        let samples = self.samples_in_chunk() as usize;
+        let size = self.voxel_type.bytes();
+        for row in pixels.chunks_exact_mut(self.chunk_row_bytes() as usize) {
+            match (self.predictor, size) {
+                (Predictor::None, _) => {}
+                (Predictor::Horizontal, 1) => add_left::<1>(row, samples, self.endian),
+                (Predictor::Horizontal, 2) => add_left::<2>(row, samples, self.endian),
+                (Predictor::Horizontal, 4) => add_left::<4>(row, samples, self.endian),
+                (Predictor::Horizontal, _) => add_left::<8>(row, samples, self.endian),
+                (Predictor::Float, _) => {
+                    add_left::<1>(row, samples, self.endian);
+                    join_bytes(row, size, self.endian);
+                }
+            }
+        }
+    }
+}
+
+/// Adds to each number the one of the same sample on its left.
+fn add_left<const SIZE: usize>(row: &mut [u8], samples: usize, endian: Endian) {
+    let numbers = row.as_chunks_mut::<SIZE>().0;
+    let mut left = vec![0; samples];
+    for pixel in numbers.chunks_exact_mut(samples) {
+        for (number, left) in pixel.iter_mut().zip(&mut left) {
+            *left = endian.number(number).wrapping_add(*left);
+            let bytes = left.to_le_bytes();
+            number.copy_from_slice(&bytes[..SIZE]);
+            if endian == Endian::Big {
+                number.reverse();
+            }
+        }
+    }
+}
+
+/// Makes numbers of a row that has first their most significant bytes, then the next, and so on.
+fn join_bytes(row: &mut [u8], size: usize, endian: Endian) {
+    let apart = row.to_vec();
+    let count = row.len() / size;
+    for (n, number) in row.chunks_exact_mut(size).enumerate() {
+        for (place, byte) in number.iter_mut().enumerate() {
+            let significance = match endian {
+                Endian::Big => place,
+                Endian::Little => size - 1 - place,
+            };
+            *byte = apart[significance * count + n];
+        }
+    }
+}
+
+fn voxel_type(directories: &Directories, directory: &Directory) -> Parsed<VoxelType> {
+    let bits = directories.numbers(directory, Tag::BitsPerSample)?;
+    let bits = bits.filter(|bits| !bits.is_empty()).unwrap_or(vec![1]);
+    let formats = directories.numbers(directory, Tag::SampleFormat)?;
+    let formats = formats
+        .filter(|formats| !formats.is_empty())
+        .unwrap_or(vec![1]);
+    let is_even = |numbers: &[u64]| numbers.iter().all(|number| *number == numbers[0]);
+    if !is_even(&bits) || !is_even(&formats) {
+        return Err("has samples of several types, expected one".into());
+    }
+    let known = u32::try_from(bits[0])
+        .ok()
+        .and_then(|bits| match formats[0] {
+            1 | 4 => VoxelType::integer(bits, false),
+            2 => VoxelType::integer(bits, true),
+            3 => VoxelType::float(bits),
+            _ => None,
+        });
+    known.ok_or_else(|| {
+        let kind = match formats[0] {
+            1 | 4 => "unsigned integers",
+            2 => "signed integers",
+            3 => "floating-point numbers",
+            _ => "complex or unknown numbers",
+        };
+        format!(
+            "its pixels are {kind} of {} bits, expected integers of 8, 16, 32 or 64 bits or \
+             floating-point numbers of 32 or 64",
+            bits[0]
+        )
+    })
+}
+
+fn codec(number: u64) -> Parsed<Codec> {
+    let name = match number {
+        1 => return Ok(Codec::Plain),
+        5 => return Ok(Codec::Lzw),
+        8 | 32946 => return Ok(Codec::Zlib),
+        32773 => return Ok(Codec::PackBits),
+        50000 => return Ok(Codec::Zstd),
+        6 | 7 => "JPEG",
+        33003 | 33004 | 33005 | 34712 => "JPEG 2000",
+        34887 => "LERC",
+        34925 => "LZMA",
+        50001 | 34927 => "WebP",
+        2..=4 => "fax",
+        _ => "an unknown method",
+    };
+    Err(format!(
+        "is compressed with {name} ({number}), expected none, LZW, deflate, PackBits or zstd; write it again \
+         with one of these"
+    ))
+}
+
+fn predictor(number: u64) -> Parsed<Predictor> {
+    match number {
+        1 => Ok(Predictor::None),
+        2 => Ok(Predictor::Horizontal),
+        3 => Ok(Predictor::Float),
+        other => Err(unexpected("Predictor", &other.to_string(), "1, 2 or 3")),
+    }
+}

@@ -1,0 +1,181 @@
+//! Blosc 1, the usual compressor of Zarr: <https://github.com/Blosc/c-blosc/blob/main/README_CHUNK_FORMAT.rst>.
+//!
+//! A buffer is cut into blocks, each block perhaps into as many streams as an element has bytes, and each
+//! stream is compressed with one of five codecs. Before that, the bytes or bits of a block's elements are
+//! put together by their significance.
+
+use super::{Codec, blosclz};
+use crate::scene::volume::parsed::Parsed;
+
+const HEADER: usize = 16;
+const BYTE_SHUFFLE: u8 = 1;
+const IS_PLAIN: u8 = 2;
+const BIT_SHUFFLE: u8 = 4;
+const IS_NOT_SPLIT: u8 = 16;
+/// Streams of a block are only made where elements are small and streams large enough.
+const MOST_STREAMS: usize = 16;
+const LEAST_STREAM: usize = 128;
+
+/// What a buffer's header says.
+struct Buffer<'a> {
+    bytes: &'a [u8],
+    flags: u8,
+    element: usize,
+    length: usize,
+    block: usize,
+}
+
+pub fn decode(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
+    let buffer = Buffer::new(packed)?;
+    if buffer.length != expected {
+        return Err(format!(
+            "its header says {} bytes, expected {expected}",
+            buffer.length
+        ));
+    }
+    if buffer.flags & IS_PLAIN != 0 {
+        let plain = packed.get(HEADER..HEADER + expected);
+        return plain
+            .map(<[u8]>::to_vec)
+            .ok_or_else(|| "it is truncated".into());
+    }
+    let mut decoded = super::reserved(packed, expected);
+    for n in 0..buffer.length.div_ceil(buffer.block.max(1)) {
+        let length = buffer.block.min(buffer.length - n * buffer.block);
+        let block = buffer.block(n, length)?;
+        match buffer.flags {
+            flags if flags & BYTE_SHUFFLE != 0 && buffer.element > 1 => {
+                unshuffle(&block, buffer.element, &mut decoded);
+            }
+            flags if flags & BIT_SHUFFLE != 0 && length >= buffer.element => {
+                unshuffle_bits(&block, buffer.element, &mut decoded);
+            }
+            _ => decoded.extend_from_slice(&block),
+        }
+    }
+    Ok(decoded)
+}
+
+/// The name of the codec inside, for people.
+pub fn codec_name(packed: &[u8]) -> Option<&'static str> {
+    Some(["blosclz", "lz4", "snappy", "zlib", "zstd"][..].get(usize::from(packed.get(2)? >> 5))?)
+}
+
+impl<'a> Buffer<'a> {
+    fn new(bytes: &'a [u8]) -> Parsed<Buffer<'a>> {
+        let Some(&[version, _, flags, element, ..]) = bytes.first_chunk::<HEADER>() else {
+            return Err(format!(
+                "it has {} bytes, fewer than its header",
+                bytes.len()
+            ));
+        };
+        if version > 2 {
+            return Err(format!("it is Blosc of version {version}, expected 1 or 2"));
+        }
+        let buffer = Buffer {
+            bytes,
+            flags,
+            element: usize::from(element).max(1),
+            length: word(bytes, 4)?,
+            block: word(bytes, 8)?,
+        };
+        match buffer.block {
+            0 if buffer.length > 0 => Err("its blocks are 0 bytes long".into()),
+            _ => Ok(buffer),
+        }
+    }
+
+    /// The bytes of block `n` as they were shuffled.
+    fn block(&self, n: usize, length: usize) -> Parsed<Vec<u8>> {
+        let begin = word(self.bytes, HEADER + 4 * n)?;
+        let mut rest = self
+            .bytes
+            .get(begin..)
+            .ok_or("a block begins after its end")?;
+        let is_split = self.flags & IS_NOT_SPLIT == 0
+            && self.element <= MOST_STREAMS
+            && self.block / self.element >= LEAST_STREAM
+            && length == self.block;
+        let streams = if is_split { self.element } else { 1 };
+        let mut block = Vec::new();
+        for _ in 0..streams {
+            let packed = word(rest, 0)?;
+            let packed = rest
+                .get(4..4 + packed)
+                .ok_or("a block ends after its end")?;
+            rest = &rest[4 + packed.len()..];
+            let expected = length / streams;
+            match packed.len() == expected {
+                true => block.extend_from_slice(packed),
+                false => block.extend(self.stream(packed, expected)?),
+            }
+        }
+        match block.len() == length {
+            true => Ok(block),
+            false => Err(format!(
+                "a block decodes to {} bytes, expected {length}",
+                block.len()
+            )),
+        }
+    }
+
+    fn stream(&self, packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
+        match self.flags >> 5 {
+            0 => blosclz::decode(packed, expected),
+            1 => {
+                let fits = packed.len().saturating_mul(256) >= expected;
+                fits.then_some(())
+                    .ok_or("a block is longer than LZ4 can make it")?;
+                lz4_flex::block::decompress(packed, expected).map_err(|e| e.to_string())
+            }
+            3 => Codec::Zlib.unpack(packed, expected),
+            4 => Codec::Zstd.unpack(packed, expected),
+            2 => Err("it is compressed with Snappy, expected blosclz, lz4, zlib or zstd".into()),
+            other => Err(format!("its codec is number {other}, expected 0 to 4")),
+        }
+    }
+}
+
+fn word(bytes: &[u8], at: usize) -> Parsed<usize> {
+    let word = bytes.get(at..).and_then(<[u8]>::first_chunk);
+    match word {
+        Some(word) => Ok(u32::from_le_bytes(*word) as usize),
+        None => Err("it is truncated".into()),
+    }
+}
+
+/// Bytes were put together by their place in an element; those after the last whole element were not.
+fn unshuffle(block: &[u8], element: usize, decoded: &mut Vec<u8>) {
+    let count = block.len() / element;
+    let begin = decoded.len();
+    decoded.resize(begin + count * element, 0);
+    for (n, plane) in block.chunks_exact(count.max(1)).take(element).enumerate() {
+        let places = decoded[begin..].iter_mut().skip(n).step_by(element);
+        places.zip(plane).for_each(|(place, byte)| *place = *byte);
+    }
+    decoded.extend_from_slice(&block[count * element..]);
+}
+
+/// Bits were put together by their place in an element, where the elements' number is a multiple of 8;
+/// otherwise nothing was done.
+fn unshuffle_bits(block: &[u8], element: usize, decoded: &mut Vec<u8>) {
+    let count = match block.len() / element {
+        count if count.is_multiple_of(8) => count,
+        _ => 0,
+    };
+    let begin = decoded.len();
+    decoded.resize(begin + count * element, 0);
+    let plane_bytes = count / 8;
+    for (bit, plane) in block
+        .chunks_exact(plane_bytes.max(1))
+        .take(8 * element)
+        .enumerate()
+    {
+        for (n, byte) in plane.iter().enumerate().take(plane_bytes) {
+            for inner in (0..8).filter(|inner| byte >> inner & 1 != 0) {
+                decoded[begin + (8 * n + inner) * element + bit / 8] |= 1 << (bit % 8);
+            }
+        }
+    }
+    decoded.extend_from_slice(&block[count * element..]);
+}

@@ -1,0 +1,130 @@
+//! What parts of a volume are compressed with.
+//!
+//! A part is decoded whole, and how long it becomes is known beforehand. Memory grows with what really is
+//! decoded: a damaged file may promise anything. Decoders of other people are kept from ending the program
+//! should they panic on damaged data.
+
+pub mod blosc;
+mod blosclz;
+mod packbits;
+
+use std::io::Read;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use flate2::read::{MultiGzDecoder, ZlibDecoder};
+use ruzstd::decoding::StreamingDecoder;
+use weezl::{BitOrder, decode};
+
+use crate::scene::volume::parsed::Parsed;
+
+/// How much longer than its compressed bytes a part can be at most: Zstandard repeats one byte 128 Ki
+/// times in a block of 4 bytes. Headers that promise more are refused before anything is decoded.
+pub const MAX_RATIO: u64 = 32 << 10;
+/// Bytes that are reserved for each compressed one. What needs more grows on the way.
+const RESERVED: usize = 8;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Codec {
+    Plain,
+    /// Deflate in the dress of zlib.
+    Zlib,
+    Gzip,
+    Zstd,
+    Blosc,
+    /// As TIFF has it: the high bits first, and codes that grow one step early.
+    Lzw,
+    PackBits,
+}
+
+impl Codec {
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Codec::Plain => "none",
+            Codec::Zlib => "deflate",
+            Codec::Gzip => "gzip",
+            Codec::Zstd => "zstd",
+            Codec::Blosc => "blosc",
+            Codec::Lzw => "LZW",
+            Codec::PackBits => "PackBits",
+        }
+    }
+
+    /// Decodes a part that is `expected` bytes long, and fails if it is shorter; what is behind them is
+    /// not looked at.
+    pub fn decode(self, mut packed: Vec<u8>, expected: usize) -> Parsed<Vec<u8>> {
+        let decoded = match self {
+            Codec::Plain => {
+                packed.truncate(expected);
+                Ok(packed)
+            }
+            _ => fenced(|| self.unpack(&packed, expected)),
+        };
+        match decoded {
+            Ok(decoded) if decoded.len() == expected => Ok(decoded),
+            Ok(decoded) => Err(format!(
+                "a part of it, compressed with {}, decodes to {} bytes, expected {expected}: the file is \
+                 damaged",
+                self.name(),
+                decoded.len()
+            )),
+            Err(fault) => Err(format!(
+                "a part of it, compressed with {}, is damaged: {fault}",
+                self.name()
+            )),
+        }
+    }
+
+    fn unpack(self, packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
+        match self {
+            Codec::Plain => Ok(packed.to_vec()),
+            Codec::Zlib => all_of(ZlibDecoder::new(packed), packed, expected),
+            Codec::Gzip => all_of(MultiGzDecoder::new(packed), packed, expected),
+            Codec::Zstd => {
+                let decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
+                all_of(decoder, packed, expected)
+            }
+            Codec::Blosc => blosc::decode(packed, expected),
+            Codec::Lzw => lzw(packed, expected),
+            Codec::PackBits => Ok(packbits::decode(packed, expected)),
+        }
+    }
+}
+
+/// Whatever the decoder is, damaged data end in an error: a panic in it is one.
+fn fenced<T>(decode: impl FnOnce() -> Parsed<T>) -> Parsed<T> {
+    let outcome = catch_unwind(AssertUnwindSafe(decode));
+    outcome.unwrap_or_else(|_| Err("its decoder gave up".into()))
+}
+
+fn reserved(packed: &[u8], expected: usize) -> Vec<u8> {
+    Vec::with_capacity(expected.min(packed.len().saturating_mul(RESERVED)))
+}
+
+fn all_of(decoder: impl Read, packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
+    let mut decoded = reserved(packed, expected);
+    match decoder.take(expected as u64).read_to_end(&mut decoded) {
+        Ok(_) => Ok(decoded),
+        Err(e) => Err(e.to_string()),
+    }
+}
+
+fn lzw(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
+    const STEP: usize = 64 << 10;
+    let mut decoder = decode::Decoder::with_tiff_size_switch(BitOrder::Msb, 8);
+    let mut decoded = reserved(packed, expected);
+    let mut rest = packed;
+    loop {
+        let begin = decoded.len();
+        decoded.resize(expected.min(begin + STEP), 0);
+        let step = decoder.decode_bytes(rest, &mut decoded[begin..]);
+        rest = &rest[step.consumed_in..];
+        decoded.truncate(begin + step.consumed_out);
+        let is_done = decoded.len() == expected || (step.consumed_in, step.consumed_out) == (0, 0);
+        match step.status {
+            Err(e) if decoded.len() < expected => return Err(e.to_string()),
+            Ok(weezl::LzwStatus::Ok) if !is_done => {}
+            _ => return Ok(decoded),
+        }
+    }
+}

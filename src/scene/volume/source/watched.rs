@@ -1,0 +1,95 @@
+//! A file of which parts are read again and again, and that must stay what it was when it was opened: what
+//! has been found out about its voxels holds for no other.
+
+use std::fs::{File, Metadata};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::file::open_file;
+use crate::scene::volume::parsed::Parsed;
+
+/// Tells whether a file has been written to. The time is `None` where the system keeps none.
+pub type Version = (u64, Option<SystemTime>);
+
+pub fn version(metadata: &Metadata) -> Version {
+    (metadata.len(), metadata.modified().ok())
+}
+
+pub const HAS_CHANGED: &str = "the file has changed since it was opened; open it again";
+
+/// A file that is read by several threads at once.
+#[derive(Debug)]
+pub struct WatchedFile {
+    path: PathBuf,
+    version: Version,
+    /// `None` for one of many, which is opened whenever it is read: a process may not hold thousands.
+    file: Option<File>,
+}
+
+impl WatchedFile {
+    pub fn open(path: &Path) -> Parsed<WatchedFile> {
+        let (file, metadata) = open_file(path)?;
+        Ok(WatchedFile {
+            path: path.to_path_buf(),
+            version: version(&metadata),
+            file: Some(file),
+        })
+    }
+
+    /// From now on it is only open while it is read.
+    pub fn closed(self) -> WatchedFile {
+        WatchedFile { file: None, ..self }
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub fn bytes(&self) -> u64 {
+        self.version.0
+    }
+
+    /// The `count` bytes from `offset` on, which must all be in the file before any is allocated.
+    pub fn read(&self, offset: u64, count: u64) -> Parsed<Vec<u8>> {
+        let end = offset.checked_add(count);
+        if end.is_none_or(|end| end > self.bytes()) {
+            return Err(format!(
+                "{count} bytes from byte {offset} on are expected, but the file ends after {}: it is \
+                 truncated, or damaged",
+                self.bytes()
+            ));
+        }
+        let mut bytes = vec![0; count as usize];
+        match &self.file {
+            Some(file) => self.fill(file, offset, &mut bytes)?,
+            None => self.fill(&open_file(&self.path)?.0, offset, &mut bytes)?,
+        }
+        Ok(bytes)
+    }
+
+    fn fill(&self, file: &File, offset: u64, bytes: &mut [u8]) -> Parsed<()> {
+        let mut filled = 0;
+        while filled < bytes.len() {
+            match read_at(file, &mut bytes[filled..], offset + filled as u64) {
+                Ok(0) => return Err(HAS_CHANGED.into()),
+                Ok(count) => filled += count,
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+                Err(e) => return Err(e.to_string()),
+            }
+        }
+        let metadata = file.metadata().map_err(|e| e.to_string())?;
+        match version(&metadata) == self.version {
+            true => Ok(()),
+            false => Err(HAS_CHANGED.into()),
+        }
+    }
+}
+
+/// Reads at a place of the file, whoever else reads it.
+pub fn read_at(file: &File, bytes: &mut [u8], offset: u64) -> io::Result<usize> {
+    #[cfg(unix)]
+    return std::os::unix::fs::FileExt::read_at(file, bytes, offset);
+    #[cfg(windows)]
+    return std::os::windows::fs::FileExt::seek_read(file, bytes, offset);
+}

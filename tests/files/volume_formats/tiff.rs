@@ -1,0 +1,322 @@
+//! TIFF: each way in which a stack may be written gives the same volume, ImageJ's and OME's descriptions are
+//! understood, and what is no stack is refused.
+
+use fastrand::Rng;
+use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
+
+use crate::tiff_files::{DEFLATE, LZW, PACKBITS, PLAIN, Tiff, ZSTD, slice};
+use crate::volume_files::{Array, write};
+use crate::volume_formats::{folder, load_bytes, plain, refusal, refuses, round_trip, values};
+
+const CODECS: [u16; 5] = [PLAIN, LZW, DEFLATE, PACKBITS, ZSTD];
+
+#[test]
+fn each_type_and_byte_order_round_trips() {
+    for is_big in [false, true] {
+        round_trip(|folder, array| {
+            let tiff = Tiff {
+                is_big,
+                ..Tiff::default()
+            };
+            write(folder, "v.tif", tiff.write(array))
+        });
+    }
+}
+
+#[test]
+fn each_codec_round_trips() {
+    for compression in CODECS {
+        round_trip(|folder, array| {
+            let tiff = Tiff {
+                compression,
+                ..Tiff::default()
+            };
+            write(folder, "v.tiff", tiff.write(array))
+        });
+    }
+}
+
+fn textured(dims: [u32; 3], voxel_type: VoxelType, endian: Endian) -> Array {
+    let mut array = Array::new(dims, voxel_type, endian);
+    let mut rng = Rng::with_seed(7);
+    for (n, value) in array.values.iter_mut().enumerate() {
+        *value = match rng.bool() {
+            true => f64::from(rng.u8(0..128)),
+            false => (n / 40 % 100) as f64,
+        };
+    }
+    array
+}
+
+#[test]
+fn strips_tiles_and_predictors_are_one_volume() {
+    for voxel_type in [
+        VoxelType::U8,
+        VoxelType::U16,
+        VoxelType::I32,
+        VoxelType::F32,
+    ] {
+        for endian in [Endian::Little, Endian::Big] {
+            let array = textured([37, 29, 3], voxel_type, endian);
+            let cuts = [
+                (None, 29),
+                (None, 5),
+                (Some([16, 16]), 0),
+                (Some([64, 48]), 0),
+            ];
+            for (tile, rows_per_strip) in cuts {
+                for compression in CODECS {
+                    for predictor in 1..=if voxel_type == VoxelType::F32 { 3 } else { 2 } {
+                        let tiff = Tiff {
+                            compression,
+                            predictor,
+                            tile,
+                            rows_per_strip,
+                            ..Tiff::default()
+                        };
+                        let volume = load_bytes("v.tif", tiff.write(&array));
+                        assert_eq!(values(&volume), array.values, "{tiff:?}");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_folder_of_pages_is_sorted_by_number() {
+    let folder = folder();
+    let array = textured([5, 4, 12], VoxelType::U16, Endian::Little);
+    for z in 0..12 {
+        let compression = if z % 2 == 0 { LZW } else { DEFLATE };
+        let tiff = Tiff {
+            compression,
+            ..Tiff::default()
+        };
+        let name = format!("slice {}.TIF", z + 1);
+        write(folder.path(), &name, tiff.write(&slice(&array, z)));
+    }
+    write(folder.path(), "notes.txt", "no page");
+    write(folder.path(), "._slice 1.TIF", "no page either");
+    let volume = plain(folder.path());
+    assert_eq!((volume.dims, values(&volume)), ([5, 4, 12], array.values));
+    assert_eq!(volume.storage.format, "TIFF pages");
+
+    let odd = textured([4, 4, 1], VoxelType::U16, Endian::Little);
+    write(folder.path(), "slice 7.TIF", Tiff::default().write(&odd));
+    write(folder.path(), "slice 9.TIF", Tiff::default().write(&odd));
+    let message = refusal(folder.path(), &VolumeOverrides::default());
+    assert!(
+        message.contains("page 7 of 12 (in slice 7.TIF) is 4×4 pixels, expected 5×4"),
+        "{message}"
+    );
+}
+
+#[test]
+fn imagej_says_how_large_voxels_are() {
+    let array = textured([4, 3, 6], VoxelType::U8, Endian::Big);
+    let mut tiff = Tiff {
+        description: "ImageJ=1.53t\nimages=6\nslices=6\nunit=\\u00B5m\nspacing=2.5\nloop=false\n"
+            .into(),
+        resolution: Some([4, 2]),
+        ..Tiff::default()
+    };
+    let volume = load_bytes("v.tif", tiff.write(&array));
+    assert_eq!(volume.spacing, [0.25, 0.5, 2.5]);
+    assert_eq!(volume.storage.unit.as_deref(), Some("µm"));
+    assert_eq!(values(&volume), array.values);
+
+    tiff.description = "ImageJ=1.53t\nimages=6\nchannels=3\nslices=2\nhyperstack=true\n".into();
+    let folder = folder();
+    let path = write(folder.path(), "v.tif", tiff.write(&array));
+    for channel in 0..3 {
+        let overrides = VolumeOverrides {
+            channel: Some(channel),
+            ..Default::default()
+        };
+        let volume = Volume::load(&path, &overrides).unwrap();
+        let pages = [channel, channel + 3].map(|n| slice(&array, n).values);
+        assert_eq!(values(&volume), pages.concat());
+        assert!(volume.notes[0].contains("of 0 to 2"), "{:?}", volume.notes);
+    }
+    let overrides = VolumeOverrides {
+        channel: Some(3),
+        ..Default::default()
+    };
+    let message = refusal(&path, &overrides);
+    assert!(
+        message.contains("`channel` is 3, expected 0 to 2"),
+        "{message}"
+    );
+}
+
+/// Only the first page has a directory; the pixels of all lie one after another.
+#[test]
+fn imagej_may_write_one_directory_for_all_pages() {
+    let array = textured([4, 3, 6], VoxelType::U16, Endian::Big);
+    let tiff = Tiff {
+        description: "ImageJ=1.53t\nimages=6\nslices=6\n".into(),
+        rows_per_strip: 3,
+        ..Tiff::default()
+    };
+    // Pixels come first in what is written here, so they are moved behind the directory.
+    let page = tiff.write(&slice(&array, 0));
+    let begin = page.len();
+    let mut moved = page.clone();
+    let place = |bytes: &[u8]| bytes.windows(4).position(|entry| entry == [1, 17, 0, 4]);
+    let entry = place(&moved).unwrap();
+    moved[entry + 8..entry + 12].copy_from_slice(&(begin as u32).to_be_bytes());
+    let whole = [moved, array.bytes()].concat();
+    assert_eq!(values(&load_bytes("v.tif", &whole)), array.values);
+    refuses("v.tif", &whole[..whole.len() - 50], &["truncated"]);
+}
+
+fn ome(order: &str, sizes: [u32; 3], data: &str) -> String {
+    let [z, c, t] = sizes;
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?><OME xmlns=\"http://www.openmicroscopy.org/Schemas/OME/2016-06\">\
+         <Image ID=\"Image:0\" Name=\"Doe^Jane\"><Pixels ID=\"Pixels:0\" DimensionOrder=\"{order}\" Type=\"uint8\" \
+         SizeX=\"4\" SizeY=\"3\" SizeZ=\"{z}\" SizeC=\"{c}\" SizeT=\"{t}\" PhysicalSizeX=\"500\" \
+         PhysicalSizeXUnit=\"nm\" PhysicalSizeY=\"0.25\" PhysicalSizeZ=\"2\" PhysicalSizeZUnit=\"µm\">\
+         <Channel ID=\"Channel:0:0\" Name=\"DAPI\"/><Channel ID=\"Channel:0:1\" Name=\"GFP\"/>{data}\
+         </Pixels></Image></OME>"
+    )
+}
+
+#[test]
+fn ome_says_what_each_page_is() {
+    let array = textured([4, 3, 12], VoxelType::U8, Endian::Little);
+    let reversed: String = (0..12)
+        .map(|n| {
+            let (c, z, t) = (n % 2, n / 2 % 3, n / 6);
+            format!(
+                "<TiffData FirstC=\"{c}\" FirstZ=\"{z}\" FirstT=\"{t}\" IFD=\"{}\"/>",
+                11 - n
+            )
+        })
+        .collect();
+    type Page = fn(u32, u32, u32) -> u32;
+    let cases: [(&str, &str, Page); 3] = [
+        ("XYZCT", "<TiffData/>", |c, t, z| (t * 2 + c) * 3 + z),
+        (
+            "XYCZT",
+            "<TiffData IFD=\"0\" PlaneCount=\"12\"/>",
+            |c, t, z| (t * 3 + z) * 2 + c,
+        ),
+        ("XYCZT", &reversed, |c, t, z| 11 - ((t * 3 + z) * 2 + c)),
+    ];
+    for (order, data, page) in cases {
+        let tiff = Tiff {
+            description: ome(order, [3, 2, 2], data),
+            ..Tiff::default()
+        };
+        let folder = folder();
+        let path = write(folder.path(), "v.ome.tif", tiff.write(&array));
+        for (channel, time) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let overrides = VolumeOverrides {
+                channel: Some(channel),
+                time: Some(time),
+                ..Default::default()
+            };
+            let volume = Volume::load(&path, &overrides).unwrap();
+            let pages = [0, 1, 2].map(|z| slice(&array, page(channel, time, z)).values);
+            assert_eq!(values(&volume), pages.concat(), "{order} {data}");
+            assert_eq!(volume.spacing, [500.0, 250.0, 2000.0]);
+            assert_eq!(volume.storage.unit.as_deref(), Some("nm"));
+            assert_eq!(volume.storage.channels, ["DAPI", "GFP"]);
+            assert!(!format!("{volume:?}").contains("Doe"));
+        }
+    }
+    let tiff = Tiff {
+        description: ome("XYZCT", [13, 1, 1], ""),
+        ..Tiff::default()
+    };
+    refuses(
+        "v.ome.tif",
+        tiff.write(&array),
+        &["12 pages", "speaks of 13"],
+    );
+}
+
+#[test]
+fn what_is_no_stack_is_refused() {
+    let array = textured([4, 3, 3], VoxelType::U8, Endian::Little);
+    refuses("v.tif", [0; 200], &["TIFF", "`II` or `MM`"]);
+    let mut pages: Vec<Array> = (0..3).map(|z| slice(&array, z)).collect();
+    pages[1] = textured([3, 3, 1], VoxelType::U8, Endian::Little);
+    let odd = Tiff::default().write_pages(&pages);
+    refuses("v.tif", odd, &["page 2 of 3", "3×3 pixels, expected 4×3"]);
+    pages[1] = textured([4, 3, 1], VoxelType::U16, Endian::Little);
+    let odd = Tiff::default().write_pages(&pages);
+    refuses(
+        "v.tif",
+        odd,
+        &["page 2 of 3", "uint16", "expected 1 value a pixel, uint8"],
+    );
+    let jpeg = Tiff {
+        compression: 7,
+        ..Tiff::default()
+    };
+    refuses(
+        "v.tif",
+        jpeg.write(&array),
+        &["JPEG (7)", "LZW, deflate, PackBits or zstd"],
+    );
+    let colour = Tiff {
+        more: vec![(277, 3)],
+        rows_per_strip: 1,
+        ..Tiff::default()
+    };
+    let wide = textured([12, 3, 3], VoxelType::U8, Endian::Little);
+    let mut wide = colour.write(&wide);
+    let width = wide
+        .windows(8)
+        .rposition(|entry| entry == [0, 1, 4, 0, 1, 0, 0, 0]);
+    wide[width.unwrap() + 8] = 4;
+    refuses(
+        "v.tif",
+        &wide,
+        &["in colour", "3 values", "volume.channel=0"],
+    );
+    for compression in CODECS {
+        let tiff = Tiff {
+            compression,
+            ..Tiff::default()
+        };
+        let mut bytes = tiff.write(&array);
+        bytes.truncate(bytes.len() - 7);
+        refuses("v.tif", bytes, &["truncated"]);
+    }
+}
+
+#[test]
+fn damaged_strips_are_refused() {
+    let array = textured([40, 30, 3], VoxelType::U16, Endian::Little);
+    for compression in [LZW, DEFLATE, ZSTD] {
+        let tiff = Tiff {
+            compression,
+            rows_per_strip: 30,
+            ..Tiff::default()
+        };
+        let mut bytes = tiff.write(&array);
+        bytes[12..400].fill(0xff);
+        refuses(
+            "v.tif",
+            bytes,
+            &["page 1 of 3", "a part of it, compressed with"],
+        );
+    }
+}
+
+#[test]
+fn channels_are_for_formats_that_have_some() {
+    let folder = folder();
+    let array = textured([4, 3, 2], VoxelType::U8, Endian::Little);
+    let path = write(folder.path(), "v.nrrd", array.nrrd("raw", ""));
+    let overrides = VolumeOverrides {
+        channel: Some(0),
+        ..Default::default()
+    };
+    let message = refusal(&path, &overrides);
+    assert!(message.contains("`channel` is only for TIFF"), "{message}");
+}
