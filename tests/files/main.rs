@@ -4,6 +4,8 @@
 mod tiff_files;
 #[path = "../support/volume_files.rs"]
 mod volume_files;
+#[path = "../support/zarr_files.rs"]
+mod zarr_files;
 
 mod command_line;
 mod compare;

@@ -68,8 +68,8 @@ impl Storage {
             let chosen = chosen.unwrap_or(0);
             (count > 1).then(|| {
                 format!(
-                    "{key} {chosen} of 0 to {} is shown; `--set volume.{key}=N` picks another",
-                    count - 1
+                    "{key} {chosen} of {count} is shown; `--set volume.{key}=N` picks another, counted \
+                     from 0"
                 )
             })
         };

@@ -8,6 +8,7 @@ mod refusals;
 mod regions;
 mod tiff;
 mod values;
+mod zarr;
 
 use std::path::Path;
 

@@ -18,6 +18,7 @@ use isolume::scene::volume::{
 use crate::tiff_files::{self, Tiff};
 use crate::volume_files::{Array, gzip, write};
 use crate::volume_formats::{folder, plain, u8s};
+use crate::zarr_files::{Codec, Zarr};
 
 fn bytes(voxels: &Voxels) -> &[u8] {
     match voxels {
@@ -95,6 +96,11 @@ fn in_every_format(folder: &Path, array: &Array) -> Vec<PathBuf> {
         tile: Some([4, 4]),
         ..Tiff::default()
     };
+    let shape = [z, y, x].map(|size| size as usize);
+    let shards = Zarr {
+        shard: Some(vec![4, 4, 6]),
+        ..Zarr::new(true, &[2, 4, 3], Codec::Zstd)
+    };
     let detached = array.nrrd_header("raw", "data file: detached.bin\n");
     vec![
         write(folder, "raw.nrrd", array.nrrd("raw", "")),
@@ -111,6 +117,13 @@ fn in_every_format(folder: &Path, array: &Array) -> Vec<PathBuf> {
         write(folder, "plain.tif", Tiff::default().write(array)),
         write(folder, "strips.tif", strips.write(array)),
         write(folder, "tiles.tif", tiles.write(array)),
+        Zarr::new(false, &[2, 4, 3], Codec::Gzip).write(
+            &folder.join("a.zarr"),
+            "zyx",
+            &shape,
+            array,
+        ),
+        shards.write(&folder.join("b.zarr"), "zyx", &shape, array),
     ]
 }
 

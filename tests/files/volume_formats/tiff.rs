@@ -137,7 +137,11 @@ fn imagej_says_how_large_voxels_are() {
         let volume = Volume::load(&path, &overrides).unwrap();
         let pages = [channel, channel + 3].map(|n| slice(&array, n).values);
         assert_eq!(values(&volume), pages.concat());
-        assert!(volume.notes[0].contains("of 0 to 2"), "{:?}", volume.notes);
+        assert!(
+            volume.notes[0].contains(" of 3 is shown"),
+            "{:?}",
+            volume.notes
+        );
     }
     let overrides = VolumeOverrides {
         channel: Some(3),

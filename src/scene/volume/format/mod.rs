@@ -11,6 +11,7 @@ mod npy;
 mod nrrd;
 mod raw;
 mod tiff;
+mod zarr;
 
 use std::path::Path;
 
@@ -53,10 +54,19 @@ const FORMATS: [(&str, &[&str], Read); 7] = [
 type IsFolder = fn(&Path) -> bool;
 
 /// The first one that a folder is of reads it.
-const FOLDERS: [(&str, IsFolder, Read); 1] =
-    [("TIFF pages", tiff::is_folder, Several(tiff::read_folder))];
+const FOLDERS: [(&str, IsFolder, Read); 2] = [
+    ("OME-Zarr", zarr::is_folder, Several(zarr::read_folder)),
+    ("TIFF pages", tiff::is_folder, Several(tiff::read_folder)),
+];
 
 pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+    if path.to_string_lossy().contains("://") {
+        return Err(
+            "is an address on the network, expected a file or folder on this machine; download it \
+             first, an OME-Zarr with `ome_zarr download`"
+                .into(),
+        );
+    }
     let (name, read) = match path.is_dir() {
         true => folder(path)?,
         false => file(path)?,

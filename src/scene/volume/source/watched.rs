@@ -46,6 +46,10 @@ impl WatchedFile {
         &self.path
     }
 
+    pub fn version(&self) -> Version {
+        self.version
+    }
+
     pub fn bytes(&self) -> u64 {
         self.version.0
     }

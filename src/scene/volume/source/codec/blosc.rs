@@ -56,11 +56,6 @@ pub fn decode(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
     Ok(decoded)
 }
 
-/// The name of the codec inside, for people.
-pub fn codec_name(packed: &[u8]) -> Option<&'static str> {
-    Some(["blosclz", "lz4", "snappy", "zlib", "zstd"][..].get(usize::from(packed.get(2)? >> 5))?)
-}
-
 impl<'a> Buffer<'a> {
     fn new(bytes: &'a [u8]) -> Parsed<Buffer<'a>> {
         let Some(&[version, _, flags, element, ..]) = bytes.first_chunk::<HEADER>() else {

@@ -1,0 +1,522 @@
+//! The metadata of one Zarr array, of version 2 or 3, and what they have in common.
+//!
+//! <https://zarr-specs.readthedocs.io/en/latest/v2/v2.0.html>,
+//! <https://zarr-specs.readthedocs.io/en/latest/v3/core/index.html>
+//!
+//! The crate `zarrs` reads these too. It takes 130 crates and several minutes of a first build for what is
+//! this folder's few hundred lines, since a volume needs neither writing, nor stores on the network, nor the
+//! many codecs and types that no volume has.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::scene::volume::format::header::{first_bytes, unexpected};
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::codec::Codec;
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
+
+/// The longest metadata that is read: a shape and a few codecs.
+const LONGEST: u64 = 1 << 20;
+/// No file holds a larger chunk.
+const LARGEST_CHUNK: u64 = 1 << 40;
+
+#[derive(Debug)]
+pub struct Array {
+    pub folder: PathBuf,
+    /// Slowest axis first, as are all that follow.
+    pub shape: Vec<u64>,
+    /// The smallest boxes that are compressed as one.
+    pub chunk: Vec<u64>,
+    pub shard: Option<Shard>,
+    pub voxel_type: VoxelType,
+    pub endian: Endian,
+    /// The axes of a chunk as its voxels lie, the slowest first.
+    pub order: Vec<usize>,
+    pub codec: Codec,
+    /// Whether a checksum follows a chunk.
+    pub has_checksum: bool,
+    /// A voxel of a chunk that was never written, as bytes of the array's order.
+    pub fill: Vec<u8>,
+    pub keys: Keys,
+    /// For people.
+    pub compression: Option<String>,
+}
+
+/// A file that holds several chunks, and where each of them is.
+#[derive(Debug)]
+pub struct Shard {
+    pub shape: Vec<u64>,
+    pub endian: Endian,
+    pub has_checksum: bool,
+    pub is_index_at_end: bool,
+}
+
+/// How files are named after the place of their chunk.
+#[derive(Debug)]
+pub struct Keys {
+    pub prefix: &'static str,
+    pub separator: char,
+}
+
+pub fn is_array(folder: &Path) -> bool {
+    folder.join(".zarray").is_file() || node_type(folder).as_deref() == Some("array")
+}
+
+fn node_type(folder: &Path) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Node {
+        node_type: String,
+    }
+    let node: Node = json(&folder.join("zarr.json")).ok()?;
+    Some(node.node_type)
+}
+
+/// A metadata file's content, as far as `T` names it.
+pub fn json<T: for<'a> Deserialize<'a>>(path: &Path) -> Parsed<T> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let bytes = first_bytes(path, LONGEST).map_err(|fault| format!("{name}: {fault}"))?;
+    serde_json::from_slice(&bytes).map_err(|e| format!("{name}: {e}"))
+}
+
+impl Array {
+    pub fn read(folder: &Path) -> Parsed<Array> {
+        let array = match folder.join(".zarray").is_file() {
+            true => json::<Version2>(&folder.join(".zarray"))?.array(folder)?,
+            false => json::<Version3>(&folder.join("zarr.json"))?.array(folder)?,
+        };
+        array.check()?;
+        Ok(array)
+    }
+
+    /// Bytes of a decoded chunk.
+    pub fn chunk_bytes(&self) -> u64 {
+        self.chunk.iter().product::<u64>() * self.voxel_type.bytes() as u64
+    }
+
+    fn check(&self) -> Parsed<()> {
+        let size = self.voxel_type.bytes() as u64;
+        let fits = |shape: &[u64]| {
+            let bytes = shape
+                .iter()
+                .try_fold(size, |bytes, side| bytes.checked_mul(*side));
+            bytes.is_some_and(|bytes| (1..=LARGEST_CHUNK).contains(&bytes))
+        };
+        let outer = self
+            .shard
+            .as_ref()
+            .map_or(&self.chunk, |shard| &shard.shape);
+        if self.shape.is_empty() || self.chunk.len() != self.shape.len() {
+            return Err(format!(
+                "the array has {} axes and its chunks {}, expected as many and at least one",
+                self.shape.len(),
+                self.chunk.len()
+            ));
+        }
+        if outer.len() != self.shape.len() || !fits(&self.chunk) || !fits(outer) {
+            return Err(format!(
+                "its chunks are {:?}, expected at least one voxel and less than any file holds",
+                outer
+            ));
+        }
+        let divides = |(outer, chunk): (&u64, &u64)| outer.is_multiple_of(*chunk);
+        match outer.iter().zip(&self.chunk).all(divides) {
+            true => Ok(()),
+            false => Err(format!(
+                "its shards are {outer:?}, expected a multiple of its chunks, {:?}",
+                self.chunk
+            )),
+        }
+    }
+}
+
+#[derive(Deserialize)]
+struct Version2 {
+    shape: Vec<u64>,
+    chunks: Vec<u64>,
+    dtype: Value,
+    compressor: Option<Compressor>,
+    #[serde(default)]
+    filters: Option<Vec<Compressor>>,
+    #[serde(default)]
+    fill_value: Value,
+    order: String,
+    dimension_separator: Option<String>,
+}
+
+#[derive(Deserialize)]
+struct Compressor {
+    id: String,
+    cname: Option<String>,
+}
+
+impl Version2 {
+    fn array(self, folder: &Path) -> Parsed<Array> {
+        if let Some(filter) = self.filters.unwrap_or_default().first() {
+            return Err(unexpected("filters", &filter.id, "none"));
+        }
+        let (voxel_type, endian) = match &self.dtype {
+            Value::String(name) => numpy_type(name)?,
+            other => {
+                return Err(unexpected(
+                    "dtype",
+                    &other.to_string(),
+                    "one plain number type",
+                ));
+            }
+        };
+        let codec = match &self.compressor {
+            None => Codec::Plain,
+            Some(compressor) => codec(&compressor.id)?,
+        };
+        let mut order: Vec<usize> = (0..self.shape.len()).collect();
+        match self.order.as_str() {
+            "C" => {}
+            "F" => order.reverse(),
+            other => return Err(unexpected("order", other, "C or F")),
+        }
+        Ok(Array {
+            folder: folder.to_path_buf(),
+            shape: self.shape,
+            chunk: self.chunks,
+            shard: None,
+            voxel_type,
+            endian,
+            order,
+            codec,
+            has_checksum: false,
+            fill: fill(&self.fill_value, voxel_type, endian)?,
+            keys: Keys {
+                prefix: "",
+                separator: separator(self.dimension_separator.as_deref(), '.')?,
+            },
+            compression: self.compressor.map(|it| in_words(&it.id, it.cname)),
+        })
+    }
+}
+
+#[derive(Deserialize)]
+struct Version3 {
+    shape: Vec<u64>,
+    data_type: Value,
+    chunk_grid: Named,
+    chunk_key_encoding: Named,
+    #[serde(default)]
+    fill_value: Value,
+    codecs: Vec<Named>,
+}
+
+/// A name and what is set with it. A name alone may be written as such.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Named {
+    Name(String),
+    Configured {
+        name: String,
+        #[serde(default)]
+        configuration: Configuration,
+    },
+}
+
+/// What any of the codecs, grids and encodings below may be set to.
+#[derive(Deserialize, Default)]
+struct Configuration {
+    chunk_shape: Option<Vec<u64>>,
+    separator: Option<String>,
+    endian: Option<String>,
+    order: Option<Vec<usize>>,
+    cname: Option<String>,
+    codecs: Option<Vec<Named>>,
+    index_codecs: Option<Vec<Named>>,
+    index_location: Option<String>,
+}
+
+impl Named {
+    fn parts(self) -> (String, Configuration) {
+        match self {
+            Named::Name(name) => (name, Configuration::default()),
+            Named::Configured {
+                name,
+                configuration,
+            } => (name, configuration),
+        }
+    }
+}
+
+impl Version3 {
+    fn array(self, folder: &Path) -> Parsed<Array> {
+        let voxel_type = match &self.data_type {
+            Value::String(name) => zarr_type(name)?,
+            other => return Err(unexpected("data_type", &other.to_string(), "a number type")),
+        };
+        let (grid, configuration) = self.chunk_grid.parts();
+        let mut chunk = match (grid.as_str(), configuration.chunk_shape) {
+            ("regular", Some(shape)) => shape,
+            _ => {
+                return Err(unexpected(
+                    "chunk_grid",
+                    &grid,
+                    "regular, with its `chunk_shape`",
+                ));
+            }
+        };
+        let (encoding, configuration) = self.chunk_key_encoding.parts();
+        let given = configuration.separator.as_deref();
+        let keys = match encoding.as_str() {
+            "default" => Keys {
+                prefix: "c",
+                separator: separator(given, '/')?,
+            },
+            "v2" => Keys {
+                prefix: "",
+                separator: separator(given, '.')?,
+            },
+            other => return Err(unexpected("chunk_key_encoding", other, "default or v2")),
+        };
+        let mut shard = None;
+        let mut codecs = self.codecs;
+        if let [_] = &codecs[..]
+            && let Some((name, configuration)) = codecs.pop().map(Named::parts)
+        {
+            match name.as_str() {
+                "sharding_indexed" => {
+                    let (inner, found, of_chunks) = sharding(configuration, chunk)?;
+                    (chunk, shard, codecs) = (inner, Some(found), of_chunks);
+                }
+                _ => codecs.push(Named::Configured {
+                    name,
+                    configuration,
+                }),
+            }
+        }
+        let pipeline = Pipeline::new(codecs, self.shape.len())?;
+        let endian = pipeline.endian.unwrap_or(Endian::NATIVE);
+        let compression = match (pipeline.compression, &shard) {
+            (Some(name), Some(_)) => Some(format!("{name}, in shards")),
+            (None, Some(_)) => Some("none, in shards".into()),
+            (name, None) => name,
+        };
+        Ok(Array {
+            folder: folder.to_path_buf(),
+            chunk,
+            shard,
+            voxel_type,
+            endian,
+            order: pipeline.order,
+            codec: pipeline.codec,
+            has_checksum: pipeline.has_checksum,
+            fill: fill(&self.fill_value, voxel_type, endian)?,
+            keys,
+            compression,
+            shape: self.shape,
+        })
+    }
+}
+
+/// The shape of chunks in shards of `shape`, their index, and their codecs.
+fn sharding(
+    configuration: Configuration,
+    shape: Vec<u64>,
+) -> Parsed<(Vec<u64>, Shard, Vec<Named>)> {
+    let (Some(chunk), Some(codecs), Some(index)) = (
+        configuration.chunk_shape,
+        configuration.codecs,
+        configuration.index_codecs,
+    ) else {
+        return Err("`sharding_indexed` needs `chunk_shape`, `codecs` and `index_codecs`".into());
+    };
+    let index = Pipeline::new(index, shape.len() + 1)?;
+    if index.codec != Codec::Plain {
+        return Err("`index_codecs` of shards compress, expected only bytes and crc32c".into());
+    }
+    let is_index_at_end = match configuration.index_location.as_deref() {
+        None | Some("end") => true,
+        Some("start") => false,
+        Some(other) => return Err(unexpected("index_location", other, "start or end")),
+    };
+    let shard = Shard {
+        shape,
+        endian: index.endian.unwrap_or(Endian::NATIVE),
+        has_checksum: index.has_checksum,
+        is_index_at_end,
+    };
+    Ok((chunk, shard, codecs))
+}
+
+/// What is done to the voxels of a chunk.
+struct Pipeline {
+    order: Vec<usize>,
+    endian: Option<Endian>,
+    codec: Codec,
+    compression: Option<String>,
+    has_checksum: bool,
+}
+
+impl Pipeline {
+    /// Codecs come as they encode: axes may change places, numbers become bytes, bytes are compressed, and
+    /// a checksum follows.
+    fn new(codecs: Vec<Named>, axes: usize) -> Parsed<Pipeline> {
+        let mut pipeline = Pipeline {
+            order: (0..axes).collect(),
+            endian: None,
+            codec: Codec::Plain,
+            compression: None,
+            has_checksum: false,
+        };
+        // How far in this order the codecs are.
+        let mut stage = 0;
+        for (name, configuration) in codecs.into_iter().map(Named::parts) {
+            let next = match name.as_str() {
+                "transpose" => 0,
+                "bytes" => 1,
+                "crc32c" => 3,
+                _ => 2,
+            };
+            if next < stage || (next == stage && next > 0) {
+                let expected = "transpose, bytes, one compressor and crc32c, in this order";
+                return Err(unexpected("codecs", &name, expected));
+            }
+            stage = next;
+            match next {
+                0 => pipeline.transpose(configuration.order.unwrap_or_default())?,
+                1 => {
+                    pipeline.endian = match configuration.endian.as_deref() {
+                        None => None,
+                        Some("little") => Some(Endian::Little),
+                        Some("big") => Some(Endian::Big),
+                        Some(other) => return Err(unexpected("endian", other, "little or big")),
+                    }
+                }
+                3 => pipeline.has_checksum = true,
+                _ => {
+                    pipeline.codec = codec(&name)?;
+                    pipeline.compression = Some(in_words(&name, configuration.cname));
+                }
+            }
+        }
+        Ok(pipeline)
+    }
+
+    fn transpose(&mut self, order: Vec<usize>) -> Parsed<()> {
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        if !sorted.into_iter().eq(0..self.order.len()) {
+            let expected = "each axis once";
+            return Err(unexpected("transpose", &format!("{order:?}"), expected));
+        }
+        self.order = order.into_iter().map(|axis| self.order[axis]).collect();
+        Ok(())
+    }
+}
+
+fn codec(name: &str) -> Parsed<Codec> {
+    match name {
+        "blosc" | "numcodecs.blosc" => Ok(Codec::Blosc),
+        "zstd" | "numcodecs.zstd" => Ok(Codec::Zstd),
+        "gzip" | "numcodecs.gzip" => Ok(Codec::Gzip),
+        "zlib" | "numcodecs.zlib" => Ok(Codec::Zlib),
+        other => Err(unexpected("compressor", other, "blosc, zstd, gzip or zlib")),
+    }
+}
+
+fn in_words(name: &str, inner: Option<String>) -> String {
+    match inner {
+        Some(inner) => format!("{name} ({inner})"),
+        None => name.to_string(),
+    }
+}
+
+fn separator(given: Option<&str>, default: char) -> Parsed<char> {
+    match given {
+        None => Ok(default),
+        Some("/") => Ok('/'),
+        Some(".") => Ok('.'),
+        Some(other) => Err(unexpected("separator", other, "`/` or `.`")),
+    }
+}
+
+/// "<u2", as in NumPy.
+fn numpy_type(name: &str) -> Parsed<(VoxelType, Endian)> {
+    let (endian, kind) = match name.split_at_checked(1) {
+        Some(("<", kind)) => (Endian::Little, kind),
+        Some((">", kind)) => (Endian::Big, kind),
+        Some(("|", kind)) => (Endian::NATIVE, kind),
+        _ => (Endian::NATIVE, name),
+    };
+    let bits = kind.get(1..).and_then(|size| size.parse::<u32>().ok());
+    let bits = bits.and_then(|bytes| bytes.checked_mul(8));
+    let known = match (kind.chars().next(), bits) {
+        (Some('b'), Some(8)) => Some(VoxelType::U8),
+        (Some('u'), Some(bits)) => VoxelType::integer(bits, false),
+        (Some('i'), Some(bits)) => VoxelType::integer(bits, true),
+        (Some('f'), Some(bits)) => VoxelType::float(bits),
+        _ => None,
+    };
+    let expected = "u1, i1, u2, i2, u4, i4, u8, i8, f4, f8 or b1";
+    let wrong = || unexpected("dtype", name, expected);
+    Ok((known.ok_or_else(wrong)?, endian))
+}
+
+fn zarr_type(name: &str) -> Parsed<VoxelType> {
+    let bits = name.trim_start_matches(|letter: char| !letter.is_ascii_digit());
+    let kind = &name[..name.len() - bits.len()];
+    let known = match (kind, bits.parse().unwrap_or(0)) {
+        ("bool", _) => Some(VoxelType::U8),
+        ("uint", bits) => VoxelType::integer(bits, false),
+        ("int", bits) => VoxelType::integer(bits, true),
+        ("float", bits) => VoxelType::float(bits),
+        _ => None,
+    };
+    let expected = "an integer of 8, 16, 32 or 64 bits, float32, float64 or bool";
+    known.ok_or_else(|| unexpected("data_type", name, expected))
+}
+
+/// A voxel's bytes.
+fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>> {
+    let wrong = || {
+        unexpected(
+            "fill_value",
+            &value.to_string(),
+            "a number of the array's type",
+        )
+    };
+    let is_float = matches!(voxel_type, VoxelType::F32 | VoxelType::F64);
+    let size = voxel_type.bytes();
+    let bits = match value {
+        Value::Null => 0,
+        Value::Bool(is_set) => u64::from(*is_set),
+        Value::String(text) if text.starts_with("0x") => {
+            u64::from_str_radix(&text[2..], 16).map_err(|_| wrong())?
+        }
+        Value::Number(number) if !is_float => {
+            let signed = number.as_i64().map(|number| number as u64);
+            let whole = number.as_f64().filter(|number| number.fract() == 0.0);
+            let bits = number
+                .as_u64()
+                .or(signed)
+                .or(whole.map(|number| number as i64 as u64));
+            bits.ok_or_else(wrong)?
+        }
+        Value::Number(_) | Value::String(_) => {
+            let number = match value.as_str() {
+                None => value.as_f64(),
+                Some("NaN") => Some(f64::NAN),
+                Some("Infinity") => Some(f64::INFINITY),
+                Some("-Infinity") => Some(f64::NEG_INFINITY),
+                Some(_) => None,
+            };
+            let number = number.filter(|_| is_float).ok_or_else(wrong)?;
+            match voxel_type {
+                VoxelType::F32 => u64::from((number as f32).to_bits()),
+                _ => number.to_bits(),
+            }
+        }
+        _ => return Err(wrong()),
+    };
+    let mut bytes = bits.to_le_bytes()[..size].to_vec();
+    if endian == Endian::Big {
+        bytes.reverse();
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,207 @@
+//! The chunks of one channel at one time, read from their files.
+
+use std::collections::HashMap;
+use std::io;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::array::{Array, Shard};
+use super::crc32c;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::chunked::Chunks;
+use crate::scene::volume::source::watched::{HAS_CHANGED, Version, WatchedFile};
+
+/// What an index says of a chunk that was never written.
+const MISSING: u64 = u64::MAX;
+/// Shards whose index is kept.
+const MOST_INDICES: usize = 256;
+
+/// What becomes of an array's axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// x, y or z: 0, 1 or 2.
+    Space(usize),
+    /// Only this one is taken: of channels or times.
+    Fixed(u64),
+}
+
+#[derive(Debug)]
+pub struct ArrayChunks {
+    array: Array,
+    axes: Vec<Axis>,
+    /// Voxels along x, y and z that are taken of a chunk.
+    dims: [u32; 3],
+    /// What files were when they were first read; `None`: there was none.
+    versions: Mutex<HashMap<String, Option<Version>>>,
+    indices: Mutex<HashMap<String, Arc<Vec<u8>>>>,
+}
+
+impl ArrayChunks {
+    pub fn new(array: Array, axes: Vec<Axis>, dims: [u32; 3]) -> ArrayChunks {
+        ArrayChunks {
+            array,
+            axes,
+            dims,
+            versions: Mutex::default(),
+            indices: Mutex::default(),
+        }
+    }
+
+    /// The bytes of a chunk as they were written, without their checksum; `None` if it never was.
+    fn packed(&self, chunk: &[u64]) -> Parsed<Option<Vec<u8>>> {
+        let packed = match &self.array.shard {
+            None => match self.open(&self.key(chunk))? {
+                Some(file) => Some(file.read(0, file.bytes())?),
+                None => None,
+            },
+            Some(shard) => self.packed_in_shard(shard, chunk)?,
+        };
+        match (packed, self.array.has_checksum) {
+            (Some(packed), true) => match crc32c::checked(packed) {
+                Some(packed) => Ok(Some(packed)),
+                None => Err("its checksum is wrong: the file is damaged".into()),
+            },
+            (packed, _) => Ok(packed),
+        }
+    }
+
+    fn packed_in_shard(&self, shard: &Shard, chunk: &[u64]) -> Parsed<Option<Vec<u8>>> {
+        let sides = shard.shape.iter().zip(&self.array.chunk);
+        let sides: Vec<u64> = sides.map(|(shard, chunk)| shard / chunk).collect();
+        let outer: Vec<u64> = chunk.iter().zip(&sides).map(|(n, side)| n / side).collect();
+        let key = self.key(&outer);
+        let Some(file) = self.open(&key)? else {
+            return Ok(None);
+        };
+        let index = self.index(shard, &key, &file, sides.iter().product())?;
+        let place = chunk.iter().zip(&sides);
+        let place = place.fold(0, |place, (n, side)| place * side + n % side) as usize;
+        let number = |at: usize| shard.endian.number(&index[16 * place + at..][..8]);
+        match (number(0), number(8)) {
+            (MISSING, MISSING) => Ok(None),
+            (offset, count) => file.read(offset, count).map(Some),
+        }
+    }
+
+    fn index(
+        &self,
+        shard: &Shard,
+        key: &str,
+        file: &WatchedFile,
+        chunks: u64,
+    ) -> Parsed<Arc<Vec<u8>>> {
+        if let Some(known) = locked(&self.indices).get(key) {
+            return Ok(known.clone());
+        }
+        let count = chunks * 16 + if shard.has_checksum { 4 } else { 0 };
+        let begin = match shard.is_index_at_end {
+            true => file.bytes().saturating_sub(count),
+            false => 0,
+        };
+        let index = file.read(begin, count)?;
+        let index = match shard.has_checksum {
+            true => crc32c::checked(index)
+                .ok_or("the checksum of its index is wrong: the file is damaged")?,
+            false => index,
+        };
+        let index = Arc::new(index);
+        let mut indices = locked(&self.indices);
+        if indices.len() >= MOST_INDICES {
+            indices.clear();
+        }
+        indices.insert(key.to_string(), index.clone());
+        Ok(index)
+    }
+
+    fn key(&self, place: &[u64]) -> String {
+        let keys = &self.array.keys;
+        let separator = keys.separator.to_string();
+        let prefix = (!keys.prefix.is_empty()).then(|| keys.prefix.to_string());
+        let numbers = place.iter().map(u64::to_string);
+        let parts: Vec<String> = prefix.into_iter().chain(numbers).collect();
+        parts.join(&separator)
+    }
+
+    fn path(&self, key: &str) -> PathBuf {
+        self.array.folder.join(key)
+    }
+
+    /// The file of a chunk, if there is one, as it was when it was first read.
+    fn open(&self, key: &str) -> Parsed<Option<WatchedFile>> {
+        let path = self.path(key);
+        let is_missing =
+            std::fs::metadata(&path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+        let file = match is_missing {
+            true => None,
+            false => Some(WatchedFile::open(&path)?),
+        };
+        let version = file.as_ref().map(WatchedFile::version);
+        let mut versions = locked(&self.versions);
+        match *versions.entry(key.to_string()).or_insert(version) == version {
+            true => Ok(file),
+            false => Err(HAS_CHANGED.into()),
+        }
+    }
+
+    /// The wanted voxels of a decoded chunk, x fastest.
+    fn taken(&self, chunk: &[u8]) -> Vec<u8> {
+        let size = self.array.voxel_type.bytes();
+        // Bytes from a voxel to the next along each axis of the array.
+        let mut steps = vec![0; self.axes.len()];
+        let mut step = size;
+        for &axis in self.array.order.iter().rev() {
+            steps[axis] = step;
+            step *= self.array.chunk[axis] as usize;
+        }
+        let (mut begin, mut along) = (0, [0; 3]);
+        for (n, axis) in self.axes.iter().enumerate() {
+            match axis {
+                Axis::Space(a) => along[*a] = steps[n],
+                Axis::Fixed(at) => begin += (at % self.array.chunk[n]) as usize * steps[n],
+            }
+        }
+        let [width, height, depth] = self.dims.map(|side| side as usize);
+        let mut voxels = Vec::with_capacity(width * height * depth * size);
+        for z in 0..depth {
+            for y in 0..height {
+                let row = &chunk[begin + z * along[2] + y * along[1]..];
+                match along[0] == size {
+                    true => voxels.extend_from_slice(&row[..width * size]),
+                    false => {
+                        let places = (0..width).map(|x| x * along[0]);
+                        places.for_each(|at| voxels.extend_from_slice(&row[at..at + size]));
+                    }
+                }
+            }
+        }
+        voxels
+    }
+}
+
+impl Chunks for ArrayChunks {
+    fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>> {
+        let along = self.axes.iter().zip(&self.array.chunk);
+        let chunk: Vec<u64> = along
+            .map(|(axis, size)| match axis {
+                Axis::Space(a) => u64::from(at[*a]),
+                Axis::Fixed(n) => n / size,
+            })
+            .collect();
+        let named = |fault| format!("chunk {chunk:?}: {fault}");
+        match self.packed(&chunk).map_err(named)? {
+            Some(packed) => {
+                let expected = self.array.chunk_bytes() as usize;
+                let decoded = self.array.codec.decode(packed, expected);
+                decoded.map(|chunk| self.taken(&chunk)).map_err(named)
+            }
+            None => {
+                let voxels = self.dims.iter().map(|side| *side as usize).product();
+                Ok(self.array.fill.repeat(voxels))
+            }
+        }
+    }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

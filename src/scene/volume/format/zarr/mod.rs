@@ -1,0 +1,344 @@
+//! OME-Zarr 0.4 and 0.5: a folder of arrays, each the same image in another resolution, cut into chunks that
+//! are files. <https://ngff.openmicroscopy.org/0.4/>, <https://ngff.openmicroscopy.org/0.5/>
+//!
+//! Axes may be time, channel, z, y and x, or some of them. One channel at one time in one resolution is
+//! the volume, with x fastest whatever the array's order is. A Zarr array without OME's metadata is read as
+//! z, y, x. Nobody says where a slice is in a body: the axes stay unknown.
+
+mod array;
+mod chunks;
+mod crc32c;
+
+use std::path::{Component, Path};
+
+use serde::Deserialize;
+
+use array::{Array, is_array, json};
+use chunks::{ArrayChunks, Axis};
+
+use super::header::{Header, pick, unexpected};
+use crate::scene::volume::overrides::VolumeOverrides;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::chunked::Chunked;
+use crate::scene::volume::source::codec::MAX_RATIO;
+use crate::scene::volume::source::file::{shape, voxel_bytes};
+use crate::scene::volume::storage::{Level, Storage, in_one_unit};
+
+/// Folders within the array's, at most: one for each axis and a prefix.
+const MOST_NESTED: usize = 8;
+
+#[derive(Deserialize)]
+struct Attributes {
+    multiscales: Option<Vec<Multiscale>>,
+    omero: Option<Omero>,
+    plate: Option<serde::de::IgnoredAny>,
+    #[serde(rename = "bioformats2raw.layout")]
+    collection: Option<serde::de::IgnoredAny>,
+}
+
+/// The attributes of a group of Zarr 3.
+#[derive(Deserialize)]
+struct Group {
+    attributes: Option<InGroup>,
+}
+
+#[derive(Deserialize)]
+struct InGroup {
+    ome: Option<Attributes>,
+}
+
+#[derive(Deserialize)]
+struct Multiscale {
+    axes: Option<Vec<AxisEntry>>,
+    datasets: Vec<Dataset>,
+    #[serde(rename = "coordinateTransformations", default)]
+    transforms: Vec<Transform>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum AxisEntry {
+    /// As version 0.3 had it.
+    Name(String),
+    Described {
+        name: String,
+        unit: Option<String>,
+    },
+}
+
+#[derive(Deserialize)]
+struct Dataset {
+    path: String,
+    #[serde(rename = "coordinateTransformations", default)]
+    transforms: Vec<Transform>,
+}
+
+#[derive(Deserialize)]
+struct Transform {
+    #[serde(rename = "type")]
+    kind: String,
+    scale: Option<Vec<f64>>,
+}
+
+#[derive(Deserialize)]
+struct Omero {
+    channels: Option<Vec<Channel>>,
+}
+
+#[derive(Deserialize)]
+struct Channel {
+    label: Option<String>,
+}
+
+/// An axis of all of an image's arrays.
+struct Dimension {
+    name: String,
+    unit: Option<String>,
+}
+
+/// One resolution: an array, and its voxel size along each axis.
+struct Resolution {
+    array: Array,
+    scale: Vec<f64>,
+}
+
+pub fn is_folder(path: &Path) -> bool {
+    let files = [".zgroup", ".zattrs", ".zarray", "zarr.json"];
+    files.iter().any(|name| path.join(name).is_file())
+}
+
+pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+    let (dimensions, resolutions, names) = match is_array(path) {
+        true => {
+            let array = Array::read(path)?;
+            let names = ["t", "c", "z", "y", "x"];
+            let unnamed = names.len().checked_sub(array.shape.len());
+            let names = &names[unnamed.ok_or("has more than 5 axes")?..];
+            let dimensions = names.iter().map(|name| Dimension {
+                name: name.to_string(),
+                unit: None,
+            });
+            let scale = vec![1.0; array.shape.len()];
+            (
+                dimensions.collect(),
+                vec![Resolution { array, scale }],
+                Vec::new(),
+            )
+        }
+        false => image(path)?,
+    };
+    volume(&dimensions, resolutions, names, overrides)
+}
+
+/// The axes, resolutions and channels' names of an image.
+fn image(path: &Path) -> Parsed<(Vec<Dimension>, Vec<Resolution>, Vec<String>)> {
+    let attributes: Option<Attributes> = match path.join("zarr.json").is_file() {
+        true => {
+            let group: Group = json(&path.join("zarr.json"))?;
+            group.attributes.and_then(|attributes| attributes.ome)
+        }
+        false if path.join(".zattrs").is_file() => Some(json(&path.join(".zattrs"))?),
+        false => None,
+    };
+    let attributes =
+        attributes.ok_or("is a Zarr group without OME's metadata; open one of its arrays")?;
+    let Some(image) = attributes
+        .multiscales
+        .and_then(|all| all.into_iter().next())
+    else {
+        return Err(match (attributes.plate, attributes.collection) {
+            (Some(_), _) => "is a plate of images; open one of them, as in PLATE/A/1/0",
+            (_, Some(_)) => "is a collection of images; open one of them, as in FOLDER/0",
+            _ => "is a Zarr group without `multiscales`; open one of its arrays",
+        }
+        .into());
+    };
+    let axes = image
+        .axes
+        .ok_or("`multiscales` has no `axes`: it is older than OME-Zarr 0.3")?;
+    let dimensions = axes.into_iter().map(|axis| match axis {
+        AxisEntry::Name(name) => Dimension { name, unit: None },
+        AxisEntry::Described { name, unit } => Dimension { name, unit },
+    });
+    let dimensions: Vec<Dimension> = dimensions.collect();
+    let mut resolutions = Vec::new();
+    for dataset in image.datasets {
+        let inner = Path::new(&dataset.path);
+        let is_inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+        if !inner.components().all(is_inside) {
+            return Err(unexpected(
+                "path",
+                &dataset.path,
+                "a folder inside this one",
+            ));
+        }
+        let array = Array::read(&path.join(inner))
+            .map_err(|fault| format!("its array {}: {fault}", dataset.path))?;
+        let mut scale = vec![1.0; dimensions.len()];
+        for transform in dataset.transforms.iter().chain(&image.transforms) {
+            if let ("scale", Some(factors)) = (transform.kind.as_str(), &transform.scale) {
+                for (scale, factor) in scale.iter_mut().zip(factors) {
+                    *scale *= factor;
+                }
+            }
+        }
+        if array.shape.len() != dimensions.len() {
+            return Err(format!(
+                "its array {} has {} axes, but its metadata {}",
+                dataset.path,
+                array.shape.len(),
+                dimensions.len()
+            ));
+        }
+        resolutions.push(Resolution { array, scale });
+    }
+    let channels = attributes.omero.and_then(|omero| omero.channels);
+    let names = channels.into_iter().flatten();
+    let names = names.map(|channel| channel.label.unwrap_or_default());
+    Ok((dimensions, resolutions, names.collect()))
+}
+
+/// One channel at one time in one resolution.
+fn volume(
+    dimensions: &[Dimension],
+    mut resolutions: Vec<Resolution>,
+    mut names: Vec<String>,
+    overrides: &VolumeOverrides,
+) -> Parsed<Header> {
+    let level = pick("level", overrides.level, resolutions.len() as u32)?;
+    let levels = resolutions
+        .iter()
+        .map(|resolution| level_of(dimensions, resolution))
+        .collect::<Parsed<Vec<Level>>>()?;
+    let Resolution { array, .. } = resolutions.swap_remove(level as usize);
+    let length = |name: &str| {
+        let mut lengths = dimensions.iter().zip(&array.shape);
+        let found = lengths.find(|(dimension, _)| dimension.name.eq_ignore_ascii_case(name));
+        found.map_or(1, |(_, length)| u32::try_from(*length).unwrap_or(u32::MAX))
+    };
+    let channel = pick("channel", overrides.channel, length("c"))?;
+    let time = pick("time", overrides.time, length("t"))?;
+    let mut axes = Vec::new();
+    for (dimension, length) in dimensions.iter().zip(&array.shape) {
+        let name = dimension.name.to_lowercase();
+        axes.push(match (space(&name), name.as_str(), length) {
+            (Some(a), ..) => Axis::Space(a),
+            (None, "c", _) => Axis::Fixed(channel.into()),
+            (None, "t", _) => Axis::Fixed(time.into()),
+            (None, _, 1) => Axis::Fixed(0),
+            (None, other, _) => {
+                let expected = "t, c, z, y, x, or one that is 1 long";
+                return Err(unexpected("axes", other, expected));
+            }
+        });
+    }
+    names.resize(length("c").min(MOST_CHANNELS) as usize, String::new());
+    let Level { dims, spacing } = levels[level as usize].clone();
+    let storage = Storage {
+        compression: array.compression.clone(),
+        unit: unit(dimensions, "x").map(str::to_string),
+        channels: names,
+        times: length("t"),
+        levels,
+        channel: Some(channel),
+        time: Some(time),
+        level: Some(level),
+        ..Storage::default()
+    };
+    let expected = voxel_bytes(dims, array.voxel_type)?;
+    check_promise(&array, expected, dims)?;
+    let mut chunk = [1; 3];
+    for (axis, size) in axes.iter().zip(&array.chunk) {
+        if let Axis::Space(a) = axis {
+            chunk[*a] = u32::try_from(*size).unwrap_or(u32::MAX).min(dims[*a]);
+        }
+    }
+    let (voxel_type, endian) = (array.voxel_type, array.endian);
+    let chunks = ArrayChunks::new(array, axes, chunk);
+    let source = Chunked::new(dims, chunk, voxel_type.bytes(), Box::new(chunks));
+    Ok(Header {
+        spacing,
+        notes: storage.notes(),
+        storage,
+        ..Header::of_source(Box::new(source), dims, voxel_type, endian)
+    })
+}
+
+/// Channels of which names are kept.
+const MOST_CHANNELS: u32 = 1 << 16;
+
+fn space(name: &str) -> Option<usize> {
+    ["x", "y", "z"]
+        .iter()
+        .position(|axis| name.eq_ignore_ascii_case(axis))
+}
+
+fn unit<'a>(dimensions: &'a [Dimension], axis: &str) -> Option<&'a str> {
+    let found = dimensions
+        .iter()
+        .find(|dimension| dimension.name.eq_ignore_ascii_case(axis));
+    found.and_then(|dimension| dimension.unit.as_deref())
+}
+
+fn level_of(dimensions: &[Dimension], resolution: &Resolution) -> Parsed<Level> {
+    let mut dims = [1; 3];
+    let mut spacing = [1.0; 3];
+    let mut seen = [false; 3];
+    for (n, dimension) in dimensions.iter().enumerate() {
+        if let Some(a) = space(&dimension.name) {
+            let size = resolution.array.shape[n];
+            dims[a] = u32::try_from(size)
+                .map_err(|_| format!("its axis {} is {size} long", dimension.name))?;
+            spacing[a] = resolution.scale[n];
+            seen[a] = !seen[a];
+        }
+    }
+    if !seen[0] || !seen[1] {
+        let names: Vec<&str> = dimensions.iter().map(|it| it.name.as_str()).collect();
+        return Err(unexpected(
+            "axes",
+            &names.join(", "),
+            "x and y, each once, at least",
+        ));
+    }
+    let units = ["x", "y", "z"].map(|axis| unit(dimensions, axis));
+    Ok(Level {
+        dims,
+        spacing: in_one_unit(spacing, units),
+    })
+}
+
+/// Chunks that are all the same need not be written, so that a few bytes may stand for a large volume. An array
+/// that promises more than its files could hold if all of them were compressed as far as can be is refused.
+fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
+    let enough = expected / MAX_RATIO + 1;
+    let found = bytes_within(&array.folder, enough, MOST_NESTED);
+    match found >= enough {
+        true => Ok(()),
+        false => Err(format!(
+            "its chunks are {found} bytes, which cannot hold {}: they are missing, or all of them are empty",
+            shape(dims, array.voxel_type)
+        )),
+    }
+}
+
+/// Bytes of the chunks in a folder, counted until they are enough.
+fn bytes_within(folder: &Path, enough: u64, nested: usize) -> u64 {
+    let mut bytes = 0;
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_metadata = name.to_string_lossy().starts_with('.') || name == "zarr.json";
+        let found = match entry.metadata() {
+            Ok(metadata) if metadata.is_file() && !is_metadata => metadata.len(),
+            Ok(metadata) if metadata.is_dir() && nested > 0 => {
+                bytes_within(&entry.path(), enough - bytes, nested - 1)
+            }
+            _ => 0,
+        };
+        bytes += found;
+        if bytes >= enough {
+            return bytes;
+        }
+    }
+    bytes
+}

@@ -1,0 +1,334 @@
+//! OME-Zarr: each version, codec and order of axes gives the same volume; channels, times and levels are
+//! picked; what is damaged or no image is refused.
+
+use std::fs;
+use std::path::Path;
+
+use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
+use serde_json::json;
+
+use crate::volume_files::Array;
+use crate::volume_formats::{DIMS, folder, plain, refusal, round_trip, values};
+use crate::zarr_files::{Blosc, Codec, Inner, Zarr};
+
+const SHAPE: [usize; 3] = [DIMS[2] as usize, DIMS[1] as usize, DIMS[0] as usize];
+
+fn codecs() -> Vec<Codec> {
+    let mut codecs = vec![Codec::Plain, Codec::Gzip, Codec::Zlib, Codec::Zstd];
+    for inner in [Inner::BloscLz, Inner::Lz4, Inner::Zlib, Inner::Zstd] {
+        for (shuffle, is_split, block) in [(0, false, 999), (1, true, 2048), (4, false, 1024)] {
+            codecs.push(Codec::Blosc(Blosc {
+                inner,
+                shuffle,
+                is_split,
+                block,
+            }));
+        }
+    }
+    codecs
+}
+
+fn message_of(path: &Path, parts: &[&str]) {
+    let message = refusal(path, &VolumeOverrides::default());
+    for part in parts {
+        assert!(message.contains(part), "`{part}` is not in: {message}");
+    }
+}
+
+#[test]
+fn each_type_byte_order_and_version_round_trips() {
+    for is_version_3 in [false, true] {
+        round_trip(|folder, array| {
+            let zarr = Zarr::new(is_version_3, &[1, 2, 3], Codec::Gzip);
+            zarr.write(&folder.join("v.zarr"), "zyx", &SHAPE, array)
+        });
+    }
+}
+
+/// Values with runs, repetitions and noise.
+fn textured(dims: [u32; 3], voxel_type: VoxelType) -> Array {
+    let mut array = Array::new(dims, voxel_type, Endian::Little);
+    let mut rng = fastrand::Rng::with_seed(11);
+    let mut line: Vec<f64> = (0..90).map(|_| f64::from(rng.u8(..))).collect();
+    for (n, value) in array.values.iter_mut().enumerate() {
+        if n % 3000 == 0 {
+            line[rng.usize(..90)] = f64::from(rng.u8(..));
+        }
+        *value = if n / 200 % 3 == 0 { 7.0 } else { line[n % 90] };
+    }
+    array
+}
+
+#[test]
+fn each_codec_is_the_same_volume() {
+    for voxel_type in [VoxelType::U8, VoxelType::U16, VoxelType::F32] {
+        let array = textured([45, 37, 29], voxel_type);
+        for is_version_3 in [false, true] {
+            for codec in codecs() {
+                let folder = folder();
+                let zarr = Zarr::new(is_version_3, &[16, 20, 45], codec);
+                let path = zarr.write(&folder.path().join("v"), "zyx", &[29, 37, 45], &array);
+                let volume = plain(&path);
+                assert_eq!(values(&volume), array.values, "{voxel_type} {zarr:?}");
+                assert_eq!(volume.spacing, [0.5, 0.5, 2.0]);
+                assert_eq!(volume.storage.unit.as_deref(), Some("micrometer"));
+                assert_eq!(volume.storage.format, "OME-Zarr");
+            }
+        }
+    }
+}
+
+#[test]
+fn shards_checksums_keys_and_orders_are_the_same_volume() {
+    let array = textured([25, 17, 19], VoxelType::U16);
+    let base = Zarr::new(true, &[4, 5, 8], Codec::Zstd);
+    let cases = [
+        Zarr {
+            shard: Some(vec![8, 20, 16]),
+            ..base.clone()
+        },
+        Zarr {
+            shard: Some(vec![8, 20, 16]),
+            is_index_at_end: false,
+            ..base.clone()
+        },
+        Zarr {
+            shard: Some(vec![4, 5, 8]),
+            has_checksum: true,
+            codec: Codec::Plain,
+            ..base.clone()
+        },
+        Zarr {
+            separator: '.',
+            has_checksum: true,
+            ..base.clone()
+        },
+        Zarr {
+            order: vec![2, 0, 1],
+            ..base.clone()
+        },
+        Zarr {
+            order: vec![2, 1, 0],
+            shard: Some(vec![8, 10, 16]),
+            ..base.clone()
+        },
+        Zarr {
+            is_version_3: false,
+            order: vec![2, 1, 0],
+            ..base.clone()
+        },
+        Zarr {
+            is_version_3: false,
+            separator: '.',
+            ..base.clone()
+        },
+        Zarr {
+            chunk: vec![64, 64, 64],
+            ..base.clone()
+        },
+    ];
+    for zarr in cases {
+        let folder = folder();
+        let path = zarr.write(&folder.path().join("v"), "zyx", &[19, 17, 25], &array);
+        assert_eq!(values(&plain(&path)), array.values, "{zarr:?}");
+    }
+}
+
+/// The voxel whose values are written for each place: channel, time, and its place in the volume.
+fn tagged(axes: &str, sizes: &[(char, usize)]) -> (Vec<usize>, Array) {
+    let size = |axis| {
+        sizes
+            .iter()
+            .find(|(name, _)| *name == axis)
+            .map_or(1, |found| found.1)
+    };
+    let shape: Vec<usize> = axes.chars().map(size).collect();
+    let count = shape.iter().product::<usize>();
+    let mut array = Array::new([1, 1, count as u32], VoxelType::U16, Endian::Little);
+    for (n, value) in array.values.iter_mut().enumerate() {
+        let (mut rest, mut tag) = (n, 0);
+        for (axis, side) in axes.chars().rev().zip(shape.iter().rev()) {
+            let weight = match axis {
+                'x' => 1,
+                'y' => 8,
+                'z' => 64,
+                'c' => 512,
+                _ => 2048,
+            };
+            tag += rest % side * weight;
+            rest /= side;
+        }
+        *value = tag as f64;
+    }
+    (shape, array)
+}
+
+#[test]
+fn axes_come_in_any_subset() {
+    let sizes = [('t', 2), ('c', 3), ('z', 4), ('y', 5), ('x', 6)];
+    for axes in [
+        "tczyx", "czyx", "tzyx", "zyx", "yx", "cyx", "tcyx", "xyz", "zyxc", "yzxt",
+    ] {
+        let (shape, array) = tagged(axes, &sizes);
+        for side in [1, 2, 7] {
+            let folder = folder();
+            let zarr = Zarr::new(side == 2, &vec![side; shape.len()], Codec::Zstd);
+            let path = zarr.write(&folder.path().join("v"), axes, &shape, &array);
+            let has = |axis: char| axes.contains(axis);
+            let (channel, time) = (if has('c') { 2 } else { 0 }, u32::from(has('t')));
+            let overrides = VolumeOverrides {
+                channel: Some(channel),
+                time: Some(time),
+                ..Default::default()
+            };
+            let volume = Volume::load(&path, &overrides).unwrap();
+            let depth = if has('z') { 4 } else { 1 };
+            assert_eq!(volume.dims, [6, 5, depth], "{axes}");
+            let mut expected = Vec::new();
+            for z in 0..depth {
+                for y in 0..5 {
+                    let tag = |x| z * 64 + y * 8 + x + channel * 512 + time * 2048;
+                    expected.extend((0..6).map(|x| f64::from(tag(x))));
+                }
+            }
+            assert_eq!(values(&volume), expected, "{axes} {side}");
+        }
+    }
+}
+
+#[test]
+fn levels_have_their_own_size() {
+    let folder = folder();
+    let path = folder.path().join("v.zarr");
+    let zarr = Zarr::new(true, &[4, 4, 4], Codec::Gzip);
+    let fine = textured([8, 6, 4], VoxelType::U8);
+    let coarse = textured([4, 3, 4], VoxelType::U8);
+    zarr.write_array(&path.join("0"), &[4, 6, 8], &fine);
+    zarr.write_array(&path.join("1"), &[4, 3, 4], &coarse);
+    let arrays = [("0", vec![2.0, 0.5, 0.5]), ("1", vec![2.0, 1.0, 1.0])];
+    zarr.write_group(&path, "zyx", &arrays);
+    let at = |level| VolumeOverrides {
+        level: Some(level),
+        ..Default::default()
+    };
+    let volume = Volume::load(&path, &at(1)).unwrap();
+    assert_eq!((volume.dims, volume.spacing), ([4, 3, 4], [1.0, 1.0, 2.0]));
+    assert_eq!(values(&volume), coarse.values);
+    let dims: Vec<_> = volume
+        .storage
+        .levels
+        .iter()
+        .map(|level| level.dims)
+        .collect();
+    assert_eq!(dims, [[8, 6, 4], [4, 3, 4]]);
+    assert_eq!(values(&plain(&path)), fine.values);
+    assert!(refusal(&path, &at(2)).contains("`level` is 2, expected 0 to 1"));
+    // An array alone is a volume as well.
+    assert_eq!(values(&plain(&path.join("1"))), coarse.values);
+}
+
+#[test]
+fn chunks_that_were_never_written_have_the_fill_value() {
+    let mut array = textured([20, 18, 16], VoxelType::F32);
+    for (n, value) in array.values.iter_mut().enumerate() {
+        if n % 20 >= 8 {
+            *value = -3.5;
+        }
+    }
+    for shard in [None, Some(vec![8, 8, 16])] {
+        let folder = folder();
+        let zarr = Zarr {
+            unwritten: Some(-3.5),
+            fill: json!(-3.5),
+            shard,
+            ..Zarr::new(true, &[4, 4, 4], Codec::Zstd)
+        };
+        let path = zarr.write(&folder.path().join("v"), "zyx", &[16, 18, 20], &array);
+        assert_eq!(values(&plain(&path)), array.values);
+    }
+}
+
+#[test]
+fn what_is_no_image_is_refused() {
+    let folder = folder();
+    let array = textured([8, 8, 8], VoxelType::U16);
+    let make =
+        |name: &str, zarr: &Zarr| zarr.write(&folder.path().join(name), "zyx", &[8, 8, 8], &array);
+    let change = |path: &Path, from: &str, to: &str| {
+        let text = fs::read_to_string(path).unwrap();
+        assert!(text.contains(from), "{text}");
+        fs::write(path, text.replace(from, to)).unwrap();
+    };
+    let zarr = Zarr::new(true, &[4, 4, 4], Codec::Zstd);
+    let path = make("snappy", &zarr);
+    change(&path.join("s0/zarr.json"), "\"zstd\"", "\"lzma\"");
+    message_of(
+        &path,
+        &["s0", "`compressor` is `lzma`", "blosc, zstd, gzip"],
+    );
+
+    let path = make("axes", &zarr);
+    change(
+        &path.join("zarr.json"),
+        "\"name\":\"z\"",
+        "\"name\":\"lambda\"",
+    );
+    message_of(&path, &["`axes` is `lambda`", "t, c, z, y, x"]);
+
+    let path = make("outside", &zarr);
+    change(&path.join("zarr.json"), "\"s0\"", "\"../s0\"");
+    message_of(&path, &["`path` is `../s0`", "inside"]);
+
+    let path = make("gone", &zarr);
+    fs::remove_dir_all(path.join("s0/c")).unwrap();
+    message_of(&path, &["its chunks are 0 bytes", "missing"]);
+
+    let path = make("damaged", &zarr);
+    let chunk = path.join("s0/c/1/0/1");
+    let bytes = fs::read(&chunk).unwrap();
+    fs::write(&chunk, &bytes[..bytes.len() / 2]).unwrap();
+    message_of(&path, &["chunk [1, 0, 1]", "zstd"]);
+
+    let checked = Zarr {
+        has_checksum: true,
+        ..zarr.clone()
+    };
+    let path = make("checked", &checked);
+    let chunk = path.join("s0/c/0/1/1");
+    let mut bytes = fs::read(&chunk).unwrap();
+    bytes[20] ^= 1;
+    fs::write(&chunk, &bytes).unwrap();
+    message_of(&path, &["chunk [0, 1, 1]", "checksum"]);
+
+    let path = make("huge", &zarr);
+    change(&path.join("s0/zarr.json"), "[8,8,8]", "[4000,4000,400000]");
+    message_of(&path, &["cannot hold", "400000×4000×4000"]);
+
+    let empty = folder.path().join("empty");
+    fs::create_dir(&empty).unwrap();
+    message_of(&empty, &["is a folder without OME-Zarr or TIFF pages"]);
+    let plate = folder.path().join("plate");
+    fs::create_dir(&plate).unwrap();
+    fs::write(plate.join(".zattrs"), "{\"plate\": {\"wells\": []}}").unwrap();
+    message_of(&plate, &["plate of images"]);
+    let remote = Path::new("https://example.org/v.zarr");
+    message_of(remote, &["address on the network", "download it first"]);
+}
+
+/// Nearly all of it was never written, and it is too large to be kept in memory.
+#[test]
+fn a_chunk_that_changes_after_opening_is_refused() {
+    let folder = folder();
+    let array = textured([16, 16, 16], VoxelType::U8);
+    let zarr = Zarr::new(false, &[8, 16, 16], Codec::Plain);
+    let path = zarr.write(&folder.path().join("v"), "zyx", &[16, 16, 16], &array);
+    let metadata = path.join("s0/.zarray");
+    let text = fs::read_to_string(&metadata).unwrap();
+    fs::write(&metadata, text.replace("[16,16,16]", "[400,400,400]")).unwrap();
+    let volume = plain(&path);
+    let chunk = path.join("s0/1/0/0");
+    let bytes = fs::read(&chunk).unwrap();
+    fs::write(&chunk, &bytes[1..]).unwrap();
+    let message = volume.voxels().unwrap_err().to_string();
+    assert!(message.contains("changed since it was opened"), "{message}");
+}
