@@ -1,8 +1,12 @@
 //! Whatever a file holds, loading it ends soon, without a panic, and without allocating more than
 //! the file's length allows.
 
+#[path = "support/tiff_files.rs"]
+mod tiff_files;
 #[path = "support/volume_files.rs"]
 mod volume_files;
+#[path = "support/zarr_files.rs"]
+mod zarr_files;
 
 use std::alloc::System;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,7 +18,9 @@ use fastrand::Rng;
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tempfile::TempDir;
+use tiff_files::Tiff;
 use volume_files::{Array, gzip, write};
+use zarr_files::{Blosc, Codec, Inner, Zarr};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
@@ -326,4 +332,157 @@ fn memory_behind_compression_grows_with_what_arrives() {
     let allocated = region.change().bytes_allocated;
     assert!(message.contains("holds 1048576 bytes"), "{message}");
     assert!(allocated <= allowance(file.len()), "{allocated} bytes");
+}
+
+/// Formats in chunks: a piece of the walk and the state of decompression, and what chunks may decode to. A
+/// codec makes at most so many bytes of one, and what it makes is kept, converted and placed.
+fn allowance_in_chunks(file: usize) -> usize {
+    const MAX_RATIO: usize = 32 << 10;
+    (48 << 20) + 4 * MAX_RATIO * file
+}
+
+/// Loads what is at a path; whether it is a volume. Panics, hangs and greed are faults.
+fn load_guarded(path: &Path, overrides: &VolumeOverrides, allowed: usize, input: &str) -> bool {
+    let begin = Instant::now();
+    let region = Region::new(ALLOCATOR);
+    let outcome = catch_unwind(AssertUnwindSafe(|| loads_properly(path, overrides)));
+    let allocated = region.change().bytes_allocated;
+    let is_volume = outcome.unwrap_or_else(|_| panic!("loading panicked on {input}"));
+    assert!(
+        allocated <= allowed,
+        "{allocated} > {allowed} bytes for {input}"
+    );
+    assert!(begin.elapsed() < Duration::from_secs(5), "slow: {input}");
+    is_volume
+}
+
+fn noise(dims: [u32; 3], voxel_type: VoxelType) -> Array {
+    let mut array = Array::new(dims, voxel_type, Endian::Little);
+    let mut rng = Rng::with_seed(9);
+    for value in &mut array.values {
+        *value = f64::from(rng.u8(0..100) / 50 * 40);
+    }
+    array
+}
+
+#[test]
+fn mutated_tiff_files_neither_panic_nor_hang_nor_ask_for_more_memory_than_they_are_worth() {
+    let _turn = TURN.lock();
+    let folder = folder();
+    let array = noise([20, 17, 3], VoxelType::U16);
+    let imagej = "ImageJ=1.5\nimages=3\nslices=3\nunit=um\nspacing=2\n";
+    let ome = "<OME><Pixels DimensionOrder=\"XYZCT\" SizeZ=\"3\" SizeC=\"1\" SizeT=\"1\"><TiffData IFD=\"0\" \
+               PlaneCount=\"3\"/></Pixels></OME>";
+    let mut seeds = Vec::new();
+    for (compression, predictor, tile, is_big, description) in [
+        (tiff_files::PLAIN, 1, None, false, imagej),
+        (tiff_files::PLAIN, 1, Some([16, 16]), true, ""),
+        (tiff_files::LZW, 2, None, false, ome),
+        (tiff_files::DEFLATE, 1, Some([16, 16]), true, imagej),
+        (tiff_files::PACKBITS, 1, None, false, ""),
+        (tiff_files::ZSTD, 2, None, true, ome),
+    ] {
+        let tiff = Tiff {
+            is_big,
+            compression,
+            predictor,
+            tile,
+            rows_per_strip: 9,
+            description: description.into(),
+            ..Tiff::default()
+        };
+        seeds.push(tiff.write(&array));
+    }
+    let mut volumes = 0;
+    for n in 0..INPUTS / 2 {
+        let mut rng = Rng::with_seed(n as u64);
+        let mut bytes = seeds[n % seeds.len()].clone();
+        for _ in 0..rng.u8(1..5) {
+            mutate(&mut bytes, &mut rng);
+        }
+        let path = write(folder.path(), "v.tif", &bytes);
+        let allowed = allowance_in_chunks(bytes.len());
+        let input = format!("TIFF input {n}");
+        volumes += usize::from(load_guarded(&path, &overrides(&mut rng), allowed, &input));
+    }
+    assert!((INPUTS / 100..INPUTS / 2).contains(&volumes), "{volumes}");
+}
+
+#[test]
+fn mutated_zarr_folders_neither_panic_nor_hang_nor_ask_for_more_memory_than_they_are_worth() {
+    let _turn = TURN.lock();
+    let folder = folder();
+    let array = noise([20, 17, 6], VoxelType::U16);
+    let blosc = |inner, shuffle| {
+        Codec::Blosc(Blosc {
+            inner,
+            shuffle,
+            is_split: shuffle == 1,
+            block: 1024,
+        })
+    };
+    let shards = |codec| Zarr {
+        shard: Some(vec![4, 16, 16]),
+        has_checksum: codec == Codec::Plain,
+        ..Zarr::new(true, &[4, 8, 8], codec)
+    };
+    let mut seeds = Vec::new();
+    for (n, zarr) in [
+        Zarr::new(false, &[3, 9, 20], blosc(Inner::BloscLz, 1)),
+        Zarr::new(false, &[3, 9, 20], blosc(Inner::Lz4, 4)),
+        Zarr::new(true, &[3, 9, 20], blosc(Inner::Zstd, 1)),
+        Zarr::new(false, &[3, 9, 20], Codec::Gzip),
+        Zarr::new(true, &[3, 9, 20], Codec::Zstd),
+        shards(Codec::Plain),
+        shards(blosc(Inner::Lz4, 1)),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = folder.path().join(n.to_string());
+        zarr.write(&path, "zyx", &[6, 17, 20], &array);
+        assert!(
+            loads_properly(&path, &VolumeOverrides::default()),
+            "{zarr:?}"
+        );
+        let array = if zarr.is_version_3 {
+            "s0/zarr.json"
+        } else {
+            "s0/.zarray"
+        };
+        let group = if zarr.is_version_3 {
+            "zarr.json"
+        } else {
+            ".zattrs"
+        };
+        let chunk = if zarr.is_version_3 {
+            "s0/c/0/0/0"
+        } else {
+            "s0/0/0/0"
+        };
+        seeds.push((path, [array, group, chunk]));
+    }
+    let mut volumes = 0;
+    for n in 0..INPUTS / 2 {
+        let mut rng = Rng::with_seed(n as u64);
+        let (path, names) = &seeds[n % seeds.len()];
+        let name = names[[0, 1, 2, 2][rng.usize(..4)]];
+        let original = std::fs::read(path.join(name)).unwrap();
+        let mut bytes = original.clone();
+        for _ in 0..rng.u8(1..5) {
+            mutate(&mut bytes, &mut rng);
+        }
+        write(path, name, &bytes);
+        let files = bytes.len() + 16384;
+        let input = format!("Zarr input {n}: {name}");
+        let is_volume = load_guarded(
+            path,
+            &overrides(&mut rng),
+            allowance_in_chunks(files),
+            &input,
+        );
+        volumes += usize::from(is_volume);
+        write(path, name, original);
+    }
+    assert!((INPUTS / 100..INPUTS / 2).contains(&volumes), "{volumes}");
 }

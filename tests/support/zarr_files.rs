@@ -346,7 +346,7 @@ fn shuffled(block: &[u8], size: usize) -> Vec<u8> {
 
 fn bit_shuffled(block: &[u8], size: usize) -> Vec<u8> {
     let count = block.len() / size;
-    if count % 8 != 0 {
+    if !count.is_multiple_of(8) {
         return block.to_vec();
     }
     let mut bytes = vec![0; count * size];

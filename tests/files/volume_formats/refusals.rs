@@ -172,6 +172,7 @@ fn sizes_that_overflow_are_refused() {
 #[test]
 fn other_formats_get_a_way_out() {
     refuses("v.dcm", [0; 200], &["DICOM", "dcm2niix"]);
+    refuses("v.vdb", [0; 200], &["OpenVDB", "copyToArray", "numpy.save"]);
     refuses(
         "v.xyz",
         [0; 200],

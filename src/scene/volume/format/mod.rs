@@ -33,13 +33,21 @@ enum Read {
 use Read::*;
 
 /// Each with the ends of its files' names, in lower case.
-const FORMATS: [(&str, &[&str], Read); 7] = [
+const FORMATS: [(&str, &[&str], Read); 8] = [
     ("NRRD", &[".nrrd", ".nhdr"], Described(nrrd::read)),
     ("MetaImage", &[".mha", ".mhd"], Described(metaimage::read)),
     ("NIfTI", &[".nii", ".nii.gz"], Described(nifti::read)),
     ("NumPy", &[".npy"], Described(npy::read)),
     ("TIFF", &[".tif", ".tiff"], Several(tiff::read)),
     ("raw", &[".raw"], Bare(raw::read)),
+    (
+        "OpenVDB",
+        &[".vdb"],
+        Refused(
+            "is OpenVDB, which is not read directly; convert its grid first, with OpenVDB for Python: \
+             `numpy.save(\"grid.npy\", array)` after `grid.copyToArray(array)`, its axes turned to z, y, x",
+        ),
+    ),
     (
         "DICOM",
         &[".dcm", ".dicom"],

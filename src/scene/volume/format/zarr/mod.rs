@@ -8,6 +8,7 @@
 mod array;
 mod chunks;
 mod crc32c;
+mod pipeline;
 
 use std::path::{Component, Path};
 

@@ -1,0 +1,168 @@
+//! What is done to the voxels of a chunk, by the names that Zarr has for it.
+
+use serde::Deserialize;
+
+use super::array::Shard;
+use crate::scene::volume::format::header::unexpected;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::codec::Codec;
+use crate::scene::volume::voxel_type::Endian;
+
+/// A name and what is set with it. A name alone may be written as such.
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub enum Named {
+    Name(String),
+    Configured {
+        name: String,
+        #[serde(default)]
+        configuration: Configuration,
+    },
+}
+
+/// What any of the codecs, grids and encodings below may be set to.
+#[derive(Deserialize, Default)]
+pub struct Configuration {
+    pub chunk_shape: Option<Vec<u64>>,
+    pub separator: Option<String>,
+    endian: Option<String>,
+    order: Option<Vec<usize>>,
+    cname: Option<String>,
+    codecs: Option<Vec<Named>>,
+    index_codecs: Option<Vec<Named>>,
+    index_location: Option<String>,
+}
+
+impl Named {
+    pub fn parts(self) -> (String, Configuration) {
+        match self {
+            Named::Name(name) => (name, Configuration::default()),
+            Named::Configured {
+                name,
+                configuration,
+            } => (name, configuration),
+        }
+    }
+}
+
+/// The shape of chunks in shards of `shape`, their index, and their codecs.
+pub fn sharding(
+    configuration: Configuration,
+    shape: Vec<u64>,
+) -> Parsed<(Vec<u64>, Shard, Vec<Named>)> {
+    let (Some(chunk), Some(codecs), Some(index)) = (
+        configuration.chunk_shape,
+        configuration.codecs,
+        configuration.index_codecs,
+    ) else {
+        return Err("`sharding_indexed` needs `chunk_shape`, `codecs` and `index_codecs`".into());
+    };
+    let index = Pipeline::new(index, shape.len() + 1)?;
+    if index.codec != Codec::Plain {
+        return Err("`index_codecs` of shards compress, expected only bytes and crc32c".into());
+    }
+    let is_index_at_end = match configuration.index_location.as_deref() {
+        None | Some("end") => true,
+        Some("start") => false,
+        Some(other) => return Err(unexpected("index_location", other, "start or end")),
+    };
+    let shard = Shard {
+        shape,
+        endian: index.endian.unwrap_or(Endian::NATIVE),
+        has_checksum: index.has_checksum,
+        is_index_at_end,
+    };
+    Ok((chunk, shard, codecs))
+}
+
+/// What is done to the voxels of a chunk.
+pub struct Pipeline {
+    pub order: Vec<usize>,
+    pub endian: Option<Endian>,
+    pub codec: Codec,
+    pub compression: Option<String>,
+    pub has_checksum: bool,
+}
+
+impl Pipeline {
+    /// Codecs come as they encode: axes may change places, numbers become bytes, bytes are compressed, and
+    /// a checksum follows.
+    pub fn new(codecs: Vec<Named>, axes: usize) -> Parsed<Pipeline> {
+        let mut pipeline = Pipeline {
+            order: (0..axes).collect(),
+            endian: None,
+            codec: Codec::Plain,
+            compression: None,
+            has_checksum: false,
+        };
+        // How far in this order the codecs are.
+        let mut stage = 0;
+        for (name, configuration) in codecs.into_iter().map(Named::parts) {
+            let next = match name.as_str() {
+                "transpose" => 0,
+                "bytes" => 1,
+                "crc32c" => 3,
+                _ => 2,
+            };
+            if next < stage || (next == stage && next > 0) {
+                let expected = "transpose, bytes, one compressor and crc32c, in this order";
+                return Err(unexpected("codecs", &name, expected));
+            }
+            stage = next;
+            match next {
+                0 => pipeline.transpose(configuration.order.unwrap_or_default())?,
+                1 => {
+                    pipeline.endian = match configuration.endian.as_deref() {
+                        None => None,
+                        Some("little") => Some(Endian::Little),
+                        Some("big") => Some(Endian::Big),
+                        Some(other) => return Err(unexpected("endian", other, "little or big")),
+                    }
+                }
+                3 => pipeline.has_checksum = true,
+                _ => {
+                    pipeline.codec = codec(&name)?;
+                    pipeline.compression = Some(in_words(&name, configuration.cname));
+                }
+            }
+        }
+        Ok(pipeline)
+    }
+
+    fn transpose(&mut self, order: Vec<usize>) -> Parsed<()> {
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        if !sorted.into_iter().eq(0..self.order.len()) {
+            let expected = "each axis once";
+            return Err(unexpected("transpose", &format!("{order:?}"), expected));
+        }
+        self.order = order.into_iter().map(|axis| self.order[axis]).collect();
+        Ok(())
+    }
+}
+
+pub fn codec(name: &str) -> Parsed<Codec> {
+    match name {
+        "blosc" | "numcodecs.blosc" => Ok(Codec::Blosc),
+        "zstd" | "numcodecs.zstd" => Ok(Codec::Zstd),
+        "gzip" | "numcodecs.gzip" => Ok(Codec::Gzip),
+        "zlib" | "numcodecs.zlib" => Ok(Codec::Zlib),
+        other => Err(unexpected("compressor", other, "blosc, zstd, gzip or zlib")),
+    }
+}
+
+pub fn in_words(name: &str, inner: Option<String>) -> String {
+    match inner {
+        Some(inner) => format!("{name} ({inner})"),
+        None => name.to_string(),
+    }
+}
+
+pub fn separator(given: Option<&str>, default: char) -> Parsed<char> {
+    match given {
+        None => Ok(default),
+        Some("/") => Ok('/'),
+        Some(".") => Ok('.'),
+        Some(other) => Err(unexpected("separator", other, "`/` or `.`")),
+    }
+}
