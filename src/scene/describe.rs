@@ -48,13 +48,9 @@ fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume) {
         page.line("endian", endian, raw);
     }
     for (key, given, meaning) in [
-        (
-            "channel",
-            table.channel,
-            "TIFF and OME-Zarr, counted from 0",
-        ),
-        ("time", table.time, "likewise"),
-        ("level", table.level, "likewise; 0 is the finest"),
+        ("channel", table.channel, "counted from 0"),
+        ("time", table.time, "counted from 0"),
+        ("level", table.level, "counted from 0, the finest"),
     ] {
         if let Some(given) = given {
             page.line(key, given, meaning);

@@ -81,6 +81,9 @@ fn the_contract_example_is_accepted() {
     let text = r#"
 [volume]
 path = "head.nrrd"
+channel = 1
+time = 2
+level = 0
 dims = [512, 512, 460]
 type = "uint16"
 endian = "little"
@@ -132,6 +135,8 @@ tone = "linear"
     assert_eq!(file.volume_path().unwrap(), Path::new("scenes/head.nrrd"));
     let overrides = file.volume_overrides().unwrap();
     assert_eq!(overrides.dims, Some([512, 512, 460]));
+    let picked = [overrides.channel, overrides.time, overrides.level];
+    assert_eq!(picked, [Some(1), Some(2), Some(0)]);
     assert_eq!(overrides.voxel_type, Some(VoxelType::U16));
     assert_eq!(overrides.endian, Some(Endian::Little));
     assert_eq!(overrides.axes.unwrap().to_string(), "LPI");

@@ -149,6 +149,79 @@ fn regions_are_cut_from_the_whole() {
     }
 }
 
+/// The same voxels are the same volume, whichever format they come in.
+#[test]
+fn every_format_is_one_volume() {
+    for voxel_type in [VoxelType::U16, VoxelType::I16, VoxelType::F32] {
+        let folder = folder();
+        let array = Array::new([23, 18, 14], voxel_type, Endian::Little);
+        for crop in [None, Some([[3, 0, 1], [20, 17, 12]])] {
+            let overrides = VolumeOverrides {
+                crop,
+                ..Default::default()
+            };
+            let paths = in_every_format(folder.path(), &array);
+            let first = Volume::load(&paths[0], &overrides).unwrap();
+            let whole = first.voxels().unwrap();
+            for path in &paths {
+                let volume = Volume::load(path, &overrides).unwrap();
+                let name = path.display();
+                assert!(volume.voxels().unwrap() == whole, "{name}");
+                assert_eq!(volume.range, first.range, "{name}");
+                assert_eq!(
+                    volume.macrocell_ranges(),
+                    first.macrocell_ranges(),
+                    "{name}"
+                );
+                let histogram = |volume: &Volume| volume.histogram(64).unwrap();
+                assert_eq!(histogram(&volume), histogram(&first), "{name}");
+                reads_regions(&volume, bytes(&whole), 5);
+            }
+        }
+    }
+}
+
+/// Too many voxels to be kept in memory: each chunk that a piece cuts is decoded for it, or was kept.
+#[test]
+fn chunks_are_read_in_any_order() {
+    const DIMS: [u32; 3] = [200, 160, 140];
+    let folder = folder();
+    let mut array = Array::new(DIMS, VoxelType::F64, Endian::Little);
+    let mut rng = Rng::with_seed(8);
+    for value in &mut array.values {
+        *value = f64::from(rng.u8(..));
+    }
+    let in_f32: Vec<f32> = array.values.iter().map(|value| *value as f32).collect();
+    let expected = Voxels::F32(in_f32);
+    let tiles = Tiff {
+        tile: Some([96, 64]),
+        ..Tiff::default()
+    };
+    let zarr = Zarr::new(false, &[37, 64, 50], Codec::Plain);
+    let shape = [140, 160, 200];
+    for path in [
+        write(folder.path(), "v.tif", tiles.write(&array)),
+        zarr.write(&folder.path().join("v.zarr"), "zyx", &shape, &array),
+    ] {
+        let volume = plain(&path);
+        assert!(volume.voxels().unwrap().into_owned() == expected);
+        reads_regions(&volume, bytes(&expected), 3);
+        let overrides = VolumeOverrides {
+            axes: Some("LAS".parse().unwrap()),
+            crop: Some([[20, 30, 10], [180, 150, 130]]),
+            ..Default::default()
+        };
+        let reversed = Volume::load(&path, &overrides).unwrap();
+        let whole = reversed.voxels().unwrap();
+        let made = Volume::from_values(reversed.dims, [1.0; 3], whole.clone().into_owned());
+        assert_eq!(
+            reversed.macrocell_ranges(),
+            made.unwrap().macrocell_ranges()
+        );
+        reads_regions(&reversed, bytes(&whole), 3);
+    }
+}
+
 /// Too many voxels to be kept in memory: going back means inflating again.
 #[test]
 fn a_compressed_file_is_read_in_any_order() {

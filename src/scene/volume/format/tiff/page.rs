@@ -273,14 +273,11 @@ impl Layout {
         let samples = self.samples_in_chunk() as usize;
         let size = self.voxel_type.bytes();
         for row in pixels.chunks_exact_mut(self.chunk_row_bytes() as usize) {
-            match (self.predictor, size) {
-                (Predictor::None, _) => {}
-                (Predictor::Horizontal, 1) => add_left::<1>(row, samples, self.endian),
-                (Predictor::Horizontal, 2) => add_left::<2>(row, samples, self.endian),
-                (Predictor::Horizontal, 4) => add_left::<4>(row, samples, self.endian),
-                (Predictor::Horizontal, _) => add_left::<8>(row, samples, self.endian),
-                (Predictor::Float, _) => {
-                    add_left::<1>(row, samples, self.endian);
+            match self.predictor {
+                Predictor::None => {}
+                Predictor::Horizontal => add_left(row, size, samples, self.endian),
+                Predictor::Float => {
+                    add_left(row, 1, samples, self.endian);
                     join_bytes(row, size, self.endian);
                 }
             }
@@ -289,18 +286,31 @@ impl Layout {
 }
 
 /// Adds to each number the one of the same sample on its left.
-fn add_left<const SIZE: usize>(row: &mut [u8], samples: usize, endian: Endian) {
-    let numbers = row.as_chunks_mut::<SIZE>().0;
-    let mut left = vec![0; samples];
-    for pixel in numbers.chunks_exact_mut(samples) {
-        for (number, left) in pixel.iter_mut().zip(&mut left) {
-            *left = endian.number(number).wrapping_add(*left);
-            let bytes = left.to_le_bytes();
-            number.copy_from_slice(&bytes[..SIZE]);
-            if endian == Endian::Big {
-                number.reverse();
-            }
-        }
+fn add_left(row: &mut [u8], size: usize, samples: usize, endian: Endian) {
+    macro_rules! sum {
+        ($number:ty, $from:ident, $to:ident) => {
+            |a, b| <$number>::$from(a).wrapping_add(<$number>::$from(b)).$to()
+        };
+    }
+    match (size, endian) {
+        (1, _) => add_up(row, samples, sum!(u8, from_ne_bytes, to_ne_bytes)),
+        (2, Endian::Little) => add_up(row, samples, sum!(u16, from_le_bytes, to_le_bytes)),
+        (2, Endian::Big) => add_up(row, samples, sum!(u16, from_be_bytes, to_be_bytes)),
+        (4, Endian::Little) => add_up(row, samples, sum!(u32, from_le_bytes, to_le_bytes)),
+        (4, Endian::Big) => add_up(row, samples, sum!(u32, from_be_bytes, to_be_bytes)),
+        (_, Endian::Little) => add_up(row, samples, sum!(u64, from_le_bytes, to_le_bytes)),
+        (_, Endian::Big) => add_up(row, samples, sum!(u64, from_be_bytes, to_be_bytes)),
+    }
+}
+
+fn add_up<const SIZE: usize>(
+    row: &mut [u8],
+    samples: usize,
+    sum: impl Fn([u8; SIZE], [u8; SIZE]) -> [u8; SIZE],
+) {
+    let numbers = row.as_chunks_mut().0;
+    for n in samples..numbers.len() {
+        numbers[n] = sum(numbers[n], numbers[n - samples]);
     }
 }
 

@@ -6,14 +6,15 @@
 
 pub mod blosc;
 mod blosclz;
+mod lzw;
 mod packbits;
 
 use std::io::Read;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use flate2::read::{MultiGzDecoder, ZlibDecoder};
+use flate2::read::MultiGzDecoder;
 use ruzstd::decoding::StreamingDecoder;
-use weezl::{BitOrder, decode};
+use zune_inflate::{DeflateDecoder, DeflateOptions};
 
 use crate::scene::volume::parsed::Parsed;
 
@@ -22,6 +23,8 @@ use crate::scene::volume::parsed::Parsed;
 pub const MAX_RATIO: u64 = 32 << 10;
 /// Bytes that are reserved for each compressed one. What needs more grows on the way.
 const RESERVED: usize = 8;
+/// Of Deflate, in bytes: so much may be decoded beyond what is wanted.
+const LONGEST_MATCH: usize = 258;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Codec {
@@ -78,14 +81,14 @@ impl Codec {
     fn unpack(self, packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
         match self {
             Codec::Plain => Ok(packed.to_vec()),
-            Codec::Zlib => all_of(ZlibDecoder::new(packed), packed, expected),
+            Codec::Zlib => inflate(packed, expected),
             Codec::Gzip => all_of(MultiGzDecoder::new(packed), packed, expected),
             Codec::Zstd => {
                 let decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
                 all_of(decoder, packed, expected)
             }
             Codec::Blosc => blosc::decode(packed, expected),
-            Codec::Lzw => lzw(packed, expected),
+            Codec::Lzw => lzw::decode(packed, expected),
             Codec::PackBits => Ok(packbits::decode(packed, expected)),
         }
     }
@@ -109,22 +112,13 @@ fn all_of(decoder: impl Read, packed: &[u8], expected: usize) -> Parsed<Vec<u8>>
     }
 }
 
-fn lzw(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
-    const STEP: usize = 64 << 10;
-    let mut decoder = decode::Decoder::with_tiff_size_switch(BitOrder::Msb, 8);
-    let mut decoded = reserved(packed, expected);
-    let mut rest = packed;
-    loop {
-        let begin = decoded.len();
-        decoded.resize(expected.min(begin + STEP), 0);
-        let step = decoder.decode_bytes(rest, &mut decoded[begin..]);
-        rest = &rest[step.consumed_in..];
-        decoded.truncate(begin + step.consumed_out);
-        let is_done = decoded.len() == expected || (step.consumed_in, step.consumed_out) == (0, 0);
-        match step.status {
-            Err(e) if decoded.len() < expected => return Err(e.to_string()),
-            Ok(weezl::LzwStatus::Ok) if !is_done => {}
-            _ => return Ok(decoded),
-        }
-    }
+/// All at once, which is faster than a stream.
+fn inflate(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
+    let options = DeflateOptions::default()
+        .set_size_hint(expected.min(packed.len().saturating_mul(RESERVED)))
+        .set_limit(expected.saturating_mul(2).saturating_add(LONGEST_MATCH));
+    let decoded = DeflateDecoder::new_with_options(packed, options).decode_zlib();
+    let mut decoded = decoded.map_err(|e| format!("{:?}", e.error))?;
+    decoded.truncate(expected);
+    Ok(decoded)
 }
