@@ -53,7 +53,7 @@ pub enum Command {
 /// What is rendered: shared by all commands that take a scene.
 #[derive(Debug, Args)]
 pub struct SceneArgs {
-    /// A scene file (.toml), or a volume.
+    /// A scene file (.toml), or a volume: a file, or a folder of slices.
     #[arg(value_name = "SCENE_OR_VOLUME")]
     pub input: PathBuf,
 
@@ -287,7 +287,7 @@ pub struct CompareArgs {
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// The volume to describe; without it, the devices.
+    /// The volume or the folder of volumes to describe; without it, the devices.
     pub volume: Option<PathBuf>,
 
     /// Print JSON.

@@ -1,18 +1,36 @@
 //! `isolume info`: what a device can do, or what is in a volume.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
-use crate::scene::volume::{Storage, Volume, VolumeOverrides};
+use crate::scene::volume::{Series, Storage, Volume, VolumeOverrides};
 
 /// Bars of the histogram.
 const BINS: usize = 16;
 
+/// What was found out, and why that is not all.
+pub struct Description {
+    pub text: String,
+    pub fault: Option<Error>,
+}
+
+#[derive(Serialize)]
+struct SeriesInfo<'a> {
+    series: &'a [Series],
+}
+
 #[derive(Serialize)]
 struct VolumeInfo {
+    /// Only of a format that may hold several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    series: Vec<Series>,
+    /// What else the file says.
+    #[serde(flatten)]
+    facts: BTreeMap<&'static str, String>,
     #[serde(flatten)]
     storage: Storage,
     dims: [u32; 3],
@@ -22,6 +40,9 @@ struct VolumeInfo {
     range: [f64; 2],
     /// Where i, j and k grow; `None`: unknown.
     orientation: Option<String>,
+    /// The letters in a sentence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    growth: Option<String>,
     histogram: Vec<Bin>,
     notes: Vec<String>,
 }
@@ -33,9 +54,22 @@ struct Bin {
     voxels: u64,
 }
 
-/// One block of text, or JSON.
-pub fn volume(path: &Path, json: bool) -> Result<String> {
-    let volume = Volume::load(path, &VolumeOverrides::default())?;
+/// One block of text, or JSON. Where a volume cannot be loaded, it is worth knowing all the more which others
+/// its folder holds.
+pub fn volume(path: &Path, json: bool) -> Result<Description> {
+    let series = Volume::series(path)?;
+    let volume = match Volume::load(path, &VolumeOverrides::default()) {
+        Ok(volume) => volume,
+        Err(fault) if series.is_empty() => return Err(fault),
+        Err(fault) => {
+            let text = match json {
+                true => to_json(&SeriesInfo { series: &series })?,
+                false => series_table(&series),
+            };
+            let fault = Some(fault);
+            return Ok(Description { text, fault });
+        }
+    };
     let histogram = volume.histogram(BINS)?;
     let bins = histogram.counts.iter().enumerate().map(|(i, &voxels)| Bin {
         low: histogram.low + i as f64 * histogram.width,
@@ -43,19 +77,42 @@ pub fn volume(path: &Path, json: bool) -> Result<String> {
         voxels,
     });
     let info = VolumeInfo {
+        series,
+        facts: volume.facts.iter().cloned().collect(),
         storage: volume.storage,
         dims: volume.dims,
         voxel_type: volume.voxel_type.to_string(),
         spacing: volume.spacing,
         range: volume.range,
         orientation: volume.axes.map(|axes| axes.to_string()),
+        growth: volume.axes.map(|axes| {
+            let [x, y, z] = axes.0.map(|direction| direction.name());
+            format!("x grows towards {x}, y towards {y}, z towards {z}")
+        }),
         histogram: bins.collect(),
         notes: volume.notes,
     };
-    match json {
-        true => to_json(&info),
-        false => Ok(info.table()),
+    let text = match json {
+        true => to_json(&info)?,
+        false => info.table(),
+    };
+    Ok(Description { text, fault: None })
+}
+
+/// A line for each volume, and one for each note on it.
+fn series_table(series: &[Series]) -> String {
+    let mut text = String::new();
+    for one in series {
+        let ([x, y, z], [a, b, c]) = (one.dims, one.spacing);
+        text += &format!(
+            "series {:<3} {:<4} {} slices, {x} × {y} × {z} of {a} × {b} × {c}  {}  {}\n",
+            one.number, one.modality, one.slices, one.description, one.uid
+        );
+        for note in &one.notes {
+            text += &format!("           {note}\n");
+        }
     }
+    text
 }
 
 impl VolumeInfo {
@@ -63,17 +120,19 @@ impl VolumeInfo {
         let [x, y, z] = self.dims;
         let [a, b, c] = self.spacing;
         let orientation = self.orientation.as_deref().unwrap_or("unknown");
-        let lines = self.storage.lines().into_iter();
-        let mut text: String = lines
-            .map(|(key, value)| format!("{key:<12} {value}\n"))
-            .collect();
+        let mut text = series_table(&self.series);
+        let storage = self.storage.lines().into_iter();
+        let facts = self.facts.iter().map(|(name, fact)| (*name, fact.clone()));
+        for (name, value) in storage.chain(facts) {
+            text += &format!("{name:<12} {value}\n");
+        }
         text += &format!(
             "dims         {x} × {y} × {z}\ntype         {}\nspacing      {a} × {b} × {c}\nrange        {} to {}\n",
             self.voxel_type, self.range[0], self.range[1]
         );
-        text += &match orientation {
-            "unknown" => "orientation unknown\n".to_string(),
-            letters => format!("orientation  {letters} (where x, y, z grow)\n"),
+        text += &match self.growth {
+            None => "orientation unknown\n".to_string(),
+            Some(ref growth) => format!("orientation  {orientation} ({growth})\n"),
         };
         let most = self.histogram.iter().map(|b| b.voxels).max().unwrap_or(0);
         for bin in &self.histogram {

@@ -1,6 +1,10 @@
 //! Whatever a file holds, loading it ends soon, without a panic, and without allocating more than
 //! the file's length allows.
 
+#[path = "support/dicom_files.rs"]
+mod dicom_files;
+#[path = "support/dicom_scan.rs"]
+mod dicom_scan;
 #[path = "support/tiff_files.rs"]
 mod tiff_files;
 #[path = "support/volume_files.rs"]
@@ -14,6 +18,8 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use dicom_files::{Pixels, Syntax};
+use dicom_scan::{COLUMNS, Scan};
 use fastrand::Rng;
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
@@ -109,6 +115,21 @@ fn seeds() -> Vec<Seed> {
         bytes,
         packed_later: false,
     };
+    let scan = Scan::ct();
+    let packed_ls = [include_bytes!("support/dicom/slice0.jls").to_vec()];
+    let jpeg_ls = dicom_files::file(
+        &scan.header(0),
+        Syntax::JpegLs,
+        Pixels::Packed(&packed_ls),
+        COLUMNS,
+    );
+    let codestream = [include_bytes!("support/dicom/slice0.j2k").to_vec()];
+    let jpeg_2000 = dicom_files::file(
+        &scan.header(0),
+        Syntax::Jpeg2000,
+        Pixels::Packed(&codestream),
+        COLUMNS,
+    );
     vec![
         seed("v.nrrd", small.nrrd("raw", oriented)),
         seed(
@@ -140,6 +161,15 @@ fn seeds() -> Vec<Seed> {
         seed("v.npy", small.npy(1, false)),
         seed("v.npy", floats.npy(2, true)),
         seed("v_4x3x2_int16.raw", small.bytes()),
+        seed("v.dcm", scan.slice_file(0, Syntax::Explicit)),
+        seed("v.dcm", scan.enhanced(Syntax::Explicit)),
+        seed("v.dcm", scan.enhanced(Syntax::Implicit)),
+        seed("v.dcm", scan.enhanced(Syntax::BigEndian)),
+        seed("v.dcm", scan.slice_file(0, Syntax::Deflated)),
+        seed("v.dcm", scan.enhanced(Syntax::RunLength)),
+        seed("v.dcm", scan.enhanced(Syntax::JpegLossless)),
+        seed("v.dcm", jpeg_2000),
+        seed("v.dcm", jpeg_ls),
     ]
 }
 

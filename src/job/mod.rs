@@ -74,7 +74,11 @@ pub fn compare(args: &CompareArgs) -> Result<u8> {
 /// `isolume info`.
 pub fn info(args: &InfoArgs) -> Result<u8> {
     match &args.volume {
-        Some(path) => print(&info::volume(path, args.json)?),
+        Some(path) => {
+            let described = info::volume(path, args.json)?;
+            print(&described.text)?;
+            described.fault.map_or(Ok(0), Err)
+        }
         None => print(&info::devices(args.json)?),
     }
 }

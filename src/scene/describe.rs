@@ -38,6 +38,16 @@ fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume) {
     if let Some(path) = &table.path {
         page.line("path", file.origins.path(path).to_string_lossy(), "");
     }
+    if let Some(series) = &table.series {
+        page.line(
+            "series",
+            series,
+            "number in `isolume info`, or the SeriesInstanceUID",
+        );
+    }
+    if let Some(fill_gaps) = table.fill_gaps {
+        page.line("fill_gaps", fill_gaps, "missing slices are interpolated");
+    }
     let [low, high] = volume.range;
     page.comment(&format!("the data go from {low} to {high}"));
     let raw = "raw files only";

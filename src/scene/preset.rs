@@ -29,7 +29,8 @@ pub const ROUGHNESS: f64 = 0.45;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// `Ct` for integers from −900 or less, as only Hounsfield units have; otherwise `Generic`.
+    /// `Ct` where the file says that values are Hounsfield units, or where it does not say what they are and
+    /// they are integers from −900 or less, as only those have; otherwise `Generic`.
     Auto,
     /// Soft tissue as medium, bone as surface.
     Ct,
@@ -46,7 +47,7 @@ impl Preset {
             return Err(Error::Input(format!("{}: {problem}", path.display())));
         }
         let integer = !matches!(volume.voxel_type, VoxelType::F32 | VoxelType::F64);
-        let hounsfield = integer && low <= -900.0;
+        let hounsfield = volume.is_hounsfield.unwrap_or(integer && low <= -900.0);
         let (name, medium, iso) = match self {
             Preset::Auto if hounsfield => ct(volume),
             Preset::Ct => ct(volume),

@@ -1,5 +1,9 @@
 //! What is read and written: arguments, scene files, volumes, presets, pictures, statistics. No device is needed.
 
+#[path = "../support/dicom_files.rs"]
+mod dicom_files;
+#[path = "../support/dicom_scan.rs"]
+mod dicom_scan;
 #[path = "../support/tiff_files.rs"]
 mod tiff_files;
 #[path = "../support/volume_files.rs"]

@@ -1,11 +1,16 @@
 //! The program from outside: the real binary in a folder of its own, judged by its exit status, what
 //! it prints and the files that it leaves. Vulkan's validation layers watch every render.
 
+#[path = "../support/dicom_files.rs"]
+mod dicom_files;
+#[path = "../support/dicom_scan.rs"]
+mod dicom_scan;
 #[path = "../support/folder.rs"]
 mod folder;
 
 mod allocations;
 mod bench;
+mod dicom;
 mod outputs;
 mod refusals;
 #[cfg(target_os = "linux")]

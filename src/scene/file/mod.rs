@@ -9,6 +9,7 @@ mod document;
 mod lights;
 mod mismatch;
 mod resolve;
+mod series;
 mod settings;
 mod visible;
 
@@ -22,6 +23,7 @@ pub use resolve::resolve;
 
 use super::{Background, CacheFormat, CacheScale, LightModel, Normals, Tone, Variant, View};
 use crate::error::{Error, Result};
+use crate::scene::volume::Pick;
 
 /// The whole file. Its keys are the contract's; `None` means that the user left it to us.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -54,6 +56,8 @@ pub struct VolumeTable {
     pub spacing: Option<[f64; 3]>,
     pub axes: Option<String>,
     pub crop: Option<[[u32; 3]; 2]>,
+    pub series: Option<Pick>,
+    pub fill_gaps: Option<bool>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

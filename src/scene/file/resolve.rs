@@ -112,6 +112,8 @@ impl SceneFile {
             spacing: table.spacing,
             axes: self.word("volume.axes", &table.axes)?,
             crop: table.crop,
+            series: table.series.clone(),
+            fill_gaps: table.fill_gaps.unwrap_or(false),
         })
     }
 

@@ -15,6 +15,7 @@ mod overrides;
 mod parsed;
 mod reading;
 mod region;
+mod series;
 mod settle;
 mod source;
 mod statistics;
@@ -31,9 +32,10 @@ pub use grid::Reader;
 pub use histogram::Histogram;
 pub use macrocells::MACROCELL;
 pub use orientation::{Anatomical, Axes};
-pub use overrides::VolumeOverrides;
+pub use overrides::{Pick, VolumeOverrides};
 pub use reading::Reading;
 pub use region::Region;
+pub use series::Series;
 use statistics::Statistics;
 pub use storage::{Level, Storage};
 pub use stored::{StoredType, Voxels};
@@ -65,6 +67,10 @@ pub struct Volume {
     pub storage: Storage,
     /// What the user should know about the loading: one sentence each.
     pub notes: Vec<String>,
+    /// What else its file says: a name and a value each, for `isolume info`.
+    pub facts: Vec<(&'static str, String)>,
+    /// Whether the values are Hounsfield units, where the file says what they are.
+    pub is_hounsfield: Option<bool>,
     grid: Arc<Grid>,
     statistics: Arc<Statistics>,
 }

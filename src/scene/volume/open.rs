@@ -13,6 +13,7 @@ use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
 use super::reading::Reading;
 use super::region::Region;
+use super::series::Series;
 use super::settle::settle;
 use super::source::memory::Memory;
 use super::statistics::Statistics;
@@ -44,6 +45,16 @@ impl Volume {
         format::read(path, overrides)
             .and_then(|header| open(header, overrides, &name, reading))
             .map_err(|fault| Error::input(format!("{name}: {fault}")))
+    }
+
+    /// The volumes of a folder or file that may hold several; none for a format that holds one.
+    ///
+    /// # Errors
+    ///
+    /// It holds no volume.
+    pub fn series(path: &Path) -> Result<Vec<Series>> {
+        let name = path.display().to_string();
+        format::series(path).map_err(|fault| Error::input(format!("{name}: {fault}")))
     }
 
     /// A volume made in memory; its values are the voxels as they are.
@@ -139,6 +150,8 @@ fn open(
         voxel_type: header.voxel_type,
         storage: header.storage,
         notes,
+        facts: header.about.facts,
+        is_hounsfield: header.about.is_hounsfield,
         grid: Arc::new(grid),
         statistics: Arc::new(Statistics::new(settled.ranges, settled.counts)),
     })

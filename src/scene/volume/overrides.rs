@@ -22,4 +22,17 @@ pub struct VolumeOverrides {
     pub axes: Option<Axes>,
     /// The file's voxels [low, high) along i, j and k; only these are kept.
     pub crop: Option<[[u32; 3]; 2]>,
+    /// DICOM only: which of several volumes; the largest if absent.
+    pub series: Option<Pick>,
+    /// DICOM only: missing slices are interpolated instead of refused.
+    pub fill_gaps: bool,
+}
+
+/// How one of several volumes is named.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pick {
+    /// As `isolume info` counts them, from 1 on.
+    Number(u32),
+    /// DICOM's SeriesInstanceUID.
+    Uid(String),
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use isolume::scene::volume::{Endian, VoxelType};
+use isolume::scene::volume::{Endian, Pick, VoxelType};
 use isolume::scene::{
     Background, CacheFormat, CacheScale, Disney, LightModel, Normals, Projection, Shading, Tone,
     Variant, resolve,
@@ -210,4 +210,26 @@ fn what_cannot_be_seen_is_said() {
     );
     assert!(resolved(&ramp(253, 400)).is_ok());
     assert!(resolved(&ramp(-5, 300)).is_ok());
+}
+
+#[test]
+fn a_series_is_a_number_or_a_uid() {
+    let overrides = |text: &str| {
+        parse(&format!("[volume]\n{text}"))
+            .unwrap()
+            .volume_overrides()
+            .unwrap()
+    };
+    assert_eq!(overrides("").series, None);
+    assert_eq!(overrides("series = 2").series, Some(Pick::Number(2)));
+    let uid = overrides("series = \"1.2.840\"\nfill_gaps = true");
+    assert_eq!(uid.series, Some(Pick::Uid("1.2.840".into())));
+    assert!(uid.fill_gaps && !overrides("").fill_gaps);
+    for wrong in ["0", "-1", "1.5", "[1]"] {
+        let said = message(parse(&format!("[volume]\nseries = {wrong}")));
+        assert!(
+            said.contains("a number from 1 on or a SeriesInstanceUID"),
+            "{said}"
+        );
+    }
 }

@@ -1,6 +1,7 @@
 //! Every format gives back the values, shape and orientation that were written to it, and says in
 //! one sentence what is wrong with a file that cannot be used.
 
+mod dicom;
 mod metaimage;
 mod nifti;
 mod nrrd;

@@ -14,6 +14,11 @@ fn shape_is_for_raw_files_only() {
         ..Default::default()
     };
     assert!(refusal(&path, &overrides).contains("`dims` is only for .raw"));
+    let overrides = VolumeOverrides {
+        fill_gaps: true,
+        ..Default::default()
+    };
+    assert!(refusal(&path, &overrides).contains("`fill_gaps` is only for DICOM"));
 }
 
 #[test]
@@ -171,7 +176,7 @@ fn sizes_that_overflow_are_refused() {
 
 #[test]
 fn other_formats_get_a_way_out() {
-    refuses("v.dcm", [0; 200], &["DICOM", "dcm2niix"]);
+    refuses("v.dcm", [0; 200], &["is no DICOM file"]);
     refuses("v.vdb", [0; 200], &["OpenVDB", "copyToArray", "numpy.save"]);
     refuses(
         "v.xyz",
@@ -193,7 +198,7 @@ fn other_formats_get_a_way_out() {
     let folder = folder();
     let series = folder.path().join("series");
     std::fs::create_dir(&series).unwrap();
-    assert!(refusal(&series, &VolumeOverrides::default()).contains("dcm2niix"));
+    assert!(refusal(&series, &VolumeOverrides::default()).contains("holds no DICOM image"));
     let missing = folder.path().join("gone.nrrd");
     assert!(refusal(&missing, &VolumeOverrides::default()).contains("No such file"));
 }

@@ -306,7 +306,7 @@ fn what_is_no_image_is_refused() {
 
     let empty = folder.path().join("empty");
     fs::create_dir(&empty).unwrap();
-    message_of(&empty, &["is a folder without OME-Zarr or TIFF pages"]);
+    message_of(&empty, &["holds no DICOM image"]);
     let plate = folder.path().join("plate");
     fs::create_dir(&plate).unwrap();
     fs::write(plate.join(".zattrs"), "{\"plate\": {\"wells\": []}}").unwrap();

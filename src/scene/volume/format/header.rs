@@ -34,6 +34,16 @@ pub struct Header {
     pub notes: Vec<String>,
     /// Gives `dims` voxels of the type and byte order above.
     pub source: Box<dyn Source>,
+    pub about: About,
+}
+
+/// What a file says beside the shape and meaning of its voxels.
+#[derive(Debug, Default)]
+pub struct About {
+    /// What `isolume info` shows: a name and a value each.
+    pub facts: Vec<(&'static str, String)>,
+    /// Whether the values are Hounsfield units, where the file says what they are.
+    pub is_hounsfield: Option<bool>,
 }
 
 impl Header {
@@ -73,6 +83,7 @@ impl Header {
             storage: Storage::default(),
             notes: Vec::new(),
             source,
+            about: About::default(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::header::{Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use super::header::{About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::{Data, Encoding, Start};
@@ -41,6 +41,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
         intercept: intercept.unwrap_or(0.0),
         storage: data.encoding.storage(),
         notes: Vec::new(),
+        about: About::default(),
         source: data.open(path, dims, voxel_type)?,
     })
 }

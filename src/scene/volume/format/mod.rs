@@ -4,6 +4,7 @@
 //! Voxels that do not lie in one file, plain or deflated, come with a [`Source`](super::source::Source) of
 //! their own.
 
+mod dicom;
 pub mod header;
 mod metaimage;
 mod nifti;
@@ -17,6 +18,7 @@ use std::path::Path;
 
 use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
+use super::series::Series;
 use header::Header;
 
 enum Read {
@@ -24,6 +26,11 @@ enum Read {
     Described(fn(&Path) -> Parsed<Header>),
     /// It may hold several volumes, of which the user picks one.
     Several(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
+    /// The same, and the second function lists them.
+    Listed(
+        fn(&Path, &VolumeOverrides) -> Parsed<Header>,
+        fn(&Path) -> Parsed<Vec<Series>>,
+    ),
     /// The user says what its voxels are.
     Bare(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
     /// The format is known and not read: the sentence says what can be done instead.
@@ -31,6 +38,9 @@ enum Read {
 }
 
 use Read::*;
+
+/// Its files have any name.
+const DICOM: (&str, Read) = ("DICOM", Listed(dicom::read, dicom::series));
 
 /// Each with the ends of its files' names, in lower case.
 const FORMATS: [(&str, &[&str], Read); 8] = [
@@ -48,23 +58,18 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
              `numpy.save(\"grid.npy\", array)` after `grid.copyToArray(array)`, its axes turned to z, y, x",
         ),
     ),
-    (
-        "DICOM",
-        &[".dcm", ".dicom"],
-        Refused(
-            "is DICOM, which is not read directly; convert its series first: \
-             `dcm2niix -z y -o OUT FOLDER`",
-        ),
-    ),
+    (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
 ];
 
 /// How a folder is told to be of a format.
 type IsFolder = fn(&Path) -> bool;
 
 /// The first one that a folder is of reads it.
-const FOLDERS: [(&str, IsFolder, Read); 2] = [
+const FOLDERS: [(&str, IsFolder, Read); 3] = [
     ("OME-Zarr", zarr::is_folder, Several(zarr::read_folder)),
     ("TIFF pages", tiff::is_folder, Several(tiff::read_folder)),
+    // Whatever is in it: its files may lie in folders within folders.
+    (DICOM.0, |_| true, DICOM.1),
 ];
 
 pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
@@ -82,13 +87,25 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     check_keys(read, overrides)?;
     let header = match read {
         Described(read) => read(path),
-        Several(read) | Bare(read) => read(path, overrides),
+        Several(read) | Listed(read, _) | Bare(read) => read(path, overrides),
         Refused(why) => Err(why.to_string()),
     };
     header.map(|mut header| {
         header.storage.format = name;
         header
     })
+}
+
+/// The volumes in a file or folder whose format may hold several; none for other formats.
+pub(super) fn series(path: &Path) -> Parsed<Vec<Series>> {
+    let (_, read) = match path.is_dir() {
+        true => folder(path)?,
+        false => file(path)?,
+    };
+    match read {
+        Listed(_, series) => series(path),
+        _ => Ok(Vec::new()),
+    }
 }
 
 fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
@@ -100,19 +117,19 @@ fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
         .find(|(_, ends, _)| ends.iter().any(is_named));
     match format {
         Some((name, _, read)) => Ok((name, read)),
-        None => Err(format!("has an unknown extension, expected {}", readable())),
+        // Many files of DICOM have no extension, or a number in its place.
+        None if dicom::is_dicom(path) => Ok((DICOM.0, &DICOM.1)),
+        None => Err(format!(
+            "has an unknown extension, expected {}, or a folder",
+            readable()
+        )),
     }
 }
 
 fn folder(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     let format = FOLDERS.iter().find(|(_, is_of, _)| is_of(path));
-    match format {
-        Some((name, _, read)) => Ok((name, read)),
-        None => Err(format!(
-            "is a folder without {}; convert a DICOM series first: `dcm2niix -z y -o OUT FOLDER`",
-            FOLDERS.map(|(name, ..)| name).join(" or ")
-        )),
-    }
+    let named = format.map(|(name, _, read)| (*name, read));
+    named.ok_or_else(|| "is a folder of no format that is read".into())
 }
 
 /// A key that a format has no use for is a mistake.
@@ -121,6 +138,8 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
     let is_several = matches!(read, Several(_));
     let raw = "only for .raw files, this one's own header says it";
     let several = "only for TIFF and OME-Zarr";
+    let is_listed = matches!(read, Listed(..));
+    let listed = "only for DICOM";
     for (key, given, is_wanted, why) in [
         ("dims", overrides.dims.is_some(), is_bare, raw),
         ("type", overrides.voxel_type.is_some(), is_bare, raw),
@@ -128,6 +147,8 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
         ("channel", overrides.channel.is_some(), is_several, several),
         ("time", overrides.time.is_some(), is_several, several),
         ("level", overrides.level.is_some(), is_several, several),
+        ("series", overrides.series.is_some(), is_listed, listed),
+        ("fill_gaps", overrides.fill_gaps, is_listed, listed),
     ] {
         if given && !is_wanted {
             return Err(format!("`{key}` is {why}; leave `{key}` out"));
@@ -138,10 +159,12 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
 
 /// The extensions of what is read: ".nrrd, .nhdr or .raw".
 fn readable() -> String {
-    let read = FORMATS
+    let is_read = |format: &&(&str, &[&str], Read)| !matches!(format.2, Refused(_));
+    let names = FORMATS
         .iter()
-        .filter(|(_, _, read)| !matches!(read, Refused(_)));
-    let mut names: Vec<&str> = read.flat_map(|(_, ends, _)| *ends).copied().collect();
+        .filter(is_read)
+        .flat_map(|(_, ends, _)| *ends);
+    let mut names: Vec<&str> = names.copied().collect();
     let last = names.pop().unwrap_or_default();
     format!("{} or {last}", names.join(", "))
 }

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::header::{Header, unexpected};
+use super::header::{About, Header, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
@@ -109,6 +109,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
         },
         notes: Vec::new(),
         source: data.open(path, dims, voxel_type)?,
+        about: About::default(),
     })
 }
 

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
-use super::header::{Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use super::header::{About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
@@ -30,6 +30,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
         intercept: 0.0,
         storage: data.encoding.storage(),
         notes: Vec::new(),
+        about: About::default(),
         source: data.open(path, dims, voxel_type)?,
     })
 }

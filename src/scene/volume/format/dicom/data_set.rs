@@ -1,0 +1,381 @@
+//! DICOM's elements: a tag, a length, a value, nested in sequences of items.
+//!
+//! Only the elements in [`tags`] are kept. All others, and with them everything that says who the patient
+//! is, are stepped over by their length and never become a value in this program.
+//!
+//! The crate `dicom-object` reads all of this too. It allocates what an element's length says before it
+//! has read it (4 GB for a file of 200 bytes), it does not tell where in the file the pixels are, which is
+//! what reading them in place needs, and it brings 25 crates. The part that a volume needs is this file.
+
+use crate::scene::volume::parsed::Parsed;
+
+use super::stream::Stream;
+use super::tags::{self, Tag};
+
+/// Sequences within sequences; real files have four or five.
+const MOST_NESTED: u32 = 16;
+/// The longest value that is kept. The longest there is need for is a table of frames' places.
+const LONGEST: u64 = 64 << 20;
+const UNDEFINED: u32 = u32::MAX;
+
+/// How elements are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Syntax {
+    /// Whether each element names its type.
+    pub is_explicit: bool,
+    pub is_big: bool,
+}
+
+impl Syntax {
+    pub const EXPLICIT: Syntax = Syntax {
+        is_explicit: true,
+        is_big: false,
+    };
+    pub const IMPLICIT: Syntax = Syntax {
+        is_explicit: false,
+        is_big: false,
+    };
+    pub const BIG: Syntax = Syntax {
+        is_explicit: true,
+        is_big: true,
+    };
+
+    fn u16(self, bytes: &[u8]) -> u16 {
+        let bytes = [bytes[0], bytes[1]];
+        match self.is_big {
+            true => u16::from_be_bytes(bytes),
+            false => u16::from_le_bytes(bytes),
+        }
+    }
+
+    fn u32(self, bytes: &[u8]) -> u32 {
+        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
+        match self.is_big {
+            true => u32::from_be_bytes(bytes),
+            false => u32::from_le_bytes(bytes),
+        }
+    }
+}
+
+/// The kept elements of an object or of a sequence's item.
+#[derive(Debug, Clone, Default)]
+pub struct DataSet {
+    elements: Vec<(Tag, Value)>,
+}
+
+#[derive(Debug, Clone)]
+enum Value {
+    Plain { bytes: Vec<u8>, syntax: Syntax },
+    Items(Vec<DataSet>),
+}
+
+/// Where the pixels are.
+#[derive(Debug, Clone, Copy)]
+pub struct Pixels {
+    pub tag: Tag,
+    /// Their first byte, counted as the data set's stream does.
+    pub at: u64,
+    /// `None`: they come in fragments.
+    pub length: Option<u64>,
+}
+
+impl DataSet {
+    fn value(&self, tag: Tag) -> Option<&Value> {
+        let found = self.elements.iter().find(|(other, _)| *other == tag);
+        found.map(|(_, value)| value)
+    }
+
+    fn plain(&self, tag: Tag) -> Option<(&[u8], Syntax)> {
+        match self.value(tag)? {
+            Value::Plain { bytes, syntax } => Some((bytes, *syntax)),
+            Value::Items(_) => None,
+        }
+    }
+
+    pub fn has(&self, tag: Tag) -> bool {
+        self.value(tag).is_some()
+    }
+
+    /// The items of a sequence; none where there is no such sequence.
+    pub fn items(&self, tag: Tag) -> &[DataSet] {
+        match self.value(tag) {
+            Some(Value::Items(items)) => items,
+            _ => &[],
+        }
+    }
+
+    /// The first item of a sequence.
+    pub fn item(&self, tag: Tag) -> Option<&DataSet> {
+        self.items(tag).first()
+    }
+
+    /// Text without what pads it; `None` where it is missing or empty.
+    pub fn text(&self, tag: Tag) -> Option<String> {
+        let (bytes, _) = self.plain(tag)?;
+        let text = String::from_utf8_lossy(bytes);
+        let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
+        (!text.is_empty()).then(|| text.to_string())
+    }
+
+    /// Several values of text, with backslashes between them.
+    pub fn texts(&self, tag: Tag) -> Vec<String> {
+        let text = self.text(tag).unwrap_or_default();
+        let parts = text.split('\\').map(|part| part.trim().to_string());
+        parts.filter(|_| !text.is_empty()).collect()
+    }
+
+    /// Decimal numbers written as text; `None` where they are missing, and a fault where they are no
+    /// finite numbers.
+    pub fn decimals<const N: usize>(&self, tag: Tag, name: &str) -> Parsed<Option<[f64; N]>> {
+        let Some(text) = self.text(tag) else {
+            return Ok(None);
+        };
+        // Some writers use a decimal comma.
+        let number = |part: &str| part.trim().replace(',', ".").parse::<f64>().ok();
+        let numbers: Option<Vec<f64>> = text.split('\\').map(number).collect();
+        let finite = numbers.filter(|numbers| numbers.iter().all(|number| number.is_finite()));
+        match finite.and_then(|numbers| numbers.try_into().ok()) {
+            Some(numbers) => Ok(Some(numbers)),
+            None => {
+                let found = numeric(&text);
+                Err(format!("its {name} is `{found}`, expected {N} numbers"))
+            }
+        }
+    }
+
+    pub fn decimal(&self, tag: Tag, name: &str) -> Parsed<Option<f64>> {
+        Ok(self.decimals::<1>(tag, name)?.map(|[number]| number))
+    }
+
+    /// All of a list of decimal numbers, those that are none left out.
+    pub fn decimal_list(&self, tag: Tag) -> Vec<f64> {
+        let parts = self.texts(tag).into_iter();
+        parts.filter_map(|part| part.parse().ok()).collect()
+    }
+
+    pub fn u16(&self, tag: Tag) -> Option<u16> {
+        let (bytes, syntax) = self.plain(tag)?;
+        (bytes.len() >= 2).then(|| syntax.u16(bytes))
+    }
+
+    /// An unsigned number of 16 or 32 bits.
+    pub fn whole(&self, tag: Tag) -> Option<u32> {
+        let (bytes, syntax) = self.plain(tag)?;
+        match bytes.len() {
+            2 | 3 => Some(syntax.u16(bytes).into()),
+            4.. => Some(syntax.u32(bytes)),
+            _ => None,
+        }
+    }
+
+    /// A double, or text that is a number.
+    pub fn double(&self, tag: Tag) -> Option<f64> {
+        let (bytes, syntax) = self.plain(tag)?;
+        let Ok(mut bytes) = <[u8; 8]>::try_from(bytes) else {
+            return self.text(tag)?.parse().ok();
+        };
+        if syntax.is_big {
+            bytes.reverse();
+        }
+        Some(f64::from_le_bytes(bytes))
+    }
+
+    /// Numbers of 64 bits.
+    pub fn longs(&self, tag: Tag) -> Vec<u64> {
+        let Some((bytes, syntax)) = self.plain(tag) else {
+            return Vec::new();
+        };
+        let long = |bytes: &[u8; 8]| match syntax.is_big {
+            true => u64::from_be_bytes(*bytes),
+            false => u64::from_le_bytes(*bytes),
+        };
+        bytes.as_chunks().0.iter().map(long).collect()
+    }
+}
+
+/// What a message may quote of text that should be numbers. In a damaged file it might be a name.
+pub fn numeric(text: &str) -> String {
+    let is_numeric = |c: &char| c.is_ascii_digit() || "+-.,eE\\ ".contains(*c);
+    let shown = text.chars().take(60);
+    shown
+        .map(|c| if is_numeric(&c) { c } else { '?' })
+        .collect()
+}
+
+/// Reads a data set from `at` on, up to its pixels.
+pub fn read(stream: &mut Stream, at: u64, syntax: Syntax) -> Parsed<(DataSet, Option<Pixels>)> {
+    let mut walk = Walk {
+        stream,
+        at,
+        pixels: None,
+    };
+    let data_set = walk.data_set(syntax, None, 0)?;
+    Ok((data_set, walk.pixels))
+}
+
+/// Reads the elements of one group that stand first, such as a file's meta information, and tells
+/// where they end.
+pub fn read_group(stream: &mut Stream, at: u64, group: u16) -> Parsed<(DataSet, u64)> {
+    let mut walk = Walk {
+        stream,
+        at,
+        pixels: None,
+    };
+    let mut data_set = DataSet::default();
+    loop {
+        let begin = walk.at;
+        let next = walk.stream.bytes(begin, 2)?;
+        if next.len() < 2 || Syntax::EXPLICIT.u16(next) != group {
+            return Ok((data_set, begin));
+        }
+        walk.element(&mut data_set, Syntax::EXPLICIT, None, 0)?;
+    }
+}
+
+struct Walk<'a> {
+    stream: &'a mut Stream,
+    at: u64,
+    pixels: Option<Pixels>,
+}
+
+struct Head {
+    tag: Tag,
+    vr: [u8; 2],
+    /// `None`: up to a delimiter.
+    length: Option<u64>,
+}
+
+impl Walk<'_> {
+    /// Elements up to `end`, or else up to a delimiter or the end of the data.
+    fn data_set(&mut self, syntax: Syntax, end: Option<u64>, depth: u32) -> Parsed<DataSet> {
+        let mut data_set = DataSet::default();
+        loop {
+            if end.is_some_and(|end| self.at >= end) {
+                return Ok(data_set);
+            }
+            if depth == 0 && self.stream.bytes(self.at, 1)?.is_empty() {
+                return Ok(data_set);
+            }
+            if !self.element(&mut data_set, syntax, end, depth)? {
+                return Ok(data_set);
+            }
+        }
+    }
+
+    /// One element; false if nothing of this data set follows it.
+    fn element(
+        &mut self,
+        data_set: &mut DataSet,
+        syntax: Syntax,
+        end: Option<u64>,
+        depth: u32,
+    ) -> Parsed<bool> {
+        let head = self.head(syntax)?;
+        if head.tag == tags::ITEM_END || head.tag == tags::SEQUENCE_END {
+            return Ok(false);
+        }
+        if depth == 0 && tags::PIXELS.contains(&head.tag) {
+            self.pixels = Some(Pixels {
+                tag: head.tag,
+                at: self.at,
+                length: head.length,
+            });
+            return Ok(false);
+        }
+        let is_kept = tags::is_kept(head.tag);
+        // What has no type and no length is written without types.
+        let inner = match &head.vr {
+            b"UN" => Syntax::IMPLICIT,
+            _ => syntax,
+        };
+        match head.length {
+            // The pixels of an icon, in fragments.
+            None if tags::PIXELS.contains(&head.tag) => self.skip_fragments(syntax)?,
+            None => {
+                let items = self.items(inner, None, depth)?;
+                if is_kept {
+                    data_set.elements.push((head.tag, Value::Items(items)));
+                }
+            }
+            Some(length) => {
+                let after = self.at.saturating_add(length);
+                if end.is_some_and(|end| after > end) {
+                    return Err(format!(
+                        "an element of {length} bytes at byte {} leaves its sequence: the file is damaged",
+                        self.at
+                    ));
+                }
+                if is_kept && tags::is_sequence(head.tag) {
+                    let items = self.items(inner, Some(after), depth)?;
+                    data_set.elements.push((head.tag, Value::Items(items)));
+                } else if is_kept && length <= LONGEST {
+                    let bytes = self.stream.exactly(self.at, length)?.to_vec();
+                    let value = Value::Plain { bytes, syntax };
+                    data_set.elements.push((head.tag, value));
+                }
+                self.at = after;
+            }
+        }
+        Ok(true)
+    }
+
+    fn items(&mut self, syntax: Syntax, end: Option<u64>, depth: u32) -> Parsed<Vec<DataSet>> {
+        if depth >= MOST_NESTED {
+            return Err(format!(
+                "its sequences are nested deeper than {MOST_NESTED}: the file is damaged"
+            ));
+        }
+        let mut items = Vec::new();
+        while end.is_none_or(|end| self.at < end) {
+            let begin = self.at;
+            let head = self.head(syntax)?;
+            match head.tag {
+                tags::ITEM => {
+                    let end = head.length.map(|length| self.at.saturating_add(length));
+                    let item = self.data_set(syntax, end, depth + 1)?;
+                    items.push(item);
+                }
+                tags::SEQUENCE_END => break,
+                tag => {
+                    return Err(format!(
+                        "the sequence at byte {begin} holds element {tag}, expected an item: the file \
+                         is damaged"
+                    ));
+                }
+            }
+        }
+        Ok(items)
+    }
+
+    fn skip_fragments(&mut self, syntax: Syntax) -> Parsed<()> {
+        loop {
+            let head = self.head(syntax)?;
+            match head.length {
+                Some(length) if head.tag == tags::ITEM => self.at = self.at.saturating_add(length),
+                _ => return Ok(()),
+            }
+        }
+    }
+
+    fn head(&mut self, syntax: Syntax) -> Parsed<Head> {
+        let bytes = self.stream.exactly(self.at, 8)?;
+        let tag = Tag(syntax.u16(bytes), syntax.u16(&bytes[2..]));
+        let vr = [bytes[4], bytes[5]];
+        let is_typed =
+            syntax.is_explicit && tag.0 != 0xfffe && vr.iter().all(u8::is_ascii_uppercase);
+        let (length, size) = if !is_typed {
+            (syntax.u32(&bytes[4..]), 8)
+        } else if tags::LONG_TYPES.contains(&&vr) {
+            let length = self.stream.exactly(self.at + 8, 4)?;
+            (syntax.u32(length), 12)
+        } else {
+            (syntax.u16(&bytes[6..]).into(), 8)
+        };
+        self.at += size;
+        Ok(Head {
+            tag,
+            vr: if is_typed { vr } else { *b"  " },
+            length: (length != UNDEFINED).then(|| length.into()),
+        })
+    }
+}

@@ -1,0 +1,178 @@
+//! One file: whether it is DICOM at all, and its header up to the pixels.
+//!
+//! A header is a few kilobytes before pixels of any length, and only it is read here, so that a folder of
+//! thousands of files is known in a second.
+
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use flate2::read::DeflateDecoder;
+
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::file::open_file;
+
+use super::data_set::{self, DataSet, Pixels, Syntax, numeric};
+use super::stream::Stream;
+use super::syntax::{TransferSyntax, transfer_syntax};
+use super::tags;
+
+const PREAMBLE: u64 = 128;
+const MAGIC: &[u8] = b"DICM";
+
+/// A file with its header.
+#[derive(Debug)]
+pub struct Parsing {
+    pub place: Place,
+    pub data_set: DataSet,
+    pub transfer: TransferSyntax,
+    pub pixels: Option<Pixels>,
+}
+
+/// A file, and how to find its pixels again.
+#[derive(Debug, Clone)]
+pub struct Place {
+    path: PathBuf,
+    /// The file as seen from the folder that the user has named; empty for a file that the user has named.
+    pub name: String,
+    pub length: u64,
+    modified: Option<SystemTime>,
+    /// Where the data set begins.
+    begin: u64,
+    pub is_deflated: bool,
+}
+
+/// How a file begins.
+enum Beginning {
+    /// With the meta information at this byte.
+    Meta(u64),
+    /// With the data set at once, as very old files do.
+    Bare(Syntax),
+    /// It is something else.
+    Other,
+}
+
+/// Reads a file's header; `None` if the file is no DICOM.
+pub fn parse(path: &Path) -> Parsed<Option<Parsing>> {
+    let (mut file, metadata) = open_file(path)?;
+    let mut stream = Stream::new(file.try_clone().map_err(|e| e.to_string())?);
+    let length = metadata.len();
+    let (begin, transfer) = match beginning(&mut stream, length)? {
+        Beginning::Other => return Ok(None),
+        Beginning::Bare(syntax) => {
+            let plain = transfer_syntax("1.2.840.10008.1.2.1").ok_or("no syntax")?;
+            (0, TransferSyntax { syntax, ..plain })
+        }
+        Beginning::Meta(at) => {
+            let (meta, end) = data_set::read_group(&mut stream, at, 2)?;
+            (end, transfer_of(&meta, &mut stream, end)?)
+        }
+    };
+    if transfer.is_deflated {
+        file.seek(SeekFrom::Start(begin))
+            .map_err(|e| e.to_string())?;
+        stream = Stream::new(DeflateDecoder::new(file));
+    }
+    let at = if transfer.is_deflated { 0 } else { begin };
+    let (data_set, pixels) = match data_set::read(&mut stream, at, transfer.syntax) {
+        Ok(read) => read,
+        // It only happened to begin like a bare data set.
+        Err(_) if begin == 0 && !transfer.is_deflated => return Ok(None),
+        Err(fault) => return Err(fault),
+    };
+    if begin == 0 && pixels.is_none() && !data_set.has(tags::SOP_CLASS) {
+        return Ok(None);
+    }
+    Ok(Some(Parsing {
+        place: Place {
+            path: path.to_path_buf(),
+            name: String::new(),
+            length,
+            modified: metadata.modified().ok(),
+            begin,
+            is_deflated: transfer.is_deflated,
+        },
+        data_set,
+        transfer,
+        pixels,
+    }))
+}
+
+fn beginning(stream: &mut Stream, length: u64) -> Parsed<Beginning> {
+    let bytes = stream.bytes(0, PREAMBLE + 8)?;
+    if bytes.get(128..132) == Some(MAGIC) {
+        return Ok(Beginning::Meta(PREAMBLE + 4));
+    }
+    if bytes.starts_with(MAGIC) {
+        return Ok(Beginning::Meta(4));
+    }
+    let Some(head) = bytes.first_chunk::<8>() else {
+        return Ok(Beginning::Other);
+    };
+    let is_typed = tags::TYPES.contains(&[head[4], head[5]]);
+    let implicit = u32::from_le_bytes([head[4], head[5], head[6], head[7]]);
+    // The first element of an object is one of group 8, and a short one.
+    Ok(match (head[0], head[1]) {
+        (2, 0) if is_typed => Beginning::Meta(0),
+        (8, 0) if is_typed => Beginning::Bare(Syntax::EXPLICIT),
+        (0, 8) if is_typed => Beginning::Bare(Syntax::BIG),
+        (8, 0) if head[3] == 0 && u64::from(implicit) < length.min(1 << 10) => {
+            Beginning::Bare(Syntax::IMPLICIT)
+        }
+        _ => Beginning::Other,
+    })
+}
+
+/// Writers that leave the transfer syntax out mean the implicit or the explicit one.
+fn transfer_of(meta: &DataSet, stream: &mut Stream, end: u64) -> Parsed<TransferSyntax> {
+    let uid = match meta.text(tags::TRANSFER_SYNTAX) {
+        Some(uid) => uid,
+        None => {
+            let head = stream.exactly(end, 8)?;
+            let is_typed = tags::TYPES.contains(&[head[4], head[5]]);
+            let uid = if is_typed {
+                "1.2.840.10008.1.2.1"
+            } else {
+                "1.2.840.10008.1.2"
+            };
+            uid.to_string()
+        }
+    };
+    transfer_syntax(&uid).ok_or_else(|| {
+        let found = numeric(&uid);
+        format!("its transfer syntax is `{found}`, which is not known here; unpack it first: `gdcmconv --raw IN OUT`")
+    })
+}
+
+impl Place {
+    /// The file, if it is still what its header was read of.
+    pub fn open(&self) -> Parsed<File> {
+        let (file, metadata) = open_file(&self.path)?;
+        match metadata.len() == self.length && metadata.modified().ok() == self.modified {
+            true => Ok(file),
+            false => Err("the file has changed since it was opened; open it again".into()),
+        }
+    }
+
+    /// Fills `bytes` with what the data set has from `at` on.
+    pub fn read(&self, at: u64, bytes: &mut [u8]) -> Parsed<()> {
+        let mut file = self.open()?;
+        let wanted = bytes.len();
+        let failed = |e: std::io::Error| match e.kind() {
+            std::io::ErrorKind::UnexpectedEof => {
+                format!("ends before its pixels do: {wanted} bytes from byte {at} on are missing")
+            }
+            _ => format!("cannot read its pixels: {e}"),
+        };
+        if self.is_deflated {
+            file.seek(SeekFrom::Start(self.begin)).map_err(failed)?;
+            let mut inflated = DeflateDecoder::new(file);
+            let skipped = std::io::copy(&mut inflated.by_ref().take(at), &mut std::io::sink());
+            skipped.map_err(failed)?;
+            return inflated.read_exact(bytes).map_err(failed);
+        }
+        file.seek(SeekFrom::Start(at)).map_err(failed)?;
+        file.read_exact(bytes).map_err(failed)
+    }
+}

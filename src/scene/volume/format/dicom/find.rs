@@ -1,0 +1,168 @@
+//! The files that a folder, a DICOMDIR or one file stands for, and what they turn out to be.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::scene::volume::parsed::Parsed;
+
+use super::file;
+use super::image::{Content, Image, understand};
+use super::other::Other;
+
+/// Folders within folders.
+const MOST_NESTED: u32 = 32;
+/// Names in one message.
+const MOST_NAMED: usize = 3;
+
+/// What was found.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// In the order of their paths.
+    pub images: Vec<Image>,
+    /// DICOM that is no part of a volume: how many of each kind.
+    pub others: BTreeMap<&'static str, usize>,
+    /// Files that should have been readable, and are not.
+    pub unreadable: Vec<String>,
+    /// Why a file is no image, where one was named.
+    why: Option<String>,
+}
+
+/// Looks at all files below a folder, at those that a DICOMDIR lists, or at one.
+pub fn find(path: &Path) -> Parsed<Found> {
+    if path.is_dir() {
+        let mut files = Vec::new();
+        list(path, 0, &mut files).map_err(|e| e.to_string())?;
+        return Ok(look_at(files, path));
+    }
+    let parsing = file::parse(path)?.ok_or("is no DICOM file")?;
+    match understand(parsing)? {
+        Content::Image(image) => Ok(Found {
+            images: vec![*image],
+            ..Found::default()
+        }),
+        Content::Other(Other { kind, why }) => Ok(Found {
+            others: [(kind, 1)].into(),
+            why: Some(why),
+            ..Found::default()
+        }),
+        Content::Directory(names) => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let mut found = Found::default();
+            let mut files = Vec::new();
+            for name in names {
+                match listed(folder, &name) {
+                    Some(file) => files.push(file),
+                    None => found
+                        .unreadable
+                        .push(format!("{} (is not there)", name.join("/"))),
+                }
+            }
+            let missing = found.unreadable;
+            found = look_at(files, folder);
+            found.unreadable.splice(0..0, missing);
+            Ok(found)
+        }
+    }
+}
+
+/// The regular files below a folder in the order of their names. Links to folders are not followed: they
+/// may lead in circles.
+fn list(folder: &Path, depth: u32, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
+    let mut entries = std::fs::read_dir(folder)?.collect::<Result<Vec<_>, _>>()?;
+    entries.sort_by_key(std::fs::DirEntry::file_name);
+    for entry in entries {
+        if entry.file_type()?.is_dir() {
+            if depth < MOST_NESTED {
+                list(&entry.path(), depth + 1, files)?;
+            }
+        } else if entry.path().is_file() {
+            files.push(entry.path());
+        }
+    }
+    Ok(())
+}
+
+/// A file that a DICOMDIR names in capitals may be there in small letters.
+fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
+    let mut path = folder.to_path_buf();
+    for part in name {
+        let is_plain = matches!(
+            Path::new(part).components().collect::<Vec<_>>()[..],
+            [Component::Normal(only)] if only == part.as_str()
+        );
+        if !is_plain {
+            return None;
+        }
+        let exact = path.join(part);
+        let small = path.join(part.to_lowercase());
+        path = if exact.exists() { exact } else { small };
+    }
+    path.is_file().then_some(path)
+}
+
+fn look_at(files: Vec<PathBuf>, folder: &Path) -> Found {
+    let looked = files.into_par_iter().map(|path| {
+        let content = file::parse(&path).and_then(|parsing| parsing.map(understand).transpose());
+        (path, content)
+    });
+    let mut found = Found::default();
+    for (path, content) in looked.collect::<Vec<_>>() {
+        match content {
+            Ok(Some(Content::Image(mut image))) => {
+                let name = path.strip_prefix(folder).unwrap_or(&path);
+                image.place.name = name.display().to_string();
+                found.images.push(*image);
+            }
+            Ok(Some(Content::Other(other))) => *found.others.entry(other.kind).or_default() += 1,
+            Ok(Some(Content::Directory(_)) | None) => {}
+            Err(fault) => {
+                let name = path.strip_prefix(folder).unwrap_or(&path);
+                found
+                    .unreadable
+                    .push(format!("{} ({fault})", name.display()));
+            }
+        }
+    }
+    found
+}
+
+impl Found {
+    /// Why there is no volume.
+    pub fn nothing(&self) -> String {
+        if let Some(why) = &self.why {
+            return why.clone();
+        }
+        let mut parts: Vec<String> = Vec::new();
+        if !self.others.is_empty() {
+            parts.push(self.counted_others());
+        }
+        parts.extend(self.named_unreadable());
+        match parts.is_empty() {
+            true => "holds no DICOM image, expected the slices of at least one series".into(),
+            false => format!("holds no volume, only {}", parts.join("; ")),
+        }
+    }
+
+    /// "3 × localizer, 1 × segmentation".
+    pub fn counted_others(&self) -> String {
+        let counted = self
+            .others
+            .iter()
+            .map(|(kind, count)| format!("{count} × {kind}"));
+        counted.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The first few files that cannot be read, and how many there are.
+    pub fn named_unreadable(&self) -> Option<String> {
+        let count = self.unreadable.len();
+        let first = self.unreadable[..count.min(MOST_NAMED)].join(", ");
+        let more = match count.saturating_sub(MOST_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let files = if count == 1 { "file" } else { "files" };
+        (count > 0).then(|| format!("{count} {files} that cannot be read: {first}{more}"))
+    }
+}

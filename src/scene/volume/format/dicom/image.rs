@@ -1,0 +1,318 @@
+//! What one file says: an image with its frames, and where each of them lies in the patient; or why it is
+//! no part of a volume.
+
+use crate::scene::volume::parsed::Parsed;
+
+use super::data_set::{DataSet, Pixels, numeric};
+use super::file::{Parsing, Place};
+use super::frame::{Frame, frames};
+use super::other::{COLOUR_REMEDY, Other, colours, other};
+use super::syntax::{Packing, TransferSyntax};
+use super::tags::{self, Tag};
+
+/// What a file turned out to be.
+#[derive(Debug)]
+pub enum Content {
+    Image(Box<Image>),
+    /// A list of files.
+    Directory(Vec<Vec<String>>),
+    /// DICOM, and no part of a volume.
+    Other(Other),
+}
+
+#[derive(Debug)]
+pub struct Image {
+    pub place: Place,
+    pub transfer: TransferSyntax,
+    pub pixels: Pixels,
+    /// Where frames begin among the fragments, if a table says so.
+    pub offsets: Vec<u64>,
+    pub modality: String,
+    pub series_uid: String,
+    pub series_number: i64,
+    pub description: String,
+    pub rows: u32,
+    pub columns: u32,
+    pub samples: Samples,
+    /// Whether the smallest value is white.
+    pub is_inverted: bool,
+    /// Stored values, both included, that stand for no measurement; turned where the image is inverted.
+    pub padding: Option<[i64; 2]>,
+    /// "HU", "BQML" and the like.
+    pub units: Option<String>,
+    /// Frames in the file, of which `frames` has those that can be placed.
+    pub frame_count: u32,
+    pub frames: Vec<Frame>,
+    /// What is wrong with its pixels, if that is known already.
+    pub damage: Option<String>,
+}
+
+/// How a stored value is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Samples {
+    Integers {
+        /// 8, 16 or 32.
+        allocated: u32,
+        /// The bits that count, of which `high` is the top one.
+        stored: u32,
+        high: u32,
+        is_signed: bool,
+    },
+    Float,
+    Double,
+}
+
+impl Samples {
+    pub fn bytes(self) -> u64 {
+        match self {
+            Samples::Integers { allocated, .. } => u64::from(allocated / 8),
+            Samples::Float => 4,
+            Samples::Double => 8,
+        }
+    }
+}
+
+/// Makes sense of a header. A fault is a sentence about the file.
+pub fn understand(parsing: Parsing) -> Parsed<Content> {
+    let data = &parsing.data_set;
+    let records = data.items(tags::DIRECTORY_RECORDS);
+    if !records.is_empty() {
+        let files = records
+            .iter()
+            .map(|record| record.texts(tags::REFERENCED_FILE));
+        return Ok(Content::Directory(
+            files.filter(|file| !file.is_empty()).collect(),
+        ));
+    }
+    if let Some(other) = other(data) {
+        return Ok(Content::Other(other));
+    }
+    let Some(pixels) = parsing.pixels else {
+        return Ok(no_part(
+            "object without pixels",
+            "has no pixels, expected an image",
+        ));
+    };
+    if let Some(colours) = colours(data) {
+        let why = format!("its pixels are {colours}, {COLOUR_REMEDY}");
+        return Ok(Content::Other(Other {
+            kind: "colour image",
+            why,
+        }));
+    }
+    if data.has(tags::VALUE_TABLE) && data.text(tags::SLOPE).is_none() {
+        return Ok(no_part(
+            "image with a table of values",
+            "its values pass through a table (Modality LUT Sequence), expected a slope and an intercept",
+        ));
+    }
+    let samples = match samples(data, pixels)? {
+        Ok(samples) => samples,
+        Err(other) => return Ok(Content::Other(other)),
+    };
+    let size = |tag, name| match data.whole(tag) {
+        Some(size) if size > 0 => Ok(size),
+        found => Err(format!(
+            "its {name} is {}, expected 1 or more",
+            found.map_or("missing".into(), |size| size.to_string())
+        )),
+    };
+    let mut image = Image {
+        transfer: parsing.transfer,
+        pixels,
+        offsets: data.longs(tags::OFFSET_TABLE),
+        modality: data.text(tags::MODALITY).unwrap_or_default(),
+        series_uid: data.text(tags::SERIES_UID).unwrap_or_default(),
+        series_number: data
+            .decimal(tags::SERIES_NUMBER, "SeriesNumber")
+            .ok()
+            .flatten()
+            .unwrap_or(0.0) as i64,
+        description: data.text(tags::SERIES_DESCRIPTION).unwrap_or_default(),
+        rows: size(tags::ROWS, "number of rows (Rows)")?,
+        columns: size(tags::COLUMNS, "number of columns (Columns)")?,
+        samples,
+        is_inverted: is_inverted(data),
+        padding: padding(data, samples),
+        units: units(data),
+        frame_count: frame_count(data)?,
+        frames: Vec::new(),
+        damage: None,
+        place: parsing.place,
+    };
+    image.damage = image.check_length().err();
+    image.frames = frames(data, &image)?;
+    Ok(Content::Image(Box::new(image)))
+}
+
+fn no_part(kind: &'static str, why: &str) -> Content {
+    let why = why.to_string();
+    Content::Other(Other { kind, why })
+}
+
+fn samples(data: &DataSet, pixels: Pixels) -> Parsed<Result<Samples, Other>> {
+    match pixels.tag {
+        tags::FLOAT_PIXELS => return Ok(Ok(Samples::Float)),
+        tags::DOUBLE_PIXELS => return Ok(Ok(Samples::Double)),
+        _ => {}
+    }
+    let number = |tag| data.u16(tag).map(u32::from);
+    let allocated = number(tags::BITS_ALLOCATED).ok_or("it has no BitsAllocated")?;
+    if allocated == 1 {
+        return Ok(Err(Other {
+            kind: "bitmap",
+            why: "has 1 bit a pixel, expected 8, 16 or 32".to_string(),
+        }));
+    }
+    if ![8, 16, 32].contains(&allocated) {
+        return Err(format!(
+            "its BitsAllocated is {allocated}, expected 8, 16 or 32"
+        ));
+    }
+    let stored = number(tags::BITS_STORED).unwrap_or(allocated);
+    let high = number(tags::HIGH_BIT).unwrap_or(stored.max(1) - 1);
+    if stored == 0 || stored > high + 1 || high >= allocated {
+        return Err(format!(
+            "its BitsStored is {stored} and its HighBit {high}, expected bits within the {allocated} \
+             allocated"
+        ));
+    }
+    let is_signed = number(tags::PIXEL_REPRESENTATION) == Some(1);
+    Ok(Ok(Samples::Integers {
+        allocated,
+        stored,
+        high,
+        is_signed,
+    }))
+}
+
+fn is_inverted(data: &DataSet) -> bool {
+    data.text(tags::PHOTOMETRIC).as_deref() == Some("MONOCHROME1")
+}
+
+/// As stored values are.
+fn padding(data: &DataSet, samples: Samples) -> Option<[i64; 2]> {
+    let Samples::Integers {
+        allocated,
+        stored,
+        is_signed,
+        ..
+    } = samples
+    else {
+        return None;
+    };
+    // Some writers give a padding of 16 bits to values of fewer: only those of the values count.
+    let value = |tag: Tag| {
+        let bits = i64::from(data.whole(tag)?);
+        let shift = 64 - stored.min(allocated);
+        Some(match is_signed {
+            true => (bits << shift) >> shift,
+            false => ((bits as u64) << shift >> shift) as i64,
+        })
+    };
+    let first = value(tags::PADDING)?;
+    let last = value(tags::PADDING_LIMIT).unwrap_or(first);
+    let turned = |value| match (is_inverted(data), is_signed) {
+        (false, _) => value,
+        (true, true) => -1 - value,
+        (true, false) => (1 << stored) - 1 - value,
+    };
+    let (first, last) = (turned(first), turned(last));
+    Some([first.min(last), first.max(last)])
+}
+
+fn units(data: &DataSet) -> Option<String> {
+    let known = [tags::RESCALE_TYPE, tags::UNITS, tags::DOSE_UNITS];
+    let shared = data.item(tags::SHARED_GROUPS);
+    let first = data.items(tags::FRAME_GROUPS).first();
+    let groups = [first, shared].into_iter().flatten();
+    let transformed = groups.filter_map(|group| group.item(tags::VALUE_TRANSFORMATION));
+    let unit = transformed
+        .chain([data])
+        .find_map(|data| known.iter().find_map(|tag| data.text(*tag)));
+    // A code's value has at most 16 characters.
+    unit.map(|unit| unit.chars().take(16).collect())
+}
+
+fn frame_count(data: &DataSet) -> Parsed<u32> {
+    let Some(text) = data.text(tags::FRAMES) else {
+        return Ok(1);
+    };
+    match text.parse() {
+        Ok(0) => Ok(1),
+        Ok(count) => Ok(count),
+        Err(_) => Err(format!(
+            "its NumberOfFrames is `{}`, expected a whole number",
+            numeric(&text)
+        )),
+    }
+}
+
+impl Image {
+    /// A fault of this file, with its name unless the user has given it.
+    pub fn named(&self, fault: &str) -> String {
+        match self.place.name.as_str() {
+            "" => fault.to_string(),
+            name => format!("{name}: {fault}"),
+        }
+    }
+
+    /// How messages call one of its frames.
+    pub fn frame_name(&self, index: u32) -> String {
+        match (self.place.name.as_str(), self.frame_count) {
+            (name, 1) if !name.is_empty() => name.to_string(),
+            ("", _) => format!("frame {}", index + 1),
+            (name, _) => format!("frame {} of {name}", index + 1),
+        }
+    }
+
+    pub fn frame_pixels(&self) -> u64 {
+        u64::from(self.rows) * u64::from(self.columns)
+    }
+
+    /// The size of an unpacked frame.
+    pub fn frame_bytes(&self) -> u64 {
+        self.frame_pixels() * self.samples.bytes()
+    }
+
+    /// Plain pixels must all be there. Packed ones are counted when they are unpacked, but a file whose
+    /// pixels begin after its end holds none.
+    fn check_length(&self) -> Parsed<()> {
+        let packing = self.transfer.packing.map_err(|remedy| {
+            format!(
+                "its pixels are packed as {}, which is not read; {remedy}",
+                self.transfer.name
+            )
+        })?;
+        let expected = u128::from(self.frame_bytes()) * u128::from(self.frame_count);
+        let said = self.pixels.length.map_or(u128::MAX, u128::from);
+        let there = match self.place.is_deflated {
+            true => u128::from(self.place.length) * 1032,
+            false => u128::from(self.place.length.saturating_sub(self.pixels.at)),
+        };
+        let found = said.min(there);
+        if packing != Packing::Plain {
+            let most = there.saturating_mul(packing.most_pixels().into());
+            let pixels = u128::from(self.frame_pixels()) * u128::from(self.frame_count);
+            return match pixels <= most {
+                true => Ok(()),
+                false => Err(format!(
+                    "its {there} bytes of {} cannot hold {} frames of {}×{}: the file is truncated, or its \
+                     header wrong",
+                    self.transfer.name, self.frame_count, self.columns, self.rows
+                )),
+            };
+        }
+        if found < expected {
+            return Err(format!(
+                "holds {found} bytes of pixels, expected {expected} for {} frames of {}×{} with {} bytes \
+                 each: the file is truncated, or its header wrong",
+                self.frame_count,
+                self.columns,
+                self.rows,
+                self.samples.bytes()
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,242 @@
+//! DICOM: a folder of slices, a DICOMDIR, or one file, as scanners write them.
+//!
+//! Each step is one file. [`find`] looks at every file; [`file`], [`data_set`] and [`image`] read what
+//! one says; [`series`] decides which frames belong together; [`stack`] puts them in order and says what
+//! has to be done to make a grid of them; [`values`] finds numbers for what they store; and [`source`]
+//! reads voxels whenever somebody wants them, through [`unpack`] where they are packed.
+//!
+//! These files say who the patient is. The elements that do are never read ([`tags`]), and messages name
+//! files, sizes and places only.
+
+mod data_set;
+mod file;
+mod find;
+mod fragments;
+mod frame;
+mod golomb;
+mod image;
+mod jpeg_ls;
+mod other;
+mod run_length;
+mod series;
+mod slices;
+mod source;
+mod stack;
+mod stream;
+mod syntax;
+mod tags;
+mod unpack;
+mod values;
+mod vector;
+
+use std::path::Path;
+
+use crate::scene::volume::overrides::{Pick, VolumeOverrides};
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::series::Series;
+use crate::scene::volume::storage::Storage;
+use crate::scene::volume::voxel_type::Endian;
+
+use super::header::{About, Header};
+use find::{Found, find};
+use frame::Frame;
+use image::Image;
+use series::{Group, frame, group};
+use source::Slices;
+use stack::Stack;
+use values::Values;
+
+/// Other volumes in one message.
+const MOST_NAMED: usize = 8;
+
+/// Whether a file begins as DICOM does, whatever its name is, or cannot be read at all, which is then said.
+pub fn is_dicom(path: &Path) -> bool {
+    !matches!(file::parse(path), Ok(None))
+}
+
+/// The volume that the user has picked, or else the largest.
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+    let mut found = find(path)?;
+    let groups = group(&found.images);
+    let number = picked(&found, &groups, overrides.series.as_ref())?;
+    let mut notes = others(&found, &groups, number);
+    if let Some(unreadable) = found.named_unreadable() {
+        notes.push(format!("there is {unreadable}"));
+    }
+    let group = &groups[number];
+    for at in &group.frames {
+        let image = &found.images[at.image];
+        if let Some(damage) = &image.damage {
+            return Err(image.named(damage));
+        }
+    }
+    let stack = Stack::new(&found.images, group)?;
+    notes.extend(stack.notes.iter().cloned());
+    let pairs: Vec<_> = (stack.frames.iter())
+        .map(|at| (&found.images[at.image], frame(&found.images, *at)))
+        .collect();
+    let values = Values::of(&pairs)?;
+    let (first, first_frame) = pairs[0];
+    let facts = facts(first, first_frame);
+    let packing = first.transfer.name;
+    let storage = Storage {
+        compression: (packing != "none").then(|| packing.to_string()),
+        unit: Some("mm".into()),
+        ..Storage::default()
+    };
+    let is_hounsfield =
+        first.modality == "CT" && first.units.as_deref().is_none_or(|unit| unit == "HU");
+    let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
+    let images = std::mem::take(&mut found.images);
+    let gaps = stack.gaps.clone();
+    let source = Box::new(Slices::new(images, stack, &values)?);
+    match (gaps, overrides.fill_gaps) {
+        (Some(gaps), true) => notes.push(format!("{gaps}; they are interpolated")),
+        (Some(gaps), false) => return Err(incomplete(&gaps, &found)),
+        (None, _) => {}
+    }
+    Ok(Header {
+        spacing,
+        orientation,
+        slope: values.slope,
+        intercept: values.intercept,
+        storage,
+        notes,
+        about: About {
+            facts,
+            is_hounsfield: Some(is_hounsfield),
+        },
+        ..Header::of_source(source, dims, values.voxel_type, Endian::NATIVE)
+    })
+}
+
+/// All volumes of a folder, the largest first, as their headers describe them.
+pub fn series(path: &Path) -> Parsed<Vec<Series>> {
+    let found = find(path)?;
+    let groups = group(&found.images);
+    if groups.is_empty() {
+        return Err(found.nothing());
+    }
+    let describe = |(n, group): (usize, &Group)| {
+        let image = &found.images[group.frames[0].image];
+        let mut series = Series {
+            number: n as u32 + 1,
+            uid: image.series_uid.clone(),
+            description: image.description.clone(),
+            modality: image.modality.clone(),
+            slices: group.frames.len() as u32,
+            dims: [image.columns, image.rows, group.frames.len() as u32],
+            spacing: [1.0; 3],
+            notes: Vec::new(),
+        };
+        let damaged = group.frames.iter().map(|at| &found.images[at.image]);
+        let damage = damaged.filter_map(|image| {
+            let damage = image.damage.as_ref()?;
+            Some(image.named(damage))
+        });
+        series.notes.extend(damage.take(1));
+        match Stack::new(&found.images, group) {
+            Ok(stack) => {
+                series.dims = stack.dims;
+                series.spacing = stack.spacing;
+                series.slices = stack.frames.len() as u32;
+                series.notes.extend(stack.notes);
+                series.notes.extend(stack.gaps);
+            }
+            Err(fault) => series.notes.push(fault),
+        }
+        series
+    };
+    Ok(groups.iter().enumerate().map(describe).collect())
+}
+
+/// A refusal of a volume with gaps: slices may be missing because their files are damaged.
+fn incomplete(gaps: &str, found: &Found) -> String {
+    let unreadable = found
+        .named_unreadable()
+        .map(|files| format!(" (there is {files})"));
+    format!(
+        "{gaps}{}, expected slices at equal distances; find them, or have them interpolated with \
+         `--set volume.fill_gaps=true`",
+        unreadable.unwrap_or_default()
+    )
+}
+
+/// The index of the group that the user wants.
+fn picked(found: &Found, groups: &[Group], pick: Option<&Pick>) -> Parsed<usize> {
+    if groups.is_empty() {
+        return Err(found.nothing());
+    }
+    let count = groups.len();
+    match pick {
+        None => Ok(0),
+        Some(Pick::Number(number)) => match (*number as usize).checked_sub(1) {
+            Some(n) if n < count => Ok(n),
+            _ => Err(format!(
+                "volume.series is {number}, expected a number from 1 to {count}, as in `isolume info`"
+            )),
+        },
+        Some(Pick::Uid(uid)) => {
+            let is_it = |group: &Group| found.images[group.frames[0].image].series_uid == *uid;
+            groups.iter().position(is_it).ok_or_else(|| {
+                format!(
+                    "volume.series is \"{uid}\", and none of the {count} volumes has that \
+                     SeriesInstanceUID; see `isolume info`"
+                )
+            })
+        }
+    }
+}
+
+/// A note that names the volumes which are not shown.
+fn others(found: &Found, groups: &[Group], shown: usize) -> Vec<String> {
+    let mut notes = Vec::new();
+    let describe = |n: usize| {
+        let image = &found.images[groups[n].frames[0].image];
+        let modality = match image.modality.as_str() {
+            "" => String::new(),
+            modality => format!("{modality}, "),
+        };
+        let slices = match groups[n].frames.len() {
+            1 => "1 slice".to_string(),
+            count => format!("{count} slices"),
+        };
+        format!("{modality}{slices} of {}×{}", image.columns, image.rows)
+    };
+    if groups.len() > 1 {
+        let rest = (0..groups.len()).filter(|n| *n != shown);
+        let named = rest.take(MOST_NAMED);
+        let named = named.map(|n| format!("{} (--set volume.series={})", describe(n), n + 1));
+        let more = match groups.len().saturating_sub(1 + MOST_NAMED) {
+            0 => String::new(),
+            more => format!("; and {more} more, see `isolume info`"),
+        };
+        notes.push(format!(
+            "there are {} volumes; this is number {}, {}; the others: {}{more}",
+            groups.len(),
+            shown + 1,
+            describe(shown),
+            named.collect::<Vec<_>>().join("; ")
+        ));
+    }
+    if !found.others.is_empty() {
+        notes.push(format!(
+            "passed over, being no volumes: {}",
+            found.counted_others()
+        ));
+    }
+    notes
+}
+
+/// What somebody wants to know before trusting a volume.
+fn facts(image: &Image, frame: &Frame) -> Vec<(&'static str, String)> {
+    let mut facts = vec![
+        ("modality", image.modality.clone()),
+        (
+            "rescale",
+            format!("{} · stored + {}", frame.slope, frame.intercept),
+        ),
+    ];
+    facts.extend(image.units.clone().map(|units| ("units", units)));
+    facts
+}

@@ -1,0 +1,76 @@
+//! What is DICOM and no part of a volume: objects of other kinds, pictures to find one's way by, colours.
+
+use super::data_set::DataSet;
+use super::tags;
+
+/// Why something is no part of a volume.
+#[derive(Debug, Clone)]
+pub struct Other {
+    /// One word or two, to be counted: "localizer".
+    pub kind: &'static str,
+    /// A sentence's end, for somebody who has named the file: "is a localizer, expected …".
+    pub why: String,
+}
+
+/// What stands for an image with which it was planned, or which was made to look at it.
+const LOCALIZERS: [&str; 5] = ["LOCALIZER", "SCOUT", "SURVIEW", "REF_SURVIEW", "TOPOGRAM"];
+
+/// Objects that hold no measured slices, by the end of their class's UID.
+const OTHER_CLASSES: [(&str, &str); 10] = [
+    ("1.2.840.10008.5.1.4.1.1.66.4", "segmentation"),
+    ("1.2.840.10008.5.1.4.1.1.66.7", "segmentation"),
+    ("1.2.840.10008.5.1.4.1.1.66", "registration or raw data"),
+    ("1.2.840.10008.5.1.4.1.1.481.3", "structure set"),
+    ("1.2.840.10008.5.1.4.1.1.481.5", "treatment plan"),
+    ("1.2.840.10008.5.1.4.1.1.11", "presentation state"),
+    ("1.2.840.10008.5.1.4.1.1.7", "secondary capture"),
+    ("1.2.840.10008.5.1.4.1.1.88", "report"),
+    ("1.2.840.10008.5.1.4.1.1.104", "document"),
+    ("1.2.840.10008.5.1.4.1.1.9", "waveform"),
+];
+
+pub const COLOUR_REMEDY: &str = "expected one grey value a pixel (MONOCHROME1 or MONOCHROME2)";
+
+/// Why an object is no part of a volume, if its class or its type says so.
+pub fn other(data: &DataSet) -> Option<Other> {
+    let class = data.text(tags::SOP_CLASS).unwrap_or_default();
+    let is_of = |of: &str| match class.strip_prefix(of) {
+        Some(rest) => rest.is_empty() || rest.starts_with('.'),
+        None => false,
+    };
+    let found = OTHER_CLASSES.iter().find(|(of, _)| is_of(of));
+    let types = data.texts(tags::IMAGE_TYPE);
+    let is_localizer = types.iter().any(|word| LOCALIZERS.contains(&word.as_str()));
+    if types.iter().any(|word| word == "MOSAIC") {
+        return Some(Other {
+            kind: "mosaic",
+            why: "is a Siemens mosaic, which has all slices side by side in one picture, expected one slice or \
+                  frame for each; convert it first: `dcm2niix -z y -o OUT FOLDER`"
+                .to_string(),
+        });
+    }
+    let kind = match found {
+        Some((_, kind)) => kind,
+        None if is_localizer => "localizer",
+        None => return None,
+    };
+    Some(Other {
+        kind,
+        why: format!("is a {kind}, expected the slices of a volume"),
+    })
+}
+
+/// How a message calls the colours of an image that is not grey.
+pub fn colours(data: &DataSet) -> Option<String> {
+    let photometric = data.text(tags::PHOTOMETRIC).unwrap_or_default();
+    let is_grey = ["MONOCHROME1", "MONOCHROME2", ""].contains(&photometric.as_str());
+    let samples = data.u16(tags::SAMPLES).unwrap_or(1);
+    if is_grey && samples == 1 {
+        return None;
+    }
+    let known: String = photometric.chars().take(16).collect();
+    Some(match known.as_str() {
+        "PALETTE COLOR" => "indices into a palette (PALETTE COLOR)".to_string(),
+        name => format!("colours ({name}, {samples} samples a pixel)"),
+    })
+}

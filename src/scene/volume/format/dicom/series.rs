@@ -1,0 +1,131 @@
+//! Which frames belong to one volume.
+//!
+//! A series is what a technician called one, and may hold several volumes and what was made on the way to
+//! them. Frames are one volume where series, size, voxel size, orientation, image type and acquisition are
+//! the same, and echo, time, b-value and stack where a file tells them.
+//!
+//! Some scanners count an acquisition for each slice. Where each acquisition has only one slice, that
+//! number tells no volumes apart, and is not looked at.
+
+use std::collections::HashMap;
+
+use super::frame::Frame;
+use super::image::Image;
+
+/// A frame among those of all images.
+#[derive(Debug, Clone, Copy)]
+pub struct At {
+    pub image: usize,
+    pub frame: usize,
+}
+
+/// The frames of one volume, in the order in which they were found.
+#[derive(Debug, Clone)]
+pub struct Group {
+    pub frames: Vec<At>,
+}
+
+/// Differences of direction cosines, and relative ones of voxel sizes, that are rounding.
+const ROUNDING: f64 = 1e-3;
+
+/// What has to be the same, apart from directions and voxel sizes.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+struct Key<'a> {
+    series: &'a str,
+    modality: &'a str,
+    size: [u32; 2],
+    image_type: &'a str,
+    kind: &'a str,
+    acquisition: Option<&'a str>,
+    /// Frames that nobody has placed belong to no others.
+    alone: Option<(usize, usize)>,
+}
+
+/// The volumes, the largest first.
+pub fn group(images: &[Image]) -> Vec<Group> {
+    let frames =
+        |image: usize| (0..images[image].frames.len()).map(move |frame| At { image, frame });
+    let all: Vec<At> = (0..images.len()).flat_map(frames).collect();
+    let is_placed = |at: &At| frame(images, *at).plane.is_some();
+    let placed: Vec<At> = all.iter().copied().filter(is_placed).collect();
+    // A picture without a place is a volume of one slice where there is nothing better.
+    let frames = if placed.is_empty() { all } else { placed };
+
+    let by_acquisition = split(images, frames, true);
+    let merged = split(images, frames_of_single(&by_acquisition), false);
+    let several = by_acquisition
+        .into_iter()
+        .filter(|group| group.frames.len() > 1);
+    let mut groups: Vec<Group> = several.chain(merged).collect();
+    let order = |group: &Group| {
+        let image = &images[group.frames[0].image];
+        let voxels = image.frame_pixels() * group.frames.len() as u64;
+        let acquisition = &frame(images, group.frames[0]).acquisition;
+        (
+            std::cmp::Reverse(voxels),
+            image.series_number,
+            image.series_uid.clone(),
+            acquisition.parse::<i64>().unwrap_or(0),
+        )
+    };
+    groups.sort_by_cached_key(order);
+    groups
+}
+
+pub fn frame(images: &[Image], at: At) -> &Frame {
+    &images[at.image].frames[at.frame]
+}
+
+/// Frames that are the only ones of their acquisition.
+fn frames_of_single(groups: &[Group]) -> Vec<At> {
+    let single = groups.iter().filter(|group| group.frames.len() == 1);
+    single.map(|group| group.frames[0]).collect()
+}
+
+fn split(images: &[Image], frames: Vec<At>, by_acquisition: bool) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    let mut known: HashMap<Key, Vec<usize>> = HashMap::new();
+    for at in frames {
+        let image = &images[at.image];
+        let this = frame(images, at);
+        let key = Key {
+            series: &image.series_uid,
+            modality: &image.modality,
+            size: [image.columns, image.rows],
+            image_type: &this.image_type,
+            kind: &this.kind,
+            acquisition: by_acquisition.then_some(&this.acquisition),
+            alone: this.plane.is_none().then_some((at.image, at.frame)),
+        };
+        let candidates = known.entry(key).or_default();
+        let is_alike = |n: &&usize| are_alike(frame(images, groups[**n].frames[0]), this);
+        match candidates.iter().find(is_alike) {
+            Some(n) => groups[*n].frames.push(at),
+            None => {
+                candidates.push(groups.len());
+                groups.push(Group { frames: vec![at] });
+            }
+        }
+    }
+    groups
+}
+
+/// Whether directions and voxel sizes are the same.
+fn are_alike(a: &Frame, b: &Frame) -> bool {
+    let has_same_size = match (a.pixel_spacing, b.pixel_spacing) {
+        (Some(a), Some(b)) => (0..2).all(|n| (a[n] - b[n]).abs() <= ROUNDING * a[n].abs()),
+        (None, None) => true,
+        _ => false,
+    };
+    let has_same_directions = match (&a.plane, &b.plane) {
+        (Some(a), Some(b)) => {
+            let components = a.along.as_flattened().iter().zip(b.along.as_flattened());
+            components
+                .into_iter()
+                .all(|(a, b)| (a - b).abs() <= ROUNDING)
+        }
+        (None, None) => true,
+        _ => false,
+    };
+    has_same_size && has_same_directions
+}

@@ -1,0 +1,165 @@
+//! Slices at equal distances, made of slices at any.
+
+use crate::scene::volume::parsed::Parsed;
+
+/// Parts of a slice's distance: what is nearer than that to its place is there, and two slices that are
+/// nearer than that to each other are at one place.
+pub const EXACT: f64 = 0.01;
+/// What interpolating between slices may leave out as well.
+const ROUNDING: f64 = 1e-6;
+/// Slices are missing where distances are multiples of the usual one to this part of it.
+const MULTIPLE: f64 = 0.1;
+/// Places in one message.
+const MOST_NAMED: usize = 6;
+/// Interpolated slices for each real one; more would be inventing a volume.
+pub const MOST_INVENTED: f64 = 10.0;
+
+/// A slice of the volume: (1 − share)·below + share·above, both indices of frames.
+#[derive(Debug, Clone, Copy)]
+pub struct Slice {
+    pub below: usize,
+    pub above: usize,
+    pub share: f64,
+}
+
+impl Slice {
+    pub fn exact(frame: usize) -> Slice {
+        Slice {
+            below: frame,
+            above: frame,
+            share: 0.0,
+        }
+    }
+}
+
+/// Places at equal distances, and what lies there.
+pub struct Grid {
+    pub spacing: f64,
+    pub slices: Vec<Slice>,
+    pub gaps: Option<String>,
+}
+
+impl Grid {
+    pub fn of(
+        places: &[f64],
+        distances: &[f64],
+        thickness: f64,
+        notes: &mut Vec<String>,
+    ) -> Parsed<Grid> {
+        let Some(usual) = median(distances) else {
+            return Ok(Grid {
+                spacing: thickness,
+                slices: vec![Slice::exact(0)],
+                gaps: None,
+            });
+        };
+        let length = places[places.len() - 1] - places[0];
+        let steps = |distance: f64| (distance / usual).round();
+        let all_steps: f64 = distances.iter().copied().map(steps).sum();
+        let spacing = length / all_steps;
+        let is_multiple = |distance: &f64| {
+            let steps = steps(*distance);
+            steps >= 1.0 && (distance - usual * steps).abs() <= MULTIPLE * usual
+        };
+        let has_steps = distances.iter().all(is_multiple);
+        let mut step = 0.0;
+        let mut farthest: f64 = 0.0;
+        for (distance, place) in distances.iter().zip(&places[1..]) {
+            step += steps(*distance);
+            farthest = farthest.max((place - places[0] - step * spacing).abs());
+        }
+        let count = (length / usual + EXACT).floor() + 1.0;
+        let is_dense = count.max(all_steps) <= MOST_INVENTED * places.len() as f64;
+        if !is_dense {
+            return Err(format!(
+                "its {} slices are {} to {} mm apart, expected slices at about equal distances",
+                places.len(),
+                shown(distances.iter().copied().fold(f64::INFINITY, f64::min)),
+                shown(distances.iter().copied().fold(0.0, f64::max))
+            ));
+        }
+        let gaps = has_steps
+            .then(|| missing(places, distances, steps))
+            .flatten();
+        if has_steps && farthest <= EXACT * spacing {
+            let place = |n: usize| places[0] + n as f64 * spacing;
+            let slices =
+                (0..=all_steps as usize).map(|n| between(places, place(n), EXACT * spacing));
+            return Ok(Grid {
+                spacing,
+                slices: slices.collect(),
+                gaps,
+            });
+        }
+        let shift = (0..places.len()).map(|n| (places[n] - places[0] - n as f64 * usual).abs());
+        notes.push(format!(
+            "slices are {} to {} mm apart and resampled linearly to the median, {} mm, which shifts them by \
+             up to {} mm",
+            shown(distances.iter().copied().fold(f64::INFINITY, f64::min)),
+            shown(distances.iter().copied().fold(0.0, f64::max)),
+            shown(usual),
+            shown(shift.fold(0.0, f64::max))
+        ));
+        let slices = (0..count as usize)
+            .map(|n| between(places, places[0] + n as f64 * usual, ROUNDING * usual));
+        Ok(Grid {
+            spacing: usual,
+            slices: slices.collect(),
+            gaps,
+        })
+    }
+}
+
+/// A sentence that names the places where slices are missing, if any are.
+fn missing(places: &[f64], distances: &[f64], steps: impl Fn(f64) -> f64) -> Option<String> {
+    let pairs = distances.iter().zip(places);
+    let between = pairs.flat_map(|(distance, place)| {
+        let count = steps(*distance) as usize;
+        (1..count).map(move |n| place + n as f64 * distance / count as f64)
+    });
+    let missing: Vec<String> = between.map(|place| shown(place).to_string()).collect();
+    let more = match missing.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let are = if missing.len() == 1 { "is" } else { "are" };
+    (!missing.is_empty()).then(|| {
+        format!(
+            "{} of {} slices {are} missing, at {}{more} mm along the slices' normal",
+            missing.len(),
+            missing.len() + places.len(),
+            missing[..missing.len().min(MOST_NAMED)].join(", ")
+        )
+    })
+}
+
+/// What lies at a place: the frame that is not farther from it than `near`, or something between two.
+fn between(places: &[f64], place: f64, near: f64) -> Slice {
+    let above = places.partition_point(|other| *other < place - near);
+    let last = places.len() - 1;
+    if above > last {
+        return Slice::exact(last);
+    }
+    if above == 0 || places[above] <= place + near {
+        return Slice::exact(above);
+    }
+    let below = above - 1;
+    Slice {
+        below,
+        above,
+        share: (place - places[below]) / (places[above] - places[below]),
+    }
+}
+
+/// A length with as many digits as a header gives.
+fn shown(millimetres: f64) -> f64 {
+    (millimetres * 1e4).round() / 1e4
+}
+
+/// The value in the middle, or halfway between the two in the middle.
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let (low, high) = (sorted.len().checked_sub(1)? / 2, sorted.len() / 2);
+    Some(0.5 * (sorted[low] + sorted[high]))
+}

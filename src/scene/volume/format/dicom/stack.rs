@@ -1,0 +1,240 @@
+//! How frames become a grid of voxels: their order, and what is done where they do not form one.
+//!
+//! Where a slice lies is said by its position and its orientation alone. Numbers of instances, names of
+//! files and "slice locations" are often wrong. Slices are put in the order of their places along the
+//! normal of their planes, which makes rows, columns and slices right-handed axes whichever way the
+//! scanner went.
+//!
+//! A grid has slices at equal distances, one straight behind the other. Slices that are not at equal
+//! distances are interpolated linearly between their neighbours; those of a tilted gantry, each a bit
+//! further down than the one before, are shifted back by interpolating between rows, on more rows than
+//! each has. Both are done when voxels are read, so that here is only decided what is to be done.
+
+use crate::scene::volume::orientation::{Axes, Frame as Coordinates, Orientation};
+use crate::scene::volume::parsed::Parsed;
+
+use super::frame::Plane;
+use super::image::Image;
+use super::series::{At, Group, frame};
+use super::slices::{EXACT, Grid, MOST_INVENTED, Slice, median};
+use super::vector::{cross, difference, dot, scaled, unit};
+
+/// A tangent from which axes count as sheared, as for all formats.
+const SHEAR: f64 = 1e-3;
+/// Voxels by which the last slice may lie beside the first in an upright stack: positions are rounded.
+const STRAIGHT: f64 = 0.1;
+/// The most voxels by which a slice may lie beside the line of the others.
+const ASTRAY: f64 = 0.5;
+
+/// The recipe for a volume.
+#[derive(Debug)]
+pub struct Stack {
+    pub dims: [u32; 3],
+    pub spacing: [f64; 3],
+    pub orientation: Orientation,
+    /// One frame for each place, in order.
+    pub frames: Vec<At>,
+    /// The rows by which each of `frames` lies below the volume's first row; each ≥ 0.
+    pub shifts: Vec<f64>,
+    pub slices: Vec<Slice>,
+    /// Frames that lie where one of `frames` lies.
+    pub doubles: Vec<(At, At)>,
+    /// A sentence on slices that are missing.
+    pub gaps: Option<String>,
+    /// What is done to make a grid, one sentence each.
+    pub notes: Vec<String>,
+}
+
+impl Stack {
+    pub fn is_sheared(&self) -> bool {
+        self.shifts.iter().any(|shift| *shift != 0.0)
+    }
+
+    pub fn new(images: &[Image], group: &Group) -> Parsed<Stack> {
+        let first = group.frames[0];
+        let image = &images[first.image];
+        let mut notes = Vec::new();
+        let pixel_spacing = frame(images, first).pixel_spacing.unwrap_or_else(|| {
+            notes.push("the size of its pixels is not known and taken as 1 mm".to_string());
+            [1.0; 2]
+        });
+        let [between_rows, between_columns] = pixel_spacing;
+        let thickness = frame(images, first).thickness.unwrap_or(1.0);
+        let Some(plane) = frame(images, first).plane else {
+            notes.push(
+                "it is one picture that says nothing of its place in the patient".to_string(),
+            );
+            return Ok(Stack {
+                dims: [image.columns, image.rows, 1],
+                spacing: [between_columns, between_rows, thickness],
+                orientation: Orientation::UNKNOWN,
+                frames: vec![first],
+                shifts: vec![0.0],
+                slices: vec![Slice::exact(0)],
+                doubles: Vec::new(),
+                gaps: None,
+                notes,
+            });
+        };
+        let placed = Placed::in_order(images, group, plane);
+        let distances = placed.distances();
+        let grid = Grid::of(&placed.places, &distances, thickness, &mut notes)?;
+        let shifts = placed.shifts(images, between_columns, between_rows, &mut notes)?;
+        let lowest = shifts.iter().copied().fold(0.0, f64::max);
+        let more_rows = (lowest - EXACT).ceil().max(0.0);
+        if more_rows > MOST_INVENTED * f64::from(image.rows) {
+            return Err(format!(
+                "its slices lie up to {lowest:.0} rows beside each other, expected slices one behind the other"
+            ));
+        }
+        let [row, column] = plane.along;
+        let steps = [
+            scaled(row, between_columns),
+            scaled(column, between_rows),
+            scaled(placed.normal, grid.spacing),
+        ];
+        let (spacing, orientation) =
+            Orientation::from_steps(steps, Coordinates::Anatomical(Axes::LPS))?;
+        if !placed.doubles.is_empty() {
+            let count = placed.doubles.len();
+            notes.push(match count {
+                1 => "1 slice is there twice; its double is left out".to_string(),
+                _ => format!("{count} slices are doubles of others and left out"),
+            });
+        }
+        Ok(Stack {
+            dims: [
+                image.columns,
+                image.rows.saturating_add(more_rows as u32),
+                grid.slices.len() as u32,
+            ],
+            spacing,
+            orientation,
+            frames: placed.frames,
+            shifts,
+            slices: grid.slices,
+            doubles: placed.doubles,
+            gaps: grid.gaps,
+            notes,
+        })
+    }
+}
+
+/// Frames in the order of their places along the normal, one for each place.
+struct Placed {
+    frames: Vec<At>,
+    planes: Vec<Plane>,
+    /// Millimetres along the normal, ascending.
+    places: Vec<f64>,
+    normal: [f64; 3],
+    doubles: Vec<(At, At)>,
+}
+
+impl Placed {
+    fn in_order(images: &[Image], group: &Group, plane: Plane) -> Placed {
+        // Directions of one group differ by no more than rounding, so that there is a normal.
+        let normal = unit(cross(plane.along[0], plane.along[1])).unwrap_or([0.0, 0.0, 1.0]);
+        let plane_of = |at: &At| frame(images, *at).plane.unwrap_or(plane);
+        let place = |at: &At| dot(normal, plane_of(at).position);
+        let mut all: Vec<(f64, At)> = group.frames.iter().map(|at| (place(at), *at)).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let near = EXACT * usual_distance(&all);
+        let mut placed = Placed {
+            frames: Vec::new(),
+            planes: Vec::new(),
+            places: Vec::new(),
+            normal,
+            doubles: Vec::new(),
+        };
+        for (place, at) in all {
+            match (placed.places.last(), placed.frames.last()) {
+                (Some(last), Some(double)) if place - last <= near => {
+                    placed.doubles.push((*double, at));
+                }
+                _ => {
+                    placed.frames.push(at);
+                    placed.planes.push(plane_of(&at));
+                    placed.places.push(place);
+                }
+            }
+        }
+        placed
+    }
+
+    fn distances(&self) -> Vec<f64> {
+        self.places
+            .windows(2)
+            .map(|pair| pair[1] - pair[0])
+            .collect()
+    }
+
+    /// The rows by which each slice lies below the volume's first row. Nothing is shifted along rows: no
+    /// gantry tilts that way.
+    fn shifts(
+        &self,
+        images: &[Image],
+        between_columns: f64,
+        between_rows: f64,
+        notes: &mut Vec<String>,
+    ) -> Parsed<Vec<f64>> {
+        let count = self.frames.len();
+        let (first, last) = (self.planes[0], self.planes[count - 1]);
+        let length = self.places[count - 1] - self.places[0];
+        let [row, column] = first.along;
+        let drift = |direction, size: f64| {
+            let drift = dot(direction, difference(last.position, first.position));
+            match length > 0.0 && drift.abs() > STRAIGHT * size {
+                true => drift / length,
+                false => 0.0,
+            }
+        };
+        for (direction, size, name) in [
+            (row, between_columns, "row"),
+            (column, between_rows, "column"),
+        ] {
+            for (n, plane) in self.planes.iter().enumerate() {
+                let expected = drift(direction, size) * (self.places[n] - self.places[0]);
+                let found = dot(direction, difference(plane.position, first.position));
+                if (found - expected).abs() > ASTRAY * size {
+                    return Err(format!(
+                        "{} lies {:.3} mm along its {name}s beside the line of the others, \
+                         expected slices one behind the other",
+                        images[self.frames[n].image]
+                            .frame_name(frame(images, self.frames[n]).index),
+                        found - expected
+                    ));
+                }
+            }
+        }
+        if drift(row, between_columns).abs() > SHEAR {
+            return Err(format!(
+                "axes i and k are sheared: {:.2} degrees apart, expected 90; resample the volume to a \
+                 rectangular grid",
+                90.0 - drift(row, between_columns).atan().to_degrees()
+            ));
+        }
+        if drift(column, between_rows).abs() <= SHEAR {
+            return Ok(vec![0.0; count]);
+        }
+        notes.push(format!(
+            "the gantry was tilted by {:.2} degrees, which is sheared out",
+            drift(column, between_rows).atan().to_degrees().abs()
+        ));
+        let below = |plane: &Plane| dot(column, plane.position) / between_rows;
+        let lows: Vec<f64> = self.planes.iter().map(below).collect();
+        let [highest, lowest] =
+            [f64::min, f64::max].map(|of| lows.iter().copied().reduce(of).unwrap_or(0.0));
+        // The last row of the lowest slice is the volume's last row, as dcm2niix has it.
+        let spread = lowest - highest;
+        let above = (spread - EXACT).ceil().max(spread) - lowest;
+        Ok(lows.into_iter().map(|low| low + above).collect())
+    }
+}
+
+/// The median distance between places that are apart.
+fn usual_distance(all: &[(f64, At)]) -> f64 {
+    let mut distances: Vec<f64> = all.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    let longest = distances.iter().copied().fold(0.0, f64::max);
+    distances.retain(|distance| *distance > 1e-4 * longest);
+    median(&distances).unwrap_or(0.0)
+}

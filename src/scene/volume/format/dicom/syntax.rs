@@ -1,0 +1,101 @@
+//! The transfer syntaxes: how a file writes its elements, and how it packs its pixels.
+
+use super::data_set::Syntax;
+
+/// How the pixels are packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Packing {
+    Plain,
+    RunLength,
+    Jpeg,
+    Jpeg2000,
+    JpegLs,
+}
+
+/// What a transfer syntax's UID stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TransferSyntax {
+    pub name: &'static str,
+    pub syntax: Syntax,
+    /// Whether everything after the meta information is deflated.
+    pub is_deflated: bool,
+    pub packing: Result<Packing, &'static str>,
+}
+
+const PLAIN: TransferSyntax = TransferSyntax {
+    name: "none",
+    syntax: Syntax::EXPLICIT,
+    is_deflated: false,
+    packing: Ok(Packing::Plain),
+};
+
+const fn packed(name: &'static str, packing: Packing) -> TransferSyntax {
+    TransferSyntax {
+        name,
+        packing: Ok(packing),
+        ..PLAIN
+    }
+}
+
+const fn refused(name: &'static str, remedy: &'static str) -> TransferSyntax {
+    TransferSyntax {
+        name,
+        packing: Err(remedy),
+        ..PLAIN
+    }
+}
+
+const GDCMCONV: &str = "unpack it first: `gdcmconv --raw IN OUT`";
+
+/// By what follows "1.2.840.10008.1.2" in the UID.
+const KNOWN: [(&str, TransferSyntax); 21] = [
+    (
+        "",
+        TransferSyntax {
+            syntax: Syntax::IMPLICIT,
+            ..PLAIN
+        },
+    ),
+    (".1", PLAIN),
+    (
+        ".1.99",
+        TransferSyntax {
+            name: "deflate",
+            is_deflated: true,
+            ..PLAIN
+        },
+    ),
+    (
+        ".2",
+        TransferSyntax {
+            syntax: Syntax::BIG,
+            ..PLAIN
+        },
+    ),
+    (".4.50", packed("JPEG baseline", Packing::Jpeg)),
+    (".4.51", packed("JPEG extended", Packing::Jpeg)),
+    (".4.57", packed("JPEG lossless", Packing::Jpeg)),
+    (".4.70", packed("JPEG lossless", Packing::Jpeg)),
+    (".4.80", packed("JPEG-LS", Packing::JpegLs)),
+    (".4.81", packed("JPEG-LS", Packing::JpegLs)),
+    (".4.90", packed("JPEG 2000 lossless", Packing::Jpeg2000)),
+    (".4.91", packed("JPEG 2000", Packing::Jpeg2000)),
+    (".4.92", refused("multi-component JPEG 2000", GDCMCONV)),
+    (".4.93", refused("multi-component JPEG 2000", GDCMCONV)),
+    (".4.100", refused("MPEG-2 video", "it is no volume")),
+    (".4.102", refused("MPEG-4 video", "it is no volume")),
+    (".4.110", refused("JPEG XL", "unpack it first")),
+    (".4.112", refused("JPEG XL", "unpack it first")),
+    (".4.201", refused("high-throughput JPEG 2000", GDCMCONV)),
+    (".4.203", refused("high-throughput JPEG 2000", GDCMCONV)),
+    (".5", packed("RLE", Packing::RunLength)),
+];
+
+/// `None` for a UID that nobody has heard of. Many writers leave it out, and then it is the implicit
+/// little-endian one.
+pub fn transfer_syntax(uid: &str) -> Option<TransferSyntax> {
+    // GE's own, which is that of (.2) with little-endian elements, is not read.
+    let kind = uid.strip_prefix("1.2.840.10008.1.2")?;
+    let found = KNOWN.iter().find(|(known, _)| *known == kind);
+    found.map(|(_, syntax)| *syntax)
+}

@@ -1,0 +1,212 @@
+//! The pixels of one frame as they were before they were packed.
+//!
+//! Other people's decoders are fenced: what they may allocate is bounded beforehand by the file's length,
+//! a frame of another size is refused before it is decoded, and a panic inside becomes a sentence.
+//!
+//! JPEG-LS and run lengths are unpacked here, JPEG is read by `jpeg-decoder`, and JPEG 2000 by
+//! `hayro-jpeg2000`, which forbids unsafe code. OpenJPEG, translated to Rust or not, is full of it.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use hayro_jpeg2000::{DecodeSettings, DecoderContext};
+use jpeg_decoder::{Decoder, PixelFormat};
+
+use crate::scene::volume::parsed::Parsed;
+
+use super::fragments::Fragments;
+use super::image::{Image, Samples};
+use super::jpeg_ls;
+use super::run_length;
+use super::syntax::Packing;
+
+/// Pixels that a byte may stand for. A JPEG's blocks of 64 take at least 2 bits; a picture of one value
+/// takes next to nothing in JPEG 2000.
+const MAX_JPEG_RATIO: u64 = 256;
+const MAX_JPEG_2000_RATIO: u64 = 1 << 15;
+/// A row takes a bit or more.
+const MAX_JPEG_LS_RATIO: u64 = 1 << 15;
+
+/// The words of a frame.
+#[derive(Debug)]
+pub struct Unpacked {
+    pub words: Vec<u8>,
+    pub samples: Samples,
+    pub is_big: bool,
+}
+
+impl Packing {
+    /// Pixels that a byte may stand for.
+    pub fn most_pixels(self) -> u64 {
+        match self {
+            Packing::Plain => 1,
+            Packing::RunLength => run_length::MAX_RATIO,
+            Packing::Jpeg => MAX_JPEG_RATIO,
+            Packing::Jpeg2000 => MAX_JPEG_2000_RATIO,
+            Packing::JpegLs => MAX_JPEG_LS_RATIO,
+        }
+    }
+}
+
+pub fn unpack(
+    image: &Image,
+    fragments: &Fragments,
+    frame: u32,
+    packing: Packing,
+) -> Parsed<Unpacked> {
+    let packed = fragments.read(image, frame)?;
+    let most = packing.most_pixels().saturating_mul(packed.len() as u64);
+    if image.frame_pixels() > most {
+        return Err(format!(
+            "{} packed bytes cannot hold {}×{} pixels: the file is truncated, or its header wrong",
+            packed.len(),
+            image.columns,
+            image.rows
+        ));
+    }
+    let name = image.transfer.name;
+    let decoded = catch_unwind(AssertUnwindSafe(|| match packing {
+        Packing::Plain | Packing::RunLength => run_length(&packed, image),
+        Packing::Jpeg => jpeg(&packed, image),
+        Packing::Jpeg2000 => jpeg_2000(&packed, image),
+        Packing::JpegLs => jpeg_ls(&packed, image),
+    }));
+    match decoded {
+        Ok(unpacked) => unpacked.map_err(|fault| format!("{name}: {fault}")),
+        Err(_) => Err(format!(
+            "{name}: its pixels are damaged: the decoder gave up"
+        )),
+    }
+}
+
+fn run_length(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
+    let size = image.samples.bytes() as usize;
+    Ok(Unpacked {
+        words: run_length::unpack(packed, image.frame_pixels() as usize, size)?,
+        samples: image.samples,
+        is_big: false,
+    })
+}
+
+fn jpeg(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
+    let mut decoder = Decoder::new(packed);
+    decoder.read_info().map_err(|e| e.to_string())?;
+    let info = decoder.info().ok_or("it has no header")?;
+    check_size(image, info.width.into(), info.height.into())?;
+    let allocated = match info.pixel_format {
+        PixelFormat::L8 => 8,
+        PixelFormat::L16 => 16,
+        found => {
+            return Err(format!(
+                "its pixels are {found:?}, expected one grey value each"
+            ));
+        }
+    };
+    decoder.set_max_decoding_buffer_size(image.frame_pixels() as usize * 2);
+    let words = decoder.decode().map_err(|e| e.to_string())?;
+    Ok(Unpacked {
+        words,
+        samples: allocated_anew(image.samples, allocated)?,
+        is_big: cfg!(target_endian = "big"),
+    })
+}
+
+/// What the image says of its bits, in words of another width.
+fn allocated_anew(samples: Samples, allocated: u32) -> Parsed<Samples> {
+    match samples {
+        Samples::Integers {
+            stored, is_signed, ..
+        } if stored <= allocated || !is_signed => Ok(Samples::Integers {
+            allocated,
+            stored: stored.min(allocated),
+            high: stored.min(allocated) - 1,
+            is_signed,
+        }),
+        _ => Err(format!(
+            "its pixels have {allocated} bits, expected those of {samples:?}"
+        )),
+    }
+}
+
+fn jpeg_2000(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
+    let settings = DecodeSettings {
+        resolve_palette_indices: false,
+        strict: true,
+        target_resolution: None,
+    };
+    let picture = hayro_jpeg2000::Image::new(packed, &settings).map_err(|e| e.to_string())?;
+    check_size(image, picture.width(), picture.height())?;
+    let (precision, has_sign) = precision(packed).ok_or("its codestream has no size marker")?;
+    let Samples::Integers {
+        stored, is_signed, ..
+    } = image.samples
+    else {
+        return Err("its pixels are floats, expected integers".into());
+    };
+    let mut context = DecoderContext::default();
+    let decoded = picture.decode(&mut context).map_err(|e| e.to_string())?;
+    let [component] = decoded.components() else {
+        let count = decoded.components().len();
+        return Err(format!("it has {count} components, expected 1"));
+    };
+    if component.samples().len() as u64 != image.frame_pixels() {
+        return Err("its component has another size than its picture".into());
+    }
+    // The decoder shifts signed values up as if they were unsigned. Other writers put signed values into
+    // an unsigned codestream, where the top bit of its own precision is the sign.
+    let shift = 32 - precision.min(32);
+    let word = |sample: &f32| {
+        let bits = sample.round() as i64;
+        match (has_sign, is_signed) {
+            (true, _) => (bits - (1 << (precision - 1))) as i32,
+            (false, true) => ((bits as i32) << shift) >> shift,
+            (false, false) => bits as i32,
+        }
+    };
+    let words = component
+        .samples()
+        .iter()
+        .flat_map(|sample| word(sample).to_le_bytes());
+    Ok(Unpacked {
+        words: words.collect(),
+        samples: Samples::Integers {
+            allocated: 32,
+            stored,
+            high: stored - 1,
+            is_signed,
+        },
+        is_big: false,
+    })
+}
+
+fn jpeg_ls(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
+    let header = jpeg_ls::Header::parse(packed)?;
+    check_size(image, header.width, header.height)?;
+    let pixels = jpeg_ls::decode(packed, &header)?;
+    Ok(Unpacked {
+        words: pixels
+            .iter()
+            .flat_map(|pixel| pixel.to_le_bytes())
+            .collect(),
+        samples: allocated_anew(image.samples, 16)?,
+        is_big: false,
+    })
+}
+
+/// A codestream's bits a value, and whether they have a sign. The size marker stands first in it.
+fn precision(packed: &[u8]) -> Option<(u32, bool)> {
+    const BEGIN: [u8; 4] = [0xff, 0x4f, 0xff, 0x51];
+    let begin = packed.windows(4).position(|bytes| bytes == BEGIN)?;
+    let depth = *packed.get(begin + 42)?;
+    let precision = u32::from(depth & 0x7f) + 1;
+    (precision <= 32).then_some((precision, depth & 0x80 != 0))
+}
+
+fn check_size(image: &Image, width: u32, height: u32) -> Parsed<()> {
+    match [width, height] == [image.columns, image.rows] {
+        true => Ok(()),
+        false => Err(format!(
+            "its picture is {width}×{height}, expected {}×{} as in the header",
+            image.columns, image.rows
+        )),
+    }
+}

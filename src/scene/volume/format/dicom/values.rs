@@ -1,0 +1,322 @@
+//! From what a frame stores to the volume's numbers.
+//!
+//! Each slice may have a slope and an intercept of its own. As long as they lead to whole numbers of one
+//! unit, such as Hounsfield units, the volume's numbers are integers, and the narrowest type that holds
+//! all that could be stored is taken, if need be with an offset. Otherwise they are floats.
+
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::voxel_type::VoxelType;
+
+use super::frame::Frame;
+use super::image::{Image, Samples};
+
+/// What the numbers of a volume are: a value is `intercept` + `slope` · number.
+#[derive(Debug)]
+pub struct Values {
+    pub voxel_type: VoxelType,
+    /// Positive.
+    pub slope: f64,
+    pub intercept: f64,
+    /// How each frame gets there, in the stack's order.
+    pub maps: Vec<Map>,
+}
+
+/// From a stored value to a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Map {
+    Whole { factor: i64, offset: i64 },
+    Real { slope: f64, intercept: f64 },
+}
+
+impl Values {
+    pub fn of(frames: &[(&Image, &Frame)]) -> Parsed<Values> {
+        for (_, frame) in frames {
+            if !((frame.slope as f32).is_normal() && (frame.intercept as f32).is_finite()) {
+                return Err(format!(
+                    "values are rescaled with slope {} and intercept {}, expected finite numbers and a \
+                     slope that is not 0",
+                    frame.slope, frame.intercept
+                ));
+            }
+        }
+        Ok(Values::whole(frames).unwrap_or_else(|| Values::real(frames)))
+    }
+
+    fn real(frames: &[(&Image, &Frame)]) -> Values {
+        let map = |(_, frame): &(&Image, &Frame)| Map::Real {
+            slope: frame.slope,
+            intercept: frame.intercept,
+        };
+        Values {
+            voxel_type: VoxelType::F32,
+            slope: 1.0,
+            intercept: 0.0,
+            maps: frames.iter().map(map).collect(),
+        }
+    }
+
+    fn whole(frames: &[(&Image, &Frame)]) -> Option<Values> {
+        let (_, first) = frames.first()?;
+        let unit = first.slope.abs();
+        let has_one_unit = frames.iter().all(|(_, frame)| frame.slope.abs() == unit);
+        let (slope, base) = match has_one_unit {
+            true => (unit, first.intercept),
+            false => (1.0, 0.0),
+        };
+        let mut maps = Vec::new();
+        let (mut low, mut high) = (i64::MAX, i64::MIN);
+        for (image, frame) in frames {
+            let factor = whole(frame.slope / slope)?;
+            let offset = whole((frame.intercept - base) / slope)?;
+            for stored in image.samples.limits()? {
+                low = low.min(factor * stored + offset);
+                high = high.max(factor * stored + offset);
+            }
+            maps.push((factor, offset));
+        }
+        let (voxel_type, shift) = narrowest(low, high)?;
+        let map = |(factor, offset)| Map::Whole {
+            factor,
+            offset: offset - shift,
+        };
+        Some(Values {
+            voxel_type,
+            slope,
+            intercept: base + slope * shift as f64,
+            maps: maps.into_iter().map(map).collect(),
+        })
+    }
+}
+
+/// A number that is whole but for rounding, and not so large that products would overflow.
+fn whole(number: f64) -> Option<i64> {
+    let rounded = number.round();
+    let is_whole = (number - rounded).abs() <= 1e-6 && rounded.abs() <= f64::from(1 << 30);
+    is_whole.then_some(rounded as i64)
+}
+
+/// The narrowest type for all whole numbers from `low` to `high`, and what is to be taken from them.
+fn narrowest(low: i64, high: i64) -> Option<(VoxelType, i64)> {
+    const TYPES: [(VoxelType, i64, i64); 6] = [
+        (VoxelType::U8, 0, 0xff),
+        (VoxelType::I8, -0x80, 0x7f),
+        (VoxelType::U16, 0, 0xffff),
+        (VoxelType::I16, -0x8000, 0x7fff),
+        (VoxelType::U32, 0, 0xffff_ffff),
+        (VoxelType::I32, -0x8000_0000, 0x7fff_ffff),
+    ];
+    let holds = |(_, least, most): &&(VoxelType, i64, i64)| *least <= low && high <= *most;
+    let found = TYPES.iter().find(holds).map(|(voxel_type, ..)| *voxel_type);
+    match (found, high - low) {
+        (Some(voxel_type), _) if voxel_type.bytes() <= 2 => Some((voxel_type, 0)),
+        (_, 0..=0xffff) => Some((VoxelType::U16, low)),
+        (Some(voxel_type), _) => Some((voxel_type, 0)),
+        (None, _) => None,
+    }
+}
+
+impl Samples {
+    /// The smallest and the largest value that can be stored, for integers.
+    fn limits(self) -> Option<[i64; 2]> {
+        match self {
+            Samples::Integers {
+                stored, is_signed, ..
+            } => Some(match is_signed {
+                true => [-(1 << (stored - 1)), (1 << (stored - 1)) - 1],
+                false => [0, (1 << stored) - 1],
+            }),
+            Samples::Float | Samples::Double => None,
+        }
+    }
+}
+
+/// How the words of one frame become numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Conversion {
+    pub samples: Samples,
+    /// Whether the words' most significant bytes come first.
+    pub is_big: bool,
+    pub is_inverted: bool,
+    /// Stored values, turned where they are, both included.
+    pub padding: Option<[i64; 2]>,
+    /// What takes the place of padding.
+    pub filler: f64,
+    pub map: Map,
+    pub to: VoxelType,
+}
+
+impl Conversion {
+    /// Converts one voxel after another.
+    pub fn convert(&self, words: &[u8], numbers: &mut [u8]) {
+        match self.samples {
+            Samples::Float => {
+                self.reals::<4>(words, numbers, |bytes| f32::from_le_bytes(bytes).into())
+            }
+            Samples::Double => self.reals::<8>(words, numbers, f64::from_le_bytes),
+            Samples::Integers { allocated: 8, .. } => self.integers::<1>(words, numbers),
+            Samples::Integers { allocated: 16, .. } => self.integers::<2>(words, numbers),
+            Samples::Integers { .. } => self.integers::<4>(words, numbers),
+        }
+    }
+
+    fn reals<const N: usize>(
+        &self,
+        words: &[u8],
+        numbers: &mut [u8],
+        real: impl Fn([u8; N]) -> f64,
+    ) {
+        let Map::Real { slope, intercept } = self.map else {
+            return;
+        };
+        let ordered = |mut word: [u8; N]| {
+            if self.is_big {
+                word.reverse();
+            }
+            word
+        };
+        each(words, numbers, |word| {
+            ((intercept + slope * real(ordered(word))) as f32).to_ne_bytes()
+        });
+    }
+
+    fn integers<const N: usize>(&self, words: &[u8], numbers: &mut [u8]) {
+        let stored = self.stored::<N>();
+        match self.map {
+            Map::Whole { factor, offset } => {
+                // 32 bits suffice for all but the widest values, and are twice as fast.
+                let is_narrow = N <= 2 && factor.abs() == 1 && offset.abs() < 1 << 30;
+                match (self.padding, is_narrow) {
+                    (None, true) => {
+                        let (factor, offset) = (factor as i32, offset as i32);
+                        let whole = |word| factor * stored(word) as i32 + offset;
+                        match self.to.bytes() {
+                            1 => each(words, numbers, |word| (whole(word) as u8).to_ne_bytes()),
+                            2 => each(words, numbers, |word| (whole(word) as u16).to_ne_bytes()),
+                            _ => each(words, numbers, |word| whole(word).to_ne_bytes()),
+                        }
+                    }
+                    (padding, _) => {
+                        let filler = self.filler as i64;
+                        let whole = |word| {
+                            let stored = stored(word);
+                            match is_padding(stored, padding) {
+                                true => filler,
+                                false => factor * stored + offset,
+                            }
+                        };
+                        match self.to.bytes() {
+                            1 => each(words, numbers, |word| (whole(word) as u8).to_ne_bytes()),
+                            2 => each(words, numbers, |word| (whole(word) as u16).to_ne_bytes()),
+                            _ => each(words, numbers, |word| (whole(word) as u32).to_ne_bytes()),
+                        }
+                    }
+                }
+            }
+            Map::Real { slope, intercept } => each(words, numbers, |word| {
+                let stored = stored(word);
+                let value = match is_padding(stored, self.padding) {
+                    true => self.filler,
+                    false => intercept + slope * stored as f64,
+                };
+                (value as f32).to_ne_bytes()
+            }),
+        }
+    }
+
+    /// A word's stored value: the bits that count, with their sign, and turned where white is 0.
+    fn stored<const N: usize>(&self) -> impl Fn([u8; N]) -> i64 + use<N> {
+        let Samples::Integers {
+            stored,
+            high,
+            is_signed,
+            ..
+        } = self.samples
+        else {
+            unreachable!("floats have no stored integers");
+        };
+        let (is_big, is_inverted) = (self.is_big, self.is_inverted);
+        let (left, right) = (31 - high, 32 - stored);
+        let turned = match is_signed {
+            true => -1,
+            false => (1i64 << stored) - 1,
+        };
+        move |word| {
+            let mut bits: u32 = 0;
+            for n in 0..N {
+                let byte = u32::from(word[if is_big { N - 1 - n } else { n }]);
+                bits |= byte << (8 * n);
+            }
+            let value = match is_signed {
+                true => i64::from(((bits << left) as i32) >> right),
+                false => i64::from((bits << left) >> right),
+            };
+            match is_inverted {
+                true => turned - value,
+                false => value,
+            }
+        }
+    }
+
+    /// The smallest and largest numbers of a frame that stand for something.
+    pub fn range(&self, words: &[u8]) -> Option<[f64; 2]> {
+        match self.samples {
+            Samples::Integers { allocated: 8, .. } => self.range_of::<1>(words),
+            Samples::Integers { allocated: 16, .. } => self.range_of::<2>(words),
+            Samples::Integers { .. } => self.range_of::<4>(words),
+            Samples::Float | Samples::Double => {
+                let mut numbers = vec![0; words.len() / self.samples.bytes() as usize * 4];
+                self.convert(words, &mut numbers);
+                let numbers = numbers
+                    .as_chunks()
+                    .0
+                    .iter()
+                    .map(|bytes| f32::from_ne_bytes(*bytes));
+                let finite = numbers.filter(|number| number.is_finite()).map(f64::from);
+                finite.fold(None, |range, number| Some(joined(range, [number; 2])))
+            }
+        }
+    }
+
+    fn range_of<const N: usize>(&self, words: &[u8]) -> Option<[f64; 2]> {
+        let stored = self.stored::<N>();
+        let padding = self.padding;
+        let (mut low, mut high) = (i64::MAX, i64::MIN);
+        for word in words.as_chunks().0 {
+            let value = stored(*word);
+            let is_real = !is_padding(value, padding);
+            low = low.min(if is_real { value } else { i64::MAX });
+            high = high.max(if is_real { value } else { i64::MIN });
+        }
+        let number = |stored: i64| match self.map {
+            Map::Whole { factor, offset } => (factor * stored + offset) as f64,
+            Map::Real { slope, intercept } => intercept + slope * stored as f64,
+        };
+        let (first, last) = (low <= high).then(|| (number(low), number(high)))?;
+        Some([first.min(last), first.max(last)])
+    }
+}
+
+/// The range of what is in one range or in the other.
+pub fn joined(range: Option<[f64; 2]>, other: [f64; 2]) -> [f64; 2] {
+    let [low, high] = range.unwrap_or(other);
+    [low.min(other[0]), high.max(other[1])]
+}
+
+fn is_padding(stored: i64, padding: Option<[i64; 2]>) -> bool {
+    padding.is_some_and(|[first, last]| first <= stored && stored <= last)
+}
+
+fn each<const N: usize, const M: usize>(
+    words: &[u8],
+    numbers: &mut [u8],
+    convert: impl Fn([u8; N]) -> [u8; M],
+) {
+    for (number, word) in numbers
+        .as_chunks_mut()
+        .0
+        .iter_mut()
+        .zip(words.as_chunks().0)
+    {
+        *number = convert(*word);
+    }
+}

@@ -1,0 +1,207 @@
+//! Where slices form no grid: what is done, what is told, and what is refused.
+
+use isolume::scene::volume::{Volume, VolumeOverrides};
+
+use super::{everything, has, hounsfield, loaded, plain, refused, refused_scan, values, written};
+use crate::dicom_files::Syntax;
+use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan};
+use crate::volume_files::write;
+
+#[test]
+fn left_stays_left_whichever_way_the_scanner_went() {
+    // Feet first, the patient lies on the belly: rows run to the right, columns to the front.
+    let mut turned = Scan::ct();
+    turned.orientation = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0];
+    assert_eq!(loaded(&turned).axes.unwrap().to_string(), "RAS");
+    let mut coronal = Scan::ct();
+    coronal.orientation = [1.0, 0.0, 0.0, 0.0, 0.0, -1.0];
+    for (n, slice) in coronal.slices.iter_mut().enumerate() {
+        slice.position = [0.0, 2.5 * n as f64, 0.0];
+    }
+    let volume = loaded(&coronal);
+    assert_eq!(volume.axes.unwrap().to_string(), "LIP");
+    assert_eq!(values(&volume), hounsfield());
+    // The normal of these rows and columns points down: the slices come in reverse.
+    let mut mirrored = Scan::ct();
+    mirrored.orientation = [-1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    let volume = loaded(&mirrored);
+    assert_eq!(volume.axes.unwrap().to_string(), "RPI");
+    let slice = ROWS * COLUMNS;
+    assert_eq!(
+        values(&volume)[..slice],
+        hounsfield()[(SLICES - 1) * slice..]
+    );
+}
+
+#[test]
+fn different_pixels_at_one_place_are_refused() {
+    let mut scan = Scan::ct();
+    scan.slices[3].position = scan.slices[2].position;
+    let message = refused_scan(&scan);
+    for part in ["I2 and I3", "one place", "different pixels"] {
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn missing_slices_are_named_or_filled() {
+    let mut scan = Scan::ct();
+    scan.slices.remove(2);
+    let folder = written(&scan);
+    let message = refused(folder.path(), &VolumeOverrides::default());
+    for part in [
+        "1 of 5 slices is missing",
+        "at 35 mm",
+        "volume.fill_gaps=true",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    let fill = VolumeOverrides {
+        fill_gaps: true,
+        ..VolumeOverrides::default()
+    };
+    let volume = Volume::load(folder.path(), &fill).unwrap();
+    has(
+        &volume.notes,
+        "at 35 mm along the slices' normal; they are interpolated",
+    );
+    let (found, whole, slice) = (values(&volume), hounsfield(), ROWS * COLUMNS);
+    for n in 0..slice {
+        let mean = 0.5 * (whole[slice + n] + whole[3 * slice + n]);
+        assert!((found[2 * slice + n] - mean).abs() <= 0.5);
+        assert_eq!(found[3 * slice + n], whole[3 * slice + n]);
+    }
+}
+
+#[test]
+fn slices_that_are_uneven_as_well_are_missed_all_the_same() {
+    let mut scan = Scan::ct();
+    for (slice, place) in scan.slices.iter_mut().zip([0.0, 2.6, 4.98, 9.95, 12.5]) {
+        slice.position[2] = place;
+    }
+    let message = refused_scan(&scan);
+    assert!(
+        message.contains("1 of 6 slices is missing, at 7.465 mm"),
+        "{message}"
+    );
+}
+
+#[test]
+fn uneven_slices_are_resampled_to_their_median() {
+    let mut scan = Scan::ct();
+    let places = [0.0, 2.5, 5.0, 8.5, 11.0];
+    for (slice, place) in scan.slices.iter_mut().zip(places) {
+        slice.position[2] = place;
+    }
+    let volume = loaded(&scan);
+    has(
+        &volume.notes,
+        "2.5 to 3.5 mm apart and resampled linearly to the median, 2.5 mm",
+    );
+    has(&volume.notes, "by up to 1 mm");
+    assert_eq!(volume.dims, [COLUMNS as u32, ROWS as u32, 5]);
+    assert_eq!(volume.spacing, [0.5, 0.75, 2.5]);
+    let (found, whole, slice) = (values(&volume), hounsfield(), ROWS * COLUMNS);
+    for n in 0..slice {
+        let between = |a: usize, share: f64| {
+            (1.0 - share) * whole[a * slice + n] + share * whole[(a + 1) * slice + n]
+        };
+        assert!((found[3 * slice + n] - between(2, 2.5 / 3.5)).abs() <= 0.5);
+        assert!((found[4 * slice + n] - between(3, 1.5 / 2.5)).abs() <= 0.5);
+    }
+}
+
+#[test]
+fn places_that_differ_by_rounding_are_even() {
+    let mut scan = Scan::ct();
+    for (n, slice) in scan.slices.iter_mut().enumerate() {
+        slice.position[2] = (0.625 * n as f64 * 1000.0).round() / 1000.0;
+    }
+    let volume = loaded(&scan);
+    assert!(volume.notes.is_empty(), "{:?}", volume.notes);
+    assert_eq!(values(&volume), hounsfield());
+}
+
+/// The rows of a gantry tilted by an angle whose tangent is 3/4 lie half a row lower from slice to slice.
+#[test]
+fn a_tilt_is_sheared_out() {
+    let mut scan = Scan::ct();
+    let (sine, cosine) = (0.6, 0.8);
+    scan.orientation = [1.0, 0.0, 0.0, 0.0, cosine, sine];
+    // The table moves along z: by 1 mm along the normal and by 3/4 of it along the columns.
+    for (n, slice) in scan.slices.iter_mut().enumerate() {
+        slice.position = [0.0, 0.0, 1.25 * n as f64];
+    }
+    scan.pixel_spacing = [1.5, 1.0];
+    let volume = loaded(&scan);
+    has(
+        &volume.notes,
+        "tilted by 36.87 degrees, which is sheared out",
+    );
+    assert_eq!(
+        volume.dims,
+        [COLUMNS as u32, ROWS as u32 + 2, SLICES as u32]
+    );
+    assert!((volume.spacing[2] - 1.0).abs() < 1e-9);
+    let (found, whole) = (values(&volume), hounsfield());
+    let smallest = whole.iter().copied().fold(f64::INFINITY, f64::min);
+    for z in 0..SLICES {
+        let shift = 0.5 * z as f64;
+        for y in 0..ROWS + 2 {
+            for x in 0..COLUMNS {
+                let value = |row: usize| whole[(z * ROWS + row) * COLUMNS + x];
+                let row = y as f64 - shift;
+                let last = (ROWS - 1) as f64;
+                let expected = match (-0.5..=last + 0.5).contains(&row) {
+                    false => smallest,
+                    true => {
+                        let row = row.clamp(0.0, last);
+                        let lower = row.floor() as usize;
+                        let upper = (lower + 1).min(ROWS - 1);
+                        value(lower) + row.fract() * (value(upper) - value(lower))
+                    }
+                };
+                let found = found[(z * (ROWS + 2) + y) * COLUMNS + x];
+                assert!(
+                    (found - expected).abs() <= 0.5,
+                    "{x} {y} {z}: {found}, {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn other_shears_are_refused_by_name() {
+    let mut scan = Scan::ct();
+    for (n, slice) in scan.slices.iter_mut().enumerate() {
+        slice.position[0] = 0.3 * n as f64;
+    }
+    let message = refused_scan(&scan);
+    assert!(message.contains("axes i and k are sheared"), "{message}");
+    let mut astray = Scan::ct();
+    astray.slices[2].position[1] += 4.0;
+    let message = refused_scan(&astray);
+    assert!(
+        message.contains("I2 lies 4.000 mm along its columns beside"),
+        "{message}"
+    );
+}
+
+#[test]
+fn slices_with_a_position_each_make_one_volume_though_each_has_its_own_acquisition() {
+    let scan = Scan::ct();
+    let expected = everything(&loaded(&scan));
+    let folder = super::folder();
+    for n in 0..SLICES {
+        let one = scan
+            .clone()
+            .with(|common| common.text((0x20, 0x12), "IS", n));
+        write(
+            folder.path(),
+            &format!("{n}"),
+            one.slice_file(n, Syntax::Explicit),
+        );
+    }
+    assert_eq!(everything(&plain(folder.path())), expected);
+}

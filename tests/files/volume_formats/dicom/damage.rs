@@ -1,0 +1,72 @@
+//! Damaged files: one sentence, and nothing worse.
+
+use isolume::scene::volume::VolumeOverrides;
+
+use super::{folder, refused};
+use crate::dicom_files::Syntax;
+use crate::dicom_scan::Scan;
+use crate::volume_files::write;
+
+#[test]
+fn a_slice_without_all_of_its_pixels_is_named() {
+    for syntax in [
+        Syntax::Explicit,
+        Syntax::RunLength,
+        Syntax::JpegLossless,
+        Syntax::Deflated,
+    ] {
+        let folder = folder();
+        let scan = Scan::ct();
+        scan.write(folder.path(), syntax, |n| format!("I{n}"));
+        let bytes = scan.slice_file(3, syntax);
+        write(folder.path(), "I3", &bytes[..bytes.len() - 60]);
+        let message = refused(folder.path(), &VolumeOverrides::default());
+        assert!(message.contains("I3: "), "{syntax:?}: {message}");
+        assert!(
+            [
+                "truncated",
+                "damaged",
+                "fragment",
+                "missing",
+                "marker",
+                "JPEG"
+            ]
+            .iter()
+            .any(|word| message.contains(word)),
+            "{syntax:?}: {message}"
+        );
+    }
+}
+
+#[test]
+fn a_packing_that_is_not_read_is_named_with_a_remedy() {
+    let folder = folder();
+    Scan::ct().write(folder.path(), Syntax::JpegXl, |n| format!("I{n}"));
+    let message = refused(folder.path(), &VolumeOverrides::default());
+    assert!(
+        message.contains("I0: its pixels are packed as JPEG XL, which is not read; unpack"),
+        "{message}"
+    );
+}
+
+#[test]
+fn wrong_elements_are_named() {
+    let cases = [
+        ((0x28, 0x100), "BitsAllocated is 12"),
+        ((0x28, 0x101), "BitsStored is 17"),
+    ];
+    for ((group, element), part) in cases {
+        let value = if element == 0x100 { 12 } else { 17 };
+        let scan = Scan::ct().with(|common| common.word((group, element), value));
+        let folder = folder();
+        let path = write(folder.path(), "v.dcm", scan.slice_file(0, Syntax::Explicit));
+        let message = refused(&path, &VolumeOverrides::default());
+        assert!(message.contains(part), "{message}");
+    }
+    let mut scan = Scan::ct();
+    scan.orientation = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0];
+    let folder = folder();
+    let path = write(folder.path(), "v.dcm", scan.slice_file(0, Syntax::Explicit));
+    let message = refused(&path, &VolumeOverrides::default());
+    assert!(message.contains("ImageOrientationPatient"), "{message}");
+}

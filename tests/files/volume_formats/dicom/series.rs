@@ -1,0 +1,128 @@
+//! A folder with several volumes.
+
+use isolume::scene::volume::{Pick, Volume, VolumeOverrides};
+
+use super::{folder, has, hounsfield, plain, refused, values};
+use crate::dicom_files::Syntax;
+use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan};
+
+/// A large volume, a small one of another series, and one of the same series with another acquisition.
+fn several() -> tempfile::TempDir {
+    let folder = folder();
+    let large = Scan::ct();
+    let mut small = large.clone().with(|common| {
+        common
+            .text((0x20, 0x0e), "UI", "1.2.3.4.2")
+            .text((8, 0x60), "CS", "MR")
+            .text((8, 0x103e), "LO", "T1 axial")
+    });
+    small.slices.truncate(3);
+    let mut later = large
+        .clone()
+        .with(|common| common.text((0x20, 0x12), "IS", 2));
+    later.slices.truncate(4);
+    large.write(folder.path(), Syntax::Explicit, |n| format!("b{n}"));
+    small.write(folder.path(), Syntax::RunLength, |n| format!("a{n}"));
+    later.write(folder.path(), Syntax::Implicit, |n| format!("c{n}"));
+    folder
+}
+
+fn picked(folder: &std::path::Path, pick: Pick) -> Result<Volume, isolume::error::Error> {
+    let overrides = VolumeOverrides {
+        series: Some(pick),
+        ..VolumeOverrides::default()
+    };
+    Volume::load(folder, &overrides)
+}
+
+#[test]
+fn the_largest_is_taken_and_the_others_are_named_with_their_flags() {
+    let folder = several();
+    let volume = plain(folder.path());
+    assert_eq!(values(&volume), hounsfield());
+    has(
+        &volume.notes,
+        "there are 3 volumes; this is number 1, CT, 5 slices of 16×12",
+    );
+    has(
+        &volume.notes,
+        "CT, 4 slices of 16×12 (--set volume.series=2)",
+    );
+    has(
+        &volume.notes,
+        "MR, 3 slices of 16×12 (--set volume.series=3)",
+    );
+    assert!(
+        !volume.notes.concat().contains("1.2.3.4"),
+        "{:?}",
+        volume.notes
+    );
+}
+
+#[test]
+fn a_series_is_picked_by_its_number_or_its_uid() {
+    let folder = several();
+    let depth = |pick| picked(folder.path(), pick).unwrap().dims[2];
+    assert_eq!(depth(Pick::Number(2)), 4);
+    assert_eq!(depth(Pick::Number(3)), 3);
+    assert_eq!(depth(Pick::Uid("1.2.3.4.2".into())), 3);
+    assert_eq!(depth(Pick::Uid("1.2.3.4.1".into())), 5);
+    let message = picked(folder.path(), Pick::Number(4))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        message.contains("volume.series is 4, expected a number from 1 to 3"),
+        "{message}"
+    );
+    let message = picked(folder.path(), Pick::Uid("9".into()))
+        .unwrap_err()
+        .to_string();
+    assert!(message.contains("none of the 3 volumes"), "{message}");
+}
+
+#[test]
+fn the_list_says_what_each_is() {
+    let folder = several();
+    let series = Volume::series(folder.path()).unwrap();
+    let numbers: Vec<u32> = series.iter().map(|one| one.number).collect();
+    assert_eq!(numbers, [1, 2, 3]);
+    assert_eq!(series[2].uid, "1.2.3.4.2");
+    assert_eq!(
+        (series[2].description.as_str(), series[2].modality.as_str()),
+        ("T1 axial", "MR")
+    );
+    assert_eq!(series[2].slices, 3);
+    assert_eq!(series[0].dims, [COLUMNS as u32, ROWS as u32, SLICES as u32]);
+    assert_eq!(series[0].spacing, [0.5, 0.75, 2.5]);
+    assert!(series[0].notes.is_empty());
+}
+
+#[test]
+fn what_is_no_volume_is_said() {
+    let empty = folder();
+    let message = refused(empty.path(), &VolumeOverrides::default());
+    assert!(message.contains("no DICOM image"), "{message}");
+    let classes = [
+        ("1.2.840.10008.5.1.4.1.1.66.4", "segmentation"),
+        ("1.2.840.10008.5.1.4.1.1.481.3", "structure set"),
+        ("1.2.840.10008.5.1.4.1.1.11.1", "presentation state"),
+        ("1.2.840.10008.5.1.4.1.1.7", "secondary capture"),
+    ];
+    for (class, kind) in classes {
+        let scan = Scan::ct().with(|common| common.text((8, 0x16), "UI", class));
+        let message = super::refused_scan(&scan);
+        assert!(message.contains(&format!("only 5 × {kind}")), "{message}");
+    }
+}
+
+#[test]
+fn files_that_cannot_be_read_are_named() {
+    let folder = several();
+    let whole = Scan::ct().slice_file(0, Syntax::Explicit);
+    crate::volume_files::write(folder.path(), "broken", &whole[..300]);
+    let volume = plain(folder.path());
+    has(
+        &volume.notes,
+        "1 file that cannot be read: broken (ends at byte 300, inside its header",
+    );
+}

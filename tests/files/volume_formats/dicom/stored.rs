@@ -1,0 +1,181 @@
+//! What stored values mean.
+
+use isolume::scene::volume::{StoredType, VoxelType};
+
+use super::{hounsfield, loaded, refused_scan, values};
+use crate::dicom_files::Object;
+use crate::dicom_scan::Scan;
+
+const PADDING: u16 = 2000;
+
+fn bits(common: Object, stored: u16, high: u16, is_signed: bool) -> Object {
+    common
+        .word((0x28, 0x101), stored)
+        .word((0x28, 0x102), high)
+        .word((0x28, 0x103), is_signed.into())
+}
+
+fn change_words(scan: &mut Scan, change: impl Fn(u16) -> u16) {
+    for slice in &mut scan.slices {
+        slice
+            .words
+            .iter_mut()
+            .for_each(|word| *word = change(*word));
+    }
+}
+
+#[test]
+fn only_the_bits_that_are_stored_count() {
+    let mut scan = Scan::ct();
+    // An overlay above the values.
+    change_words(&mut scan, |word| word | (word & 1) << 15);
+    assert_eq!(values(&loaded(&scan)), hounsfield());
+    // Values in the upper bits, with something below them.
+    let mut high = Scan::ct().with(|common| bits(common, 12, 15, false));
+    change_words(&mut high, |word| word << 4 | 5);
+    assert_eq!(values(&loaded(&high)), hounsfield());
+}
+
+#[test]
+fn signs_are_kept() {
+    for stored in [12, 13, 16] {
+        let mut scan = Scan::ct().with(|common| bits(common, stored, stored - 1, true));
+        let mask = ((1u32 << stored) - 1) as u16;
+        change_words(&mut scan, |word| word.wrapping_sub(1024) & mask);
+        scan.slices
+            .iter_mut()
+            .for_each(|slice| slice.intercept = 0.0);
+        let expected = |value: f64| match stored {
+            // 12 bits hold −2048 to 2047: the values from 2048 on are negative.
+            12 if value > 2047.0 => value - 4096.0,
+            _ => value,
+        };
+        let expected: Vec<f64> = hounsfield().into_iter().map(expected).collect();
+        let volume = loaded(&scan);
+        assert_eq!(values(&volume), expected);
+        assert_eq!(volume.voxel_type, VoxelType::I16);
+    }
+}
+
+#[test]
+fn monochrome1_is_turned() {
+    let mut scan = Scan::ct().with(|common| common.text((0x28, 4), "CS", "MONOCHROME1"));
+    change_words(&mut scan, |word| 4095 - word);
+    assert_eq!(values(&loaded(&scan)), hounsfield());
+}
+
+#[test]
+fn padding_becomes_the_smallest_value_that_was_measured() {
+    let padded = |inverted: bool| {
+        let mut scan =
+            Scan::ct().with(|common| bits(common, 16, 15, false).word((0x28, 0x120), PADDING));
+        let corner = |n: usize| n.is_multiple_of(5);
+        for (z, slice) in scan.slices.iter_mut().enumerate() {
+            for (n, word) in slice.words.iter_mut().enumerate() {
+                *word = if corner(n) {
+                    PADDING
+                } else {
+                    100 * z as u16 + 3000 + *word % 50
+                };
+                if inverted && !corner(n) {
+                    *word = 65535 - *word;
+                }
+            }
+        }
+        if inverted {
+            scan = scan.with(|common| common.text((0x28, 4), "CS", "MONOCHROME1"));
+        }
+        scan
+    };
+    let volume = loaded(&padded(false));
+    let [low, _] = volume.range;
+    assert!((1976.0..2026.0).contains(&low), "{low}");
+    let found = values(&volume);
+    assert!(
+        (0..found.len())
+            .filter(|n| n % 192 % 5 == 0)
+            .all(|n| found[n] == low)
+    );
+    assert_eq!(values(&loaded(&padded(true))), found);
+    let signed = padded(false).with(|common| bits(common, 16, 15, true));
+    assert_eq!(values(&loaded(&signed)), found);
+}
+
+#[test]
+fn slices_with_rescalings_of_their_own_stay_integers_where_they_can() {
+    let mut scan = Scan::ct();
+    for (z, slice) in scan.slices.iter_mut().enumerate() {
+        slice.intercept = -1000.0 - z as f64;
+        slice
+            .words
+            .iter_mut()
+            .for_each(|word| *word = *word - *word % 2);
+        if z % 2 == 1 {
+            slice.slope = 2.0;
+            slice.words.iter_mut().for_each(|word| *word /= 2);
+        }
+    }
+    let volume = loaded(&scan);
+    let slice = volume.dims[0] as usize * volume.dims[1] as usize;
+    let expected = |(n, value): (usize, f64)| {
+        let stored = value + 1024.0;
+        stored - stored % 2.0 - 1000.0 - (n / slice) as f64
+    };
+    let expected: Vec<f64> = hounsfield().into_iter().enumerate().map(expected).collect();
+    assert_eq!(values(&volume), expected);
+    assert_eq!(
+        (volume.voxel_type, volume.stored),
+        (VoxelType::I16, StoredType::U16)
+    );
+
+    // As those of PET do.
+    let mut scan = Scan::ct().with(|common| common.text((8, 0x60), "CS", "PT"));
+    for (z, slice) in scan.slices.iter_mut().enumerate() {
+        (slice.slope, slice.intercept) = (0.37 + 0.01 * z as f64, 0.0);
+    }
+    let volume = loaded(&scan);
+    assert_eq!(volume.voxel_type, VoxelType::F32);
+    assert_eq!(volume.is_hounsfield, Some(false));
+    let stored = |(n, value): (usize, f64)| {
+        let slope = 0.37 + 0.01 * (n / slice) as f64;
+        f64::from((slope * (value + 1024.0)) as f32)
+    };
+    assert_eq!(
+        values(&volume),
+        hounsfield()
+            .into_iter()
+            .enumerate()
+            .map(stored)
+            .collect::<Vec<_>>()
+    );
+}
+
+#[test]
+fn a_range_beyond_16_bits_signed_is_kept_in_16_with_an_offset() {
+    let mut scan = Scan::ct().with(|common| bits(common, 16, 15, false));
+    scan.slices.iter_mut().for_each(|slice| slice.slope = -1.0);
+    change_words(&mut scan, |word| 60000 - word);
+    scan.slices
+        .iter_mut()
+        .for_each(|slice| slice.intercept = 58976.0);
+    let volume = loaded(&scan);
+    assert_eq!(volume.stored, StoredType::U16);
+    assert_eq!(values(&volume), hounsfield());
+}
+
+#[test]
+fn colours_and_palettes_are_refused() {
+    let palette = Scan::ct().with(|common| common.text((0x28, 4), "CS", "PALETTE COLOR"));
+    assert!(refused_scan(&palette).contains("5 × colour image"));
+    let folder = super::folder();
+    let path = crate::volume_files::write(
+        folder.path(),
+        "v.dcm",
+        palette.slice_file(0, crate::dicom_files::Syntax::Explicit),
+    );
+    let message = super::refused(&path, &Default::default());
+    assert!(
+        message.contains("a palette") && message.contains("expected one grey value"),
+        "{message}"
+    );
+}
