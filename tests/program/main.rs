@@ -10,6 +10,7 @@ mod folder;
 
 mod allocations;
 mod bench;
+mod choosing;
 mod dicom;
 mod outputs;
 mod refusals;

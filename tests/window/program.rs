@@ -14,7 +14,7 @@ use crate::folder::Folder;
 pub const WINDOW: [usize; 2] = [512, 384];
 
 /// The longest that anything may take.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A ball beside a smaller one in a haze.
 pub const SCENE: &str = r#"
