@@ -40,8 +40,9 @@ impl Renderer {
         if let Estimator::Published(published) = &self.estimator {
             published.march(frame, r)?;
         }
-        let mean = copy::download(frame, &r.staging, &r.mean)?;
-        let squares = copy::download(frame, &r.staging, &r.squares)?;
+        let [width, height] = r.size;
+        let mean = copy::download_corner(frame, &r.staging, &r.mean, [width, height, 1])?;
+        let squares = copy::download_corner(frame, &r.staging, &r.squares, [width, height, 1])?;
         let divisor = (self.totals.units.saturating_sub(1)) as f32 * self.totals.samples as f32;
         let shared = self.shared_error(&mean);
         let stderr = squares.iter().zip(&mean).map(|(s, m)| {
