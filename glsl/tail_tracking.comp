@@ -40,19 +40,21 @@ uint paths_of(Tail tail) {
 }
 
 bool begin_pixel(inout Path path) {
+    // A CPU's driver ends a loop silently after 65535 turns (path_queue.rs), which rare tails could need.
+    const uint MOST = 32u;
     uint pixels = scene.size.x * scene.size.y;
-    uint pixel;
+    uint tried = 0u;
     LOOP {
-        pixel = atomicAdd(counters.count.next, 1u);
-        if (pixel >= pixels || tails.at[min(pixel, pixels - 1u)].weight > 0.0) {
+        path.pixel = atomicAdd(counters.count.next, 1u);
+        path.samples_left = path.pixel < pixels ? paths_of(tails.at[path.pixel]) : 0u;
+        ++tried;
+        if (path.pixel >= pixels || path.samples_left > 0u || tried == MOST) {
             break;
         }
     }
-    path.pixel = pixel;
-    path.samples_left = paths_of(tails.at[min(pixel, pixels - 1u)]);
     path.sample_index = TAIL_SAMPLES + push.sample_index * push.paths - 1u;
     path.sum = vec4(0.0);
-    return pixel < pixels;
+    return path.pixel < pixels;
 }
 
 void begin_sample(inout Path path) {

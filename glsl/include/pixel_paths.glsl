@@ -7,7 +7,7 @@
 //
 // Who includes this has a PushBlock with `work` and `slots`, and says:
 
-// Takes the next pixel from the queue; false if there is none.
+// Takes a pixel from the queue, which may have no paths; false if there is none.
 bool begin_pixel(inout Path path);
 // Begins the pixel's next path.
 void begin_sample(inout Path path);
@@ -31,13 +31,14 @@ void main() {
     bool working = true;
     while (working && work < push.work) {
         ++work;
-        if (path.stage == STAGE_IDLE) {
-            working = path.samples_left > 0u || begin_pixel(path);
-            if (working) {
-                begin_sample(path);
-            }
+        bool is_idle = path.stage == STAGE_IDLE;
+        if (is_idle && path.samples_left == 0u) {
+            working = begin_pixel(path);
         }
-        if (working) {
+        if (is_idle && path.samples_left > 0u) {
+            begin_sample(path);
+        }
+        if (path.stage != STAGE_IDLE) {
             advance(path);
             if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
                 finish_pixel(path);

@@ -65,6 +65,44 @@ fn nothing_leaks_through_a_wall_thinner_than_a_cell() {
     }
 }
 
+/// A small surface in a large picture: paths begin in few of its pixels.
+#[test]
+fn a_surface_in_few_pixels_is_as_bright_as_in_all() {
+    const MIDDLE: u32 = 32;
+    let volume = volume([8, 8, 8], |p| {
+        4.0 - p.iter().map(|x| x * x).sum::<f64>().sqrt() as f32
+    });
+    // The middle of the picture, of as many pixels.
+    let middle = |size: u32| {
+        let camera = Camera {
+            eye: [0.0, 0.0, 40.0],
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Orthographic {
+                height: 5.0 * f64::from(size) / f64::from(MIDDLE),
+            },
+        };
+        let mut scene = empty_scene([size, size], camera);
+        scene.medium = Some(uniform_medium(0.01, 0.9, 0.0));
+        scene.surfaces.iso = vec![Isosurface {
+            color: [1.0; 3],
+            ..black(2.0)
+        }];
+        scene.environment.radiance = [1.0; 3];
+        let mut cache = cached(&scene, &volume, 0.5, CacheFormat::F16, 64, 1);
+        let film = cache.at_rest(1, 1);
+        let [size, low] = [size as usize, (size - MIDDLE) as usize / 2];
+        let rows = film.mean.chunks(size).skip(low).take(MIDDLE as usize);
+        let pixels = rows.flat_map(|row| &row[low..low + MIDDLE as usize]);
+        mean(&pixels.copied().collect::<Vec<_>>())
+    };
+    let [in_all, in_few] = [MIDDLE, 2048].map(middle);
+    assert!(
+        (in_few - in_all).abs() < 0.01 * in_all,
+        "{in_few} and {in_all}"
+    );
+}
+
 /// A ball above a layer of thin medium under a hard sun: the shadow's profile across the layer.
 #[test]
 fn a_hard_shadow_keeps_its_edge_and_its_depth() {
