@@ -71,6 +71,18 @@ impl Forecast {
         fill + f64::from(pictures) * samples * self.seconds_per_sample
     }
 
+    /// Until the work is done, or its time is over.
+    fn seconds_of(&self, work: &Work<'_>) -> f64 {
+        let to_error = work
+            .stop
+            .relative_error
+            .map(|error| self.seconds_to(error, work.pictures));
+        let time = work.stop.time.map(|time| time.as_secs_f64());
+        to_error
+            .unwrap_or(f64::INFINITY)
+            .min(time.unwrap_or(f64::INFINITY))
+    }
+
     /// Of each picture when so many seconds are over; the cache gets half of them at most.
     fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
         let fill = self.cache.map_or(0.0, |_| 0.5 * seconds);
@@ -127,26 +139,27 @@ impl Engine {
         let mut without_cache = scene.clone();
         without_cache.render.variant = Variant::NonCaching;
         let plain = host.plan(volume, &without_cache)?;
-        let without = |reason: String| {
+        let without = |reason: &str| {
             let choice = Choice {
-                reason,
+                reason: reason.into(),
                 ..plain.clone()
             };
             Engine::with_plan(host, volume, scene, choice, seed)
         };
-        let uncached = {
-            let mut engine = without(String::new())?;
-            engine.try_samples(&work)?
-        };
+        const TOO_SHORT: &str = "the work is done before a cache would be filled";
+        let began = Instant::now();
+        let mut engine = without(TOO_SHORT)?;
+        let uncached = engine.try_samples(&work)?;
+        let seconds = uncached.seconds_of(&work);
+        // To compile for a cache takes as long as what has just been done.
+        if seconds <= began.elapsed().as_secs_f64() {
+            return Ok(engine);
+        }
+        drop(engine);
         let mut engine = Engine::with_plan(host, volume, scene, choice.clone(), seed)?;
-        let most = match work.stop.relative_error {
-            Some(error) => uncached.seconds_to(error, work.pictures),
-            None => f64::INFINITY,
-        };
-        let time = work.stop.time.map_or(f64::INFINITY, |t| t.as_secs_f64());
-        let Some(filling) = engine.try_filling(&work, SHARE * most.min(time))? else {
+        let Some(filling) = engine.try_filling(&work, SHARE * seconds)? else {
             drop(engine);
-            return without("the work is done before a cache would be filled".into());
+            return without(TOO_SHORT);
         };
         let cached = Forecast {
             cache: Some(filling),
@@ -155,7 +168,7 @@ impl Engine {
         let (is_worth_it, why) = verdict(&uncached, &cached, &work.stop, work.pictures);
         if !is_worth_it {
             drop(engine);
-            return without(why);
+            return without(&why);
         }
         engine.choice.reason = format!("{why}; {}", choice.reason);
         Ok(engine)

@@ -130,7 +130,7 @@ fn statistics_keep_their_contract() {
 #[test]
 fn a_profile_accounts_for_the_wall_time() {
     let folder = Folder::new();
-    let render = "render ball.toml -o a.exr --time 1";
+    let render = "render ball.toml --variant caching -o a.exr --time 1";
     let output = folder.succeed(&format!("{render} --stats s.json"));
     let said = text(&output.stderr);
     for name in [
