@@ -207,7 +207,12 @@ void main() {
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }
-    Random random = Random(uint(pixel.y) * scene.size.x + uint(pixel.x), push.sample_index, 0u);
+    uint index = uint(pixel.y) * scene.size.x + uint(pixel.x);
+    if (stands_back(index) || is_done(index)) {
+        return;
+    }
+    ask_ahead();
+    Random random = Random(index, push.sample_index, 0u);
     vec2 jitter = unit_intervals(even_words(random, direction_pairs(0u))).xy;
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
@@ -221,8 +226,13 @@ void main() {
     if (!background_is_transparent) {
         front.radiance += front.transmittance * background;
     }
+    report(index, is_void, !is_void);
+    if (is_void) {
+        return;
+    }
     imageStore(unit_sum, pixel, vec4(front.radiance, 1.0 - front.transmittance));
     if (surface_count > 0u) {
-        tails.at[uint(pixel.y) * scene.size.x + uint(pixel.x)] = front.tail;
+        tails.at[index] = front.tail;
     }
+    set_done(index);
 }

@@ -170,27 +170,38 @@ void finish_node() {
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= push.slots) {
+    if (slot >= push.slots || stands_back(slot)) {
         return;
     }
     Path path = paths.at[slot];
     node_work = node_works.at[slot];
     uint finished = 0u;
     bool working = true;
-    while (working && work < push.work) {
+    bool has_advanced = false;
+    while (working && !is_void && work < push.work) {
         ++work;
-        if (path.stage == STAGE_IDLE) {
-            working = path.samples_left > 0u || begin_node(path);
-            if (working && path.samples_left > 0u) {
-                begin_sample(path);
-            }
+        if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
+            working = begin_node(path);
         }
-        if (working && path.stage != STAGE_IDLE) {
+        Path before = path;
+        NodeWork node_work_before = node_work;
+        uint lookups_before = lookups;
+        if (path.stage == STAGE_IDLE && path.samples_left > 0u) {
+            begin_sample(path);
+        }
+        if (path.stage != STAGE_IDLE) {
             advance(path);
-            if (path.stage == STAGE_IDLE) {
-                ++finished;
-                if (path.samples_left == 0u) {
-                    finish_node();
+            if (is_void) {
+                path = before;
+                node_work = node_work_before;
+                lookups = lookups_before;
+            } else {
+                has_advanced = true;
+                if (path.stage == STAGE_IDLE) {
+                    ++finished;
+                    if (path.samples_left == 0u) {
+                        finish_node();
+                    }
                 }
             }
         }
@@ -202,4 +213,5 @@ void main() {
     }
     atomicAdd(counters.count.lookups, lookups);
     atomicAdd(counters.count.finished, finished);
+    report(slot, is_void, has_advanced);
 }

@@ -15,15 +15,21 @@ layout(scalar) writeonly buffer CutBlock { uint at[]; } cuts;
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
 shared uint words[2];
+// Threads of the group that have missed a brick of the volume.
+shared uint lacking;
 
 void main() {
     uint brick = gl_WorkGroupID.y * push.row + gl_WorkGroupID.x;
-    if (brick >= push.bricks) {
+    if (brick >= push.bricks || stands_back(brick) || is_done(brick)) {
         return;
     }
+    ask_ahead();
     uint thread = gl_LocalInvocationIndex;
     if (thread < 2u) {
         words[thread] = 0u;
+    }
+    if (thread == 0u) {
+        lacking = 0u;
     }
     barrier();
     ivec3 cube = BRICK * unpacked(bricks.at[brick].position) + ivec3(gl_LocalInvocationID);
@@ -43,6 +49,9 @@ void main() {
             }
         }
     }
+    if (is_void) {
+        atomicAdd(lacking, 1u);
+    }
     for (uint s = 0u; s < surface_count; ++s) {
         float value = surfaces.at[s].value;
         if (range.x < value && range.y >= value) {
@@ -50,7 +59,14 @@ void main() {
         }
     }
     barrier();
-    if (thread < 2u) {
+    bool has_missed = lacking > 0u;
+    if (thread == 0u) {
+        report(brick, has_missed, !has_missed);
+        if (!has_missed) {
+            set_done(brick);
+        }
+    }
+    if (thread < 2u && !has_missed) {
         cuts.at[2u * brick + thread] = words[thread];
     }
 }

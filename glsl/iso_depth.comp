@@ -18,6 +18,11 @@ void main() {
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }
+    uint index = uint(pixel.y) * scene.size.x + uint(pixel.x);
+    if (stands_back(index) || is_done(index)) {
+        return;
+    }
+    ask_ahead();
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + 0.5, entry, t_end);
     Crossing crossing = Crossing(0.0, -1, 0u);
@@ -30,11 +35,17 @@ void main() {
         }
         pass_through(crossing, known, fresh);
     }
-    if (crossing.surface < 0) {
-        imageStore(normal_depth, pixel, vec4(0.0, 0.0, 0.0, uintBitsToFloat(0x7f800000u)));
-        imageStore(albedo, pixel, vec4(0.0));
+    vec4 normal = vec4(0.0, 0.0, 0.0, uintBitsToFloat(0x7f800000u));
+    vec4 color = vec4(0.0);
+    if (crossing.surface >= 0) {
+        normal = vec4(hit_at(ray, crossing).shading, entry + crossing.t);
+        color = vec4(surface_at(uint(crossing.surface)).color, 1.0);
+    }
+    report(index, is_void, !is_void);
+    if (is_void) {
         return;
     }
-    imageStore(normal_depth, pixel, vec4(hit_at(ray, crossing).shading, entry + crossing.t));
-    imageStore(albedo, pixel, vec4(surface_at(uint(crossing.surface)).color, 1.0));
+    imageStore(normal_depth, pixel, normal);
+    imageStore(albedo, pixel, color);
+    set_done(index);
 }

@@ -46,7 +46,7 @@ void weigh(Cube cube, float weight) {
     }
 }
 
-void march_segment(Ray ray, float t, float t_end, float place, inout Front front) {
+void march_segment(Ray ray, float t, float t_end, float place, uint weighs, inout Front front) {
     if (!has_medium || !(t < t_end)) {
         return;
     }
@@ -73,7 +73,7 @@ void march_segment(Ray ray, float t, float t_end, float place, inout Front front
             }
             Cube cube = cube_taken(taken, ray);
             // Not an `if`, of which lavapipe makes slower code.
-            for (uint k = 0u; k < push.weighs; ++k) {
+            for (uint k = 0u; k < weighs; ++k) {
                 weigh(cube, taken.weight);
             }
             CachedLight light = read_cache(cube);
@@ -145,16 +145,8 @@ vec3 shade(Ray ray, Crossing crossing, float place) {
     return radiance;
 }
 
-void main() {
-    ivec2 pixel = own_pixel();
-    if (any(greaterThanEqual(pixel * int(push.stride), ivec2(scene.size)))) {
-        return;
-    }
-    step_scale = push.step_scale;
-    float entry, t_end;
-    Ray ray = camera_ray((vec2(pixel) + 0.5) * float(push.stride), entry, t_end);
-    Random random = Random(uint(pixel.x), uint(pixel.y), 0u);
-    float place = random_numbers(random).x;
+// What the ray through a pixel shows; with `weighs`, bricks get their weights.
+Front look(Ray ray, float t_end, float place, uint weighs) {
     Front front = Front(vec3(0.0), vec3(0.0), 1.0);
     Crossing crossing = Crossing(0.0, -1, 0u);
     int known = -1;
@@ -165,7 +157,7 @@ void main() {
             find_crossing(ray, t_end, known, fresh, crossing);
         }
         bool hits = crossing.surface >= 0;
-        march_segment(ray, t, hits ? crossing.t : t_end, place, front);
+        march_segment(ray, t, hits ? crossing.t : t_end, place, weighs, front);
         if (!hits) {
             break;
         }
@@ -178,6 +170,36 @@ void main() {
         t = crossing.t;
         pass_through(crossing, known, fresh);
     }
+    return front;
+}
+
+void main() {
+    ivec2 pixel = own_pixel();
+    if (any(greaterThanEqual(pixel * int(push.stride), ivec2(scene.size)))) {
+        return;
+    }
+    uint index = uint(pixel.y) * scene.size.x + uint(pixel.x);
+    if (stands_back(index) || is_done(index)) {
+        return;
+    }
+    step_scale = push.step_scale;
+    ask_ahead();
+    float entry, t_end;
+    Ray ray = camera_ray((vec2(pixel) + 0.5) * float(push.stride), entry, t_end);
+    Random random = Random(uint(pixel.x), uint(pixel.y), 0u);
+    float place = random_numbers(random).x;
+    Front front;
+    // Weights are added up while the ray is marched, and cannot be taken back: where bricks may be missing, only once
+    // all that the ray meets is known to be there.
+    uint turns = is_in_bricks && push.weighs != 0u ? 2u : 1u;
+    for (uint turn = 0u; turn < turns && !is_void; ++turn) {
+        front = look(ray, t_end, place, turn + 1u == turns ? push.weighs : 0u);
+    }
+    bool is_lost = is_void && push.keeps_void == 0u;
+    report(index, is_void, !is_lost);
+    if (is_lost) {
+        return;
+    }
     vec3 background = background_is_color ? scene.background
                                           : escaping_radiance(ray.direction, ALONE);
     if (!background_is_transparent) {
@@ -188,4 +210,5 @@ void main() {
         result = vec4(front.lasting, dot(front.radiance, vec3(1.0 / 3.0)));
     }
     imageStore(unit_sum, pixel, result);
+    set_done(index);
 }

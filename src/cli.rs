@@ -202,6 +202,10 @@ pub struct GpuArgs {
     #[arg(long, value_name = "SIZE", value_parser = limit)]
     vram_budget: Option<Limit>,
 
+    /// Memory of the host for voxels, where the volume does not fit the GPU: likewise, or % of what is free.
+    #[arg(long, value_name = "SIZE", value_parser = limit)]
+    ram_budget: Option<Limit>,
+
     /// The device's name, a part of it, or its index in `isolume info`.
     #[arg(long, value_name = "NAME|INDEX", value_parser = device)]
     device: Option<String>,
@@ -214,6 +218,7 @@ impl GpuArgs {
         HostOptions {
             device: self.device.clone(),
             vram_budget: self.vram_budget,
+            ram_budget: self.ram_budget,
             validation: std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1"),
         }
     }

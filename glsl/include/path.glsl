@@ -244,8 +244,19 @@ void fly(inout Path path, inout Random random) {
     Tracking tracking = begin_tracking(ray, track);
     uint steps = 0u;
     LOOP {
+        Tracking before = tracking;
+        Random random_before = random;
+        float transmittance_before = path.shadow_transmittance;
         if (tracking.outcome == OUTCOME_PENDING) {
             step_tracking(tracking, is_shadow, random, path.value, path.shadow_transmittance);
+        }
+        // What stood before a step that is void still stands.
+        bool is_last = is_void;
+        if (is_last && steps > 0u) {
+            tracking = before;
+            random = random_before;
+            path.shadow_transmittance = transmittance_before;
+            forgive();
         }
         // `has_light_sampling` is known to the compiler, which leaves the block out without it.
         if (has_light_sampling && is_shadow && tracking.outcome == OUTCOME_END) {
@@ -255,7 +266,7 @@ void fly(inout Path path, inout Random random) {
             tracking = begin_tracking(make_ray(path.origin, path.direction), flight);
         }
         ++steps;
-        if (steps == STEPS || !is_shadow && tracking.outcome != OUTCOME_PENDING) {
+        if (steps == STEPS || is_last || !is_shadow && tracking.outcome != OUTCOME_PENDING) {
             break;
         }
     }

@@ -24,24 +24,32 @@ void contribute(inout Path path, vec3 radiance) {
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= push.slots) {
+    if (slot >= push.slots || stands_back(slot)) {
         return;
     }
     Path path = paths.at[slot];
     bool working = true;
-    while (working && work < push.work) {
+    bool has_advanced = false;
+    while (working && !is_void && work < push.work) {
         ++work;
-        bool is_idle = path.stage == STAGE_IDLE;
-        if (is_idle && path.samples_left == 0u) {
+        if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
             working = begin_pixel(path);
         }
-        if (is_idle && path.samples_left > 0u) {
+        Path before = path;
+        uint lookups_before = lookups;
+        if (path.stage == STAGE_IDLE && path.samples_left > 0u) {
             begin_sample(path);
         }
         if (path.stage != STAGE_IDLE) {
             advance(path);
-            if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
-                finish_pixel(path);
+            if (is_void) {
+                path = before;
+                lookups = lookups_before;
+            } else {
+                has_advanced = true;
+                if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
+                    finish_pixel(path);
+                }
             }
         }
     }
@@ -50,4 +58,5 @@ void main() {
         atomicAdd(counters.count.unfinished, 1u);
     }
     atomicAdd(counters.count.lookups, lookups);
+    report(slot, is_void, has_advanced);
 }

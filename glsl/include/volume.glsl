@@ -3,6 +3,8 @@
 
 LOADED_AS(VOLUME_FORMAT) uniform texels3D volume;
 
+#include "volume_bricks.glsl"
+
 // The exact stored value of a voxel's texel, which may be an integer in disguise: the normalised formats
 // hold k/255 and k/65535 only to rounding.
 float stored_value(float texel) {
@@ -12,7 +14,7 @@ float stored_value(float texel) {
 // The voxel's exact stored value, clamped at the border.
 float volume_voxel(ivec3 voxel) {
     voxel = clamp(voxel, ivec3(0), ivec3(scene.dims) - 1);
-    return stored_value(texel_at(volume, voxel).r);
+    return stored_value(texel_at(volume, voxel + to_texel(voxel)).r);
 }
 
 // Texels at the corners of a trilinear cell, clamped at the border: x grows from component 0 to 1 and
@@ -25,6 +27,9 @@ Corners volume_corners(ivec3 cell) {
     ivec3 last = ivec3(scene.dims) - 1;
     ivec3 a = clamp(cell - 1, ivec3(0), last);
     ivec3 b = clamp(cell, ivec3(0), last);
+    ivec3 offset = to_texel(a);
+    a += offset;
+    b += offset;
     return Corners(vec4(texel_at(volume, a).r,
                         texel_at(volume, ivec3(b.x, a.yz)).r,
                         texel_at(volume, ivec3(a.x, b.y, a.z)).r,

@@ -8,7 +8,7 @@ use crate::gpu::Device;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     Bytes(u64),
-    /// Percent of the device-local heap, in (0, 100].
+    /// Percent of the device-local heap, or of the memory that the host has free, in (0, 100].
     Percent(f64),
 }
 
@@ -18,6 +18,20 @@ pub struct Budget {
     pub bytes: u64,
     /// Where the number comes from, as the end of a sentence.
     pub source: String,
+}
+
+/// Bytes of the host's memory that a user allows; without a limit, half of what is free.
+pub(crate) fn of_host(asked: Option<Limit>) -> u64 {
+    let free = || {
+        let mut system = sysinfo::System::new();
+        system.refresh_memory();
+        system.available_memory()
+    };
+    match asked {
+        Some(Limit::Bytes(bytes)) => bytes,
+        Some(Limit::Percent(share)) => (free() as f64 * share / 100.0) as u64,
+        None => free() / 2,
+    }
 }
 
 impl Budget {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::budget::{Budget, Limit};
+use super::budget::{self, Budget, Limit};
 use crate::error::{Error, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Validation};
 use crate::render::shared::MOST_SURFACES;
@@ -16,6 +16,8 @@ pub struct HostOptions {
     /// The device's name, a part of it, or its index in `isolume info`.
     pub device: Option<String>,
     pub vram_budget: Option<Limit>,
+    /// For voxels in the host's memory, where the volume streams; by default half of what is free.
+    pub ram_budget: Option<Limit>,
     /// Vulkan's validation layers watch, and [`Host::check_validation`] tells what they have seen.
     pub validation: bool,
 }
@@ -25,6 +27,8 @@ pub struct HostOptions {
 pub struct Host {
     device: Arc<Device>,
     budget: Budget,
+    /// Bytes.
+    ram_budget: u64,
 }
 
 impl Host {
@@ -33,12 +37,18 @@ impl Host {
         Ok(Host::with_device(
             Device::open(&options.choice())?,
             options.vram_budget,
+            options.ram_budget,
         ))
     }
 
-    pub(crate) fn with_device(device: Arc<Device>, vram_budget: Option<Limit>) -> Host {
+    pub(crate) fn with_device(
+        device: Arc<Device>,
+        vram_budget: Option<Limit>,
+        ram_budget: Option<Limit>,
+    ) -> Host {
         Host {
             budget: Budget::of(&device, vram_budget),
+            ram_budget: budget::of_host(ram_budget),
             device,
         }
     }
@@ -50,6 +60,11 @@ impl Host {
 
     pub fn budget(&self) -> &Budget {
         &self.budget
+    }
+
+    /// Bytes of the host's memory for voxels, where the volume streams.
+    pub fn ram_budget(&self) -> u64 {
+        self.ram_budget
     }
 
     /// The variant that the scene gets, why, and every byte that it will take. Allocates nothing. Fails where not

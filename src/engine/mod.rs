@@ -74,8 +74,13 @@ impl Engine {
         choice: Choice,
         seed: u32,
     ) -> Result<Engine> {
+        let bricks = choice
+            .plan
+            .bricks
+            .map(|b| b.with_host_bytes(host.ram_budget()));
         let full = GpuScene::new(host.device(), scene, volume, seed)?
-            .with_variant(choice.plan.variant.clone());
+            .with_variant(choice.plan.variant.clone())
+            .with_bricks(bricks);
         Ok(Engine {
             renderer: Renderer::new(memory, volume, full.clone())?,
             host: host.clone(),

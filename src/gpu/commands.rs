@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 pub const SLICE_MS: f64 = 50.0;
 
 /// How far a pass that runs in slices has come.
+#[derive(Debug, Clone, Copy)]
 pub struct Slices {
     /// How long one should take.
     target_ms: f64,
@@ -38,6 +39,14 @@ impl Slices {
         self.target_ms = target_ms;
         self.begin = 0;
     }
+}
+
+/// A box [`low`, `low` + `extent`) of texels, and where a buffer holds them, x fastest.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece {
+    pub offset: u64,
+    pub low: [u32; 3],
+    pub extent: [u32; 3],
 }
 
 impl Frame {
@@ -253,16 +262,33 @@ impl Frame {
         low: [u32; 3],
         extent: [u32; 3],
     ) -> Result<()> {
+        let piece = Piece {
+            offset: 0,
+            low,
+            extent,
+        };
+        self.upload_pieces(from, to, &[piece])
+    }
+
+    /// Copies texels from several places in the buffer into a box each; the boxes do not overlap.
+    pub fn upload_pieces(&mut self, from: &Buffer, to: &Image, pieces: &[Piece]) -> Result<()> {
         self.begin_images(std::iter::once(to))?;
+        let regions: Vec<_> = pieces
+            .iter()
+            .map(|piece| vk::BufferImageCopy {
+                buffer_offset: piece.offset,
+                ..region(piece.low, piece.extent)
+            })
+            .collect();
         self.transfer("upload", |raw, commands| {
-            // SAFETY: the command buffer is recording; the box lies inside the image.
+            // SAFETY: the command buffer is recording; the boxes lie inside the image.
             unsafe {
                 raw.cmd_copy_buffer_to_image(
                     commands,
                     from.raw,
                     to.raw,
                     vk::ImageLayout::GENERAL,
-                    &[region(low, extent)],
+                    &regions,
                 )
             };
         })
@@ -291,10 +317,10 @@ impl Frame {
         })
     }
 
-    /// Copies all of `from` to the start of `to`.
+    /// Copies bytes from the start of `from` to the start of `to`, as many as both have.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> Result<()> {
         self.transfer("download", |raw, commands| {
-            let region = vk::BufferCopy::default().size(from.desc.bytes);
+            let region = vk::BufferCopy::default().size(from.desc.bytes.min(to.desc.bytes));
             // SAFETY: the command buffer is recording, and the buffers outlive the submission.
             unsafe { raw.cmd_copy_buffer(commands, from.raw, to.raw, &[region]) };
         })

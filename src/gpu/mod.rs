@@ -24,7 +24,7 @@ mod timing;
 mod window;
 
 pub use buffer::{Buffer, BufferDesc, Placement};
-pub use commands::{SLICE_MS, Slices};
+pub use commands::{Piece, SLICE_MS, Slices};
 pub use device::{Device, DeviceChoice};
 pub use frame::Frame;
 pub use image::{Image, ImageDesc};

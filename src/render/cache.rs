@@ -165,6 +165,9 @@ impl Cache {
         layout: &CacheLayout,
     ) -> Result<()> {
         self.memory.lay_out(layout)?;
+        if let Some(bricks) = &mut r.bricks {
+            bricks.resize_cache(layout.active.len())?;
+        }
         self.memory.upload_pages(frame, &mut r.staging)
     }
 

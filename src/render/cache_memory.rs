@@ -52,7 +52,7 @@ impl CacheMemory {
             placement: Placement::Device,
         };
         let is_full_light = scene.parts.surfaces.is_full_light();
-        let slots = slots(&memory.limits, scene.parts.view.size);
+        let slots = slots(&memory.limits, scene);
         let cuts = || Buffer::new(memory, on_device("cut cells", cut_bytes(layout)));
         Ok(CacheMemory {
             light: Image::new(memory, nodes("cache: light"))?,

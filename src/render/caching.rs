@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::brick_window::Order;
 use super::cache::Cache;
 use super::copy;
 use super::gpu_scene::GpuScene;
@@ -82,10 +83,18 @@ impl Caching<'_> {
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         *self.under_way = None;
         let (r, cache, tone_map) = (self.r, &self.cache, self.tone_map);
+        if let Some(bricks) = &r.bricks {
+            // All pixels at once: those that miss bricks show what is there.
+            bricks.begin(self.frame, Order::Slots)?;
+        }
         self.frame.run(|f| {
             cache.record_march(f, r)?;
             tone_map.record(f, &r.unit_sum, to, push)
-        })
+        })?;
+        match &r.bricks {
+            Some(bricks) => bricks.serve(self.frame, &r.volume).map(drop),
+            None => Ok(()),
+        }
     }
 
     /// Encodes for display what the last march has left.

@@ -74,8 +74,14 @@ impl CameraMarch {
         ]
         .concat();
         let threads = [r.size[0], r.size[1], 1];
-        self.is_marched =
-            frame.run_slice(&self.pass, &bindings, &push, threads, &mut self.slices)?;
+        self.is_marched = r.run_slice(
+            frame,
+            &self.pass,
+            &bindings,
+            &push,
+            threads,
+            &mut self.slices,
+        )?;
         if self.is_marched
             && let Some(tails) = &mut self.tails
         {

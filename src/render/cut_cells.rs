@@ -20,19 +20,20 @@ impl CutCells {
     pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
-            ("volume", Binding::Image(&r.volume)),
             ("clips", Binding::Buffer(&r.clips)),
             ("ranges", Binding::Image(&r.ranges)),
             ("surfaces", Binding::Buffer(&r.surfaces)),
             cache.brick_binding(),
             cache.cuts_binding(),
         ];
+        let bindings = [&r.volume_bindings()[..], &bindings].concat();
         let push = CutPush {
             bricks: cache.active_bricks(),
             row: ROW,
         };
         let rows = push.bricks.div_ceil(ROW);
-        frame.run_in_slices(
+        r.run_in_slices(
+            frame,
             &self.0,
             &bindings,
             &push,

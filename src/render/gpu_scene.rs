@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 
+use super::brick_layout::BrickLayout;
 use super::cache_layout::CacheLayout;
 use super::filter_probe::filter_is_precise;
 use super::occupancy::Occupancy;
@@ -20,6 +21,8 @@ use crate::scene::{self, Background, Scene};
 pub struct GpuScene {
     pub parts: Parts,
     pub variant: Variant,
+    /// If the volume is cut into bricks, of which the device holds some.
+    pub bricks: Option<BrickLayout>,
 }
 
 impl GpuScene {
@@ -49,12 +52,18 @@ impl GpuScene {
                 scene::Variant::Published => Variant::Published,
                 _ => Variant::NonCaching,
             },
+            bricks: None,
         }
     }
 
     /// This scene for another variant.
     pub fn with_variant(self, variant: Variant) -> GpuScene {
         GpuScene { variant, ..self }
+    }
+
+    /// This scene with its volume whole, or in bricks.
+    pub fn with_bricks(self, bricks: Option<BrickLayout>) -> GpuScene {
+        GpuScene { bricks, ..self }
     }
 
     /// This scene for the variant with a cache.
@@ -67,6 +76,7 @@ impl GpuScene {
         GpuScene {
             parts: self.parts.changed_to(scene, volume),
             variant: self.variant.clone(),
+            bricks: self.bricks,
         }
     }
 
@@ -137,10 +147,11 @@ impl GpuScene {
             is_orthographic: view.is_orthographic,
             background_is_color: matches!(background, Background::Color(_)),
             background_is_transparent: *background == Background::Transparent,
-            filter_in_shader: field.filter_in_shader,
+            filter_in_shader: self.filters_in_shader(),
             cache_order: self.cache_order(),
             cache_is_f16: self.variant.cache().is_some_and(|layout| layout.is_f16),
             volume_bits: 8 * field.stored.bytes() as u32,
+            is_in_bricks: self.bricks.is_some(),
         }
     }
 
@@ -195,6 +206,8 @@ impl GpuScene {
                 _ => [0.0; 3],
             },
             suns_grey: lights.suns_grey(),
+            volume_bricks: self.bricks.map_or([0; 3], |layout| layout.bricks),
+            brick_shift: self.bricks.map_or(0, |layout| layout.side.ilog2()),
             cache_unit: lights.unit(),
             ..SceneConstants::zeroed()
         };
@@ -208,6 +221,19 @@ impl GpuScene {
                 ..constants
             },
             Variant::NonCaching | Variant::Published => constants,
+        }
+    }
+
+    /// Shaders interpolate between voxels themselves: for the device's filter, bricks have no neighbours.
+    pub fn filters_in_shader(&self) -> bool {
+        self.parts.field.filter_in_shader || self.bricks.is_some()
+    }
+
+    /// Texels of the image that holds the volume, or bricks of it.
+    pub fn volume_extent(&self) -> [u32; 3] {
+        match &self.bricks {
+            Some(layout) => layout.extent(),
+            None => self.parts.field.dims,
         }
     }
 

@@ -47,7 +47,6 @@ impl IsoDepth {
         } = &self.memory;
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
-            ("volume", Binding::Image(&r.volume)),
             ("clips", Binding::Buffer(&r.clips)),
             r.camera_binding(),
             ("ranges", Binding::Image(&r.ranges)),
@@ -55,7 +54,8 @@ impl IsoDepth {
             ("normal_depth", Binding::Image(normal_depth)),
             ("albedo", Binding::Image(albedo)),
         ];
-        frame.run_in_slices(&self.pass, &bindings, &(), albedo.desc.extent)
+        let bindings = [&r.volume_bindings()[..], &bindings].concat();
+        r.run_in_slices(frame, &self.pass, &bindings, &(), albedo.desc.extent)
     }
 
     pub fn resize(&mut self, [width, height]: [u32; 2]) -> Result<()> {

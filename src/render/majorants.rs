@@ -17,11 +17,11 @@ impl Majorants {
     pub fn run(&self, frame: &mut Frame, r: &Resources, blocks: [u32; 3]) -> Result<()> {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
-            ("volume", r.volume_binding()),
             ("transfer", Binding::Image(&r.transfer)),
             ("ranges", Binding::Image(&r.ranges)),
             ("majorants", Binding::Image(&r.majorants)),
         ];
+        let bindings = [&r.volume_bindings()[..], &bindings].concat();
         frame.run_in_slices(&self.0, &bindings, &(), blocks)
     }
 }

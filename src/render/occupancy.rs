@@ -19,19 +19,28 @@ pub struct Occupancy {
 }
 
 impl Occupancy {
+    /// Where the cache needs memory.
     pub fn new(parts: &Parts, volume: &Volume) -> Occupancy {
+        let obstacles = parts.surfaces.obstacles().map_or(&[][..], |s| &s.iso);
+        Occupancy::of(parts, obstacles, volume)
+    }
+
+    /// Where anything is seen: the medium, or any surface.
+    pub fn with_surfaces(parts: &Parts, volume: &Volume) -> Occupancy {
+        Occupancy::of(parts, &parts.surfaces.iso, volume)
+    }
+
+    fn of(parts: &Parts, surfaces: &[Surface], volume: &Volume) -> Occupancy {
         let Parts {
             field,
             medium,
-            surfaces,
             clips,
             ..
         } = parts;
         let macrocells = field.macrocells();
-        let obstacles = surfaces.obstacles().map_or(&[][..], |s| &s.iso);
         let shows = |range: [f32; 2], s: &Surface| range[0] < s.value && range[1] >= s.value;
         let matters = |(n, &range): (usize, &[f32; 2])| {
-            (scatters(range, medium) || obstacles.iter().any(|s| shows(range, s)))
+            (scatters(range, medium) || surfaces.iter().any(|s| shows(range, s)))
                 && !is_clipped(position(n, macrocells), field, clips)
         };
         let ranges = volume.macrocell_ranges().par_iter().enumerate();

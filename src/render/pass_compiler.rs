@@ -32,7 +32,7 @@ impl PassCompiler<'_> {
         let desc = PassDesc {
             name,
             specialization: &self.features.words(),
-            macros: &self.features.formats(),
+            macros: &self.features.macros(),
         };
         Pass::new(self.device, self.shaders, &desc)
     }

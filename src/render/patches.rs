@@ -16,7 +16,6 @@ impl Patches {
     pub fn run(&self, frame: &mut Frame, r: &Resources, blocks: [u32; 3]) -> Result<()> {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
-            ("volume", r.volume_binding()),
             ("transfer", Binding::Image(&r.transfer)),
             ("clips", Binding::Buffer(&r.clips)),
             ("ranges", Binding::Image(&r.ranges)),
@@ -24,6 +23,7 @@ impl Patches {
             ("surfaces", Binding::Buffer(&r.surfaces)),
             ("patches", Binding::Image(&r.patches)),
         ];
+        let bindings = [&r.volume_bindings()[..], &bindings].concat();
         frame.run(|f| {
             f.clear(&[&r.patches])?;
             f.pass(&self.0, &bindings, &(), blocks)

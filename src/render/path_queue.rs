@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 
+use super::brick_window::Order;
 use super::resources::Resources;
 use super::shared::Counters;
 use crate::error::Result;
@@ -57,6 +58,9 @@ impl PathQueue {
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.counted = Counters::zeroed();
         self.work = self.work_of_all;
+        if let Some(bricks) = &r.bricks {
+            bricks.begin(frame, Order::Slots)?;
+        }
         frame.run(|f| {
             f.zero(&r.counters)?;
             f.zero(&r.paths)
@@ -80,11 +84,18 @@ impl PathQueue {
         let counted: Counters = bytemuck::pod_read_unaligned(&mapped[..size_of::<Counters>()]);
         let before = std::mem::replace(&mut self.counted, counted);
         let unfinished = counted.unfinished.wrapping_sub(before.unfinished);
-        self.adapt(took_ms, 2 * unfinished >= r.slots());
+        let waits = match &r.bricks {
+            Some(bricks) => bricks.serve(frame, &r.volume)?,
+            None => false,
+        };
+        // Paths that wait for bricks say nothing about what work takes.
+        if !waits {
+            self.adapt(took_ms, 2 * unfinished >= r.slots());
+        }
         Ok(Progress {
             lookups: counted.lookups.wrapping_sub(before.lookups),
             finished: counted.finished.wrapping_sub(before.finished),
-            under_way: unfinished > 0,
+            under_way: unfinished > 0 || waits,
         })
     }
 

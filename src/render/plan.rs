@@ -7,8 +7,10 @@
 use std::sync::Arc;
 
 use super::allocation::Allocation;
+use super::brick_layout::BrickLayout;
 use super::cache_layout::{self, CacheLayout};
 use super::gpu_scene::GpuScene;
+use super::plan_in_bricks;
 use super::variant::Variant;
 use crate::error::{Error, Result};
 use crate::gpu::{Device, DeviceSummary, Memory, ResourceBytes, human};
@@ -21,6 +23,9 @@ pub struct Plan {
     pub resources: Vec<ResourceBytes>,
     #[serde(skip)]
     pub variant: Variant,
+    /// How the volume is cut into bricks, if it does not fit.
+    #[serde(skip)]
+    pub bricks: Option<BrickLayout>,
 }
 
 /// The variant to render with, and why.
@@ -41,6 +46,7 @@ impl Plan {
         Ok(Plan {
             resources: dry_run.resources(),
             variant: scene.variant.clone(),
+            bricks: scene.bricks,
         })
     }
 
@@ -50,7 +56,7 @@ impl Plan {
 }
 
 /// The cache's settings that the scene allows, best first.
-fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
+pub(super) fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
     let scales = match scene.render.cache_scale {
         CacheScale::Auto => vec![1.0, 0.5, 0.25, COARSEST],
         CacheScale::Fixed(scale) => vec![scale],
@@ -79,7 +85,7 @@ fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<
 }
 
 /// Why a cache is of no use to the scene, if so.
-fn useless(scene: &Scene) -> Option<&'static str> {
+pub(super) fn useless(scene: &Scene) -> Option<&'static str> {
     let medium = scene.medium.as_ref();
     if scene.render.max_bounces > 0 {
         Some("render.max_bounces is set, and a cache holds light after any number of bounces")
@@ -91,8 +97,25 @@ fn useless(scene: &Scene) -> Option<&'static str> {
     }
 }
 
-/// The best variant that stays within `budget` bytes and the device's limits.
+/// The best variant that stays within `budget` bytes and the device's limits: with the volume whole, or else in bricks.
 pub fn choose(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    volume: &Volume,
+    scene: &Scene,
+) -> Result<Choice> {
+    match choose_whole(device, limits, budget, volume, scene) {
+        Err(Error::Memory(why)) if scene.render.variant != scene::Variant::Published => {
+            let whole = "the whole volume does not fit";
+            let in_bricks = plan_in_bricks::choose(device, limits, budget, volume, scene, whole)?;
+            in_bricks.ok_or(Error::Memory(why))
+        }
+        other => other,
+    }
+}
+
+fn choose_whole(
     device: &Arc<Device>,
     limits: &DeviceSummary,
     budget: u64,

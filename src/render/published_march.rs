@@ -24,7 +24,6 @@ impl PublishedMarch {
     ) -> Result<()> {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
-            ("volume", r.volume_binding()),
             ("transfer", Binding::Image(&r.transfer)),
             ("clips", Binding::Buffer(&r.clips)),
             r.camera_binding(),
@@ -36,6 +35,7 @@ impl PublishedMarch {
             ("radiance_cells", Binding::Filtered(&cells.radiance)),
             ("mean", Binding::Image(&r.mean)),
         ];
+        let bindings = [&r.volume_bindings()[..], &bindings].concat();
         frame.run_in_slices(&self.0, &bindings, push, [r.size[0], r.size[1], 1])
     }
 }

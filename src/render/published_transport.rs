@@ -24,7 +24,6 @@ impl PublishedTransport {
     ) -> Result<()> {
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
-            ("volume", r.volume_binding()),
             ("transfer", Binding::Image(&r.transfer)),
             ("clips", Binding::Buffer(&r.clips)),
             ("suns", Binding::Buffer(&r.suns)),
@@ -36,6 +35,7 @@ impl PublishedTransport {
             ("direction_cells", Binding::Image(&cells.direction)),
             ("throughput_cells", Binding::Image(&cells.throughput)),
         ];
+        let bindings = [&r.volume_bindings()[..], &bindings].concat();
         frame.run_in_slices(&self.0, &bindings, push, cells.radiance.desc.extent)
     }
 }

@@ -26,6 +26,7 @@ impl RayMarch {
         let [width, height] = r.size;
         let push = MarchPush {
             step_scale: STEP_SCALE,
+            keeps_void: 1,
             ..push(1)
         };
         frame.pass(&self.0, &bindings(r, cache), &push, [width, height, 1])
@@ -42,7 +43,7 @@ impl RayMarch {
         let push = push(1);
         let [width, height] = r.size;
         let threads = [width, height, 1];
-        frame.run_slice(&self.0, &bindings(r, cache), &push, threads, slices)
+        r.run_slice(frame, &self.0, &bindings(r, cache), &push, threads, slices)
     }
 
     /// Looks at few pixels for what `question` asks (`for_error`, `for_weights`); its answer is in the
@@ -56,7 +57,7 @@ impl RayMarch {
     ) -> Result<()> {
         let [width, height] = r.size.map(|n| n.div_ceil(question.stride));
         let threads = [width, height, 1];
-        frame.run_in_slices(&self.0, &bindings(r, cache), &question, threads)
+        r.run_in_slices(frame, &self.0, &bindings(r, cache), &question, threads)
     }
 }
 
@@ -83,6 +84,7 @@ fn push(stride: u32) -> MarchPush {
         step_scale: 1.0,
         measures: 0,
         weighs: 0,
+        keeps_void: 0,
     }
 }
 

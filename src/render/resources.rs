@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::gpu_scene::GpuScene;
 use super::shared::{Counters, EnvironmentCell, PATCHES, Path};
+use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement,
@@ -20,12 +21,18 @@ const STAGING_BYTES: u64 = 4 << 20;
 const SLOTS_GPU: u32 = 1 << 18;
 const SLOTS_CPU: u32 = 1 << 10;
 
+/// Paths that wait share the bricks that are loaded: memory for a brick is as well spent on them.
+const SLOTS_A_PLACE: u32 = 128;
+
 pub struct Resources {
     /// The device's filter reads the volume.
     filtered: bool,
     /// Pixels of the picture, which may be fewer than its images hold: those from the upper left corner.
     pub size: [u32; 2],
+    /// All voxels, or as many bricks of them as there is room for.
     pub volume: Image,
+    /// What goes with bricks, if the volume is cut into such.
+    pub bricks: Option<VolumeBricks>,
     /// For each macrocell, the smallest and the largest stored value.
     pub ranges: Image,
     /// The largest extinction of each cube of cells. There is room for the smallest cubes, so that an edit of the
@@ -82,14 +89,15 @@ impl Resources {
             bytes,
             placement: Placement::Device,
         };
-        let slots = slots(&memory.limits, parts.view.size);
+        let slots = slots(&memory.limits, scene);
         Ok(Resources {
-            filtered: !parts.field.filter_in_shader,
+            filtered: !scene.filters_in_shader(),
             size: parts.view.size,
             volume: Image::new(
                 memory,
-                volumetric("volume", parts.field.dims, parts.field.format()),
+                volumetric("volume", scene.volume_extent(), parts.field.format()),
             )?,
+            bricks: VolumeBricks::allocate(memory, scene)?,
             ranges: Image::new(
                 memory,
                 volumetric(
@@ -144,33 +152,41 @@ impl Resources {
 
     /// Makes room for a picture of another size; what its images held is gone.
     pub fn resize(&mut self, [width, height]: [u32; 2]) -> Result<()> {
-        let slots = slots(self.mean.limits(), [width, height]);
-        self.paths.resize(bytes_of::<Path>(slots))?;
+        if self.bricks.is_none() {
+            let slots = slots_for_pixels(self.mean.limits(), [width, height]);
+            self.paths.resize(bytes_of::<Path>(slots))?;
+        }
         for image in [&mut self.unit_sum, &mut self.mean, &mut self.squares] {
             image.resize([width, height, 1])?;
         }
-        Ok(())
-    }
-
-    pub fn volume_binding(&self) -> Binding<'_> {
-        match self.filtered {
-            true => Binding::Filtered(&self.volume),
-            false => Binding::Image(&self.volume),
+        match &mut self.bricks {
+            Some(bricks) => bricks.resize([width, height]),
+            None => Ok(()),
         }
     }
 
+    /// The resources that everybody takes who includes `volume.glsl`.
+    pub fn volume_bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
+        let volume = match self.filtered {
+            true => Binding::Filtered(&self.volume),
+            false => Binding::Image(&self.volume),
+        };
+        let bricks = self.bricks.iter().flat_map(VolumeBricks::bindings);
+        [("volume", volume)].into_iter().chain(bricks).collect()
+    }
+
     /// The resources that tracking and marching through the medium read.
-    pub fn medium_bindings(&self) -> [(&'static str, Binding<'_>); 8] {
-        [
+    pub fn medium_bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
+        let others = [
             ("scene_block", Binding::Buffer(&self.scene)),
-            ("volume", self.volume_binding()),
             ("transfer", Binding::Image(&self.transfer)),
             ("clips", Binding::Buffer(&self.clips)),
             ("majorants", Binding::Image(&self.majorants)),
             ("suns", Binding::Buffer(&self.suns)),
             ("environment", Binding::Image(&self.environment)),
             ("sky", Binding::Buffer(&self.sky)),
-        ]
+        ];
+        [self.volume_bindings(), others.to_vec()].concat()
     }
 
     /// The resources that surfaces take besides.
@@ -236,8 +252,16 @@ fn environment_desc([width, height]: [u32; 2]) -> ImageDesc {
     }
 }
 
-/// Paths in flight at once for a picture of that size.
-pub fn slots(limits: &DeviceSummary, [width, height]: [u32; 2]) -> u32 {
+/// Paths in flight at once.
+pub fn slots(limits: &DeviceSummary, scene: &GpuScene) -> u32 {
+    match &scene.bricks {
+        Some(layout) => (SLOTS_A_PLACE * layout.capacity()).clamp(SLOTS_CPU, SLOTS_GPU),
+        None => slots_for_pixels(limits, scene.parts.view.size),
+    }
+}
+
+/// A whole volume needs no more paths in flight than the picture has pixels.
+fn slots_for_pixels(limits: &DeviceSummary, [width, height]: [u32; 2]) -> u32 {
     let most = match limits.kind.is_software() {
         true => SLOTS_CPU,
         false => SLOTS_GPU,

@@ -84,6 +84,10 @@ shared! {
         pub cache_places: uvec3,
         /// Voxels from node to node: steps of a march for which light is read once.
         pub cache_stride: uint,
+        /// Bricks of the volume along each axis, if it is cut into such.
+        pub volume_bricks: uvec3,
+        /// Log2 of the voxels along a side of one.
+        pub brick_shift: uint,
         /// Radiance that the cache's images hold as 1: as much as all lights together shine, channel by
         /// channel.
         pub cache_unit: vec3,
@@ -233,6 +237,21 @@ shared! {
         pub finished: uint,
     }
 
+    /// What host and shaders tell each other of bricks of the volume that are not there.
+    pub struct Streaming {
+        /// Invocations that have missed one in this dispatch.
+        pub missed: uint,
+        /// The least index of such an invocation.
+        pub first_missed: uint,
+        /// Invocations that have come further.
+        pub advanced: uint,
+        /// The least index of an invocation that may work, and how many may.
+        pub first: uint,
+        pub count: uint,
+        /// Number of the piece of work: what bears it has been done.
+        pub work: uint,
+    }
+
     pub struct TrackPush {
         /// Samples that each pixel gets before the queue is empty.
         pub samples: uint,
@@ -271,6 +290,8 @@ shared! {
         pub measures: uint,
         /// 1: bricks are weighed.
         pub weighs: uint,
+        /// 1: a pixel that misses bricks of the volume shows what is there.
+        pub keeps_void: uint,
     }
 
     pub struct CameraMarchPush {
@@ -353,12 +374,15 @@ specialization! {
         pub cache_is_f16: bool,
         /// Bits of a voxel on the GPU.
         pub volume_bits: uint,
+        /// The volume is cut into bricks, and not all of them are on the GPU.
+        pub is_in_bricks: bool,
     }
 }
 
 impl Features {
-    /// Formats of the images that exist in several, as GLSL's layout qualifiers.
-    pub fn formats(&self) -> [(&'static str, &'static str); 2] {
+    /// What a specialization constant cannot say: formats of the images that exist in several, as GLSL's layout
+    /// qualifiers, and buffers that are not there.
+    pub fn macros(&self) -> Vec<(&'static str, &'static str)> {
         let volume = match self.volume_bits {
             8 => "r8",
             16 => "r16",
@@ -369,7 +393,11 @@ impl Features {
         } else {
             "rgba32f"
         };
-        [("VOLUME_FORMAT", volume), ("CACHE_FORMAT", cache)]
+        let mut macros = vec![("VOLUME_FORMAT", volume), ("CACHE_FORMAT", cache)];
+        if self.is_in_bricks {
+            macros.push(("VOLUME_IN_BRICKS", "1"));
+        }
+        macros
     }
 
     /// Whether a picture at rest is marched, and not traced: `camera_march.comp` says why.
@@ -405,6 +433,9 @@ codes! {
     pub const STAGE_ARRIVAL: u32 = 3;
     // The page table's entry of a brick without memory. Its bits for a place are those of the first place.
     pub const NO_PLACE: u32 = 0x8000_0000;
+    // The page of a brick of the volume that is on the GPU, and of one that has been read there lately.
+    pub const PAGE_RESIDENT: u32 = 0x8000_0000;
+    pub const PAGE_READ: u32 = 0x4000_0000;
     // The first paths of a node, which end where they can gather cached light (gathering.glsl).
     pub const GATHERED: u32 = 32;
     // Positions at which the device's filter is probed.

@@ -10,7 +10,10 @@ use crate::scene::volume::Volume;
 
 /// Writes all of a scene for the first time.
 pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuScene) -> Result<()> {
-    upload_voxels(frame, r, volume)?;
+    match &mut r.bricks {
+        Some(bricks) => bricks.open(frame, volume)?,
+        None => upload_voxels(frame, r, volume)?,
+    }
     let ranges = bytemuck::cast_slice(volume.macrocell_ranges());
     copy::upload(frame, &mut r.staging, &r.ranges, ranges)?;
     upload_transfer(frame, r, scene)?;

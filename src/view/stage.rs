@@ -78,7 +78,7 @@ impl Stage {
         let display = window.display_handle().map_err(|e| failed(&e))?.as_raw();
         let options = args.gpu.host_options();
         let device = Device::open_for_display(&options.choice(), display)?;
-        let host = Host::with_device(device.clone(), options.vram_budget);
+        let host = Host::with_device(device.clone(), options.vram_budget, options.ram_budget);
         let memory = host.memory()?;
         let surface = Surface::new(&device, window.clone())?;
         let egui = Context::default();

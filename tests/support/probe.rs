@@ -67,7 +67,7 @@ impl Probe {
         let desc = PassDesc {
             name: shader.name,
             specialization: &self.features.words(),
-            macros: &self.features.formats(),
+            macros: &self.features.macros(),
         };
         let pass = Pass::new(&self.device, &shaders, &desc).expect("a pass");
         let inputs = Buffer::with_data(&self.memory, "inputs", inputs).expect("inputs");

@@ -26,7 +26,7 @@ mod voxel_type;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use grid::Grid;
 pub use grid::Reader;
 pub use histogram::Histogram;
@@ -36,10 +36,15 @@ pub use overrides::{Pick, VolumeOverrides};
 pub use reading::Reading;
 pub use region::Region;
 pub use series::Series;
+use source::spool::Spool;
 use statistics::Statistics;
 pub use storage::{Level, Storage};
+use stored::Conversion;
 pub use stored::{StoredType, Voxels};
 pub use voxel_type::{Endian, VoxelType};
+
+/// Copied at a time from a source that is read from front to back.
+const SPOOLED_BYTES: u64 = 32 << 20;
 
 /// What is known of a volume, and the way to its voxels.
 ///
@@ -128,6 +133,39 @@ impl Volume {
     /// The same as for [`Reader::read`].
     pub fn read(&self, region: Region, bytes: &mut [u8]) -> Result<()> {
         self.reader().read(region, bytes)
+    }
+
+    /// The same volume with a source of which any region is read as fast as any other: a copy of its stored values in a
+    /// temporary file, if its own is read from front to back.
+    ///
+    /// # Errors
+    ///
+    /// The same as for [`Reader::read`]; or the temporary file has no room.
+    pub fn in_any_order(&self) -> Result<Volume> {
+        let source = &self.grid.source;
+        if source.is_random() && source.chunked().is_none() {
+            return Ok(self.clone());
+        }
+        let fault = |fault| Error::input(format!("{}: {fault}", self.grid.name));
+        let mut spool = Spool::new(self.dims, self.stored.bytes()).map_err(fault)?;
+        let mut reader = self.reader();
+        let mut bytes = Vec::new();
+        for piece in self.pieces(SPOOLED_BYTES) {
+            bytes.resize(piece.voxels() * self.stored.bytes(), 0);
+            reader.read(piece, &mut bytes)?;
+            spool.write(piece, &bytes).map_err(fault)?;
+        }
+        Ok(Volume {
+            grid: Arc::new(Grid {
+                source: Box::new(spool),
+                region: Region::whole(self.dims),
+                is_mirrored: false,
+                conversion: Conversion::none(self.stored),
+                filler: None,
+                name: self.grid.name.clone(),
+            }),
+            ..self.clone()
+        })
     }
 
     /// All stored values: borrowed where they are in memory, as those given to

@@ -334,9 +334,9 @@ impl Position<'_> {
 }
 
 /// Reads a file from an offset on, whoever else reads it.
-struct FileAt<'a> {
-    file: &'a File,
-    offset: u64,
+pub struct FileAt<'a> {
+    pub file: &'a File,
+    pub offset: u64,
 }
 
 impl Read for FileAt<'_> {

@@ -5,6 +5,7 @@ pub mod chunked;
 pub mod codec;
 pub mod file;
 pub mod memory;
+pub mod spool;
 pub mod watched;
 
 use std::fmt;

@@ -1,0 +1,104 @@
+// Where voxels are. A volume that fits is one image. A larger one is cut into bricks, of which the image holds as many as
+// there is room for (src/render/volume_bricks.rs).
+//
+// Whoever reads a voxel of a brick that is not there asks for that brick and reads something else. All that is computed
+// since is void: it is thrown away before anybody sees it, and computed once more, with the same random numbers, in a
+// later dispatch. So a picture does not depend on which bricks are there, to the last bit.
+
+#ifdef VOLUME_IN_BRICKS
+
+// A page for each brick. With PAGE_RESIDENT: its place in the image, ten bits an axis, and whether it has been read since
+// the host last looked. Otherwise: how often it has been asked for.
+layout(scalar) buffer VolumePageBlock { uint at[]; } volume_pages;
+layout(scalar) buffer StreamingBlock { Streaming now; } streaming;
+// For each pixel or each brick of the cache, the piece of work in which it was done last.
+layout(scalar) buffer DoneBlock { uint at[]; } done;
+
+// A brick was missing.
+bool is_void = false;
+
+bool asks_ahead = false;
+
+// A march knows where it will read next, and may ask for all of that at once. A path does not.
+void ask_ahead() {
+    asks_ahead = true;
+}
+
+void ask_for(uint brick) {
+    if (asks_ahead || !is_void) {
+        atomicAdd(volume_pages.at[brick], 1u);
+    }
+    is_void = true;
+}
+
+// From a voxel to its texel.
+ivec3 to_texel(ivec3 voxel) {
+    ivec3 position = voxel >> scene.brick_shift;
+    uint brick = (position.z * scene.volume_bricks.y + position.y) * scene.volume_bricks.x + position.x;
+    uint page = volume_pages.at[brick];
+    if ((page & PAGE_RESIDENT) == 0u) {
+        ask_for(brick);
+        page = 0u;
+    } else if ((page & PAGE_READ) == 0u) {
+        atomicOr(volume_pages.at[brick], PAGE_READ);
+    }
+    ivec3 place = ivec3(page, page >> 10u, page >> 20u) & 0x3FF;
+    // Bricks hold the first voxels behind them as well: a trilinear cell lies in one of them.
+    int side = 1 << scene.brick_shift;
+    return place * (side + 1) - position * side;
+}
+
+// All that was void has been taken back.
+void forgive() {
+    is_void = false;
+}
+
+// Whether an invocation has nothing to do: it is done, or others come first.
+bool stands_back(uint index) {
+    return index - streaming.now.first >= streaming.now.count;
+}
+
+bool is_done(uint index) {
+    return done.at[index] == streaming.now.work;
+}
+
+void set_done(uint index) {
+    done.at[index] = streaming.now.work;
+}
+
+// Reports what an invocation has come to in this dispatch.
+void report(uint index, bool has_missed, bool has_advanced) {
+    if (has_missed) {
+        atomicAdd(streaming.now.missed, 1u);
+        atomicMin(streaming.now.first_missed, index);
+    }
+    if (has_advanced) {
+        atomicAdd(streaming.now.advanced, 1u);
+    }
+}
+
+#else
+
+const bool is_void = false;
+
+void ask_ahead() {}
+
+void forgive() {}
+
+ivec3 to_texel(ivec3 voxel) {
+    return ivec3(0);
+}
+
+bool stands_back(uint index) {
+    return false;
+}
+
+bool is_done(uint index) {
+    return false;
+}
+
+void set_done(uint index) {}
+
+void report(uint index, bool has_missed, bool has_advanced) {}
+
+#endif

@@ -1,0 +1,197 @@
+//! Which invocations of a dispatch may work while bricks of the volume are missing.
+//!
+//! Usually all may. Where too many want too much at once, none of them finds all that it needs: then only those in a
+//! window of their indices work, which shrinks until somebody comes further, in the end to a single one.
+
+use super::shared::Streaming;
+
+/// What invocations are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// Slots with a path each, which are never done before the queue is empty: any of them may come further.
+    Slots,
+    /// Pixels or the like, each of which is done at once, and whose neighbours need the same bricks: they are gone through
+    /// in order of their indices.
+    Pixels,
+}
+
+/// What the host did about bricks that were missed.
+#[derive(Debug, Clone, Copy)]
+pub struct Loads {
+    /// Bricks that somebody has asked for.
+    pub wanted: usize,
+    /// Those of them that are there now.
+    pub loaded: usize,
+}
+
+/// A single invocation needs more bricks than there is room for.
+#[derive(Debug, PartialEq, Eq)]
+pub struct NoRoom;
+
+#[derive(Debug)]
+pub struct Window {
+    order: Order,
+    pub first: u32,
+    /// `ALL` is the whole dispatch.
+    pub count: u32,
+    /// Dispatches since somebody came further.
+    stalled: u32,
+    /// With which count pixels begin: that which was enough before.
+    enough: u32,
+}
+
+const ALL: u32 = u32::MAX;
+/// Dispatches without progress after which fewer work: a path may need a few bricks at once.
+const PATIENCE: u32 = 2;
+
+impl Window {
+    pub fn new() -> Window {
+        Window {
+            order: Order::Slots,
+            first: 0,
+            count: ALL,
+            stalled: 0,
+            enough: ALL,
+        }
+    }
+
+    /// Begins a piece of work.
+    pub fn begin(&mut self, order: Order) {
+        self.order = order;
+        self.first = 0;
+        self.stalled = 0;
+        self.count = match order {
+            Order::Slots => ALL,
+            Order::Pixels => self.enough,
+        };
+    }
+
+    pub fn is_whole(&self) -> bool {
+        self.count == ALL
+    }
+
+    /// Moves on after a dispatch.
+    pub fn follow(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+        if told.advanced > 0 {
+            self.stalled = 0;
+        }
+        match (self.order, told.missed) {
+            (Order::Slots, 0) => self.begin(Order::Slots),
+            (Order::Slots, _) => return self.follow_slots(told, loads),
+            (Order::Pixels, 0) => self.pass(told),
+            (Order::Pixels, _) => return self.follow_pixels(told, loads),
+        }
+        Ok(())
+    }
+
+    fn follow_slots(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+        if told.advanced > 0 {
+            self.count = self.count.saturating_mul(2);
+            if self.is_whole() {
+                self.first = 0;
+            }
+            return Ok(());
+        }
+        self.stalled += 1;
+        if loads.loaded > 0 && (self.stalled <= PATIENCE || self.count == 1) {
+            return Ok(());
+        }
+        self.shrink(told)
+    }
+
+    fn follow_pixels(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+        let found_all = loads.loaded == loads.wanted;
+        if found_all || (self.count == 1 && loads.loaded > 0) {
+            return Ok(());
+        }
+        self.shrink(told)?;
+        self.enough = self.count;
+        Ok(())
+    }
+
+    /// All pixels of the window are done.
+    fn pass(&mut self, told: &Streaming) {
+        if told.advanced == 0 {
+            // Nobody was left there: the next dispatch looks at all, and mostly finds nothing to do.
+            (self.first, self.count) = (0, ALL);
+            return;
+        }
+        self.first = self.first.saturating_add(self.count);
+        self.count = self.count.saturating_add(self.count / 4);
+        self.enough = self.count;
+    }
+
+    fn shrink(&mut self, told: &Streaming) -> Result<(), NoRoom> {
+        if self.count == 1 {
+            return Err(NoRoom);
+        }
+        self.stalled = 0;
+        self.first = told.first_missed;
+        self.count = (self.count.min(told.missed) / 2).max(1);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    fn told(missed: u32, first_missed: u32, advanced: u32) -> Streaming {
+        Streaming {
+            missed,
+            first_missed,
+            advanced,
+            ..Streaming::zeroed()
+        }
+    }
+
+    const SOME: Loads = Loads {
+        wanted: 9,
+        loaded: 5,
+    };
+    const NONE: Loads = Loads {
+        wanted: 9,
+        loaded: 0,
+    };
+
+    #[test]
+    fn slots_work_all_at_once_until_none_comes_further() {
+        let mut window = Window::new();
+        window.begin(Order::Slots);
+        window.follow(&told(100, 7, 3), NONE).expect("progress");
+        assert!(window.is_whole());
+        for _ in 0..=PATIENCE {
+            window.follow(&told(100, 7, 0), SOME).expect("room");
+        }
+        assert_eq!((window.first, window.count), (7, 50));
+        window.follow(&told(0, ALL, 50), SOME).expect("room");
+        assert!(window.is_whole());
+    }
+
+    #[test]
+    fn a_single_slot_without_room_is_an_error() {
+        let mut window = Window::new();
+        window.begin(Order::Slots);
+        let mut rounds = 0;
+        while window.follow(&told(100, 7, 0), NONE).is_ok() {
+            rounds += 1;
+            assert!(rounds < 100);
+        }
+        assert_eq!((window.first, window.count), (7, 1));
+    }
+
+    #[test]
+    fn pixels_are_gone_through_in_order_as_many_at_once_as_find_their_bricks() {
+        let mut window = Window::new();
+        window.begin(Order::Pixels);
+        window.follow(&told(80, 20, 10), SOME).expect("room");
+        assert_eq!((window.first, window.count), (20, 40));
+        window.follow(&told(0, ALL, 40), SOME).expect("room");
+        assert_eq!((window.first, window.count), (60, 50));
+        window.follow(&told(0, ALL, 0), SOME).expect("room");
+        assert!(window.is_whole() && window.first == 0);
+        window.begin(Order::Pixels);
+        assert_eq!(window.count, 50);
+    }
+}

@@ -1,0 +1,133 @@
+//! The plan for a volume that does not fit: a part of its bricks is on the device at a time.
+//!
+//! A picture does not depend on which; the time that it takes does. So a cache is given up for bricks where less than a
+//! quarter of those that matter would be there at once: each path of the cache then waits for about as many bricks as it
+//! saves.
+
+use std::sync::Arc;
+
+use super::brick_layout::BrickLayout;
+use super::cache_layout::CacheLayout;
+use super::gpu_scene::GpuScene;
+use super::occupancy::Occupancy;
+use super::plan::{Choice, Plan, rungs, useless};
+use crate::error::{Error, Result};
+use crate::gpu::{Device, DeviceSummary, human};
+use crate::scene::volume::{MACROCELL, Volume};
+use crate::scene::{Scene, Variant};
+
+/// The share of the bricks that matter for which a cache is given up.
+const ENOUGH: f64 = 0.25;
+
+/// The best variant that stays within `budget` bytes with the volume in bricks; `why` it is not whole ends a sentence.
+/// `None` if none fits.
+pub fn choose(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    volume: &Volume,
+    scene: &Scene,
+    why: &str,
+) -> Result<Option<Choice>> {
+    let uncached = GpuScene::unprobed(scene, volume);
+    let occupancy = uncached.occupancy(volume);
+    let needed = needed_bricks(&uncached, volume);
+    let caches = match (scene.render.variant, useless(scene)) {
+        (Variant::NonCaching, _) | (_, Some(_)) => Vec::new(),
+        _ => rungs(scene),
+    };
+    let layouts = caches.into_iter().filter_map(|(scale, format)| {
+        CacheLayout::new(volume.dims, &occupancy, scale, format, limits.max_image_3d).ok()
+    });
+    let cached = layouts.map(|layout| uncached.clone().with_cache(layout));
+    let is_last_cached = scene.render.variant == Variant::Caching;
+    let without = (!is_last_cached).then(|| uncached.clone());
+    let mut best = None;
+    for candidate in cached.chain(without) {
+        let Some(plan) = fill(device, limits, budget, candidate)? else {
+            continue;
+        };
+        let is_enough = share(&plan, needed) >= ENOUGH;
+        best = Some(plan);
+        if is_enough {
+            break;
+        }
+    }
+    Ok(best.map(|plan| Choice {
+        reason: format!(
+            "{} takes {} with the volume in bricks, {} of the {needed} that matter at a time: {why}",
+            plan.variant.description(),
+            human(plan.bytes()),
+            capacity(&plan).min(needed),
+        ),
+        next_better: why.into(),
+        plan,
+    }))
+}
+
+fn capacity(plan: &Plan) -> u32 {
+    plan.bricks.map_or(0, |layout| layout.capacity())
+}
+
+fn share(plan: &Plan, needed: u32) -> f64 {
+    f64::from(capacity(plan)) / f64::from(needed.max(1))
+}
+
+/// A plan with as many bricks as the budget has room for. `None` if that is too few for a ray.
+fn fill(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    scene: GpuScene,
+) -> Result<Option<Plan>> {
+    let dims = scene.parts.field.dims;
+    let planned = |places: u64| {
+        let layout = BrickLayout::new(dims, places, limits);
+        Plan::new(device, limits, &scene.clone().with_bricks(Some(layout)))
+    };
+    let smallest = match planned(1) {
+        Ok(plan) => plan,
+        Err(Error::Memory(_)) => return Ok(None),
+        Err(other) => return Err(other),
+    };
+    let Some(layout) = smallest.bricks else {
+        return Ok(None);
+    };
+    let voxel_bytes = scene.parts.field.stored.bytes() as u64;
+    let brick_bytes = voxel_bytes * u64::from(layout.pitch()).pow(3);
+    let left = budget.saturating_sub(smallest.bytes());
+    let most_image = limits.max_allocation_bytes / brick_bytes;
+    let mut places = (1 + left / brick_bytes)
+        .min(most_image)
+        .min(layout.total().into());
+    // A ray meets no more, and a path reads along one ray at a time.
+    let least: u32 = layout.bricks.iter().sum();
+    let least = u64::from(least.min(layout.total()));
+    while places >= least {
+        match planned(places) {
+            Ok(plan) if plan.bytes() <= budget => return Ok(Some(plan)),
+            Ok(_) | Err(Error::Memory(_)) => places -= places.div_ceil(32),
+            Err(other) => return Err(other),
+        }
+    }
+    Ok(None)
+}
+
+/// Bricks with a place where the medium scatters or a surface shows: the others are never read.
+fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
+    let shown = Occupancy::with_surfaces(&scene.parts, volume);
+    let side = BrickLayout::SIDE;
+    let bricks = volume.dims.map(|n| n.div_ceil(side));
+    let spans: [Vec<_>; 3] = std::array::from_fn(|a| {
+        let low = |i: u32| (i * side) as f32;
+        let high = |i: u32| (i * side + side) as f32;
+        (0..bricks[a])
+            .map(|i| shown.span(a, [low(i) + 1.0, high(i) + 1.0 - 1.0 / MACROCELL as f32]))
+            .collect()
+    });
+    let [x, y, z] = &spans;
+    let matters = |&(k, j, i): &(usize, usize, usize)| shown.any([&x[i], &y[j], &z[k]]);
+    let all = (0..z.len())
+        .flat_map(|k| (0..y.len()).flat_map(move |j| (0..x.len()).map(move |i| (k, j, i))));
+    all.filter(matters).count() as u32
+}

@@ -1,0 +1,385 @@
+//! Bricks of a volume that does not fit, on their way onto the GPU when somebody has asked for them.
+//!
+//! Shaders find voxels through a page table (`glsl/include/volume_bricks.glsl`). One that misses a brick counts its
+//! question in the brick's page, and what it has computed is void: it does the same again once the brick is there. So
+//! the host only has to see to it that somebody comes further: after a dispatch that has missed bricks it loads those
+//! asked for most, in the places of those that nobody has read since it last looked. If all have been read and nobody
+//! comes further, too many want too much at once, and only a part of the invocations may work for a while; in the end a
+//! single one, which needs the bricks along one ray.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use bytemuck::Zeroable;
+
+use super::brick_layout::BrickLayout;
+use super::brick_window::{Loads, NoRoom, Order, Window};
+use super::gpu_scene::GpuScene;
+use super::host_bricks::HostBricks;
+use super::resources::Resources;
+use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
+use crate::error::{Error, Result};
+use crate::gpu::{
+    Binding, Buffer, BufferDesc, Frame, Image, Memory, Pass, Piece, Placement, SLICE_MS, Slices,
+};
+use crate::scene::volume::Volume;
+
+/// Bricks are brought onto the GPU through a buffer of this size, or of a quarter of all places.
+const STAGING_BYTES: u64 = 8 << 20;
+/// Offsets in a buffer at which every device copies to every format.
+const ALIGNMENT: usize = 16;
+
+/// The page table of a volume in bricks, and what goes with it.
+pub struct VolumeBricks {
+    pages: Buffer,
+    streaming: Buffer,
+    done: Buffer,
+    marks: Marks,
+    state: RefCell<State>,
+}
+
+/// What may have been done: pixels, or bricks of the cache.
+#[derive(Debug, Clone, Copy)]
+struct Marks {
+    size: [u32; 2],
+    bricks: usize,
+}
+
+impl Marks {
+    fn bytes(&self) -> u64 {
+        let [width, height] = self.size.map(u64::from);
+        4 * (width * height).max(self.bricks as u64)
+    }
+}
+
+struct State {
+    layout: BrickLayout,
+    staging: Buffer,
+    /// Bytes of a brick in the staging buffer.
+    room: usize,
+    /// Once the volume is known.
+    host: Option<HostBricks>,
+    /// The brick in each place.
+    held: Vec<Option<u32>>,
+    /// When each place was last read, and when it got its brick, in rounds.
+    read: Vec<u64>,
+    loaded: Vec<u64>,
+    round: u64,
+    window: Window,
+    /// Number of the piece of work under way.
+    work: u32,
+    figures: Figures,
+}
+
+/// What has been done so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Figures {
+    /// Bricks of the whole volume, and those on the GPU.
+    pub total: u32,
+    pub resident: u32,
+    pub loads: u64,
+    pub bytes_read: u64,
+    /// While the device waited for bricks.
+    pub waited: Duration,
+}
+
+impl VolumeBricks {
+    /// `None` where the scene's volume is whole.
+    pub fn allocate(memory: &Arc<Memory>, scene: &GpuScene) -> Result<Option<VolumeBricks>> {
+        let Some(layout) = scene.bricks else {
+            return Ok(None);
+        };
+        let buffer = |name, bytes, placement| {
+            let desc = BufferDesc {
+                name,
+                bytes,
+                placement,
+            };
+            Buffer::new(memory, desc)
+        };
+        let page_bytes = 4 * u64::from(layout.total());
+        let voxel_bytes = scene.parts.field.stored.bytes();
+        let room = room(&layout, voxel_bytes) as u64;
+        let staging = STAGING_BYTES.min(u64::from(layout.capacity().div_ceil(4)) * room);
+        let staging = staging.max(page_bytes).max(room);
+        let capacity = layout.capacity() as usize;
+        let marks = Marks {
+            size: scene.parts.view.size,
+            bricks: scene.variant.cache().map_or(0, |cache| cache.active.len()),
+        };
+        Ok(Some(VolumeBricks {
+            pages: buffer("volume pages", page_bytes, Placement::Device)?,
+            streaming: buffer(
+                "streaming",
+                size_of::<Streaming>() as u64,
+                Placement::Device,
+            )?,
+            done: buffer("done marks", marks.bytes(), Placement::Device)?,
+            marks,
+            state: RefCell::new(State {
+                layout,
+                staging: buffer("brick staging", staging, Placement::Readback)?,
+                room: room as usize,
+                host: None,
+                held: vec![None; capacity],
+                read: vec![0; capacity],
+                loaded: vec![0; capacity],
+                round: 0,
+                window: Window::new(),
+                work: 0,
+                figures: Figures {
+                    total: layout.total(),
+                    ..Figures::default()
+                },
+            }),
+        }))
+    }
+
+    /// Begins with no brick on the GPU.
+    pub fn open(&mut self, frame: &mut Frame, volume: &Volume) -> Result<()> {
+        let state = self.state.get_mut();
+        state.host = Some(HostBricks::new(
+            volume,
+            state.layout,
+            state.layout.host_bytes,
+        )?);
+        frame.run(|f| {
+            f.zero(&self.pages)?;
+            f.zero(&self.done)
+        })?;
+        self.begin(frame, Order::Slots)
+    }
+
+    /// Makes room for pictures of another size.
+    pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        self.mark(Marks { size, ..self.marks })
+    }
+
+    /// Makes room for another number of bricks of the cache.
+    pub fn resize_cache(&mut self, bricks: usize) -> Result<()> {
+        self.mark(Marks {
+            bricks,
+            ..self.marks
+        })
+    }
+
+    fn mark(&mut self, marks: Marks) -> Result<()> {
+        self.marks = marks;
+        self.state.get_mut().work = 0;
+        self.done.resize(marks.bytes())
+    }
+
+    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 3] {
+        [
+            ("volume_pages", Binding::Buffer(&self.pages)),
+            ("streaming", Binding::Buffer(&self.streaming)),
+            ("done", Binding::Buffer(&self.done)),
+        ]
+    }
+
+    pub fn figures(&self) -> Figures {
+        self.state.borrow().figures
+    }
+
+    /// Begins a piece of work, of which nothing is done.
+    pub fn begin(&self, frame: &mut Frame, order: Order) -> Result<()> {
+        let mut state = self.state.borrow_mut();
+        state.window.begin(order);
+        state.work = state.work.wrapping_add(1);
+        if state.work <= 1 {
+            state.work = 1;
+            frame.run(|f| f.zero(&self.done))?;
+        }
+        self.tell(frame, &mut state)
+    }
+
+    /// Tells shaders which invocations may work.
+    fn tell(&self, frame: &mut Frame, state: &mut State) -> Result<()> {
+        state.staging.write(&[Streaming {
+            first_missed: u32::MAX,
+            first: state.window.first,
+            count: state.window.count,
+            work: state.work,
+            ..Streaming::zeroed()
+        }]);
+        frame.run(|f| f.copy(&state.staging, &self.streaming))
+    }
+
+    /// Brings bricks that the last dispatch has missed onto the GPU. Returns whether the dispatch has to be repeated,
+    /// because something was missed or because not all invocations worked.
+    ///
+    /// # Errors
+    ///
+    /// If the volume cannot be read, or if a single invocation needs more bricks at once than there is room for.
+    pub fn serve(&self, frame: &mut Frame, image: &Image) -> Result<bool> {
+        let mut state = self.state.borrow_mut();
+        frame.run(|f| f.copy(&self.streaming, &state.staging))?;
+        let mapped = state.staging.mapped().unwrap_or_default();
+        let told: Streaming = bytemuck::pod_read_unaligned(&mapped[..size_of::<Streaming>()]);
+        if told.missed == 0 && state.window.is_whole() {
+            return Ok(false);
+        }
+        let began = Instant::now();
+        let loads = match told.missed {
+            0 => Loads {
+                wanted: 0,
+                loaded: 0,
+            },
+            _ => state.load(frame, &self.pages, image, told)?,
+        };
+        state.figures.waited += began.elapsed();
+        let followed = state.window.follow(&told, loads);
+        followed.map_err(|NoRoom| no_room(&state.layout))?;
+        self.tell(frame, &mut state)?;
+        Ok(true)
+    }
+}
+
+impl Resources {
+    /// The next slice of a pass that reads the volume: again and again, until none of its invocations has missed a brick.
+    /// Returns whether it was the last.
+    pub fn run_slice<P: bytemuck::NoUninit>(
+        &self,
+        frame: &mut Frame,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+        slices: &mut Slices,
+    ) -> Result<bool> {
+        let Some(bricks) = &self.bricks else {
+            return frame.run_slice(pass, bindings, push, threads, slices);
+        };
+        bricks.begin(frame, Order::Pixels)?;
+        let before = *slices;
+        let is_last = frame.run_slice(pass, bindings, push, threads, slices)?;
+        while bricks.serve(frame, &self.volume)? {
+            frame.run_slice(pass, bindings, push, threads, &mut before.clone())?;
+        }
+        Ok(is_last)
+    }
+
+    /// All of such a pass.
+    pub fn run_in_slices<P: bytemuck::NoUninit>(
+        &self,
+        frame: &mut Frame,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+    ) -> Result<()> {
+        let mut slices = Slices::new(SLICE_MS);
+        while !self.run_slice(frame, pass, bindings, push, threads, &mut slices)? {}
+        Ok(())
+    }
+}
+
+impl State {
+    /// Loads the bricks asked for most.
+    fn load(
+        &mut self,
+        frame: &mut Frame,
+        pages: &Buffer,
+        image: &Image,
+        told: Streaming,
+    ) -> Result<Loads> {
+        frame.run(|f| f.copy(pages, &self.staging))?;
+        let bytes = 4 * self.layout.total() as usize;
+        let mapped = &self.staging.mapped().unwrap_or_default()[..bytes];
+        let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(mapped);
+        self.round += 1;
+        for (place, held) in self.held.iter().enumerate() {
+            if let Some(brick) = *held
+                && words[brick as usize] & PAGE_READ != 0
+            {
+                self.read[place] = self.round;
+                words[brick as usize] &= !PAGE_READ;
+            }
+        }
+        let mut wanted: Vec<(u32, u32)> = Vec::new();
+        for (brick, word) in words.iter_mut().enumerate() {
+            if *word & PAGE_RESIDENT == 0 && *word > 0 {
+                wanted.push((std::mem::take(word), brick as u32));
+            }
+        }
+        wanted.sort_unstable_by_key(|&(count, brick)| (std::cmp::Reverse(count), brick));
+        let places = self.places_to_give(told);
+        let loads: Vec<(u32, usize)> = wanted.iter().map(|&(_, brick)| brick).zip(places).collect();
+        for &(brick, place) in &loads {
+            if let Some(old) = self.held[place].replace(brick) {
+                words[old as usize] = 0;
+            }
+            self.read[place] = self.round;
+            self.loaded[place] = self.round;
+            let [x, y, z] = self.layout.place(place as u32);
+            words[brick as usize] = PAGE_RESIDENT | x | y << 10 | z << 20;
+        }
+        self.bring(frame, image, &loads)?;
+        self.staging.write(&words);
+        frame.run(|f| f.copy(&self.staging, pages))?;
+        self.figures.resident = self.held.iter().flatten().count() as u32;
+        Ok(Loads {
+            wanted: wanted.len(),
+            loaded: loads.len(),
+        })
+    }
+
+    /// Places for other bricks, in the order in which they are given up: those without a brick, those that have not been
+    /// read for longest, and, where more invocations wait than work, half of the others, the oldest bricks first. (The
+    /// newest are those that somebody has waited for.)
+    fn places_to_give(&self, told: Streaming) -> Vec<usize> {
+        let is_read = |place: usize| self.held[place].is_some() && self.read[place] == self.round;
+        let (mut read, mut unread): (Vec<usize>, Vec<usize>) =
+            (0..self.held.len()).partition(|&place| is_read(place));
+        unread.sort_by_key(|&place| (self.held[place].is_some(), self.read[place]));
+        let most = match 0 < told.advanced && told.advanced < told.missed {
+            true => read.len() / 2,
+            false => 0,
+        };
+        read.sort_by_key(|&place| self.loaded[place]);
+        unread.extend(read.into_iter().take(most));
+        unread
+    }
+
+    /// Copies bricks to their places.
+    fn bring(&mut self, frame: &mut Frame, image: &Image, loads: &[(u32, usize)]) -> Result<()> {
+        let (Some(host), room) = (&mut self.host, self.room) else {
+            return Ok(());
+        };
+        let at_once = (self.staging.desc.bytes as usize / room).max(1);
+        for loads in loads.chunks(at_once) {
+            let bricks: Vec<u32> = loads.iter().map(|&(brick, _)| brick).collect();
+            if let Some(mapped) = self.staging.mapped_mut() {
+                host.fill(&bricks, mapped, room)?;
+            }
+            let piece = |(n, &(brick, place)): (usize, &(u32, usize))| Piece {
+                offset: (n * room) as u64,
+                low: self
+                    .layout
+                    .place(place as u32)
+                    .map(|i| i * self.layout.pitch()),
+                extent: host.region(brick).dims,
+            };
+            let pieces: Vec<Piece> = loads.iter().enumerate().map(piece).collect();
+            frame.run(|f| f.upload_pieces(&self.staging, image, &pieces))?;
+        }
+        self.figures.loads += loads.len() as u64;
+        self.figures.bytes_read = host.bytes_read;
+        Ok(())
+    }
+}
+
+fn no_room(layout: &BrickLayout) -> Error {
+    Error::Memory(format!(
+        "a single ray needs more bricks of the volume at once than the {} that there is room for: raise --vram-budget or \
+         lower --size",
+        layout.capacity()
+    ))
+}
+
+/// Bytes of a brick in the staging buffer.
+fn room(layout: &BrickLayout, voxel_bytes: usize) -> usize {
+    let texels = (layout.pitch() as usize).pow(3);
+    (texels * voxel_bytes).next_multiple_of(ALIGNMENT)
+}
