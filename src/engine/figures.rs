@@ -49,6 +49,21 @@ pub struct CacheStats {
     pub seconds_to_converge: Option<f64>,
 }
 
+/// Bricks of a volume that does not fit.
+#[derive(Debug, Clone, Serialize)]
+pub struct BrickStats {
+    pub total: u32,
+    /// Those in which the medium scatters or a surface shows.
+    pub needed: u32,
+    /// On the GPU at the end.
+    pub resident: u32,
+    pub loads: u64,
+    /// From the volume's file.
+    pub bytes_read: u64,
+    /// Share of the whole time in which the device waited for bricks.
+    pub waited_share: f64,
+}
+
 impl PassStats {
     /// From the duration of each run.
     pub fn from_runs(name: impl Into<String>, milliseconds: &[f64]) -> PassStats {

@@ -16,10 +16,10 @@ use std::time::{Duration, Instant};
 
 use crate::error::Result;
 use crate::gpu::{Memory, Timings};
-use crate::render::{Choice, Film, GpuScene, Renderer, Totals};
+use crate::render::{Choice, Film, GpuScene, Renderer, Totals, needed_bricks};
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
-use figures::{CacheStats, MemoryStats, PassStats};
+use figures::{BrickStats, CacheStats, MemoryStats, PassStats};
 
 pub use budget::{Budget, Limit};
 pub use change::Changed;
@@ -199,6 +199,19 @@ impl Engine {
     /// The renderer beneath, for who works in slices of a frame. Its scene is changed through the engine alone.
     pub fn renderer_mut(&mut self) -> &mut Renderer {
         &mut self.renderer
+    }
+
+    /// What streaming has come to in `wall` seconds; `None` where the volume is whole.
+    pub fn brick_stats(&self, wall: f64) -> Option<BrickStats> {
+        let figures = self.renderer.brick_figures()?;
+        Some(BrickStats {
+            total: figures.total,
+            needed: needed_bricks(&self.full, &self.volume),
+            resident: figures.resident,
+            loads: figures.loads,
+            bytes_read: figures.bytes_read,
+            waited_share: figures.waited.as_secs_f64() / wall,
+        })
     }
 
     /// The cache's size and state, in a variant that has one. `goal` is the relative error at which it counts as

@@ -8,7 +8,7 @@ use crate::engine::Host;
 use crate::error::Result;
 use crate::gpu::human;
 use crate::info::to_json;
-use crate::render::{Choice, Plan};
+use crate::render::{Choice, GpuScene, Plan, needed_bricks};
 use crate::scene::Opened;
 
 #[derive(Serialize)]
@@ -21,8 +21,25 @@ struct Printed<'a> {
     planned_bytes: u64,
     #[serde(flatten)]
     plan: &'a Plan,
+    /// Where the volume does not fit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bricks: Option<Bricks>,
     /// What the next better variant would need.
     next_better: &'a str,
+}
+
+#[derive(Serialize)]
+struct Bricks {
+    /// Voxels along a side.
+    side: u32,
+    total: u32,
+    /// Those in which the medium scatters or a surface shows.
+    needed: u32,
+    /// Those that there is room for on the GPU, and the share of the needed ones that this is.
+    resident: u32,
+    share: f64,
+    /// Bytes of the host's memory for bricks.
+    host_bytes: u64,
 }
 
 pub fn plan(args: &PlanArgs) -> Result<u8> {
@@ -35,7 +52,19 @@ pub fn plan(args: &PlanArgs) -> Result<u8> {
         next_better,
     } = host.plan(volume, scene)?;
     let budget = host.budget();
+    let bricks = plan.bricks.map(|layout| {
+        let needed = needed_bricks(&GpuScene::unprobed(scene, volume), volume);
+        Bricks {
+            side: layout.side,
+            total: layout.total(),
+            needed,
+            resident: layout.capacity(),
+            share: f64::from(layout.capacity().min(needed)) / f64::from(needed.max(1)),
+            host_bytes: host.ram_budget(),
+        }
+    });
     let printed = Printed {
+        bricks,
         variant: plan.variant.word(),
         reason: &reason,
         device: &host.summary().name,
@@ -59,6 +88,22 @@ impl Printed<'_> {
         text += &line("in all", self.planned_bytes);
         text += &line("budget", self.budget_bytes);
         text += &format!("the budget is from {}\n", self.budget_source);
+        if let Some(bricks) = &self.bricks {
+            let Bricks {
+                side,
+                total,
+                needed,
+                resident,
+                share,
+                host_bytes,
+            } = bricks;
+            text += &format!(
+                "the volume streams: {total} bricks of {side} voxels a side, {needed} of them matter, and {resident} \
+                 are on the GPU at a time ({:.0} %); the host keeps {} of them\n",
+                100.0 * share,
+                human(*host_bytes),
+            );
+        }
         text += &format!("device: {}\n", self.device);
         text += &format!("variant: {}, because {}\n", self.variant, self.reason);
         text += &format!("the next better variant: {}\n", self.next_better);

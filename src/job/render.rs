@@ -107,6 +107,7 @@ fn stats(
     let (first, last) = (&outcomes[0], &outcomes[outcomes.len() - 1]);
     let choice = engine.choice();
     let device = engine.host().summary();
+    let wall_s = clock.began.elapsed().as_secs_f64();
     Stats {
         variant: choice.plan.variant.word().into(),
         reason: choice.reason.clone(),
@@ -114,7 +115,7 @@ fn stats(
         driver: device.driver.clone(),
         spp: u64::from(engine.totals().samples),
         seed: u64::from(args.seed),
-        wall_s: clock.began.elapsed().as_secs_f64(),
+        wall_s,
         first_frame_s: first
             .first_frame
             .map_or(f64::NAN, |at| at.duration_since(clock.began).as_secs_f64()),
@@ -125,6 +126,7 @@ fn stats(
         lookups_per_path: engine.lookups() as f64 / engine.paths() as f64,
         relative_error: last.relative_error,
         cache: engine.cache_stats(cache_goal),
+        bricks: engine.brick_stats(wall_s),
         views: outcomes.iter().map(ViewStats::of).collect(),
     }
 }

@@ -5,7 +5,7 @@
 use serde::Serialize;
 
 use crate::engine::Outcome;
-use crate::engine::figures::{CacheStats, MemoryStats, PassStats};
+use crate::engine::figures::{BrickStats, CacheStats, MemoryStats, PassStats};
 
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Stats {
@@ -27,6 +27,9 @@ pub struct Stats {
     /// Only for a variant that has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<CacheStats>,
+    /// Only where the volume does not fit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bricks: Option<BrickStats>,
     /// One by one; the first with the filling of the cache.
     pub views: Vec<ViewStats>,
 }

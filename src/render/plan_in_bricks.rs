@@ -114,7 +114,7 @@ fn fill(
 }
 
 /// Bricks with a place where the medium scatters or a surface shows: the others are never read.
-fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
+pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
     let shown = Occupancy::with_surfaces(&scene.parts, volume);
     let side = BrickLayout::SIDE;
     let bricks = volume.dims.map(|n| n.div_ceil(side));

@@ -28,6 +28,7 @@ use super::totals::Totals;
 use super::unit::Unit;
 use super::upload;
 use super::variant::Variant;
+use super::volume_bricks::{BrickFigures, VolumeBricks};
 use crate::error::Result;
 use crate::gpu::{Frame, Image, Memory, Shaders, Timings};
 use crate::scene::volume::Volume;
@@ -149,6 +150,11 @@ impl Renderer {
             Estimator::Published(published) => Some(&published.cells),
             Estimator::NonCaching(_) | Estimator::Caching(_) => None,
         }
+    }
+
+    /// What streaming has come to; `None` where the volume is whole.
+    pub fn brick_figures(&self) -> Option<BrickFigures> {
+        self.resources.bricks.as_ref().map(VolumeBricks::figures)
     }
 
     /// What can be done with the cache, in the variant that has one.

@@ -21,8 +21,10 @@ const STAGING_BYTES: u64 = 4 << 20;
 const SLOTS_GPU: u32 = 1 << 18;
 const SLOTS_CPU: u32 = 1 << 10;
 
-/// Paths that wait share the bricks that are loaded: memory for a brick is as well spent on them.
+/// Paths in flight for each place of a brick: those that wait share the bricks that are loaded, and memory for a brick
+/// is as well spent on them. But each that waits takes a CPU's time in every dispatch.
 const SLOTS_A_PLACE: u32 = 128;
+const SLOTS_CPU_IN_BRICKS: u32 = 1 << 12;
 
 pub struct Resources {
     /// The device's filter reads the volume.
@@ -255,7 +257,13 @@ fn environment_desc([width, height]: [u32; 2]) -> ImageDesc {
 /// Paths in flight at once.
 pub fn slots(limits: &DeviceSummary, scene: &GpuScene) -> u32 {
     match &scene.bricks {
-        Some(layout) => (SLOTS_A_PLACE * layout.capacity()).clamp(SLOTS_CPU, SLOTS_GPU),
+        Some(layout) => {
+            let most = match limits.kind.is_software() {
+                true => SLOTS_CPU_IN_BRICKS,
+                false => SLOTS_GPU,
+            };
+            (SLOTS_A_PLACE * layout.capacity()).clamp(SLOTS_CPU, most)
+        }
         None => slots_for_pixels(limits, scene.parts.view.size),
     }
 }

@@ -69,12 +69,12 @@ struct State {
     window: Window,
     /// Number of the piece of work under way.
     work: u32,
-    figures: Figures,
+    figures: BrickFigures,
 }
 
 /// What has been done so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Figures {
+pub struct BrickFigures {
     /// Bricks of the whole volume, and those on the GPU.
     pub total: u32,
     pub resident: u32,
@@ -128,9 +128,9 @@ impl VolumeBricks {
                 round: 0,
                 window: Window::new(),
                 work: 0,
-                figures: Figures {
+                figures: BrickFigures {
                     total: layout.total(),
-                    ..Figures::default()
+                    ..BrickFigures::default()
                 },
             }),
         }))
@@ -178,7 +178,7 @@ impl VolumeBricks {
         ]
     }
 
-    pub fn figures(&self) -> Figures {
+    pub fn figures(&self) -> BrickFigures {
         self.state.borrow().figures
     }
 

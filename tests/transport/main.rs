@@ -5,6 +5,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod bricks;
 mod caching;
 mod closed_form;
 mod edits;

@@ -1,0 +1,170 @@
+//! A volume of which the device holds a few bricks at a time makes the same picture as a whole one, to the last bit: in
+//! every variant, in both light models, whatever has to wait for what.
+
+use std::sync::atomic::AtomicBool;
+
+use isolume::gpu::Memory;
+use isolume::render::{BrickFigures, BrickLayout, CacheLayout, GpuScene, Renderer, doubling};
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::*;
+
+use crate::support::common::*;
+
+/// Voxels along a side of a brick.
+const SIDE: u32 = 16;
+
+/// Waves with steep sides, of 16 bits.
+fn waves() -> Volume {
+    let dims = [40, 36, 33];
+    let wave = |i: usize| {
+        let at = [i % 40, i / 40 % 36, i / 1440].map(|n| n as f64);
+        let sum = (0.35 * at[0]).sin() + (0.4 * at[1] + 1.0).sin() + (0.3 * at[2]).cos();
+        (32768.0 + 10_000.0 * sum) as u16
+    };
+    let values = (0..40 * 36 * 33).map(wave).collect();
+    Volume::from_values(dims, [0.1; 3], Voxels::U16(values)).expect("a volume")
+}
+
+fn scene(g: f64, light: Option<LightModel>) -> Scene {
+    let camera = Camera {
+        eye: [3.0, 3.5, 6.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Perspective { fov_y: 40.0 },
+    };
+    let mut scene = empty_scene([16, 16], camera);
+    let point = |value: f64, opacity: f64, color: [f64; 3]| TransferPoint {
+        value,
+        opacity,
+        color,
+    };
+    scene.medium = Some(Medium {
+        density: 3.0,
+        g,
+        transfer: vec![
+            point(30_000.0, 0.0, [0.9, 0.8, 0.6]),
+            point(45_000.0, 1.0, [0.9, 0.8, 0.6]),
+            point(50_000.0, 0.3, [0.3, 0.6, 0.9]),
+        ],
+    });
+    scene.environment.radiance = [0.5, 0.6, 0.7];
+    scene.suns = vec![DirectionalLight {
+        direction: [-0.6, -0.8, 0.0],
+        irradiance: [2.0; 3],
+    }];
+    if let Some(light) = light {
+        let surface = |value: f64, opacity: f64| Isosurface {
+            value,
+            opacity,
+            color: [0.8, 0.5, 0.3],
+            shading: Shading::Lambert,
+        };
+        scene.surfaces.light = light;
+        scene.surfaces.iso = vec![surface(41_000.0, 0.5), surface(52_000.0, 1.0)];
+    }
+    scene
+}
+
+struct Pictures {
+    at_rest: Vec<[f32; 4]>,
+    stderr: Vec<[f32; 3]>,
+    /// What a cache shows at once.
+    marched: Vec<[f32; 4]>,
+    /// Normals of the first surface and distances to it.
+    hits: Vec<[f32; 4]>,
+    figures: Option<BrickFigures>,
+}
+
+/// With a cache of that scale, or without one; whole, or in bricks with so many places.
+fn pictures(scene: &Scene, cache_scale: Option<f64>, places: Option<u64>) -> Pictures {
+    let (device, volume) = (device(), waves());
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let layout = places.map(|n| BrickLayout::with_side(SIDE, volume.dims, n, &device.summary));
+    let gpu_scene = GpuScene::new(&device, scene, &volume, 1).expect("a scene");
+    let mut gpu_scene = gpu_scene.with_bricks(layout);
+    if let Some(scale) = cache_scale {
+        let occupancy = gpu_scene.occupancy(&volume);
+        let cache = CacheLayout::new(volume.dims, &occupancy, scale, CacheFormat::F32, 4096);
+        gpu_scene = gpu_scene.with_cache(cache.expect("a layout"));
+    }
+    let mut renderer =
+        Renderer::with_shaders(&memory, &shaders(), &volume, gpu_scene).expect("a renderer");
+    let stop = AtomicBool::new(false);
+    let mut marched = Vec::new();
+    for updates in [0, 1, 2] {
+        if let Some(mut caching) = renderer.caching() {
+            assert!(caching.batch(doubling(updates), &stop).expect("a batch"));
+            marched = caching.march().expect("a picture");
+        }
+    }
+    for _ in 0..2 {
+        assert!(renderer.unit(1, &stop).expect("a unit"));
+    }
+    let film = renderer.film().expect("a film");
+    let hits = renderer.first_hits().expect("hits");
+    assert_silent(&device);
+    Pictures {
+        at_rest: film.mean,
+        stderr: film.stderr,
+        marched,
+        hits: hits.normal_depth,
+        figures: renderer.brick_figures(),
+    }
+}
+
+fn assert_same(scene: &Scene, cache_scale: Option<f64>, places: &[u64]) {
+    let whole = pictures(scene, cache_scale, None);
+    assert!(whole.figures.is_none());
+    for &places in places {
+        let streamed = pictures(scene, cache_scale, Some(places));
+        let figures = streamed.figures.expect("figures");
+        println!("{places} places: {figures:?}");
+        assert!(figures.loads > u64::from(figures.resident), "{figures:?}");
+        assert!(whole.at_rest == streamed.at_rest, "{places} places");
+        assert!(whole.stderr == streamed.stderr, "{places} places");
+        assert!(whole.marched == streamed.marched, "{places} places");
+        assert!(whole.hits == streamed.hits, "{places} places");
+    }
+}
+
+#[test]
+fn paths_wait_for_bricks() {
+    assert_same(&scene(0.0, None), None, &[18, 4]);
+}
+
+#[test]
+fn paths_with_surfaces_wait_for_bricks() {
+    assert_same(&scene(0.85, Some(LightModel::Full)), None, &[15]);
+}
+
+#[test]
+fn a_cache_waits_for_bricks() {
+    assert_same(&scene(0.0, Some(LightModel::Local)), Some(0.25), &[15]);
+}
+
+#[test]
+fn a_cache_in_full_light_waits_for_bricks() {
+    assert_same(&scene(0.0, Some(LightModel::Full)), Some(0.25), &[15]);
+}
+
+#[test]
+fn an_anisotropic_cache_waits_for_bricks() {
+    assert_same(&scene(0.5, None), Some(0.25), &[8]);
+}
+
+#[test]
+fn too_few_bricks_for_a_ray_are_an_error() {
+    let (device, volume) = (device(), waves());
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let layout = BrickLayout::with_side(SIDE, volume.dims, 1, &device.summary);
+    let scene = scene(0.0, Some(LightModel::Full));
+    let scene = GpuScene::new(&device, &scene, &volume, 1).expect("a scene");
+    let scene = scene.with_bricks(Some(layout));
+    let mut renderer = Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("begun");
+    let stop = AtomicBool::new(false);
+    let error = renderer.unit(1, &stop).expect_err("no room").to_string();
+    assert!(
+        error.contains("than the 1 that there is room for"),
+        "{error}"
+    );
+}
