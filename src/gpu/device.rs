@@ -24,7 +24,6 @@ pub struct DeviceChoice {
 /// An open device. Everything made from it holds an `Arc` of it.
 pub struct Device {
     pub(super) raw: ash::Device,
-    pub(super) push_descriptor: khr::push_descriptor::Device,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) physical: vk::PhysicalDevice,
     /// Vulkan lets one thread at a time submit to it.
@@ -81,7 +80,7 @@ impl Device {
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
         let has_memory_budget = instance.has_extension(physical, ext::memory_budget::NAME);
-        let mut extensions = vec![khr::push_descriptor::NAME.as_ptr()];
+        let mut extensions = Vec::new();
         if draws {
             extensions.push(khr::swapchain::NAME.as_ptr());
         }
@@ -114,7 +113,6 @@ impl Device {
             .watches()
             .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         let mut device = Device {
-            push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
             labels,
             raw,
             physical,

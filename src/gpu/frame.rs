@@ -9,6 +9,7 @@ use std::sync::{Arc, LazyLock};
 
 use ash::vk;
 
+use super::descriptors::DescriptorSets;
 use super::device::{Device, failure};
 use super::timing::{Span, Timings};
 use crate::error::{Error, Result};
@@ -24,6 +25,7 @@ pub struct Frame {
     pub(super) commands: vk::CommandBuffer,
     fence: vk::Fence,
     queries: vk::QueryPool,
+    pub(super) sets: DescriptorSets,
     recorded: Vec<&'static str>,
     /// Marks of the images that the submission under way begins.
     pub(super) begun: Vec<Arc<AtomicBool>>,
@@ -39,6 +41,7 @@ impl Frame {
             commands: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
             queries: vk::QueryPool::null(),
+            sets: DescriptorSets::new(device),
             recorded: Vec::new(),
             begun: Vec::new(),
             leave_out_barriers: false,
@@ -86,6 +89,7 @@ impl Frame {
 
     fn begin(&mut self) -> Result<(), vk::Result> {
         self.recorded.clear();
+        self.sets.reset()?;
         let raw = &self.device.raw;
         let once = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -160,7 +164,7 @@ impl Frame {
     }
 
     /// An error of the device, naming the last pass that was recorded.
-    fn lost(&self, error: vk::Result) -> Error {
+    pub(super) fn lost(&self, error: vk::Result) -> Error {
         let last = match self.recorded.last() {
             Some(pass) => format!(" in pass {pass}"),
             None => String::new(),

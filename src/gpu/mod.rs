@@ -8,6 +8,7 @@
 
 mod buffer;
 mod commands;
+mod descriptors;
 mod device;
 mod frame;
 mod image;

@@ -3,7 +3,7 @@
 use std::ffi::CStr;
 use std::fmt;
 
-use ash::{khr, vk};
+use ash::vk;
 
 use super::instance::{Instance, Validation};
 use crate::error::{Error, Result};
@@ -149,7 +149,6 @@ fn lacking(instance: &Instance, physical: vk::PhysicalDevice, api: u32) -> Vec<&
             .get_physical_device_features2(physical, &mut features)
     };
     let formats = features.features.shader_storage_image_extended_formats == vk::TRUE;
-    let push = instance.has_extension(physical, khr::push_descriptor::NAME);
     let compute = compute_queue(instance, physical).is_some();
     [
         (twelve.scalar_block_layout == vk::TRUE, "scalarBlockLayout"),
@@ -157,7 +156,6 @@ fn lacking(instance: &Instance, physical: vk::PhysicalDevice, api: u32) -> Vec<&
         (thirteen.synchronization2 == vk::TRUE, "synchronization2"),
         (thirteen.maintenance4 == vk::TRUE, "maintenance4"),
         (formats, "shaderStorageImageExtendedFormats"),
-        (push, "VK_KHR_push_descriptor"),
         (compute, "a compute queue with timestamps"),
     ]
     .into_iter()
