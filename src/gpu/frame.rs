@@ -97,9 +97,10 @@ impl Frame {
         // drops what an error left half recorded.
         unsafe {
             raw.reset_command_buffer(self.commands, vk::CommandBufferResetFlags::empty())?;
-            raw.reset_query_pool(self.queries, 0, 2 * MAX_PASSES);
-            raw.begin_command_buffer(self.commands, &once)
+            raw.begin_command_buffer(self.commands, &once)?;
+            raw.cmd_reset_query_pool(self.commands, self.queries, 0, 2 * MAX_PASSES);
         }
+        Ok(())
     }
 
     fn submit(&mut self) -> Result<(), vk::Result> {
@@ -115,7 +116,7 @@ impl Frame {
             raw.wait_for_fences(&[self.fence], true, u64::MAX)?;
             raw.reset_fences(&[self.fence])?;
         }
-        match self.device.has_late_timestamps {
+        match self.device.timed_by_host {
             true => self.time_by_host(submitted_us),
             false => self.read_timestamps(submitted_us)?,
         }
@@ -216,6 +217,9 @@ impl Frame {
     }
 
     fn timestamp(&self, query: u32) {
+        if self.device.timed_by_host {
+            return;
+        }
         // SAFETY: the command buffer is recording; the query was reset and is written once.
         unsafe {
             self.device.raw.cmd_write_timestamp2(
