@@ -8,7 +8,7 @@ mod closed_forms;
 mod page;
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
@@ -18,6 +18,9 @@ use crate::gpu::{Device, DeviceChoice, DeviceSummary, Format, Shaders, Validatio
 use crate::render::{PeakRates, filter_error, filter_is_precise, peak_rates, shared};
 use closed_forms::ClosedForm;
 
+/// For each device.
+const TIME: Duration = Duration::from_secs(20);
+
 /// What was found out about one device.
 #[derive(Debug, Serialize)]
 pub struct Examination {
@@ -26,6 +29,8 @@ pub struct Examination {
     /// Where voxels are filtered by the device, and where by the shaders.
     pub filters: Vec<Filter>,
     pub closed_forms: Vec<ClosedForm>,
+    /// Checks for which the device was too slow.
+    pub left_out: Vec<&'static str>,
     pub timestamps: Option<Timestamps>,
     pub rates: Option<PeakRates>,
     /// Why the examination ended early.
@@ -72,6 +77,7 @@ impl Examination {
         let mut examination = Examination {
             filters: Vec::new(),
             closed_forms: Vec::new(),
+            left_out: Vec::new(),
             timestamps: None,
             rates: None,
             fault: None,
@@ -80,7 +86,7 @@ impl Examination {
             device,
         };
         if examination.device.lacks.is_empty() {
-            let fault = examination.fill(validation).err();
+            let fault = examination.fill(validation, began + TIME).err();
             examination.fault = fault.map(|error| error.to_string());
         }
         examination.seconds = began.elapsed().as_secs_f64();
@@ -91,7 +97,7 @@ impl Examination {
         examination
     }
 
-    fn fill(&mut self, validation: bool) -> Result<()> {
+    fn fill(&mut self, validation: bool, until: Instant) -> Result<()> {
         let choice = DeviceChoice {
             wanted: Some(self.device.index.to_string()),
             validation: match validation {
@@ -107,7 +113,7 @@ impl Examination {
         self.timestamps = Some(Timestamps::of(&rates));
         self.rates = Some(rates);
         let host = Host::with_device(device, None, None);
-        self.closed_forms = closed_forms::check_all(&host)?;
+        (self.closed_forms, self.left_out) = closed_forms::check_all(&host, until)?;
         host.check_validation()
     }
 }

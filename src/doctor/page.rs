@@ -108,6 +108,9 @@ fn closed_forms(examination: &Examination) -> String {
             form.seconds
         );
     }
+    for name in &examination.left_out {
+        text += &format!("  left out, since the device is slow: {name}\n");
+    }
     match text.is_empty() {
         true => text,
         false => format!("\nclosed forms\n{text}"),
