@@ -22,7 +22,10 @@ pub struct ClosedForm {
     /// Largest difference that counts as agreement.
     pub tolerance: f64,
     pub seconds: f64,
+    /// Whether the measurement agrees with the exact number.
     pub holds: bool,
+    /// Whether its standard error is small enough for that to mean something.
+    pub decided: bool,
 }
 
 /// Errors of a cache, and of the noise of its cells, which a picture's standard error does not know.
@@ -106,7 +109,8 @@ impl Measured {
             stderr,
             tolerance,
             seconds,
-            holds: (measured - exact).abs() <= tolerance && stderr <= CONCLUSIVE * exact.abs(),
+            holds: (measured - exact).abs() <= tolerance,
+            decided: stderr <= CONCLUSIVE * exact.abs(),
         }
     }
 

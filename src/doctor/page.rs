@@ -99,7 +99,11 @@ fn closed_forms(examination: &Examination) -> String {
     for form in &examination.closed_forms {
         text += &format!(
             "  {} {:<38} {:>9.6} ± {:.6}, exactly {:>9.6} within {:.6}  ({:.1} s)\n",
-            state(form.holds),
+            match form.decided {
+                true => state(form.holds),
+                false if form.holds => "?   ",
+                false => "FAIL",
+            },
             form.name,
             form.measured,
             form.stderr,
@@ -107,6 +111,9 @@ fn closed_forms(examination: &Examination) -> String {
             form.tolerance,
             form.seconds
         );
+    }
+    if examination.closed_forms.iter().any(|form| !form.decided) {
+        text += "  ? too few samples in the time to say more than that nothing contradicts it\n";
     }
     for name in &examination.left_out {
         text += &format!("  left out, since the device is slow: {name}\n");
@@ -159,6 +166,7 @@ fn rates_table(rates: &PeakRates) -> String {
 
 fn verdict(examination: &Examination) -> String {
     let verdict = match (examination.holds, examination.device.lacks.is_empty()) {
+        (true, _) if !examination.left_out.is_empty() => "all that was tried holds",
         (true, _) => "all holds",
         (false, true) => "something does not hold",
         (false, false) => "Isolume cannot use this device",
