@@ -46,6 +46,8 @@ pub enum Command {
     Scene(Box<SceneArgs>),
     /// Compare two pictures.
     Compare(CompareArgs),
+    /// Check what each device is asked for, render scenes whose radiance is known, and measure the device's peak rates.
+    Doctor(DoctorArgs),
     /// Describe the devices, or a volume.
     Info(InfoArgs),
 }
@@ -211,15 +213,18 @@ pub struct GpuArgs {
     device: Option<String>,
 }
 
+/// `ISOLUME_VALIDATION=1` watches the device with Vulkan's validation layers, and makes any of their messages an error.
+pub fn wants_validation() -> bool {
+    std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1")
+}
+
 impl GpuArgs {
-    /// `ISOLUME_VALIDATION=1` watches the device with Vulkan's validation layers, and makes any of their messages an
-    /// error.
     pub fn host_options(&self) -> HostOptions {
         HostOptions {
             device: self.device.clone(),
             vram_budget: self.vram_budget,
             ram_budget: self.ram_budget,
-            validation: std::env::var_os("ISOLUME_VALIDATION").is_some_and(|v| v == "1"),
+            validation: wants_validation(),
         }
     }
 }
@@ -288,6 +293,13 @@ pub struct CompareArgs {
     /// Stops to add before the metrics that judge a display picture.
     #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = finite)]
     pub exposure: f64,
+}
+
+#[derive(Debug, Args)]
+pub struct DoctorArgs {
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -5,6 +5,9 @@ use std::path::Path;
 /// Exit status after Ctrl-C with the outputs written.
 pub const INTERRUPTED_STATUS: u8 = 130;
 
+/// Exit status where a device does not work.
+pub const DEVICE_STATUS: u8 = 5;
+
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Every message is one clear sentence that names the file, key or flag, what was found and what
@@ -35,7 +38,7 @@ impl Error {
             Error::Usage(_) => 2,
             Error::Input(_) => 3,
             Error::Memory(_) => 4,
-            Error::Device(_) => 5,
+            Error::Device(_) => DEVICE_STATUS,
             Error::Interrupted => INTERRUPTED_STATUS,
         }
     }

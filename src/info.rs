@@ -166,9 +166,16 @@ fn device_table(device: &DeviceSummary) -> String {
         true => "yes".to_string(),
         false => format!("no, it lacks {}", device.lacks.join(", ")),
     };
+    let fallbacks = device.needs.iter().filter(|need| !need.holds);
+    let fallbacks: String = fallbacks
+        .filter_map(|need| {
+            let fallback = need.fallback?;
+            Some(format!("  without        {}: {fallback}\n", need.name))
+        })
+        .collect();
     let gib = |bytes: u64| bytes as f64 / (1u64 << 30) as f64;
     format!(
-        "{}: {}\n  kind           {}\n  driver         {}\n  Vulkan         {}\n  usable         {usable}\n  memory         {:.2} GiB device-local\n  3D images      {} texels a side at most\n  one buffer     {:.2} GiB at most\n  one allocation {:.2} GiB at most\n",
+        "{}: {}\n  kind           {}\n  driver         {}\n  Vulkan         {}\n  usable         {usable}\n  memory         {:.2} GiB device-local\n  3D images      {} texels a side at most\n  one buffer     {:.2} GiB at most\n  one allocation {:.2} GiB at most\n{fallbacks}",
         device.index,
         device.name,
         device.kind,

@@ -36,6 +36,8 @@
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
+#[cfg(feature = "cli")]
+pub mod doctor;
 pub mod engine;
 pub mod error;
 #[allow(unsafe_code)]

@@ -29,6 +29,7 @@ fn run(command: Command) -> Result<u8> {
         Command::Bench(args) => job::bench(&args),
         Command::Scene(args) => job::scene(&args),
         Command::Compare(args) => job::compare(&args),
+        Command::Doctor(args) => job::doctor(&args),
         Command::Info(args) => job::info(&args),
     }
 }

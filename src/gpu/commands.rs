@@ -69,7 +69,7 @@ impl Frame {
         )
     }
 
-    fn bind(&self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
+    fn bind(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
         let wrong = |e: String| Error::Device(format!("pass {}: {e}", pass.name));
         if let Some((name, _)) = bindings
             .iter()
@@ -113,7 +113,7 @@ impl Frame {
                 .dst_binding(slot.binding)
                 .descriptor_type(slot.kind)
         };
-        let writes: Vec<_> = buffers
+        let mut writes: Vec<_> = buffers
             .iter()
             .map(|(slot, info)| write(slot).buffer_info(info))
             .chain(
@@ -122,18 +122,9 @@ impl Frame {
                     .map(|(slot, info)| write(slot).image_info(info)),
             )
             .collect();
-        // SAFETY: layouts come from the same reflection as the writes, and the resources outlive the
-        // submission, which `run` waits for.
-        unsafe {
-            self.device.push_descriptor.cmd_push_descriptor_set(
-                self.commands,
-                vk::PipelineBindPoint::COMPUTE,
-                pass.pipeline.layout,
-                0,
-                &writes,
-            )
-        };
-        Ok(())
+        let point = vk::PipelineBindPoint::COMPUTE;
+        self.bind_resources(point, &pass.pipeline, &mut writes)
+            .map_err(|e| self.lost(e))
     }
 
     /// `count` workgroups from workgroup `begin` on.

@@ -8,7 +8,10 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use ash::{ext, khr, vk};
 
 use super::instance::{Instance, Validation};
-use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
+use super::needs::{can_load_texels, has_timestamps};
+use super::survey::{
+    DeviceSummary, choose, compute_queue, device_local_heap, queue_families, survey,
+};
 use crate::error::{Error, Result};
 
 /// Which device, and how closely it is watched.
@@ -24,7 +27,6 @@ pub struct DeviceChoice {
 /// An open device. Everything made from it holds an `Arc` of it.
 pub struct Device {
     pub(super) raw: ash::Device,
-    pub(super) push_descriptor: khr::push_descriptor::Device,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) physical: vk::PhysicalDevice,
     /// Vulkan lets one thread at a time submit to it.
@@ -37,9 +39,9 @@ pub struct Device {
     pub(super) linear: vk::Sampler,
     /// Where work happens that a barrier has to wait for.
     pub(super) work_stages: vk::PipelineStageFlags2,
-    /// Once Mesa's CPU driver has drawn anything, it writes timestamps when it draws next, not where they
-    /// were recorded; submissions are then timed by the host's clock.
-    pub(super) has_late_timestamps: bool,
+    /// Submissions are timed by the host's clock: where the queue writes no timestamps, and where a window is drawn by
+    /// Mesa's CPU driver, which then writes them when it draws next, not where they were recorded.
+    pub(super) timed_by_host: bool,
     has_memory_budget: bool,
     /// How shaders read images: `glsl/include/texels.glsl`.
     pub loads_texels: bool,
@@ -64,7 +66,9 @@ impl Device {
         let summaries = survey(&instance)?;
         let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
         let physical = instance.physical_devices()?[summary.index];
-        let loads_texels = summary.kind.is_software() && !choice.fetches_texels;
+        let loads_texels = summary.kind.is_software()
+            && !choice.fetches_texels
+            && can_load_texels(&instance, physical);
         Device::create(instance, physical, summary, draws, loads_texels)
     }
 
@@ -77,11 +81,13 @@ impl Device {
     ) -> Result<Arc<Device>> {
         let queue_family = compute_queue(&instance, physical)
             .ok_or_else(|| Error::Device(format!("{} has no compute queue", summary.name)))?;
+        let families = queue_families(&instance, physical);
+        let writes_timestamps = has_timestamps(&families[queue_family as usize]);
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
         let has_memory_budget = instance.has_extension(physical, ext::memory_budget::NAME);
-        let mut extensions = vec![khr::push_descriptor::NAME.as_ptr()];
+        let mut extensions = Vec::new();
         if draws {
             extensions.push(khr::swapchain::NAME.as_ptr());
         }
@@ -90,9 +96,7 @@ impl Device {
         }
         let features =
             vk::PhysicalDeviceFeatures::default().shader_storage_image_extended_formats(true);
-        let mut twelve = vk::PhysicalDeviceVulkan12Features::default()
-            .scalar_block_layout(true)
-            .host_query_reset(true);
+        let mut twelve = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
         let mut thirteen = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .maintenance4(true)
@@ -103,7 +107,7 @@ impl Device {
             .enabled_features(&features)
             .push_next(&mut twelve)
             .push_next(&mut thirteen);
-        // SAFETY: the chain outlives the call, and `lacking` found every feature present.
+        // SAFETY: the chain outlives the call, and the survey found every feature present.
         let raw = unsafe { instance.raw.create_device(physical, &info, None) }
             .map_err(|e| Error::Device(format!("{} could not be opened: {e}", summary.name)))?;
         // SAFETY: the family and index are the ones that the device was created with.
@@ -114,7 +118,6 @@ impl Device {
             .watches()
             .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         let mut device = Device {
-            push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
             labels,
             raw,
             physical,
@@ -130,7 +133,7 @@ impl Device {
                     vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::ALL_TRANSFER
                 }
             },
-            has_late_timestamps: draws && summary.kind.is_software(),
+            timed_by_host: !writes_timestamps || draws && summary.kind.is_software(),
             has_memory_budget,
             loads_texels,
             summary,

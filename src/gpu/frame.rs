@@ -9,6 +9,7 @@ use std::sync::{Arc, LazyLock};
 
 use ash::vk;
 
+use super::descriptors::DescriptorSets;
 use super::device::{Device, failure};
 use super::timing::{Span, Timings};
 use crate::error::{Error, Result};
@@ -24,6 +25,7 @@ pub struct Frame {
     pub(super) commands: vk::CommandBuffer,
     fence: vk::Fence,
     queries: vk::QueryPool,
+    pub(super) sets: DescriptorSets,
     recorded: Vec<&'static str>,
     /// Marks of the images that the submission under way begins.
     pub(super) begun: Vec<Arc<AtomicBool>>,
@@ -39,6 +41,7 @@ impl Frame {
             commands: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
             queries: vk::QueryPool::null(),
+            sets: DescriptorSets::new(device),
             recorded: Vec::new(),
             begun: Vec::new(),
             leave_out_barriers: false,
@@ -86,6 +89,7 @@ impl Frame {
 
     fn begin(&mut self) -> Result<(), vk::Result> {
         self.recorded.clear();
+        self.sets.reset()?;
         let raw = &self.device.raw;
         let once = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -93,9 +97,10 @@ impl Frame {
         // drops what an error left half recorded.
         unsafe {
             raw.reset_command_buffer(self.commands, vk::CommandBufferResetFlags::empty())?;
-            raw.reset_query_pool(self.queries, 0, 2 * MAX_PASSES);
-            raw.begin_command_buffer(self.commands, &once)
+            raw.begin_command_buffer(self.commands, &once)?;
+            raw.cmd_reset_query_pool(self.commands, self.queries, 0, 2 * MAX_PASSES);
         }
+        Ok(())
     }
 
     fn submit(&mut self) -> Result<(), vk::Result> {
@@ -111,7 +116,7 @@ impl Frame {
             raw.wait_for_fences(&[self.fence], true, u64::MAX)?;
             raw.reset_fences(&[self.fence])?;
         }
-        match self.device.has_late_timestamps {
+        match self.device.timed_by_host {
             true => self.time_by_host(submitted_us),
             false => self.read_timestamps(submitted_us)?,
         }
@@ -160,7 +165,7 @@ impl Frame {
     }
 
     /// An error of the device, naming the last pass that was recorded.
-    fn lost(&self, error: vk::Result) -> Error {
+    pub(super) fn lost(&self, error: vk::Result) -> Error {
         let last = match self.recorded.last() {
             Some(pass) => format!(" in pass {pass}"),
             None => String::new(),
@@ -212,6 +217,9 @@ impl Frame {
     }
 
     fn timestamp(&self, query: u32) {
+        if self.device.timed_by_host {
+            return;
+        }
         // SAFETY: the command buffer is recording; the query was reset and is written once.
         unsafe {
             self.device.raw.cmd_write_timestamp2(

@@ -68,6 +68,9 @@ impl Instance {
             vk::Result::ERROR_LAYER_NOT_PRESENT => Error::Device(
                 "validation was asked for, but VK_LAYER_KHRONOS_validation is not installed (Debian: vulkan-validationlayers)".into(),
             ),
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::Device(
+                "no Vulkan driver was found: install one, for example mesa-vulkan-drivers for the CPU".into(),
+            ),
             vk::Result::ERROR_EXTENSION_NOT_PRESENT => Error::Device(
                 "no Vulkan driver here can draw into this display's windows: `isolume render` needs none".into(),
             ),

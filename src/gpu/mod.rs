@@ -8,11 +8,13 @@
 
 mod buffer;
 mod commands;
+mod descriptors;
 mod device;
 mod frame;
 mod image;
 mod instance;
 mod memory;
+mod needs;
 mod pass;
 mod pipeline;
 mod reflection;
@@ -30,6 +32,7 @@ pub use frame::Frame;
 pub use image::{Image, ImageDesc};
 pub use instance::Validation;
 pub use memory::{Memory, ResourceBytes, human};
+pub use needs::Need;
 pub use pass::{Binding, Pass};
 pub use shader::{PassDesc, Shaders};
 pub use shared::{Shared, Specialization, Word, types};

@@ -9,6 +9,7 @@ use ash::vk;
 use super::buffer::Buffer;
 use super::device::{Device, failure};
 use super::image::Image;
+use super::needs;
 use super::pipeline::Pipeline;
 use super::reflection::{Reflection, Slot, number_resources};
 use super::shader::{PassDesc, Shaders};
@@ -53,6 +54,8 @@ impl Pass {
         } = number_resources(&mut code)
             .and_then(|()| Reflection::read(&code))
             .map_err(|e| Error::Device(format!("pass {}: {e}", desc.name)))?;
+        check_resources(&slots, workgroup, device.loads_texels)
+            .map_err(|e| Error::Device(format!("pass {}: {e}", desc.name)))?;
         let bindings = slots.iter().map(|slot| (slot.binding, slot.kind));
         let stage = vk::ShaderStageFlags::COMPUTE;
         let pipeline = Pipeline::new(device, stage, bindings, push_bytes, |layout| {
@@ -72,6 +75,39 @@ impl Pass {
     /// Workgroups that hold at least `threads` threads.
     pub(super) fn groups(&self, threads: [u32; 3]) -> [u32; 3] {
         std::array::from_fn(|a| threads[a].div_ceil(self.workgroup[a]))
+    }
+}
+
+/// Keeps the shaders to what the table of needs has asked of the device.
+fn check_resources(slots: &[Slot], workgroup: [u32; 3], loads_texels: bool) -> Result<(), String> {
+    let count = |kind| slots.iter().filter(|slot| slot.kind == kind).count() as u32;
+    let images = match loads_texels {
+        true => needs::LOADED_IMAGES,
+        false => needs::STORAGE_IMAGES,
+    };
+    let uses = [
+        ("threads", workgroup.iter().product(), needs::GROUP_THREADS),
+        (
+            "storage buffers",
+            count(vk::DescriptorType::STORAGE_BUFFER),
+            needs::STORAGE_BUFFERS,
+        ),
+        (
+            "storage images",
+            count(vk::DescriptorType::STORAGE_IMAGE),
+            images,
+        ),
+        (
+            "sampled images",
+            count(vk::DescriptorType::COMBINED_IMAGE_SAMPLER),
+            needs::SAMPLED_IMAGES,
+        ),
+    ];
+    match uses.iter().find(|(_, used, most)| used > most) {
+        Some((what, used, most)) => Err(format!(
+            "the shader has {used} {what}, and devices are asked for {most} only (gpu/needs.rs)"
+        )),
+        None => Ok(()),
     }
 }
 

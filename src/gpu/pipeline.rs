@@ -1,5 +1,4 @@
-//! A pipeline and the layouts that it was made for. Its resources are pushed with the commands that use
-//! it, so there are no descriptor pools.
+//! A pipeline and the layouts that it was made for; `descriptors.rs` binds its resources.
 
 use std::sync::Arc;
 
@@ -9,7 +8,7 @@ use super::device::Device;
 
 pub(super) struct Pipeline {
     device: Arc<Device>,
-    set_layout: vk::DescriptorSetLayout,
+    pub set_layout: vk::DescriptorSetLayout,
     pub layout: vk::PipelineLayout,
     pub raw: vk::Pipeline,
 }
@@ -39,9 +38,7 @@ impl Pipeline {
                     .stage_flags(stages)
             })
             .collect();
-        let set = vk::DescriptorSetLayoutCreateInfo::default()
-            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
-            .bindings(&bindings);
+        let set = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
         // SAFETY: `set` is valid; destroyed in Drop.
         pipeline.set_layout = unsafe { device.raw.create_descriptor_set_layout(&set, None) }?;
         let sets = [pipeline.set_layout];

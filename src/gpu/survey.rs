@@ -3,9 +3,10 @@
 use std::ffi::CStr;
 use std::fmt;
 
-use ash::{khr, vk};
+use ash::vk;
 
 use super::instance::{Instance, Validation};
+use super::needs::{Need, has_timestamps, needs};
 use crate::error::{Error, Result};
 
 /// What kind of hardware a driver stands for, best first.
@@ -57,8 +58,11 @@ pub struct DeviceSummary {
     pub max_image_3d: u32,
     pub max_storage_buffer_bytes: u64,
     pub max_allocation_bytes: u64,
-    /// What it lacks; empty if Isolume can use it.
-    pub lacks: Vec<&'static str>,
+    /// What it cannot be used without, as in "scalarBlockLayout (for structs that shaders and Rust share)"; empty if Isolume
+    /// can use it.
+    pub lacks: Vec<String>,
+    /// All that Isolume asks of it.
+    pub needs: Vec<Need>,
 }
 
 /// Every device that a Vulkan driver shows, usable or not.
@@ -88,6 +92,7 @@ fn summarize(instance: &Instance, index: usize, physical: vk::PhysicalDevice) ->
         instance.raw.get_physical_device_memory_properties(physical)
     };
     let properties = properties.properties;
+    let needs = needs(instance, physical);
     let api = properties.api_version;
     DeviceSummary {
         index,
@@ -115,7 +120,8 @@ fn summarize(instance: &Instance, index: usize, physical: vk::PhysicalDevice) ->
         max_image_3d: properties.limits.max_image_dimension3_d,
         max_storage_buffer_bytes: properties.limits.max_storage_buffer_range as u64,
         max_allocation_bytes: third.max_memory_allocation_size,
-        lacks: lacking(instance, physical, api),
+        lacks: needs.iter().filter_map(Need::shortcoming).collect(),
+        needs,
     }
 }
 
@@ -133,55 +139,28 @@ pub(super) fn device_local_heap(memory: &vk::PhysicalDeviceMemoryProperties) -> 
         .unwrap_or(0)
 }
 
-fn lacking(instance: &Instance, physical: vk::PhysicalDevice, api: u32) -> Vec<&'static str> {
-    if api < vk::API_VERSION_1_3 {
-        return vec!["Vulkan 1.3"];
-    }
-    let mut twelve = vk::PhysicalDeviceVulkan12Features::default();
-    let mut thirteen = vk::PhysicalDeviceVulkan13Features::default();
-    let mut features = vk::PhysicalDeviceFeatures2::default()
-        .push_next(&mut twelve)
-        .push_next(&mut thirteen);
-    // SAFETY: `physical` belongs to the live instance, and the chain outlives the call.
+pub(super) fn queue_families(
+    instance: &Instance,
+    physical: vk::PhysicalDevice,
+) -> Vec<vk::QueueFamilyProperties> {
+    // SAFETY: `physical` belongs to the live instance.
     unsafe {
         instance
             .raw
-            .get_physical_device_features2(physical, &mut features)
-    };
-    let formats = features.features.shader_storage_image_extended_formats == vk::TRUE;
-    let push = instance.has_extension(physical, khr::push_descriptor::NAME);
-    let compute = compute_queue(instance, physical).is_some();
-    [
-        (twelve.scalar_block_layout == vk::TRUE, "scalarBlockLayout"),
-        (twelve.host_query_reset == vk::TRUE, "hostQueryReset"),
-        (thirteen.synchronization2 == vk::TRUE, "synchronization2"),
-        (thirteen.maintenance4 == vk::TRUE, "maintenance4"),
-        (formats, "shaderStorageImageExtendedFormats"),
-        (push, "VK_KHR_push_descriptor"),
-        (compute, "a compute queue with timestamps"),
-    ]
-    .into_iter()
-    .filter_map(|(present, name)| (!present).then_some(name))
-    .collect()
+            .get_physical_device_queue_family_properties(physical)
+    }
 }
 
-/// One that can draw as well, if there is one: a window does.
+/// The family to compute with: one that writes timestamps, if there is one, and that can draw as well, as a window does.
 pub(super) fn compute_queue(instance: &Instance, physical: vk::PhysicalDevice) -> Option<u32> {
-    // SAFETY: `physical` belongs to the live instance.
-    let families = unsafe {
-        instance
-            .raw
-            .get_physical_device_queue_family_properties(physical)
-    };
-    let first_with = |flags: vk::QueueFlags| {
-        families
-            .iter()
-            .position(|f| f.queue_flags.contains(flags) && f.timestamp_valid_bits >= 32)
-    };
-    let compute = vk::QueueFlags::COMPUTE;
-    first_with(compute | vk::QueueFlags::GRAPHICS)
-        .or_else(|| first_with(compute))
-        .map(|index| index as u32)
+    let families = queue_families(instance, physical);
+    let computes = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
+    let draws = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::GRAPHICS);
+    let (index, _) = (0..)
+        .zip(&families)
+        .filter(|(_, f)| computes(f))
+        .min_by_key(|(_, f)| (!has_timestamps(f), !draws(f)))?;
+    Some(index)
 }
 
 /// The wanted device, or the best: discrete before integrated before CPU.
@@ -192,11 +171,19 @@ pub(super) fn choose<'a>(
     let listing = || {
         let names: Vec<String> = all
             .iter()
-            .map(|d| format!("{}: {}", d.index, d.name))
+            .map(|d| match d.lacks.is_empty() {
+                true => format!("{}: {}", d.index, d.name),
+                false => format!(
+                    "{}: {}, which lacks {}",
+                    d.index,
+                    d.name,
+                    d.lacks.join(", ")
+                ),
+            })
             .collect();
         match names.is_empty() {
             true => "there is none".to_string(),
-            false => format!("there are {}", names.join("; ")),
+            false => format!("found: {}", names.join("; ")),
         }
     };
     let Some(wanted) = wanted else {
@@ -227,5 +214,28 @@ pub(super) fn choose<'a>(
             found.name,
             found.lacks.join(", ")
         ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unusable_device_is_named_with_what_it_lacks() {
+        let usable =
+            survey(&Instance::new(Validation::Off, &[]).expect("Vulkan")).expect("devices");
+        let mut device = usable[0].clone();
+        device.lacks = vec!["scalarBlockLayout (for structs)".into()];
+        let message = |wanted| match choose(std::slice::from_ref(&device), wanted) {
+            Ok(_) => panic!("an unusable device was chosen"),
+            Err(e) => e.to_string(),
+        };
+        let shortcoming = format!(
+            "{}, which lacks scalarBlockLayout (for structs)",
+            device.name
+        );
+        assert!(message(None).contains(&shortcoming), "{}", message(None));
+        assert!(message(Some("0")).contains("scalarBlockLayout"));
     }
 }

@@ -9,9 +9,11 @@ mod render;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::cli::{CompareArgs, InfoArgs, SceneArgs};
+use crate::cli::{CompareArgs, DoctorArgs, InfoArgs, SceneArgs, wants_validation};
 use crate::compare;
-use crate::error::{Error, Result};
+use crate::doctor;
+use crate::error::{DEVICE_STATUS, Error, Result};
+use crate::gpu::list_devices;
 use crate::info;
 use crate::scene::Opened;
 use crate::scene::volume::{Reading, Volume, VolumeOverrides};
@@ -68,6 +70,25 @@ pub fn compare(args: &CompareArgs) -> Result<u8> {
     match args.json {
         true => print(&info::to_json(&compared)?),
         false => print(&compared.table()),
+    }
+}
+
+/// `isolume doctor`.
+pub fn doctor(args: &DoctorArgs) -> Result<u8> {
+    let devices = list_devices()?;
+    if devices.is_empty() {
+        return Err(Error::Device(
+            "no Vulkan device was found: install a driver, for example mesa-vulkan-drivers for the CPU".into(),
+        ));
+    }
+    let examinations = doctor::examine_all(devices, wants_validation());
+    match args.json {
+        true => print(&info::to_json(&examinations)?)?,
+        false => print(&doctor::page(&examinations))?,
+    };
+    match examinations.iter().all(|examination| examination.holds) {
+        true => Ok(0),
+        false => Ok(DEVICE_STATUS),
     }
 }
 

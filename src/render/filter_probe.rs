@@ -24,8 +24,18 @@ const TOLERANCE: f32 = 1.0 / 512.0 + 1e-4;
 const BUDGET: u64 = 16 << 20;
 
 pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format) -> Result<bool> {
+    let error = filter_error(device, shaders, format)?;
+    Ok(error.is_some_and(|error| error <= TOLERANCE))
+}
+
+/// The largest error of the device's filter, as a share of the texels' difference; `None` if it has none for this format.
+pub fn filter_error(
+    device: &Arc<Device>,
+    shaders: &Shaders,
+    format: Format,
+) -> Result<Option<f32>> {
     if !device.filters(format) {
-        return Ok(false);
+        return Ok(None);
     }
     let memory = Memory::new(device, BUDGET)?;
     let desc = ImageDesc {
@@ -67,8 +77,7 @@ pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format
         f.pass(&pass, &bindings, &push, [PROBE_POSITIONS, 1, 1])
     })?;
     let measured: &[f32] = bytemuck::cast_slice(errors.mapped().unwrap_or_default());
-    let worst = measured.iter().copied().fold(0.0, f32::max);
-    Ok(worst <= TOLERANCE)
+    Ok(Some(measured.iter().copied().fold(0.0, f32::max)))
 }
 
 fn checkerboard<T: Default + Copy>(high: T) -> [T; 8] {

@@ -327,6 +327,11 @@ shared! {
         pub seed: uint,
     }
 
+    pub struct PeakPush {
+        /// What a thread does so many times.
+        pub steps: uint,
+    }
+
     pub struct ToneMapPush {
         /// Pixels of the picture.
         pub source: uvec2,

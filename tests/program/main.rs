@@ -12,6 +12,7 @@ mod allocations;
 mod bench;
 mod choosing;
 mod dicom;
+mod doctor;
 mod outputs;
 mod refusals;
 #[cfg(target_os = "linux")]

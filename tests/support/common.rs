@@ -12,9 +12,10 @@ use isolume::scene::*;
 
 pub const BUDGET: u64 = 1 << 30;
 
-/// A device under validation.
+/// A device under validation. `ISOLUME_TEST_FETCHES=1` has it read images as a GPU does, whatever it is: `tools/devices` runs
+/// the tests both ways.
 pub fn device() -> Arc<Device> {
-    device_that_fetches(false)
+    device_that_fetches(std::env::var_os("ISOLUME_TEST_FETCHES").is_some_and(|v| v == "1"))
 }
 
 /// The same; true: it reads images as a GPU does, whatever it is.

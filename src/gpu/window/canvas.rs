@@ -277,12 +277,37 @@ impl Frame {
             "interface",
             vk::PipelineStageFlags2::ALL_COMMANDS,
             |frame| {
-                if let Some(pipeline) = &canvas.pipeline {
-                    frame.record_draws(canvas, pipeline, target);
-                }
+                let Some(pipeline) = &canvas.pipeline else {
+                    return Ok(());
+                };
+                frame.bind_canvas(canvas, pipeline)?;
+                frame.record_draws(canvas, pipeline, target);
                 Ok(())
             },
         )
+    }
+
+    fn bind_canvas(&mut self, canvas: &Canvas, pipeline: &Pipeline) -> Result<()> {
+        let buffers = [&canvas.vertices, &canvas.indices].map(|buffer| {
+            [vk::DescriptorBufferInfo::default()
+                .buffer(buffer.raw)
+                .range(vk::WHOLE_SIZE)]
+        });
+        let texture = [vk::DescriptorImageInfo::default()
+            .sampler(self.device.linear)
+            .image_view(canvas.atlas.view)
+            .image_layout(vk::ImageLayout::GENERAL)];
+        let mut writes = bindings().map(|(binding, kind)| {
+            let write = vk::WriteDescriptorSet::default()
+                .dst_binding(binding)
+                .descriptor_type(kind);
+            match buffers.get(binding as usize) {
+                Some(buffer) => write.buffer_info(buffer),
+                None => write.image_info(&texture),
+            }
+        });
+        self.bind_resources(vk::PipelineBindPoint::GRAPHICS, pipeline, &mut writes)
+            .map_err(|e| self.lost(e))
     }
 
     fn record_draws(&self, canvas: &Canvas, pipeline: &Pipeline, target: &Target) {
@@ -307,24 +332,6 @@ impl Frame {
             size: target.extent.map(|n| n as f32),
             uv_scale: canvas.used.map(|n| n as f32 / ATLAS_SIDE as f32),
         };
-        let buffers = [&canvas.vertices, &canvas.indices].map(|buffer| {
-            [vk::DescriptorBufferInfo::default()
-                .buffer(buffer.raw)
-                .range(vk::WHOLE_SIZE)]
-        });
-        let texture = [vk::DescriptorImageInfo::default()
-            .sampler(self.device.linear)
-            .image_view(canvas.atlas.view)
-            .image_layout(vk::ImageLayout::GENERAL)];
-        let writes = bindings().map(|(binding, kind)| {
-            let write = vk::WriteDescriptorSet::default()
-                .dst_binding(binding)
-                .descriptor_type(kind);
-            match buffers.get(binding as usize) {
-                Some(buffer) => write.buffer_info(buffer),
-                None => write.image_info(&texture),
-            }
-        });
         let (raw, commands) = (&self.device.raw, self.commands);
         // SAFETY: the command buffer is recording, and everything outlives the submission, which
         // `run` waits for.
@@ -338,13 +345,6 @@ impl Frame {
                 all_stages(),
                 0,
                 bytemuck::bytes_of(&push),
-            );
-            self.device.push_descriptor.cmd_push_descriptor_set(
-                commands,
-                vk::PipelineBindPoint::GRAPHICS,
-                pipeline.layout,
-                0,
-                &writes,
             );
             for draw in &canvas.draws {
                 raw.cmd_set_scissor(commands, 0, &[draw.scissor]);

@@ -21,6 +21,7 @@ fn device(name: &str, kind: DeviceKind, heap: u64) -> DeviceSummary {
         max_storage_buffer_bytes: ANY_BUFFER,
         max_allocation_bytes: heap,
         lacks: Vec::new(),
+        needs: Vec::new(),
     }
 }
 

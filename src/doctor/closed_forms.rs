@@ -1,0 +1,272 @@
+//! Scenes of a few voxels whose radiance is known exactly. Between them they use transmittance, scattering, the phase
+//! function, surfaces and the cache; `tests/transport` holds the same engine to many more, and to tighter bounds.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+
+use crate::engine::{Engine, Host, Picture, Stop};
+use crate::error::Result;
+use crate::scene::volume::{Volume, Voxels};
+use crate::scene::{EnvironmentImage, Scene, SceneFile, resolve};
+
+/// A number that was measured against one that is known.
+#[derive(Debug, Serialize)]
+pub struct ClosedForm {
+    pub name: &'static str,
+    pub exact: f64,
+    pub measured: f64,
+    /// Standard error of the measurement; where the cache or rounding decides, the tolerance is wider than that.
+    pub stderr: f64,
+    /// Largest difference that counts as agreement.
+    pub tolerance: f64,
+    pub seconds: f64,
+    /// Whether the measurement agrees with the exact number.
+    pub holds: bool,
+    /// Whether its standard error is small enough for that to mean something.
+    pub decided: bool,
+}
+
+/// Errors of a cache, and of the noise of its cells, which a picture's standard error does not know.
+const CACHE_TOLERANCE: f64 = 0.01;
+/// A measurement with a larger standard error, as a share of the exact number, decides nothing.
+const CONCLUSIVE: f64 = 0.02;
+/// Voxels by which the depth of a surface may be off.
+const DEPTH_TOLERANCE: f64 = 1e-3;
+/// Samples a pixel, and how long one scene may take for them.
+const SAMPLES: u32 = 1024;
+const TIME: Duration = Duration::from_millis(1500);
+
+/// Renders a scene and compares what is known of it.
+type Check = fn(&Host) -> Result<Vec<Measured>>;
+
+/// The most telling first, since a slow device is not examined for ever.
+const CHECKS: [(&str, Check); 6] = [
+    ("slab that absorbs", absorption),
+    ("white furnace through the cache", cached_furnace),
+    ("white surface in a white furnace", surface),
+    ("slab under a sun, one scattering", single_scattering),
+    ("scattering slab through the cache", cached_slab),
+    ("white furnace", furnace),
+];
+
+/// Runs the checks one after another, and none that `until` is too soon for, judging by the slowest so far. Some drivers
+/// take ten seconds to compile the passes of one scene. Returns the results, and the names of the checks left out.
+pub fn check_all(host: &Host, until: Instant) -> Result<(Vec<ClosedForm>, Vec<&'static str>)> {
+    let (mut forms, mut left_out) = (Vec::new(), Vec::new());
+    let mut slowest = Duration::ZERO;
+    for (name, check) in CHECKS {
+        let began = Instant::now();
+        if began + slowest > until {
+            left_out.push(name);
+            continue;
+        }
+        let measured = check(host)?;
+        slowest = slowest.max(began.elapsed());
+        let seconds = began.elapsed().as_secs_f64() / measured.len() as f64;
+        forms.extend(measured.into_iter().map(|m| m.judged(seconds)));
+    }
+    Ok((forms, left_out))
+}
+
+struct Measured {
+    name: &'static str,
+    exact: f64,
+    measured: f64,
+    stderr: f64,
+    tolerance: f64,
+}
+
+impl Measured {
+    /// The mean of red over the picture, whose pixels are independent.
+    fn radiance(name: &'static str, picture: &Picture, exact: f64) -> Measured {
+        let pixels = picture.rgb.len() as f64;
+        let sum: f64 = picture.rgb.iter().map(|p| f64::from(p[0])).sum();
+        let squares: f64 = picture.stderr.iter().map(|p| f64::from(p[0]).powi(2)).sum();
+        let stderr = squares.sqrt() / pixels;
+        Measured {
+            name,
+            exact,
+            measured: sum / pixels,
+            stderr,
+            tolerance: 4.0 * stderr + 2e-4 * exact,
+        }
+    }
+
+    fn judged(self, seconds: f64) -> ClosedForm {
+        let Measured {
+            name,
+            exact,
+            measured,
+            stderr,
+            tolerance,
+        } = self;
+        ClosedForm {
+            name,
+            exact,
+            measured,
+            stderr,
+            tolerance,
+            seconds,
+            holds: (measured - exact).abs() <= tolerance,
+            decided: stderr <= CONCLUSIVE * exact.abs(),
+        }
+    }
+
+    fn through_a_cache(mut self) -> Measured {
+        self.tolerance = CACHE_TOLERANCE * self.exact;
+        self
+    }
+}
+
+/// A field that is 1 everywhere.
+fn constant(dims: [u32; 3], spacing: [f64; 3]) -> Result<Volume> {
+    let voxels = vec![1.0; dims.iter().product::<u32>() as usize];
+    Volume::from_values(dims, spacing, Voxels::F32(voxels))
+}
+
+/// Thickness 1, and as good as infinitely wide.
+fn slab(layers: u32) -> Result<Volume> {
+    constant([2, layers, 2], [50.0, 1.0 / f64::from(layers), 50.0])
+}
+
+fn scene(text: &str, volume: &Volume) -> Result<Scene> {
+    let file = SceneFile::parse(text, "doctor.toml".as_ref(), &[])?;
+    Ok(resolve(&file, volume)?.0)
+}
+
+fn render(host: &Host, volume: &Volume, scene: &Scene, seed: u32) -> Result<Picture> {
+    let mut engine = Engine::new(host, volume, scene, seed)?;
+    engine.warm_up()?;
+    engine.render(Stop {
+        spp: SAMPLES.try_into().ok(),
+        time: Some(TIME),
+        ..Stop::default()
+    })?;
+    engine.picture()
+}
+
+const FROM_ABOVE: &str = "camera = { eye = [0.0, 20.0, 0.0], target = [0.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], orthographic = 1.0 }\n";
+
+/// e⁻² of the sky is left behind two mean free paths.
+fn absorption(host: &Host) -> Result<Vec<Measured>> {
+    let volume = slab(1)?;
+    let text = "render = { size = [32, 32], variant = \"non-caching\" }
+        medium = { density = 2.0, transfer = [{ value = 0.0, color = [0.0, 0.0, 0.0] }] }\n";
+    let scene = scene(&[FROM_ABOVE, text].concat(), &volume)?;
+    let picture = render(host, &volume, &scene, 1)?;
+    let measured = Measured::radiance("slab that absorbs", &picture, (-2.0f64).exp());
+    Ok(vec![measured])
+}
+
+/// Light that falls straight down is seen at 60° to it: 10/4π · (1 − exp(−1 − 1/μ)) / (1 + μ) with μ = ½.
+fn single_scattering(host: &Host) -> Result<Vec<Measured>> {
+    let volume = slab(1)?;
+    let text = "render = { size = [32, 32], variant = \"non-caching\", max_bounces = 1 }
+        medium = { density = 1.0, transfer = [{ value = 0.0 }] }
+        light = [{ type = \"directional\", direction = [0.0, -1.0, 0.0], irradiance = [10.0, 10.0, 10.0] }]
+        camera = { eye = [17.320508, 10.0, 0.0], target = [0.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], orthographic = 1.0 }\n";
+    let picture = render(host, &volume, &scene(text, &volume)?, 2)?;
+    let exact = 10.0 / (4.0 * std::f64::consts::PI) * 2.0 / 3.0 * -(-3.0f64).exp_m1();
+    let measured = Measured::radiance("slab under a sun, one scattering", &picture, exact);
+    Ok(vec![measured])
+}
+
+const FURNACE: &str = "medium = { density = 8.0, transfer = [{ value = 0.0 }] }
+    camera = { eye = [0.6, 0.8, 3.0], target = [0.0, 0.0, 0.0], up = [0.0, 1.0, 0.0], fov_y = 25.0 }\n";
+
+/// Where nothing absorbs and the sky is 1 everywhere, so is the picture.
+fn furnace(host: &Host) -> Result<Vec<Measured>> {
+    let volume = constant([12; 3], [1.0 / 12.0; 3])?;
+    let text = "render = { size = [16, 16], variant = \"non-caching\" }\n";
+    let scene = scene(&[text, FURNACE].concat(), &volume)?;
+    let picture = render(host, &volume, &scene, 3)?;
+    let measured = Measured::radiance("white furnace", &picture, 1.0);
+    Ok(vec![measured])
+}
+
+fn cached_furnace(host: &Host) -> Result<Vec<Measured>> {
+    let volume = constant([12; 3], [1.0 / 12.0; 3])?;
+    let text = "render = { size = [16, 16], variant = \"caching\", cache_scale = 0.5, cache_format = \"f16\" }\n";
+    let scene = scene(&[text, FURNACE].concat(), &volume)?;
+    let picture = render(host, &volume, &scene, 5)?;
+    let measured =
+        Measured::radiance("white furnace through the cache", &picture, 1.0).through_a_cache();
+    Ok(vec![measured])
+}
+
+/// A sky that is 1 above the horizon and 0 below, reflected by a slab of one mean free path and albedo ½.
+fn cached_slab(host: &Host) -> Result<Vec<Measured>> {
+    const ROWS: usize = 256;
+    let volume = slab(16)?;
+    let text = "render = { size = [16, 16], variant = \"caching\", cache_scale = 1.0, cache_format = \"f32\" }
+        medium = { density = 1.0, transfer = [{ value = 0.0, color = [0.5, 0.5, 0.5] }] }\n";
+    let mut scene = scene(&[FROM_ABOVE, text].concat(), &volume)?;
+    let row = |j| [if j < ROWS / 2 { 1.0 } else { 0.0 }; 3];
+    scene.environment.radiance = [0.0; 3];
+    scene.environment.image = Some(EnvironmentImage {
+        width: 1,
+        height: ROWS as u32,
+        texels: (0..ROWS).map(row).collect::<Arc<[_]>>(),
+    });
+    let picture = render(host, &volume, &scene, 6)?;
+    let measured = Measured::radiance("scattering slab through the cache", &picture, 0.099119)
+        .through_a_cache();
+    Ok(vec![measured])
+}
+
+/// The voxels' values grow by one from each to the next along y.
+fn ramp() -> Result<Volume> {
+    const SIDE: usize = 16;
+    let voxels = (0..SIDE.pow(3)).map(|i| (i / SIDE % SIDE) as f32);
+    Volume::from_values(
+        [SIDE as u32; 3],
+        [1.0 / SIDE as f64; 3],
+        Voxels::F32(voxels.collect()),
+    )
+}
+
+/// A white surface in a white furnace is as bright as everything else. The plane V = 7.3 lies 7.8 voxels above the bottom,
+/// at y = 7.8/16 − 1/2, and the eye at 2. The same samples taken again give the same bits.
+fn surface(host: &Host) -> Result<Vec<Measured>> {
+    const VOXELS: f64 = 16.0;
+    let volume = ramp()?;
+    let text = "render = { size = [16, 16], variant = \"non-caching\" }
+        medium = { density = 8.0, transfer = [{ value = 0.0 }] }
+        surfaces = { light = \"full\", iso = [{ value = 7.3, color = [1.0, 1.0, 1.0] }] }
+        camera = { eye = [0.0, 2.0, 0.0], target = [0.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], orthographic = 0.9 }\n";
+    let mut engine = Engine::new(host, &volume, &scene(text, &volume)?, 7)?;
+    engine.warm_up()?;
+    let mut picture_of = |samples: u32| {
+        engine.begin_picture();
+        engine.render(Stop {
+            spp: samples.try_into().ok(),
+            ..Stop::default()
+        })?;
+        engine.picture()
+    };
+    let picture = picture_of(64)?;
+    let again = picture_of(64)?;
+    let exact = 2.5 * VOXELS - 7.8;
+    let depths = picture.depth.iter().map(|&depth| f64::from(depth) * VOXELS);
+    let worst = depths.max_by(|a, b| (a - exact).abs().total_cmp(&(b - exact).abs()));
+    let pixels = picture.rgb.iter().zip(&again.rgb);
+    Ok(vec![
+        Measured::radiance("white surface in a white furnace", &picture, 1.0),
+        Measured {
+            name: "depth of an isosurface, voxels",
+            exact,
+            measured: worst.unwrap_or(f64::NAN),
+            stderr: 0.0,
+            tolerance: DEPTH_TOLERANCE,
+        },
+        Measured {
+            name: "pixels that differ the second time",
+            exact: 0.0,
+            measured: pixels.filter(|(a, b)| a != b).count() as f64,
+            stderr: 0.0,
+            tolerance: 0.0,
+        },
+    ])
+}

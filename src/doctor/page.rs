@@ -1,0 +1,175 @@
+//! The page in plain text.
+
+use super::Examination;
+use crate::gpu::human;
+use crate::render::PeakRates;
+
+pub fn page(examinations: &[Examination]) -> String {
+    let mut text = format!(
+        "isolume {} on {} {}\n",
+        env!("CARGO_PKG_VERSION"),
+        std::env::consts::OS,
+        std::env::consts::ARCH
+    );
+    for examination in examinations {
+        text += &part(examination);
+    }
+    text
+}
+
+fn part(examination: &Examination) -> String {
+    let device = &examination.device;
+    let mut text = format!(
+        "\n{}: {} ({})\ndriver {}, Vulkan {}, {} of its own memory\nimages of {} texels a side in 3D and {} in 2D, buffers of {}, allocations of {}\n",
+        device.index,
+        device.name,
+        device.kind,
+        device.driver.trim(),
+        device.api,
+        human(device.device_local_bytes),
+        device.max_image_3d,
+        device.max_image_2d,
+        human(device.max_storage_buffer_bytes),
+        human(device.max_allocation_bytes),
+    );
+    text += "\nneeds\n";
+    for need in &device.needs {
+        let state = match (need.holds, need.fallback) {
+            (true, _) => "ok",
+            (false, Some(_)) => "no",
+            (false, None) => "FAIL",
+        };
+        text += &format!(
+            "  {state:<5}{:<36} {:<26} for {}\n",
+            need.name, need.found, need.reason
+        );
+        if let (false, Some(fallback)) = (need.holds, need.fallback) {
+            text += &format!("       without it, {fallback}\n");
+        }
+    }
+    text += &filters(examination);
+    text += &timestamps(examination);
+    text += &closed_forms(examination);
+    if let Some(rates) = &examination.rates {
+        text += &rates_table(rates);
+    }
+    if let Some(fault) = &examination.fault {
+        text += &format!("\nFAIL the examination ended early: {fault}\n");
+    }
+    text + &verdict(examination)
+}
+
+fn filters(examination: &Examination) -> String {
+    let mut text = String::new();
+    for filter in &examination.filters {
+        let error = match filter.error {
+            None => "absent".to_string(),
+            Some(error) => format!("off by {error:.5} of a voxel at most"),
+        };
+        let by = if filter.is_used {
+            "the device"
+        } else {
+            "shaders"
+        };
+        text += &format!(
+            "  {:<12} {error:<36} voxels are interpolated by {by}\n",
+            filter.format
+        );
+    }
+    match text.is_empty() {
+        true => text,
+        false => format!("\nfilter\n{text}"),
+    }
+}
+
+fn timestamps(examination: &Examination) -> String {
+    let Some(times) = &examination.timestamps else {
+        return String::new();
+    };
+    format!(
+        "\ntimestamps\n  {} the longest dispatch took {:.1} ms by them and {:.1} ms by the host's clock\n",
+        state(times.holds),
+        1e3 * times.by_device_s,
+        1e3 * times.by_host_s
+    )
+}
+
+fn closed_forms(examination: &Examination) -> String {
+    let mut text = String::new();
+    for form in &examination.closed_forms {
+        text += &format!(
+            "  {} {:<38} {:>9.6} ± {:.6}, exactly {:>9.6} within {:.6}  ({:.1} s)\n",
+            match form.decided {
+                true => state(form.holds),
+                false if form.holds => "?   ",
+                false => "FAIL",
+            },
+            form.name,
+            form.measured,
+            form.stderr,
+            form.exact,
+            form.tolerance,
+            form.seconds
+        );
+    }
+    if examination.closed_forms.iter().any(|form| !form.decided) {
+        text += "  ? too few samples in the time to say more than that nothing contradicts it\n";
+    }
+    for name in &examination.left_out {
+        text += &format!("  left out, since the device is slow: {name}\n");
+    }
+    match text.is_empty() {
+        true => text,
+        false => format!("\nclosed forms\n{text}"),
+    }
+}
+
+fn state(holds: bool) -> &'static str {
+    if holds { "ok  " } else { "FAIL" }
+}
+
+fn rates_table(rates: &PeakRates) -> String {
+    let by = if rates.filtered {
+        "filtered"
+    } else {
+        "in shaders"
+    };
+    let beyond = human(rates.volume_bytes);
+    let million =
+        |name: String, rate: f64| format!("  {name:<44} {:>11.1} million/s\n", rate * 1e-6);
+    [
+        "\npeak rates\n".to_string(),
+        million(
+            format!("trilinear samples {by}, volume in cache"),
+            rates.samples_cached,
+        ),
+        million(
+            format!("trilinear samples {by}, volume of {beyond}"),
+            rates.samples,
+        ),
+        million("voxel reads, volume in cache".into(), rates.reads_cached),
+        million(format!("voxel reads, volume of {beyond}"), rates.reads),
+        million("writes of four floats to an image".into(), rates.writes),
+        format!(
+            "  {:<44} {:>11.2} GB/s\n",
+            "copies on the device",
+            rates.copied_bytes * 1e-9
+        ),
+        format!(
+            "  {:<44} {:>11.1} µs\n",
+            "a dispatch that does nothing",
+            rates.dispatch_s * 1e6
+        ),
+    ]
+    .concat()
+}
+
+fn verdict(examination: &Examination) -> String {
+    let verdict = match (examination.holds, examination.device.lacks.is_empty()) {
+        (true, _) if !examination.left_out.is_empty() => "all that was tried holds",
+        (true, _) => "all holds",
+        (false, true) => "something does not hold",
+        (false, false) => "Isolume cannot use this device",
+    };
+    format!("\n{verdict}; {:.1} s\n", examination.seconds)
+}

@@ -1,0 +1,267 @@
+//! The most that a device can do of each kind of work that rendering consists of: what the time of a pass is held
+//! against.
+//!
+//! Each rate is measured by a shader that does one kind of work alone (`glsl/peak_rate.comp`). The first dispatch is
+//! tiny; it grows until it takes long enough to be timed, so that no device is kept busy for long.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::filter_probe::filter_is_precise;
+use super::shared::PeakPush;
+use crate::error::Result;
+use crate::gpu::{
+    Binding, Buffer, BufferDesc, Device, Format, Frame, Image, ImageDesc, Memory, Pass, PassDesc,
+    Placement, Shaders,
+};
+
+/// How often a device does something in a second.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PeakRates {
+    /// Trilinear samples of a volume that fits the caches, and of one that does not, in the way in which the device takes
+    /// them in a render: through its filter, or by eight reads.
+    pub samples_cached: f64,
+    pub samples: f64,
+    /// Reads of single voxels of the same volumes.
+    pub reads_cached: f64,
+    pub reads: f64,
+    /// Writes of texels of four 32-bit floats.
+    pub writes: f64,
+    /// Bytes copied from one buffer to another on the device.
+    pub copied_bytes: f64,
+    /// From the submission of a dispatch that does next to nothing to its end, as the host sees it, in seconds.
+    pub dispatch_s: f64,
+    /// The longest dispatch by the device's timestamps and by the host's clock, in seconds.
+    pub longest_by_timestamps_s: f64,
+    pub longest_by_host_s: f64,
+    /// Bytes of the volume that does not fit the caches.
+    pub volume_bytes: u64,
+    /// Whether the samples were taken by the device's own filter.
+    pub filtered: bool,
+}
+
+/// A dispatch is long enough if it takes so many seconds; the best of [`RUNS`] counts.
+const LONG_ENOUGH_S: f64 = 0.015;
+const RUNS: usize = 3;
+const LATENCY_RUNS: usize = 50;
+/// In one submission.
+const MOST_COPIES: u32 = 32;
+/// Voxels a side of a volume that any cache holds.
+const SMALL: u32 = 16;
+/// Pixels a side of the picture that is written.
+const PICTURE: u32 = 1024;
+const STAGING_BYTES: u64 = 16 << 20;
+
+/// Where the measurements run.
+struct Bench {
+    device: Arc<Device>,
+    memory: Arc<Memory>,
+    frame: Frame,
+    threads: u32,
+    longest_s: [f64; 2],
+}
+
+/// Measures all rates, in one to three seconds and in an eighth of the budget at most.
+pub fn peak_rates(device: &Arc<Device>, shaders: &Shaders) -> Result<PeakRates> {
+    let (budget, _) = device.default_budget();
+    let is_software = device.summary.kind.is_software();
+    let mut bench = Bench {
+        device: device.clone(),
+        memory: Memory::new(device, budget)?,
+        frame: Frame::new(device)?,
+        threads: if is_software { 1 << 13 } else { 1 << 20 },
+        longest_s: [0.0; 2],
+    };
+    let small = bench.volume([SMALL; 3])?;
+    let large = bench.volume(large_extent(budget, is_software))?;
+    let filtered = !device.loads_texels && filter_is_precise(device, shaders, Format::R8_UNORM)?;
+    let samples = bench.pass(
+        shaders,
+        if filtered {
+            &["SAMPLES", "FILTERED"]
+        } else {
+            &["SAMPLES"]
+        },
+    )?;
+    let reads = bench.pass(shaders, &["READS"])?;
+    let writes = bench.pass(shaders, &["WRITES"])?;
+    Ok(PeakRates {
+        samples_cached: bench.reading(&samples, &small)?,
+        samples: bench.reading(&samples, &large)?,
+        reads_cached: bench.reading(&reads, &small)?,
+        reads: bench.reading(&reads, &large)?,
+        writes: bench.writing(&writes)?,
+        copied_bytes: bench.copying()?,
+        dispatch_s: bench.latency(&reads, &small)?,
+        longest_by_timestamps_s: bench.longest_s[0],
+        longest_by_host_s: bench.longest_s[1],
+        volume_bytes: large.desc.bytes(),
+        filtered,
+    })
+}
+
+/// More than the caches hold: 256 MiB on a GPU and 64 MiB on a CPU, or a sixteenth of the memory.
+fn large_extent(budget: u64, is_software: bool) -> [u32; 3] {
+    let mut extent = match is_software {
+        true => [256, 512, 512],
+        false => [512, 512, 1024],
+    };
+    while extent.iter().map(|&n| u64::from(n)).product::<u64>() > budget / 16 && extent[2] > 1 {
+        extent[2] /= 2;
+    }
+    extent
+}
+
+impl Bench {
+    fn pass(&self, shaders: &Shaders, work: &[&'static str]) -> Result<Pass> {
+        let macros: Vec<_> = work.iter().map(|&name| (name, "1")).collect();
+        let desc = PassDesc {
+            name: "peak_rate",
+            specialization: &[],
+            macros: &macros,
+        };
+        Pass::new(&self.device, shaders, &desc)
+    }
+
+    fn buffer(&self, name: &'static str, bytes: u64, placement: Placement) -> Result<Buffer> {
+        let desc = BufferDesc {
+            name,
+            bytes,
+            placement,
+        };
+        Buffer::new(&self.memory, desc)
+    }
+
+    /// A volume of noise, which no device can compress.
+    fn volume(&mut self, extent: [u32; 3]) -> Result<Image> {
+        let desc = ImageDesc {
+            name: "voxels",
+            extent,
+            volumetric: true,
+            written: false,
+            zeroed: false,
+            format: Format::R8_UNORM,
+        };
+        let image = Image::new(&self.memory, desc)?;
+        let [width, height, depth] = extent;
+        let slice = u64::from(width) * u64::from(height);
+        let slices = (STAGING_BYTES / slice).clamp(1, u64::from(depth)) as u32;
+        let mut staging = self.buffer("staging", slice * u64::from(slices), Placement::Upload)?;
+        let noise =
+            (0..staging.desc.bytes as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8);
+        staging.write(&noise.collect::<Vec<u8>>());
+        for z in (0..depth).step_by(slices as usize) {
+            let extent = [width, height, slices.min(depth - z)];
+            self.frame
+                .run(|f| f.upload(&staging, &image, [0, 0, z], extent))?;
+        }
+        Ok(image)
+    }
+
+    /// Samples or reads a second.
+    fn reading(&mut self, pass: &Pass, volume: &Image) -> Result<f64> {
+        let sums = self.sums()?;
+        let bindings = [
+            ("volume", Binding::Filtered(volume)),
+            ("sums", Binding::Buffer(&sums)),
+        ];
+        self.working(pass, &bindings)
+    }
+
+    fn sums(&self) -> Result<Buffer> {
+        self.buffer("sums", 4 * u64::from(self.threads), Placement::Device)
+    }
+
+    /// Texels a second.
+    fn writing(&mut self, pass: &Pass) -> Result<f64> {
+        let desc = ImageDesc {
+            name: "picture",
+            extent: [PICTURE, PICTURE, 1],
+            volumetric: false,
+            written: true,
+            zeroed: true,
+            format: Format::R32G32B32A32_SFLOAT,
+        };
+        let picture = Image::new(&self.memory, desc)?;
+        self.working(pass, &[("picture", Binding::Image(&picture))])
+    }
+
+    /// Steps of all threads a second.
+    fn working(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<f64> {
+        let threads = self.threads;
+        let seconds = self.fastest(u32::MAX, |frame, steps| {
+            frame.pass(pass, bindings, &PeakPush { steps }, [threads, 1, 1])
+        })?;
+        Ok(f64::from(threads) / seconds)
+    }
+
+    /// Bytes a second.
+    fn copying(&mut self) -> Result<f64> {
+        let from = self.buffer("copied from", STAGING_BYTES, Placement::Device)?;
+        let to = self.buffer("copied to", STAGING_BYTES, Placement::Device)?;
+        self.frame.run(|f| f.zero(&from))?;
+        let seconds = self.fastest(MOST_COPIES, |frame, copies| {
+            (0..copies).try_for_each(|_| frame.copy(&from, &to))
+        })?;
+        Ok(STAGING_BYTES as f64 / seconds)
+    }
+
+    /// Seconds that the host waits for a workgroup that takes one step.
+    fn latency(&mut self, pass: &Pass, volume: &Image) -> Result<f64> {
+        let sums = self.sums()?;
+        let bindings = [
+            ("volume", Binding::Filtered(volume)),
+            ("sums", Binding::Buffer(&sums)),
+        ];
+        let mut waits = Vec::with_capacity(LATENCY_RUNS);
+        for _ in 0..LATENCY_RUNS {
+            let push = PeakPush { steps: 1 };
+            let [_, host_s] = self.time(|frame| frame.pass(pass, &bindings, &push, [64, 1, 1]))?;
+            waits.push(host_s);
+        }
+        waits.sort_by(f64::total_cmp);
+        Ok(waits[LATENCY_RUNS / 2])
+    }
+
+    /// Seconds that a step of `record` takes, at best, in dispatches of as many steps as take long enough to be timed,
+    /// or of `most`.
+    fn fastest(
+        &mut self,
+        most: u32,
+        record: impl Fn(&mut Frame, u32) -> Result<()>,
+    ) -> Result<f64> {
+        // Some drivers finish compiling only when a pass first runs.
+        self.time(|frame| record(frame, 1))?;
+        let mut steps = 1;
+        loop {
+            let [s, _] = self.time(|frame| record(frame, steps))?;
+            let growth = (LONG_ENOUGH_S / s).clamp(1.0, 16.0);
+            if growth < 1.5 || steps == most {
+                break;
+            }
+            steps = (f64::from(steps) * growth).min(f64::from(most)) as u32;
+        }
+        let mut best = f64::INFINITY;
+        for _ in 0..RUNS {
+            let [device_s, host_s] = self.time(|frame| record(frame, steps))?;
+            best = best.min(device_s / f64::from(steps));
+            if host_s > self.longest_s[1] {
+                self.longest_s = [device_s, host_s];
+            }
+        }
+        Ok(best)
+    }
+
+    /// Seconds that what is recorded takes, by the device's timestamps and by the host's clock.
+    fn time(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<[f64; 2]> {
+        let first = self.frame.timings.spans.len();
+        let began = Instant::now();
+        self.frame.run(record)?;
+        let host_s = began.elapsed().as_secs_f64();
+        let spans = self.frame.timings.spans[first..].iter();
+        let device_us: f64 = spans.map(|span| span.duration_us).sum();
+        Ok([device_us.max(1e-3) * 1e-6, host_s])
+    }
+}
