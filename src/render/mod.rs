@@ -25,6 +25,8 @@
 //! - **cell**: the cube between eight neighbouring voxels, in which the field is one trilinear polynomial.
 //! - **macrocell**: 8³ cells, with the smallest and the largest value in them.
 //! - **block**: one or more macrocells that share a majorant, the largest extinction anywhere in them.
+//! - **volume brick**: 32³ voxels and those behind them, of a volume that does not fit; a part of them has places in an
+//!   image on the device.
 //! - **stretch**: the part of a ray in up to eight blocks in a row that hold medium; a march chooses its step for each.
 //!
 //! In the cache:
