@@ -315,7 +315,12 @@ impl State {
             let [x, y, z] = self.layout.place(place as u32);
             words[brick as usize] = PAGE_RESIDENT | x | y << 10 | z << 20;
         }
-        self.bring(frame, image, &loads)?;
+        if let Err(error) = self.bring(frame, image, &loads) {
+            // Some places hold others than the page table says.
+            self.held.fill(None);
+            frame.run(|f| f.zero(pages))?;
+            return Err(error);
+        }
         self.staging.write(&words);
         frame.run(|f| f.copy(&self.staging, pages))?;
         self.figures.resident = self.held.iter().flatten().count() as u32;

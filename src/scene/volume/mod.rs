@@ -135,15 +135,14 @@ impl Volume {
         self.reader().read(region, bytes)
     }
 
-    /// The same volume with a source of which any region is read as fast as any other: a copy of its stored values in a
-    /// temporary file, if its own is read from front to back.
+    /// The same volume with a source of which small regions are read as fast as large ones, in any order: a copy of its
+    /// stored values in a temporary file, if its own has to decode more than the region.
     ///
     /// # Errors
     ///
     /// The same as for [`Reader::read`]; or the temporary file has no room.
     pub fn in_any_order(&self) -> Result<Volume> {
-        let source = &self.grid.source;
-        if source.is_random() && source.chunked().is_none() {
+        if self.grid.source.is_direct() {
             return Ok(self.clone());
         }
         let fault = |fault| Error::input(format!("{}: {fault}", self.grid.name));

@@ -185,6 +185,10 @@ impl Source for DataFile {
         self.encoding == Encoding::Raw
     }
 
+    fn is_direct(&self) -> bool {
+        self.encoding == Encoding::Raw
+    }
+
     fn cursor(&self) -> Box<dyn Cursor + '_> {
         Box::new(Position {
             source: self,

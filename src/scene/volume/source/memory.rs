@@ -18,6 +18,10 @@ impl Source for Memory {
         true
     }
 
+    fn is_direct(&self) -> bool {
+        true
+    }
+
     fn cursor(&self) -> Box<dyn Cursor + '_> {
         Box::new(self)
     }

@@ -22,6 +22,11 @@ pub trait Source: fmt::Debug + Send + Sync {
     /// is fastest from the first voxel to the last.
     fn is_random(&self) -> bool;
 
+    /// Whether a region costs no more than its own voxels, however small it is: nothing around it is decoded as well.
+    fn is_direct(&self) -> bool {
+        false
+    }
+
     /// A position from which to read. There may be many at once.
     fn cursor(&self) -> Box<dyn Cursor + '_>;
 

@@ -1,5 +1,5 @@
-//! Voxels in a file of our own without a name, for who reads them in any order from a source that can only be read from
-//! front to back. The system removes the file with the program, however that ends.
+//! Voxels in a file of our own without a name, for who reads small regions in any order from a source that has to decode
+//! more than that. The system removes the file with the program, however that ends.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -52,6 +52,10 @@ fn no_room(error: &std::io::Error) -> String {
 
 impl Source for Spool {
     fn is_random(&self) -> bool {
+        true
+    }
+
+    fn is_direct(&self) -> bool {
         true
     }
 
