@@ -4,6 +4,8 @@ use std::path::Path;
 
 /// Exit status after Ctrl-C with the outputs written.
 pub const INTERRUPTED_STATUS: u8 = 130;
+/// Exit status after SIGTERM with the outputs written.
+pub const TERMINATED_STATUS: u8 = 143;
 
 /// Exit status where a device does not work.
 pub const DEVICE_STATUS: u8 = 5;
@@ -26,7 +28,7 @@ pub enum Error {
     /// No usable Vulkan device, or it was lost.
     #[error("{0}")]
     Device(String),
-    /// Ctrl-C before there was anything to write.
+    /// Ctrl-C or SIGTERM before there was anything to write.
     #[error("interrupted before the first sample of every pixel was done: nothing was written")]
     Interrupted,
 }

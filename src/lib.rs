@@ -46,6 +46,8 @@ pub mod gpu;
 #[cfg(feature = "cli")]
 pub mod info;
 #[cfg(feature = "cli")]
+pub mod interrupt;
+#[cfg(feature = "cli")]
 pub mod job;
 pub mod output;
 pub mod render;

@@ -5,16 +5,16 @@ use std::process::ExitCode;
 use clap::Parser;
 use isolume::cli::{Cli, Command};
 use isolume::error::Result;
-use isolume::job;
 #[cfg(feature = "window")]
 use isolume::view;
+use isolume::{interrupt, job};
 
 fn main() -> ExitCode {
     match run(Cli::parse().command) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             eprintln!("isolume: {error}");
-            ExitCode::from(error.exit_status())
+            ExitCode::from(interrupt::status_of(&error))
         }
     }
 }

@@ -9,12 +9,17 @@ use super::picture::{relative_error, rgb};
 use super::schedule::{Done, Filled, Stop, cache_goal, next_batch, next_unit, reason_to_stop};
 use super::stopwatch::Stopwatch;
 use crate::error::{Error, Result};
+use crate::render::Until;
 
 /// Where nothing stops by it, the error is looked at for progress alone: a picture's download takes time.
 const TIME_TO_LOOK: Duration = Duration::from_millis(500);
 
 /// For work that an interruption has to wait for.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
+
+/// A first sample that is late may take the time asked for once more, and at least this long: a picture a little late
+/// is better than none.
+const LEAST_DELAY: Duration = Duration::from_secs(5);
 
 /// How a render is told when to end, and how it tells how far it has come.
 pub struct Run<'a> {
@@ -68,9 +73,13 @@ impl Engine {
 
     /// Fills the cache, batch after batch, until it shows `pictures` that are good enough for the run.
     pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<()> {
+        let until = Until {
+            interrupt: run.interrupt,
+            deadline: run.stop.time.map(|time| Instant::now() + time),
+        };
         while let Some(samples) = self.next_batch(&run.stop, pictures)
             && let Some(mut caching) = self.renderer.caching()
-            && caching.batch(samples, run.interrupt)?
+            && caching.batch(samples, until)?
         {
             if let Some(cache) = self.renderer.cache() {
                 (run.progress)(Progress::Filled {
@@ -100,7 +109,8 @@ impl Engine {
     }
 
     /// Takes unit after unit of samples, on top of those that the picture has already, until the run's stop or its
-    /// interruption. Time is what `watch` shows. Fails with [`Error::Interrupted`] if there is no picture yet.
+    /// interruption. Time is what `watch` shows; a unit that is under way when it is over is dropped. Fails with
+    /// [`Error::Interrupted`] if there is no picture yet, and with [`Error::Input`] if the time is too short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
         let mut first_frame = None;
         let mut done = Done {
@@ -114,14 +124,14 @@ impl Engine {
             if let Some(reason) = reason_to_stop(&run.stop, &done) {
                 break reason;
             }
-            // Whoever interrupts the filling of a cache still gets the picture that it shows.
-            let has_light = self.renderer.cache().is_some_and(|c| c.updates > 0);
-            let interrupt = match has_light && done.units == 0 {
-                true => &UNSTOPPABLE,
-                false => run.interrupt,
-            };
-            if !self.renderer.unit(next_unit(&run.stop, &done), interrupt)? {
-                break "of Ctrl-C".into();
+            let until = self.until(run, &done, watch);
+            if !self.renderer.unit(next_unit(&run.stop, &done), until)? {
+                match run.is_interrupted() {
+                    true => break "it was interrupted".into(),
+                    false if done.units == 0 => return Err(too_short(&run.stop, watch)),
+                    false => done.took = watch.elapsed(),
+                }
+                continue;
             }
             first_frame.get_or_insert_with(Instant::now);
             done.samples = self.renderer.totals().samples;
@@ -149,6 +159,26 @@ impl Engine {
         })
     }
 
+    /// Until when the next unit may take.
+    fn until<'a>(&self, run: &Run<'a>, done: &Done, watch: &Stopwatch) -> Until<'a> {
+        let is_first = done.units == 0;
+        let time = match (run.stop.time, self.renderer.cache()) {
+            // Without light there is no picture, however long one waits.
+            (Some(time), Some(cache)) if cache.updates == 0 => Some(time),
+            (Some(time), _) if is_first => Some(time + time.max(LEAST_DELAY)),
+            (time, _) => time,
+        };
+        // Whoever interrupts the filling of a cache still gets the picture that it shows.
+        let has_light = self.renderer.cache().is_some_and(|c| c.updates > 0);
+        Until {
+            interrupt: match has_light && is_first {
+                true => &UNSTOPPABLE,
+                false => run.interrupt,
+            },
+            deadline: time.map(|time| Instant::now() + time.saturating_sub(watch.elapsed())),
+        }
+    }
+
     /// Relative error of the picture so far; infinite while a single unit of samples says nothing about it.
     pub fn relative_error(&mut self) -> Result<f64> {
         if self.renderer.totals().units == 1 {
@@ -157,6 +187,15 @@ impl Engine {
         let film = self.renderer.film()?;
         Ok(relative_error(&rgb(&film.mean), &film.stderr))
     }
+}
+
+fn too_short(stop: &Stop, watch: &Stopwatch) -> Error {
+    Error::Input(format!(
+        "after {:.1} s not every pixel has had its first sample, and --time {} is over: nothing was written; give it \
+         more time or fewer pixels, or limit paths by render.max_bounces",
+        watch.elapsed().as_secs_f64(),
+        stop.time.unwrap_or_default().as_secs_f64(),
+    ))
 }
 
 impl Run<'_> {

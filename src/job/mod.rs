@@ -2,7 +2,6 @@
 
 mod bench;
 mod clock;
-mod interrupt;
 mod plan;
 mod render;
 

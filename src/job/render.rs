@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use std::thread;
 
 use super::clock::{self, Clock};
-use super::interrupt::{self, catch_interrupts, is_interrupted};
 use super::open_scene_timed;
 use crate::cli::RenderArgs;
 use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Host, Outcome, Picture, Stopwatch, Work};
 use crate::error::Result;
+use crate::interrupt::{self, is_interrupted};
 use crate::output::profile;
 use crate::output::progress::Progress;
 use crate::output::stats::{Stats, ViewStats};
@@ -20,6 +20,7 @@ use crate::scene::Opened;
 use crate::scene::{Scene, Variant, describe};
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
+    interrupt::catch_signals();
     let mut clock = Clock::new();
     let files = args.outputs();
     check_writable(files.iter().chain(&args.stats).chain(&args.profile))?;
@@ -31,7 +32,6 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     })?;
     let Opened { volume, scene, .. } = &opened;
     let choice = clock.time("plan", || host.plan(volume, scene))?;
-    catch_interrupts();
     let stop = args.stop(scene.render.variant);
     let pictures = args.orbit.map_or(1, NonZeroU32::get);
     let mut engine = clock.time("compile and upload", || {
@@ -42,6 +42,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         };
         Engine::for_work(&host, volume, scene, choice, args.seed, work)
     })?;
+    interrupt::keep_work();
     clock.part("compile", engine.compiling());
     if scene.render.variant == Variant::Published && args.error.is_some() && !args.quiet {
         eprintln!("note: published does not know its error, and does not stop by --error");
@@ -63,7 +64,10 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
                 engine.change_in_place(&view.scene)
             })?;
         }
-        let outcome = clock.time("render", || engine.sample(&mut run, &watch))?;
+        let mut outcome = clock.time("render", || engine.sample(&mut run, &watch))?;
+        if is_interrupted() {
+            outcome.why_stopped = interrupt::reason().into();
+        }
         clock.time("save the pictures", || {
             let picture = engine.picture()?;
             stage_pictures(&mut outputs, &view, &opened, &picture, &host, args.seed)

@@ -3,11 +3,12 @@
 //! Each output is first written to a temporary file next to its final name, because only a rename
 //! within one file system is atomic. All outputs of a run, or of one view of an orbit, are written before
 //! the first is renamed: a disk that fills up half way leaves none of them. Dropping [`Outputs`] removes
-//! what was not committed.
+//! what was not committed. A process that is about to end without that calls [`remove_temporary_files`].
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 use tempfile::NamedTempFile;
@@ -16,6 +17,29 @@ use super::{Provenance, exr, png};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
+
+/// Files under temporary names that may be there now.
+static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes all files that are still under temporary names. Nobody writes any more from then on: the process has to end.
+pub fn remove_temporary_files() {
+    let files = TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner);
+    for file in files.iter() {
+        // It may have its final name already.
+        let _ = fs::remove_file(file);
+    }
+    std::mem::forget(files);
+}
+
+/// A temporary name on the list of those, until it is dropped.
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        let mut files = TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner);
+        files.retain(|file| *file != self.0);
+    }
+}
 
 /// The outputs of one run, on their way to their final names.
 #[derive(Default)]
@@ -28,6 +52,8 @@ struct Staged {
     path: PathBuf,
     target: Target,
     temporary: NamedTempFile,
+    /// Dropped after the file.
+    listed: Listed,
 }
 
 /// Where the bytes end up.
@@ -63,7 +89,7 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
     ) -> Result<()> {
-        let (target, mut temporary) = open(path)?;
+        let (target, mut temporary, listed) = open(path)?;
         let mut file = BufWriter::new(temporary.as_file_mut());
         write(&mut file)
             .and_then(|()| file.flush())
@@ -75,6 +101,7 @@ impl Outputs {
             path: path.to_owned(),
             target,
             temporary,
+            listed,
         });
         Ok(())
     }
@@ -85,6 +112,7 @@ impl Outputs {
             path,
             target,
             mut temporary,
+            listed: _listed,
         } in self.staged
         {
             let done = match target {
@@ -105,7 +133,7 @@ impl Outputs {
 pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
     let mut taken: Vec<PathBuf> = Vec::new();
     for path in paths {
-        let (target, temporary) = open(path)?;
+        let (target, temporary, _listed) = open(path)?;
         let (Target::File(file), Some(name)) = (target, path.file_name()) else {
             continue;
         };
@@ -124,7 +152,7 @@ pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Resul
     Ok(())
 }
 
-fn open(path: &Path) -> Result<(Target, NamedTempFile)> {
+fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
     let target = match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => {
             let message = format!("{} is a folder; name a file in it", path.display());
@@ -151,11 +179,11 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile)> {
             folder.display()
         )));
     }
-    let temporary = temporary_in(&folder).map_err(|error| Error::io(path, error))?;
-    Ok((target, temporary))
+    let (temporary, listed) = temporary_in(&folder).map_err(|error| Error::io(path, error))?;
+    Ok((target, temporary, listed))
 }
 
-fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+fn temporary_in(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".isolume-");
     // Temporary files are private by default; an output has the permissions of any new file.
@@ -164,7 +192,12 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    // Whoever removes all files on the list must not miss this one.
+    let mut files = TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner);
+    let file = builder.tempfile_in(folder)?;
+    let path = file.path().to_owned();
+    files.push(path.clone());
+    Ok((file, Listed(path)))
 }
 
 fn copy(from: &mut File, stream: &Path) -> io::Result<()> {

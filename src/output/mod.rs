@@ -19,7 +19,7 @@ use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
 
-pub use atomic::{Outputs, check_writable};
+pub use atomic::{Outputs, check_writable, remove_temporary_files};
 
 /// The picture formats that can be written, told apart by the file name's extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

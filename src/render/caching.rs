@@ -1,7 +1,5 @@
 //! What a renderer can do because it has a cache: fill it, and march through it.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use super::brick_window::Order;
 use super::cache::Cache;
 use super::copy;
@@ -9,6 +7,7 @@ use super::gpu_scene::GpuScene;
 use super::resources::Resources;
 use super::shared::ToneMapPush;
 use super::tone_map::ToneMap;
+use super::until::Until;
 use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 
@@ -25,12 +24,13 @@ pub struct Caching<'a> {
 
 impl Caching<'_> {
     /// Gives the nodes in sight `samples` more paths, the others their share, and measures the error; with 0 samples,
-    /// all of them get what they lack of those before. False if `stop` is raised before the last path: some nodes
+    /// all of them get what they lack of those before. False if `until` comes before the last path: some nodes
     /// have had the batch then, some not, and it does not count.
-    pub fn batch(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
+    pub fn batch<'a>(&mut self, samples: u32, until: impl Into<Until<'a>>) -> Result<bool> {
+        let until = until.into();
         self.cache.abandon();
         loop {
-            if stop.load(Ordering::Relaxed) {
+            if until.is_over() {
                 return Ok(false);
             }
             if self.advance(samples)? {

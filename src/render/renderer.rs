@@ -5,7 +5,6 @@
 
 use std::panic::resume_unwind;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
@@ -26,6 +25,7 @@ use super::shared::{self, AccumulatePush, ToneMapPush};
 use super::tone_map::ToneMap;
 use super::totals::Totals;
 use super::unit::Unit;
+use super::until::Until;
 use super::upload;
 use super::variant::Variant;
 use super::volume_bricks::{BrickFigures, VolumeBricks};
@@ -266,15 +266,16 @@ impl Renderer {
     }
 
     /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
-    /// `stop` is raised before the last path ends. In `published`, a unit is a round instead, whatever
+    /// `until` comes before the last path ends. In `published`, a unit is a round instead, whatever
     /// `samples` says.
-    pub fn unit(&mut self, samples: u32, stop: &AtomicBool) -> Result<bool> {
+    pub fn unit<'a>(&mut self, samples: u32, until: impl Into<Until<'a>>) -> Result<bool> {
+        let until = until.into();
         self.under_way = None;
         // A march knows the spread between single samples, which are its units.
         let units = if self.is_marched() { samples } else { 1 };
         for unit in 0..units {
             loop {
-                if stop.load(Ordering::Relaxed) {
+                if until.is_over() {
                     return Ok(unit > 0);
                 }
                 if self.advance_unit(samples)? {

@@ -1,6 +1,5 @@
 //! The event loop, and a frame from top to bottom.
 
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use egui::{CentralPanel, Rect};
@@ -17,9 +16,10 @@ use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
 use super::watch::{INTERVAL, Watch};
-use super::{INTERRUPTED, clip, gizmo, panels, pointer};
+use super::{clip, gizmo, panels, pointer};
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
+use crate::interrupt::is_interrupted;
 use crate::output::Outputs;
 
 /// Figures are brought up to date so often while work goes on.
@@ -381,7 +381,7 @@ impl ApplicationHandler<()> for App<'_> {
     }
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
-        if INTERRUPTED.load(Ordering::Relaxed) {
+        if is_interrupted() {
             event_loop.exit();
         }
         self.interface_due = Some(Instant::now());

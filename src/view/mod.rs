@@ -28,16 +28,12 @@ mod stage;
 mod watch;
 mod wishes;
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use winit::event_loop::EventLoop;
 
 use crate::cli::ViewArgs;
-use crate::error::{Error, INTERRUPTED_STATUS, Result};
+use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::output::check_writable;
-
-/// Ctrl-C closes the window.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 pub fn view(args: &ViewArgs) -> Result<u8> {
     check_writable(&args.stats)?;
@@ -53,9 +49,9 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
         ))
     })?;
     let proxy = event_loop.create_proxy();
-    // Fails only where a handler is set already, and there is none.
-    let _ = ctrlc::set_handler(move || {
-        INTERRUPTED.store(true, Ordering::Relaxed);
+    // An interruption closes the window.
+    interrupt::keep_work();
+    interrupt::catch_signals_and(move || {
         let _ = proxy.send_event(());
     });
     let mut app = app::App::new(args, event_loop.create_proxy());
@@ -63,8 +59,8 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
     load::wait_for_builds();
     ran.map_err(|e| Error::Device(format!("the window system failed: {e}")))?;
     let status = app.finish()?;
-    match INTERRUPTED.load(Ordering::Relaxed) {
-        true => Ok(INTERRUPTED_STATUS),
+    match interrupt::is_interrupted() {
+        true => Ok(interrupt::status()),
         false => Ok(status),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use crate::{Folder, last_line};
 
@@ -65,27 +66,148 @@ fn ctrl_c_ends_a_bench_with_a_report() {
     folder.exr("report/non-caching.0.1s.exr");
 }
 
-/// Runs what has no end until it says `sign`, presses Ctrl-C, and returns what it says then.
-fn interrupted(folder: &Folder, arguments: &str, sign: &str) -> String {
-    let mut child = folder
-        .isolume(arguments)
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
-    let mut said = BufReader::new(child.stderr.take().expect("a pipe"));
+/// Ends at the first batch of the cache: a sample of what it shows is taken, and written.
+#[test]
+fn sigterm_ends_a_render_as_ctrl_c_does() {
+    let folder = Folder::new();
+    let mut child = started(&folder, CACHED);
+    read_until(&mut child, "cache: ");
+    send("TERM", &child);
+    let rest = ends(child, 143);
+    assert!(rest.contains("stopped because of SIGTERM"), "{rest}");
+    folder.exr("a.exr");
+}
+
+#[test]
+fn a_second_ctrl_c_ends_without_writing() {
+    let folder = Folder::new();
+    let before = folder.names();
+    let mut child = started(&folder, &format!("{CACHED} --size 1024x1024"));
+    read_until(&mut child, "cache: ");
+    send("INT", &child);
+    std::thread::sleep(Duration::from_millis(50));
+    send("INT", &child);
+    let rest = ends(child, 130);
+    assert!(
+        rest.contains(
+            "isolume: interrupted again before the outputs were written: nothing was written"
+        ),
+        "{rest}"
+    );
+    assert_eq!(folder.names(), before);
+}
+
+/// The handlers are there before anything is opened.
+#[cfg(target_os = "linux")]
+#[test]
+fn ctrl_c_while_loading_or_compiling_ends_at_once() {
+    let folder = Folder::new();
+    let before = folder.names();
+    for (signal, status) in [("INT", 130), ("TERM", 143)] {
+        let child = started(&folder, CACHED);
+        let about = format!("/proc/{}/status", child.process.id());
+        let catches_ctrl_c = || {
+            let about = std::fs::read_to_string(&about).expect("a process");
+            let caught = about.lines().find_map(|l| l.strip_prefix("SigCgt:"));
+            let caught = u64::from_str_radix(caught.expect("signals").trim(), 16);
+            caught.expect("a mask") & 2 != 0
+        };
+        while !catches_ctrl_c() {}
+        send(signal, &child);
+        let rest = ends(child, status);
+        let expected = "isolume: interrupted before the first sample: nothing was written\n";
+        assert_eq!(rest, expected);
+        assert_eq!(folder.names(), before);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn nohup_outlives_its_terminal() {
+    let folder = Folder::new();
+    let program = folder.isolume("");
+    let program = program.get_program().to_str().expect("UTF-8");
+    let script = format!("trap '' HUP; exec {program} {CACHED}");
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &script]).current_dir(folder.path(""));
+    let mut child = Child::new(&mut shell);
+    read_until(&mut child, "cache: ");
+    send("HUP", &child);
+    read_until(&mut child, "cache: ");
+    send("TERM", &child);
+    ends(child, 143);
+}
+
+/// Seen from within a white fog of optical depth 10⁷: no path gets out.
+#[test]
+fn the_time_holds_for_a_sample_without_end() {
+    let folder = Folder::new();
+    let began = Instant::now();
+    let fog = "--variant non-caching --set medium.density=1e6 --set surfaces.iso=[] \
+               --set medium.transfer.0.opacity=1 --set medium.transfer.0.color=[1,1,1] \
+               --set medium.transfer.1.color=[1,1,1] --set camera.eye=[0,0,0] \
+               --set camera.target=[0,0,-1]";
+    let output = folder.run(&format!("render ball.toml -o a.exr {fog} --time 0.5"));
+    let said = crate::text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(
+        said.contains("--time 0.5 is over: nothing was written"),
+        "{said}"
+    );
+    assert!(began.elapsed() < Duration::from_secs(30));
+    assert!(!folder.path("a.exr").exists());
+}
+
+/// A render without end that fills a cache first.
+const CACHED: &str = "render ball.toml -o a.exr --variant caching --error 1e-9";
+
+/// A program under way, and what it says.
+struct Child {
+    process: std::process::Child,
+    said: BufReader<std::process::ChildStderr>,
+}
+
+impl Child {
+    fn new(command: &mut Command) -> Child {
+        let mut process = command.stderr(Stdio::piped()).spawn().expect("it starts");
+        let said = BufReader::new(process.stderr.take().expect("a pipe"));
+        Child { process, said }
+    }
+}
+
+fn started(folder: &Folder, arguments: &str) -> Child {
+    Child::new(&mut folder.isolume(arguments))
+}
+
+fn read_until(child: &mut Child, sign: &str) {
     let mut line = String::new();
     while !line.contains(sign) {
         line.clear();
-        let read = said.read_line(&mut line).expect("a line");
+        let read = child.said.read_line(&mut line).expect("a line");
         assert!(read > 0, "it ended by itself");
     }
-    // The shell's own: a small system has no program of that name.
-    let kill = Command::new("sh")
-        .args(["-c", &format!("kill -INT {}", child.id())])
-        .status();
+}
+
+/// By the shell's own `kill`: a small system has no program of that name.
+fn send(signal: &str, child: &Child) {
+    let script = format!("kill -{signal} {}", child.process.id());
+    let kill = Command::new("sh").args(["-c", &script]).status();
     assert!(kill.expect("a shell").success());
+}
+
+/// What it says until it ends, which is with `status`.
+fn ends(mut child: Child, status: i32) -> String {
     let mut rest = String::new();
-    said.read_to_string(&mut rest).expect("the rest");
-    assert_eq!(child.wait().expect("an end").code(), Some(130), "{rest}");
+    child.said.read_to_string(&mut rest).expect("the rest");
+    let ended = child.process.wait().expect("an end");
+    assert_eq!(ended.code(), Some(status), "{rest}");
     rest
+}
+
+/// Runs what has no end until it says `sign`, presses Ctrl-C, and returns what it says then.
+fn interrupted(folder: &Folder, arguments: &str, sign: &str) -> String {
+    let mut child = started(folder, arguments);
+    read_until(&mut child, sign);
+    send("INT", &child);
+    ends(child, 130)
 }

@@ -12,7 +12,7 @@ use crate::cli::BenchVariant;
 use crate::compare::{LinearImage, measure as compare, without_noise};
 use crate::engine::{Engine, Stop};
 use crate::error::{Error, Result};
-use crate::job::interrupt::{self, INTERRUPTED, is_interrupted};
+use crate::interrupt::{self, INTERRUPTED, is_interrupted};
 use crate::render::doubling;
 use crate::scene::CacheFormat::{F16, F32};
 

@@ -17,12 +17,12 @@ mod run;
 
 use std::time::Duration;
 
-use super::interrupt::{self, catch_interrupts, is_interrupted};
 use super::open_scene;
 use crate::cli::BenchArgs;
 use crate::compare::LinearImage;
 use crate::engine::Host;
 use crate::error::{Error, Result};
+use crate::interrupt::{self, is_interrupted};
 use crate::output::Outputs;
 use crate::scene::Opened;
 use crate::scene::volume::Volume;
@@ -43,6 +43,7 @@ struct Bench<'a> {
 }
 
 pub fn bench(args: &BenchArgs) -> Result<u8> {
+    interrupt::catch_signals();
     check_words(args)?;
     let given = match &args.reference {
         Some(path) => Some(LinearImage::read(path)?),
@@ -62,7 +63,7 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
         seconds: args.seconds(),
         outputs: Outputs::default(),
     };
-    catch_interrupts();
+    interrupt::keep_work();
     let mut measured = Vec::new();
     for subject in &subjects {
         measured.push(bench.measure(subject, given.as_ref())?);

@@ -9,7 +9,7 @@ use crate::cli::{BenchArgs, BenchVariant};
 use crate::compare::{Comparison, LinearImage, measure};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
 use crate::error::{Error, Result};
-use crate::job::interrupt;
+use crate::interrupt;
 use crate::job::render::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Scene, Variant};

@@ -1,0 +1,129 @@
+//! Signals: Ctrl-C and SIGTERM end a run, SIGUSR1 asks for a checkpoint.
+//!
+//! While there is nothing to keep, as in loading and compiling, an interruption ends the process at once. Later the first
+//! one ends the work with the dispatch under way, and what there is gets written; a second one ends the process without
+//! writing. Files under temporary names go first, so that none is left behind.
+//!
+//! SIGHUP keeps the action that it had: `nohup` has it ignored.
+
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+
+use crate::engine::{Progress, Run, Stop};
+use crate::error::{Error, INTERRUPTED_STATUS, TERMINATED_STATUS};
+use crate::output;
+
+pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// The exit status of the interruption: which signal it was.
+static STATUS: AtomicU8 = AtomicU8::new(INTERRUPTED_STATUS);
+/// There is something to write when an interruption comes.
+static KEEPS: AtomicBool = AtomicBool::new(false);
+
+/// From now on an interruption ends the process at once, with a sentence.
+pub fn catch_signals() {
+    catch_signals_and(|| {});
+}
+
+/// From now on an interruption ends the work under way, and what there is gets written.
+pub fn keep_work() {
+    KEEPS.store(true, Ordering::Relaxed);
+}
+
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// What has ended the work, as the end of the sentence "stopped because …".
+pub fn reason() -> &'static str {
+    match STATUS.load(Ordering::Relaxed) {
+        TERMINATED_STATUS => "of SIGTERM",
+        _ => "of Ctrl-C",
+    }
+}
+
+/// The exit status of a command that has written what there is.
+pub fn status() -> u8 {
+    match is_interrupted() {
+        true => STATUS.load(Ordering::Relaxed),
+        false => 0,
+    }
+}
+
+/// The exit status of a command that has failed.
+pub fn status_of(error: &Error) -> u8 {
+    match error {
+        Error::Interrupted => STATUS.load(Ordering::Relaxed),
+        other => other.exit_status(),
+    }
+}
+
+/// A run that an interruption ends.
+pub fn run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
+    Run {
+        stop,
+        interrupt: &INTERRUPTED,
+        progress,
+    }
+}
+
+/// An interruption with an exit status has come.
+fn interrupt(status: u8) {
+    STATUS.store(status, Ordering::Relaxed);
+    let keeps = KEEPS.load(Ordering::Relaxed);
+    if keeps && !INTERRUPTED.swap(true, Ordering::Relaxed) {
+        return;
+    }
+    output::remove_temporary_files();
+    // Nothing may be there any more to read it, which is no reason to stay.
+    let when = match keeps {
+        true => "again before the outputs were written",
+        false => "before the first sample",
+    };
+    let _ = std::io::Write::write_all(
+        &mut std::io::stderr(),
+        format!("isolume: interrupted {when}: nothing was written\n").as_bytes(),
+    );
+    exit(status);
+}
+
+/// Catches signals, and does `act` after each that has not ended the process.
+#[cfg(unix)]
+pub fn catch_signals_and(act: impl Fn() + Send + 'static) {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+
+    // Without its handlers a process still ends by these signals.
+    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else {
+        return;
+    };
+    std::thread::spawn(move || {
+        for signal in signals.forever() {
+            match signal {
+                SIGTERM => interrupt(TERMINATED_STATUS),
+                _ => interrupt(INTERRUPTED_STATUS),
+            }
+            act();
+        }
+    });
+}
+
+/// Other threads are still at work: nothing of theirs is torn down.
+#[cfg(unix)]
+fn exit(status: u8) -> ! {
+    signal_hook::low_level::exit(status.into())
+}
+
+/// Catches Ctrl-C, the only signal that there is, and does `act` after each that has not ended the process.
+#[cfg(not(unix))]
+pub fn catch_signals_and(act: impl Fn() + Send + 'static) {
+    // Fails only where a handler is set already, and there is none.
+    let _ = ctrlc::set_handler(move || {
+        interrupt(INTERRUPTED_STATUS);
+        act();
+    });
+}
+
+#[cfg(not(unix))]
+fn exit(status: u8) -> ! {
+    std::process::exit(status.into())
+}
