@@ -75,7 +75,7 @@ const FEW_CELLS: u64 = 1 << 18;
 const COARSEST: f64 = 0.125;
 
 /// The cache's cells, if they are too many for that.
-fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<u64> {
+pub(super) fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<u64> {
     let layout = plan.variant.cache()?;
     let pixels = scene.render.size.iter().map(|&n| n as u64).product::<u64>();
     let minds = limits.kind.is_software()

@@ -10,7 +10,7 @@ use super::brick_layout::BrickLayout;
 use super::cache_layout::CacheLayout;
 use super::gpu_scene::GpuScene;
 use super::occupancy::Occupancy;
-use super::plan::{Choice, Plan, rungs, useless};
+use super::plan::{Choice, Plan, rungs, too_many_cells, useless};
 use crate::error::{Error, Result};
 use crate::gpu::{Device, DeviceSummary, human};
 use crate::scene::volume::{MACROCELL, Volume};
@@ -47,6 +47,9 @@ pub fn choose(
         let Some(plan) = fill(device, limits, budget, candidate)? else {
             continue;
         };
+        if too_many_cells(&plan, limits, scene).is_some() {
+            continue;
+        }
         let is_enough = share(&plan, needed) >= ENOUGH;
         best = Some(plan);
         if is_enough {

@@ -96,8 +96,8 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
             (apple, For(EIGHTH_F16), Ok(EIGHTH_F16), "the best that fits"),
             (tiny, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs"),
             (minimum, For(NO_CACHE), Ok(NO_CACHE), "no cache fits"),
-            (nvidia_8, Below(NO_CACHE), Err(()), "but non-caching needs"),
-            (lavapipe, Below(NO_CACHE), Err(()), "raise --vram-budget, lower --size, or set volume.crop"),
+            (nvidia_8, Below(NO_CACHE), Ok(QUARTER_F16), "with the volume in bricks, 80 of the 216 that matter"),
+            (lavapipe, Below(NO_CACHE), Ok(QUARTER_F32), "with the volume in bricks, 80 of the 216 that matter"),
         ],
     );
 }
@@ -124,7 +124,7 @@ fn heaps_decide_about_a_large_volume() {
     );
     assert_choices(
         (dense(257, Kind::U8), as_it_is),
-        &[(minimum, Heap, Err(()), "volume is 257 texels long, but the least of devices takes at most 256")],
+        &[(minimum, Heap, Ok(HALF_F32), "with the volume in bricks, 343 of the 729 that matter")],
     );
 }
 
@@ -185,7 +185,7 @@ fn emptiness_costs_next_to_nothing() {
         &[
             (lavapipe, For(ONE_F32), Ok(ONE_F32), "nothing better"),
             (tiny, Heap, Ok(ONE_F32), "nothing better"),
-            (intel, Below(NO_CACHE), Err(()), "but non-caching needs"),
+            (intel, Below(NO_CACHE), Ok(ONE_F32), "with the volume in bricks"),
         ],
     );
     assert_choices(

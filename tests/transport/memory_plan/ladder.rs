@@ -48,6 +48,8 @@ impl Ladder {
             &self.volume,
             &self.scene,
         ) {
+            // A volume in bricks stands below the ladder.
+            Ok(choice) if choice.plan.bricks.is_some() => None,
             Ok(choice) => Some(choice),
             Err(error) => {
                 assert_eq!(error.exit_status(), 4, "{error}");
