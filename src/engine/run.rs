@@ -113,9 +113,11 @@ impl Engine {
     /// [`Error::Interrupted`] if there is no picture yet, and with [`Error::Input`] if the time is too short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
         let mut first_frame = None;
+        let totals = self.renderer.totals();
         let mut done = Done {
-            samples: self.renderer.totals().samples,
-            units: self.renderer.totals().units,
+            first_sample: totals.first_sample,
+            samples: totals.samples,
+            units: totals.units,
             took: watch.elapsed(),
             relative_error: f64::INFINITY,
         };

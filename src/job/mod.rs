@@ -2,8 +2,10 @@
 
 mod bench;
 mod clock;
+mod merge;
 mod plan;
 mod render;
+mod shards;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -18,6 +20,7 @@ use crate::scene::{describe, open};
 use clock::Clock;
 
 pub use bench::bench;
+pub use merge::merge;
 pub use plan::plan;
 pub use render::render;
 

@@ -7,6 +7,7 @@ use std::thread;
 
 use super::clock::{self, Clock};
 use super::open_scene_timed;
+use super::shards::{Origin, check_variant, to_json};
 use crate::cli::RenderArgs;
 use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Host, Outcome, Picture, Stopwatch, Work};
@@ -15,9 +16,11 @@ use crate::interrupt::{self, is_interrupted};
 use crate::output::profile;
 use crate::output::progress::Progress;
 use crate::output::stats::{Stats, ViewStats};
-use crate::output::{Format, Outputs, Provenance, check_writable};
+use crate::output::{Format, Outputs, Parts, Provenance, check_writable};
+use crate::render::Sums;
 use crate::scene::Opened;
 use crate::scene::{Scene, Variant, describe};
+use crate::shard::volume_fingerprint;
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
     interrupt::catch_signals();
@@ -34,13 +37,22 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let choice = clock.time("plan", || host.plan(volume, scene))?;
     let stop = args.stop(scene.render.variant);
     let pictures = args.orbit.map_or(1, NonZeroU32::get);
-    let mut engine = clock.time("compile and upload", || {
-        let work = Work {
-            stop,
-            pictures,
-            interrupt: &interrupt::INTERRUPTED,
-        };
-        Engine::for_work(&host, volume, scene, choice, args.seed, work)
+    if args.samples.is_some() {
+        check_variant(&choice.plan.variant, "--samples")?;
+    }
+    let work = Work {
+        stop,
+        pictures,
+        interrupt: &interrupt::INTERRUPTED,
+    };
+    let (mut engine, volume_fingerprint) = clock.time("compile and upload", || {
+        thread::scope(|scope| {
+            let walks = args.samples.is_some();
+            let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
+            let engine = Engine::for_work(&host, volume, &opened.scene, choice, args.seed, work)?;
+            let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            Ok((engine, walked.transpose()?))
+        })
     })?;
     interrupt::keep_work();
     clock.part("compile", engine.compiling());
@@ -54,7 +66,10 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         engine.look_from_everywhere();
     }
     let mut watch = Stopwatch::started();
+    engine.begin_at_sample(stop.first_sample());
     clock.time("fill the cache", || engine.fill(&mut run, pictures))?;
+    let origin = volume_fingerprint.map(|volume| Origin::of(&mut engine, volume));
+    let origin = origin.transpose()?;
     let mut outputs = Outputs::default();
     let mut outcomes: Vec<Outcome> = Vec::new();
     for view in views(args, &opened) {
@@ -69,8 +84,8 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
             outcome.why_stopped = interrupt::reason().into();
         }
         clock.time("save the pictures", || {
-            let picture = engine.picture()?;
-            stage_pictures(&mut outputs, &view, &opened, &picture, &host, args.seed)
+            let saved = Saved::of(&mut engine, &view, &opened, origin.as_ref())?;
+            stage_pictures(&mut outputs, &view, &opened, &saved)
         })?;
         if args.orbit.is_some() {
             std::mem::take(&mut outputs).commit()?;
@@ -169,7 +184,43 @@ pub fn provenance(scene: String, host: &Host, seed: u32) -> Provenance {
         scene,
         seed,
         device: host.summary().name.clone(),
-        software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
+        software: software(),
+    }
+}
+
+/// Name and version.
+pub fn software() -> String {
+    concat!("isolume ", env!("CARGO_PKG_VERSION")).into()
+}
+
+/// A picture with what its EXR says of it.
+struct Saved {
+    picture: Picture,
+    provenance: Provenance,
+    /// In a shard.
+    parts: Option<(String, Sums)>,
+}
+
+impl Saved {
+    fn of(
+        engine: &mut Engine,
+        view: &View,
+        opened: &Opened,
+        origin: Option<&Origin>,
+    ) -> Result<Saved> {
+        let text = describe(&opened.file, &opened.volume, &view.scene);
+        let parts = match origin {
+            Some(origin) => {
+                let (header, sums) = origin.header(engine, &view.scene, &text)?;
+                Some((to_json(&header)?, sums))
+            }
+            None => None,
+        };
+        Ok(Saved {
+            picture: engine.picture()?,
+            provenance: provenance(text, engine.host(), engine.seed()),
+            parts,
+        })
     }
 }
 
@@ -177,16 +228,27 @@ fn stage_pictures(
     outputs: &mut Outputs,
     view: &View,
     opened: &Opened,
-    picture: &Picture,
-    host: &Host,
-    seed: u32,
+    saved: &Saved,
 ) -> Result<()> {
-    let scene = describe(&opened.file, &opened.volume, &view.scene);
-    let provenance = provenance(scene, host, seed);
+    let Saved {
+        picture,
+        provenance,
+        parts,
+    } = saved;
     for file in &view.files {
         let path: &Path = file;
         match Format::of(path)? {
-            Format::Exr => outputs.exr(path, picture, &provenance)?,
+            Format::Exr => match parts {
+                Some((header, sums)) => {
+                    let parts = Parts {
+                        header,
+                        sums,
+                        is_quick: false,
+                    };
+                    outputs.exr_with(path, picture, provenance, parts)?
+                }
+                None => outputs.exr(path, picture, provenance)?,
+            },
             Format::Png => {
                 let render = &opened.scene.render;
                 outputs.png(path, picture, render.exposure, render.tone)?

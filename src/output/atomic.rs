@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
-use super::{Provenance, exr, png};
+use super::{Parts, Provenance, exr, png};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
@@ -65,7 +65,20 @@ enum Target {
 
 impl Outputs {
     pub fn exr(&mut self, path: &Path, picture: &Picture, provenance: &Provenance) -> Result<()> {
-        self.stage(path, |file| exr::encode(file, picture, provenance))
+        self.stage(path, |file| exr::encode(file, picture, provenance, None))
+    }
+
+    /// The EXR of a picture with which somebody goes on.
+    pub fn exr_with(
+        &mut self,
+        path: &Path,
+        picture: &Picture,
+        provenance: &Provenance,
+        parts: Parts<'_>,
+    ) -> Result<()> {
+        self.stage(path, |file| {
+            exr::encode(file, picture, provenance, Some(parts))
+        })
     }
 
     pub fn png(&mut self, path: &Path, picture: &Picture, exposure: f64, tone: Tone) -> Result<()> {

@@ -16,6 +16,7 @@ mod outputs;
 mod refusals;
 #[cfg(target_os = "linux")]
 mod resident;
+mod shards;
 mod stopping;
 
 use std::process::{Command, Output};
