@@ -145,6 +145,18 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub gpu: GpuArgs,
 
+    /// Keep the render's state in this file; the same command goes on from it.
+    #[arg(long, value_name = "FILE.exr", value_parser = exr)]
+    pub checkpoint: Option<PathBuf>,
+
+    /// Between two checkpoints.
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "checkpoint")]
+    pub checkpoint_every: Duration,
+
+    /// Begin anew, whatever the checkpoint holds.
+    #[arg(long, requires = "checkpoint")]
+    pub restart: bool,
+
     /// Write statistics as JSON, and print where the time went.
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,

@@ -16,6 +16,8 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// The exit status of the interruption: which signal it was.
 static STATUS: AtomicU8 = AtomicU8::new(INTERRUPTED_STATUS);
+/// SIGUSR1 has come.
+static REQUESTED: AtomicBool = AtomicBool::new(false);
 /// There is something to write when an interruption comes.
 static KEEPS: AtomicBool = AtomicBool::new(false);
 
@@ -63,7 +65,13 @@ pub fn run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
         stop,
         interrupt: &INTERRUPTED,
         progress,
+        between: None,
     }
+}
+
+/// Whether SIGUSR1 has asked for a checkpoint since the last call.
+pub fn takes_request() -> bool {
+    REQUESTED.swap(false, Ordering::Relaxed)
 }
 
 /// An interruption with an exit status has come.
@@ -89,16 +97,17 @@ fn interrupt(status: u8) {
 /// Catches signals, and does `act` after each that has not ended the process.
 #[cfg(unix)]
 pub fn catch_signals_and(act: impl Fn() + Send + 'static) {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
     use signal_hook::iterator::Signals;
 
     // Without its handlers a process still ends by these signals.
-    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else {
+    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM, SIGUSR1]) else {
         return;
     };
     std::thread::spawn(move || {
         for signal in signals.forever() {
             match signal {
+                SIGUSR1 => REQUESTED.store(true, Ordering::Relaxed),
                 SIGTERM => interrupt(TERMINATED_STATUS),
                 _ => interrupt(INTERRUPTED_STATUS),
             }

@@ -1,6 +1,7 @@
 //! Carries out what the command line asks for: a function a command, each with the exit status.
 
 mod bench;
+mod checkpoint;
 mod clock;
 mod merge;
 mod plan;

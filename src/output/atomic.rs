@@ -136,6 +136,7 @@ impl Outputs {
                 Target::Stream(target) => copy(temporary.as_file_mut(), &target),
             };
             done.map_err(|error| Error::io(&path, error))?;
+            sync_folder(&path);
         }
         Ok(())
     }
@@ -211,6 +212,13 @@ fn temporary_in(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
     let path = file.path().to_owned();
     files.push(path.clone());
     Ok((file, Listed(path)))
+}
+
+/// Asks the disk to keep a new name, where it can: without that the file may have its old content after a power cut.
+fn sync_folder(path: &Path) {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let folder = File::open(folder.unwrap_or(Path::new(".")));
+    let _ = folder.and_then(|folder| folder.sync_all());
 }
 
 fn copy(from: &mut File, stream: &Path) -> io::Result<()> {

@@ -85,9 +85,8 @@ impl Caching<'_> {
         Ok(())
     }
 
-    /// Streams the cache's state, which must not be in the middle of a batch.
-    pub fn save(&mut self, sink: &mut Sink<'_>) -> Result<CacheState> {
-        self.save_light(sink)?;
+    /// Streams what follows the light in the cache's state, which must not be in the middle of a batch.
+    pub fn save_rest(&mut self, sink: &mut Sink<'_>) -> Result<CacheState> {
         let cache = &self.cache;
         sink(&cache.focus.halvings)?;
         sink(bytemuck::cast_slice(&cache.focus.had))?;
@@ -103,7 +102,8 @@ impl Caching<'_> {
         fits.then(|| state.bytes(self.cache.light_bytes()))?
     }
 
-    /// Goes on with a state that [`save`](Caching::save) has streamed.
+    /// Goes on with a state that [`save_light`](Caching::save_light) and [`save_rest`](Caching::save_rest) have
+    /// streamed.
     ///
     /// # Errors
     ///

@@ -10,6 +10,7 @@ mod folder;
 
 mod allocations;
 mod bench;
+mod checkpoints;
 mod choosing;
 mod dicom;
 mod outputs;

@@ -24,7 +24,7 @@ fn channel(image: &FlatImage, name: &str) -> Vec<f64> {
 }
 
 /// The largest difference of two pictures relative to the first one's mean, of the channels with a prefix.
-fn difference(a: &FlatImage, b: &FlatImage, prefix: &str) -> f64 {
+pub fn difference(a: &FlatImage, b: &FlatImage, prefix: &str) -> f64 {
     let channels = |image| {
         ["R", "G", "B"]
             .map(|c| channel(image, &format!("{prefix}{c}")))
