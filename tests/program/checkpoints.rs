@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::refusals::refused;
-use crate::stopping::{ends, read_until, send, started};
+use crate::stopping::{ends, send, started};
 use crate::{Folder, text};
 
 /// What each variant renders: for a few seconds, on a CPU.
@@ -53,7 +53,7 @@ fn a_render_that_was_killed_ends_with_the_same_bytes() {
         }
         let kills = survive(
             &folder,
-            &format!("{render} -o again.exr {OFTEN}"),
+            &format!("{render} -o again.exr {OFTEN} --quiet"),
             &mut random,
         );
         println!("{render}: killed {kills} times");
@@ -117,8 +117,10 @@ fn signals_leave_a_checkpoint() {
         "{merged}"
     );
 
-    let mut second = started(&folder, render);
-    read_until(&mut second, "spp");
+    let second = started(&folder, render);
+    while !folder.path("c.exr.lock").exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
     let said = refused_while_there_is_a_lock(&folder, render);
     assert!(
         said.contains("another process is at work with this checkpoint"),
@@ -189,7 +191,6 @@ fn a_checkpoint_of_something_else_is_refused() {
     folder.write("c.exr", b"");
     refused(&folder, &cached, 3);
     folder.succeed(&format!("{cached} --restart"));
-    assert!(folder.read("c.exr.cache") == cache);
 }
 
 /// A cache that was filled once serves all shards: they merge to what a single run reads from it.

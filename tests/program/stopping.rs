@@ -179,7 +179,7 @@ pub fn started(folder: &Folder, arguments: &str) -> Child {
     Child::new(&mut folder.isolume(arguments))
 }
 
-pub fn read_until(child: &mut Child, sign: &str) {
+fn read_until(child: &mut Child, sign: &str) {
     let mut line = String::new();
     while !line.contains(sign) {
         line.clear();
