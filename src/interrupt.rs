@@ -1,8 +1,9 @@
 //! Signals: Ctrl-C and SIGTERM end a run, SIGUSR1 asks for a checkpoint.
 //!
 //! While there is nothing to keep, as in loading and compiling, an interruption ends the process at once. Later the first
-//! one ends the work with the dispatch under way, and what there is gets written; a second one ends the process without
-//! writing. Files under temporary names go first, so that none is left behind.
+//! one ends the work with the dispatch under way, and what there is gets written; a Ctrl-C after that ends the process
+//! without writing. Files under temporary names go first, so that none is left behind. Another SIGTERM changes nothing:
+//! schedulers send it to a script and to the program that it runs, and the script hands it on.
 //!
 //! SIGHUP keeps the action that it had: `nohup` has it ignored.
 
@@ -76,9 +77,13 @@ pub fn takes_request() -> bool {
 
 /// An interruption with an exit status has come.
 fn interrupt(status: u8) {
-    STATUS.store(status, Ordering::Relaxed);
     let keeps = KEEPS.load(Ordering::Relaxed);
-    if keeps && !INTERRUPTED.swap(true, Ordering::Relaxed) {
+    let is_first = !INTERRUPTED.swap(keeps, Ordering::Relaxed);
+    if keeps && status == TERMINATED_STATUS && !is_first {
+        return;
+    }
+    STATUS.store(status, Ordering::Relaxed);
+    if keeps && is_first {
         return;
     }
     output::remove_temporary_files();

@@ -70,8 +70,11 @@ fn ctrl_c_ends_a_bench_with_a_report() {
 #[test]
 fn sigterm_ends_a_render_as_ctrl_c_does() {
     let folder = Folder::new();
-    let mut child = started(&folder, CACHED);
+    let mut child = started(&folder, &format!("{CACHED} --size 256x256"));
     read_until(&mut child, "cache: ");
+    send("TERM", &child);
+    // A scheduler and the script that it stops may both send it.
+    std::thread::sleep(Duration::from_millis(20));
     send("TERM", &child);
     let rest = ends(child, 143);
     assert!(rest.contains("stopped because of SIGTERM"), "{rest}");
