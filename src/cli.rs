@@ -14,13 +14,13 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::engine::{HostOptions, Limit, Stop};
+use crate::engine::{HostOptions, Limit, SampleRange, Stop};
 use crate::scene::preset::Preset;
 use crate::scene::{Edit, Variant};
 pub use bench::{BenchArgs, BenchVariant};
 use values::{
-    cache_format, cache_scale, device, extent, finite, iso, limit, picture, positive, seconds,
-    size, variant, view, word,
+    cache_format, cache_scale, device, exr, extent, finite, iso, limit, picture, positive, samples,
+    seconds, size, variant, view, word,
 };
 
 /// Renders scientific and medical volumes: global illumination and sharp isosurfaces, on Vulkan.
@@ -44,6 +44,8 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Print the complete scene as commented TOML.
     Scene(Box<SceneArgs>),
+    /// Make one picture of shards: pictures of the same scene with other samples (`render --samples`).
+    Merge(MergeArgs),
     /// Compare two pictures.
     Compare(CompareArgs),
     /// Check what each device is asked for, render scenes whose radiance is known, and measure the device's peak rates.
@@ -129,6 +131,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "REL", value_parser = positive)]
     pub error: Option<f64>,
 
+    /// Exactly the samples of every pixel from A up to, not including, B: a shard, for `isolume merge`.
+    #[arg(long, value_name = "A..B", value_parser = samples, conflicts_with_all = ["spp", "time", "error"])]
+    pub samples: Option<SampleRange>,
+
     /// Render so many views around the object, from one cache: OUT.0001.exr and so on. What stops a
     /// render stops each view.
     #[arg(long, value_name = "N")]
@@ -140,6 +146,18 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub gpu: GpuArgs,
+
+    /// Keep the render's state in this file; the same command goes on from it.
+    #[arg(long, value_name = "FILE.exr", value_parser = exr)]
+    pub checkpoint: Option<PathBuf>,
+
+    /// Between two checkpoints.
+    #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "checkpoint")]
+    pub checkpoint_every: Duration,
+
+    /// Begin anew, whatever the checkpoint holds.
+    #[arg(long, requires = "checkpoint")]
+    pub restart: bool,
 
     /// Write statistics as JSON, and print where the time went.
     #[arg(long, value_name = "FILE.json")]
@@ -238,6 +256,7 @@ impl RenderArgs {
     pub fn stop(&self, variant: Variant) -> Stop {
         let given = Stop {
             spp: self.spp,
+            samples: self.samples,
             time: self.time,
             relative_error: self.error.filter(|_| variant != Variant::Published),
         };
@@ -274,6 +293,21 @@ fn stem(input: &Path) -> String {
         .file_stem()
         .map(|stem| stem.to_string_lossy());
     stem.map_or(name.to_string(), |stem| stem.into_owned())
+}
+
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// Where to write.
+    #[arg(value_name = "OUT.exr", value_parser = exr)]
+    pub output: PathBuf,
+
+    /// Pictures of `render --samples`, checkpoints, or what has been merged before.
+    #[arg(required = true, value_name = "A.exr")]
+    pub shards: Vec<PathBuf>,
+
+    /// No notes; errors only.
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 #[derive(Debug, Args)]

@@ -1,8 +1,9 @@
 //! Signals: Ctrl-C and SIGTERM end a run, SIGUSR1 asks for a checkpoint.
 //!
 //! While there is nothing to keep, as in loading and compiling, an interruption ends the process at once. Later the first
-//! one ends the work with the dispatch under way, and what there is gets written; a second one ends the process without
-//! writing. Files under temporary names go first, so that none is left behind.
+//! one ends the work with the dispatch under way, and what there is gets written; a Ctrl-C after that ends the process
+//! without writing. Files under temporary names go first, so that none is left behind. Another SIGTERM changes nothing:
+//! schedulers send it to a script and to the program that it runs, and the script hands it on.
 //!
 //! SIGHUP keeps the action that it had: `nohup` has it ignored.
 
@@ -16,6 +17,8 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// The exit status of the interruption: which signal it was.
 static STATUS: AtomicU8 = AtomicU8::new(INTERRUPTED_STATUS);
+/// SIGUSR1 has come.
+static REQUESTED: AtomicBool = AtomicBool::new(false);
 /// There is something to write when an interruption comes.
 static KEEPS: AtomicBool = AtomicBool::new(false);
 
@@ -63,14 +66,24 @@ pub fn run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
         stop,
         interrupt: &INTERRUPTED,
         progress,
+        between: None,
     }
+}
+
+/// Whether SIGUSR1 has asked for a checkpoint since the last call.
+pub fn takes_request() -> bool {
+    REQUESTED.swap(false, Ordering::Relaxed)
 }
 
 /// An interruption with an exit status has come.
 fn interrupt(status: u8) {
-    STATUS.store(status, Ordering::Relaxed);
     let keeps = KEEPS.load(Ordering::Relaxed);
-    if keeps && !INTERRUPTED.swap(true, Ordering::Relaxed) {
+    let is_first = !INTERRUPTED.swap(keeps, Ordering::Relaxed);
+    if keeps && status == TERMINATED_STATUS && !is_first {
+        return;
+    }
+    STATUS.store(status, Ordering::Relaxed);
+    if keeps && is_first {
         return;
     }
     output::remove_temporary_files();
@@ -89,16 +102,17 @@ fn interrupt(status: u8) {
 /// Catches signals, and does `act` after each that has not ended the process.
 #[cfg(unix)]
 pub fn catch_signals_and(act: impl Fn() + Send + 'static) {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
     use signal_hook::iterator::Signals;
 
     // Without its handlers a process still ends by these signals.
-    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else {
+    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM, SIGUSR1]) else {
         return;
     };
     std::thread::spawn(move || {
         for signal in signals.forever() {
             match signal {
+                SIGUSR1 => REQUESTED.store(true, Ordering::Relaxed),
                 SIGTERM => interrupt(TERMINATED_STATUS),
                 _ => interrupt(INTERRUPTED_STATUS),
             }

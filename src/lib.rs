@@ -25,7 +25,8 @@
 //! ```
 //!
 //! [`scene::open`] opens a file instead: a scene in TOML, or a bare volume and a preset. [`output::write_exr`] and
-//! [`output::write_png`] keep the picture, [`compare`] judges it.
+//! [`output::write_png`] keep the picture, [`compare`] judges it, and [`shard`] puts one together that several machines have
+//! rendered.
 //!
 //! From top to bottom: `cli` is what the user typed, `view` the window and `job` every other command; both sit on
 //! [`engine`]; [`scene`] is what is rendered, [`render`] how, and [`gpu`] the only place that talks to Vulkan. The
@@ -52,6 +53,7 @@ pub mod job;
 pub mod output;
 pub mod render;
 pub mod scene;
+pub mod shard;
 #[cfg(feature = "window")]
 pub mod view;
 

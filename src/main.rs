@@ -28,6 +28,7 @@ fn run(command: Command) -> Result<u8> {
         Command::Plan(args) => job::plan(&args),
         Command::Bench(args) => job::bench(&args),
         Command::Scene(args) => job::scene(&args),
+        Command::Merge(args) => job::merge(&args),
         Command::Compare(args) => job::compare(&args),
         Command::Doctor(args) => job::doctor(&args),
         Command::Info(args) => job::info(&args),

@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::Value;
 
-use crate::engine::Limit;
+use crate::engine::{Limit, SampleRange};
 use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
 
 /// The value of `--vram-budget`.
@@ -94,12 +94,36 @@ pub(super) fn size(text: &str) -> Result<Edit, String> {
     Ok(Edit::set(format!("--size {text}"), "render.size", pixels))
 }
 
+/// The value of `--samples`.
+pub(super) fn samples(text: &str) -> Result<SampleRange, String> {
+    let parsed = text.split_once("..").and_then(|(first, end)| {
+        let [first, end] = [first, end].map(|text| text.parse().ok());
+        let (first, end) = (first?, end?);
+        (first < end && end <= SampleRange::MOST).then_some(SampleRange { first, end })
+    });
+    parsed.ok_or(format!(
+        "expected the first sample and the one after the last, up to {}, as in 256..512",
+        SampleRange::MOST
+    ))
+}
+
 pub(super) fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let extension = path.extension().map(|e| e.to_ascii_lowercase());
     match extension.as_deref().and_then(|e| e.to_str()) {
         Some("exr" | "png") => Ok(path),
         _ => Err("expected a file name that ends in .exr or .png".to_string()),
+    }
+}
+
+pub(super) fn exr(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+    {
+        true => Ok(path),
+        false => Err("expected a file name that ends in .exr".to_string()),
     }
 }
 

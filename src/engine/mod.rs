@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::Result;
 use crate::gpu::{Memory, Timings};
-use crate::render::{Choice, Film, GpuScene, Renderer, Totals, needed_bricks};
+use crate::render::{Choice, Film, GpuScene, Renderer, Sums, Totals, needed_bricks};
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 use figures::{BrickStats, CacheStats, MemoryStats, PassStats};
@@ -26,7 +26,7 @@ pub use change::Changed;
 pub use host::{Host, HostOptions};
 pub use picture::{Picture, relative_error};
 pub use run::{Outcome, Progress, Run};
-pub use schedule::Stop;
+pub use schedule::{SampleRange, Stop};
 pub use stopwatch::Stopwatch;
 pub use trial::Work;
 
@@ -102,6 +102,11 @@ impl Engine {
         &self.scene
     }
 
+    /// What decides the random numbers.
+    pub fn seed(&self) -> u32 {
+        self.seed
+    }
+
     /// The variant that renders, why, and its memory.
     pub fn choice(&self) -> &Choice {
         &self.choice
@@ -157,6 +162,23 @@ impl Engine {
             }
             None => Ok(None),
         }
+    }
+
+    /// What goes on with the picture after the last whole unit of samples, in an engine for the same scene.
+    pub fn sums(&mut self) -> Result<Sums> {
+        self.reduce_to(self.scene.render.size)?;
+        self.renderer.sums()
+    }
+
+    /// Goes on with a picture of which an engine for the same scene has taken so many samples.
+    pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
+        self.reduce_to(self.scene.render.size)?;
+        self.renderer.resume(sums, totals)
+    }
+
+    /// Pictures begin with the sample that has this index in the whole picture.
+    pub fn begin_at_sample(&mut self, first: u32) {
+        self.renderer.begin_at_sample(first);
     }
 
     fn picture_of(&mut self, film: Film) -> Result<Picture> {

@@ -21,12 +21,17 @@ static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
 /// is better than none.
 const LEAST_DELAY: Duration = Duration::from_secs(5);
 
+/// What is done between two pieces of work.
+pub type Between<'a> = &'a mut dyn FnMut(&mut Engine) -> Result<()>;
+
 /// How a render is told when to end, and how it tells how far it has come.
 pub struct Run<'a> {
     pub stop: Stop,
     /// Whoever raises it ends the render at the end of the dispatch under way.
     pub interrupt: &'a AtomicBool,
     pub progress: &'a mut dyn FnMut(Progress),
+    /// Called after each batch of paths and each unit of samples, when one could go on later from what there is.
+    pub between: Option<Between<'a>>,
 }
 
 /// How far a render has come. Errors are not finite while they are unknown.
@@ -65,30 +70,42 @@ impl Engine {
             stop,
             interrupt: &never,
             progress: &mut |_| {},
+            between: None,
         };
         let watch = Stopwatch::started();
         self.fill(&mut run, 1)?;
         self.sample(&mut run, &watch)
     }
 
-    /// Fills the cache, batch after batch, until it shows `pictures` that are good enough for the run.
-    pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<()> {
+    /// Fills the cache, batch after batch, until it shows `pictures` that are good enough for the run. Returns whether
+    /// it does; if not, the run was interrupted in the middle of a batch.
+    pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<bool> {
+        let spent = self
+            .renderer
+            .cache()
+            .map_or(Duration::ZERO, |cache| cache.took);
         let until = Until {
             interrupt: run.interrupt,
-            deadline: run.stop.time.map(|time| Instant::now() + time),
+            deadline: run
+                .stop
+                .time
+                .map(|time| Instant::now() + time.saturating_sub(spent)),
         };
         while let Some(samples) = self.next_batch(&run.stop, pictures)
             && let Some(mut caching) = self.renderer.caching()
-            && caching.batch(samples, until)?
         {
+            if !caching.batch(samples, until)? {
+                return Ok(false);
+            }
             if let Some(cache) = self.renderer.cache() {
                 (run.progress)(Progress::Filled {
                     updates: cache.updates,
                     relative_error: cache.relative_error,
                 });
             }
+            run.pause(self)?;
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none.
@@ -113,11 +130,17 @@ impl Engine {
     /// [`Error::Interrupted`] if there is no picture yet, and with [`Error::Input`] if the time is too short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
         let mut first_frame = None;
+        let totals = self.renderer.totals();
         let mut done = Done {
-            samples: self.renderer.totals().samples,
-            units: self.renderer.totals().units,
+            first_sample: totals.first_sample,
+            samples: totals.samples,
+            units: totals.units,
             took: watch.elapsed(),
-            relative_error: f64::INFINITY,
+            // A picture that goes on may be good enough already.
+            relative_error: match run.stop.relative_error {
+                Some(_) if totals.units > 0 => self.relative_error()?,
+                _ => f64::INFINITY,
+            },
         };
         let mut looked = done.took;
         let why_stopped = loop {
@@ -146,6 +169,7 @@ impl Engine {
                 seconds: done.took.as_secs_f64(),
                 relative_error: done.relative_error,
             });
+            run.pause(self)?;
         };
         if done.units == 0 {
             return Err(Error::Interrupted);
@@ -199,6 +223,13 @@ fn too_short(stop: &Stop, watch: &Stopwatch) -> Error {
 }
 
 impl Run<'_> {
+    fn pause(&mut self, engine: &mut Engine) -> Result<()> {
+        match &mut self.between {
+            Some(between) => between(engine),
+            None => Ok(()),
+        }
+    }
+
     pub fn is_interrupted(&self) -> bool {
         self.interrupt.load(Ordering::Relaxed)
     }

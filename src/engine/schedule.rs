@@ -3,19 +3,47 @@
 //! Samples come in units (see `render`). Units grow with what is done, to a sixteenth of it at
 //! most: early ones show a picture soon, late ones cost little to begin and to end, at least sixteen of
 //! them give a standard error, and a stop never throws away more than a sixteenth of the work. They are
-//! powers of two, since those are what samples are spread evenly over (glsl/include/random.glsl): the
-//! spread between units then shows most of what that gains.
+//! powers of two that begin at multiples of themselves, since those are what samples are spread evenly over
+//! (glsl/include/random.glsl): the spread between units then shows most of what that gains. They follow from a sample's
+//! index in the whole picture, so that the shards of a picture have the units of a single run.
 
+use std::fmt;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use crate::render::doubling;
+
+/// Samples of every pixel by their indices in the whole picture: from `first` up to, but not including, `end`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct SampleRange {
+    pub first: u32,
+    pub end: u32,
+}
+
+impl SampleRange {
+    /// A picture's mean weighs its samples in single precision, which counts up to here.
+    pub const MOST: u32 = 1 << 24;
+
+    pub fn count(&self) -> u32 {
+        self.end.saturating_sub(self.first)
+    }
+}
+
+impl fmt::Display for SampleRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}..{}", self.first, self.end)
+    }
+}
 
 /// When to stop: at whichever of these comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stop {
     /// Samples per pixel.
     pub spp: Option<NonZeroU32>,
+    /// Exactly these samples of every pixel: a shard of a picture.
+    pub samples: Option<SampleRange>,
     /// Time spent on rendering.
     pub time: Option<Duration>,
     /// rms(standard error) / mean(RGB) of the picture.
@@ -38,11 +66,24 @@ impl Stop {
             ..Stop::default()
         }
     }
+
+    /// Samples per pixel, if they are counted.
+    pub fn count(&self) -> Option<u32> {
+        let range = self.samples.map(|range| range.count());
+        range.or(self.spp.map(NonZeroU32::get))
+    }
+
+    /// Index of the first sample in the whole picture.
+    pub fn first_sample(&self) -> u32 {
+        self.samples.map_or(0, |range| range.first)
+    }
 }
 
 /// How far a render has come.
 #[derive(Debug, Clone, Copy)]
 pub struct Done {
+    /// Index of the first sample in the whole picture.
+    pub first_sample: u32,
     pub samples: u32,
     pub units: u32,
     pub took: Duration,
@@ -55,10 +96,13 @@ pub const UNITS_TO_TRUST: u32 = 16;
 
 /// Why to stop now, as the end of a sentence; `None`: go on.
 pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
-    if let Some(goal) = stop.spp
-        && done.samples >= goal.get()
+    if let Some(goal) = stop.count()
+        && done.samples >= goal
     {
-        return Some(format!("--spp {goal} is reached"));
+        return Some(match stop.samples {
+            Some(range) => format!("--samples {range} are done"),
+            None => format!("--spp {goal} is reached"),
+        });
     }
     if let Some(goal) = stop.relative_error
         && done.units >= UNITS_TO_TRUST
@@ -109,11 +153,11 @@ const FEWEST_UPDATES: u32 = 4;
 /// Paths for each cell in the next batch; `None` once the picture needs samples more than the cache needs
 /// paths. Where samples are counted, the cache gets about as many paths as the pictures get samples.
 pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
-    let enough = |spp: NonZeroU32| {
-        let fair = (f64::from(spp.get()) * filled.pixels_per_cell) as u32;
+    let enough = |spp: u32| {
+        let fair = (f64::from(spp) * filled.pixels_per_cell) as u32;
         filled.updates >= fair.max(FEWEST_UPDATES)
     };
-    if filled.is_good || stop.spp.is_some_and(enough) {
+    if filled.is_good || stop.count().is_some_and(enough) {
         return None;
     }
     let double = doubling(filled.updates);
@@ -137,10 +181,13 @@ pub fn sixteenth(samples: u32) -> u32 {
 
 /// Samples per pixel of the next unit.
 pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
-    let mut samples = sixteenth(done.samples);
-    if let Some(goal) = stop.spp {
-        samples = samples.min(sixteenth(goal.get()));
-        samples = samples.min(goal.get() - done.samples);
+    let at = done.first_sample + done.samples;
+    let mut samples = sixteenth(at);
+    if at > 0 {
+        samples = samples.min(1 << at.trailing_zeros());
+    }
+    if let Some(goal) = stop.count() {
+        samples = samples.min(goal - done.samples);
     }
     if let Some(goal) = stop.time
         && done.samples > 0
@@ -159,6 +206,7 @@ mod tests {
     fn stop(spp: Option<u32>, seconds: Option<u64>, relative_error: Option<f64>) -> Stop {
         Stop {
             spp: spp.and_then(NonZeroU32::new),
+            samples: None,
             time: seconds.map(Duration::from_secs),
             relative_error,
         }
@@ -166,6 +214,7 @@ mod tests {
 
     fn done(samples: u32, units: u32, seconds: f64, relative_error: f64) -> Done {
         Done {
+            first_sample: 0,
             samples,
             units,
             took: Duration::from_secs_f64(seconds),
@@ -197,6 +246,37 @@ mod tests {
             assert!(now.samples < 16 || (16..64).contains(&(now.samples / samples)));
             now.samples += samples;
         }
+    }
+
+    /// Those that a single run has, if no shard ends within one of them.
+    #[test]
+    fn shards_have_the_units_of_a_single_run() {
+        let units = |first: u32, end: u32| {
+            let stop = Stop {
+                samples: Some(SampleRange { first, end }),
+                ..Stop::default()
+            };
+            let mut now = Done {
+                first_sample: first,
+                ..done(0, 0, 0.0, f64::INFINITY)
+            };
+            let mut units = Vec::new();
+            while reason_to_stop(&stop, &now).is_none() {
+                let samples = next_unit(&stop, &now);
+                units.push([first + now.samples, samples]);
+                now.samples += samples;
+            }
+            units
+        };
+        let bounds = [0, 64, 200, 512, 1024];
+        let shards = bounds.windows(2).flat_map(|ends| units(ends[0], ends[1]));
+        assert_eq!(shards.collect::<Vec<_>>(), units(0, 1024));
+        let odd = units(300, 777);
+        let (last, before) = odd.split_last().unwrap();
+        for [first, samples] in before {
+            assert!(samples.is_power_of_two() && first.is_multiple_of(*samples));
+        }
+        assert_eq!(*last, [768, 9], "the last unit takes what is left");
     }
 
     #[test]

@@ -22,7 +22,13 @@ impl Stopwatch {
     }
 
     pub fn started() -> Stopwatch {
+        Stopwatch::started_after(Duration::ZERO)
+    }
+
+    /// So much time has been counted elsewhere.
+    pub fn started_after(before: Duration) -> Stopwatch {
         let mut watch = Stopwatch::paused();
+        watch.before = before;
         watch.go_on();
         watch
     }

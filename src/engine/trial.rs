@@ -132,7 +132,7 @@ impl Engine {
         let is_open = scene.render.variant == Variant::Auto
             && choice.plan.variant.cache().is_some()
             && !scene.surfaces.iso.is_empty()
-            && work.stop.spp.is_none();
+            && work.stop.count().is_none();
         if !is_open {
             return Engine::with_plan(host, volume, scene, choice, seed);
         }

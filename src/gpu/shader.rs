@@ -60,6 +60,19 @@ impl Shaders {
         self
     }
 
+    /// The whole text, file after file: whoever has another one may render another picture.
+    pub fn text(&self) -> Result<String> {
+        let mut text = self.shared.clone();
+        let mut files: Vec<_> = EMBEDDED.files().collect();
+        files.extend(EMBEDDED.dirs().flat_map(Dir::files));
+        files.sort_by_key(|file| file.path());
+        for file in files {
+            let path = file.path().to_string_lossy();
+            text += &self.source(&path).map_err(Error::Device)?;
+        }
+        Ok(text)
+    }
+
     pub(super) fn spend(&self, time: Duration) {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner) += time;
     }

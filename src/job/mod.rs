@@ -1,9 +1,12 @@
 //! Carries out what the command line asks for: a function a command, each with the exit status.
 
 mod bench;
+mod checkpoint;
 mod clock;
+mod merge;
 mod plan;
 mod render;
+mod shards;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -20,6 +23,7 @@ use crate::scene::{describe, open};
 use clock::Clock;
 
 pub use bench::bench;
+pub use merge::merge;
 pub use plan::plan;
 pub use render::render;
 

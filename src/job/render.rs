@@ -4,26 +4,34 @@ use std::num::NonZeroU32;
 use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
 use std::thread;
+use std::time::Duration;
 
+use super::checkpoint::{Keeper, Subject};
 use super::clock::{self, Clock};
 use super::open_scene_timed;
+use super::shards::{Origin, check_variant, to_json};
 use crate::cli::RenderArgs;
 use crate::engine::schedule::cache_goal;
-use crate::engine::{Engine, Host, Outcome, Picture, Stopwatch, Work};
+use crate::engine::{Engine, Host, Outcome, Picture, Run, Stopwatch, Work};
 use crate::error::Result;
 use crate::interrupt::{self, is_interrupted};
 use crate::output::profile;
 use crate::output::progress::Progress;
 use crate::output::stats::{Stats, ViewStats};
-use crate::output::{Format, Outputs, Provenance, check_writable};
+use crate::output::{Format, Outputs, Parts, Provenance, check_writable};
+use crate::render::Sums;
 use crate::scene::Opened;
 use crate::scene::{Scene, Variant, describe};
+use crate::shard::{Found, Header, volume_fingerprint};
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
     interrupt::catch_signals();
     let mut clock = Clock::new();
     let files = args.outputs();
-    check_writable(files.iter().chain(&args.stats).chain(&args.profile))?;
+    let others = [&args.checkpoint, &args.stats, &args.profile]
+        .into_iter()
+        .flatten();
+    check_writable(files.iter().chain(others))?;
     let (opened, host) = thread::scope(|scope| {
         let host = scope.spawn(|| Host::open(&args.gpu.host_options()));
         let opened = open_scene_timed(&args.scene, args.quiet, &mut clock)?;
@@ -31,16 +39,38 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         Ok((opened, host.unwrap_or_else(|panic| resume_unwind(panic))?))
     })?;
     let Opened { volume, scene, .. } = &opened;
-    let choice = clock.time("plan", || host.plan(volume, scene))?;
+    let found = args
+        .checkpoint
+        .as_ref()
+        .map(|path| Found::open(path, args.restart));
+    let found = found.transpose()?;
+    let settled = found
+        .as_ref()
+        .map_or(scene.clone(), |found| found.settle(scene));
+    let choice = clock.time("plan", || host.plan(volume, &settled))?;
     let stop = args.stop(scene.render.variant);
     let pictures = args.orbit.map_or(1, NonZeroU32::get);
-    let mut engine = clock.time("compile and upload", || {
-        let work = Work {
-            stop,
-            pictures,
-            interrupt: &interrupt::INTERRUPTED,
-        };
-        Engine::for_work(&host, volume, scene, choice, args.seed, work)
+    for (is_given, flag) in [
+        (args.samples.is_some(), "--samples"),
+        (args.checkpoint.is_some(), "--checkpoint"),
+    ] {
+        if is_given {
+            check_variant(&choice.plan.variant, flag)?;
+        }
+    }
+    let work = Work {
+        stop,
+        pictures,
+        interrupt: &interrupt::INTERRUPTED,
+    };
+    let (mut engine, volume_fingerprint) = clock.time("compile and upload", || {
+        thread::scope(|scope| {
+            let walks = args.samples.is_some() || args.checkpoint.is_some();
+            let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
+            let engine = Engine::for_work(&host, volume, &settled, choice, args.seed, work)?;
+            let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
+            Ok((engine, walked.transpose()?))
+        })
     })?;
     interrupt::keep_work();
     clock.part("compile", engine.compiling());
@@ -49,28 +79,87 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     }
     let mut progress = Progress::new(args.quiet, stop);
     let mut show = |step| progress.show(step);
-    let mut run = interrupt::run(stop, &mut show);
     if pictures > 1 {
         engine.look_from_everywhere();
     }
-    let mut watch = Stopwatch::started();
-    clock.time("fill the cache", || engine.fill(&mut run, pictures))?;
+    engine.begin_at_sample(stop.first_sample());
+    let views = views(args, &opened);
+    let mut origin = None;
+    let mut keeper = None;
+    match (volume_fingerprint, found, &args.checkpoint) {
+        (Some(volume), Some(found), Some(path)) => {
+            let subject = Subject {
+                args,
+                opened: &opened,
+                views: &views,
+            };
+            let take_up = || Keeper::begin(path, subject, found, &mut engine, volume);
+            keeper = Some(clock.time("open the checkpoint", take_up)?);
+        }
+        (volume, ..) => origin = volume,
+    }
+    let first = keeper.as_ref().map_or(0, Keeper::picture);
+    let spent = keeper.as_ref().map_or(Duration::ZERO, Keeper::seconds);
+    let mut watch = Stopwatch::started_after(spent);
+    if !keeper.as_ref().is_some_and(Keeper::is_filled) {
+        clock.time("fill the cache", || {
+            let mut between = |engine: &mut Engine| match &mut keeper {
+                Some(keeper) => keeper.step(engine, &views[first], &watch),
+                None => Ok(()),
+            };
+            let mut run = Run {
+                between: Some(&mut between),
+                ..interrupt::run(stop, &mut show)
+            };
+            let is_enough = engine.fill(&mut run, pictures)?;
+            match &mut keeper {
+                Some(keeper) => keeper.fill_ended(&mut engine, is_enough),
+                None => Ok(()),
+            }
+        })?;
+    }
+    let origin = match origin {
+        Some(volume) => Some(Origin::of(&mut engine, volume)?),
+        None => None,
+    };
     let mut outputs = Outputs::default();
     let mut outcomes: Vec<Outcome> = Vec::new();
-    for view in views(args, &opened) {
-        if !outcomes.is_empty() {
+    let mut last = first;
+    for (index, view) in views.iter().enumerate() {
+        // An orbit that goes on has those before on disk.
+        if index < first && view.files.iter().all(|file| file.exists()) {
+            continue;
+        }
+        last = index;
+        if index > 0 {
             watch = Stopwatch::started();
             clock.time("look from elsewhere", || {
                 engine.change_in_place(&view.scene)
             })?;
         }
+        if let Some(keeper) = keeper.as_ref().filter(|_| index == first) {
+            watch = Stopwatch::started_after(spent);
+            clock.time("open the checkpoint", || {
+                keeper.restore_picture(&mut engine)
+            })?;
+        }
+        let mut between = |engine: &mut Engine| match &mut keeper {
+            Some(keeper) if index >= first => keeper.step(engine, view, &watch),
+            _ => Ok(()),
+        };
+        let mut run = Run {
+            between: Some(&mut between),
+            ..interrupt::run(stop, &mut show)
+        };
         let mut outcome = clock.time("render", || engine.sample(&mut run, &watch))?;
         if is_interrupted() {
             outcome.why_stopped = interrupt::reason().into();
         }
         clock.time("save the pictures", || {
-            let picture = engine.picture()?;
-            stage_pictures(&mut outputs, &view, &opened, &picture, &host, args.seed)
+            let kept = keeper.as_ref().filter(|_| args.samples.is_some());
+            let origin = origin.as_ref().or(kept.map(|keeper| &keeper.origin));
+            let saved = Saved::of(&mut engine, view, &opened, origin)?;
+            stage_pictures(&mut outputs, view, &opened, &saved)
         })?;
         if args.orbit.is_some() {
             std::mem::take(&mut outputs).commit()?;
@@ -90,6 +179,9 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         outputs.json(path, &clock::trace(&clock, &engine))?;
     }
     outputs.commit()?;
+    if let Some(keeper) = keeper.as_mut().filter(|_| last >= first) {
+        keeper.write(&mut engine, &views[last], &watch)?;
+    }
     if !args.quiet {
         if args.stats.is_some() || args.profile.is_some() {
             eprint!("{}", profile::table(&stats));
@@ -136,14 +228,17 @@ fn stats(
 }
 
 /// One picture of an orbit, or the only one.
-struct View {
-    scene: Scene,
+pub struct View {
+    /// From 1 on.
+    pub number: u32,
+    pub scene: Scene,
     files: Vec<PathBuf>,
 }
 
 fn views(args: &RenderArgs, opened: &Opened) -> Vec<View> {
     let Some(count) = args.orbit else {
         return vec![View {
+            number: 1,
             scene: opened.scene.clone(),
             files: args.outputs(),
         }];
@@ -158,6 +253,7 @@ fn views(args: &RenderArgs, opened: &Opened) -> Vec<View> {
         scene.camera = scene.camera.orbited(share);
         let files = args.outputs().into_iter();
         View {
+            number,
             scene,
             files: files.map(|file| numbered(file, number)).collect(),
         }
@@ -171,7 +267,40 @@ pub fn provenance(scene: String, host: &Host, seed: u32) -> Provenance {
         scene,
         seed,
         device: host.summary().name.clone(),
-        software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
+        software: software(),
+    }
+}
+
+/// Name and version.
+pub fn software() -> String {
+    concat!("isolume ", env!("CARGO_PKG_VERSION")).into()
+}
+
+/// A picture with what its EXR says of it.
+pub struct Saved {
+    pub picture: Picture,
+    pub provenance: Provenance,
+    /// In a shard.
+    pub parts: Option<(Header, Sums)>,
+}
+
+impl Saved {
+    pub fn of(
+        engine: &mut Engine,
+        view: &View,
+        opened: &Opened,
+        origin: Option<&Origin>,
+    ) -> Result<Saved> {
+        let text = describe(&opened.file, &opened.volume, &view.scene);
+        let parts = match origin {
+            Some(origin) => Some(origin.header(engine, &view.scene, &text)?),
+            None => None,
+        };
+        Ok(Saved {
+            picture: engine.picture()?,
+            provenance: provenance(text, engine.host(), engine.seed()),
+            parts,
+        })
     }
 }
 
@@ -179,16 +308,27 @@ fn stage_pictures(
     outputs: &mut Outputs,
     view: &View,
     opened: &Opened,
-    picture: &Picture,
-    host: &Host,
-    seed: u32,
+    saved: &Saved,
 ) -> Result<()> {
-    let scene = describe(&opened.file, &opened.volume, &view.scene);
-    let provenance = provenance(scene, host, seed);
+    let Saved {
+        picture,
+        provenance,
+        parts,
+    } = saved;
     for file in &view.files {
         let path: &Path = file;
         match Format::of(path)? {
-            Format::Exr => outputs.exr(path, picture, &provenance)?,
+            Format::Exr => match parts {
+                Some((header, sums)) => {
+                    let parts = Parts {
+                        header: &to_json(header)?,
+                        sums,
+                        is_quick: false,
+                    };
+                    outputs.exr_with(path, picture, provenance, parts)?
+                }
+                None => outputs.exr(path, picture, provenance)?,
+            },
             Format::Png => {
                 let render = &opened.scene.render;
                 outputs.png(path, picture, render.exposure, render.tone)?

@@ -13,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
-use super::{Provenance, exr, png};
+use super::{Parts, Provenance, exr, png};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
@@ -65,7 +65,20 @@ enum Target {
 
 impl Outputs {
     pub fn exr(&mut self, path: &Path, picture: &Picture, provenance: &Provenance) -> Result<()> {
-        self.stage(path, |file| exr::encode(file, picture, provenance))
+        self.stage(path, |file| exr::encode(file, picture, provenance, None))
+    }
+
+    /// The EXR of a picture with which somebody goes on.
+    pub fn exr_with(
+        &mut self,
+        path: &Path,
+        picture: &Picture,
+        provenance: &Provenance,
+        parts: Parts<'_>,
+    ) -> Result<()> {
+        self.stage(path, |file| {
+            exr::encode(file, picture, provenance, Some(parts))
+        })
     }
 
     pub fn png(&mut self, path: &Path, picture: &Picture, exposure: f64, tone: Tone) -> Result<()> {
@@ -123,6 +136,7 @@ impl Outputs {
                 Target::Stream(target) => copy(temporary.as_file_mut(), &target),
             };
             done.map_err(|error| Error::io(&path, error))?;
+            sync_folder(&path);
         }
         Ok(())
     }
@@ -198,6 +212,13 @@ fn temporary_in(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
     let path = file.path().to_owned();
     files.push(path.clone());
     Ok((file, Listed(path)))
+}
+
+/// Asks the disk to keep a new name, where it can: without that the file may have its old content after a power cut.
+fn sync_folder(path: &Path) {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    let folder = File::open(folder.unwrap_or(Path::new(".")));
+    let _ = folder.and_then(|folder| folder.sync_all());
 }
 
 fn copy(from: &mut File, stream: &Path) -> io::Result<()> {

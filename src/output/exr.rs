@@ -7,19 +7,31 @@ use std::io::{self, Seek, Write};
 
 use ::exr::prelude::*;
 
-use super::Provenance;
+use super::{Parts, Provenance};
 use crate::engine::Picture;
+use crate::render::Sums;
 
-/// The scene is the only attribute of our own: the crate keeps those in random order, and the same
-/// render must give the same bytes. The rest goes into the standard's "software" and "comments".
+/// The attribute of the resolved scene.
+pub const SCENE_ATTRIBUTE: &str = "isolume.scene";
+/// The attribute of a shard's header.
+pub const HEADER_ATTRIBUTE: &str = "isolume.shard";
+
+/// Attributes of our own are one of the picture and one of its layer: the crate keeps several in random order, and the
+/// same render must give the same bytes. The rest goes into the standard's "software" and "comments".
 pub(super) fn encode(
     file: &mut (impl Write + Seek),
     picture: &Picture,
     provenance: &Provenance,
+    parts: Option<Parts<'_>>,
 ) -> io::Result<()> {
     let size = Vec2(picture.width as usize, picture.height as usize);
-    let channels = AnyChannels::sort(channels(picture));
-    let layer = Layer::new(
+    let mut channels = channels(picture);
+    if let Some(parts) = &parts {
+        channels.extend(sums(parts.sums));
+    }
+    let channels = AnyChannels::sort(channels);
+    let is_quick = parts.as_ref().is_some_and(|parts| parts.is_quick);
+    let mut layer = Layer::new(
         size,
         LayerAttributes {
             software_name: Some(utf8(&provenance.software)),
@@ -29,12 +41,21 @@ pub(super) fn encode(
             ))),
             ..LayerAttributes::default()
         },
-        Encoding::SMALL_LOSSLESS,
+        match is_quick {
+            true => Encoding::UNCOMPRESSED,
+            false => Encoding::SMALL_LOSSLESS,
+        },
         channels,
     );
+    if let Some(parts) = parts {
+        layer.attributes.other.insert(
+            utf8(HEADER_ATTRIBUTE),
+            AttributeValue::Text(utf8(parts.header)),
+        );
+    }
     let mut image = Image::from_layer(layer);
     image.attributes.other.insert(
-        utf8("isolume.scene"),
+        utf8(SCENE_ATTRIBUTE),
         AttributeValue::Text(utf8(&provenance.scene)),
     );
     image
@@ -68,6 +89,18 @@ fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
         channels.push(AnyChannel::new("A", FlatSamples::F32(alpha.clone())));
     }
     channels
+}
+
+/// The sums behind the picture that are not its mean.
+fn sums(sums: &Sums) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
+    let channel = |name, texels: &[[f32; 4]], component: usize| {
+        let samples = texels.iter().map(|texel| texel[component]).collect();
+        AnyChannel::new(name, FlatSamples::F32(samples))
+    };
+    let names = ["squares.R", "squares.G", "squares.B", "squares.A"];
+    let squares = names.into_iter().enumerate();
+    let squares = squares.map(move |(c, name)| channel(name, &sums.squares, c));
+    squares.chain([channel("coverage", &sums.mean, 3)])
 }
 
 /// The crate's own conversions panic beyond Latin-1, but header text is by custom UTF-8: a scene

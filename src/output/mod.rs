@@ -17,8 +17,10 @@ use std::path::Path;
 
 use crate::engine::Picture;
 use crate::error::{Error, Result};
+use crate::render::Sums;
 use crate::scene::Tone;
 
+pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
 pub use atomic::{Outputs, check_writable, remove_temporary_files};
 
 /// The picture formats that can be written, told apart by the file name's extension.
@@ -52,6 +54,16 @@ pub struct Provenance {
     pub device: String,
     /// Name and version.
     pub software: String,
+}
+
+/// What an EXR holds besides the picture where somebody goes on with it.
+#[derive(Debug, Clone, Copy)]
+pub struct Parts<'a> {
+    /// As JSON.
+    pub header: &'a str,
+    pub sums: &'a Sums,
+    /// It is written in less time and takes more room.
+    pub is_quick: bool,
 }
 
 /// Writes one EXR with all layers.

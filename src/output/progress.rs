@@ -10,8 +10,8 @@ use crate::engine::{self, Stop};
 /// Seconds still to go, as far as can be told from what is done.
 pub fn remaining(stop: &Stop, spp: u64, seconds: f64, relative_error: f64) -> Option<f64> {
     let by_spp = stop
-        .spp
-        .map(|goal| seconds * (f64::from(goal.get()) / spp as f64 - 1.0));
+        .count()
+        .map(|goal| seconds * (f64::from(goal) / spp as f64 - 1.0));
     let by_time = stop.time.map(|goal| goal.as_secs_f64() - seconds);
     // The error falls as 1/√n.
     let by_error = stop

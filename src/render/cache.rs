@@ -15,6 +15,8 @@ use std::panic::resume_unwind;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
 use super::cache_layout::CacheLayout;
 use super::cache_memory::CacheMemory;
 use super::camera_march::CameraMarch;
@@ -43,13 +45,13 @@ pub struct Cache {
     ray_march: RayMarch,
     /// Only where surfaces stop light.
     cut_cells: Option<CutCells>,
-    focus: Focus,
+    pub(super) focus: Focus,
     /// Bricks are weighed in every so many pixels along both axes, at most. `None`: all get the same.
     focus_stride: Option<u32>,
     /// All nodes get the same number of paths, since pictures will be taken from everywhere.
-    is_wide: bool,
+    pub(super) is_wide: bool,
     /// Whether the bricks have been weighed in the view at hand.
-    has_looked: bool,
+    pub(super) has_looked: bool,
     /// Paths that the nodes in sight have had.
     pub updates: u32,
     /// Batches that have ended.
@@ -62,13 +64,13 @@ pub struct Cache {
     pub relative_error: f64,
     pub took: Duration,
     /// The pace of batches in which nodes gather (`gathering.glsl`).
-    gathering: Pace,
+    pub(super) gathering: Pace,
     /// The pace of batches in which nodes trace whole paths.
-    tracing: Pace,
+    pub(super) tracing: Pace,
     /// Paths that the nodes in sight get in the batch under way.
     under_way: Option<u32>,
     /// The last measurement.
-    shown: Vec<[f32; 4]>,
+    pub(super) shown: Vec<[f32; 4]>,
 }
 
 /// How a picture at rest gets its samples from the cache.
@@ -80,8 +82,8 @@ enum AtRest {
 }
 
 /// What batches of a kind have come to.
-#[derive(Default)]
-struct Pace {
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pace {
     updates: u32,
     took: Duration,
 }

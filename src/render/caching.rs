@@ -15,7 +15,7 @@ use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 pub struct Caching<'a> {
     pub(super) cache: &'a mut Cache,
     pub(super) frame: &'a mut Frame,
-    pub(super) r: &'a Resources,
+    pub(super) r: &'a mut Resources,
     pub(super) scene: &'a GpuScene,
     pub(super) tone_map: &'a ToneMap,
     /// The unit of samples under way, which a march overwrites.
@@ -82,7 +82,7 @@ impl Caching<'_> {
     /// Makes all of it in one piece of work and encodes it for display: for pictures of few pixels.
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         *self.under_way = None;
-        let (r, cache, tone_map) = (self.r, &self.cache, self.tone_map);
+        let (r, cache, tone_map) = (&*self.r, &self.cache, self.tone_map);
         if let Some(bricks) = &r.bricks {
             // All pixels at once: those that miss bricks show what is there.
             bricks.begin(self.frame, Order::Slots)?;
@@ -99,7 +99,7 @@ impl Caching<'_> {
 
     /// Encodes for display what the last march has left.
     pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
-        let (r, tone_map) = (self.r, self.tone_map);
+        let (r, tone_map) = (&*self.r, self.tone_map);
         self.frame
             .run(|f| tone_map.record(f, &r.unit_sum, to, push))
     }

@@ -1,5 +1,6 @@
 //! Copies between host memory and images, through the one staging buffer, in whole rows.
 
+use super::cache_state::{Sink, Source};
 use crate::error::Result;
 use crate::gpu::{Buffer, Frame, Image};
 
@@ -16,6 +17,40 @@ pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[
         rest = remaining;
         staging.write(piece);
         frame.run(|f| f.upload(staging, image, low, extent))?;
+    }
+    Ok(())
+}
+
+/// Fills an image with texels that come in x, y, z order.
+pub fn upload_pieces(
+    frame: &mut Frame,
+    staging: &mut Buffer,
+    image: &Image,
+    source: &mut Source<'_>,
+) -> Result<()> {
+    let texel = image.desc.texel_bytes();
+    for (low, extent) in pieces(image.desc.extent, texel, staging.desc.bytes) {
+        let bytes = extent.iter().product::<u32>() as usize * texel;
+        if let Some(mapped) = staging.mapped_mut() {
+            source(&mut mapped[..bytes])?;
+        }
+        frame.run(|f| f.upload(staging, image, low, extent))?;
+    }
+    Ok(())
+}
+
+/// Hands on the bytes of all texels, in x, y, z order.
+pub fn download_pieces(
+    frame: &mut Frame,
+    staging: &Buffer,
+    image: &Image,
+    sink: &mut Sink<'_>,
+) -> Result<()> {
+    let texel = image.desc.texel_bytes();
+    for (low, extent) in pieces(image.desc.extent, texel, staging.desc.bytes) {
+        frame.run(|f| f.download(image, staging, low, extent))?;
+        let bytes = extent.iter().product::<u32>() as usize * texel;
+        sink(&staging.mapped().unwrap_or_default()[..bytes])?;
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
-//! What a renderer has to show: the picture with its standard error, and what the pixels' centres see.
+//! What a renderer has to show: the picture with its standard error, and what the pixels' centres see; and the sums
+//! behind a picture, by which another renderer goes on with it.
 
 use super::copy;
 use super::estimator::Estimator;
 use super::iso_depth::FirstSurface;
 use super::renderer::Renderer;
+use super::totals::Totals;
 use crate::error::Result;
 
 /// The picture so far, row 0 on top.
@@ -24,6 +26,51 @@ impl Film {
     }
 }
 
+/// What is known of a picture after its last whole unit, in the precision that it has; row 0 on top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sums {
+    /// RGB and coverage.
+    pub mean: Vec<[f32; 4]>,
+    /// Weighted sum over units of squared differences from the mean.
+    pub squares: Vec<[f32; 4]>,
+}
+
+impl Sums {
+    /// Standard error of each pixel's mean after so many samples in so many units; infinite while there is a single
+    /// unit. `cache_error` is the relative error of what the cache shows, which is in all samples alike; 0 without one.
+    pub fn standard_error(&self, samples: u32, units: u32, cache_error: f64) -> Vec<[f32; 3]> {
+        let divisor = units.saturating_sub(1) as f32 * samples as f32;
+        let shared = self.shared_error(cache_error);
+        let stderr = self.squares.iter().zip(&self.mean).map(|(s, m)| {
+            std::array::from_fn(|c| match units {
+                0 | 1 => f32::INFINITY,
+                _ if m[3] == 0.0 => (s[c] / divisor).max(0.0).sqrt(),
+                _ => (s[c] / divisor).max(0.0).sqrt().hypot(shared * m[c] * m[3]),
+            })
+        });
+        stderr.collect()
+    }
+
+    /// The cache's own error as a share of what each pixel covers: so large that its rms over the picture is what was
+    /// measured.
+    fn shared_error(&self, cache_error: f64) -> f32 {
+        if cache_error == 0.0 {
+            return 0.0;
+        }
+        let mean = &self.mean;
+        let covered = mean.iter().flat_map(|m| [0, 1, 2].map(|c| m[c] * m[3]));
+        let squares: f64 = covered.map(|x| f64::from(x).powi(2)).sum();
+        let rgb = mean.iter().flat_map(|m| [m[0], m[1], m[2]]);
+        let brightness: f64 = rgb.map(f64::from).sum();
+        let count = 3.0 * mean.len() as f64;
+        let rms = (squares / count).sqrt();
+        match rms > 0.0 {
+            true => (cache_error * brightness / count / rms) as f32,
+            false => 0.0,
+        }
+    }
+}
+
 /// What the pixels' centres see of surfaces, row 0 on top.
 pub struct FirstHits {
     /// Normal and, in w, distance along the ray; +∞ without a surface.
@@ -34,6 +81,17 @@ pub struct FirstHits {
 impl Renderer {
     /// The picture after the last whole unit.
     pub fn film(&mut self) -> Result<Film> {
+        let sums = self.sums()?;
+        let cache_error = self.cache().map_or(0.0, |cache| cache.relative_error);
+        let Totals { samples, units, .. } = self.totals;
+        Ok(Film {
+            stderr: sums.standard_error(samples, units, cache_error),
+            mean: sums.mean,
+        })
+    }
+
+    /// What goes on with the picture after the last whole unit.
+    pub fn sums(&mut self) -> Result<Sums> {
         self.clear_if_stale()?;
         let r = &self.resources;
         let frame = &mut self.frame;
@@ -41,37 +99,23 @@ impl Renderer {
             published.march(frame, r)?;
         }
         let [width, height] = r.size;
-        let mean = copy::download_corner(frame, &r.staging, &r.mean, [width, height, 1])?;
-        let squares = copy::download_corner(frame, &r.staging, &r.squares, [width, height, 1])?;
-        let divisor = (self.totals.units.saturating_sub(1)) as f32 * self.totals.samples as f32;
-        let shared = self.shared_error(&mean);
-        let stderr = squares.iter().zip(&mean).map(|(s, m)| {
-            std::array::from_fn(|c| match self.totals.units {
-                0 | 1 => f32::INFINITY,
-                _ if m[3] == 0.0 => (s[c] / divisor).max(0.0).sqrt(),
-                _ => (s[c] / divisor).max(0.0).sqrt().hypot(shared * m[c] * m[3]),
-            })
-        });
-        let stderr = stderr.collect();
-        Ok(Film { mean, stderr })
+        Ok(Sums {
+            mean: copy::download_corner(frame, &r.staging, &r.mean, [width, height, 1])?,
+            squares: copy::download_corner(frame, &r.staging, &r.squares, [width, height, 1])?,
+        })
     }
 
-    /// The cache's own error, which is in all samples alike, as a share of what each pixel covers: so
-    /// large that its rms over the picture is what was measured.
-    fn shared_error(&self, mean: &[[f32; 4]]) -> f32 {
-        let Some(cache) = self.cache() else {
-            return 0.0;
-        };
-        let covered = mean.iter().flat_map(|m| [0, 1, 2].map(|c| m[c] * m[3]));
-        let squares: f64 = covered.map(|x| f64::from(x).powi(2)).sum();
-        let rgb = mean.iter().flat_map(|m| [m[0], m[1], m[2]]);
-        let brightness: f64 = rgb.map(f64::from).sum();
-        let count = 3.0 * mean.len() as f64;
-        let rms = (squares / count).sqrt();
-        match rms > 0.0 {
-            true => (cache.relative_error * brightness / count / rms) as f32,
-            false => 0.0,
+    /// Goes on with a picture of the size at hand, of which a renderer of the same scene has taken so many samples.
+    pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
+        self.begin_picture();
+        self.is_stale = false;
+        self.totals = totals;
+        let r = &mut self.resources;
+        for (image, texels) in [(&r.mean, &sums.mean), (&r.squares, &sums.squares)] {
+            let texels = bytemuck::cast_slice(texels);
+            copy::upload(&mut self.frame, &mut r.staging, image, texels)?;
         }
+        Ok(())
     }
 
     pub fn first_hits(&mut self) -> Result<FirstHits> {

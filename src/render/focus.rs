@@ -33,9 +33,9 @@ pub fn longest_stride(scene: &GpuScene) -> Option<u32> {
 /// In order of the bricks' places.
 pub struct Focus {
     /// How often the full share is halved.
-    halvings: Vec<u8>,
+    pub(super) halvings: Vec<u8>,
     /// Paths that each of a brick's nodes has had.
-    had: Vec<u32>,
+    pub(super) had: Vec<u32>,
 }
 
 impl Focus {
@@ -50,6 +50,11 @@ impl Focus {
     /// All bricks alike from now on.
     pub fn widen(&mut self) {
         self.halvings.fill(0);
+    }
+
+    /// Whether this is what filling a cache comes to: a file may say otherwise.
+    pub fn is_possible(&self) -> bool {
+        self.halvings.iter().all(|&h| h <= MOST_HALVINGS)
     }
 
     /// `weights`: Σw² of each brick in the view at hand, in any unit.

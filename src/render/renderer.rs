@@ -49,7 +49,7 @@ pub struct Renderer {
     /// Samples a pixel of the unit under way.
     pub(super) under_way: Option<u32>,
     /// The picture so far is that of another scene.
-    is_stale: bool,
+    pub(super) is_stale: bool,
     compiling: Duration,
 }
 
@@ -163,7 +163,7 @@ impl Renderer {
             Estimator::Caching(cache) => Some(Caching {
                 cache,
                 frame: &mut self.frame,
-                r: &self.resources,
+                r: &mut self.resources,
                 scene: &self.scene,
                 tone_map: &self.tone_map,
                 under_way: &mut self.under_way,
@@ -246,6 +246,12 @@ impl Renderer {
         Ok(())
     }
 
+    /// Pictures begin with the sample that has this index in the whole picture.
+    pub fn begin_at_sample(&mut self, first: u32) {
+        self.totals.first_sample = first;
+        self.begin_picture();
+    }
+
     /// Begins the picture anew; the cache stays.
     pub fn begin_picture(&mut self) {
         self.totals.samples = 0;
@@ -293,7 +299,7 @@ impl Renderer {
         let unit = Unit {
             begins: self.under_way.is_none(),
             samples: *self.under_way.get_or_insert(samples),
-            first_sample: self.totals.samples,
+            first_sample: self.totals.first_sample + self.totals.samples,
         };
         let sampled = match &mut self.estimator {
             Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], unit)?,

@@ -3,6 +3,8 @@
 /// Counts since the picture began.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Totals {
+    /// Index of the picture's first sample, which is not 0 in a shard of a picture.
+    pub first_sample: u32,
     /// Samples in every pixel.
     pub samples: u32,
     /// Units that the spread between samples is known from; `published` has a single one, which grows.

@@ -10,6 +10,7 @@ mod folder;
 
 mod allocations;
 mod bench;
+mod checkpoints;
 mod choosing;
 mod dicom;
 mod doctor;
@@ -17,6 +18,7 @@ mod outputs;
 mod refusals;
 #[cfg(target_os = "linux")]
 mod resident;
+mod shards;
 mod stopping;
 
 use std::process::{Command, Output};

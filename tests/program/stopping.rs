@@ -70,8 +70,11 @@ fn ctrl_c_ends_a_bench_with_a_report() {
 #[test]
 fn sigterm_ends_a_render_as_ctrl_c_does() {
     let folder = Folder::new();
-    let mut child = started(&folder, CACHED);
+    let mut child = started(&folder, &format!("{CACHED} --size 256x256"));
     read_until(&mut child, "cache: ");
+    send("TERM", &child);
+    // A scheduler and the script that it stops may both send it.
+    std::thread::sleep(Duration::from_millis(20));
     send("TERM", &child);
     let rest = ends(child, 143);
     assert!(rest.contains("stopped because of SIGTERM"), "{rest}");
@@ -162,8 +165,8 @@ fn the_time_holds_for_a_sample_without_end() {
 const CACHED: &str = "render ball.toml -o a.exr --variant caching --error 1e-9";
 
 /// A program under way, and what it says.
-struct Child {
-    process: std::process::Child,
+pub struct Child {
+    pub process: std::process::Child,
     said: BufReader<std::process::ChildStderr>,
 }
 
@@ -175,7 +178,7 @@ impl Child {
     }
 }
 
-fn started(folder: &Folder, arguments: &str) -> Child {
+pub fn started(folder: &Folder, arguments: &str) -> Child {
     Child::new(&mut folder.isolume(arguments))
 }
 
@@ -189,14 +192,14 @@ fn read_until(child: &mut Child, sign: &str) {
 }
 
 /// By the shell's own `kill`: a small system has no program of that name.
-fn send(signal: &str, child: &Child) {
+pub fn send(signal: &str, child: &Child) {
     let script = format!("kill -{signal} {}", child.process.id());
     let kill = Command::new("sh").args(["-c", &script]).status();
     assert!(kill.expect("a shell").success());
 }
 
 /// What it says until it ends, which is with `status`.
-fn ends(mut child: Child, status: i32) -> String {
+pub fn ends(mut child: Child, status: i32) -> String {
     let mut rest = String::new();
     child.said.read_to_string(&mut rest).expect("the rest");
     let ended = child.process.wait().expect("an end");

@@ -165,7 +165,10 @@ fn fill_for(time: Duration, engine: &mut Engine) -> Result<()> {
         relative_error: Some(f64::MIN_POSITIVE),
         ..Stop::after(time)
     };
-    engine.fill(&mut interrupt::run(stop, &mut |_| {}), 1)
+    let mut silent = |_| {};
+    engine
+        .fill(&mut interrupt::run(stop, &mut silent), 1)
+        .map(drop)
 }
 
 fn fill_as_often(updates: u32, engine: &mut Engine) -> Result<()> {

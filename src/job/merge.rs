@@ -1,0 +1,48 @@
+//! `isolume merge`: one picture of shards.
+
+use crate::cli::MergeArgs;
+use crate::error::Result;
+use crate::interrupt;
+use crate::output::{Outputs, Parts, Provenance, check_writable};
+use crate::shard;
+
+use super::render::software;
+use super::shards::to_json;
+
+pub fn merge(args: &MergeArgs) -> Result<u8> {
+    interrupt::catch_signals();
+    check_writable([&args.output])?;
+    let merged = shard::merge(&args.shards)?;
+    if !args.quiet {
+        for note in &merged.notes {
+            eprintln!("note: {note}");
+        }
+    }
+    let header = &merged.header;
+    let provenance = Provenance {
+        scene: merged.scene,
+        seed: header.identity.seed,
+        device: header.devices.join("; "),
+        software: software(),
+    };
+    let parts = Parts {
+        header: &to_json(header)?,
+        sums: &merged.sums,
+        is_quick: false,
+    };
+    let mut outputs = Outputs::default();
+    outputs.exr_with(&args.output, &merged.picture, &provenance, parts)?;
+    outputs.commit()?;
+    if !args.quiet {
+        let ranges: Vec<String> = header.samples.iter().map(ToString::to_string).collect();
+        eprintln!(
+            "{}: {} samples per pixel ({}) of {} files, relative error {:.4}",
+            args.output.display(),
+            header.count(),
+            ranges.join(", "),
+            args.shards.len(),
+            merged.picture.relative_error(),
+        );
+    }
+    Ok(0)
+}

@@ -1,0 +1,62 @@
+//! What a render adds to its EXRs where they are shards.
+
+use serde::Serialize;
+
+use crate::engine::Engine;
+use crate::error::{Error, Result};
+use crate::render::{Sums, Variant};
+use crate::scene::Scene;
+use crate::shard::{Fingerprint, Header, Identity};
+
+/// What is the same in all pictures of a run.
+pub struct Origin {
+    /// Fingerprint of the volume.
+    pub volume: String,
+    /// Fingerprint of the filling of the cache, if there is one.
+    pub fill: Option<String>,
+}
+
+impl Origin {
+    /// To be called when the cache has been filled.
+    pub fn of(engine: &mut Engine, volume: String) -> Result<Origin> {
+        Ok(Origin {
+            volume,
+            fill: fill(engine)?,
+        })
+    }
+
+    /// The header and the sums of the picture so far, which is one of `scene`; `text` describes it.
+    pub fn header(&self, engine: &mut Engine, scene: &Scene, text: &str) -> Result<(Header, Sums)> {
+        let identity = Identity::of(engine, scene, text, &self.volume)?;
+        let sums = engine.sums()?;
+        let header = Header::of(engine, identity, &sums, self.fill.as_deref());
+        Ok((header, sums))
+    }
+}
+
+fn fill(engine: &mut Engine) -> Result<Option<String>> {
+    let Some(mut caching) = engine.renderer_mut().caching() else {
+        return Ok(None);
+    };
+    let mut fingerprint = Fingerprint::default();
+    caching.save_light(&mut |bytes| {
+        fingerprint.add(bytes);
+        Ok(())
+    })?;
+    Ok(Some(fingerprint.text()))
+}
+
+/// Fails for the variant that has no samples by number.
+pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
+    match variant {
+        Variant::Published => Err(Error::input(format!(
+            "{flag}: the variant \"published\" has no samples by number; use another one"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// A header as text.
+pub fn to_json(header: &impl Serialize) -> Result<String> {
+    serde_json::to_string(header).map_err(|error| Error::input(format!("a header: {error}")))
+}

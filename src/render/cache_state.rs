@@ -1,0 +1,142 @@
+//! The cache's state between two batches, on its way to a file and back: another renderer of the same scene goes on
+//! with it as if nothing had happened.
+//!
+//! What is large streams through the staging buffer, piece by piece: first the light, then what each brick has had, then
+//! the last measurement. Its size follows from the cache's layout and from what [`CacheState`] says.
+
+use std::time::Duration;
+
+use bytemuck::Zeroable;
+use serde::{Deserialize, Serialize};
+
+use super::cache::{Cache, Pace};
+use super::caching::Caching;
+use super::copy;
+use super::focus::Focus;
+use crate::error::{Error, Result};
+
+/// Takes the next bytes, or fills them.
+pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<()> + 'a;
+pub type Source<'a> = dyn FnMut(&mut [u8]) -> Result<()> + 'a;
+
+/// What is known of a cache besides its light.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CacheState {
+    updates: u32,
+    batches: u32,
+    paths: u64,
+    lookups: u64,
+    /// `None` while it is unknown.
+    relative_error: Option<f64>,
+    took: Duration,
+    gathering: Pace,
+    tracing: Pace,
+    is_wide: bool,
+    has_looked: bool,
+    bricks: usize,
+    /// Pixels of the last measurement.
+    shown: usize,
+}
+
+impl Cache {
+    fn state(&self) -> CacheState {
+        CacheState {
+            updates: self.updates,
+            batches: self.batches,
+            paths: self.paths,
+            lookups: self.lookups,
+            relative_error: Some(self.relative_error).filter(|error| error.is_finite()),
+            took: self.took,
+            gathering: self.gathering,
+            tracing: self.tracing,
+            is_wide: self.is_wide,
+            has_looked: self.has_looked,
+            bricks: self.focus.had.len(),
+            shown: self.shown.len(),
+        }
+    }
+
+    /// Bytes of light that a file holds.
+    fn light_bytes(&self) -> u64 {
+        self.memory.images().map(|image| image.desc.bytes()).sum()
+    }
+}
+
+impl CacheState {
+    /// Bytes that stream, in a cache with so many bytes of light.
+    fn bytes(&self, light: u64) -> Option<u64> {
+        let bricks = (self.bricks as u64).checked_mul(5)?;
+        let shown = (self.shown as u64).checked_mul(16)?;
+        light.checked_add(bricks)?.checked_add(shown)
+    }
+}
+
+impl Caching<'_> {
+    /// Paths that the nodes in sight have had.
+    pub fn updates(&self) -> u32 {
+        self.cache.updates
+    }
+
+    /// Streams the cache's light.
+    pub fn save_light(&mut self, sink: &mut Sink<'_>) -> Result<()> {
+        for image in self.cache.memory.images() {
+            copy::download_pieces(self.frame, &self.r.staging, image, sink)?;
+        }
+        Ok(())
+    }
+
+    /// Streams what follows the light in the cache's state, which must not be in the middle of a batch.
+    pub fn save_rest(&mut self, sink: &mut Sink<'_>) -> Result<CacheState> {
+        let cache = &self.cache;
+        sink(&cache.focus.halvings)?;
+        sink(bytemuck::cast_slice(&cache.focus.had))?;
+        sink(bytemuck::cast_slice(&cache.shown))?;
+        Ok(cache.state())
+    }
+
+    /// Bytes that [`restore`](Caching::restore) reads; `None` if the state is none of a cache of this layout.
+    pub fn bytes_of(&self, state: &CacheState) -> Option<u64> {
+        let bricks = self.cache.memory.active_bricks() as usize;
+        let pixels = self.r.size[0] as usize * self.r.size[1] as usize;
+        let fits = state.bricks == bricks && state.shown <= pixels;
+        fits.then(|| state.bytes(self.cache.light_bytes()))?
+    }
+
+    /// Goes on with a state that [`save_light`](Caching::save_light) and [`save_rest`](Caching::save_rest) have
+    /// streamed.
+    ///
+    /// # Errors
+    ///
+    /// The state is one of another layout, or the source fails. The cache knows nothing then.
+    pub fn restore(&mut self, state: &CacheState, source: &mut Source<'_>) -> Result<()> {
+        self.cache.clear();
+        if self.bytes_of(state).is_none() {
+            return Err(Error::input("the cache's state is that of another layout"));
+        }
+        for image in self.cache.memory.images() {
+            copy::upload_pieces(self.frame, &mut self.r.staging, image, source)?;
+        }
+        let mut focus = Focus::everywhere(state.bricks as u32);
+        source(&mut focus.halvings)?;
+        source(bytemuck::cast_slice_mut(&mut focus.had))?;
+        let mut shown = vec![<[f32; 4]>::zeroed(); state.shown];
+        source(bytemuck::cast_slice_mut(&mut shown))?;
+        if !focus.is_possible() {
+            return Err(Error::input("the cache's state says what no cache has"));
+        }
+        let cache = &mut *self.cache;
+        cache.focus = focus;
+        cache.shown = shown;
+        cache.updates = state.updates;
+        cache.batches = state.batches;
+        cache.paths = state.paths;
+        cache.lookups = state.lookups;
+        cache.relative_error = state.relative_error.unwrap_or(f64::INFINITY);
+        cache.took = state.took;
+        cache.gathering = state.gathering;
+        cache.tracing = state.tracing;
+        cache.is_wide = state.is_wide;
+        cache.has_looked = state.has_looked;
+        Ok(())
+    }
+}

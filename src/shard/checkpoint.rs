@@ -1,0 +1,248 @@
+//! A render's state on disk: `FILE.exr` shows the picture so far and holds its sums, `FILE.exr.cache` holds the cache.
+//!
+//! Samples are only kept that have read a cache which was filled: where a filling is under way, the picture is what the
+//! cache shows, and none of its samples count.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::cache_file::CacheFile;
+use super::file::{Shard, read_header};
+use super::header::Header;
+use super::identity::Named;
+use super::lock::Lock;
+use crate::engine::{Engine, SampleRange, Stop};
+use crate::error::{Error, Result};
+use crate::render::{Totals, Variant};
+use crate::scene::{self, CacheFormat, CacheScale, Scene};
+
+/// What a checkpoint's header says.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    #[serde(flatten)]
+    pub header: Header,
+    pub settings: Settings,
+    /// Number of the picture under way, and of all pictures of the orbit; from 1 on.
+    pub picture: u32,
+    pub pictures: u32,
+    /// Spent on this picture, over all runs.
+    pub seconds: f64,
+    pub runs: Vec<RunOf>,
+}
+
+/// One of the runs that a render took.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunOf {
+    pub host: String,
+    pub device: String,
+    /// When it began, in seconds since 1970.
+    pub began: u64,
+    pub seconds: f64,
+    /// What the picture under way had at its end.
+    pub samples: u32,
+}
+
+/// What was picked where the scene says "auto".
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Settings {
+    variant: scene::Variant,
+    cache_scale: CacheScale,
+    cache_format: CacheFormat,
+}
+
+impl Settings {
+    pub fn of(variant: &Variant) -> Settings {
+        let layout = variant.cache();
+        Settings {
+            variant: match variant {
+                Variant::NonCaching => scene::Variant::NonCaching,
+                Variant::Caching(_) => scene::Variant::Caching,
+                Variant::Published => scene::Variant::Published,
+            },
+            cache_scale: layout.map_or(CacheScale::Auto, |l| CacheScale::Fixed(l.scale)),
+            cache_format: layout.map_or(CacheFormat::Auto, |layout| layout.format()),
+        }
+    }
+}
+
+/// What there is of a checkpoint when a render begins.
+pub struct Found {
+    path: PathBuf,
+    state: Option<(State, String)>,
+    cache: Option<CacheFile>,
+    _lock: Lock,
+}
+
+impl Found {
+    /// Looks for a checkpoint; with `restart`, removes it. Nobody else may work with it until this is dropped.
+    ///
+    /// # Errors
+    ///
+    /// Another process works with it, or it is damaged.
+    pub fn open(path: &Path, restart: bool) -> Result<Found> {
+        let lock = Lock::take(path)?;
+        if restart {
+            for file in [path.to_owned(), super::beside(path, "cache")] {
+                match std::fs::remove_file(&file) {
+                    Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                        return Err(Error::io(&file, error));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let exists = path.try_exists().map_err(|error| Error::io(path, error))?;
+        Ok(Found {
+            path: path.to_owned(),
+            state: match exists {
+                true => Some(read_header(path)?),
+                false => None,
+            },
+            cache: CacheFile::open(path)?,
+            _lock: lock,
+        })
+    }
+
+    pub fn state(&self) -> Option<&State> {
+        self.state.as_ref().map(|(state, _)| state)
+    }
+
+    /// Whether the cache has had all its paths.
+    pub fn is_filled(&self) -> bool {
+        self.cache.as_ref().is_some_and(|c| c.header.is_filled)
+    }
+
+    /// The scene with the variant that was picked before, where it leaves that open.
+    pub fn settle(&self, scene: &Scene) -> Scene {
+        let mut settled = scene.clone();
+        let before = self.state().map(|state| state.settings);
+        let before = before.or(self.cache.as_ref().map(|cache| cache.header.settings));
+        if let Some(settings) = before
+            && scene.render.variant == scene::Variant::Auto
+        {
+            settled.render.variant = settings.variant;
+            settled.render.cache_scale = settings.cache_scale;
+            settled.render.cache_format = settings.cache_format;
+        }
+        settled
+    }
+
+    /// Fingerprint of the cache's light, once it has had all its paths.
+    pub fn fill(&self) -> Option<String> {
+        let cache = self.cache.as_ref().filter(|cache| cache.header.is_filled);
+        cache.map(|cache| cache.header.fill.clone())
+    }
+
+    /// Fails if it belongs to something else, and says what differs. `picture` is what the picture under way should be
+    /// of, `whole` what the cache should be of; there are so many `pictures`.
+    pub fn check(
+        &self,
+        picture: &Named<'_>,
+        whole: &Named<'_>,
+        stop: &Stop,
+        pictures: usize,
+    ) -> Result<()> {
+        let name = self.path.display().to_string();
+        let refuse = |name: &str, difference: String| {
+            Err(Error::Input(format!(
+                "{name} is a checkpoint of something else: {difference}; --restart begins anew"
+            )))
+        };
+        if let Some((state, scene)) = &self.state {
+            let header = &state.header;
+            header
+                .check()
+                .map_err(|why| Error::Input(format!("{name}: {why}")))?;
+            if state.pictures as usize != pictures || !(1..=state.pictures).contains(&state.picture)
+            {
+                let counts = format!("it is of {} pictures, not of {pictures}", state.pictures);
+                return refuse(&name, counts);
+            }
+            let found = Named {
+                name: &name,
+                identity: &header.identity,
+                scene,
+            };
+            if let Some(difference) = found.difference(picture)? {
+                return refuse(&name, difference);
+            }
+            if let Some(had) = header.samples.first() {
+                let asked = stop.first_sample();
+                if had.first != asked || header.samples.len() > 1 {
+                    let begins = format!("its first sample is {}, not {asked}", had.first);
+                    return refuse(&name, begins);
+                }
+                if let Some(goal) = stop.count().filter(|&goal| goal < had.count()) {
+                    let more = format!("it has {} samples, more than {goal}", had.count());
+                    return refuse(&name, more);
+                }
+            }
+        }
+        if let Some(cache) = &self.cache {
+            let name = cache.name();
+            let found = Named {
+                name: &name,
+                identity: &cache.header.identity,
+                scene: &cache.header.scene,
+            };
+            if let Some(difference) = found.difference(whole)? {
+                return refuse(&name, difference);
+            }
+        }
+        self.check_fill()
+    }
+
+    /// Fails if the samples have read another filling than the one that is there.
+    fn check_fill(&self) -> Result<()> {
+        let Some(fill) = self.state().and_then(|state| state.header.fills.first()) else {
+            return Ok(());
+        };
+        let name = super::beside(&self.path, "cache");
+        let name = name.display();
+        match &self.cache {
+            None => Err(Error::Input(format!(
+                "{name} is missing, the cache that the samples in {} have read; --restart begins anew",
+                self.path.display()
+            ))),
+            Some(cache) if cache.header.fill != fill.id || !cache.header.is_filled => {
+                Err(Error::Input(format!(
+                    "{name} is not the cache that the samples in {} have read; --restart begins anew",
+                    self.path.display()
+                )))
+            }
+            Some(_) => Ok(()),
+        }
+    }
+
+    /// Goes on with the cache, if there is one.
+    pub fn restore_cache(&self, engine: &mut Engine) -> Result<()> {
+        match &self.cache {
+            Some(cache) => cache.restore(engine),
+            None => Ok(()),
+        }
+    }
+
+    /// Goes on with the picture, if it has samples. The engine must be at that picture.
+    pub fn restore_picture(&self, engine: &mut Engine) -> Result<()> {
+        let Some(state) = self
+            .state()
+            .filter(|state| !state.header.samples.is_empty())
+        else {
+            return Ok(());
+        };
+        let header = &state.header;
+        let shard = Shard::read(&self.path, header)?;
+        let totals = Totals {
+            first_sample: header
+                .samples
+                .first()
+                .map_or(0, |range: &SampleRange| range.first),
+            samples: header.count(),
+            units: header.units,
+            paths: header.paths,
+            lookups: header.lookups,
+        };
+        engine.resume(&shard.sums, totals)
+    }
+}

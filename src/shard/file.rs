@@ -1,0 +1,151 @@
+//! Reads a shard's EXR back.
+
+use std::fs;
+use std::path::Path;
+
+use ::exr::meta::MetaData;
+use ::exr::prelude::*;
+
+use super::header::{Header, checksum};
+use crate::engine::Picture;
+use crate::error::{Error, Result};
+use crate::output::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
+use crate::render::Sums;
+
+/// The deflated zeros that an EXR holds become at most so many times as large.
+const MOST_EXPANSION: u64 = 1100;
+
+/// A picture and the sums behind it.
+pub struct Shard {
+    pub picture: Picture,
+    pub sums: Sums,
+}
+
+/// The header and the resolved scene of a shard. `T` is [`Header`] or has more in it.
+///
+/// # Errors
+///
+/// The file cannot be read, or it is no shard.
+pub fn read_header<T: serde::de::DeserializeOwned>(path: &Path) -> Result<(T, String)> {
+    let wrong = |why: &str| Error::Input(format!("{}: {why}", path.display()));
+    let meta = meta_data(path)?;
+    let header = meta.headers.first().ok_or(wrong("it holds no picture"))?;
+    let attribute = |name: &str| {
+        let own = header.own_attributes.other.get(&Text::from(name));
+        match own.or(header.shared_attributes.other.get(&Text::from(name))) {
+            Some(AttributeValue::Text(text)) => String::from_utf8(text.as_slice().to_vec()).ok(),
+            _ => None,
+        }
+    };
+    let (Some(json), Some(scene)) = (attribute(HEADER_ATTRIBUTE), attribute(SCENE_ATTRIBUTE))
+    else {
+        return Err(wrong(
+            "it is neither a shard nor a checkpoint; expected a picture of `isolume render` with --samples or \
+             --checkpoint, or of `isolume merge`",
+        ));
+    };
+    let header = serde_json::from_str(&json)
+        .map_err(|error| wrong(&format!("its header is damaged: {error}")))?;
+    Ok((header, scene))
+}
+
+impl Shard {
+    /// Reads the shard that `header` is of.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be read, or it is not what its header says.
+    pub fn read(path: &Path, header: &Header) -> Result<Shard> {
+        let wrong = |why: &str| Error::Input(format!("{}: {why}", path.display()));
+        header.check().map_err(|why| wrong(&why))?;
+        check_size(path, &meta_data(path)?, header.identity.size)?;
+        let image = read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(path)
+            .map_err(|error| wrong(&format!("it is damaged: {error}")))?;
+        let channels = image.layer_data.channel_data.list;
+        let [width, height] = header.identity.size;
+        let pixels = width as usize * height as usize;
+        let channel = |name: &str| {
+            let channel = channels.iter().find(|channel| channel.name.eq(name))?;
+            match &channel.sample_data {
+                FlatSamples::F32(samples) if samples.len() == pixels => Some(&samples[..]),
+                _ => None,
+            }
+        };
+        let needed = |name: &str| {
+            channel(name).ok_or_else(|| wrong(&format!("the channel {name} is missing")))
+        };
+        let texels = |names: [&str; 4]| -> Result<Vec<[f32; 4]>> {
+            let [r, g, b, a] = [
+                needed(names[0])?,
+                needed(names[1])?,
+                needed(names[2])?,
+                needed(names[3])?,
+            ];
+            Ok((0..pixels).map(|i| [r[i], g[i], b[i], a[i]]).collect())
+        };
+        let triples = |names: [&str; 3]| -> Result<Vec<[f32; 3]>> {
+            let [x, y, z] = [needed(names[0])?, needed(names[1])?, needed(names[2])?];
+            Ok((0..pixels).map(|i| [x[i], y[i], z[i]]).collect())
+        };
+        let sums = Sums {
+            mean: texels(["R", "G", "B", "coverage"])?,
+            squares: texels(["squares.R", "squares.G", "squares.B", "squares.A"])?,
+        };
+        if checksum(&sums) != header.checksum {
+            return Err(wrong(
+                "it is damaged: its pixels are not those that were written",
+            ));
+        }
+        let picture = Picture {
+            width,
+            height,
+            rgb: triples(["R", "G", "B"])?,
+            alpha: channel("A").map(<[f32]>::to_vec),
+            stderr: triples(["stderr.R", "stderr.G", "stderr.B"])?,
+            albedo: triples(["albedo.R", "albedo.G", "albedo.B"])?,
+            normal: triples(["normal.X", "normal.Y", "normal.Z"])?,
+            depth: needed("depth.Z")?.to_vec(),
+        };
+        Ok(Shard { picture, sums })
+    }
+}
+
+fn meta_data(path: &Path) -> Result<MetaData> {
+    if let Err(error) = fs::metadata(path) {
+        return Err(Error::io(path, error));
+    }
+    MetaData::read_from_file(path, false).map_err(|error| {
+        Error::Input(format!(
+            "{}: not readable as OpenEXR: {error}",
+            path.display()
+        ))
+    })
+}
+
+/// Fails for a file that claims more pixels than it can hold, before there is memory for them.
+fn check_size(path: &Path, meta: &MetaData, size: [u32; 2]) -> Result<()> {
+    let bytes = fs::metadata(path)
+        .map_err(|error| Error::io(path, error))?
+        .len();
+    let expected = size.map(|n| n as usize);
+    let [width, height] = size.map(u64::from);
+    let fits = |header: &::exr::meta::header::Header| {
+        let Vec2(w, h) = header.layer_size;
+        let texel = 4 * header.channels.list.len() as u64;
+        let claimed = width.saturating_mul(height).saturating_mul(texel);
+        [w, h] == expected && claimed <= bytes.saturating_mul(MOST_EXPANSION)
+    };
+    match meta.headers.len() == 1 && meta.headers.iter().all(fits) {
+        true => Ok(()),
+        false => Err(Error::Input(format!(
+            "{}: it is damaged: it does not hold {width}x{height} pixels",
+            path.display()
+        ))),
+    }
+}

@@ -1,0 +1,105 @@
+//! What a shard's EXR says of itself, as JSON in the attribute `isolume.shard`.
+
+use serde::{Deserialize, Serialize};
+
+use super::Fingerprint;
+use super::identity::Identity;
+use crate::engine::{Engine, SampleRange};
+use crate::render::Sums;
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    pub identity: Identity,
+    /// The samples that every pixel has had, in ascending order.
+    pub samples: Vec<SampleRange>,
+    /// Units that the spread between samples is known from.
+    pub units: u32,
+    pub paths: u64,
+    /// Reads of the volume by them.
+    pub lookups: u64,
+    /// The cache's fillings that the samples have read.
+    pub fills: Vec<Fill>,
+    /// What rendered it: device and driver.
+    pub devices: Vec<String>,
+    /// Of the sums.
+    pub checksum: String,
+}
+
+/// A filling of the cache. What it is wrong by is in all samples that read it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Fill {
+    /// Fingerprint of its light.
+    pub id: String,
+    /// Of the picture that it shows; `None` while it is unknown.
+    pub relative_error: Option<f64>,
+    /// Samples that have read it.
+    pub samples: u32,
+}
+
+impl Header {
+    /// Of the picture that the engine has so far. `fill` identifies the light of its cache, if it has one.
+    pub fn of(engine: &Engine, identity: Identity, sums: &Sums, fill: Option<&str>) -> Header {
+        let totals = engine.totals();
+        let range = SampleRange {
+            first: totals.first_sample,
+            end: totals.first_sample + totals.samples,
+        };
+        let device = engine.host().summary();
+        let cache_error = engine.renderer().cache().map(|cache| cache.relative_error);
+        Header {
+            identity,
+            samples: Some(range).filter(|r| r.count() > 0).into_iter().collect(),
+            units: totals.units,
+            paths: totals.paths,
+            lookups: totals.lookups,
+            fills: fill
+                .map(|id| Fill {
+                    id: id.into(),
+                    relative_error: cache_error.filter(|error| error.is_finite()),
+                    samples: totals.samples,
+                })
+                .into_iter()
+                .collect(),
+            devices: vec![format!("{}, {}", device.name, device.driver)],
+            checksum: checksum(sums),
+        }
+    }
+
+    /// Samples of every pixel.
+    pub fn count(&self) -> u32 {
+        let counts = self.samples.iter().map(SampleRange::count);
+        counts.fold(0, u32::saturating_add)
+    }
+
+    /// Relative error of what the fillings show, as far as all samples have it in common. Fillings of one seed share
+    /// random numbers, so that their errors add up.
+    pub fn cache_error(&self) -> f64 {
+        let count = f64::from(self.count().max(1));
+        let errors = self.fills.iter().map(|fill| {
+            fill.relative_error.unwrap_or(f64::INFINITY) * f64::from(fill.samples) / count
+        });
+        errors.sum()
+    }
+
+    /// Whether a file may say this. The error is what is wrong with it.
+    pub(super) fn check(&self) -> Result<(), String> {
+        let ranges = &self.samples;
+        let is_in_order = ranges.windows(2).all(|pair| pair[0].end <= pair[1].first);
+        let is_sound = |range: &SampleRange| range.first < range.end;
+        let most = ranges.last().map_or(0, |last| last.end);
+        if !is_in_order || !ranges.iter().all(is_sound) || most > SampleRange::MOST {
+            return Err("its ranges of samples are not in order".into());
+        }
+        if self.units > self.count() {
+            return Err("it has more units than samples".into());
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn checksum(sums: &Sums) -> String {
+    Fingerprint::default()
+        .with(bytemuck::cast_slice(&sums.mean))
+        .with(bytemuck::cast_slice(&sums.squares))
+        .text()
+}

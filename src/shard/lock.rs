@@ -1,0 +1,62 @@
+//! One process at a time works with a checkpoint.
+//!
+//! The lock is a file of its own beside it, since writing replaces the checkpoint. The system lets go of it when the
+//! process ends, however that ends.
+
+use std::fs::{self, File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use super::beside;
+use crate::error::{Error, Result};
+
+/// Held until it is dropped.
+pub struct Lock {
+    path: PathBuf,
+    _file: File,
+}
+
+impl Lock {
+    /// Fails if another process holds it.
+    pub fn take(checkpoint: &Path) -> Result<Lock> {
+        let path = beside(checkpoint, "lock");
+        loop {
+            let file = File::create(&path).map_err(|error| Error::io(&path, error))?;
+            match file.try_lock() {
+                Ok(()) => {}
+                Err(TryLockError::WouldBlock) => {
+                    return Err(Error::Input(format!(
+                        "{}: another process is at work with this checkpoint; wait for it or name another file",
+                        checkpoint.display()
+                    )));
+                }
+                Err(TryLockError::Error(error)) => return Err(Error::io(&path, error)),
+            }
+            // Its last holder may have removed the file in between.
+            if is_at(&file, &path) {
+                return Ok(Lock { path, _file: file });
+            }
+        }
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // A file that stays is no lock.
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// Whether a name still leads to a file.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let number = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
+    let held = file.metadata().map(number).ok();
+    held.is_some() && held == fs::metadata(path).map(number).ok()
+}
+
+/// Elsewhere a file that is open cannot be replaced.
+#[cfg(not(unix))]
+fn is_at(_: &File, _: &Path) -> bool {
+    true
+}

@@ -1,0 +1,225 @@
+//! One picture of shards: `isolume merge`.
+//!
+//! Shards are folded in order of their samples, so that the result does not depend on the order of the arguments; in
+//! double precision, by the formulas of Chan, Golub and LeVeque (1979), so that it is that of a single run but for
+//! rounding.
+
+use std::path::{Path, PathBuf};
+
+use super::file::{Shard, read_header};
+use super::header::{Fill, Header, checksum};
+use super::identity::Named;
+use crate::engine::{Picture, SampleRange};
+use crate::error::{Error, Result};
+use crate::render::Sums;
+
+/// The picture of all shards.
+pub struct Merged {
+    pub picture: Picture,
+    pub sums: Sums,
+    pub header: Header,
+    /// The resolved scene of the shard with the first samples.
+    pub scene: String,
+    /// What the user should know: one sentence each.
+    pub notes: Vec<String>,
+}
+
+struct Part<'a> {
+    path: &'a Path,
+    name: String,
+    header: Header,
+    scene: String,
+}
+
+/// Merges shards.
+///
+/// # Errors
+///
+/// A file is none or damaged, two are of different pictures, or two hold the same samples.
+pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
+    let mut parts = paths
+        .iter()
+        .map(|path| Part::open(path))
+        .collect::<Result<Vec<_>>>()?;
+    parts.sort_by_key(|part| part.header.samples[0]);
+    for part in &parts[1..] {
+        if let Some(difference) = parts[0].named().difference(&part.named())? {
+            return Err(Error::Input(format!(
+                "{} and {} are of different pictures: {difference}",
+                parts[0].name, part.name
+            )));
+        }
+    }
+    let samples = joined(&parts)?;
+    let (picture, sums) = fold(&parts)?;
+    let mut header = Header {
+        samples,
+        units: parts.iter().map(|part| part.header.units).sum(),
+        paths: parts
+            .iter()
+            .map(|part| part.header.paths)
+            .fold(0, u64::saturating_add),
+        lookups: parts
+            .iter()
+            .map(|part| part.header.lookups)
+            .fold(0, u64::saturating_add),
+        fills: fills(&parts),
+        devices: Vec::new(),
+        checksum: checksum(&sums),
+        identity: parts[0].header.identity.clone(),
+    };
+    for device in parts.iter().flat_map(|part| &part.header.devices) {
+        if !header.devices.contains(device) {
+            header.devices.push(device.clone());
+        }
+    }
+    let stderr = sums.standard_error(header.count(), header.units, header.cache_error());
+    Ok(Merged {
+        picture: Picture { stderr, ..picture },
+        sums,
+        notes: notes(&header),
+        header,
+        scene: parts.swap_remove(0).scene,
+    })
+}
+
+impl<'a> Part<'a> {
+    fn open(path: &'a Path) -> Result<Part<'a>> {
+        let (header, scene): (Header, String) = read_header(path)?;
+        let name = path.display().to_string();
+        header
+            .check()
+            .map_err(|why| Error::Input(format!("{name}: {why}")))?;
+        if header.samples.is_empty() {
+            return Err(Error::Input(format!("{name}: it holds no samples yet")));
+        }
+        Ok(Part {
+            path,
+            name,
+            header,
+            scene,
+        })
+    }
+
+    fn named(&self) -> Named<'_> {
+        Named {
+            name: &self.name,
+            identity: &self.header.identity,
+            scene: &self.scene,
+        }
+    }
+}
+
+/// The samples of all parts, where ranges that touch have become one.
+fn joined(parts: &[Part<'_>]) -> Result<Vec<SampleRange>> {
+    let ranges = |part: &'_ Part<'_>| part.header.samples.clone();
+    let mut all: Vec<(SampleRange, &str)> = parts
+        .iter()
+        .flat_map(|part| {
+            ranges(part)
+                .into_iter()
+                .map(|range| (range, &part.name[..]))
+        })
+        .collect();
+    all.sort();
+    let mut joined: Vec<(SampleRange, &str)> = Vec::new();
+    for (range, name) in all {
+        match joined.last_mut() {
+            Some((last, before)) if range.first < last.end => {
+                let common = SampleRange {
+                    first: range.first,
+                    end: range.end.min(last.end),
+                };
+                return Err(Error::Input(format!(
+                    "{before} and {name} both hold the samples {common}: each may be counted once"
+                )));
+            }
+            Some((last, before)) if range.first == last.end => {
+                (last.end, *before) = (range.end, name);
+            }
+            _ => joined.push((range, name)),
+        }
+    }
+    Ok(joined.into_iter().map(|(range, _)| range).collect())
+}
+
+/// The mean of all samples, and the spread of all units around it. All but the mean is that of the first part.
+fn fold(parts: &[Part<'_>]) -> Result<(Picture, Sums)> {
+    let mut first = None;
+    let mut count = 0.0;
+    let mut mean: Vec<[f64; 4]> = Vec::new();
+    let mut squares: Vec<[f64; 4]> = Vec::new();
+    for part in parts {
+        let Shard { picture, sums } = Shard::read(part.path, &part.header)?;
+        first.get_or_insert(picture);
+        mean.resize(sums.mean.len(), [0.0; 4]);
+        squares.resize(sums.mean.len(), [0.0; 4]);
+        let more = f64::from(part.header.count());
+        let all = count + more;
+        let texels = sums.mean.iter().zip(&sums.squares);
+        for ((m, s), (m_part, s_part)) in mean.iter_mut().zip(&mut squares).zip(texels) {
+            for c in 0..4 {
+                let difference = f64::from(m_part[c]) - m[c];
+                m[c] += difference * (more / all);
+                s[c] += f64::from(s_part[c]) + difference * difference * (count * more / all);
+            }
+        }
+        count = all;
+    }
+    let single = |texels: Vec<[f64; 4]>| -> Vec<[f32; 4]> {
+        texels
+            .into_iter()
+            .map(|texel| texel.map(|x| x as f32))
+            .collect()
+    };
+    let sums = Sums {
+        mean: single(mean),
+        squares: single(squares),
+    };
+    let Some(mut picture) = first else {
+        return Err(Error::Usage("there are no shards to merge".into()));
+    };
+    picture.rgb = sums.mean.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+    if let Some(alpha) = &mut picture.alpha {
+        *alpha = sums.mean.iter().map(|texel| texel[3]).collect();
+    }
+    Ok((picture, sums))
+}
+
+/// All fillings, each once.
+fn fills(parts: &[Part<'_>]) -> Vec<Fill> {
+    let mut fills: Vec<Fill> = Vec::new();
+    for fill in parts.iter().flat_map(|part| &part.header.fills) {
+        match fills.iter_mut().find(|other| other.id == fill.id) {
+            Some(other) => other.samples = other.samples.saturating_add(fill.samples),
+            None => fills.push(fill.clone()),
+        }
+    }
+    fills
+}
+
+fn notes(header: &Header) -> Vec<String> {
+    let mut notes = Vec::new();
+    let ends = [SampleRange { first: 0, end: 0 }];
+    let ranges: Vec<SampleRange> = ends.into_iter().chain(header.samples.clone()).collect();
+    for pair in ranges.windows(2).filter(|pair| pair[0].end < pair[1].first) {
+        notes.push(format!(
+            "the samples {}..{} are in none of the files",
+            pair[0].end, pair[1].first
+        ));
+    }
+    if header.devices.len() > 1 {
+        notes.push(format!(
+            "the shards were rendered on different devices or drivers, whose rounding differs: {}",
+            header.devices.join("; ")
+        ));
+    }
+    if header.fills.len() > 1 {
+        notes.push(format!(
+            "the shards read {} fillings of the cache, which share their seed: what they are wrong by is counted as \
+             common to all samples",
+            header.fills.len()
+        ));
+    }
+    notes
+}

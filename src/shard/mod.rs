@@ -1,0 +1,32 @@
+//! Pictures in parts: shards of a picture's samples, which merge to what one run would have rendered, and checkpoints,
+//! from which a render goes on.
+//!
+//! Both are EXR files that show a picture and hold the sums behind it, in the precision that they have. A header says
+//! what they are of ([`Identity`]) and which samples they hold: parts of different pictures are never put together.
+
+mod cache_file;
+mod checkpoint;
+mod file;
+mod fingerprint;
+mod header;
+mod identity;
+mod lock;
+mod merge;
+
+use std::path::{Path, PathBuf};
+
+pub use cache_file::{About, CacheFile};
+pub use checkpoint::{Found, RunOf, Settings, State};
+pub use file::{Shard, read_header};
+pub use fingerprint::Fingerprint;
+pub use header::{Fill, Header};
+pub use identity::{Identity, Named, volume_fingerprint};
+pub use merge::{Merged, merge};
+
+/// The file of some kind beside a checkpoint: `FILE.exr.cache`.
+fn beside(checkpoint: &Path, extension: &str) -> PathBuf {
+    let mut name = checkpoint.as_os_str().to_owned();
+    name.push(".");
+    name.push(extension);
+    name.into()
+}

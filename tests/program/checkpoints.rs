@@ -1,0 +1,217 @@
+//! A render that was killed goes on from its checkpoint and ends with the bytes of one that was not.
+
+use std::time::{Duration, Instant};
+
+use crate::refusals::refused;
+use crate::stopping::{ends, send, started};
+use crate::{Folder, text};
+
+/// What each variant renders: for a few seconds, on a CPU.
+const UNCACHED: &str = "render ball.toml --variant non-caching --size 96x64 --spp 1024";
+const CACHED: &str = "render ball.toml --variant caching --cache-scale 0.5 --size 96x64 --spp 512";
+const OFTEN: &str = "--checkpoint c.exr --checkpoint-every 0.02";
+
+/// Kills a render again and again, at some moment after it has begun to write, until it gets to its end. Returns how
+/// often it was killed. `ISOLUME_KILLS=50` kills more often, and later.
+fn survive(folder: &Folder, command: &str, random: &mut fastrand::Rng) -> u32 {
+    let kills = std::env::var("ISOLUME_KILLS").ok();
+    let most: u32 = kills.and_then(|kills| kills.parse().ok()).unwrap_or(2);
+    for kill in 0..most {
+        let before = changed(folder);
+        let mut process = folder.isolume(command).spawn().expect("it starts");
+        let began = Instant::now();
+        while changed(folder) == before && began.elapsed() < Duration::from_secs(60) {
+            if process.try_wait().expect("a process").is_some() {
+                return kill;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_millis(random.u64(0..120)));
+        process.kill().expect("it is killed");
+        process.wait().expect("it has ended");
+    }
+    folder.succeed(command);
+    most
+}
+
+/// When the checkpoint was written last: the picture, and the cache.
+fn changed(folder: &Folder) -> [Option<std::time::SystemTime>; 2] {
+    ["c.exr", "c.exr.cache"].map(|name| {
+        let about = std::fs::metadata(folder.path(name)).ok();
+        about.and_then(|about| about.modified().ok())
+    })
+}
+
+#[test]
+fn a_render_that_was_killed_ends_with_the_same_bytes() {
+    let folder = Folder::new();
+    let mut random = fastrand::Rng::with_seed(21);
+    for render in [UNCACHED, CACHED] {
+        folder.succeed(&format!("{render} -o whole.exr"));
+        for name in ["c.exr", "c.exr.cache"] {
+            let _ = std::fs::remove_file(folder.path(name));
+        }
+        let kills = survive(
+            &folder,
+            &format!("{render} -o again.exr {OFTEN} --quiet"),
+            &mut random,
+        );
+        println!("{render}: killed {kills} times");
+        assert!(kills > 0);
+        assert!(
+            folder.read("again.exr") == folder.read("whole.exr"),
+            "{render}"
+        );
+    }
+}
+
+#[test]
+fn an_orbit_goes_on_where_it_was() {
+    let folder = Folder::new();
+    let orbit =
+        "render ball.toml --variant caching --cache-scale 0.5 --size 96x64 --spp 64 --orbit 3";
+    folder.succeed(&format!("{orbit} -o whole.exr"));
+    let mut child = started(&folder, &format!("{orbit} -o turn.exr {OFTEN}"));
+    while !folder.path("turn.0001.exr").exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.process.kill().expect("it is killed");
+    child.process.wait().expect("it has ended");
+    let first = std::fs::metadata(folder.path("turn.0001.exr"))
+        .unwrap()
+        .modified()
+        .unwrap();
+    folder.succeed(&format!("{orbit} -o turn.exr {OFTEN}"));
+    for number in 1..=3 {
+        let [turn, whole] = ["turn", "whole"].map(|name| format!("{name}.000{number}.exr"));
+        assert!(folder.read(&turn) == folder.read(&whole), "{turn}");
+    }
+    let still = std::fs::metadata(folder.path("turn.0001.exr"))
+        .unwrap()
+        .modified()
+        .unwrap();
+    println!("the first picture was rendered again: {}", first != still);
+}
+
+/// By SIGTERM, as a scheduler does it; SIGUSR1 asks for a checkpoint before that.
+#[cfg(unix)]
+#[test]
+fn signals_leave_a_checkpoint() {
+    let folder = Folder::new();
+    let render =
+        "render ball.toml --variant non-caching --samples 32..100000 -o a.exr --checkpoint c.exr";
+    let child = started(&folder, render);
+    let began = Instant::now();
+    while !folder.path("c.exr").exists() {
+        assert!(began.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(200));
+        send("USR1", &child);
+    }
+    send("TERM", &child);
+    let said = ends(child, 143);
+    assert!(said.contains("stopped because of SIGTERM"), "{said}");
+    let merged = folder.succeed("merge merged.exr c.exr");
+    let merged = text(&merged.stderr).to_string();
+    assert!(
+        merged.contains("note: the samples 0..32 are in none of the files"),
+        "{merged}"
+    );
+
+    let second = started(&folder, render);
+    while !folder.path("c.exr.lock").exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let said = refused_while_there_is_a_lock(&folder, render);
+    assert!(
+        said.contains("another process is at work with this checkpoint"),
+        "{said}"
+    );
+    send("TERM", &second);
+    ends(second, 143);
+}
+
+fn refused_while_there_is_a_lock(folder: &Folder, arguments: &str) -> String {
+    let output = folder.run(arguments);
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    text(&output.stderr).to_string()
+}
+
+#[test]
+fn a_checkpoint_of_something_else_is_refused() {
+    let folder = Folder::new();
+    let render = "render ball.toml -o a.exr --checkpoint c.exr";
+    folder.succeed(&format!("{render} --variant caching --spp 8"));
+    for (flags, expected) in [
+        (
+            "--variant caching --spp 8 --seed 1",
+            "the seed is 0 in c.exr and 1 in this render",
+        ),
+        (
+            "--variant caching --spp 8 --size 8x8",
+            "the size is 24x16 in c.exr and 8x8",
+        ),
+        ("--variant caching --spp 8 --view=-x", "camera.eye"),
+        (
+            "--variant non-caching --spp 8",
+            "the variant is caching at scale",
+        ),
+        ("--variant caching --spp 4", "it has 8 samples, more than 4"),
+        (
+            "--variant caching --samples 2..16",
+            "its first sample is 0, not 2",
+        ),
+        (
+            "--variant caching --spp 8 --orbit 2",
+            "it is of 1 pictures, not of 2",
+        ),
+    ] {
+        let said = refused(&folder, &format!("{render} {flags}"), 3);
+        assert!(said.contains(expected), "{flags}: {said}");
+        assert!(said.ends_with("; --restart begins anew"), "{said}");
+        assert_eq!(said.lines().count(), 1, "{said}");
+    }
+    let cached = format!("{render} --variant caching --spp 8");
+    // The variant that was picked before stands.
+    folder.succeed(&format!("{render} --spp 8"));
+    let cache = folder.read("c.exr.cache");
+    std::fs::remove_file(folder.path("c.exr.cache")).unwrap();
+    let said = refused(&folder, &cached, 3);
+    assert!(said.contains("c.exr.cache is missing"), "{said}");
+    for (at, bit) in [(0, 1), (cache.len() / 2, 4), (cache.len() - 30, 2)] {
+        let mut damaged = cache.clone();
+        damaged[at] ^= bit;
+        folder.write("c.exr.cache", &damaged);
+        let said = refused(&folder, &cached, 3);
+        assert!(said.contains("c.exr.cache: it is damaged"), "{said}");
+    }
+    folder.write("c.exr.cache", &cache);
+    let whole = folder.read("c.exr");
+    folder.write("c.exr", &whole[..whole.len() - 9]);
+    refused(&folder, &cached, 3);
+    folder.write("c.exr", b"");
+    refused(&folder, &cached, 3);
+    folder.succeed(&format!("{cached} --restart"));
+}
+
+/// A cache that was filled once serves all shards: they merge to what a single run reads from it.
+#[test]
+fn one_filling_is_shipped_to_all_shards() {
+    let folder = Folder::new();
+    let render = "render ball.toml --variant caching --cache-scale 0.5";
+    folder.succeed(&format!(
+        "{render} --samples 0..128 -o single.exr --checkpoint s.exr"
+    ));
+    let cache = folder.read("s.exr.cache");
+    for (name, range) in [("a", "0..64"), ("b", "64..128")] {
+        folder.write(&format!("{name}.exr.cache"), &cache);
+        folder.succeed(&format!(
+            "{render} --samples {range} -o {name}.out.exr --checkpoint {name}.exr"
+        ));
+        assert!(folder.read(&format!("{name}.exr.cache")) == cache);
+    }
+    let merged = folder.succeed("merge merged.exr a.out.exr b.out.exr");
+    assert!(!text(&merged.stderr).contains("note"), "{merged:?}");
+    let [single, merged] = ["single.exr", "merged.exr"].map(|name| folder.exr(name));
+    let [mean, stderr] = ["", "stderr."].map(|p| crate::shards::difference(&single, &merged, p));
+    assert!(mean <= 1e-6 && stderr <= 0.01, "{mean:.1e} {stderr:.1e}");
+}
