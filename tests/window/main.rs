@@ -28,10 +28,16 @@ fn a_session() {
     let display = Display::new();
     let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json");
     let window = display.window();
+    // What has been said is shown in a frame that follows; on a busy machine input may follow as well.
     let shoot = |name: &str| -> Shot {
-        // What has been said is shown in the frame that follows.
-        std::thread::sleep(Duration::from_millis(300));
-        let shot = display.shoot(window);
+        let mut shot = display.shoot(window);
+        for _ in 0..20 {
+            std::thread::sleep(Duration::from_millis(500));
+            let before = std::mem::replace(&mut shot, display.shoot(window));
+            if before.difference(&shot, &PICTURE) == 0.0 {
+                break;
+            }
+        }
         shot.save(&format!("window_{name}.png"));
         shot
     };
