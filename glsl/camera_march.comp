@@ -66,7 +66,8 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
     if (!(t < t_end)) {
         return;
     }
-    March march = begin_march(ray, t, t_end, random_numbers(random).x);
+    March march = begin_march(ray, t, t_end, VOXELS_PER_RANDOM_STEP);
+    float place = random_numbers(random).x;
     vec3 suns_here = suns_scattered(-ray.direction);
     if (march.steps == 0u) {
         return;
@@ -82,7 +83,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             float tail_t = 0.0;
             LOOP {
                 vec2 u = random_numbers(random).xy;
-                MarchStep s = make_step(ray, march);
+                MarchStep s = make_random_step(ray, march, place);
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, s.t);

@@ -46,11 +46,11 @@ void weigh(Cube cube, float weight) {
     }
 }
 
-void march_segment(Ray ray, float t, float t_end, float place, uint weighs, inout Front front) {
+void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front) {
     if (!has_medium || !(t < t_end)) {
         return;
     }
-    March march = begin_march(ray, t, t_end, place);
+    March march = begin_march(ray, t, t_end, VOXELS_PER_EVEN_STEP);
     vec3 suns_here = suns_scattered(-ray.direction);
     float opaque_below = push.opaque_below;
     if (march.steps == 0u) {
@@ -59,10 +59,11 @@ void march_segment(Ray ray, float t, float t_end, float place, uint weighs, inou
     bool is_opaque;
     // Stretch by stretch, look by look at the cache, step by step.
     LOOP {
+        begin_even_steps(ray, march);
         LOOP {
             Taken taken = NOTHING_TAKEN;
             LOOP {
-                MarchStep s = make_step(ray, march);
+                MarchStep s = make_even_step(ray, march);
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, s.t);
@@ -118,17 +119,17 @@ vec3 mean_light_on(vec3 g, vec3 geometric) {
 }
 
 // The share of a sun's light that reaches a surface.
-float sun_reaching(vec3 g, Crossing crossing, vec3 towards_sun, float place) {
+float sun_reaching(vec3 g, Crossing crossing, vec3 towards_sun) {
     Ray ray = make_ray(g, towards_sun);
     vec2 span = clip_ray(ray, 0.0);
     float share = 1.0;
     if (full_light) {
         share = surface_transmittance(ray, span.x, span.y, crossing.surface, crossing.inside);
     }
-    return share > 0.0 ? share * marched_transmittance(ray, span.x, span.y, place, push.opaque_below) : 0.0;
+    return share > 0.0 ? share * marched_transmittance(ray, span.x, span.y, push.opaque_below) : 0.0;
 }
 
-vec3 shade(Ray ray, Crossing crossing, float place) {
+vec3 shade(Ray ray, Crossing crossing) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
     vec3 g = ray.origin + crossing.t * ray.step;
@@ -139,14 +140,14 @@ vec3 shade(Ray ray, Crossing crossing, float place) {
         float cosine = dot(hit.geometric, l) > 0.0 ? dot(hit.shading, l) : 0.0;
         if (cosine > 0.0) {
             vec3 f = brdf_value(material, hit.shading, -ray.direction, l);
-            radiance += f * cosine * sun_reaching(g, crossing, l, place) * sun.irradiance;
+            radiance += f * cosine * sun_reaching(g, crossing, l) * sun.irradiance;
         }
     }
     return radiance;
 }
 
 // What the ray through a pixel shows; with `weighs`, bricks get their weights.
-Front look(Ray ray, float t_end, float place, uint weighs) {
+Front look(Ray ray, float t_end, uint weighs) {
     Front front = Front(vec3(0.0), vec3(0.0), 1.0);
     Crossing crossing = Crossing(0.0, -1, 0u);
     int known = -1;
@@ -157,12 +158,12 @@ Front look(Ray ray, float t_end, float place, uint weighs) {
             find_crossing(ray, t_end, known, fresh, crossing);
         }
         bool hits = crossing.surface >= 0;
-        march_segment(ray, t, hits ? crossing.t : t_end, place, weighs, front);
+        march_segment(ray, t, hits ? crossing.t : t_end, weighs, front);
         if (!hits) {
             break;
         }
         float opacity = surface_at(uint(crossing.surface)).opacity;
-        front.radiance += front.transmittance * opacity * shade(ray, crossing, place);
+        front.radiance += front.transmittance * opacity * shade(ray, crossing);
         front.transmittance *= 1.0 - opacity;
         if (front.transmittance <= push.opaque_below) {
             break;
@@ -186,14 +187,12 @@ void main() {
     ask_ahead();
     float entry, t_end;
     Ray ray = camera_ray((vec2(pixel) + 0.5) * float(push.stride), entry, t_end);
-    Random random = Random(uint(pixel.x), uint(pixel.y), 0u);
-    float place = random_numbers(random).x;
     Front front;
     // Weights are added up while the ray is marched, and cannot be taken back: where bricks may be missing, only once
     // all that the ray meets is known to be there.
     uint turns = is_in_bricks && push.weighs != 0u ? 2u : 1u;
     for (uint turn = 0u; turn < turns && !is_void; ++turn) {
-        front = look(ray, t_end, place, turn + 1u == turns ? push.weighs : 0u);
+        front = look(ray, t_end, turn + 1u == turns ? push.weighs : 0u);
     }
     bool is_lost = is_void && push.keeps_void == 0u;
     report(index, is_void, !is_lost);

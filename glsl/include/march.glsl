@@ -1,9 +1,15 @@
-// The steps of a march through the medium, front to back: Σ T·(1 − exp(−σt·Δ))·albedo·light. A step is
-// at most a voxel long, and a fraction of a mean free path of the densest place nearby.
-
-const float VOXELS_PER_STEP = 1.0;
+// The steps of a march through the medium, front to back: Σ T·(1 − exp(−σt·Δ))·albedo·light. A step is about a voxel
+// long, and at most a fraction of a mean free path of the densest place nearby.
+//
+// A step looks at the medium in one of two ways. Even steps take its mean between the field's values at both ends, and
+// have no noise: for a picture of one march. Random steps look at one place, which is random from ray to ray, and are
+// right on average: for a picture that many marches make.
 
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
+
+const float VOXELS_PER_RANDOM_STEP = 1.0;
+// Shorter, since the field is curved within a voxel.
+const float VOXELS_PER_EVEN_STEP = 0.75;
 
 // Steps may be longer for a picture that is soon gone.
 float step_scale = 1.0;
@@ -24,8 +30,8 @@ struct March {
     float size;  // of its steps
     uint steps;  // of them still to be made, from t on
     float rate;  // of steps per world length, at least
-    float place; // within each step: where the medium is looked at, in [0, 1)
-    float depth; // of the last step; negative before the first
+    float depth; // of the last random step; negative before the first
+    Classified end; // where the next even step begins
 };
 
 const uint CELLS_PER_STRETCH = 8u;
@@ -60,10 +66,11 @@ void next_stretch(Ray ray, inout March march) {
     march.steps = cells > 0u ? uint(steps) : 0u;
 }
 
-March begin_march(Ray ray, float t, float t_end, float place) {
+March begin_march(Ray ray, float t, float t_end, float voxels_per_step) {
+    const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0));
     Walk walk = begin_walk(ray, t, scene.majorant_size, ivec3(scene.majorant_cells));
-    float rate = length(ray.step) / (step_scale * VOXELS_PER_STEP);
-    March march = March(t, t_end, walk, true, t, 0.0, 0u, rate, place, -1.0);
+    float rate = length(ray.step) / (step_scale * voxels_per_step);
+    March march = March(t, t_end, walk, true, t, 0.0, 0u, rate, -1.0, NONE);
     next_stretch(ray, march);
     return march;
 }
@@ -72,15 +79,15 @@ March begin_march(Ray ray, float t, float t_end, float place) {
 struct MarchStep {
     float absorbed; // 1 − exp(−optical depth)
     vec3 albedo;    // of what it meets
-    float t;        // where the medium was looked at
+    float t;        // where in it
 };
 
-// Makes a step. The medium is looked at once, at a place that is the same in all steps of a ray and random from ray to
-// ray: a ray's optical depth is right on average, however narrow a tent of the transfer function is. (In the middle of
-// steps that begin at a cell's side, 5 % of the light of a head's skin was missed.) exp(−x) is then too large by half
-// the variance of the depth x (Jensen); a quarter of the square of its change from the step before estimates that.
-MarchStep make_step(Ray ray, inout March march) {
-    float t = march.t + march.place * march.size;
+// Makes a step and looks at the medium at `place` in it, in [0, 1), which is the same in all steps of a ray and random
+// from ray to ray: a ray's optical depth is right on average, however narrow a tent of the transfer function is. (In the
+// middle of steps that begin at a cell's side, 5 % of the light of a head's skin was missed.) exp(−x) is then too large
+// by half the variance of the depth x (Jensen); a quarter of the square of its change from the step before estimates that.
+MarchStep make_random_step(Ray ray, inout March march, float place) {
+    float t = march.t + place * march.size;
     Medium medium = medium_of(lookup(ray, t));
     float depth = medium.sigma_t * march.size;
     float change = march.depth < 0.0 ? 0.0 : depth - march.depth;
@@ -91,25 +98,46 @@ MarchStep make_step(Ray ray, inout March march) {
     return MarchStep(min(absorbed + 0.125 * change * change * (1.0 - absorbed), 1.0), medium.albedo, t);
 }
 
+// To be called where a stretch begins, before even steps through it.
+void begin_even_steps(Ray ray, inout March march) {
+    march.end = classify(lookup(ray, march.t));
+}
+
+// Makes a step along which the medium is that of a field which is linear from its beginning to its end: without noise,
+// but where the field is curved it loses or gains light.
+MarchStep make_even_step(Ray ray, inout March march) {
+    Classified begin = march.end;
+    float t = march.t + 0.5 * march.size;
+    march.t += march.size;
+    march.end = classify(lookup(ray, march.t));
+    --march.steps;
+    Medium medium = mean_medium(begin, march.end);
+    return MarchStep(absorbed_by(medium.sigma_t * march.size), medium.albedo, t);
+}
+
 // The transmittance of [t, t_end], or 0 where it is less than `least`.
-float marched_transmittance(Ray ray, float t, float t_end, float place, float least) {
+float marched_transmittance(Ray ray, float t, float t_end, float least) {
     if (!has_medium || !(t < t_end)) {
         return 1.0;
     }
-    March march = begin_march(ray, t, t_end, place);
+    March march = begin_march(ray, t, t_end, VOXELS_PER_EVEN_STEP);
     float transmittance = 1.0;
     LOOP {
         if (march.steps == 0u) {
             break;
         }
-        MarchStep s = make_step(ray, march);
-        transmittance *= 1.0 - s.absorbed;
+        begin_even_steps(ray, march);
+        LOOP {
+            MarchStep s = make_even_step(ray, march);
+            transmittance *= 1.0 - s.absorbed;
+            if (march.steps == 0u || transmittance < least) {
+                break;
+            }
+        }
         if (transmittance < least) {
             break;
         }
-        if (march.steps == 0u) {
-            next_stretch(ray, march);
-        }
+        next_stretch(ray, march);
     }
     return transmittance < least ? 0.0 : transmittance;
 }

@@ -3,8 +3,9 @@
 // value, V ≥ value takes the second.
 
 // The transfer function has a column for each point: value, 1 / (distance to the next value), opacity, the next point's
-// opacity; below it the colour. The last point stands twice. (An image and not a buffer: lavapipe reads buffers
-// thread by thread.)
+// opacity; below it the colour and, in a, the integral of opacity over values up to the point; below that the integral
+// of opacity times colour. The last point stands twice. (An image and not a buffer: lavapipe reads buffers thread by
+// thread.)
 LOADED_AS(rgba32f) uniform texels2D transfer;
 
 vec4 transfer_values(int point) {
@@ -50,6 +51,47 @@ vec4 transfer_at(float v) {
     return vec4(mix(transfer_colors(point), transfer_colors(point + 1), t), mix(p.z, p.w, t));
 }
 
+// The field's value at an end of a step, classified by the transfer function.
+struct Classified {
+    float value;
+    int point; // from which to interpolate to the next; -1 below the first, the last one beyond it
+    vec4 color; // and opacity in a
+    vec4 area; // integral over values up to this one of opacity times colour and, in a, of opacity
+};
+
+// Opacity times colour and, in a, opacity: their means between two values from one of which to the other both are
+// linear.
+vec4 mean_of_line(vec4 a, vec4 b) {
+    if (has_one_color) {
+        return vec4(0.0, 0.0, 0.0, 0.5 * (a.a + b.a));
+    }
+    return vec4((a.a * (2.0 * a.rgb + b.rgb) + b.a * (a.rgb + 2.0 * b.rgb)) * (1.0 / 6.0), 0.5 * (a.a + b.a));
+}
+
+Classified classify(float v) {
+    if (is_linear) {
+        return Classified(v, 0, vec4(scene.color, transfer_opacity(v)), vec4(0.0));
+    }
+    int point = transfer_point(v);
+    vec4 p = transfer_values(point);
+    float place = (v - p.x) * p.y;
+    float t = clamp(place, 0.0, 1.0);
+    vec4 here = texel_at(transfer, ivec2(point, 1));
+    vec4 start = vec4(scene.color, p.z);
+    vec4 color = vec4(scene.color, mix(p.z, p.w, t));
+    vec4 area = vec4(vec3(0.0), here.a);
+    if (!has_one_color) {
+        start.rgb = here.rgb;
+        color.rgb = mix(here.rgb, transfer_colors(point + 1), t);
+        area.rgb = texel_at(transfer, ivec2(point, 2)).rgb;
+    }
+    bool is_below = v < p.x;
+    bool is_beyond = place >= 1.0 && point + 1 == int(scene.transfer_segments);
+    float share = 1.0 / max(place, 1.0); // of the segment in what lies above its point
+    area += (v - p.x) * mix(color.a * vec4(color.rgb, 1.0), mean_of_line(start, color), share);
+    return Classified(v, point + int(is_beyond) - int(is_below), color, area);
+}
+
 struct Medium {
     float sigma_t; // extinction, per world unit
     vec3 albedo;   // σs/σt of each channel
@@ -59,6 +101,18 @@ struct Medium {
 Medium medium_of(float v) {
     vec4 colored = transfer_at(v);
     return Medium(scene.density * colored.a, colored.rgb);
+}
+
+// The medium's mean along a step between whose ends the field is linear, however narrow the transfer function's tents
+// are: pre-integrated classification (Engel, Kraus and Ertl 2001).
+Medium mean_medium(Classified a, Classified b) {
+    const float LEAST_SHARE = 1e-4; // Of smaller differences between areas too few digits are left.
+    vec4 mean = mean_of_line(a.color, b.color);
+    float range = b.value - a.value;
+    if (!is_linear && a.point != b.point && abs(range) > LEAST_SHARE * max(a.area.a, b.area.a)) {
+        mean = (b.area - a.area) / range;
+    }
+    return Medium(scene.density * mean.a, has_one_color ? scene.color : mean.rgb / max(mean.a, 1e-30));
 }
 
 Medium medium_at(vec3 g) {

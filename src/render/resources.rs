@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::gpu_scene::GpuScene;
+use super::parts::TRANSFER_ROWS;
 use super::shared::{Counters, EnvironmentCell, PATCHES, Path};
 use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
@@ -234,7 +235,7 @@ pub fn picture_desc(name: &'static str, [width, height]: [u32; 2]) -> ImageDesc 
 fn transfer_desc(points: usize) -> ImageDesc {
     ImageDesc {
         name: "transfer function",
-        extent: [points as u32 + 1, 2, 1],
+        extent: [points as u32 + 1, TRANSFER_ROWS, 1],
         volumetric: false,
         written: false,
         zeroed: false,

@@ -98,6 +98,7 @@ fn binding<'a>(r: &'a Resources, name: &str) -> Binding<'a> {
         "scene_block" => Binding::Buffer(&r.scene),
         "volume" => Binding::Image(&r.volume),
         "ranges" => Binding::Image(&r.ranges),
+        "transfer" => Binding::Image(&r.transfer),
         "clips" => Binding::Buffer(&r.clips),
         "surfaces" => Binding::Buffer(&r.surfaces),
         "suns" => Binding::Buffer(&r.suns),

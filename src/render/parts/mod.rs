@@ -17,7 +17,7 @@ use crate::scene::{self, CacheFormat, CacheScale, ClipPlane, Scene, Tone, Varian
 use super::shared::{Clip, MACROCELL};
 pub use changes::{Changes, Derived, Part};
 pub use lights::Lights;
-pub use medium::{Medium, TransferPoint};
+pub use medium::{Medium, TRANSFER_ROWS, TransferPoint};
 pub use surfaces::Surfaces;
 pub use view::View;
 

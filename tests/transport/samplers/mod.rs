@@ -4,6 +4,7 @@
 mod brdf;
 mod even_points;
 mod half_vectors;
+mod mean_medium;
 mod numbers;
 mod phase;
 mod sky;
@@ -37,6 +38,17 @@ mod twins {
         pub struct PhaseOutput {
             pub cosine: float,
             pub density: float,
+        }
+
+        /// Values of the field at a step's ends.
+        pub struct ValuePair {
+            pub a: float,
+            pub b: float,
+        }
+
+        pub struct MeanMedium {
+            pub sigma_t: float,
+            pub albedo: vec3,
         }
 
         /// Where a stream of random numbers begins.

@@ -1,0 +1,129 @@
+//! The medium's mean along a step of a march, against integrals in double precision.
+
+use fastrand::Rng;
+
+use super::*;
+use crate::support::small_scenes::medium;
+
+const MEAN_MEDIUM: Shader = Shader {
+    name: "mean_medium",
+    text: include_str!("../../support/glsl/mean_medium.comp"),
+    uses: &["scene_block", "volume", "transfer"],
+};
+
+const DENSITY: f64 = 2.0;
+const PAIRS: usize = 1 << 14;
+
+type Point = (f64, f64, [f64; 3]);
+
+const SAND: [f64; 3] = [0.9, 0.6, 0.3];
+const SKY: [f64; 3] = [0.2, 0.5, 1.0];
+
+/// Opacity times colour and opacity, just above a value.
+fn transfer(points: &[Point], v: f64) -> [f64; 4] {
+    let next = points.iter().position(|p| p.0 > v);
+    let [a, b] = match next {
+        Some(0) => [points[0]; 2],
+        Some(i) => [points[i - 1], points[i]],
+        None => [points[points.len() - 1]; 2],
+    };
+    let t = if b.0 > a.0 {
+        (v - a.0) / (b.0 - a.0)
+    } else {
+        0.0
+    };
+    let mix = |x: f64, y: f64| x + t * (y - x);
+    let opacity = mix(a.1, b.1);
+    let color = |i: usize| opacity * mix(a.2[i], b.2[i]);
+    [color(0), color(1), color(2), opacity]
+}
+
+/// The mean between two values: Simpson's rule is exact within a segment.
+fn exact(points: &[Point], a: f64, b: f64) -> [f64; 4] {
+    let (low, high) = (a.min(b), a.max(b));
+    if low == high {
+        return transfer(points, low);
+    }
+    let inner = points.iter().map(|p| p.0).filter(|&v| v > low && v < high);
+    let ends: Vec<f64> = [low].into_iter().chain(inner).chain([high]).collect();
+    let mut sum = [0.0; 4];
+    for pair in ends.windows(2).filter(|pair| pair[1] > pair[0]) {
+        let (x, width) = (pair[0], pair[1] - pair[0]);
+        // Not at its very ends, where the function may step.
+        let at = |share: f64| transfer(points, x + share * width);
+        let [start, middle, end] = [at(1e-9), at(0.5), at(1.0 - 1e-9)];
+        sum = std::array::from_fn(|i| sum[i] + width * (start[i] + 4.0 * middle[i] + end[i]) / 6.0);
+    }
+    sum.map(|s| s / (high - low))
+}
+
+fn assert_exact(points: &[Point]) {
+    let mut scene = scene();
+    scene.medium = Some(medium(DENSITY, 0.0, points));
+    let mut probe = probe(&scene);
+    probe.features.is_linear = false;
+    let mut random = Rng::with_seed(3);
+    let [first, last] = [points[0].0, points[points.len() - 1].0];
+    let mut value = || (first - 20.0 + random.f64() * (last - first + 40.0)) as f32;
+    let mut pairs: Vec<ValuePair> = (0..PAIRS)
+        .map(|_| ValuePair {
+            a: value(),
+            b: value(),
+        })
+        .collect();
+    // Steps across next to nothing, and across nothing, also at a point.
+    for (i, pair) in pairs.iter_mut().step_by(4).enumerate() {
+        let (at, _, _) = points[i % points.len()];
+        pair.a = if i % 3 == 0 { at as f32 } else { pair.a };
+        pair.b = pair.a + [0.0, 1e-4, -1e-2][i / 3 % 3];
+    }
+    let push = CountPush {
+        count: PAIRS as u32,
+    };
+    let found: Vec<MeanMedium> = probe.run(&MEAN_MEDIUM, &push, &pairs, PAIRS, PAIRS);
+    for (pair, mean) in pairs.iter().zip(found) {
+        let [a, b] = [pair.a, pair.b].map(f64::from);
+        let exact = exact(points, a, b);
+        let opacity = f64::from(mean.sigma_t) / DENSITY;
+        let mut said = mean.albedo.map(|c| f64::from(c) * opacity).to_vec();
+        said.push(opacity);
+        for (said, exact) in said.into_iter().zip(exact) {
+            // A step across less than 1e-4 of the area may pass over what lies in it.
+            let passed_over = (b - a).abs() < 0.011;
+            let tolerance = if passed_over { 1.0 } else { 2e-3 };
+            assert!(
+                (said - exact).abs() <= tolerance,
+                "{a} to {b}: {said}, not {exact}"
+            );
+            assert!((-1e-6..=1.0 + 1e-6).contains(&said), "{a} to {b}: {said}");
+        }
+    }
+}
+
+#[test]
+fn of_a_tent_in_two_colors() {
+    assert_exact(&[
+        (10.0, 0.0, SAND),
+        (12.0, 1.0, SAND),
+        (15.0, 0.25, SKY),
+        (70.0, 0.5, SKY),
+    ]);
+}
+
+#[test]
+fn of_steps_in_one_color() {
+    assert_exact(&[
+        (0.0, 0.8, SAND),
+        (5.0, 0.8, SAND),
+        (5.0, 0.0, SAND),
+        (30.0, 0.0, SAND),
+        (30.0, 1.0, SAND),
+        (30.5, 1.0, SAND),
+        (30.5, 0.1, SAND),
+    ]);
+}
+
+#[test]
+fn of_a_single_point() {
+    assert_exact(&[(40.0, 0.7, SKY)]);
+}
