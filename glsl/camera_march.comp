@@ -214,7 +214,7 @@ void main() {
     }
     ask_ahead();
     Random random = Random(index, push.sample_index, 0u);
-    vec2 jitter = unit_intervals(even_words(random, direction_pairs(0u))).xy;
+    vec2 jitter = place_in_pixel(unit_intervals(even_words(random, direction_pairs(0u))).xy);
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
     Front front = NOTHING_MET;

@@ -62,7 +62,7 @@ void begin_sample(inout Path path) {
     ++path.sample_index;
     begin_path(path);
     Random march = Random(path.pixel, push.sample_index, 0u);
-    vec2 jitter = unit_intervals(even_words(march, direction_pairs(0u))).xy;
+    vec2 jitter = place_in_pixel(unit_intervals(even_words(march, direction_pairs(0u))).xy);
     vec2 corner = vec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
     float entry, t_end;
     Ray ray = camera_ray(corner + jitter, entry, t_end);

@@ -10,6 +10,11 @@ vec2 reach_at(vec2 p) {
     return far == 0u ? vec2(0.0) : vec2(uintBitsToFloat(~near), uintBitsToFloat(far));
 }
 
+// Where a sample's ray goes through its pixel, by two numbers in [0, 1).
+vec2 place_in_pixel(vec2 u) {
+    return scene.through_centres != 0u ? vec2(0.5) : u;
+}
+
 // A ray through the picture at p, in pixels from its upper left corner.
 // `entry` is the world distance from the eye (or its plane) to where the ray may first meet something: the
 // ray's own t starts there, so that a distant eye costs no digits. Misses have t_end < 0.

@@ -164,6 +164,14 @@ impl Engine {
         }
     }
 
+    /// Samples go through the middle of each pixel from now on, as the rays of [`march`](Engine::march) do, until the
+    /// scene changes: a converged picture of them tells what a march has wrong apart from what it does not see.
+    pub fn look_through_centres(&mut self) -> Result<()> {
+        self.full.parts.view.through_centres = true;
+        let size = self.renderer.size();
+        self.renderer.change(&self.full.reduced_to(size)).map(drop)
+    }
+
     /// What goes on with the picture after the last whole unit of samples, in an engine for the same scene.
     pub fn sums(&mut self) -> Result<Sums> {
         self.reduce_to(self.scene.render.size)?;

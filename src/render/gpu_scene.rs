@@ -194,6 +194,7 @@ impl GpuScene {
             max_bounces: *max_bounces,
             seed: *seed,
             size: view.size,
+            through_centres: view.through_centres as u32,
             eye: view.eye,
             forward: view.forward,
             right: view.right,

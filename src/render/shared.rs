@@ -55,6 +55,8 @@ shared! {
         pub seed: uint,
         /// Pixels.
         pub size: uvec2,
+        /// Not 0: rays go through the middle of each pixel.
+        pub through_centres: uint,
         pub eye: vec3,
         /// Unit, into the picture.
         pub forward: vec3,

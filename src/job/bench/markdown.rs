@@ -185,7 +185,14 @@ fn similarity(report: &Report, subject: &SubjectReport) -> String {
 }
 
 fn new_views(subject: &SubjectReport) -> String {
-    let mut table = Table::new(&["variant", "first picture after", "MSE", "PSNR", "later"]);
+    let mut table = Table::new(&[
+        "variant",
+        "first picture after",
+        "MSE",
+        "PSNR",
+        "PSNR, same rays",
+        "later",
+    ]);
     for run in &subject.runs {
         let Some((first, later)) = run.new_view.split_first() else {
             continue;
@@ -199,13 +206,17 @@ fn new_views(subject: &SubjectReport) -> String {
             format!("{:.1} ms", 1e3 * first.seconds),
             number(first.error.mse),
             decibels(first.error.psnr),
+            run.same_rays
+                .as_ref()
+                .map_or("–".into(), |s| decibels(s.psnr)),
             later.collect::<Vec<_>>().join("; "),
         ]);
     }
     section(
         "A new view from a warm cache",
         "The camera comes from elsewhere to the scene's view, with the cache that the run left, made as \
-         good for all views: first what a march shows at once, then what samples make of it.",
+         good for all views: first what a march shows at once, then what samples make of it. A march sees one \
+         ray a pixel: the same rays, converged without a cache, tell its errors apart from the edges that it misses.",
         table,
     )
 }

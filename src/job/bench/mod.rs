@@ -28,8 +28,9 @@ use crate::scene::Opened;
 use crate::scene::volume::Volume;
 use entrants::{Entrant, Subject, subjects};
 use folder::Folder;
-use reference::Reference;
+use reference::{Rays, Reference};
 use report::{Report, RunReport, SubjectReport};
+use run::References;
 
 /// What all measurements of a bench share.
 struct Bench<'a> {
@@ -102,7 +103,15 @@ impl Bench<'_> {
     fn measure(&mut self, subject: &Subject, given: Option<&LinearImage>) -> Result<SubjectReport> {
         let reference = match given {
             Some(image) => Reference::given(image, self.args, subject)?,
-            None => Reference::render(self, subject)?,
+            None => Reference::render(self, subject, Rays::Anywhere)?,
+        };
+        let centres = match subject.has_cache() && !is_interrupted() {
+            true => Some(Reference::render(self, subject, Rays::Centres)?),
+            false => None,
+        };
+        let references = References {
+            picture: &reference,
+            centres: centres.as_ref(),
         };
         let mut runs: Vec<RunReport> = Vec::new();
         let mut uncached = Vec::new();
@@ -119,7 +128,7 @@ impl Bench<'_> {
                 continue;
             }
             self.say(&format!("{}{}", subject.prefix, entrant.word));
-            let (run, looks) = run::measure(self, subject, entrant, &reference)?;
+            let (run, looks) = run::measure(self, subject, entrant, references)?;
             if entrant.is_non_caching() {
                 uncached = looks;
             } else if !uncached.is_empty() {
@@ -135,6 +144,7 @@ impl Bench<'_> {
             shading: subject.shading,
             prefix: subject.prefix.clone(),
             reference: reference.report,
+            reference_of_centres: centres.map(|centres| centres.report),
             runs,
             similarity,
             cache_settings,

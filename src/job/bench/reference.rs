@@ -1,4 +1,5 @@
-//! The picture that all others are measured against, and how noisy it is itself.
+//! The picture that all others are measured against, and how noisy it is itself; and one of the same rays for the picture
+//! that a cache shows at once, whose rays go through the middle of each pixel.
 
 use std::time::Duration;
 
@@ -20,6 +21,14 @@ const TIMES_AS_LONG: u32 = 4;
 pub struct Reference {
     pub image: LinearImage,
     pub report: ReferenceReport,
+}
+
+/// Where a reference's rays go through a pixel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rays {
+    Anywhere,
+    /// As those of the picture that a cache shows at once.
+    Centres,
 }
 
 pub fn check_size(given: &LinearImage, scene: &Scene) -> Result<()> {
@@ -49,7 +58,7 @@ impl Reference {
     }
 
     /// Without a cache, which would be biased, and with random numbers of its own.
-    pub fn render(bench: &mut Bench<'_>, subject: &Subject) -> Result<Reference> {
+    pub fn render(bench: &mut Bench<'_>, subject: &Subject, rays: Rays) -> Result<Reference> {
         let Bench {
             args, host, volume, ..
         } = bench;
@@ -57,8 +66,14 @@ impl Reference {
         let uncached = BenchVariant::without_cache(Variant::NonCaching);
         let entrant = subject.entrant(host, volume, &uncached)?;
         let mut engine = Engine::with_plan(host, volume, &entrant.scene, entrant.choice, seed)?;
+        let name = match rays {
+            Rays::Anywhere => format!("{}reference.exr", subject.prefix),
+            Rays::Centres => {
+                engine.look_through_centres()?;
+                format!("{}reference-centres.exr", subject.prefix)
+            }
+        };
         let time = bench.longest() * TIMES_AS_LONG;
-        let name = format!("{}reference.exr", subject.prefix);
         bench.say(&format!("{name}: {} s", time.as_secs_f64()));
         let outcome = render_for(time, bench, &mut engine)?;
         let picture = engine.picture()?;

@@ -36,6 +36,8 @@ pub struct SubjectReport {
     #[serde(skip)]
     pub prefix: String,
     pub reference: ReferenceReport,
+    /// Of rays through the middle of each pixel; null without a cache.
+    pub reference_of_centres: Option<ReferenceReport>,
     pub runs: Vec<RunReport>,
     /// How similar each run is to the non-caching one at the same times.
     pub similarity: Vec<Similarity>,
@@ -79,6 +81,8 @@ pub struct RunReport {
     /// The same view, with the cache that the run left once it has been made as good for all views (in a
     /// time that is not counted).
     pub new_view: Vec<Point>,
+    /// The first picture of it, against a reference of the same rays: one through the middle of each pixel.
+    pub same_rays: Option<Comparison>,
     /// Null without a medium, and in `published`.
     pub edit: Option<Edit>,
 }

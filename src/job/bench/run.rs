@@ -7,7 +7,7 @@ use super::edits;
 use super::entrants::{Entrant, Subject};
 use super::reference::Reference;
 use super::report::{Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to};
-use crate::compare::{LinearImage, measure as compare};
+use crate::compare::{Comparison, LinearImage, measure as compare};
 use crate::engine::figures::{CacheStats, quantile};
 use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Picture, Stop, Stopwatch};
@@ -29,12 +29,20 @@ pub struct Look {
     pub image: LinearImage,
 }
 
+/// What a run is measured against.
+#[derive(Clone, Copy)]
+pub struct References<'a> {
+    pub picture: &'a Reference,
+    /// Of the rays of a march.
+    pub centres: Option<&'a Reference>,
+}
+
 /// The run's figures and what it looked like.
 pub fn measure(
     bench: &mut Bench<'_>,
     subject: &Subject,
     entrant: &Entrant,
-    reference: &Reference,
+    references: References<'_>,
 ) -> Result<(RunReport, Vec<Look>)> {
     let began = Instant::now();
     let mut run = Run {
@@ -42,16 +50,16 @@ pub fn measure(
         watch: Stopwatch::paused(),
         entrant,
         prefix: format!("{}{}", subject.prefix, entrant.file_word()),
-        reference,
+        references,
     };
     let load_s = began.elapsed().as_secs_f64();
     let looks = run.look_at_all(bench)?;
     let took = run.watch.elapsed().as_secs_f64();
     let (paths, lookups) = (run.engine.paths(), run.engine.lookups());
     let cache = run.cache();
-    let (orbit, new_view) = match run.fill_everywhere()? {
+    let (orbit, (new_view, same_rays)) = match run.fill_everywhere()? {
         true => (Some(run.orbit()?), run.new_view(bench)?),
-        false => (None, Vec::new()),
+        false => (None, (Vec::new(), None)),
     };
     let edit = edits::measure(&mut run.engine)?;
     let (points, looks): (Vec<Point>, Vec<Look>) = looks.into_iter().unzip();
@@ -75,6 +83,7 @@ pub fn measure(
             cache,
             orbit,
             new_view,
+            same_rays,
             edit,
         },
         looks,
@@ -117,7 +126,7 @@ struct Run<'a> {
     entrant: &'a Entrant,
     /// Begins the names of its files.
     prefix: String,
-    reference: &'a Reference,
+    references: References<'a>,
 }
 
 impl Run<'_> {
@@ -172,7 +181,7 @@ impl Run<'_> {
     ) -> Result<(Point, Look)> {
         let exposure = self.entrant.scene.render.exposure;
         let image = LinearImage::from_picture(&self.prefix, picture);
-        let error = compare(&self.reference.image, &image, exposure)?;
+        let error = compare(&self.references.picture.image, &image, exposure)?;
         if let Some(name) = &file {
             let from = provenance(self.entrant.text.clone(), &bench.host, bench.args.seed);
             bench
@@ -180,7 +189,7 @@ impl Run<'_> {
                 .exr(&bench.folder.file(name), picture, &from)?;
         }
         let seconds = self.watch.elapsed().as_secs_f64();
-        let noise = self.reference.report.noise.as_ref();
+        let noise = self.references.picture.report.noise.as_ref();
         let point = Point {
             asked_s: asked.as_secs_f64(),
             seconds,
@@ -255,8 +264,8 @@ impl Run<'_> {
     }
 
     /// Comes back to the scene's own view, which the cache knows no better than others: first what a march
-    /// shows at once, then what samples make of it.
-    fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<Vec<Point>> {
+    /// shows at once, then what samples make of it. Also compares the march with a reference of the same rays.
+    fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<(Vec<Point>, Option<Comparison>)> {
         let most = bench.longest().mul_f64(NEW_VIEW_SHARE);
         self.watch = Stopwatch::started();
         self.look_from(self.entrant.scene.camera)?;
@@ -265,10 +274,14 @@ impl Run<'_> {
         }
         self.watch.pause();
         let Some(marched) = self.engine.march()? else {
-            return Ok(Vec::new());
+            return Ok((Vec::new(), None));
         };
         let name = format!("{}.new-view.exr", self.prefix);
-        let mut points = vec![self.look(bench, &marched, Duration::ZERO, Some(name))?.0];
+        let (first, look) = self.look(bench, &marched, Duration::ZERO, Some(name))?;
+        let exposure = self.entrant.scene.render.exposure;
+        let centres = self.references.centres;
+        let same_rays = centres.map(|centres| compare(&centres.image, &look.image, exposure));
+        let mut points = vec![first];
         for asked in bench.seconds.clone() {
             if asked > most && points.len() > 1 {
                 break;
@@ -291,7 +304,7 @@ impl Run<'_> {
             let picture = self.engine.picture()?;
             points.push(self.look(bench, &picture, asked, None)?.0);
         }
-        Ok(points)
+        Ok((points, same_rays.transpose()?))
     }
 
     fn cache(&self) -> Option<CacheStats> {

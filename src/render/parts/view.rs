@@ -18,6 +18,8 @@ pub struct View {
     /// From the picture's centre to its top edge, likewise.
     pub up: [f32; 3],
     pub is_orthographic: bool,
+    /// Rays go through the middle of each pixel, and not anywhere in it.
+    pub through_centres: bool,
 }
 
 impl View {
@@ -35,6 +37,7 @@ impl View {
             right: (right * half_width).as_vec3().to_array(),
             up: (up * half_height).as_vec3().to_array(),
             is_orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
+            through_centres: false,
         }
     }
 
