@@ -113,6 +113,12 @@ fn statistics_keep_their_contract() {
     let [median, p95, total] =
         ["gpu_ms_median", "gpu_ms_p95", "gpu_ms_total"].map(|key| number(&tracking[key]));
     assert!(0.0 < median && median <= p95 && p95 <= total);
+    let shares = passes.iter().filter_map(|p| p["peak_share"].as_f64());
+    assert!(
+        shares.clone().all(|share| 0.0 < share && share <= 1.2),
+        "{passes:#?}"
+    );
+    assert!(tracking["peak_share"].is_number(), "{passes:#?}");
 
     let memory = &stats["memory"];
     let [budget, planned, peak] =
