@@ -87,7 +87,7 @@ fn timestamps(examination: &Examination) -> String {
         return String::new();
     };
     format!(
-        "\ntimestamps\n  {} the longest dispatch took {:.1} ms by them and {:.1} ms by the host's clock\n",
+        "\ntimestamps\n  {} a long dispatch took {:.1} ms by them and {:.1} ms by the host's clock\n",
         state(times.holds),
         1e3 * times.by_device_s,
         1e3 * times.by_host_s
