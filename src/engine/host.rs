@@ -89,7 +89,7 @@ impl Host {
     /// The device's peak rates, measured now, in a tenth of a second and in a few MiB of its memory: on a device that is
     /// busy or hot, passes are held against what it can do at the time.
     pub fn peak(&self) -> Result<Peak> {
-        peak(&self.device, &Shaders::new(shared::glsl())?)
+        peak(&self.device, &Shaders::new(shared::glsl()))
     }
 
     /// A gate for memory within the budget.

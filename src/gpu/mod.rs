@@ -8,6 +8,7 @@
 
 mod buffer;
 mod commands;
+mod compiled;
 mod descriptors;
 mod device;
 mod frame;
@@ -17,6 +18,7 @@ mod memory;
 mod needs;
 mod pass;
 mod pipeline;
+mod pipeline_cache;
 mod reflection;
 mod shader;
 mod shared;
