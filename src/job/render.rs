@@ -173,6 +173,11 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     progress.finish();
     host.check_validation()?;
     let mut stats = stats(args, &clock, &engine, &outcomes, cache_goal(&stop));
+    // The last that needs the engine: it gives back its memory before the device's peak is measured.
+    let kept = match keeper.as_mut().filter(|_| last >= first) {
+        Some(keeper) => keeper.write(&mut engine, &views[last], &watch),
+        None => Ok(()),
+    };
     let memory = engine.memory_history();
     let timings = engine.into_timings();
     let is_measured = args.stats.is_some() || args.profile.is_some();
@@ -187,9 +192,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         outputs.json(path, &trace)?;
     }
     outputs.commit()?;
-    if let Some(keeper) = keeper.as_mut().filter(|_| last >= first) {
-        keeper.write(&mut engine, &views[last], &watch)?;
-    }
+    kept?;
     if !args.quiet {
         if is_measured {
             eprint!("{}", profile::table(&stats));
