@@ -48,10 +48,10 @@ float value(vec3 at, ivec3 size) {
 void main() {
     uint id = gl_GlobalInvocationID.x;
 #ifdef WRITES
-    ivec2 size = imageSize(picture);
+    ivec2 size = imageSize(picture); // a power of two
     ivec2 at = ivec2(id % uint(size.x), id / uint(size.x) % uint(size.y));
     for (uint step = 0u; step < push.steps; step++) {
-        at.y = (at.y + 8) % size.y;
+        at.y = (at.y + 8) & (size.y - 1);
         imageStore(picture, at, vec4(float(step)));
     }
 #else

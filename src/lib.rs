@@ -34,6 +34,7 @@
 
 #![deny(unsafe_code)]
 
+pub mod cache_dir;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;

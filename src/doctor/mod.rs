@@ -107,7 +107,7 @@ impl Examination {
             ..DeviceChoice::default()
         };
         let device = Device::open(&choice)?;
-        let shaders = Shaders::new(shared::glsl())?;
+        let shaders = Shaders::new(shared::glsl());
         self.filters = filters(&device, &shaders)?;
         let rates = peak_rates(&device, &shaders)?;
         self.timestamps = Some(Timestamps::of(&rates));

@@ -87,7 +87,7 @@ fn timestamps(examination: &Examination) -> String {
         return String::new();
     };
     format!(
-        "\ntimestamps\n  {} the longest dispatch took {:.1} ms by them and {:.1} ms by the host's clock\n",
+        "\ntimestamps\n  {} a long dispatch took {:.1} ms by them and {:.1} ms by the host's clock\n",
         state(times.holds),
         1e3 * times.by_device_s,
         1e3 * times.by_host_s
@@ -129,7 +129,7 @@ fn state(holds: bool) -> &'static str {
 }
 
 fn rates_table(rates: &PeakRates) -> String {
-    let by = if rates.filtered {
+    let by = if rates.peak.filtered {
         "filtered"
     } else {
         "in shaders"
@@ -141,19 +141,25 @@ fn rates_table(rates: &PeakRates) -> String {
         "\npeak rates\n".to_string(),
         million(
             format!("trilinear samples {by}, volume in cache"),
-            rates.samples_cached,
+            rates.peak.samples_cached,
         ),
         million(
             format!("trilinear samples {by}, volume of {beyond}"),
             rates.samples,
         ),
-        million("voxel reads, volume in cache".into(), rates.reads_cached),
+        million(
+            "voxel reads, volume in cache".into(),
+            rates.peak.reads_cached,
+        ),
         million(format!("voxel reads, volume of {beyond}"), rates.reads),
-        million("writes of four floats to an image".into(), rates.writes),
+        million(
+            "writes of four floats to an image".into(),
+            rates.peak.writes,
+        ),
         format!(
             "  {:<44} {:>11.2} GB/s\n",
             "copies on the device",
-            rates.copied_bytes * 1e-9
+            rates.peak.copied_bytes * 1e-9
         ),
         format!(
             "  {:<44} {:>11.1} µs\n",

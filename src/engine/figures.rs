@@ -5,8 +5,8 @@
 
 use serde::Serialize;
 
-use crate::gpu::{Memory, Timings};
-use crate::render::Renderer;
+use crate::gpu::{Memory, Span, Timings, Work};
+use crate::render::{Peak, Renderer};
 
 /// One kind of GPU pass over all its runs.
 #[derive(Debug, Clone, Serialize)]
@@ -16,6 +16,9 @@ pub struct PassStats {
     pub gpu_ms_median: f64,
     pub gpu_ms_p95: f64,
     pub gpu_ms_total: f64,
+    /// Of the total, the share in which the device would have done the same work at its peak rates ([`Peak`]). `None`
+    /// where the work is not counted, or the peak not measured.
+    pub peak_share: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default, Serialize)]
@@ -75,6 +78,7 @@ impl PassStats {
             gpu_ms_median: quantile(&sorted, 0.5),
             gpu_ms_p95: quantile(&sorted, 0.95),
             gpu_ms_total: sorted.iter().sum(),
+            peak_share: None,
         }
     }
 }
@@ -89,8 +93,8 @@ pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     low + (high - low) * rank.fract()
 }
 
-/// One entry for each pass, in order of first appearance.
-pub fn passes(timings: &Timings) -> Vec<PassStats> {
+/// One entry for each pass, in order of first appearance, held against the device's peak if that has been measured.
+pub fn passes(timings: &Timings, peak: Option<&Peak>) -> Vec<PassStats> {
     let mut names: Vec<&'static str> = Vec::new();
     for span in &timings.spans {
         if !names.contains(&span.pass) {
@@ -99,10 +103,20 @@ pub fn passes(timings: &Timings) -> Vec<PassStats> {
     }
     let all_runs = |name: &'static str| {
         let runs = timings.spans.iter().filter(|s| s.pass == name);
-        let ms: Vec<f64> = runs.map(|s| s.duration_us / 1e3).collect();
-        PassStats::from_runs(name, &ms)
+        let ms: Vec<f64> = runs.clone().map(|s| s.duration_us / 1e3).collect();
+        PassStats {
+            peak_share: peak.and_then(|peak| peak_share(peak, runs)),
+            ..PassStats::from_runs(name, &ms)
+        }
     };
     names.into_iter().map(all_runs).collect()
+}
+
+/// Of all these runs together.
+pub fn peak_share<'a>(peak: &Peak, runs: impl Iterator<Item = &'a Span>) -> Option<f64> {
+    let add = |(work, us): (Work, f64), span: &Span| (work.plus(span.work), us + span.duration_us);
+    let (work, us) = runs.fold((Work::default(), 0.0), add);
+    (work.is_known() && us > 0.0).then(|| 1e6 * peak.seconds(&work) / us)
 }
 
 pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {

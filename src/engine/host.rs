@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use super::budget::{self, Budget, Limit};
 use crate::error::{Error, Result};
-use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Validation};
-use crate::render::shared::MOST_SURFACES;
-use crate::render::{Choice, choose};
+use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
+use crate::render::shared::{self, MOST_SURFACES};
+use crate::render::{Choice, Peak, choose, peak};
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 
@@ -84,6 +84,12 @@ impl Host {
         let limits = &self.device.summary;
         let budget = self.budget.bytes.saturating_sub(reserved);
         choose(&self.device, limits, budget, volume, scene)
+    }
+
+    /// The device's peak rates, measured now, in a tenth of a second and in a few MiB of its memory: on a device that is
+    /// busy or hot, passes are held against what it can do at the time.
+    pub fn peak(&self) -> Result<Peak> {
+        peak(&self.device, &Shaders::new(shared::glsl()))
     }
 
     /// A gate for memory within the budget.

@@ -19,7 +19,7 @@ use crate::gpu::{Memory, Timings};
 use crate::render::{Choice, Film, GpuScene, Renderer, Sums, Totals, needed_bricks};
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
-use figures::{BrickStats, CacheStats, MemoryStats, PassStats};
+use figures::{BrickStats, CacheStats, MemoryStats};
 
 pub use budget::{Budget, Limit};
 pub use change::Changed;
@@ -206,9 +206,9 @@ impl Engine {
         self.renderer.timings()
     }
 
-    /// What each pass took, in order of first appearance.
-    pub fn passes(&self) -> Vec<PassStats> {
-        figures::passes(self.timings())
+    /// Ends the engine, which gives back its memory, and leaves what the GPU's passes took.
+    pub fn into_timings(mut self) -> Timings {
+        std::mem::take(self.renderer.timings_mut())
     }
 
     /// GPU memory as it was planned and as it was taken.

@@ -9,6 +9,7 @@ use super::frame::Frame;
 use super::image::{COLOR, COLOR_LAYER, Image};
 use super::pass::{Binding, Pass};
 use super::reflection::Slot;
+use super::timing::Work;
 use crate::error::{Error, Result};
 
 /// How long a slice of a sliced pass should take where nobody is waiting for a frame.
@@ -271,7 +272,8 @@ impl Frame {
                 ..region(piece.low, piece.extent)
             })
             .collect();
-        self.transfer("upload", |raw, commands| {
+        let bytes = pieces.iter().map(|piece| bytes_of(to, piece.extent)).sum();
+        self.transfer("upload", bytes, |raw, commands| {
             // SAFETY: the command buffer is recording; the boxes lie inside the image.
             unsafe {
                 raw.cmd_copy_buffer_to_image(
@@ -294,7 +296,7 @@ impl Frame {
         extent: [u32; 3],
     ) -> Result<()> {
         self.begin_images(std::iter::once(from))?;
-        self.transfer("download", |raw, commands| {
+        self.transfer("download", bytes_of(from, extent), |raw, commands| {
             // SAFETY: the command buffer is recording; the box lies inside the image.
             unsafe {
                 raw.cmd_copy_image_to_buffer(
@@ -310,8 +312,9 @@ impl Frame {
 
     /// Copies bytes from the start of `from` to the start of `to`, as many as both have.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> Result<()> {
-        self.transfer("download", |raw, commands| {
-            let region = vk::BufferCopy::default().size(from.desc.bytes.min(to.desc.bytes));
+        let bytes = from.desc.bytes.min(to.desc.bytes);
+        self.transfer("download", bytes, |raw, commands| {
+            let region = vk::BufferCopy::default().size(bytes);
             // SAFETY: the command buffer is recording, and the buffers outlive the submission.
             unsafe { raw.cmd_copy_buffer(commands, from.raw, to.raw, &[region]) };
         })
@@ -319,20 +322,25 @@ impl Frame {
 
     /// Sets every byte of the buffer to zero.
     pub fn zero(&mut self, buffer: &Buffer) -> Result<()> {
-        self.transfer("clear", |raw, commands| {
+        self.transfer("clear", 0, |raw, commands| {
             // SAFETY: the command buffer is recording, and the buffer outlives the submission.
             unsafe { raw.cmd_fill_buffer(commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
         })
     }
 
-    /// A copy of some kind; `record` records it.
+    /// A transfer of some kind, which copies so many bytes; `record` records it.
     pub(super) fn transfer(
         &mut self,
         name: &'static str,
+        copied_bytes: u64,
         record: impl FnOnce(&ash::Device, vk::CommandBuffer),
     ) -> Result<()> {
         self.timed(name, vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
             record(&frame.device.raw, frame.commands);
+            frame.state_work(Work {
+                copied_bytes,
+                ..Work::default()
+            });
             Ok(())
         })
     }
@@ -380,6 +388,12 @@ impl Frame {
         slices.count = (count[axis] as f64 * growth).ceil() as u32;
         Ok(slices.begin == groups[axis])
     }
+}
+
+/// Bytes of a box of texels.
+fn bytes_of(image: &Image, extent: [u32; 3]) -> u64 {
+    let texels: u64 = extent.iter().map(|&n| u64::from(n)).product();
+    texels * image.desc.texel_bytes() as u64
 }
 
 fn region([x, y, z]: [u32; 3], [width, height, depth]: [u32; 3]) -> vk::BufferImageCopy {

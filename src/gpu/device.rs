@@ -9,6 +9,8 @@ use ash::{ext, khr, vk};
 
 use super::instance::{Instance, Validation};
 use super::needs::{can_load_texels, has_timestamps};
+use super::pipeline_cache::PipelineCache;
+use super::shader;
 use super::survey::{
     DeviceSummary, choose, compute_queue, device_local_heap, queue_families, survey,
 };
@@ -37,6 +39,7 @@ pub struct Device {
     pub(super) most_groups: [u32; 3],
     pub(super) nearest: vk::Sampler,
     pub(super) linear: vk::Sampler,
+    pub(super) pipelines: PipelineCache,
     /// Where work happens that a barrier has to wait for.
     pub(super) work_stages: vk::PipelineStageFlags2,
     /// Submissions are timed by the host's clock: where the queue writes no timestamps, and where a window is drawn by
@@ -113,12 +116,14 @@ impl Device {
         // SAFETY: the family and index are the ones that the device was created with.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         // SAFETY: `physical` belongs to the live instance.
-        let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;
+        let properties = unsafe { instance.raw.get_physical_device_properties(physical) };
+        let limits = properties.limits;
         let labels = instance
             .watches()
             .then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         let mut device = Device {
             labels,
+            pipelines: PipelineCache::load(&raw, &properties, shader::compiled()),
             raw,
             physical,
             queue: Mutex::new(queue),
@@ -227,6 +232,7 @@ impl Drop for Device {
         // SAFETY: the last `Arc` is gone, and with it every object made from the device.
         unsafe {
             let _ = self.raw.device_wait_idle();
+            self.pipelines.end(&self.raw);
             self.raw.destroy_sampler(self.nearest, None);
             self.raw.destroy_sampler(self.linear, None);
             self.raw.destroy_device(None);

@@ -11,7 +11,7 @@ use ash::vk;
 
 use super::descriptors::DescriptorSets;
 use super::device::{Device, failure};
-use super::timing::{Span, Timings};
+use super::timing::{Span, Timings, Work};
 use crate::error::{Error, Result};
 
 const MAX_PASSES: u32 = 64;
@@ -26,7 +26,7 @@ pub struct Frame {
     fence: vk::Fence,
     queries: vk::QueryPool,
     pub(super) sets: DescriptorSets,
-    recorded: Vec<&'static str>,
+    recorded: Vec<(&'static str, Work)>,
     /// Marks of the images that the submission under way begins.
     pub(super) begun: Vec<Arc<AtomicBool>>,
     leave_out_barriers: bool,
@@ -125,14 +125,17 @@ impl Frame {
 
     /// All of the submission goes to the one pass that is no copy.
     fn time_by_host(&mut self, submitted_us: f64) {
-        let is_copy = |pass: &&str| COPIES.contains(pass);
-        let main = self.recorded.iter().find(|pass| !is_copy(pass));
-        if let Some(&pass) = main.or(self.recorded.first()) {
+        let main = self
+            .recorded
+            .iter()
+            .find(|(pass, _)| !COPIES.contains(pass));
+        if let Some(&(pass, work)) = main.or(self.recorded.first()) {
             let now_us = self.timings.began.elapsed().as_secs_f64() * 1e6;
             self.timings.spans.push(Span {
                 pass,
                 start_us: submitted_us,
                 duration_us: now_us - submitted_us,
+                work,
             });
         }
     }
@@ -154,11 +157,12 @@ impl Frame {
         let us = |from: u64, to: u64| {
             to.saturating_sub(from) as f64 * self.device.timestamp_period_ns / 1e3
         };
-        for (&pass, t) in self.recorded.iter().zip(ticks.chunks_exact(2)) {
+        for (&(pass, work), t) in self.recorded.iter().zip(ticks.chunks_exact(2)) {
             self.timings.spans.push(Span {
                 pass,
                 start_us: submitted_us + us(ticks[0], t[0]),
                 duration_us: us(t[0], t[1]),
+                work,
             });
         }
         Ok(())
@@ -167,7 +171,7 @@ impl Frame {
     /// An error of the device, naming the last pass that was recorded.
     pub(super) fn lost(&self, error: vk::Result) -> Error {
         let last = match self.recorded.last() {
-            Some(pass) => format!(" in pass {pass}"),
+            Some((pass, _)) => format!(" in pass {pass}"),
             None => String::new(),
         };
         let message = format!("{} failed{last}: {error}", self.device.summary.name);
@@ -203,7 +207,7 @@ impl Frame {
             )));
         }
         let query = 2 * self.recorded.len() as u32;
-        self.recorded.push(name);
+        self.recorded.push((name, Work::default()));
         self.barrier(
             stage,
             vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
@@ -214,6 +218,13 @@ impl Frame {
         self.timestamp(query + 1);
         self.close_label();
         Ok(())
+    }
+
+    /// States the work of what was recorded last.
+    pub fn state_work(&mut self, work: Work) {
+        if let Some((_, stated)) = self.recorded.last_mut() {
+            *stated = work;
+        }
     }
 
     fn timestamp(&self, query: u32) {
@@ -307,7 +318,7 @@ mod tests {
         };
         let device = Device::open(&choice).expect("a Vulkan device and the validation layers");
         let memory = Memory::new(&device, 1 << 20).expect("memory");
-        let shaders = Shaders::new(String::new()).expect("a compiler");
+        let shaders = Shaders::new(String::new());
         let shaders = shaders.with_file("relay.comp", RELAY);
         let desc = PassDesc {
             name: "relay",

@@ -8,6 +8,7 @@
 
 mod buffer;
 mod commands;
+mod compiled;
 mod descriptors;
 mod device;
 mod frame;
@@ -17,6 +18,7 @@ mod memory;
 mod needs;
 mod pass;
 mod pipeline;
+mod pipeline_cache;
 mod reflection;
 mod shader;
 mod shared;
@@ -37,7 +39,7 @@ pub use pass::{Binding, Pass};
 pub use shader::{PassDesc, Shaders};
 pub use shared::{Shared, Specialization, Word, types};
 pub use survey::{DeviceKind, DeviceSummary, list_devices};
-pub use timing::{Span, Timings};
+pub use timing::{Span, Timings, Work};
 #[cfg(feature = "window")]
 pub use window::{ATLAS_SIDE, Canvas, CanvasVertex, Patch, Shape, Surface, Swapchain, Target};
 

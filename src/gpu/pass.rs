@@ -142,7 +142,7 @@ fn compute_pipeline(
     // SAFETY: module and layout are alive; the caller destroys the pipeline, which keeps what it needs
     // of its module.
     let made = unsafe {
-        let cache = vk::PipelineCache::null();
+        let cache = device.pipelines.raw;
         let made = device.raw.create_compute_pipelines(cache, &info, None);
         device.raw.destroy_shader_module(module, None);
         made

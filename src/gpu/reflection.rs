@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn resources_are_numbered_whether_they_are_used_or_not() {
-        let shaders = Shaders::new(String::new()).expect("a compiler");
+        let shaders = Shaders::new(String::new());
         let desc = PassDesc {
             name: "declares",
             specialization: &[],

@@ -1,18 +1,21 @@
-//! Compiles the GLSL in `glsl/`, which the program carries inside itself.
+//! Compiles the GLSL in `glsl/`, which the program carries inside itself, and keeps the SPIR-V for the next start
+//! (`compiled.rs`).
 //!
 //! `ISOLUME_GLSL=DIR` reads it from disk instead, so that a shader can be changed without a rebuild.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{LazyLock, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use include_dir::{Dir, include_dir};
+use include_dir::{Dir, DirEntry, include_dir};
 use shaderc::{
     CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind,
     SpirvVersion, TargetEnv,
 };
+use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
+use super::compiled::Compiled;
 use crate::error::{Error, Result};
 
 static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/glsl");
@@ -38,20 +41,18 @@ pub struct Shaders {
     folder: Option<PathBuf>,
     /// Files beside those of `glsl/`, by name: a test's own passes.
     added: HashMap<String, String>,
-    /// On starting the compiler, where that was still to do, and on every pass since.
+    /// On every pass so far.
     spent: Mutex<Duration>,
 }
 
 impl Shaders {
-    pub fn new(shared: String) -> Result<Shaders> {
-        let began = Instant::now();
-        compiler()?;
-        Ok(Shaders {
+    pub fn new(shared: String) -> Shaders {
+        Shaders {
             shared,
             folder: std::env::var_os("ISOLUME_GLSL").map(PathBuf::from),
             added: HashMap::new(),
-            spent: Mutex::new(began.elapsed()),
-        })
+            spent: Mutex::default(),
+        }
     }
 
     /// Adds a file, or puts `text` in the place of one of `glsl/`: `name` is relative to it.
@@ -104,6 +105,27 @@ impl Shaders {
         kind: ShaderKind,
         macros: &[(&str, &str)],
     ) -> Result<Vec<u32>> {
+        // Text that is not the program's own may change at any time.
+        if self.folder.is_some() || !self.added.is_empty() {
+            return self.compile_text(file, kind, macros);
+        }
+        let inputs = format!("{file}\n{macros:?}\n{}", self.shared);
+        let name = format!("{file}-{:032x}", xxh3_128(inputs.as_bytes()));
+        let compiled = compiled();
+        if let Some(code) = compiled.load(&name) {
+            return Ok(bytemuck::pod_collect_to_vec(&code));
+        }
+        let code = self.compile_text(file, kind, macros)?;
+        compiled.store(&name, bytemuck::cast_slice(&code));
+        Ok(code)
+    }
+
+    fn compile_text(
+        &self,
+        file: String,
+        kind: ShaderKind,
+        macros: &[(&str, &str)],
+    ) -> Result<Vec<u32>> {
         let failed = |e: String| Error::Device(format!("shader {file}: {e}"));
         let source = self.source(&file).map_err(failed)?;
         let mut options = CompileOptions::new().map_err(|e| failed(e.to_string()))?;
@@ -146,6 +168,27 @@ impl Shaders {
         let file = EMBEDDED.get_file(path).and_then(|f| f.contents_utf8());
         file.map(str::to_string)
             .ok_or_else(|| format!("glsl/{path} does not exist"))
+    }
+}
+
+/// What is kept of this version of the shaders, and of this version of the program, which knows how to compile them.
+pub(super) fn compiled() -> Compiled {
+    static VERSION: LazyLock<u128> = LazyLock::new(|| {
+        let mut hash = Xxh3::new();
+        hash.update(env!("CARGO_PKG_VERSION").as_bytes());
+        add(&mut hash, &EMBEDDED);
+        hash.digest128()
+    });
+    Compiled::of_version(*VERSION)
+}
+
+fn add(hash: &mut Xxh3, folder: &Dir<'_>) {
+    for entry in folder.entries() {
+        hash.update(entry.path().as_os_str().as_encoded_bytes());
+        match entry {
+            DirEntry::Dir(folder) => add(hash, folder),
+            DirEntry::File(file) => hash.update(file.contents()),
+        }
     }
 }
 

@@ -2,10 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use crate::engine::Engine;
+use crate::engine::figures::peak_share;
 use crate::gpu::{Span, Timings};
 use crate::output::stats::{PartStats, StageStats};
 use crate::output::trace::Trace;
+use crate::render::Peak;
 
 /// What the CPU did one after another.
 pub struct Clock {
@@ -80,22 +81,23 @@ impl Clock {
 }
 
 /// Stages of the CPU, passes of the GPU, and memory, from the run's beginning on.
-pub fn trace(clock: &Clock, engine: &Engine) -> Trace {
-    let timings = engine.timings();
+pub fn trace(
+    clock: &Clock,
+    timings: &Timings,
+    memory: &[(Instant, u64)],
+    peak: Option<&Peak>,
+) -> Trace {
     let mut trace = Trace::default();
     let offset_us = (timings.began - clock.began).as_secs_f64() * 1e6;
     for stage in &clock.stages {
         trace.add_cpu(stage.name, stage.start_us, stage.duration_us);
     }
-    for Span {
-        pass,
-        start_us,
-        duration_us,
-    } in &timings.spans
-    {
-        trace.add_gpu(*pass, offset_us + start_us, *duration_us);
+    for span in &timings.spans {
+        let share = peak.and_then(|peak| peak_share(peak, [span].into_iter()));
+        let start_us = offset_us + span.start_us;
+        trace.add_gpu(span.pass, start_us, span.duration_us, share);
     }
-    for (at, bytes) in engine.memory_history() {
+    for &(at, bytes) in memory {
         trace.add_memory((at - clock.began).as_secs_f64() * 1e6, bytes);
     }
     trace

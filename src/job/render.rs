@@ -11,6 +11,7 @@ use super::clock::{self, Clock};
 use super::open_scene_timed;
 use super::shards::{Origin, check_variant, to_json};
 use crate::cli::RenderArgs;
+use crate::engine::figures;
 use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Host, Outcome, Picture, Run, Stopwatch, Work};
 use crate::error::Result;
@@ -171,19 +172,29 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     }
     progress.finish();
     host.check_validation()?;
-    let stats = stats(args, &clock, &engine, &outcomes, cache_goal(&stop));
+    let mut stats = stats(args, &clock, &engine, &outcomes, cache_goal(&stop));
+    // The last that needs the engine: it gives back its memory before the device's peak is measured.
+    let kept = match keeper.as_mut().filter(|_| last >= first) {
+        Some(keeper) => keeper.write(&mut engine, &views[last], &watch),
+        None => Ok(()),
+    };
+    let memory = engine.memory_history();
+    let timings = engine.into_timings();
+    let is_measured = args.stats.is_some() || args.profile.is_some();
+    // Where the peak cannot be measured, the shares of it are unknown, and the rest stands.
+    let peak = is_measured.then(|| host.peak().ok()).flatten();
+    stats.passes = figures::passes(&timings, peak.as_ref());
     if let Some(path) = &args.stats {
         outputs.json(path, &stats)?;
     }
     if let Some(path) = &args.profile {
-        outputs.json(path, &clock::trace(&clock, &engine))?;
+        let trace = clock::trace(&clock, &timings, &memory, peak.as_ref());
+        outputs.json(path, &trace)?;
     }
     outputs.commit()?;
-    if let Some(keeper) = keeper.as_mut().filter(|_| last >= first) {
-        keeper.write(&mut engine, &views[last], &watch)?;
-    }
+    kept?;
     if !args.quiet {
-        if args.stats.is_some() || args.profile.is_some() {
+        if is_measured {
             eprint!("{}", profile::table(&stats));
         }
         let last = &outcomes[outcomes.len() - 1];
@@ -193,6 +204,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     Ok(interrupt::status())
 }
 
+/// All but the passes, which are held against the device's peak once the engine has given back its memory.
 fn stats(
     args: &RenderArgs,
     clock: &Clock,
@@ -215,7 +227,7 @@ fn stats(
         first_frame_s: first
             .first_frame
             .map_or(f64::NAN, |at| at.duration_since(clock.began).as_secs_f64()),
-        passes: engine.passes(),
+        passes: Vec::new(),
         stages: clock.stages(engine.timings()),
         memory: engine.memory_stats(),
         paths: engine.paths(),

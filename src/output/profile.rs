@@ -28,19 +28,30 @@ pub fn table(stats: &Stats) -> String {
     text += &format!("{not_covered:<22} {gap:>12.1} {:>6.1} %\n", share(gap));
     text += &format!("{:<22} {wall_ms:>12.1}\n", "in all");
 
-    let heads = ["runs", "median, ms", "p95, ms", "total, ms", "share"];
+    let heads = [
+        "runs",
+        "median, ms",
+        "p95, ms",
+        "total, ms",
+        "share",
+        "of the peak",
+    ];
     text += &format!("{:<22}", "GPU pass");
     text += &heads.map(|head| format!(" {head:>12}")).concat();
     text += "\n";
     for pass in &stats.passes {
         text += &format!(
-            "{:<22} {:>12} {:>12.3} {:>12.3} {:>12.1} {:>10.1} %\n",
+            "{:<22} {:>12} {:>12.3} {:>12.3} {:>12.1} {:>10.1} % {:>12}\n",
             pass.name,
             pass.runs,
             pass.gpu_ms_median,
             pass.gpu_ms_p95,
             pass.gpu_ms_total,
-            share(pass.gpu_ms_total)
+            share(pass.gpu_ms_total),
+            match pass.peak_share {
+                Some(share) => format!("{:.1} %", 100.0 * share),
+                None => "–".into(),
+            }
         );
     }
     text + &rates(stats)

@@ -24,6 +24,8 @@ enum Event {
         tid: u32,
         ts: f64,
         dur: f64,
+        #[serde(skip_serializing_if = "Option::is_none")]
+        args: Option<Share>,
     },
     #[serde(rename = "C")]
     Counter {
@@ -44,6 +46,11 @@ enum Event {
 #[derive(Debug, Clone, Serialize)]
 struct Bytes {
     bytes: u64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Share {
+    peak_share: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -75,12 +82,35 @@ impl Default for Trace {
 }
 
 impl Trace {
-    pub fn add_gpu(&mut self, name: impl Into<String>, start_us: f64, dur_us: f64) {
-        self.complete(name.into(), "gpu", GPU_TRACK, start_us, dur_us);
+    /// With the run's share of the device's peak, where that is known.
+    pub fn add_gpu(
+        &mut self,
+        name: impl Into<String>,
+        start_us: f64,
+        dur_us: f64,
+        peak_share: Option<f64>,
+    ) {
+        self.events.push(Event::Complete {
+            name: name.into(),
+            cat: "gpu",
+            pid: PROCESS,
+            tid: GPU_TRACK,
+            ts: start_us,
+            dur: dur_us,
+            args: peak_share.map(|peak_share| Share { peak_share }),
+        });
     }
 
     pub fn add_cpu(&mut self, name: impl Into<String>, start_us: f64, dur_us: f64) {
-        self.complete(name.into(), "cpu", CPU_TRACK, start_us, dur_us);
+        self.events.push(Event::Complete {
+            name: name.into(),
+            cat: "cpu",
+            pid: PROCESS,
+            tid: CPU_TRACK,
+            ts: start_us,
+            dur: dur_us,
+            args: None,
+        });
     }
 
     /// Device memory allocated from then on.
@@ -91,17 +121,6 @@ impl Trace {
             pid: PROCESS,
             ts: at_us,
             args,
-        });
-    }
-
-    fn complete(&mut self, name: String, cat: &'static str, tid: u32, ts: f64, dur: f64) {
-        self.events.push(Event::Complete {
-            name,
-            cat,
-            pid: PROCESS,
-            tid,
-            ts,
-            dur,
         });
     }
 }

@@ -4,7 +4,7 @@ use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use super::shared::AccumulatePush;
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Work};
 
 pub struct Accumulate(Pass);
 
@@ -20,6 +20,13 @@ impl Accumulate {
             ("mean", Binding::Image(&r.mean)),
             ("squares", Binding::Image(&r.squares)),
         ];
-        frame.pass(&self.0, &bindings, push, [r.size[0], r.size[1], 1])
+        frame.pass(&self.0, &bindings, push, [r.size[0], r.size[1], 1])?;
+        let pixels = u64::from(r.size[0]) * u64::from(r.size[1]);
+        frame.state_work(Work {
+            reads: 3 * pixels,
+            writes: 2 * pixels,
+            ..Work::default()
+        });
+        Ok(())
     }
 }

@@ -19,7 +19,7 @@ impl CellTracking {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(CellTracking {
             pass: passes.compile("cell_tracking")?,
-            queue: PathQueue::new(),
+            queue: PathQueue::new(passes),
             half: 0,
         })
     }
@@ -38,7 +38,7 @@ impl CellTracking {
         cache: &CacheMemory,
     ) -> Result<Progress> {
         let CellTracking { pass, queue, half } = self;
-        let mut progress = queue.advance(frame, r, |frame, work| {
+        let mut progress = queue.advance(frame, r, pass, |frame, work| {
             let push = CellPush {
                 work,
                 slots: r.slots(),

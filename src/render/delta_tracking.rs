@@ -27,7 +27,7 @@ impl DeltaTracking {
     fn with_shader(passes: &PassCompiler<'_>, name: &'static str) -> Result<Self> {
         Ok(DeltaTracking {
             pass: passes.compile(name)?,
-            queue: PathQueue::new(),
+            queue: PathQueue::new(passes),
         })
     }
 
@@ -49,7 +49,7 @@ impl DeltaTracking {
             ..
         } = unit;
         let DeltaTracking { pass, queue } = self;
-        let progress = queue.advance(frame, r, |frame, work| {
+        let progress = queue.advance(frame, r, pass, |frame, work| {
             let push = TrackPush {
                 samples,
                 first_sample,

@@ -122,7 +122,7 @@ mod tests {
             (with_weight("exact + 0.01"), false),
         ];
         for (filter, is_precise) in &filters {
-            let shaders = Shaders::new(shared::glsl()).expect("a compiler");
+            let shaders = Shaders::new(shared::glsl());
             let text = SHADER.replace(FILTER, filter);
             assert_ne!(text, SHADER, "the shader has no `{FILTER}`");
             let shaders = shaders.with_file("filter_probe.comp", &text);

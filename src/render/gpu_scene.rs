@@ -34,7 +34,7 @@ impl GpuScene {
         volume: &Volume,
         seed: u32,
     ) -> Result<GpuScene> {
-        let shaders = Shaders::new(shared::glsl())?;
+        let shaders = Shaders::new(shared::glsl());
         let unprobed = GpuScene::unprobed(scene, volume);
         let format = unprobed.parts.field.format();
         let precise = !device.loads_texels && filter_is_precise(device, &shaders, format)?;

@@ -97,7 +97,7 @@ pub use filter_probe::{filter_error, filter_is_precise};
 pub use gpu_scene::GpuScene;
 pub use occupancy::Occupancy;
 pub use parts::{Changes, Derived, Part, Parts};
-pub use peak_rate::{PeakRates, peak_rates};
+pub use peak_rate::{Peak, PeakRates, peak, peak_rates};
 pub use plan::{Choice, Plan, choose};
 pub use plan_in_bricks::needed_bricks;
 pub use renderer::Renderer;

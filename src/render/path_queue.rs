@@ -10,10 +10,11 @@ use std::time::Instant;
 use bytemuck::Zeroable;
 
 use super::brick_window::Order;
+use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use super::shared::Counters;
 use crate::error::Result;
-use crate::gpu::Frame;
+use crate::gpu::{Frame, Pass, Work};
 
 /// A dispatch should take about this long where nobody is waiting for a frame.
 const TARGET_MS: f64 = 70.0;
@@ -32,6 +33,9 @@ pub struct PathQueue {
     pub target_ms: f64,
     /// The counters as the last dispatch left them.
     counted: Counters,
+    /// Tracking reads one texel for a value, not the eight that are interpolated (`tentative_value` in
+    /// `tracking.glsl`).
+    reads_one_texel: bool,
 }
 
 /// What a dispatch did.
@@ -45,12 +49,14 @@ pub struct Progress {
 }
 
 impl PathQueue {
-    pub fn new() -> PathQueue {
+    /// For a pass that `passes` compiles.
+    pub fn new(passes: &PassCompiler<'_>) -> PathQueue {
         PathQueue {
             work: LEAST_WORK,
             work_of_all: LEAST_WORK,
             target_ms: TARGET_MS,
             counted: Counters::zeroed(),
+            reads_one_texel: passes.features.is_linear,
         }
     }
 
@@ -67,11 +73,12 @@ impl PathQueue {
         })
     }
 
-    /// Takes all paths further by what `record` records, given the amount of work.
+    /// Takes all paths further by what `record` records of `pass`, given the amount of work.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
+        pass: &Pass,
         record: impl FnOnce(&mut Frame, u32) -> Result<()>,
     ) -> Result<Progress> {
         let began = Instant::now();
@@ -83,6 +90,8 @@ impl PathQueue {
         let mapped = r.staging.mapped().unwrap_or_default();
         let counted: Counters = bytemuck::pod_read_unaligned(&mapped[..size_of::<Counters>()]);
         let before = std::mem::replace(&mut self.counted, counted);
+        let lookups = counted.lookups.wrapping_sub(before.lookups);
+        frame.timings.state_work(pass.name, self.work_of(lookups));
         let unfinished = counted.unfinished.wrapping_sub(before.unfinished);
         let waits = match &r.bricks {
             Some(bricks) => bricks.serve(frame, &r.volume)?,
@@ -93,10 +102,24 @@ impl PathQueue {
             self.adapt(took_ms, 2 * unfinished >= r.slots());
         }
         Ok(Progress {
-            lookups: counted.lookups.wrapping_sub(before.lookups),
+            lookups,
             finished: counted.finished.wrapping_sub(before.finished),
             under_way: unfinished > 0 || waits,
         })
+    }
+
+    fn work_of(&self, lookups: u32) -> Work {
+        let lookups = u64::from(lookups);
+        match self.reads_one_texel {
+            true => Work {
+                reads: lookups,
+                ..Work::default()
+            },
+            false => Work {
+                samples: lookups,
+                ..Work::default()
+            },
+        }
     }
 
     fn adapt(&mut self, took_ms: f64, most_had_work: bool) {

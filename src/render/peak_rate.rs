@@ -2,7 +2,14 @@
 //! against.
 //!
 //! Each rate is measured by a shader that does one kind of work alone (`glsl/peak_rate.comp`). The first dispatch is
-//! tiny; it grows until it takes long enough to be timed, so that no device is kept busy for long.
+//! tiny; it grows until it takes long enough to be timed, so that no device is kept busy for long. Dispatches are short
+//! and many, and the fastest counts: on a CPU that others use as well, some of them have it for themselves.
+//!
+//! A pass's share of the peak is the least time in which the device can do the pass's work, by [`Peak`], divided by the
+//! time that the pass took. Work is what is counted ([`Work`]): reads of the volume by tracking, texels of a picture that
+//! a pass reads and writes once each, copied bytes. Random numbers, walks through cells and shading are not, so a share
+//! below 1 is not all waste. Rates are those of a volume that fits the caches: what a larger one costs in locality counts
+//! as the pass's loss.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -14,38 +21,49 @@ use super::shared::PeakPush;
 use crate::error::Result;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, Device, Format, Frame, Image, ImageDesc, Memory, Pass, PassDesc,
-    Placement, Shaders,
+    Placement, Shaders, Work,
 };
 
-/// How often a device does something in a second.
+/// The most that a device does in a second of each kind of work that passes count.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct PeakRates {
-    /// Trilinear samples of a volume that fits the caches, and of one that does not, in the way in which the device takes
-    /// them in a render: through its filter, or by eight reads.
+pub struct Peak {
+    /// Trilinear samples of a volume that fits the caches, in the way in which the device takes them in a render:
+    /// through its filter, or by eight reads.
     pub samples_cached: f64,
-    pub samples: f64,
-    /// Reads of single voxels of the same volumes.
+    /// Reads of single voxels of the same volume.
     pub reads_cached: f64,
-    pub reads: f64,
     /// Writes of texels of four 32-bit floats.
     pub writes: f64,
     /// Bytes copied from one buffer to another on the device.
     pub copied_bytes: f64,
-    /// From the submission of a dispatch that does next to nothing to its end, as the host sees it, in seconds.
-    pub dispatch_s: f64,
-    /// The longest dispatch by the device's timestamps and by the host's clock, in seconds.
-    pub longest_by_timestamps_s: f64,
-    pub longest_by_host_s: f64,
-    /// Bytes of the volume that does not fit the caches.
-    pub volume_bytes: u64,
     /// Whether the samples were taken by the device's own filter.
     pub filtered: bool,
 }
 
+/// How fast a device is, in more detail.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PeakRates {
+    #[serde(flatten)]
+    pub peak: Peak,
+    /// Samples and reads a second of a volume that does not fit the caches.
+    pub samples: f64,
+    pub reads: f64,
+    /// From the submission of a dispatch that does next to nothing to its end, as the host sees it, in seconds.
+    pub dispatch_s: f64,
+    /// A long dispatch by the device's timestamps and by the host's clock, in seconds.
+    pub longest_by_timestamps_s: f64,
+    pub longest_by_host_s: f64,
+    /// Bytes of the volume that does not fit the caches.
+    pub volume_bytes: u64,
+}
+
 /// A dispatch is long enough if it takes so many seconds; the best of [`RUNS`] counts.
-const LONG_ENOUGH_S: f64 = 0.015;
-const RUNS: usize = 3;
+const LONG_ENOUGH_S: f64 = 0.002;
+const RUNS: usize = 16;
 const LATENCY_RUNS: usize = 50;
+/// So long is a dispatch by which two clocks are compared, and so many are tried.
+const LONG_S: f64 = 0.02;
+const CLOCK_RUNS: usize = 5;
 /// In one submission.
 const MOST_COPIES: u32 = 32;
 /// Voxels a side of a volume that any cache holds.
@@ -53,53 +71,90 @@ const SMALL: u32 = 16;
 /// Pixels a side of the picture that is written.
 const PICTURE: u32 = 1024;
 const STAGING_BYTES: u64 = 16 << 20;
+/// More than all takes that [`peak`] has on the device at a time.
+const PEAK_BUDGET: u64 = 64 << 20;
 
 /// Where the measurements run.
 struct Bench {
-    device: Arc<Device>,
     memory: Arc<Memory>,
     frame: Frame,
     threads: u32,
-    longest_s: [f64; 2],
 }
 
-/// Measures all rates, in one to three seconds and in an eighth of the budget at most.
+/// The rates that shares of passes are taken of, in a tenth of a second or two.
+pub fn peak(device: &Arc<Device>, shaders: &Shaders) -> Result<Peak> {
+    let mut bench = Bench::new(device, PEAK_BUDGET)?;
+    let kernels = Kernels::new(device, shaders)?;
+    let small = bench.volume([SMALL; 3])?;
+    bench.peak(&kernels, &small)
+}
+
+/// Measures all rates, in a second or two and in an eighth of the budget at most.
 pub fn peak_rates(device: &Arc<Device>, shaders: &Shaders) -> Result<PeakRates> {
     let (budget, _) = device.default_budget();
-    let is_software = device.summary.kind.is_software();
-    let mut bench = Bench {
-        device: device.clone(),
-        memory: Memory::new(device, budget)?,
-        frame: Frame::new(device)?,
-        threads: if is_software { 1 << 13 } else { 1 << 20 },
-        longest_s: [0.0; 2],
-    };
+    let mut bench = Bench::new(device, budget)?;
+    let kernels = Kernels::new(device, shaders)?;
     let small = bench.volume([SMALL; 3])?;
-    let large = bench.volume(large_extent(budget, is_software))?;
-    let filtered = !device.loads_texels && filter_is_precise(device, shaders, Format::R8_UNORM)?;
-    let samples = bench.pass(
-        shaders,
-        if filtered {
-            &["SAMPLES", "FILTERED"]
-        } else {
-            &["SAMPLES"]
-        },
-    )?;
-    let reads = bench.pass(shaders, &["READS"])?;
-    let writes = bench.pass(shaders, &["WRITES"])?;
+    let large = bench.volume(large_extent(budget, device.summary.kind.is_software()))?;
+    let peak = bench.peak(&kernels, &small)?;
+    let [longest_by_timestamps_s, longest_by_host_s] = bench.clocks(&kernels, &small, &peak)?;
     Ok(PeakRates {
-        samples_cached: bench.reading(&samples, &small)?,
-        samples: bench.reading(&samples, &large)?,
-        reads_cached: bench.reading(&reads, &small)?,
-        reads: bench.reading(&reads, &large)?,
-        writes: bench.writing(&writes)?,
-        copied_bytes: bench.copying()?,
-        dispatch_s: bench.latency(&reads, &small)?,
-        longest_by_timestamps_s: bench.longest_s[0],
-        longest_by_host_s: bench.longest_s[1],
+        peak,
+        samples: bench.reading(&kernels.samples, &large)?,
+        reads: bench.reading(&kernels.reads, &large)?,
+        dispatch_s: bench.latency(&kernels.reads, &small)?,
+        longest_by_timestamps_s,
+        longest_by_host_s,
         volume_bytes: large.desc.bytes(),
-        filtered,
     })
+}
+
+impl Peak {
+    /// The least time in which the device can do that work: that of the kind of it that takes longest by itself, since
+    /// the others can go on meanwhile (the roofline model of Williams, Waterman and Patterson, CACM 52(4), 2009).
+    pub fn seconds(&self, work: &Work) -> f64 {
+        let kinds = [
+            (work.samples, self.samples_cached),
+            (work.reads, self.reads_cached),
+            (work.writes, self.writes),
+            (work.copied_bytes, self.copied_bytes),
+        ];
+        let seconds = kinds.map(|(count, rate)| count as f64 / rate);
+        seconds.into_iter().fold(0.0, f64::max)
+    }
+}
+
+/// A pass for each kind of work.
+struct Kernels {
+    filtered: bool,
+    samples: Pass,
+    reads: Pass,
+    writes: Pass,
+}
+
+impl Kernels {
+    fn new(device: &Arc<Device>, shaders: &Shaders) -> Result<Kernels> {
+        let filtered =
+            !device.loads_texels && filter_is_precise(device, shaders, Format::R8_UNORM)?;
+        let pass = |work: &[&'static str]| {
+            let macros: Vec<_> = work.iter().map(|&name| (name, "1")).collect();
+            let desc = PassDesc {
+                name: "peak_rate",
+                specialization: &[],
+                macros: &macros,
+            };
+            Pass::new(device, shaders, &desc)
+        };
+        Ok(Kernels {
+            filtered,
+            samples: match filtered {
+                true => pass(&["SAMPLES", "FILTERED"])?,
+                false => pass(&["SAMPLES"])?,
+            },
+            reads: pass(&["READS"])?,
+            writes: pass(&["WRITES"])?,
+        })
+    }
 }
 
 /// More than the caches hold: 256 MiB on a GPU and 64 MiB on a CPU, or a sixteenth of the memory.
@@ -115,14 +170,24 @@ fn large_extent(budget: u64, is_software: bool) -> [u32; 3] {
 }
 
 impl Bench {
-    fn pass(&self, shaders: &Shaders, work: &[&'static str]) -> Result<Pass> {
-        let macros: Vec<_> = work.iter().map(|&name| (name, "1")).collect();
-        let desc = PassDesc {
-            name: "peak_rate",
-            specialization: &[],
-            macros: &macros,
-        };
-        Pass::new(&self.device, shaders, &desc)
+    fn new(device: &Arc<Device>, budget: u64) -> Result<Bench> {
+        let is_software = device.summary.kind.is_software();
+        Ok(Bench {
+            memory: Memory::new(device, budget)?,
+            frame: Frame::new(device)?,
+            threads: if is_software { 1 << 13 } else { 1 << 20 },
+        })
+    }
+
+    /// `small` fits the caches.
+    fn peak(&mut self, kernels: &Kernels, small: &Image) -> Result<Peak> {
+        Ok(Peak {
+            samples_cached: self.reading(&kernels.samples, small)?,
+            reads_cached: self.reading(&kernels.reads, small)?,
+            writes: self.writing(&kernels.writes)?,
+            copied_bytes: self.copying()?,
+            filtered: kernels.filtered,
+        })
     }
 
     fn buffer(&self, name: &'static str, bytes: u64, placement: Placement) -> Result<Buffer> {
@@ -208,6 +273,27 @@ impl Bench {
         Ok(STAGING_BYTES as f64 / seconds)
     }
 
+    /// Seconds of a dispatch that is much longer than its submission, by the device's timestamps and by the host's clock:
+    /// of a few, the one for which the host was the least late.
+    fn clocks(&mut self, kernels: &Kernels, volume: &Image, peak: &Peak) -> Result<[f64; 2]> {
+        let sums = self.sums()?;
+        let bindings = [
+            ("volume", Binding::Filtered(volume)),
+            ("sums", Binding::Buffer(&sums)),
+        ];
+        let threads = self.threads;
+        let steps = (peak.reads_cached / f64::from(threads) * LONG_S).ceil() as u32;
+        let push = PeakPush { steps };
+        let mut best = [0.0, f64::INFINITY];
+        for _ in 0..CLOCK_RUNS {
+            let times = self.time(|f| f.pass(&kernels.reads, &bindings, &push, [threads, 1, 1]))?;
+            if times[1] - times[0] < best[1] - best[0] {
+                best = times;
+            }
+        }
+        Ok(best)
+    }
+
     /// Seconds that the host waits for a workgroup that takes one step.
     fn latency(&mut self, pass: &Pass, volume: &Image) -> Result<f64> {
         let sums = self.sums()?;
@@ -245,11 +331,8 @@ impl Bench {
         }
         let mut best = f64::INFINITY;
         for _ in 0..RUNS {
-            let [device_s, host_s] = self.time(|frame| record(frame, steps))?;
+            let [device_s, _] = self.time(|frame| record(frame, steps))?;
             best = best.min(device_s / f64::from(steps));
-            if host_s > self.longest_s[1] {
-                self.longest_s = [device_s, host_s];
-            }
         }
         Ok(best)
     }
@@ -263,5 +346,67 @@ impl Bench {
         let spans = self.frame.timings.spans[first..].iter();
         let device_us: f64 = spans.map(|span| span.duration_us).sum();
         Ok([device_us.max(1e-3) * 1e-6, host_s])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::figures::peak_share;
+    use crate::gpu::Span;
+
+    const PEAK: Peak = Peak {
+        samples_cached: 1e6,
+        reads_cached: 4e6,
+        writes: 1e5,
+        copied_bytes: 1e9,
+        filtered: false,
+    };
+
+    fn run(duration_us: f64, work: Work) -> Span {
+        Span {
+            pass: "delta_tracking",
+            start_us: 0.0,
+            duration_us,
+            work,
+        }
+    }
+
+    fn samples(samples: u64) -> Work {
+        Work {
+            samples,
+            ..Work::default()
+        }
+    }
+
+    fn share(runs: &[Span]) -> Option<f64> {
+        peak_share(&PEAK, runs.iter())
+    }
+
+    #[test]
+    fn a_pass_at_the_peak_rate_has_a_share_of_1_and_twice_the_work_twice_the_share() {
+        assert_eq!(share(&[run(1e6, samples(1_000_000))]), Some(1.0));
+        assert_eq!(share(&[run(1e6, samples(250_000))]), Some(0.25));
+        assert_eq!(share(&[run(1e6, samples(500_000))]), Some(0.5));
+        assert_eq!(share(&[run(2e6, samples(500_000))]), Some(0.25));
+    }
+
+    #[test]
+    fn runs_add_up_and_what_nobody_counted_has_no_share() {
+        let runs = [run(1e6, samples(500_000)), run(3e6, samples(500_000))];
+        assert_eq!(share(&runs), Some(0.25));
+        assert_eq!(share(&[run(1e6, Work::default())]), None);
+        assert_eq!(share(&[]), None);
+    }
+
+    /// Of kinds of work that go on side by side, the slowest decides.
+    #[test]
+    fn the_kind_of_work_that_takes_longest_decides() {
+        let work = Work {
+            reads: 2_000_000,
+            writes: 80_000,
+            ..Work::default()
+        };
+        assert_eq!(share(&[run(1e6, work)]), Some(0.8));
     }
 }

@@ -55,7 +55,7 @@ pub struct Renderer {
 
 impl Renderer {
     pub fn new(memory: &Arc<Memory>, volume: &Volume, scene: GpuScene) -> Result<Renderer> {
-        let shaders = Shaders::new(shared::glsl())?;
+        let shaders = Shaders::new(shared::glsl());
         Renderer::with_shaders(memory, &shaders, volume, scene)
     }
 

@@ -22,7 +22,7 @@ impl TailTracking {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(TailTracking {
             pass: passes.compile("tail_tracking")?,
-            queue: PathQueue::new(),
+            queue: PathQueue::new(passes),
         })
     }
 
@@ -35,7 +35,7 @@ impl TailTracking {
         sample_index: u32,
     ) -> Result<Sampled> {
         let TailTracking { pass, queue } = self;
-        let progress = queue.advance(frame, r, |frame, work| {
+        let progress = queue.advance(frame, r, pass, |frame, work| {
             let push = TailPush {
                 paths: PATHS,
                 sample_index,

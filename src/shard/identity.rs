@@ -49,7 +49,7 @@ impl Identity {
             fingerprint.add(bytemuck::cast_slice(&sky.size()));
             fingerprint.add(bytemuck::cast_slice(&sky.texels));
         }
-        let shaders = Shaders::new(shared::glsl())?.text()?;
+        let shaders = Shaders::new(shared::glsl()).text()?;
         Ok(Identity {
             scene: fingerprint.text(),
             volume: volume.into(),

@@ -190,5 +190,6 @@ fn pass_stats((name, ms): &(&'static str, Recent)) -> PassStats {
         gpu_ms_median: ms.quantile(0.5),
         gpu_ms_p95: ms.quantile(0.95),
         gpu_ms_total: ms.total,
+        peak_share: None,
     }
 }

@@ -113,6 +113,12 @@ fn statistics_keep_their_contract() {
     let [median, p95, total] =
         ["gpu_ms_median", "gpu_ms_p95", "gpu_ms_total"].map(|key| number(&tracking[key]));
     assert!(0.0 < median && median <= p95 && p95 <= total);
+    let shares = passes.iter().filter_map(|p| p["peak_share"].as_f64());
+    assert!(
+        shares.clone().all(|share| 0.0 < share && share <= 1.2),
+        "{passes:#?}"
+    );
+    assert!(tracking["peak_share"].is_number(), "{passes:#?}");
 
     let memory = &stats["memory"];
     let [budget, planned, peak] =
@@ -165,6 +171,50 @@ fn a_profile_accounts_for_the_wall_time() {
     assert_eq!(text(&silent.stderr), "");
     let usual = folder.succeed(render);
     assert!(!text(&usual.stderr).contains("GPU pass"), "{usual:?}");
+}
+
+/// Kept shaders are used only where they are whole; they decide nothing but how long a start takes.
+#[cfg(target_os = "linux")]
+#[test]
+fn shaders_that_are_kept_and_then_broken_change_no_picture() {
+    let folder = Folder::new();
+    let render = |caches: &str, picture: &str| {
+        let words = format!("render ball.toml --spp 1 --quiet -o {picture}");
+        let mut command = folder.isolume(&words);
+        if let Some(home) = std::env::var_os("HOME") {
+            // The driver has its own cache in the same place.
+            let drivers = std::path::Path::new(&home).join(".cache");
+            command.env("MESA_SHADER_CACHE_DIR", drivers);
+        }
+        let output = ended(command.env("XDG_CACHE_HOME", folder.path(caches)));
+        assert!(output.status.success(), "{caches}: {output:?}");
+        assert_eq!(text(&output.stderr), "", "{caches}");
+        std::fs::read(folder.path(picture)).expect("a picture")
+    };
+    let kept = || {
+        let versions = std::fs::read_dir(folder.path("caches/isolume/pipelines"));
+        let version = versions.expect("a folder").next().expect("a version");
+        let files = std::fs::read_dir(version.expect("a version").path()).expect("files");
+        let mut paths: Vec<_> = files.map(|file| file.expect("a file").path()).collect();
+        paths.sort();
+        paths
+    };
+    let first = render("caches", "first.exr");
+    let files = kept();
+    assert!(files.len() > 3, "{files:?}");
+    assert!(render("caches", "second.exr") == first);
+    for (n, file) in files.iter().enumerate() {
+        let whole = std::fs::read(file).expect("a file");
+        let broken = match n % 3 {
+            0 => whole[..whole.len() / 2].to_vec(),
+            1 => vec![0x55; whole.len()],
+            _ => Vec::new(),
+        };
+        std::fs::write(file, broken).expect("a broken file");
+    }
+    assert!(render("caches", "third.exr") == first);
+    assert_eq!(kept(), files);
+    assert!(render("ball.toml", "fourth.exr") == first);
 }
 
 /// More views than files that a process may have open: each is finished before the next.

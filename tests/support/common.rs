@@ -61,7 +61,7 @@ pub fn render_with_shaders(
 }
 
 pub fn shaders() -> Shaders {
-    Shaders::new(shared::glsl()).expect("a shader compiler")
+    Shaders::new(shared::glsl())
 }
 
 /// The shaders with `wrong` in the place of `right`, which is in `text` of the file at `path`.

@@ -37,9 +37,7 @@ impl Probe {
         let scene = GpuScene::new(&device, scene, volume, 1).expect("a scene");
         let (features, constants) = (scene.features(), scene.constants());
         // No path is traced here, and the large shader that would do it takes seconds to compile.
-        let shaders = Shaders::new(shared::glsl())
-            .expect("a compiler")
-            .with_file("delta_tracking.comp", NOTHING);
+        let shaders = Shaders::new(shared::glsl()).with_file("delta_tracking.comp", NOTHING);
         let renderer = Renderer::with_shaders(&memory, &shaders, volume, scene);
         let renderer = renderer.expect("a renderer");
         Probe {
@@ -61,9 +59,7 @@ impl Probe {
         outputs: usize,
     ) -> Vec<O> {
         let shared = [&shared::glsl(), P::GLSL, I::GLSL, O::GLSL].concat();
-        let shaders = Shaders::new(shared)
-            .expect("a compiler")
-            .with_file(&format!("{}.comp", shader.name), shader.text);
+        let shaders = Shaders::new(shared).with_file(&format!("{}.comp", shader.name), shader.text);
         let desc = PassDesc {
             name: shader.name,
             specialization: &self.features.words(),

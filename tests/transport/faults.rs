@@ -47,7 +47,7 @@ impl Fault {
 }
 
 fn shaders() -> Shaders {
-    Shaders::new(shared::glsl()).expect("a shader compiler")
+    Shaders::new(shared::glsl())
 }
 
 fn assert_noticed(trial: &Trial, faults: &[Fault]) {

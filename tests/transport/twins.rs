@@ -40,7 +40,7 @@ fn shown(radiances: &[f32], exposure: f64, tone: Tone) -> Vec<u8> {
         specialization: &[],
         macros: &[],
     };
-    let shaders = Shaders::new(shared::glsl()).expect("a compiler");
+    let shaders = Shaders::new(shared::glsl());
     let pass = Pass::new(&device, &shaders, &desc).expect("a pass");
     let push = ToneMapPush {
         source: [SIDE; 2],

@@ -177,7 +177,7 @@ fn pipeline(device: &Arc<Device>, format: vk::Format) -> Result<Pipeline> {
     let numbers = bindings().map(|(binding, _)| binding.to_string());
     let macros: [_; RESOURCES.len()] =
         std::array::from_fn(|n| (RESOURCES[n].0, numbers[n].as_str()));
-    let stages = Shaders::new(shared)?.compile_drawing("canvas", &macros)?;
+    let stages = Shaders::new(shared).compile_drawing("canvas", &macros)?;
     let push_bytes = size_of::<CanvasPush>() as u32;
     let pipeline = Pipeline::new(device, all_stages(), bindings(), push_bytes, |layout| {
         let mut modules = Vec::new();
@@ -252,7 +252,7 @@ fn graphics_pipeline(
     let made = unsafe {
         device
             .raw
-            .create_graphics_pipelines(vk::PipelineCache::null(), &info, None)
+            .create_graphics_pipelines(device.pipelines.raw, &info, None)
     };
     Ok(made.map_err(|(_, e)| e)?[0])
 }

@@ -73,7 +73,7 @@ impl Frame {
             dst_offsets: [corner(low, 0), corner(high, 1)],
         };
         self.begin_images(std::iter::once(from))?;
-        self.transfer("place", |raw, commands| {
+        self.transfer("place", 0, |raw, commands| {
             // SAFETY: the command buffer is recording; both rectangles lie inside their images.
             unsafe {
                 raw.cmd_blit_image(

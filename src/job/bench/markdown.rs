@@ -40,6 +40,7 @@ fn sections(report: &Report, subject: &SubjectReport) -> String {
         new_views(subject),
         frames(subject),
         memory(subject),
+        passes(subject),
         match subject.similarity.is_empty() {
             true => String::new(),
             false => similarity(report, subject) + &plot(SIMILARITY_TIME, "Similarity over time"),
@@ -246,6 +247,27 @@ fn frames(subject: &SubjectReport) -> String {
     }
     let what = "A turn around the object, marched through the cache.";
     section("Frames", what, table)
+}
+
+fn passes(subject: &SubjectReport) -> String {
+    let mut table = Table::new(&["variant", "pass", "on the device", "of the peak"]);
+    for run in &subject.runs {
+        for pass in &run.passes {
+            let share = pass.peak_share.map(|share| 100.0 * share);
+            table.row([
+                run.variant.clone(),
+                pass.name.clone(),
+                format!("{:.0} ms", pass.gpu_ms_total),
+                share.map_or("–".into(), |percent| format!("{percent:.1} %")),
+            ]);
+        }
+    }
+    section(
+        "Passes",
+        "Until the last picture. The share of the peak is that of the least time in which the device could do the work \
+         that a pass counts: reads of the volume by tracking, texels of the picture, copied bytes.",
+        table,
+    )
 }
 
 fn memory(subject: &SubjectReport) -> String {

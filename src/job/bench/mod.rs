@@ -24,6 +24,7 @@ use crate::engine::Host;
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::Outputs;
+use crate::render::Peak;
 use crate::scene::Opened;
 use crate::scene::volume::Volume;
 use entrants::{Entrant, Subject, subjects};
@@ -36,6 +37,8 @@ use run::References;
 struct Bench<'a> {
     args: &'a BenchArgs,
     host: Host,
+    /// `None` where it cannot be measured.
+    peak: Option<Peak>,
     volume: &'a Volume,
     folder: Folder,
     /// When to look, in ascending order.
@@ -58,6 +61,7 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     let subjects = subjects(args, &host, &opened)?;
     let mut bench = Bench {
         args,
+        peak: host.peak().ok(),
         host,
         volume: &opened.volume,
         folder: Folder::make(&args.folder)?,

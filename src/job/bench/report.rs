@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::cli::BenchArgs;
 use crate::compare::{Comparison, WithoutNoise};
 use crate::engine::Host;
-use crate::engine::figures::{CacheStats, MemoryStats};
+use crate::engine::figures::{CacheStats, MemoryStats, PassStats};
 use crate::scene::Opened;
 use crate::scene::file::ShadingModel;
 
@@ -72,6 +72,8 @@ pub struct RunReport {
     pub seconds_to_40_db: Option<f64>,
     pub paths_per_second: f64,
     pub lookups_per_path: f64,
+    /// Until the last of the points.
+    pub passes: Vec<PassStats>,
     pub memory: MemoryStats,
     /// Null without a cache.
     pub cache: Option<CacheStats>,

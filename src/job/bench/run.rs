@@ -8,7 +8,7 @@ use super::entrants::{Entrant, Subject};
 use super::reference::Reference;
 use super::report::{Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to};
 use crate::compare::{Comparison, LinearImage, measure as compare};
-use crate::engine::figures::{CacheStats, quantile};
+use crate::engine::figures::{self, CacheStats, quantile};
 use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Picture, Stop, Stopwatch};
 use crate::error::{Error, Result};
@@ -57,6 +57,7 @@ pub fn measure(
     let took = run.watch.elapsed().as_secs_f64();
     let (paths, lookups) = (run.engine.paths(), run.engine.lookups());
     let cache = run.cache();
+    let passes = figures::passes(run.engine.timings(), bench.peak.as_ref());
     let (orbit, (new_view, same_rays)) = match run.fill_everywhere()? {
         true => (Some(run.orbit()?), run.new_view(bench)?),
         false => (None, (Vec::new(), None)),
@@ -74,6 +75,7 @@ pub fn measure(
             points,
             paths_per_second: paths as f64 / took,
             lookups_per_path: lookups as f64 / paths as f64,
+            passes,
             memory: run.engine.memory_stats(),
             bytes_per_active_cell: cache
                 .as_ref()

@@ -11,6 +11,7 @@ mod histogram;
 mod macrocells;
 mod open;
 mod orientation;
+mod outline;
 mod overrides;
 mod parsed;
 mod reading;

@@ -29,7 +29,8 @@ fn stats_have_the_keys_that_scripts_rely_on() {
             "wall_s": 0.0, "first_frame_s": 0.0,
             "passes": [{
                 "name": "track", "runs": 21,
-                "gpu_ms_median": 11.0, "gpu_ms_p95": 20.0, "gpu_ms_total": 231.0
+                "gpu_ms_median": 11.0, "gpu_ms_p95": 20.0, "gpu_ms_total": 231.0,
+                "peak_share": null
             }],
             "stages": [],
             "memory": {
@@ -81,7 +82,7 @@ fn a_median_lies_between_two_runs_and_is_missing_without_any() {
 #[test]
 fn a_trace_has_one_track_for_each_processor_and_a_memory_counter() {
     let mut trace = Trace::default();
-    trace.add_gpu("track", 10.0, 5.5);
+    trace.add_gpu("track", 10.0, 5.5, Some(0.25));
     trace.add_cpu("load", 0.0, 9.0);
     trace.add_memory(3.0, 4096);
     let trace = serde_json::to_value(&trace).unwrap();
@@ -104,6 +105,8 @@ fn a_trace_has_one_track_for_each_processor_and_a_memory_counter() {
         (&cpu["name"], &cpu["ts"], &cpu["dur"]),
         (&json!("load"), &json!(0.0), &json!(9.0))
     );
+    assert_eq!(gpu["args"], json!({"peak_share": 0.25}));
+    assert!(cpu.get("args").is_none());
     let track_name = |event: &Value| {
         let named = |meta: &&&Value| meta["name"] == "thread_name" && meta["tid"] == event["tid"];
         phase("M").iter().find(named).unwrap()["args"]["name"].clone()

@@ -34,12 +34,20 @@ fn nvidia(name: &str, heap: u64) -> DeviceSummary {
     }
 }
 
+pub fn nvidia_4() -> DeviceSummary {
+    nvidia("NVIDIA GeForce GTX 1650", 4 * GIB)
+}
+
 pub fn nvidia_8() -> DeviceSummary {
     nvidia("NVIDIA GeForce RTX 3070", 8 * GIB)
 }
 
 pub fn nvidia_24() -> DeviceSummary {
     nvidia("NVIDIA GeForce RTX 4090", 24 * GIB)
+}
+
+pub fn nvidia_h100() -> DeviceSummary {
+    nvidia("NVIDIA H100 80GB HBM3", 79 * GIB)
 }
 
 pub fn nvidia_80() -> DeviceSummary {
@@ -66,6 +74,10 @@ pub fn amd_16() -> DeviceSummary {
     amd("AMD Radeon RX 7800 XT", 16 * GIB)
 }
 
+pub fn amd_24() -> DeviceSummary {
+    amd("AMD Radeon RX 7900 XTX", 24 * GIB)
+}
+
 pub fn intel() -> DeviceSummary {
     DeviceSummary {
         max_storage_buffer_bytes: GIB,
@@ -75,6 +87,16 @@ pub fn intel() -> DeviceSummary {
             DeviceKind::Integrated,
             12 * GIB,
         )
+    }
+}
+
+/// A phone: its images are long and its memory small.
+pub fn mali() -> DeviceSummary {
+    DeviceSummary {
+        max_image_2d: 65536,
+        max_image_3d: 65536,
+        max_storage_buffer_bytes: 2 * GIB,
+        ..device("Mali-G615 MC6", DeviceKind::Integrated, 3677 * MIB)
     }
 }
 

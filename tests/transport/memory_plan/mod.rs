@@ -9,6 +9,7 @@ mod devices;
 mod ladder;
 mod occupied;
 mod planned;
+mod real_devices;
 
 use crate::support::common;
 use std::sync::Arc;

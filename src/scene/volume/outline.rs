@@ -1,0 +1,69 @@
+//! A volume that nobody has at hand: how large it is and between which values it lies, which is all that a plan asks of
+//! one. Its voxels cannot be read.
+
+use std::sync::Arc;
+
+use super::grid::Grid;
+use super::parsed::Parsed;
+use super::region::Region;
+use super::source::{Cursor, Source};
+use super::statistics::Statistics;
+use super::stored::{Conversion, StoredType};
+use super::{MACROCELL, Storage, Volume};
+
+/// Voxels that are not there.
+#[derive(Debug)]
+struct Nowhere;
+
+impl Source for Nowhere {
+    fn is_random(&self) -> bool {
+        true
+    }
+
+    fn is_direct(&self) -> bool {
+        true
+    }
+
+    fn cursor(&self) -> Box<dyn Cursor + '_> {
+        Box::new(Nowhere)
+    }
+}
+
+impl Cursor for Nowhere {
+    fn read(&mut self, _: Region, _: &mut [u8]) -> Parsed<()> {
+        Err("only the volume's outline is known, and none of its voxels".into())
+    }
+}
+
+impl Volume {
+    /// A volume of these dimensions, each ≥ 1, with voxels of size 1 whose values may lie anywhere between the two of
+    /// `range`: for planning. Reading it fails.
+    pub fn outline(dims: [u32; 3], stored: StoredType, range: [f64; 2]) -> Volume {
+        let conversion = Conversion::none(stored);
+        let macrocells = dims.map(|n| (n as usize + 1).div_ceil(MACROCELL as usize));
+        let ranges = vec![range.map(|value| value as f32); macrocells.iter().product()];
+        Volume {
+            dims,
+            spacing: [1.0; 3],
+            stored,
+            scale: 1.0,
+            offset: 0.0,
+            range,
+            axes: None,
+            voxel_type: conversion.from,
+            storage: Storage::default(),
+            notes: Vec::new(),
+            facts: Vec::new(),
+            is_hounsfield: None,
+            grid: Arc::new(Grid {
+                source: Box::new(Nowhere),
+                region: Region::whole(dims),
+                is_mirrored: false,
+                conversion,
+                filler: None,
+                name: "an outline".into(),
+            }),
+            statistics: Arc::new(Statistics::new(ranges, Vec::new())),
+        }
+    }
+}
