@@ -86,8 +86,9 @@ impl Host {
         choose(&self.device, limits, budget, volume, scene)
     }
 
-    /// The device's peak rates, measured now, in a tenth of a second and in a few MiB of its memory: on a device that is
-    /// busy or hot, passes are held against what it can do at the time.
+    /// The device's peak rates, measured now, in a few tenths of a second and in at most 64 MiB of its memory. On a CPU
+    /// that others use as well, a render takes longer than alone, while the fastest of many short dispatches hardly does:
+    /// shares of the peak are then too low.
     pub fn peak(&self) -> Result<Peak> {
         peak(&self.device, &Shaders::new(shared::glsl()))
     }
