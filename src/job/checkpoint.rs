@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
-use super::render::{Saved, View};
 use super::shards::{Origin, to_json};
+use super::views::{Saved, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stopwatch};
 use crate::error::{Error, Result};

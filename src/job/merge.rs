@@ -6,8 +6,8 @@ use crate::interrupt;
 use crate::output::{Outputs, Parts, Provenance, check_writable};
 use crate::shard;
 
-use super::render::software;
 use super::shards::to_json;
+use super::views::software;
 
 pub fn merge(args: &MergeArgs) -> Result<u8> {
     interrupt::catch_signals();

@@ -7,6 +7,8 @@ mod merge;
 mod plan;
 mod render;
 mod shards;
+mod summary;
+mod views;
 
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -34,6 +34,7 @@ fn a_report_holds_what_the_contract_names() {
         "psnr_time.svg",
         "published.0.2s.exr",
         "published.1.6s.exr",
+        "reference-centres.exr",
         "reference.exr",
         "report.json",
         "report.md",
@@ -74,6 +75,8 @@ fn a_report_holds_what_the_contract_names() {
         "g is not 0"
     );
     assert!(!list(&cached["new_view"]).is_empty());
+    assert!(number(&cached["same_rays"]["psnr"]) > 20.0 && runs[0]["same_rays"].is_null());
+    assert!(number(&subject["reference_of_centres"]["noise"]["mse"]) > 0.0);
     assert_eq!(list(&subject["similarity"]).len(), 2);
     check_settings(list(&subject["cache_settings"]));
 }

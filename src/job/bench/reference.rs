@@ -11,7 +11,7 @@ use crate::compare::{Comparison, LinearImage, measure};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
 use crate::error::{Error, Result};
 use crate::interrupt;
-use crate::job::render::provenance;
+use crate::job::views::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Scene, Variant};
 

@@ -13,7 +13,7 @@ use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Picture, Stop, Stopwatch};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, INTERRUPTED, is_interrupted};
-use crate::job::render::provenance;
+use crate::job::views::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Camera, Scene};
 

@@ -1,0 +1,137 @@
+//! What a render says of itself at its end: the files of `--stats` and `--profile`, and the last line.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use super::clock::{self, Clock};
+use crate::cli::RenderArgs;
+use crate::engine::schedule::cache_goal;
+use crate::engine::{Engine, Host, Outcome, Stop, figures};
+use crate::error::Result;
+use crate::gpu::Timings;
+use crate::output::Outputs;
+use crate::output::profile;
+use crate::output::stats::{Stats, ViewStats};
+use crate::scene::Variant;
+
+pub struct Summary<'a> {
+    args: &'a RenderArgs,
+    /// The variant that was asked for.
+    asked: Variant,
+    stats: Stats,
+    timings: Timings,
+    /// Device memory taken, by time.
+    memory: Vec<(Instant, u64)>,
+    why_stopped: String,
+}
+
+impl<'a> Summary<'a> {
+    /// Of at least one picture.
+    pub fn of(
+        args: &'a RenderArgs,
+        clock: &Clock,
+        engine: Engine,
+        outcomes: &[Outcome],
+        stop: &Stop,
+    ) -> Summary<'a> {
+        Summary {
+            args,
+            asked: engine.scene().render.variant,
+            stats: stats(args, clock, &engine, outcomes, cache_goal(stop)),
+            memory: engine.memory_history(),
+            why_stopped: outcomes[outcomes.len() - 1].why_stopped.clone(),
+            timings: engine.into_timings(),
+        }
+    }
+
+    /// Holds the passes against the device's peak, for which the engine has given back its memory, and writes the files.
+    pub fn stage(&mut self, outputs: &mut Outputs, host: &Host, clock: &Clock) -> Result<()> {
+        // Where the peak cannot be measured, the shares of it are unknown, and the rest stands.
+        let peak = self.is_asked_for().then(|| host.peak().ok()).flatten();
+        self.stats.passes = figures::passes(&self.timings, peak.as_ref());
+        if let Some(path) = &self.args.stats {
+            outputs.json(path, &self.stats)?;
+        }
+        if let Some(path) = &self.args.profile {
+            let trace = clock::trace(clock, &self.timings, &self.memory, peak.as_ref());
+            outputs.json(path, &trace)?;
+        }
+        Ok(())
+    }
+
+    /// The table of passes, if files were asked for, and the last line.
+    pub fn print(&self) {
+        if self.is_asked_for() {
+            eprint!("{}", profile::table(&self.stats));
+        }
+        let line = last_line(&self.stats, &self.args.outputs(), &self.why_stopped);
+        eprintln!("{line}{}", why_variant(self.asked, &self.stats.reason));
+    }
+
+    fn is_asked_for(&self) -> bool {
+        self.args.stats.is_some() || self.args.profile.is_some()
+    }
+}
+
+/// All but the passes, which are held against the device's peak once the engine has given back its memory.
+fn stats(
+    args: &RenderArgs,
+    clock: &Clock,
+    engine: &Engine,
+    outcomes: &[Outcome],
+    cache_goal: f64,
+) -> Stats {
+    let (first, last) = (&outcomes[0], &outcomes[outcomes.len() - 1]);
+    let choice = engine.choice();
+    let device = engine.host().summary();
+    let wall_s = clock.began.elapsed().as_secs_f64();
+    Stats {
+        variant: choice.plan.variant.word().into(),
+        reason: choice.reason.clone(),
+        device: device.name.clone(),
+        driver: device.driver.clone(),
+        spp: u64::from(engine.totals().samples),
+        seed: u64::from(args.seed),
+        wall_s,
+        first_frame_s: first
+            .first_frame
+            .map_or(f64::NAN, |at| at.duration_since(clock.began).as_secs_f64()),
+        passes: Vec::new(),
+        stages: clock.stages(engine.timings()),
+        memory: engine.memory_stats(),
+        paths: engine.paths(),
+        lookups_per_path: engine.lookups() as f64 / engine.paths() as f64,
+        relative_error: last.relative_error,
+        cache: engine.cache_stats(cache_goal),
+        bricks: engine.brick_stats(wall_s),
+        views: outcomes.iter().map(ViewStats::of).collect(),
+    }
+}
+
+/// Why this variant, where the program has picked it.
+fn why_variant(asked: Variant, reason: &str) -> String {
+    match asked {
+        Variant::Auto => format!(", because {reason}"),
+        _ => String::new(),
+    }
+}
+
+fn last_line(stats: &Stats, files: &[PathBuf], why_stopped: &str) -> String {
+    let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+    let samples = match stats.variant.as_str() {
+        "published" => "updates per cell",
+        _ => "samples per pixel",
+    };
+    let error = match stats.relative_error.is_finite() {
+        true => format!("{:.4}", stats.relative_error),
+        false => "unknown".into(),
+    };
+    format!(
+        "{}: {} {samples} in {:.1} s, relative error {error}, stopped because {why_stopped}; {} on {}",
+        files.join(", "),
+        stats.spp,
+        stats.wall_s,
+        stats.variant,
+        stats.device,
+    )
+}
