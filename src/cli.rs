@@ -6,6 +6,7 @@
 //! the file cannot drift apart.
 
 mod bench;
+mod cache;
 mod values;
 
 use std::num::NonZeroU32;
@@ -18,6 +19,7 @@ use crate::engine::{HostOptions, Limit, SampleRange, Stop};
 use crate::scene::preset::Preset;
 use crate::scene::{Edit, Variant};
 pub use bench::{BenchArgs, BenchVariant};
+pub use cache::{CacheArgs, CleanArgs};
 use values::{
     cache_format, cache_scale, device, exr, extent, finite, iso, limit, picture, positive, samples,
     seconds, size, variant, view, word,
@@ -52,6 +54,8 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Describe the devices, or a volume.
     Info(InfoArgs),
+    /// Remove the copies of volumes that earlier runs have kept.
+    Clean(CleanArgs),
 }
 
 /// What is rendered: shared by all commands that take a scene.
@@ -92,6 +96,9 @@ pub struct SceneArgs {
     /// Set any key of the scene file, as in medium.g=0.5 or surfaces.iso.0.value=900 (repeatable).
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<Edit>,
+
+    #[command(flatten)]
+    pub cache: CacheArgs,
 }
 
 impl SceneArgs {

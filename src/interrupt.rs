@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use crate::engine::{Progress, Run, Stop};
 use crate::error::{Error, INTERRUPTED_STATUS, TERMINATED_STATUS};
-use crate::output;
+use crate::temporary;
 
 pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
@@ -86,7 +86,7 @@ fn interrupt(status: u8) {
     if keeps && is_first {
         return;
     }
-    output::remove_temporary_files();
+    temporary::remove_all();
     // Nothing may be there any more to read it, which is no reason to stay.
     let when = match keeps {
         true => "again before the outputs were written",

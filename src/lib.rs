@@ -55,6 +55,7 @@ pub mod output;
 pub mod render;
 pub mod scene;
 pub mod shard;
+mod temporary;
 #[cfg(feature = "window")]
 pub mod view;
 

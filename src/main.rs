@@ -32,5 +32,6 @@ fn run(command: Command) -> Result<u8> {
         Command::Compare(args) => job::compare(&args),
         Command::Doctor(args) => job::doctor(&args),
         Command::Info(args) => job::info(&args),
+        Command::Clean(args) => job::clean(&args),
     }
 }

@@ -13,14 +13,14 @@ mod views;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use crate::cli::{CompareArgs, DoctorArgs, InfoArgs, SceneArgs, wants_validation};
+use crate::cli::{CleanArgs, CompareArgs, DoctorArgs, InfoArgs, SceneArgs, wants_validation};
 use crate::compare;
 use crate::doctor;
 use crate::error::{DEVICE_STATUS, Error, Result};
-use crate::gpu::list_devices;
+use crate::gpu::{human, list_devices};
 use crate::info;
 use crate::scene::Opened;
-use crate::scene::volume::{Reading, Volume, VolumeOverrides};
+use crate::scene::volume::{self, Reading, Volume, VolumeOverrides};
 use crate::scene::{describe, open};
 use clock::Clock;
 
@@ -35,9 +35,10 @@ fn open_scene(args: &SceneArgs, quiet: bool) -> Result<Opened> {
 
 fn open_scene_timed(args: &SceneArgs, quiet: bool, clock: &mut Clock) -> Result<Opened> {
     let (mut loading, reading) = (Duration::ZERO, Reading::default());
+    let stores = args.cache.stores(quiet);
     let load = |path: &Path, overrides: &VolumeOverrides| {
         let began = Instant::now();
-        let volume = Volume::load_watched(path, overrides, &reading)?;
+        let volume = Volume::load_watched(path, overrides, &reading, stores.as_ref())?;
         loading = began.elapsed();
         Ok(volume)
     };
@@ -107,6 +108,27 @@ pub fn info(args: &InfoArgs) -> Result<u8> {
         }
         None => print(&info::devices(args.json)?),
     }
+}
+
+/// `isolume clean`.
+pub fn clean(args: &CleanArgs) -> Result<u8> {
+    let Some(folder) = args.cache.folder() else {
+        return Err(Error::Usage(
+            "the system has no folder for stores; name one by --cache-dir".into(),
+        ));
+    };
+    let removed = volume::clean(&folder)?;
+    let what = match removed.files {
+        1 => "store was",
+        _ => "stores were",
+    };
+    print(&format!(
+        "{} {what} removed from {}, {} bytes ({})",
+        removed.files,
+        folder.display(),
+        removed.bytes,
+        human(removed.bytes)
+    ))
 }
 
 /// To stdout; a reader that has gone away is no error.

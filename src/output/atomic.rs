@@ -3,12 +3,12 @@
 //! Each output is first written to a temporary file next to its final name, because only a rename
 //! within one file system is atomic. All outputs of a run, or of one view of an orbit, are written before
 //! the first is renamed: a disk that fills up half way leaves none of them. Dropping [`Outputs`] removes
-//! what was not committed. A process that is about to end without that calls [`remove_temporary_files`].
+//! what was not committed. A process that is about to end without that calls
+//! [`temporary::remove_all`].
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use serde::Serialize;
 use tempfile::NamedTempFile;
@@ -17,29 +17,7 @@ use super::{Parts, Provenance, exr, png};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
-
-/// Files under temporary names that may be there now.
-static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
-
-/// Removes all files that are still under temporary names. Nobody writes any more from then on: the process has to end.
-pub fn remove_temporary_files() {
-    let files = TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner);
-    for file in files.iter() {
-        // It may have its final name already.
-        let _ = fs::remove_file(file);
-    }
-    std::mem::forget(files);
-}
-
-/// A temporary name on the list of those, until it is dropped.
-struct Listed(PathBuf);
-
-impl Drop for Listed {
-    fn drop(&mut self) {
-        let mut files = TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner);
-        files.retain(|file| *file != self.0);
-    }
-}
+use crate::temporary::{self, Listed};
 
 /// The outputs of one run, on their way to their final names.
 #[derive(Default)]
@@ -193,25 +171,9 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
             folder.display()
         )));
     }
-    let (temporary, listed) = temporary_in(&folder).map_err(|error| Error::io(path, error))?;
+    let (temporary, listed) =
+        temporary::create(&folder, ".isolume-").map_err(|error| Error::io(path, error))?;
     Ok((target, temporary, listed))
-}
-
-fn temporary_in(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".isolume-");
-    // Temporary files are private by default; an output has the permissions of any new file.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    // Whoever removes all files on the list must not miss this one.
-    let mut files = TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner);
-    let file = builder.tempfile_in(folder)?;
-    let path = file.path().to_owned();
-    files.push(path.clone());
-    Ok((file, Listed(path)))
 }
 
 /// Asks the disk to keep a new name, where it can: without that the file may have its old content after a power cut.

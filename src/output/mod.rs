@@ -21,7 +21,7 @@ use crate::render::Sums;
 use crate::scene::Tone;
 
 pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
-pub use atomic::{Outputs, check_writable, remove_temporary_files};
+pub use atomic::{Outputs, check_writable};
 
 /// The picture formats that can be written, told apart by the file name's extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,11 +1,13 @@
 //! Progress on stderr: a bar on a terminal, a line now and then in a log, nothing when quiet.
 
 use std::io::{self, IsTerminal, Write};
-use std::time::Duration;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
 use crate::engine::{self, Stop};
+use crate::scene::volume::Copying;
 
 /// Seconds still to go, as far as can be told from what is done.
 pub fn remaining(stop: &Stop, spp: u64, seconds: f64, relative_error: f64) -> Option<f64> {
@@ -123,6 +125,42 @@ impl Progress {
     pub fn finish(self) {
         if let Shown::Bar(bar) = self.shown {
             bar.finish_and_clear();
+        }
+    }
+}
+
+/// Shows how far copies of volumes are, one after another.
+pub fn copying(quiet: bool) -> impl Fn(&Copying) + Send + Sync {
+    let is_terminal = io::stderr().is_terminal();
+    // The bar, and when a line was printed last.
+    let shown: Mutex<Option<(ProgressBar, Instant)>> = Mutex::new(None);
+    move |copying| {
+        if quiet {
+            return;
+        }
+        let Copying {
+            volume,
+            folder,
+            share,
+        } = copying;
+        let percent = format!("copying {volume}: {:.0} %", 100.0 * share);
+        let mut shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let (bar, last) = shown.get_or_insert_with(|| {
+            let folder = folder.display();
+            let line = format!("copying {volume} to {folder}, where the next run will find it");
+            print(&mut io::stderr(), &line);
+            (bar(), Instant::now())
+        });
+        if is_terminal {
+            bar.set_position((share * BAR_STEPS as f64) as u64);
+            bar.set_message(percent);
+        } else if last.elapsed().as_secs_f64() >= LINE_SECONDS {
+            *last = Instant::now();
+            print(&mut io::stderr(), &percent);
+        }
+        if *share >= 1.0 {
+            bar.finish_and_clear();
+            *shown = None;
         }
     }
 }

@@ -21,7 +21,7 @@ pub struct HostBricks {
 }
 
 impl HostBricks {
-    /// Holds at most `most_bytes`. A volume that is compressed is copied to a temporary file first.
+    /// Holds at most `most_bytes`. A volume that is compressed is copied to its store first.
     pub fn new(volume: &Volume, layout: BrickLayout, most_bytes: u64) -> Result<HostBricks> {
         Ok(HostBricks {
             volume: volume.in_any_order()?,

@@ -13,7 +13,7 @@ use super::document::Document;
 use super::live::{Live, Order};
 use crate::error::{Error, Result};
 use crate::scene::preset::Preset;
-use crate::scene::volume::{Reading, Volume};
+use crate::scene::volume::{Reading, Stores, Volume};
 use crate::scene::{Edit, open};
 
 /// Bins of the transfer function's histogram.
@@ -97,6 +97,7 @@ pub fn open_document(
     path: PathBuf,
     preset: Preset,
     edits: Vec<Edit>,
+    stores: Option<Stores>,
     proxy: &EventLoopProxy<()>,
 ) -> Load<Document> {
     let name = path.file_name().unwrap_or(path.as_os_str());
@@ -104,7 +105,7 @@ pub fn open_document(
     let reading = Arc::new(Reading::default());
     let (load, _) = Load::begin(what, proxy, Some(reading.clone()), move || {
         let opened = open(&path, preset, &edits, |path, overrides| {
-            Volume::load_watched(path, overrides, &reading)
+            Volume::load_watched(path, overrides, &reading, stores.as_ref())
         })?;
         Ok(Document {
             histogram: opened.volume.histogram(BINS)?,

@@ -90,7 +90,8 @@ impl App<'_> {
     pub(super) fn open(&mut self, path: PathBuf) {
         let edits = self.edits_of(&path);
         let preset = self.args.scene.preset;
-        self.opening = Some(open_document(path, preset, edits, &self.proxy));
+        let stores = self.args.scene.cache.stores(self.args.quiet);
+        self.opening = Some(open_document(path, preset, edits, stores, &self.proxy));
         self.interface_due = Some(Instant::now());
     }
 

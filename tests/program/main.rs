@@ -20,6 +20,7 @@ mod refusals;
 mod resident;
 mod shards;
 mod stopping;
+mod stores;
 
 use std::process::{Command, Output};
 

@@ -21,6 +21,7 @@ mod settle;
 mod source;
 mod statistics;
 mod storage;
+mod store;
 mod stored;
 mod voxel_type;
 
@@ -37,9 +38,14 @@ pub use overrides::{Pick, VolumeOverrides};
 pub use reading::Reading;
 pub use region::Region;
 pub use series::Series;
+use source::Source;
 use source::spool::Spool;
 use statistics::Statistics;
 pub use storage::{Level, Storage};
+use store::Keeping;
+pub use store::clean::{Removed, clean};
+use store::file::Known;
+pub use store::{Copying, Stores};
 use stored::Conversion;
 pub use stored::{StoredType, Voxels};
 pub use voxel_type::{Endian, VoxelType};
@@ -79,6 +85,8 @@ pub struct Volume {
     pub is_hounsfield: Option<bool>,
     grid: Arc<Grid>,
     statistics: Arc<Statistics>,
+    /// Where to keep it for the next run, and what has been found out about its values.
+    keeping: Option<Arc<Keeping>>,
 }
 
 impl Volume {
@@ -136,16 +144,48 @@ impl Volume {
         self.reader().read(region, bytes)
     }
 
-    /// The same volume with a source of which small regions are read as fast as large ones, in any order: a copy of its
-    /// stored values in a temporary file, if its own has to decode more than the region.
+    /// The same volume with a source of which small regions are read as fast as large ones, in any order: if its own has
+    /// to decode more than the region, its store, which is written if there is none yet, or, without a place for one, a
+    /// copy of its stored values in a temporary file.
     ///
     /// # Errors
     ///
-    /// The same as for [`Reader::read`]; or the temporary file has no room.
+    /// The same as for [`Reader::read`]; or the copy has no room; or [`Stores`] has told somebody who wants no more.
     pub fn in_any_order(&self) -> Result<Volume> {
-        if self.grid.source.is_direct() {
-            return Ok(self.clone());
+        match &self.keeping {
+            Some(keeping) if self.grid.source.resident().is_none() => self.kept(keeping),
+            _ if self.is_direct() => Ok(self.clone()),
+            _ => self.spooled(),
         }
+    }
+
+    /// Whether small regions are read as fast as large ones, in any order.
+    fn is_direct(&self) -> bool {
+        self.grid.source.is_direct()
+    }
+
+    fn kept(&self, keeping: &Keeping) -> Result<Volume> {
+        let fault = |fault| Error::input(format!("{}: {fault}", self.grid.name));
+        let is_enough = |known: &Known| known.voxels.is_some() || self.is_direct();
+        // One that is damaged is replaced.
+        let found = keeping.place.find().unwrap_or(None);
+        let mut known = found.filter(is_enough);
+        if known.is_none() {
+            match keeping.write(self) {
+                // What is found out again by a walk is not worth an error.
+                Err(Error::Input(_)) if self.is_direct() => return Ok(self.clone()),
+                written => written?,
+            }
+            known = keeping.place.find().map_err(fault)?;
+        }
+        match known.and_then(|known| known.voxels) {
+            Some(store) => Ok(self.with_source(Box::new(store))),
+            None if self.is_direct() => Ok(self.clone()),
+            None => Err(fault("its store was removed by somebody else".into())),
+        }
+    }
+
+    fn spooled(&self) -> Result<Volume> {
         let fault = |fault| Error::input(format!("{}: {fault}", self.grid.name));
         let mut spool = Spool::new(self.dims, self.stored.bytes()).map_err(fault)?;
         let mut reader = self.reader();
@@ -155,9 +195,14 @@ impl Volume {
             reader.read(piece, &mut bytes)?;
             spool.write(piece, &bytes).map_err(fault)?;
         }
-        Ok(Volume {
+        Ok(self.with_source(Box::new(spool)))
+    }
+
+    /// The same with another source of its stored values.
+    fn with_source(&self, source: Box<dyn Source>) -> Volume {
+        Volume {
             grid: Arc::new(Grid {
-                source: Box::new(spool),
+                source,
                 region: Region::whole(self.dims),
                 is_mirrored: false,
                 conversion: Conversion::none(self.stored),
@@ -165,7 +210,7 @@ impl Volume {
                 name: self.grid.name.clone(),
             }),
             ..self.clone()
-        })
+        }
     }
 
     /// All stored values: borrowed where they are in memory, as those given to

@@ -17,6 +17,8 @@ use super::series::Series;
 use super::settle::settle;
 use super::source::memory::Memory;
 use super::statistics::Statistics;
+use super::store::file::Known;
+use super::store::{Keeping, Stores};
 use super::stored::{Conversion, Voxels};
 use crate::error::{Error, Result};
 
@@ -27,11 +29,11 @@ impl Volume {
     ///
     /// One sentence that names the file and says what is wrong with it.
     pub fn load(path: &Path, overrides: &VolumeOverrides) -> Result<Volume> {
-        Volume::load_watched(path, overrides, &Reading::default())
+        Volume::load_watched(path, overrides, &Reading::default(), None)
     }
 
     /// [`Volume::load`] for someone who waits on another thread: `reading` tells them how far it is, and
-    /// lets them stop it.
+    /// lets them stop it. What `stores` has of the volume takes the place of the walk.
     ///
     /// # Errors
     ///
@@ -40,10 +42,12 @@ impl Volume {
         path: &Path,
         overrides: &VolumeOverrides,
         reading: &Reading,
+        stores: Option<&Stores>,
     ) -> Result<Volume> {
         let name = path.display().to_string();
+        let stores = stores.map(|stores| (stores, path));
         format::read(path, overrides)
-            .and_then(|header| open(header, overrides, &name, reading))
+            .and_then(|header| open(header, overrides, &name, reading, stores))
             .map_err(|fault| Error::input(format!("{name}: {fault}")))
     }
 
@@ -78,7 +82,7 @@ impl Volume {
             ..Header::of_source(source, dims, from, endian)
         };
         let (overrides, reading) = (VolumeOverrides::default(), Reading::default());
-        open(header, &overrides, "voxels in memory", &reading).map_err(Error::Input)
+        open(header, &overrides, "voxels in memory", &reading, None).map_err(Error::Input)
     }
 }
 
@@ -87,6 +91,7 @@ fn open(
     overrides: &VolumeOverrides,
     name: &str,
     reading: &Reading,
+    stores: Option<(&Stores, &Path)>,
 ) -> Parsed<Volume> {
     let region = Region::cropped(header.dims, overrides.crop)?;
     let spacing = overrides.spacing.unwrap_or(header.spacing);
@@ -99,6 +104,16 @@ fn open(
         slope: header.slope,
         intercept: header.intercept,
     };
+    let is_mirrored = orientation.left_handed;
+    let place = stores
+        .and_then(|(stores, path)| stores.place(path, overrides, &header, region, is_mirrored));
+    let mut notes = header.notes;
+    let known = place.as_ref().and_then(|place| {
+        place.find().unwrap_or_else(|fault| {
+            notes.push(format!("{fault}; it is not used, and made anew if need be"));
+            None
+        })
+    });
     // The voxels are walked through in the source's order, and only read in the volume's from then on.
     let mut grid = Grid {
         source: header.source,
@@ -108,30 +123,33 @@ fn open(
         filler: None,
         name: name.into(),
     };
-    let settled = settle(&grid, orientation.left_handed, reading)?;
-    let mut notes = header.notes;
-    if settled.rounding > 0.0 {
+    let (settled, histogram) = match known {
+        Some(Known {
+            settled, histogram, ..
+        }) => (settled, histogram),
+        None => (settle(&grid, is_mirrored, reading)?, None),
+    };
+    let facts = settled.facts;
+    if facts.rounding > 0.0 {
         notes.push(format!(
             "{} values are kept as float32, which changes some by up to {:.1e}",
-            header.voxel_type, settled.rounding
+            header.voxel_type, facts.rounding
         ));
     }
-    if settled.infinite > 0 {
-        let low = settled.range[0];
+    if facts.infinite > 0 {
+        let low = facts.range[0];
         grid.filler = Some(low);
         notes.push(format!(
             "{} voxels are not finite float32 numbers and became the smallest value, {}",
-            settled.infinite,
+            facts.infinite,
             f64::from(low)
         ));
     }
     let (scale, offset) = conversion.meaning();
-    let range = settled
-        .range
-        .map(|stored| offset + scale * f64::from(stored));
+    let range = facts.range.map(|stored| offset + scale * f64::from(stored));
     check_range(range)?;
     let axes = right_handed(orientation, &mut notes);
-    grid.is_mirrored = orientation.left_handed;
+    grid.is_mirrored = is_mirrored;
     let stored = grid.stored();
     if let Some(voxels) = settled.kept {
         let dims = region.dims;
@@ -153,7 +171,8 @@ fn open(
         facts: header.about.facts,
         is_hounsfield: header.about.is_hounsfield,
         grid: Arc::new(grid),
-        statistics: Arc::new(Statistics::new(settled.ranges, settled.counts)),
+        statistics: Arc::new(Statistics::new(settled.ranges, settled.counts, histogram)),
+        keeping: place.map(|place| Arc::new(Keeping { place, facts })),
     })
 }
 

@@ -1,6 +1,7 @@
 //! A volume that nobody has at hand: how large it is and between which values it lies, which is all that a plan asks of
 //! one. Its voxels cannot be read.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::grid::Grid;
@@ -22,6 +23,10 @@ impl Source for Nowhere {
 
     fn is_direct(&self) -> bool {
         true
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 
     fn cursor(&self) -> Box<dyn Cursor + '_> {
@@ -63,7 +68,8 @@ impl Volume {
                 filler: None,
                 name: "an outline".into(),
             }),
-            statistics: Arc::new(Statistics::new(ranges, Vec::new())),
+            statistics: Arc::new(Statistics::new(ranges, Vec::new(), None)),
+            keeping: None,
         }
     }
 }

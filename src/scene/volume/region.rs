@@ -91,6 +91,15 @@ impl Region {
         self
     }
 
+    /// The first voxel of each row in a volume of `whole` voxels, x fastest.
+    pub(super) fn rows(self, [width, height, _]: [u32; 3]) -> impl Iterator<Item = usize> {
+        let [i, j, k] = self.low.map(|low| low as usize);
+        let [width, height] = [width as usize, height as usize];
+        let first = move |row: usize, slice: usize| ((k + slice) * height + j + row) * width + i;
+        let [_, y, z] = self.dims.map(|size| size as usize);
+        (0..z).flat_map(move |slice| (0..y).map(move |row| first(row, slice)))
+    }
+
     /// Where a volume of `whole` voxels, x fastest, holds these: the first voxel and the length of
     /// each run.
     pub(super) fn runs(self, whole: [u32; 3]) -> impl Iterator<Item = (u64, usize)> {

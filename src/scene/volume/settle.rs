@@ -32,18 +32,25 @@ const MOST_SHARES: usize = 16;
 const MOST_KEPT: u64 = 32 << 20;
 
 /// What was found, in terms of stored values.
+#[derive(Debug)]
 pub(super) struct Settled {
-    pub range: [f32; 2],
-    /// Voxels whose value is not finite; the lowest of `range` takes its place.
-    pub infinite: u64,
-    /// The largest change that storing a value as f32 made.
-    pub rounding: f64,
+    pub facts: Facts,
     /// Smallest and largest value of each macrocell, x fastest.
     pub ranges: Vec<[f32; 2]>,
     /// How often each stored value occurs; empty for floats.
     pub counts: Vec<u64>,
     /// The voxels as the source has them, if they are worth their memory.
     pub kept: Option<Voxels>,
+}
+
+/// The numbers among it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Facts {
+    pub range: [f32; 2],
+    /// Voxels whose value is not finite; the lowest of `range` takes its place.
+    pub infinite: u64,
+    /// The largest change that storing a value as f32 made.
+    pub rounding: f64,
 }
 
 /// Walks through a grid. Where the volume has its slices in reverse, `grid` does not, but the
@@ -96,9 +103,11 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
     } = tally.unwrap_or_else(Tally::new::<T>);
     let mut ranges = macrocells.finish();
     Ok(Settled {
-        range: fill_gaps(&mut ranges, least)?,
-        infinite,
-        rounding: reader.rounding,
+        facts: Facts {
+            range: fill_gaps(&mut ranges, least)?,
+            infinite,
+            rounding: reader.rounding,
+        },
         ranges,
         counts,
         kept: is_kept.then(|| T::collect(kept)),

@@ -18,18 +18,29 @@ pub(super) struct Statistics {
     /// Smallest and largest value of each macrocell, x fastest.
     pub macrocell_ranges: Vec<[f32; 2]>,
     /// How often each value occurs; empty for floats.
-    counts: Vec<u64>,
+    pub counts: Vec<u64>,
     /// The last one of floats, for which the voxels were read again.
     histogram: Mutex<Option<Histogram>>,
 }
 
 impl Statistics {
-    pub fn new(macrocell_ranges: Vec<[f32; 2]>, counts: Vec<u64>) -> Statistics {
+    /// `histogram` is one of floats that is known already.
+    pub fn new(
+        macrocell_ranges: Vec<[f32; 2]>,
+        counts: Vec<u64>,
+        histogram: Option<Histogram>,
+    ) -> Statistics {
         Statistics {
             macrocell_ranges,
             counts,
-            histogram: Mutex::new(None),
+            histogram: Mutex::new(histogram),
         }
+    }
+
+    /// The last one of floats.
+    pub fn histogram(&self) -> Option<Histogram> {
+        let last = self.histogram.lock();
+        last.unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Fills an empty histogram with what stored values mean. Integers have been counted; floats are

@@ -8,6 +8,7 @@
 use std::collections::{HashMap, VecDeque};
 use std::fmt;
 use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
@@ -27,6 +28,9 @@ pub trait Chunks: fmt::Debug + Send + Sync {
     /// The voxels of the chunk at `at`, counted in chunks along x, y and z. They are x fastest, in rows as
     /// long as a chunk is, and as many as lie within the volume at least.
     fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>>;
+
+    /// All files that chunks are read from.
+    fn files(&self) -> Vec<PathBuf>;
 }
 
 /// Puts a run of voxels, as they are decoded, into its place. Returns a measure of what that lost, of
@@ -186,6 +190,10 @@ impl Chunked {
 impl Source for Chunked {
     fn is_random(&self) -> bool {
         true
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        self.chunks.files()
     }
 
     fn cursor(&self) -> Box<dyn Cursor + '_> {

@@ -109,6 +109,7 @@ impl Data {
             Start::FromEnd => metadata.len().saturating_sub(bytes),
         };
         let source = DataFile {
+            path: self.path,
             file,
             version: version(&metadata),
             prefix: String::new(),
@@ -166,6 +167,7 @@ pub fn shape([x, y, z]: [u32; 3], voxel_type: VoxelType) -> String {
 
 #[derive(Debug)]
 struct DataFile {
+    path: PathBuf,
     file: File,
     version: Version,
     /// Stands before what is wrong with a file that the user has not named.
@@ -187,6 +189,10 @@ impl Source for DataFile {
 
     fn is_direct(&self) -> bool {
         self.encoding == Encoding::Raw
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        vec![self.path.clone()]
     }
 
     fn cursor(&self) -> Box<dyn Cursor + '_> {

@@ -1,6 +1,8 @@
 //! Voxels that are in memory already: those of a volume that a program has made, or of a small
 //! compressed file that has been read once.
 
+use std::path::PathBuf;
+
 use super::{Cursor, Source};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
@@ -20,6 +22,10 @@ impl Source for Memory {
 
     fn is_direct(&self) -> bool {
         true
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 
     fn cursor(&self) -> Box<dyn Cursor + '_> {

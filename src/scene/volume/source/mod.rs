@@ -9,6 +9,7 @@ pub mod spool;
 pub mod watched;
 
 use std::fmt;
+use std::path::PathBuf;
 
 use chunked::Chunked;
 
@@ -26,6 +27,9 @@ pub trait Source: fmt::Debug + Send + Sync {
     fn is_direct(&self) -> bool {
         false
     }
+
+    /// All files that voxels are read from; none for voxels in memory.
+    fn files(&self) -> Vec<PathBuf>;
 
     /// A position from which to read. There may be many at once.
     fn cursor(&self) -> Box<dyn Cursor + '_>;

@@ -3,6 +3,7 @@
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::PathBuf;
 
 use super::file::FileAt;
 use super::{Cursor, Source};
@@ -57,6 +58,10 @@ impl Source for Spool {
 
     fn is_direct(&self) -> bool {
         true
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        Vec::new()
     }
 
     fn cursor(&self) -> Box<dyn Cursor + '_> {

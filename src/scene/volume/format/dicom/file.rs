@@ -33,7 +33,7 @@ pub struct Parsing {
 /// A file, and how to find its pixels again.
 #[derive(Debug, Clone)]
 pub struct Place {
-    path: PathBuf,
+    pub path: PathBuf,
     /// The file as seen from the folder that the user has named; empty for a file that the user has named.
     pub name: String,
     pub length: u64,

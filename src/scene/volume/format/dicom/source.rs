@@ -6,6 +6,7 @@
 //! wait for one of them to unpack it.
 
 use std::collections::VecDeque;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use rayon::prelude::*;
@@ -357,6 +358,11 @@ fn write(row: &[f64], voxel_type: VoxelType, bytes: &mut [u8]) {
 impl Source for Slices {
     fn is_random(&self) -> bool {
         true
+    }
+
+    fn files(&self) -> Vec<PathBuf> {
+        let paths = self.images.iter().map(|image| image.place.path.clone());
+        paths.collect()
     }
 
     fn cursor(&self) -> Box<dyn Cursor + '_> {

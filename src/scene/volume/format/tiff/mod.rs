@@ -15,7 +15,7 @@ mod imagej;
 mod ome;
 mod page;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use directory::{Directories, Directory, Tag};
@@ -337,6 +337,18 @@ struct Pages {
 }
 
 impl Chunks for Pages {
+    fn files(&self) -> Vec<PathBuf> {
+        let mut paths: Vec<PathBuf> = Vec::new();
+        for page in &self.pages {
+            let path = page.file.path();
+            // Pages of one file follow one another.
+            if paths.last().is_none_or(|last| last != path) {
+                paths.push(path.to_path_buf());
+            }
+        }
+        paths
+    }
+
     fn decode(&self, [column, row, z]: [u32; 3]) -> Parsed<Vec<u8>> {
         let page = &self.pages[z as usize];
         let decoded = match self.is_alike {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::array::{Array, Shard};
@@ -179,6 +179,10 @@ impl ArrayChunks {
 }
 
 impl Chunks for ArrayChunks {
+    fn files(&self) -> Vec<PathBuf> {
+        files_in(&self.array.folder)
+    }
+
     fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>> {
         let along = self.axes.iter().zip(&self.array.chunk);
         let chunk: Vec<u64> = along
@@ -204,4 +208,20 @@ impl Chunks for ArrayChunks {
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// All files in a folder and in the folders in it.
+fn files_in(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            match entry.file_type() {
+                Ok(kind) if kind.is_dir() => folders.push(entry.path()),
+                _ => files.push(entry.path()),
+            }
+        }
+    }
+    files.sort();
+    files
 }

@@ -1,0 +1,45 @@
+//! Where stores are kept.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::cache_dir::cache_dir;
+use crate::error::{Error, Result};
+use crate::interrupt::is_interrupted;
+use crate::output::progress::copying;
+use crate::scene::volume::{Copying, Stores};
+
+#[derive(Debug, Args)]
+pub struct CacheArgs {
+    /// The folder for copies of compressed volumes that do not fit the GPU, which the next run finds there; by default
+    /// `isolume` in the system's folder for such files.
+    #[arg(long, value_name = "DIR")]
+    cache_dir: Option<PathBuf>,
+}
+
+impl CacheArgs {
+    /// `None` if none is named and the system has none.
+    pub fn folder(&self) -> Option<PathBuf> {
+        self.cache_dir.clone().or_else(cache_dir)
+    }
+
+    /// The stores in it, which tell on stderr how far a copy is, and which an interruption stops.
+    pub fn stores(&self, quiet: bool) -> Option<Stores> {
+        let show = copying(quiet);
+        let tell = move |copy: &Copying<'_>| -> Result<()> {
+            show(copy);
+            match is_interrupted() {
+                true => Err(Error::Interrupted),
+                false => Ok(()),
+            }
+        };
+        self.folder().map(|folder| Stores::new(folder, tell))
+    }
+}
+
+#[derive(Debug, Args)]
+pub struct CleanArgs {
+    #[command(flatten)]
+    pub cache: CacheArgs,
+}

@@ -1,0 +1,153 @@
+//! Copies of volumes that last from one run to the next.
+//!
+//! A volume that streams is read brick by brick, in any order. A file that cannot be read like that (gzip, DICOM, strips of
+//! TIFF) is copied once into a *store*: one file in a folder for such files, with the stored values in chunks that are
+//! compressed each on its own ([`file`]), and with all that takes a walk through the voxels to find out. So a second run
+//! neither walks nor copies. Of a volume that can be read in any order as it is, only the latter is kept.
+//!
+//! A store has its name from the volume's path and from what the user says of it, so that a file that has changed gets its
+//! store replaced. Whether it is the volume's is told by its identity: the lengths and times of modification of all files,
+//! and everything else that decides on a stored value.
+//!
+//! A store is written under a temporary name and gets its own by a rename once it is whole and on the disk ([`write`]). Two
+//! processes that copy one volume at a time write two files, and the later rename replaces a file by its equal. A
+//! temporary file is locked as long as somebody writes it; one without a lock is what a killed process has left.
+
+pub mod clean;
+pub mod file;
+mod layout;
+mod write;
+
+use std::fmt;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use xxhash_rust::xxh3::{xxh3_64, xxh3_128};
+
+use super::format::header::Header;
+use super::overrides::VolumeOverrides;
+use super::parsed::Parsed;
+use super::region::Region;
+use super::settle::Facts;
+use super::source::watched::version;
+use super::voxel_type::Endian;
+use crate::error::Result;
+use file::Known;
+
+/// Raised by whatever changes the bytes of a store or the values in it.
+const FORMAT: u32 = 1;
+/// How the name of a store ends.
+const SUFFIX: &str = ".isolume-store";
+/// How the temporary name of a store begins.
+const PREFIX: &str = ".isolume-store-";
+
+/// The folder of the stores, and who is told how far a copy is.
+#[derive(Clone)]
+pub struct Stores {
+    folder: PathBuf,
+    tell: Arc<Tell>,
+}
+
+/// Is told about a copy at its begin, now and then, and at its end; its error ends the copy.
+pub type Tell = dyn Fn(&Copying) -> Result<()> + Send + Sync;
+
+/// A copy on its way.
+#[derive(Debug, Clone, Copy)]
+pub struct Copying<'a> {
+    /// The file's name, as the user has given it.
+    pub volume: &'a str,
+    pub folder: &'a Path,
+    /// From 0 to 1.
+    pub share: f64,
+}
+
+impl fmt::Debug for Stores {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Stores")
+            .field("folder", &self.folder)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Stores {
+    /// The folder need not exist.
+    pub fn new(
+        folder: PathBuf,
+        tell: impl Fn(&Copying) -> Result<()> + Send + Sync + 'static,
+    ) -> Stores {
+        Stores {
+            folder,
+            tell: Arc::new(tell),
+        }
+    }
+
+    /// The place for a volume. `None` if a file of it cannot be looked at.
+    pub(super) fn place(
+        &self,
+        path: &Path,
+        overrides: &VolumeOverrides,
+        header: &Header,
+        region: Region,
+        is_mirrored: bool,
+    ) -> Option<Place> {
+        let path = path.canonicalize().ok()?;
+        // A voxel's size changes no voxel.
+        let overrides = VolumeOverrides {
+            spacing: None,
+            ..overrides.clone()
+        };
+        let named = format!("{path:?} {overrides:?}");
+        let meaning = (header.dims, header.voxel_type, header.endian);
+        let rescale = (header.slope, header.intercept);
+        let mut identity = format!("{FORMAT} {named} {meaning:?} {rescale:?} {region:?}");
+        let _ = write!(identity, " {is_mirrored} {:?}", Endian::NATIVE);
+        let header_file = path.is_file().then_some(path);
+        for file in header_file.into_iter().chain(header.source.files()) {
+            let version = version(&std::fs::metadata(&file).ok()?);
+            let _ = write!(identity, "\n{file:?} {version:?}");
+        }
+        Some(Place {
+            stores: self.clone(),
+            name: format!("{:016x}", xxh3_64(named.as_bytes())),
+            identity: xxh3_128(identity.as_bytes()),
+            dims: region.dims,
+        })
+    }
+}
+
+/// Where the store of one volume is, or would be.
+#[derive(Debug, Clone)]
+pub struct Place {
+    stores: Stores,
+    name: String,
+    identity: u128,
+    dims: [u32; 3],
+}
+
+impl Place {
+    fn path(&self) -> PathBuf {
+        self.stores.folder.join(self.name.clone() + SUFFIX)
+    }
+
+    /// What the store knows; `None` if there is none of this volume as it is now.
+    ///
+    /// # Errors
+    ///
+    /// There is one, and it is damaged.
+    pub(super) fn find(&self) -> Parsed<Option<Known>> {
+        let path = self.path();
+        match path.is_file() {
+            true => file::open(&path, self.identity, self.dims)
+                .map_err(|fault| format!("its store {} is damaged: {fault}", path.display())),
+            false => Ok(None),
+        }
+    }
+}
+
+/// A place, and what there is to be kept in it beside the volume's statistics.
+#[derive(Debug)]
+pub(super) struct Keeping {
+    pub place: Place,
+    pub facts: Facts,
+}

@@ -1,0 +1,190 @@
+//! What a volume that streams leaves for the next run: nothing that looks finished and is not, nothing that is damaged and
+//! is believed.
+
+use std::fs::File;
+use std::io::Write;
+use std::process::{Child, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use crate::{Folder, ended, text};
+
+/// Voxels along x, y and z: more than are kept in memory of a compressed file.
+const DIMS: [usize; 3] = [256, 256, 260];
+const RENDER: &str =
+    "render ball.toml --spp 1 --variant non-caching --set volume.path=\"v.nrrd\" --cache-dir c";
+const STREAMED: &str = "--vram-budget 12MiB";
+
+/// It holds a ball of 16 bits in a file that can only be read from front to back.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    write_volume(&folder, 9000.0);
+    folder
+}
+
+fn write_volume(folder: &Folder, inside: f64) {
+    let [x, y, z] = DIMS;
+    let header = format!(
+        "NRRD0004\ntype: uint16\ndimension: 3\nsizes: {x} {y} {z}\nendian: little\nspacings: 0.1 0.1 0.1\n\
+         encoding: gzip\n\n"
+    );
+    let mut file = File::create(folder.path("v.nrrd")).expect("a file");
+    file.write_all(header.as_bytes()).expect("a header");
+    let mut file = GzEncoder::new(file, Compression::fast());
+    let mut slice = Vec::new();
+    for k in 0..z {
+        slice.clear();
+        for (j, i) in (0..y).flat_map(|j| (0..x).map(move |i| (j, i))) {
+            let [dx, dy, dz] = [i as f64 - 127.5, j as f64 - 127.5, k as f64 - 130.5];
+            let distance = (dx * dx + dy * dy + dz * dz).sqrt();
+            let grain = ((i * 7 + j * 13 + k * 29) % 16) as f64;
+            let value = (inside - 70.0 * distance).max(0.0) / 50.0 + grain;
+            slice.extend_from_slice(&(value as u16).to_le_bytes());
+        }
+        file.write_all(&slice).expect("a slice");
+    }
+    file.finish().expect("voxels");
+}
+
+/// Renders in bricks. Returns what it said.
+#[track_caller]
+fn render(folder: &Folder, picture: &str) -> String {
+    let output = folder.succeed(&format!("{RENDER} {STREAMED} -o {picture}"));
+    text(&output.stderr).to_string()
+}
+
+#[test]
+fn the_next_run_copies_nothing() {
+    let folder = folder();
+    folder.succeed(&format!("{RENDER} -o whole.exr"));
+    assert!(!folder.path("c").exists());
+    let mut first = folder.isolume(&format!("{RENDER} {STREAMED} -o a.exr"));
+    let beside = first.stderr(Stdio::null()).spawn().expect("the program");
+    assert!(render(&folder, "b.exr").contains("copying v.nrrd to c"));
+    assert!(wait(beside).success());
+    assert!(!render(&folder, "d.exr").contains("copying"));
+    for picture in ["a.exr", "b.exr", "d.exr"] {
+        assert!(
+            folder.read(picture) == folder.read("whole.exr"),
+            "{picture}"
+        );
+    }
+    assert_eq!(folder.names_in("c").len(), 1);
+
+    write_volume(&folder, 8000.0);
+    assert!(render(&folder, "e.exr").contains("copying"));
+    assert!(folder.read("e.exr") != folder.read("a.exr"));
+    folder.write("c/mine.txt", b"mine");
+    let cleaned = folder.succeed("clean --cache-dir c");
+    let said = text(&cleaned.stdout);
+    assert!(said.starts_with("1 store was removed from c, "), "{said}");
+    assert_eq!(folder.names_in("c"), ["mine.txt"]);
+}
+
+#[test]
+fn a_copy_that_is_ended_leaves_nothing_that_looks_finished() {
+    let folder = folder();
+    for pause in [0, 20, 60] {
+        let mut child = copying(&folder);
+        sleep(Duration::from_millis(pause));
+        child.kill().expect("a process");
+        wait(child);
+        assert!(
+            folder
+                .names_in("c")
+                .iter()
+                .all(|name| name.starts_with('.'))
+        );
+    }
+    #[cfg(unix)]
+    {
+        let child = copying(&folder);
+        let pid = child.id().to_string();
+        let sent = std::process::Command::new("kill").arg(&pid).status();
+        assert!(sent.expect("kill").success());
+        assert_eq!(wait(child).code(), Some(143));
+        assert_eq!(folder.names_in("c"), [""; 0]);
+    }
+    render(&folder, "a.exr");
+    folder.succeed(&format!("{RENDER} -o whole.exr"));
+    assert!(folder.read("a.exr") == folder.read("whole.exr"));
+    assert_eq!(folder.names_in("c").len(), 1);
+}
+
+/// A process that is about to copy, as its temporary file shows.
+fn copying(folder: &Folder) -> Child {
+    let mut command = folder.isolume(&format!("{RENDER} {STREAMED} -o a.exr"));
+    // Validation takes long to end.
+    let command = command.env_remove("ISOLUME_VALIDATION");
+    let before = names(folder);
+    let child = command.stderr(Stdio::null()).spawn().expect("the program");
+    let began = Instant::now();
+    while names(folder).iter().all(|name| before.contains(name)) {
+        assert!(began.elapsed() < Duration::from_secs(60), "it never copies");
+        sleep(Duration::from_millis(1));
+    }
+    child
+}
+
+fn names(folder: &Folder) -> Vec<String> {
+    match folder.path("c").exists() {
+        true => folder.names_in("c"),
+        false => Vec::new(),
+    }
+}
+
+fn wait(mut child: Child) -> std::process::ExitStatus {
+    child.wait().expect("an exit status")
+}
+
+#[test]
+fn damage_is_found() {
+    let folder = folder();
+    render(&folder, "a.exr");
+    let store = format!("c/{}", folder.names_in("c")[0]);
+    let whole = folder.read(&store);
+
+    let mut damaged = whole.clone();
+    let middle = whole.len() / 4..whole.len() * 3 / 4;
+    damaged[middle]
+        .iter_mut()
+        .step_by(64)
+        .for_each(|byte| *byte ^= 1);
+    folder.write(&store, &damaged);
+    let output = ended(&mut folder.isolume(&format!("{RENDER} {STREAMED} -o b.exr")));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(
+        said.contains(&store) && said.contains("checksum") && said.contains("isolume clean"),
+        "{said}"
+    );
+    assert!(!folder.path("b.exr").exists());
+
+    // Before a picture is begun, a store can still be made anew.
+    folder.write(&store, &whole[..whole.len() - 5]);
+    let said = render(&folder, "b.exr");
+    assert!(
+        said.contains("is damaged") && said.contains("copying"),
+        "{said}"
+    );
+    assert!(folder.read("a.exr") == folder.read("b.exr"));
+    assert!(folder.read(&store) == whole);
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_is_named() {
+    let folder = folder();
+    folder.write("c", b"a file where the folder should be");
+    let output = ended(&mut folder.isolume(&format!("{RENDER} {STREAMED} -o a.exr")));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    let last = said.lines().last().expect("a sentence");
+    assert!(
+        last.contains("cannot be written in c:") && last.contains("--cache-dir"),
+        "{said}"
+    );
+    assert!(!folder.path("a.exr").exists());
+}
