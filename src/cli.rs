@@ -8,6 +8,8 @@
 mod bench;
 mod cache;
 mod values;
+#[cfg(feature = "window")]
+mod view;
 
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -21,9 +23,11 @@ use crate::scene::{Edit, Variant};
 pub use bench::{BenchArgs, BenchVariant};
 pub use cache::{CacheArgs, CleanArgs};
 use values::{
-    cache_format, cache_scale, device, exr, extent, finite, iso, limit, picture, positive, samples,
+    cache_format, cache_scale, device, exr, finite, iso, limit, picture, positive, samples,
     seconds, size, variant, view, word,
 };
+#[cfg(feature = "window")]
+pub use view::ViewArgs;
 
 /// Renders scientific and medical volumes: global illumination and sharp isosurfaces, on Vulkan.
 #[derive(Debug, Parser)]
@@ -175,36 +179,6 @@ pub struct RenderArgs {
     pub profile: Option<PathBuf>,
 
     /// No progress and no notes; errors only.
-    #[arg(long)]
-    pub quiet: bool,
-}
-
-#[cfg(feature = "window")]
-#[derive(Debug, Args)]
-pub struct ViewArgs {
-    #[command(flatten)]
-    pub scene: SceneArgs,
-
-    /// The window's size when it opens.
-    #[arg(long, value_name = "WxH", default_value = "1280x800", value_parser = extent)]
-    pub window: [u32; 2],
-
-    /// Refine a picture at rest by at most so many samples per pixel.
-    #[arg(long, value_name = "N", default_value = "1024")]
-    pub spp: NonZeroU32,
-
-    /// Seed of the random numbers.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u32,
-
-    #[command(flatten)]
-    pub gpu: GpuArgs,
-
-    /// Write statistics of the session as JSON when the window closes.
-    #[arg(long, value_name = "FILE.json")]
-    pub stats: Option<PathBuf>,
-
-    /// Say nothing on stderr; errors only.
     #[arg(long)]
     pub quiet: bool,
 }

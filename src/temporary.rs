@@ -13,6 +13,7 @@ use tempfile::NamedTempFile;
 static NAMES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Removes all files that are still under temporary names. Nobody writes any more from then on: the process has to end.
+#[cfg(feature = "cli")]
 pub fn remove_all() {
     let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
     for name in names.iter() {
