@@ -110,9 +110,10 @@ Medium mean_medium(Classified a, Classified b) {
     vec4 mean = mean_of_line(a.color, b.color);
     float range = b.value - a.value;
     if (!is_linear && a.point != b.point && abs(range) > LEAST_SHARE * max(a.area.a, b.area.a)) {
-        mean = (b.area - a.area) / range;
+        mean = clamp((b.area - a.area) / range, 0.0, 1.0); // rounding may leave the range
     }
-    return Medium(scene.density * mean.a, has_one_color ? scene.color : mean.rgb / max(mean.a, 1e-30));
+    vec3 albedo = has_one_color ? scene.color : min(mean.rgb / max(mean.a, 1e-30), 1.0);
+    return Medium(scene.density * mean.a, albedo);
 }
 
 Medium medium_at(vec3 g) {
