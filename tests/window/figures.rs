@@ -60,12 +60,12 @@ fn figures_at_rest() {
     println!("a finished picture: {idle:.2} s of CPU time in 2 s");
     let [x, y] = MIDDLE;
     display.holding_button(1, MIDDLE, || {
-        for step in 1..=5 {
+        for turn in [60, 0, -60, 0, 60] {
             // What came before, the press too, has been seen, and the words over the picture have changed.
             std::thread::sleep(Duration::from_millis(500));
             let before = display.shoot(window);
             let began = Instant::now();
-            display.point([x + 20 * step, y]);
+            display.point([x + turn, y]);
             while display.shoot(window).difference(&before, &PICTURE) < 0.01 {
                 assert!(
                     began.elapsed() < Duration::from_secs(5),
