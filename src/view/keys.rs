@@ -18,6 +18,8 @@ pub enum Wish {
     Panels,
     Undo,
     Redo,
+    /// Another of the volumes that the open folder holds.
+    Series(u32),
 }
 
 struct Binding {

@@ -13,7 +13,7 @@ use super::document::Document;
 use super::live::{Live, Order};
 use crate::error::{Error, Result};
 use crate::scene::preset::Preset;
-use crate::scene::volume::{Reading, Stores, Volume};
+use crate::scene::volume::{Preview, Reading, Stores, Volume};
 use crate::scene::{Edit, open};
 
 /// Bins of the transfer function's histogram.
@@ -113,6 +113,13 @@ pub fn open_document(
             opened,
         })
     });
+    load
+}
+
+/// Looks which volumes a folder or file holds.
+pub fn list_series(path: PathBuf, proxy: &EventLoopProxy<()>) -> Load<Vec<Preview>> {
+    let what = "Listing the series".into();
+    let (load, _) = Load::begin(what, proxy, None, move || Volume::previews(&path));
     load
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::app::App;
 use super::document::Document;
-use super::load::{Load, open_document};
+use super::load::{Load, list_series, open_document};
 use super::session::Session;
 use super::watch::Watch;
 use crate::error::Result;
@@ -14,6 +14,7 @@ use crate::scene::{Edit, Scene, is_scene, resolve};
 
 impl App<'_> {
     pub(super) fn take_opened(&mut self) -> Result<()> {
+        self.take_listed();
         let Some(result) = self.opening.as_ref().and_then(Load::result) else {
             return Ok(());
         };
@@ -26,15 +27,40 @@ impl App<'_> {
                 }
                 self.watch = is_scene(&document.path).then(|| Watch::new(&document.path));
                 self.set_title(&document);
-                // The renderer of the scene before has to make room.
-                self.session = None;
-                self.session = Some(Session::new(document));
+                let listing = (!is_scene(&document.path))
+                    .then(|| list_series(document.path.clone(), &self.proxy));
+                // The renderer of the scene before has to make room. Its list stays until the same folder's
+                // new one is there, so that nothing jumps when somebody picks from it.
+                let before = self.session.take();
+                let before = before.filter(|b| b.document.path == document.path);
+                let series = before.map(|b| b.series).unwrap_or_default();
+                let mut session = Session::new(document);
+                session.listing = listing;
+                session.series = series;
+                self.session = Some(session);
                 self.message = None;
             }
             Err(error) if self.session.is_some() => self.complain(error),
             Err(error) => return Err(error),
         }
         Ok(())
+    }
+
+    fn take_listed(&mut self) {
+        let Some(session) = &mut self.session else {
+            return;
+        };
+        let Some(result) = session.listing.as_ref().and_then(Load::result) else {
+            return;
+        };
+        session.listing = None;
+        match result {
+            Ok(series) => {
+                session.series = series;
+                self.interface_due = Some(Instant::now());
+            }
+            Err(error) => self.complain(error),
+        }
     }
 
     fn set_title(&self, document: &Document) {
@@ -89,6 +115,22 @@ impl App<'_> {
 
     pub(super) fn open(&mut self, path: PathBuf) {
         let edits = self.edits_of(&path);
+        self.open_edited(path, edits);
+    }
+
+    /// Opens another of the volumes that the open folder holds.
+    pub(super) fn open_series(&mut self, number: u32) {
+        let Some(session) = &self.session else {
+            return;
+        };
+        let path = session.document.path.clone();
+        let mut edits = self.edits_of(&path);
+        let flag = format!("series {number}");
+        edits.push(Edit::set(flag, "volume.series", i64::from(number).into()));
+        self.open_edited(path, edits);
+    }
+
+    fn open_edited(&mut self, path: PathBuf, edits: Vec<Edit>) {
         let preset = self.args.scene.preset;
         let stores = self.args.scene.cache.stores(self.args.quiet);
         self.opening = Some(open_document(path, preset, edits, stores, &self.proxy));

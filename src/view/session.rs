@@ -12,6 +12,7 @@ use super::report::Report;
 use super::stage::Stage;
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
+use crate::scene::volume::Preview;
 use crate::scene::{Camera, Scene, SceneFile, describe};
 
 pub struct Session {
@@ -22,6 +23,10 @@ pub struct Session {
     pub scene: Scene,
     pub live: Option<Live>,
     pub building: Option<Load<Live>>,
+    /// The list of `series`, on its way.
+    pub listing: Option<Load<Vec<Preview>>>,
+    /// What the document's folder holds, where that is several volumes.
+    pub series: Vec<Preview>,
     pub history: History,
     /// Where the camera begins.
     pub home: Camera,
@@ -53,6 +58,8 @@ impl Session {
             document: Arc::new(document),
             live: None,
             building: None,
+            listing: None,
+            series: Vec::new(),
             shown: None,
             chosen: Chosen::default(),
         }

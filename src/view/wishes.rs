@@ -32,6 +32,7 @@ impl App<'_> {
             Wish::Memory => self.hud.shows_memory ^= true,
             Wish::Help => self.hud.shows_help ^= true,
             Wish::Panels => self.shows_panels ^= true,
+            Wish::Series(number) => self.open_series(number),
             Wish::FullScreen => self.toggle_full_screen(),
             _ => {}
         }

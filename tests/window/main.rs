@@ -1,6 +1,10 @@
 //! The window from outside: the real program on a display of its own, steered by mouse and keys and
 //! judged by what it shows. Vulkan's validation layers watch.
 
+#[path = "../support/dicom_files.rs"]
+mod dicom_files;
+#[path = "../support/dicom_scan.rs"]
+mod dicom_scan;
 #[path = "../support/folder.rs"]
 mod folder;
 
@@ -8,6 +12,7 @@ mod display;
 mod figures;
 mod files;
 mod program;
+mod series;
 
 use std::time::Duration;
 

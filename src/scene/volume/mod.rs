@@ -23,6 +23,7 @@ mod statistics;
 mod storage;
 mod store;
 mod stored;
+mod thumbnail;
 mod voxel_type;
 
 use std::borrow::Cow;
@@ -37,7 +38,7 @@ pub use orientation::{Anatomical, Axes};
 pub use overrides::{Pick, VolumeOverrides};
 pub use reading::Reading;
 pub use region::Region;
-pub use series::Series;
+pub use series::{Preview, Series};
 use source::Source;
 use source::spool::Spool;
 use statistics::Statistics;
@@ -48,6 +49,7 @@ use store::file::Known;
 pub use store::{Copying, Stores};
 use stored::Conversion;
 pub use stored::{StoredType, Voxels};
+pub use thumbnail::Thumbnail;
 pub use voxel_type::{Endian, VoxelType};
 
 /// Copied at a time from a source that is read from front to back.

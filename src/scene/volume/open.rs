@@ -13,7 +13,7 @@ use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
 use super::reading::Reading;
 use super::region::Region;
-use super::series::Series;
+use super::series::{Preview, Series};
 use super::settle::settle;
 use super::source::memory::Memory;
 use super::statistics::Statistics;
@@ -59,6 +59,17 @@ impl Volume {
     pub fn series(path: &Path) -> Result<Vec<Series>> {
         let name = path.display().to_string();
         format::series(path).map_err(|fault| Error::input(format!("{name}: {fault}")))
+    }
+
+    /// The same volumes with pictures of their middle slices, for somebody to choose from; none where there is
+    /// only one. It reads all headers and one slice of each volume.
+    ///
+    /// # Errors
+    ///
+    /// The folder or file can no longer be read.
+    pub fn previews(path: &Path) -> Result<Vec<Preview>> {
+        let name = path.display().to_string();
+        format::previews(path).map_err(|fault| Error::input(format!("{name}: {fault}")))
     }
 
     /// A volume made in memory; its values are the voxels as they are.

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use super::thumbnail::Thumbnail;
+
 /// One of them, as its headers describe it. Field names are a contract with scripts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
@@ -18,4 +20,12 @@ pub struct Series {
     pub spacing: [f64; 3],
     /// What is done to load it, or why it cannot be: one sentence each.
     pub notes: Vec<String>,
+}
+
+/// One of them as a list in a window shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Preview {
+    pub series: Series,
+    /// Of the middle slice; `None` where that cannot be decoded.
+    pub thumbnail: Option<Thumbnail>,
 }

@@ -5,6 +5,7 @@ mod lights;
 mod medium;
 mod presets;
 pub mod render;
+mod series;
 mod surfaces;
 mod transfer;
 
@@ -29,6 +30,11 @@ pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Wish> {
         ScrollArea::vertical().show(ui, |ui| {
             ui.spacing_mut().slider_width = RAIL;
             ui.spacing_mut().item_spacing.x = 6.0;
+            if session.series.len() > 1 {
+                section(ui, "Series", true, |ui| {
+                    wishes.extend(series::show(ui, session));
+                });
+            }
             section(ui, "Presets", false, |ui| presets::show(ui, session));
             section(ui, "Transfer function", true, |ui| {
                 transfer::show(ui, session)

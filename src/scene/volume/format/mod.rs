@@ -18,7 +18,7 @@ use std::path::Path;
 
 use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
-use super::series::Series;
+use super::series::{Preview, Series};
 use header::Header;
 
 enum Read {
@@ -26,10 +26,11 @@ enum Read {
     Described(fn(&Path) -> Parsed<Header>),
     /// It may hold several volumes, of which the user picks one.
     Several(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
-    /// The same, and the second function lists them.
+    /// The same; the second function lists them, and the third does so with pictures.
     Listed(
         fn(&Path, &VolumeOverrides) -> Parsed<Header>,
         fn(&Path) -> Parsed<Vec<Series>>,
+        fn(&Path) -> Parsed<Vec<Preview>>,
     ),
     /// The user says what its voxels are.
     Bare(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
@@ -40,7 +41,7 @@ enum Read {
 use Read::*;
 
 /// Its files have any name.
-const DICOM: (&str, Read) = ("DICOM", Listed(dicom::read, dicom::series));
+const DICOM: (&str, Read) = ("DICOM", Listed(dicom::read, dicom::series, dicom::previews));
 
 /// Each with the ends of its files' names, in lower case.
 const FORMATS: [(&str, &[&str], Read); 8] = [
@@ -80,14 +81,11 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
                 .into(),
         );
     }
-    let (name, read) = match path.is_dir() {
-        true => folder(path)?,
-        false => file(path)?,
-    };
+    let (name, read) = told(path)?;
     check_keys(read, overrides)?;
     let header = match read {
         Described(read) => read(path),
-        Several(read) | Listed(read, _) | Bare(read) => read(path, overrides),
+        Several(read) | Listed(read, ..) | Bare(read) => read(path, overrides),
         Refused(why) => Err(why.to_string()),
     };
     header.map(|mut header| {
@@ -98,13 +96,24 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
 
 /// The volumes in a file or folder whose format may hold several; none for other formats.
 pub(super) fn series(path: &Path) -> Parsed<Vec<Series>> {
-    let (_, read) = match path.is_dir() {
-        true => folder(path)?,
-        false => file(path)?,
-    };
-    match read {
-        Listed(_, series) => series(path),
+    match told(path)?.1 {
+        Listed(_, series, _) => series(path),
         _ => Ok(Vec::new()),
+    }
+}
+
+/// The volumes with pictures, where there are several to choose from.
+pub(super) fn previews(path: &Path) -> Parsed<Vec<Preview>> {
+    match told(path)?.1 {
+        Listed(_, _, previews) => previews(path),
+        _ => Ok(Vec::new()),
+    }
+}
+
+fn told(path: &Path) -> Parsed<(&'static str, &'static Read)> {
+    match path.is_dir() {
+        true => folder(path),
+        false => file(path),
     }
 }
 

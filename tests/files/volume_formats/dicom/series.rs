@@ -4,7 +4,7 @@ use isolume::scene::volume::{Pick, Volume, VolumeOverrides};
 
 use super::{folder, has, hounsfield, plain, refused, values};
 use crate::dicom_files::Syntax;
-use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan};
+use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan, stored};
 
 /// A large volume, a small one of another series, and one of the same series with another acquisition.
 fn several() -> tempfile::TempDir {
@@ -125,4 +125,47 @@ fn files_that_cannot_be_read_are_named() {
         &volume.notes,
         "1 file that cannot be read: broken (ends at byte 300, inside its header",
     );
+}
+
+#[test]
+fn previews_show_the_middle_slice_of_each_and_need_no_other() {
+    let folder = several();
+    // In the order of their places the middle one of the largest volume is the third.
+    let middle = folder.path().join("b2");
+    for n in [0, 1, 3, 4] {
+        let name = folder.path().join(format!("b{n}"));
+        let mut bytes = std::fs::read(&name).unwrap();
+        let pixels = bytes.len() - 2 * COLUMNS * ROWS;
+        bytes[pixels..].fill(0);
+        std::fs::write(name, bytes).unwrap();
+    }
+    let previews = Volume::previews(folder.path()).unwrap();
+    let listed: Vec<_> = previews.iter().map(|p| p.series.clone()).collect();
+    assert_eq!(listed, Volume::series(folder.path()).unwrap());
+    let thumbnail = previews[0].thumbnail.as_ref().unwrap();
+    // 16 pixels of 0.5 mm beside 12 of 0.75 mm.
+    assert_eq!(thumbnail.size, [43, 48]);
+    let row = |y: usize| (0..COLUMNS).map(move |x| stored(x, y, 2));
+    let all: Vec<u16> = (0..ROWS).flat_map(row).collect();
+    let brightest = all.iter().zip(0..).max().unwrap().1;
+    let [x, y] = [brightest % COLUMNS, brightest / COLUMNS];
+    let at = |x: usize, y: usize| (4 * y + 2) * 43 + (x * 43 + 21) / COLUMNS;
+    assert_eq!(thumbnail.levels[at(x, y)], 255);
+    let darkest = all.iter().zip(0..).min().unwrap().1;
+    assert_eq!(
+        thumbnail.levels[at(darkest % COLUMNS, darkest / COLUMNS)],
+        0
+    );
+
+    std::fs::write(&middle, &std::fs::read(&middle).unwrap()[..900]).unwrap();
+    let previews = Volume::previews(folder.path()).unwrap();
+    assert_eq!(previews.len(), 3);
+    assert!(previews[2].thumbnail.is_some());
+}
+
+#[test]
+fn one_volume_has_nothing_to_choose_from() {
+    let folder = folder();
+    Scan::ct().write(folder.path(), Syntax::Explicit, |n| format!("I{n}"));
+    assert_eq!(Volume::previews(folder.path()).unwrap(), []);
 }

@@ -20,7 +20,7 @@ pub enum Content {
     Other(Other),
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Image {
     pub place: Place,
     pub transfer: TransferSyntax,

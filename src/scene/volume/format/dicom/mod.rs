@@ -25,6 +25,7 @@ mod stack;
 mod stream;
 mod syntax;
 mod tags;
+mod thumbnail;
 mod unpack;
 mod values;
 mod vector;
@@ -33,7 +34,7 @@ use std::path::Path;
 
 use crate::scene::volume::overrides::{Pick, VolumeOverrides};
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::series::Series;
+use crate::scene::volume::series::{Preview, Series};
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::Endian;
 
@@ -41,9 +42,10 @@ use super::header::{About, Header};
 use find::{Found, find};
 use frame::Frame;
 use image::Image;
-use series::{Group, frame, group};
+use series::{At, Group, frame, group};
 use source::Slices;
 use stack::Stack;
+use thumbnail::thumbnail;
 use values::Values;
 
 /// Other volumes in one message.
@@ -117,37 +119,61 @@ pub fn series(path: &Path) -> Parsed<Vec<Series>> {
     if groups.is_empty() {
         return Err(found.nothing());
     }
-    let describe = |(n, group): (usize, &Group)| {
-        let image = &found.images[group.frames[0].image];
-        let mut series = Series {
-            number: n as u32 + 1,
-            uid: image.series_uid.clone(),
-            description: image.description.clone(),
-            modality: image.modality.clone(),
-            slices: group.frames.len() as u32,
-            dims: [image.columns, image.rows, group.frames.len() as u32],
-            spacing: [1.0; 3],
-            notes: Vec::new(),
-        };
-        let damaged = group.frames.iter().map(|at| &found.images[at.image]);
-        let damage = damaged.filter_map(|image| {
-            let damage = image.damage.as_ref()?;
-            Some(image.named(damage))
-        });
-        series.notes.extend(damage.take(1));
-        match Stack::new(&found.images, group) {
-            Ok(stack) => {
-                series.dims = stack.dims;
-                series.spacing = stack.spacing;
-                series.slices = stack.frames.len() as u32;
-                series.notes.extend(stack.notes);
-                series.notes.extend(stack.gaps);
-            }
-            Err(fault) => series.notes.push(fault),
+    let numbered = groups.iter().zip(1..);
+    let described = numbered.map(|(group, number)| describe(&found.images, group, number).0);
+    Ok(described.collect())
+}
+
+/// The same with pictures, where there are several to choose from; none where there is one.
+pub fn previews(path: &Path) -> Parsed<Vec<Preview>> {
+    let found = find(path)?;
+    let groups = group(&found.images);
+    if groups.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let preview = |(group, number)| {
+        let (series, frames) = describe(&found.images, group, number);
+        Preview {
+            series,
+            thumbnail: thumbnail(&found.images, &frames).ok(),
         }
-        series
     };
-    Ok(groups.iter().enumerate().map(describe).collect())
+    Ok(groups.iter().zip(1..).map(preview).collect())
+}
+
+/// A volume as its headers describe it, and its frames, in their order if they have one.
+fn describe(images: &[Image], group: &Group, number: u32) -> (Series, Vec<At>) {
+    let image = &images[group.frames[0].image];
+    let mut series = Series {
+        number,
+        uid: image.series_uid.clone(),
+        description: image.description.clone(),
+        modality: image.modality.clone(),
+        slices: group.frames.len() as u32,
+        dims: [image.columns, image.rows, group.frames.len() as u32],
+        spacing: [1.0; 3],
+        notes: Vec::new(),
+    };
+    let damaged = group.frames.iter().map(|at| &images[at.image]);
+    let damage = damaged.filter_map(|image| {
+        let damage = image.damage.as_ref()?;
+        Some(image.named(damage))
+    });
+    series.notes.extend(damage.take(1));
+    match Stack::new(images, group) {
+        Ok(stack) => {
+            series.dims = stack.dims;
+            series.spacing = stack.spacing;
+            series.slices = stack.frames.len() as u32;
+            series.notes.extend(stack.notes);
+            series.notes.extend(stack.gaps);
+            (series, stack.frames)
+        }
+        Err(fault) => {
+            series.notes.push(fault);
+            (series, group.frames.clone())
+        }
+    }
 }
 
 /// A refusal of a volume with gaps: slices may be missing because their files are damaged.

@@ -301,7 +301,8 @@ impl Slices {
     }
 }
 
-fn add(numbers: &[u8], voxel_type: VoxelType, weight: f64, sums: &mut [f64]) {
+/// Adds numbers, times a weight, to sums.
+pub fn add(numbers: &[u8], voxel_type: VoxelType, weight: f64, sums: &mut [f64]) {
     fn each<const N: usize>(
         numbers: &[u8],
         weight: f64,

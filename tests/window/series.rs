@@ -1,0 +1,107 @@
+//! A folder with several volumes: the largest is shown, and the others are picked from a list.
+
+use std::path::Path;
+use std::time::Duration;
+
+use crate::dicom_files::Syntax;
+use crate::dicom_scan::{SECRET, Scan, Slice};
+use crate::display::{Area, Display, Shot};
+use crate::folder::Folder;
+use crate::program::Program;
+
+/// Pixels along a side of a slice.
+const SIDE: usize = 64;
+const WINDOW: [usize; 2] = [640, 480];
+/// Where the first thumbnail and the second are, without their borders.
+const THUMBNAILS: [Area; 2] = [[400..436, 64..100], [400..436, 122..158]];
+
+/// A ball in a CT of so many slices, or a ring in an MR.
+fn scan(slices: usize, is_ring: bool) -> Scan {
+    let middle = (SIDE as f64 - 1.0) / 2.0;
+    let value = |x: usize, y: usize, z: usize| {
+        let along = (z as f64 - (slices as f64 - 1.0) / 2.0) * SIDE as f64 / slices as f64;
+        let across = (x as f64 - middle).hypot(y as f64 - middle);
+        let from_middle = across.hypot(along);
+        let distance = match is_ring {
+            true => (across - 20.0).abs() * 3.0,
+            false => from_middle,
+        };
+        (3000.0 - 100.0 * distance).max(0.0) as u16
+    };
+    let slice = |z| Slice {
+        position: [0.0, 0.0, z as f64],
+        words: (0..SIDE * SIDE)
+            .map(|n| value(n % SIDE, n / SIDE, z))
+            .collect(),
+        slope: 1.0,
+        intercept: -1024.0,
+    };
+    let scan = Scan {
+        slices: (0..slices).map(slice).collect(),
+        columns: SIDE,
+        ..Scan::ct()
+    };
+    match is_ring {
+        false => scan,
+        true => scan.with_names().with(|common| {
+            common
+                .text((0x20, 0x0e), "UI", "1.2.3.4.2")
+                .text((8, 0x60), "CS", "MR")
+        }),
+    }
+}
+
+fn write(folder: &Path) {
+    std::fs::create_dir(folder).expect("a folder");
+    scan(40, false).write(folder, Syntax::Explicit, |n| format!("a{n}"));
+    scan(24, true).write(folder, Syntax::RunLength, |n| format!("b{n}"));
+}
+
+/// How much of an area is nearly white.
+fn bright(shot: &Shot, [columns, rows]: &Area) -> f64 {
+    let all = rows
+        .clone()
+        .flat_map(|y| columns.clone().map(move |x| (x, y)));
+    let bright = all.filter(|(x, y)| shot.at(*x, *y).iter().all(|c| *c > 200));
+    bright.count() as f64 / (columns.len() * rows.len()) as f64
+}
+
+#[test]
+fn a_dropped_folder_lists_its_series_and_a_click_opens_one() {
+    let folder = Folder::new();
+    let display = Display::new();
+    let path = folder.path("study");
+    write(&path);
+    let mut program = Program::start(&mut folder.window(&display, "scene.toml --spp 1", WINDOW));
+    let window = display.window();
+    program.wait_for("showing");
+    display.drop_file(window, &path);
+    program.wait_for("note: there are 2 volumes; this is number 1, CT, 40 slices");
+    program.wait_for("showing");
+    // The list comes in its own time.
+    let has_list = |shot: &Shot| {
+        let shares = THUMBNAILS.each_ref().map(|area| bright(shot, area));
+        shares.iter().all(|share| (0.02..0.9).contains(share))
+    };
+    let shots = std::iter::repeat_with(|| {
+        std::thread::sleep(Duration::from_millis(500));
+        display.shoot(window)
+    });
+    let listed = shots.take(60).find(has_list);
+    listed.expect("two thumbnails").save("window_series.png");
+
+    display.point([500, 140]);
+    display.click(1);
+    program.wait_for("note: there are 2 volumes; this is number 2, MR, 24 slices");
+    program.wait_for("showing");
+
+    // A scene that is saved has the choice in it.
+    display.strike(&['s' as u32]);
+    program.wait_for("saved study.1.toml");
+    let saved = String::from_utf8(folder.read("study.1.toml")).expect("UTF-8");
+    assert!(saved.contains("series = 2"), "{saved}");
+    let said = program.said().concat();
+    assert!(!said.contains(SECRET), "{said}");
+    display.close(window);
+    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+}
