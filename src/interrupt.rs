@@ -66,6 +66,7 @@ pub fn run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
         stop,
         interrupt: &INTERRUPTED,
         progress,
+        waits: false,
         between: None,
     }
 }

@@ -30,6 +30,8 @@ pub struct Run<'a> {
     /// Whoever raises it ends the render at the end of the dispatch under way.
     pub interrupt: &'a AtomicBool,
     pub progress: &'a mut dyn FnMut(Progress),
+    /// Waits for the first picture, however late it is; otherwise a time that is too short for one is an error.
+    pub waits: bool,
     /// Called after each batch of paths and each unit of samples, when one could go on later from what there is.
     pub between: Option<Between<'a>>,
 }
@@ -70,6 +72,7 @@ impl Engine {
             stop,
             interrupt: &never,
             progress: &mut |_| {},
+            waits: false,
             between: None,
         };
         let watch = Stopwatch::started();
@@ -84,16 +87,17 @@ impl Engine {
             .renderer
             .cache()
             .map_or(Duration::ZERO, |cache| cache.took);
-        let until = Until {
-            interrupt: run.interrupt,
-            deadline: run
-                .stop
-                .time
-                .map(|time| Instant::now() + time.saturating_sub(spent)),
-        };
+        let deadline = run
+            .stop
+            .time
+            .map(|time| Instant::now() + time.saturating_sub(spent));
         while let Some(samples) = self.next_batch(&run.stop, pictures)
             && let Some(mut caching) = self.renderer.caching()
         {
+            let until = Until {
+                interrupt: run.interrupt,
+                deadline: deadline.filter(|_| !run.waits || caching.updates() > 0),
+            };
             if !caching.batch(samples, until)? {
                 return Ok(false);
             }
@@ -187,6 +191,7 @@ impl Engine {
     fn until<'a>(&self, run: &Run<'a>, done: &Done, watch: &Stopwatch) -> Until<'a> {
         let is_first = done.units == 0;
         let time = match (run.stop.time, self.renderer.cache()) {
+            _ if is_first && run.waits => None,
             // Without light there is no picture, however long one waits.
             (Some(time), Some(cache)) if cache.updates == 0 => Some(time),
             (Some(time), _) if is_first => Some(time + time.max(LEAST_DELAY)),

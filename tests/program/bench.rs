@@ -123,6 +123,21 @@ fn check_settings(settings: &[Value]) {
     assert!(bytes[0] > bytes[1] && bytes[2..].is_sorted_by(|a, b| a >= b));
 }
 
+/// Neither a reference nor a cache's first batch has come then.
+#[test]
+fn a_picture_that_is_not_there_in_time_is_late() {
+    let folder = Folder::new();
+    folder.succeed(&format!(
+        "{BENCH} --variants non-caching,caching:1:f16 --seconds 0.0001"
+    ));
+    let report = folder.json("report/report.json");
+    for run in list(&report["subjects"][0]["runs"]) {
+        let point = &run["points"][0];
+        assert!(number(&point["seconds"]) > 0.0001, "{point:#}");
+        assert!(number(&point["samples"]) >= 1.0, "{point:#}");
+    }
+}
+
 #[test]
 fn a_reference_can_be_given_and_shading_models_compared() {
     let folder = Folder::new();

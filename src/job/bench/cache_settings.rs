@@ -4,15 +4,15 @@
 
 use std::time::Duration;
 
-use super::Bench;
 use super::entrants::{Entrant, Subject};
 use super::report::{CacheSetting, RunReport};
 use super::run::voxels;
+use super::{Bench, patient_run};
 use crate::cli::BenchVariant;
 use crate::compare::{LinearImage, measure as compare, without_noise};
 use crate::engine::{Engine, Stop};
 use crate::error::{Error, Result};
-use crate::interrupt::{self, INTERRUPTED, is_interrupted};
+use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::render::doubling;
 use crate::scene::CacheFormat::{F16, F32};
 
@@ -167,7 +167,7 @@ fn fill_for(time: Duration, engine: &mut Engine) -> Result<()> {
     };
     let mut silent = |_| {};
     engine
-        .fill(&mut interrupt::run(stop, &mut silent), 1)
+        .fill(&mut patient_run(stop, &mut silent), 1)
         .map(drop)
 }
 

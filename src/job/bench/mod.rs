@@ -20,7 +20,7 @@ use std::time::Duration;
 use super::open_scene;
 use crate::cli::BenchArgs;
 use crate::compare::LinearImage;
-use crate::engine::Host;
+use crate::engine::{Host, Progress, Run, Stop};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::Outputs;
@@ -79,6 +79,15 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     bench.host.check_validation()?;
     bench.finish(&opened, measured)?;
     Ok(interrupt::status())
+}
+
+/// A run that is late rather than without a picture: a first batch of paths may take longer than the first time asked
+/// for.
+fn patient_run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
+    Run {
+        waits: true,
+        ..interrupt::run(stop, progress)
+    }
 }
 
 /// Flags that other commands share, and that mean nothing here.

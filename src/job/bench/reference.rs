@@ -3,14 +3,13 @@
 
 use std::time::Duration;
 
-use super::Bench;
 use super::entrants::Subject;
 use super::report::ReferenceReport;
+use super::{Bench, patient_run};
 use crate::cli::{BenchArgs, BenchVariant};
 use crate::compare::{Comparison, LinearImage, measure};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
 use crate::error::{Error, Result};
-use crate::interrupt;
 use crate::job::views::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Scene, Variant};
@@ -97,7 +96,7 @@ fn render_for(time: Duration, bench: &Bench<'_>, engine: &mut Engine) -> Result<
     let stop = Stop::after(time);
     let mut progress = Progress::new(bench.args.quiet, stop);
     let mut show = |step| progress.show(step);
-    let mut run = interrupt::run(stop, &mut show);
+    let mut run = patient_run(stop, &mut show);
     let outcome = engine.sample(&mut run, &Stopwatch::started());
     progress.finish();
     outcome

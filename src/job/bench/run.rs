@@ -2,17 +2,17 @@
 
 use std::time::{Duration, Instant};
 
-use super::Bench;
 use super::edits;
 use super::entrants::{Entrant, Subject};
 use super::reference::Reference;
 use super::report::{Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to};
+use super::{Bench, patient_run};
 use crate::compare::{Comparison, LinearImage, measure as compare};
 use crate::engine::figures::{self, CacheStats, quantile};
 use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Picture, Stop, Stopwatch};
 use crate::error::{Error, Result};
-use crate::interrupt::{self, INTERRUPTED, is_interrupted};
+use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::job::views::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Camera, Scene};
@@ -160,7 +160,7 @@ impl Run<'_> {
     /// its own, a better cache is worth a new picture; elsewhere the samples so far are worth more.
     fn render_until(&mut self, asked: Duration, progress: &mut Progress) -> Result<()> {
         let mut show = |step| progress.show(step);
-        let mut run = interrupt::run(Stop::after(asked), &mut show);
+        let mut run = patient_run(Stop::after(asked), &mut show);
         let engine = &mut self.engine;
         let before = decisive_updates(engine);
         self.watch.go_on();
@@ -293,7 +293,7 @@ impl Run<'_> {
             }
             self.watch.go_on();
             let mut silent = |_| {};
-            let mut run = interrupt::run(Stop::after(asked), &mut silent);
+            let mut run = patient_run(Stop::after(asked), &mut silent);
             let outcome = self.engine.sample(&mut run, &self.watch);
             self.watch.pause();
             match outcome {
