@@ -189,5 +189,5 @@ fn device_table(device: &DeviceSummary) -> String {
 }
 
 pub fn to_json(value: &impl Serialize) -> Result<String> {
-    serde_json::to_string_pretty(value).map_err(|e| Error::Input(format!("JSON: {e}")))
+    serde_json::to_string_pretty(value).map_err(|e| Error::value(format!("JSON: {e}")))
 }

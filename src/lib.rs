@@ -34,6 +34,7 @@
 
 #![deny(unsafe_code)]
 
+mod bytes;
 pub mod cache_dir;
 #[cfg(feature = "cli")]
 pub mod cli;
@@ -55,6 +56,7 @@ pub mod output;
 pub mod render;
 pub mod scene;
 pub mod shard;
+mod srgb;
 mod temporary;
 #[cfg(feature = "window")]
 pub mod view;

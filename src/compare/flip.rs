@@ -9,7 +9,7 @@
 use std::f64::consts::PI;
 
 use super::filter::Plane;
-use crate::output::display::srgb_decode;
+use crate::srgb;
 
 /// The authors' default, about 67: a monitor 3840 pixels wide, seen from as far as it is wide.
 const PIXELS_PER_DEGREE: f64 = 3840.0 * PI / 180.0;
@@ -164,7 +164,7 @@ fn hyab(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn opponent_planes(display: &[Plane; 3]) -> [Plane; 3] {
     let mut opponent = display.clone();
     for i in 0..display[0].values.len() {
-        let [x, y, z] = relative_xyz(std::array::from_fn(|c| srgb_decode(display[c].values[i])));
+        let [x, y, z] = relative_xyz(std::array::from_fn(|c| srgb::decode(display[c].values[i])));
         let channels = [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)];
         for (plane, value) in opponent.iter_mut().zip(channels) {
             plane.values[i] = value;

@@ -6,8 +6,8 @@ use ::exr::prelude::*;
 use ::image::{ImageFormat, ImageReader};
 
 use crate::engine::Picture;
-use crate::error::{Error, Result};
-use crate::output::display::srgb_decode;
+use crate::error::{Error, Place, Result};
+use crate::srgb;
 
 /// Linear RGB, row 0 on top. An alpha is not looked at.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,10 +27,10 @@ impl LinearImage {
         match extension.as_deref() {
             Some("exr") => read_exr(path),
             Some("png") => read_png(path),
-            _ => Err(Error::Input(format!(
-                "{}: only .exr and .png pictures can be compared",
-                path.display()
-            ))),
+            _ => Err(Error::input(
+                path,
+                "only .exr and .png pictures can be compared",
+            )),
         }
     }
 
@@ -47,10 +47,13 @@ impl LinearImage {
     /// Whether every metric of `self` and `test` is defined.
     pub(super) fn check_comparable(&self, test: &LinearImage) -> Result<()> {
         if (self.width, self.height) != (test.width, test.height) {
-            return Err(Error::Input(format!(
-                "{} has {}x{} pixels, {} has {}x{}; only pictures of one size can be compared",
-                self.name, self.width, self.height, test.name, test.width, test.height
-            )));
+            return Err(Error::input(
+                Place::file(&self.name),
+                format!(
+                    "it has {}x{} pixels, {} has {}x{}; only pictures of one size can be compared",
+                    self.width, self.height, test.name, test.width, test.height
+                ),
+            ));
         }
         self.check_finite()?;
         test.check_finite()
@@ -66,14 +69,14 @@ impl LinearImage {
             let Some(index) = values.iter().position(|v| !v.is_finite()) else {
                 continue;
             };
-            return Err(Error::Input(format!(
-                "{}: {prefix}{} is {} at column {}, row {}; a comparison needs finite values",
-                self.name,
+            let problem = format!(
+                "{prefix}{} is {} at column {}, row {}; a comparison needs finite values",
                 ["R", "G", "B"][index % 3],
                 values[index],
                 index / 3 % self.width,
                 index / 3 / self.width,
-            )));
+            );
+            return Err(Error::input(Place::file(&self.name), problem));
         }
         Ok(())
     }
@@ -86,7 +89,7 @@ fn known(stderr: Vec<[f32; 3]>) -> Option<Vec<[f32; 3]>> {
 }
 
 fn read_exr(path: &Path) -> Result<LinearImage> {
-    let unreadable = |why: String| Error::Input(format!("{}: {why}", path.display()));
+    let unreadable = |why: String| Error::input(path, why);
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -137,9 +140,9 @@ fn read_png(path: &Path) -> Result<LinearImage> {
     reader.set_format(ImageFormat::Png);
     let image = reader
         .decode()
-        .map_err(|error| Error::Input(format!("{}: not readable as PNG: {error}", path.display())))?
+        .map_err(|error| Error::input(path, format!("not readable as PNG: {error}")))?
         .into_rgb32f();
-    let linear = |encoded: f32| srgb_decode(encoded.into()) as f32;
+    let linear = |encoded: f32| srgb::decode(encoded.into()) as f32;
     Ok(LinearImage {
         name: path.display().to_string(),
         width: image.width() as usize,

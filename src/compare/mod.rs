@@ -57,7 +57,8 @@ pub struct Compared {
 /// Compares two files, a reference and a test; display values are exposed by `exposure` stops, clipped and
 /// sRGB-encoded. `again`: the same two pictures with other random numbers.
 pub fn compare(files: [&Path; 2], again: Option<[&Path; 2]>, exposure: f64) -> Result<Compared> {
-    let read = |[a, b]: [&Path; 2]| Ok([LinearImage::read(a)?, LinearImage::read(b)?]);
+    let read =
+        |[a, b]: [&Path; 2]| -> Result<_> { Ok([LinearImage::read(a)?, LinearImage::read(b)?]) };
     let [reference, test] = read(files)?;
     let comparison = measure(&reference, &test, exposure)?;
     let without_noise = match again.map(read).transpose()? {

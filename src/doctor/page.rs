@@ -1,7 +1,7 @@
 //! The page in plain text.
 
 use super::Examination;
-use crate::gpu::human;
+use crate::bytes::human;
 use crate::render::PeakRates;
 
 pub fn page(examinations: &[Examination]) -> String {

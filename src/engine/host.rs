@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::budget::{self, Budget, Limit};
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Error, Place, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
 use crate::render::shared::{self, MOST_SURFACES};
 use crate::render::{Choice, Peak, choose, peak};
@@ -105,7 +105,7 @@ impl Host {
     /// Fails with the first message of Vulkan's validation layers, if they watch and have any.
     pub fn check_validation(&self) -> Result<()> {
         match self.device.validation_messages().first() {
-            Some(message) => Err(Error::Device(format!("Vulkan validation: {message}"))),
+            Some(message) => Err(DeviceError::Validation(message.clone()).into()),
             None => Ok(()),
         }
     }
@@ -128,9 +128,10 @@ impl HostOptions {
 fn check_surfaces(scene: &Scene) -> Result<()> {
     let surfaces = scene.surfaces.iso.len();
     if surfaces > MOST_SURFACES {
-        return Err(Error::Input(format!(
-            "surfaces.iso: there are {surfaces} surfaces; at most {MOST_SURFACES} are possible"
-        )));
+        return Err(Error::input(
+            Place::default().with_key("surfaces.iso"),
+            format!("there are {surfaces} surfaces; at most {MOST_SURFACES} are possible"),
+        ));
     }
     Ok(())
 }

@@ -8,7 +8,7 @@ use super::Engine;
 use super::picture::{relative_error, rgb};
 use super::schedule::{Done, Filled, Stop, cache_goal, next_batch, next_unit, reason_to_stop};
 use super::stopwatch::Stopwatch;
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::render::Until;
 
 /// Where nothing stops by it, the error is looked at for progress alone: a picture's download takes time.
@@ -219,12 +219,13 @@ impl Engine {
 }
 
 fn too_short(stop: &Stop, watch: &Stopwatch) -> Error {
-    Error::Input(format!(
-        "after {:.1} s not every pixel has had its first sample, and --time {} is over: nothing was written; give it \
-         more time or fewer pixels, or limit paths by render.max_bounces",
+    let time = stop.time.unwrap_or_default().as_secs_f64();
+    let problem = format!(
+        "after {:.1} s not every pixel has had its first sample: nothing was written; give it more time or fewer pixels, \
+         or limit paths by render.max_bounces",
         watch.elapsed().as_secs_f64(),
-        stop.time.unwrap_or_default().as_secs_f64(),
-    ))
+    );
+    Error::input(Place::flag(format!("--time {time}")), problem)
 }
 
 impl Run<'_> {

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
-use super::memory::{Holding, Memory, Owner, human};
-use crate::error::{Error, Result};
+use super::failure::failure;
+use super::memory::{Holding, Memory, Owner};
+use crate::error::{MemoryError, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BufferDesc {
@@ -37,13 +38,13 @@ impl Buffer {
         desc.bytes = desc.bytes.max(16);
         let limits = &memory.limits;
         if desc.bytes > limits.max_storage_buffer_bytes {
-            return Err(Error::Memory(format!(
-                "{} needs {}, but {} takes buffers of at most {}",
-                desc.name,
-                human(desc.bytes),
-                limits.name,
-                human(limits.max_storage_buffer_bytes)
-            )));
+            return Err(MemoryError::Buffer {
+                resource: desc.name.into(),
+                bytes: desc.bytes,
+                device: limits.name.clone(),
+                limit: limits.max_storage_buffer_bytes,
+            }
+            .into());
         }
         let device = &memory.device;
         let info = vk::BufferCreateInfo::default().size(desc.bytes).usage(
@@ -68,7 +69,7 @@ impl Buffer {
         if memory.is_dry_run() {
             return Ok(buffer);
         }
-        let failed = |e: vk::Result| Error::Memory(format!("buffer {}: {e}", desc.name));
+        let failed = |e: vk::Result| failure(e, format!("buffer {}", desc.name));
         // SAFETY: `info` is valid; the buffer is destroyed in Drop.
         buffer.raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(failed)?;
         let location = match desc.placement {

@@ -10,7 +10,7 @@ use super::image::{COLOR, COLOR_LAYER, Image};
 use super::pass::{Binding, Pass};
 use super::reflection::Slot;
 use super::timing::Work;
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// How long a slice of a sliced pass should take where nobody is waiting for a frame.
 pub const SLICE_MS: f64 = 50.0;
@@ -71,7 +71,7 @@ impl Frame {
     }
 
     fn bind(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
-        let wrong = |e: String| Error::Device(format!("pass {}: {e}", pass.name));
+        let wrong = |problem: String| pass.unfit(problem);
         if let Some((name, _)) = bindings
             .iter()
             .find(|(name, _)| !pass.slots.iter().any(|s| s.name == *name))
@@ -131,18 +131,17 @@ impl Frame {
     /// `count` workgroups from workgroup `begin` on.
     fn dispatch(&self, pass: &Pass, push: &[u8], begin: [u32; 3], count: [u32; 3]) -> Result<()> {
         if push.len() != pass.push_bytes as usize {
-            return Err(Error::Device(format!(
-                "pass {} takes {} bytes of push constants, not {}",
-                pass.name,
+            return Err(pass.unfit(format!(
+                "it takes {} bytes of push constants, not {}",
                 pass.push_bytes,
                 push.len()
             )));
         }
         let most = self.device.most_groups;
         if (0..3).any(|a| begin[a] + count[a] > most[a]) {
-            return Err(Error::Device(format!(
-                "pass {} needs {count:?} workgroups from {begin:?} on, but {} runs at most {most:?}",
-                pass.name, self.device.summary.name
+            return Err(pass.unfit(format!(
+                "it needs {count:?} workgroups from {begin:?} on, but {} runs at most {most:?}",
+                self.device.summary.name
             )));
         }
         let raw = &self.device.raw;

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use ash::{ext, khr, vk};
 
+use super::failure::failure;
 use super::instance::{Instance, Validation};
 use super::needs::{can_load_texels, has_timestamps};
 use super::pipeline_cache::PipelineCache;
@@ -14,7 +15,7 @@ use super::shader;
 use super::survey::{
     DeviceSummary, choose, compute_queue, device_local_heap, queue_families, survey,
 };
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Result};
 
 /// Which device, and how closely it is watched.
 #[derive(Debug, Clone, Default)]
@@ -82,8 +83,11 @@ impl Device {
         draws: bool,
         loads_texels: bool,
     ) -> Result<Arc<Device>> {
-        let queue_family = compute_queue(&instance, physical)
-            .ok_or_else(|| Error::Device(format!("{} has no compute queue", summary.name)))?;
+        let queue_family =
+            compute_queue(&instance, physical).ok_or_else(|| DeviceError::Unable {
+                device: summary.name.clone(),
+                problem: "has no compute queue".into(),
+            })?;
         let families = queue_families(&instance, physical);
         let writes_timestamps = has_timestamps(&families[queue_family as usize]);
         let queues = [vk::DeviceQueueCreateInfo::default()
@@ -112,7 +116,7 @@ impl Device {
             .push_next(&mut thirteen);
         // SAFETY: the chain outlives the call, and the survey found every feature present.
         let raw = unsafe { instance.raw.create_device(physical, &info, None) }
-            .map_err(|e| Error::Device(format!("{} could not be opened: {e}", summary.name)))?;
+            .map_err(|e| failure(e, format!("{} could not be opened", summary.name)))?;
         // SAFETY: the family and index are the ones that the device was created with.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         // SAFETY: `physical` belongs to the live instance.
@@ -166,7 +170,7 @@ impl Device {
             .address_mode_w(clamp);
         // SAFETY: `info` is valid; destroyed in Drop.
         unsafe { self.raw.create_sampler(&info, None) }
-            .map_err(|e| Error::Device(format!("{}: no sampler: {e}", self.summary.name)))
+            .map_err(|e| failure(e, format!("{}: no sampler", self.summary.name)))
     }
 
     /// Whether images of this format can be filtered linearly.
@@ -214,16 +218,6 @@ impl Device {
     /// What the validation layers said so far.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.messages()
-    }
-}
-
-/// What `error` is to the user: memory that ran out, or a device that does not work.
-pub(super) fn failure(error: vk::Result, message: String) -> Error {
-    match error {
-        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
-            Error::Memory(message)
-        }
-        _ => Error::Device(message),
     }
 }
 

@@ -10,9 +10,10 @@ use std::sync::{Arc, LazyLock};
 use ash::vk;
 
 use super::descriptors::DescriptorSets;
-use super::device::{Device, failure};
+use super::device::Device;
+use super::failure::failure;
 use super::timing::{Span, Timings, Work};
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Error, Result};
 
 const MAX_PASSES: u32 = 64;
 /// Transfers; ignored when the time of a submission is attributed to a pass.
@@ -174,8 +175,7 @@ impl Frame {
             Some((pass, _)) => format!(" in pass {pass}"),
             None => String::new(),
         };
-        let message = format!("{} failed{last}: {error}", self.device.summary.name);
-        failure(error, message)
+        failure(error, format!("{} failed{last}", self.device.summary.name))
     }
 
     /// Everything before is visible to what follows at `stage`. A test leaves barriers out, to see that
@@ -202,9 +202,11 @@ impl Frame {
         commands: impl FnOnce(&mut Frame) -> Result<()>,
     ) -> Result<()> {
         if self.recorded.len() as u32 == MAX_PASSES {
-            return Err(Error::Device(format!(
-                "a frame records at most {MAX_PASSES} passes"
-            )));
+            return Err(DeviceError::Program {
+                part: format!("pass {name}"),
+                problem: format!("a frame records at most {MAX_PASSES} passes"),
+            }
+            .into());
         }
         let query = 2 * self.recorded.len() as u32;
         self.recorded.push((name, Work::default()));

@@ -9,9 +9,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
+use super::failure::failure;
 use super::memory::{Holding, Memory, Owner};
 use super::survey::DeviceSummary;
-use crate::error::{Error, Result};
+use crate::error::{MemoryError, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageDesc {
@@ -75,10 +76,13 @@ impl ImageDesc {
             false => limits.max_image_2d,
         };
         match self.extent.iter().max() {
-            Some(&longest) if longest > most => Err(Error::Memory(format!(
-                "{} is {longest} texels long, but {} takes at most {most} a side",
-                self.name, limits.name
-            ))),
+            Some(&longest) if longest > most => Err(MemoryError::Image {
+                resource: self.name.into(),
+                texels: longest,
+                device: limits.name.clone(),
+                limit: most,
+            }
+            .into()),
             _ => Ok(()),
         }
     }
@@ -126,7 +130,7 @@ impl Image {
         if memory.is_dry_run() {
             return Ok(image);
         }
-        let failed = |e: vk::Result| Error::Memory(format!("image {}: {e}", desc.name));
+        let failed = |e: vk::Result| failure(e, format!("image {}", desc.name));
         // SAFETY: `info` is valid; the image is destroyed in Drop.
         image.raw = unsafe { device.raw.create_image(&info, None) }.map_err(failed)?;
         let owner = Owner::Image(image.raw);

@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ash::{ext, vk};
 
-use crate::error::{Error, Result};
+use super::failure::failure;
+use crate::error::{DeviceError, Result};
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Validation {
@@ -39,11 +40,8 @@ impl Instance {
     /// `extensions` are names that live as long as the program, as of a window system.
     pub fn new(validation: Validation, extensions: &[*const c_char]) -> Result<Instance> {
         // SAFETY: the loader is only used through this entry, which the instance keeps alive.
-        let entry = unsafe { ash::Entry::load() }.map_err(|e| {
-            Error::Device(format!(
-                "no Vulkan loader was found ({e}): install libvulkan1 and a driver, for example mesa-vulkan-drivers"
-            ))
-        })?;
+        let entry =
+            unsafe { ash::Entry::load() }.map_err(|e| DeviceError::NoLoader(e.to_string()))?;
         let application = vk::ApplicationInfo::default()
             .application_name(c"isolume")
             .api_version(vk::API_VERSION_1_3);
@@ -65,16 +63,13 @@ impl Instance {
         }
         // SAFETY: every pointer in `info` outlives the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
-            vk::Result::ERROR_LAYER_NOT_PRESENT => Error::Device(
-                "validation was asked for, but VK_LAYER_KHRONOS_validation is not installed (Debian: vulkan-validationlayers)".into(),
-            ),
-            vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::Device(
-                "no Vulkan driver was found: install one, for example mesa-vulkan-drivers for the CPU".into(),
-            ),
-            vk::Result::ERROR_EXTENSION_NOT_PRESENT => Error::Device(
+            vk::Result::ERROR_LAYER_NOT_PRESENT => DeviceError::NoValidation.into(),
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => DeviceError::NoDriver.into(),
+            vk::Result::ERROR_EXTENSION_NOT_PRESENT => DeviceError::Display(
                 "no Vulkan driver here can draw into this display's windows: `isolume render` needs none".into(),
-            ),
-            e => Error::Device(format!("Vulkan could not be started: {e}")),
+            )
+            .into(),
+            e => failure(e, "Vulkan could not be started".into()),
         })?;
         let mut instance = Instance {
             raw,
@@ -92,7 +87,7 @@ impl Instance {
     pub fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
         // SAFETY: the instance is alive.
         unsafe { self.raw.enumerate_physical_devices() }
-            .map_err(|e| Error::Device(format!("Vulkan devices could not be listed: {e}")))
+            .map_err(|e| failure(e, "Vulkan devices could not be listed".into()))
     }
 
     pub fn has_extension(&self, physical: vk::PhysicalDevice, name: &CStr) -> bool {
@@ -126,7 +121,7 @@ impl Instance {
             .user_data(&raw const *self.messages as *mut c_void);
         // SAFETY: `messages` is boxed, so its address holds until the messenger is destroyed.
         let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
-            .map_err(|e| Error::Device(format!("no debug messenger: {e}")))?;
+            .map_err(|e| failure(e, "no debug messenger".into()))?;
         self.messenger = Some((debug, messenger));
         Ok(())
     }

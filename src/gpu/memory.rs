@@ -19,7 +19,7 @@ use gpu_allocator::{AllocationError, AllocationSizes, AllocatorDebugSettings, Me
 
 use super::device::Device;
 use super::survey::DeviceSummary;
-use crate::error::{Error, Result};
+use crate::error::{MemoryError, Result};
 
 /// One named resource and its size.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -79,7 +79,10 @@ impl Memory {
             buffer_device_address: false,
             allocation_sizes: AllocationSizes::default(),
         })
-        .map_err(|e| Error::Memory(format!("the memory allocator did not start: {e}")))?;
+        .map_err(|e| MemoryError::Call {
+            doing: "the memory allocator did not start".into(),
+            why: e.to_string(),
+        })?;
         Ok(Arc::new(Memory {
             device: device.clone(),
             limits: device.summary.clone(),
@@ -144,22 +147,24 @@ impl Memory {
         let bytes = requirements.size;
         let limit = self.limits.max_allocation_bytes;
         if bytes > limit {
-            return Err(Error::Memory(format!(
-                "{name} needs {}, but {} allocates at most {} at once",
-                human(bytes),
-                self.limits.name,
-                human(limit)
-            )));
+            return Err(MemoryError::Allocation {
+                resource: name.into(),
+                bytes,
+                device: self.limits.name.clone(),
+                limit,
+            }
+            .into());
         }
         let mut ledger = self.ledger();
         let used = ledger.used + bytes;
         if used > self.budget {
-            return Err(Error::Memory(format!(
-                "{name} needs {}, but {} of the budget of {} are in use: raise --vram-budget, or crop the volume or shrink the picture",
-                human(bytes),
-                human(ledger.used),
-                human(self.budget)
-            )));
+            return Err(MemoryError::Budget {
+                resource: name.into(),
+                bytes,
+                used: ledger.used,
+                budget: self.budget,
+            }
+            .into());
         }
         let entry = ResourceBytes { name, bytes };
         ledger.use_now(used);
@@ -203,13 +208,11 @@ impl Holding {
                 .unwrap_or_else(|broken| broken.into_inner())
                 .allocate(&desc),
         };
-        let allocation = allocation.map_err(|e| {
-            Error::Memory(format!(
-                "{} ({}) could not be allocated on {}: {e}; lower --vram-budget",
-                self.entry.name,
-                human(self.entry.bytes),
-                self.memory.device.summary.name
-            ))
+        let allocation = allocation.map_err(|e| MemoryError::Refused {
+            resource: self.entry.name.into(),
+            bytes: self.entry.bytes,
+            device: self.memory.device.summary.name.clone(),
+            why: e.to_string(),
         })?;
         Ok(self.allocation.insert(allocation))
     }
@@ -270,18 +273,4 @@ fn shall_fail() -> bool {
         LazyLock::new(|| std::env::var("ISOLUME_FAIL_ALLOCATION").ok()?.parse().ok());
     static COUNT: AtomicUsize = AtomicUsize::new(0);
     *WHICH == Some(COUNT.fetch_add(1, Ordering::Relaxed))
-}
-
-/// "1.5 GiB", for messages.
-pub fn human(bytes: u64) -> String {
-    const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
-    let power = (bytes.max(1).ilog2() / 10).min(4);
-    match power {
-        0 => format!("{bytes} B"),
-        _ => format!(
-            "{:.1} {}",
-            bytes as f64 / 1024f64.powi(power as i32),
-            UNITS[power as usize]
-        ),
-    }
 }

@@ -7,13 +7,14 @@ use std::time::Instant;
 use ash::vk;
 
 use super::buffer::Buffer;
-use super::device::{Device, failure};
+use super::device::Device;
+use super::failure::failure;
 use super::image::Image;
 use super::needs;
 use super::pipeline::Pipeline;
 use super::reflection::{Reflection, Slot, number_resources};
 use super::shader::{PassDesc, Shaders};
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Error, Result};
 
 /// What stands behind a name in the shader.
 #[derive(Clone, Copy)]
@@ -43,7 +44,17 @@ pub struct Pass {
     pub(super) pipeline: Pipeline,
 }
 
+fn unfit(pass: &str, problem: String) -> Error {
+    let part = format!("pass {pass}");
+    DeviceError::Program { part, problem }.into()
+}
+
 impl Pass {
+    /// An error of a program that uses the pass in another way than its shader says.
+    pub(super) fn unfit(&self, problem: String) -> Error {
+        unfit(self.name, problem)
+    }
+
     pub fn new(device: &Arc<Device>, shaders: &Shaders, desc: &PassDesc<'_>) -> Result<Pass> {
         let began = Instant::now();
         let mut code = shaders.compile(desc, device.loads_texels)?;
@@ -53,15 +64,15 @@ impl Pass {
             workgroup,
         } = number_resources(&mut code)
             .and_then(|()| Reflection::read(&code))
-            .map_err(|e| Error::Device(format!("pass {}: {e}", desc.name)))?;
+            .map_err(|problem| unfit(desc.name, problem))?;
         check_resources(&slots, workgroup, device.loads_texels)
-            .map_err(|e| Error::Device(format!("pass {}: {e}", desc.name)))?;
+            .map_err(|problem| unfit(desc.name, problem))?;
         let bindings = slots.iter().map(|slot| (slot.binding, slot.kind));
         let stage = vk::ShaderStageFlags::COMPUTE;
         let pipeline = Pipeline::new(device, stage, bindings, push_bytes, |layout| {
             compute_pipeline(device, layout, &code, desc.specialization)
         });
-        let pipeline = pipeline.map_err(|e| failure(e, format!("pass {}: {e}", desc.name)))?;
+        let pipeline = pipeline.map_err(|e| failure(e, format!("pass {}", desc.name)))?;
         shaders.spend(began.elapsed());
         Ok(Pass {
             name: desc.name,

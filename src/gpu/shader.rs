@@ -16,7 +16,7 @@ use shaderc::{
 use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 use super::compiled::Compiled;
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Error, Result};
 
 static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/glsl");
 
@@ -69,7 +69,9 @@ impl Shaders {
         files.sort_by_key(|file| file.path());
         for file in files {
             let path = file.path().to_string_lossy();
-            text += &self.source(&path).map_err(Error::Device)?;
+            text += &self
+                .source(&path)
+                .map_err(|problem| unfit(&path, problem))?;
         }
         Ok(text)
     }
@@ -126,7 +128,7 @@ impl Shaders {
         kind: ShaderKind,
         macros: &[(&str, &str)],
     ) -> Result<Vec<u32>> {
-        let failed = |e: String| Error::Device(format!("shader {file}: {e}"));
+        let failed = |problem: String| unfit(&file, problem);
         let source = self.source(&file).map_err(failed)?;
         let mut options = CompileOptions::new().map_err(|e| failed(e.to_string()))?;
         // Newer targets emit LocalSizeId, which reflection does not read.
@@ -194,5 +196,14 @@ fn add(hash: &mut Xxh3, folder: &Dir<'_>) {
 
 fn compiler() -> Result<&'static Compiler> {
     let started = COMPILER.as_ref();
-    started.map_err(|e| Error::Device(format!("the shader compiler did not start: {e}")))
+    started.map_err(|e| {
+        let doing = "the shader compiler did not start".into();
+        let why = e.to_string();
+        DeviceError::Call { doing, why }.into()
+    })
+}
+
+fn unfit(file: &str, problem: String) -> Error {
+    let part = format!("shader {file}");
+    DeviceError::Program { part, problem }.into()
 }

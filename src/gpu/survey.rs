@@ -7,7 +7,7 @@ use ash::vk;
 
 use super::instance::{Instance, Validation};
 use super::needs::{Need, has_timestamps, needs};
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Result};
 
 /// What kind of hardware a driver stands for, best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -189,10 +189,8 @@ pub(super) fn choose<'a>(
     let Some(wanted) = wanted else {
         let usable = all.iter().filter(|d| d.lacks.is_empty());
         return usable.min_by_key(|d| d.kind).ok_or_else(|| {
-            Error::Device(format!(
-                "no Vulkan 1.3 device can be used ({}): install a driver, for example mesa-vulkan-drivers for the CPU",
-                listing()
-            ))
+            let found = listing();
+            DeviceError::NoneUsable { found }.into()
         });
     };
     let found = match wanted.parse::<usize>() {
@@ -201,19 +199,18 @@ pub(super) fn choose<'a>(
             .iter()
             .find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase())),
     };
-    let found = found.ok_or_else(|| {
-        Error::Device(format!(
-            "--device {wanted}: no such Vulkan device; {}",
-            listing()
-        ))
+    let found = found.ok_or_else(|| DeviceError::NotFound {
+        wanted: wanted.into(),
+        found: listing(),
     })?;
     match found.lacks.is_empty() {
         true => Ok(found),
-        false => Err(Error::Device(format!(
-            "--device {wanted}: {} lacks {}",
-            found.name,
-            found.lacks.join(", ")
-        ))),
+        false => Err(DeviceError::Lacks {
+            wanted: wanted.into(),
+            device: found.name.clone(),
+            lacks: found.lacks.iter().map(ToString::to_string).collect(),
+        }
+        .into()),
     }
 }
 

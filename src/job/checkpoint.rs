@@ -7,7 +7,7 @@ use super::shards::{Origin, to_json};
 use super::views::{Saved, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stopwatch};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::interrupt;
 use crate::output::{Outputs, Parts};
 use crate::scene::{Opened, Scene, describe};
@@ -154,7 +154,9 @@ impl<'a> Keeper<'a> {
             return Ok(());
         }
         match self.write(engine, view, watch) {
-            Err(Error::Input(why)) => eprintln!("note: no checkpoint was written: {why}"),
+            Err(error) if error.is_about_input() => {
+                eprintln!("note: no checkpoint was written: {error}")
+            }
             other => other?,
         }
         self.written = Instant::now();

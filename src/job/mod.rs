@@ -13,11 +13,12 @@ mod views;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use crate::bytes::human;
 use crate::cli::{CleanArgs, CompareArgs, DoctorArgs, InfoArgs, SceneArgs, wants_validation};
 use crate::compare;
 use crate::doctor;
-use crate::error::{DEVICE_STATUS, Error, Result};
-use crate::gpu::{human, list_devices};
+use crate::error::{DEVICE_STATUS, DeviceError, Error, Result};
+use crate::gpu::list_devices;
 use crate::info;
 use crate::scene::Opened;
 use crate::scene::volume::{self, Reading, Volume, VolumeOverrides};
@@ -83,9 +84,7 @@ pub fn compare(args: &CompareArgs) -> Result<u8> {
 pub fn doctor(args: &DoctorArgs) -> Result<u8> {
     let devices = list_devices()?;
     if devices.is_empty() {
-        return Err(Error::Device(
-            "no Vulkan device was found: install a driver, for example mesa-vulkan-drivers for the CPU".into(),
-        ));
+        return Err(DeviceError::NoDriver.into());
     }
     let examinations = doctor::examine_all(devices, wants_validation());
     match args.json {

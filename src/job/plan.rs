@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use super::{open_scene, print};
+use crate::bytes::human;
 use crate::cli::PlanArgs;
 use crate::engine::Host;
 use crate::error::Result;
-use crate::gpu::human;
 use crate::info::to_json;
 use crate::render::{Choice, GpuScene, Plan, needed_bricks};
 use crate::scene::Opened;

@@ -117,7 +117,7 @@ impl<'a> Render<'a> {
             interrupt: &interrupt::INTERRUPTED,
         };
         let (mut engine, fingerprint) = clock.time("compile and upload", || {
-            thread::scope(|scope| {
+            thread::scope(|scope| -> Result<_> {
                 let walks = args.samples.is_some() || args.checkpoint.is_some();
                 let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
                 let engine = Engine::for_work(host, volume, &settled, choice, args.seed, work)?;

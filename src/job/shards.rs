@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::engine::Engine;
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::render::{Sums, Variant};
 use crate::scene::Scene;
 use crate::shard::{Fingerprint, Header, Identity};
@@ -49,14 +49,15 @@ fn fill(engine: &mut Engine) -> Result<Option<String>> {
 /// Fails for the variant that has no samples by number.
 pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
     match variant {
-        Variant::Published => Err(Error::input(format!(
-            "{flag}: the variant \"published\" has no samples by number; use another one"
-        ))),
+        Variant::Published => Err(Error::input(
+            Place::flag(flag),
+            "the variant \"published\" has no samples by number; use another one",
+        )),
         _ => Ok(()),
     }
 }
 
 /// A header as text.
 pub fn to_json(header: &impl Serialize) -> Result<String> {
-    serde_json::to_string(header).map_err(|error| Error::input(format!("a header: {error}")))
+    serde_json::to_string(header).map_err(|error| Error::value(format!("a header: {error}")))
 }

@@ -147,8 +147,7 @@ pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Resul
 fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
     let target = match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => {
-            let message = format!("{} is a folder; name a file in it", path.display());
-            return Err(Error::Input(message));
+            return Err(Error::input(path, "it is a folder; name a file in it"));
         }
         // Through a symbolic link: the link stays.
         Ok(existing) if existing.is_file() => {
@@ -165,11 +164,11 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
         Target::Stream(_) => std::env::temp_dir(),
     };
     if !folder.is_dir() {
-        return Err(Error::Input(format!(
-            "{}: the folder {} does not exist; create it first",
-            path.display(),
+        let problem = format!(
+            "the folder {} does not exist; create it first",
             folder.display()
-        )));
+        );
+        return Err(Error::input(path, problem));
     }
     let (temporary, listed) =
         temporary::create(&folder, ".isolume-").map_err(|error| Error::io(path, error))?;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::occupancy::Occupancy;
 use super::shared::{BRICK, NO_PLACE};
-use crate::error::{Error, Result};
+use crate::error::{MemoryError, Result};
 use crate::scene::CacheFormat;
 
 /// Places, or bricks of the lattice, along an axis that fit into ten bits.
@@ -48,18 +48,17 @@ impl CacheLayout {
         let step = std::array::from_fn(|a| dims[a] as f32 / nodes[a] as f32);
         let bricks = nodes.map(|n| n.div_ceil(BRICK));
         if bricks.iter().any(|&n| n > MOST_PLACES) {
-            return Err(Error::Memory(format!(
-                "its {nodes:?} nodes are more than {} along an axis",
-                MOST_PLACES * BRICK
-            )));
+            let limit = MOST_PLACES * BRICK;
+            return Err(MemoryError::CacheNodes { nodes, limit }.into());
         }
         let active = active_bricks(bricks, step, occupancy);
         let most_places = (most_texels / BRICK).min(MOST_PLACES - 1);
         let Some(places) = places(active.len() as u32, most_places) else {
-            return Err(Error::Memory(format!(
-                "its {} bricks of nodes are more than a 3D image of {most_texels} texels a side holds",
-                active.len()
-            )));
+            return Err(MemoryError::CacheBricks {
+                bricks: active.len(),
+                texels: most_texels,
+            }
+            .into());
         };
         Ok(CacheLayout {
             scale,

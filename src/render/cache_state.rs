@@ -111,7 +111,7 @@ impl Caching<'_> {
     pub fn restore(&mut self, state: &CacheState, source: &mut Source<'_>) -> Result<()> {
         self.cache.clear();
         if self.bytes_of(state).is_none() {
-            return Err(Error::input("the cache's state is that of another layout"));
+            return Err(Error::value("the cache's state is that of another layout"));
         }
         for image in self.cache.memory.images() {
             copy::upload_pieces(self.frame, &mut self.r.staging, image, source)?;
@@ -122,7 +122,7 @@ impl Caching<'_> {
         let mut shown = vec![<[f32; 4]>::zeroed(); state.shown];
         source(bytemuck::cast_slice_mut(&mut shown))?;
         if !focus.is_possible() {
-            return Err(Error::input("the cache's state says what no cache has"));
+            return Err(Error::value("the cache's state says what no cache has"));
         }
         let cache = &mut *self.cache;
         cache.focus = focus;

@@ -13,7 +13,7 @@ use super::published_cells::PublishedCells;
 use super::resources::Resources;
 use super::unit::Unit;
 use super::variant::Variant;
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Result};
 use crate::gpu::{Device, Format, Frame, Memory};
 
 pub enum Estimator {
@@ -90,9 +90,10 @@ impl Estimator {
 fn check_filter(device: &Device) -> Result<()> {
     match device.filters(Format::R32G32B32A32_SFLOAT) {
         true => Ok(()),
-        false => Err(Error::Device(format!(
-            "{} does not filter 32-bit floats, as the variant \"published\" has it; use another one",
-            device.summary.name
-        ))),
+        false => Err(DeviceError::Unable {
+            device: device.summary.name.clone(),
+            problem: "does not filter 32-bit floats, as the variant \"published\" has it; use another one".into(),
+        }
+        .into()),
     }
 }

@@ -7,10 +7,11 @@ use bytemuck::Zeroable;
 
 use super::brick_layout::BrickLayout;
 use super::cache_layout::CacheLayout;
+use super::features::Features;
 use super::filter_probe::filter_is_precise;
 use super::occupancy::Occupancy;
 use super::parts::{Changes, Derived, Field, Part, Parts};
-use super::shared::{self, Features, SHADING_DISNEY, SHADING_PHONG, SceneConstants};
+use super::shared::{self, SHADING_DISNEY, SHADING_PHONG, SceneConstants};
 use super::variant::Variant;
 use crate::error::Result;
 use crate::gpu::{Device, Format, Shaders};

@@ -55,6 +55,7 @@ mod copy;
 mod cut_cells;
 mod delta_tracking;
 mod estimator;
+pub mod features;
 mod film;
 mod filter_probe;
 mod focus;

@@ -3,8 +3,8 @@
 
 use std::sync::Arc;
 
+use super::features::Features;
 use super::gpu_scene::GpuScene;
-use super::shared::Features;
 use crate::error::Result;
 use crate::gpu::{Device, Pass, PassDesc, Shaders, Specialization};
 

@@ -12,8 +12,9 @@ use super::cache_layout::{self, CacheLayout};
 use super::gpu_scene::GpuScene;
 use super::plan_in_bricks;
 use super::variant::Variant;
-use crate::error::{Error, Result};
-use crate::gpu::{Device, DeviceSummary, Memory, ResourceBytes, human};
+use crate::bytes::human;
+use crate::error::{Error, MemoryError, Result};
+use crate::gpu::{Device, DeviceSummary, Memory, ResourceBytes};
 use crate::scene::volume::Volume;
 use crate::scene::{self, CacheFormat, CacheScale, Scene};
 
@@ -211,37 +212,32 @@ fn fitting(plan: Plan, budget: u64, better: Vec<String>) -> Result<Plan> {
 /// Adds the remedy to the error of a device that is too small even without a cache.
 fn with_remedy(error: Error) -> Error {
     match error {
-        Error::Memory(why) => Error::Memory(format!("{why}: lower --size, or set volume.crop")),
+        Error::Memory(why) => MemoryError::Scene(Box::new(why)).into(),
         other => other,
     }
 }
 
 /// The error for a scene that asks for a cache where only the variant without one fits.
 fn no_cache(without: &Plan, budget: u64, caching: &[String]) -> Error {
-    let smallest = caching.last().map_or("", |why| why);
-    Error::Memory(format!(
-        "no cache that was asked for fits into the budget of {budget} bytes: {smallest}, \
-         non-caching only {}: raise --vram-budget, allow a smaller --cache-scale or --cache-format, or \
-         choose --variant auto",
-        needs(without.bytes()),
-    ))
+    MemoryError::Cache {
+        budget,
+        smallest_cache: caching.last().cloned().unwrap_or_default(),
+        non_caching: without.bytes(),
+    }
+    .into()
 }
 
 /// Says what is in the way and what would fit.
 fn too_small(without_cache: &Plan, budget: u64, caching: Vec<String>) -> Error {
-    let variant = without_cache.variant.word();
-    let needed = without_cache.bytes();
     let largest = without_cache.resources.iter().max_by_key(|r| r.bytes);
-    let largest = largest.map_or(String::new(), |r| {
-        format!(", {} of it for the {}", human(r.bytes), r.name)
-    });
-    let smallest_cache = caching
-        .last()
-        .map_or(String::new(), |why| format!("; {why}"));
-    Error::Memory(format!(
-        "the budget is {} bytes, but {variant} needs {}{largest}{smallest_cache}: raise \
-         --vram-budget, lower --size, or set volume.crop",
+    let largest = largest.expect("a plan has a picture at least");
+    MemoryError::Plan {
         budget,
-        needs(needed),
-    ))
+        variant: without_cache.variant.word(),
+        needed: without_cache.bytes(),
+        largest: largest.name.into(),
+        largest_bytes: largest.bytes,
+        smallest_cache: caching.last().cloned(),
+    }
+    .into()
 }

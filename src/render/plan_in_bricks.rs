@@ -11,8 +11,9 @@ use super::cache_layout::CacheLayout;
 use super::gpu_scene::GpuScene;
 use super::occupancy::Occupancy;
 use super::plan::{Choice, Plan, rungs, too_many_cells, useless};
+use crate::bytes::human;
 use crate::error::{Error, Result};
-use crate::gpu::{Device, DeviceSummary, human};
+use crate::gpu::{Device, DeviceSummary};
 use crate::scene::volume::{MACROCELL, Volume};
 use crate::scene::{Scene, Variant};
 

@@ -8,9 +8,10 @@
 
 #![allow(non_camel_case_types)]
 
+use super::features::Features;
 use crate::gpu::Specialization;
 use crate::gpu::types::*;
-use crate::{shared, specialization};
+use crate::shared;
 
 /// Trilinear cells along an axis of a macrocell.
 pub use crate::scene::volume::MACROCELL;
@@ -349,72 +350,6 @@ shared! {
         /// Samples in this unit and in all units so far, this one included.
         pub samples: float,
         pub samples_so_far: float,
-    }
-}
-
-specialization! {
-    /// What a scene needs; the rest is compiled away.
-    pub struct Features {
-        pub has_medium: bool,
-        /// All points of the transfer function have the same colour.
-        pub has_one_color: bool,
-        /// Over the volume's values, opacity is linear and there is one colour.
-        pub is_linear: bool,
-        /// Isosurfaces; 0 = none.
-        pub surface_count: uint,
-        /// Every ray sees surfaces, not the camera's alone.
-        pub full_light: bool,
-        pub analytic_normals: bool,
-        pub has_phong: bool,
-        pub has_disney: bool,
-        pub sun_count: uint,
-        pub has_environment_image: bool,
-        pub is_anisotropic: bool,
-        pub clip_count: uint,
-        pub is_orthographic: bool,
-        pub background_is_color: bool,
-        pub background_is_transparent: bool,
-        /// The device's filter is not good enough for this volume: interpolate in the shader.
-        pub filter_in_shader: bool,
-        /// The collision from which a path reads the cache: 1 is the first, 0 means never.
-        pub cache_order: uint,
-        pub cache_is_f16: bool,
-        /// Bits of a voxel on the GPU.
-        pub volume_bits: uint,
-        /// The volume is cut into bricks, and not all of them are on the GPU.
-        pub is_in_bricks: bool,
-    }
-}
-
-impl Features {
-    /// What a specialization constant cannot say: formats of the images that exist in several, as GLSL's layout
-    /// qualifiers, and buffers that are not there.
-    pub fn macros(&self) -> Vec<(&'static str, &'static str)> {
-        let volume = match self.volume_bits {
-            8 => "r8",
-            16 => "r16",
-            _ => "r32f",
-        };
-        let cache = if self.cache_is_f16 {
-            "rgba16f"
-        } else {
-            "rgba32f"
-        };
-        let mut macros = vec![("VOLUME_FORMAT", volume), ("CACHE_FORMAT", cache)];
-        if self.is_in_bricks {
-            macros.push(("VOLUME_IN_BRICKS", "1"));
-        }
-        macros
-    }
-
-    /// Whether a picture at rest is marched, and not traced: `camera_march.comp` says why.
-    pub fn is_marched(&self) -> bool {
-        self.cache_order == 1 && self.has_medium
-    }
-
-    /// Whether such a march leaves light to paths (`tail_tracking.comp`).
-    pub fn has_tails(&self) -> bool {
-        self.is_marched() && self.surface_count > 0
     }
 }
 

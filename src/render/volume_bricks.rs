@@ -19,7 +19,7 @@ use super::gpu_scene::GpuScene;
 use super::host_bricks::HostBricks;
 use super::resources::Resources;
 use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
-use crate::error::{Error, Result};
+use crate::error::{Error, MemoryError, Result};
 use crate::gpu::{
     Binding, Buffer, BufferDesc, Frame, Image, Memory, Pass, Piece, Placement, SLICE_MS, Slices,
 };
@@ -376,11 +376,8 @@ impl State {
 }
 
 fn no_room(layout: &BrickLayout) -> Error {
-    Error::Memory(format!(
-        "a single ray needs more bricks of the volume at once than the {} that there is room for: raise --vram-budget or \
-         lower --size",
-        layout.capacity()
-    ))
+    let room = layout.capacity();
+    MemoryError::VolumeBricks { room }.into()
 }
 
 /// Bytes of a brick in the staging buffer.

@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use image::{ColorType, ImageReader};
 
+use crate::srgb;
+
 /// Parallel light; not seen directly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DirectionalLight {
@@ -56,7 +58,13 @@ impl EnvironmentImage {
         let encoded = !matches!(decoded.color(), ColorType::Rgb32F | ColorType::Rgba32F);
         let rgb = decoded.into_rgb32f();
         let (width, height) = rgb.dimensions();
-        let linear = |x: f32| if encoded { srgb_to_linear(x) } else { x };
+        let linear = |x: f32| {
+            if encoded {
+                srgb::decode(x.into()) as f32
+            } else {
+                x
+            }
+        };
         let texels: Arc<[[f32; 3]]> = rgb.pixels().map(|texel| texel.0.map(linear)).collect();
         let bad = |texel: &[f32; 3]| texel.iter().any(|x| !x.is_finite() || *x < 0.0);
         if let Some(i) = texels.iter().position(bad) {
@@ -146,31 +154,5 @@ impl EnvironmentImage {
             let sum: f64 = corners.iter().map(|(rgb, w)| f64::from(rgb[c]) * w).sum();
             sum as f32
         })
-    }
-}
-
-/// IEC 61966-2-1.
-fn srgb_to_linear(x: f32) -> f32 {
-    if x <= 0.04045 {
-        x / 12.92
-    } else {
-        ((x + 0.055) / 1.055).powf(2.4)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::output::display::srgb_decode;
-
-    /// A sky that was written as a PNG is read back as it was.
-    #[test]
-    fn a_png_is_decoded_as_pictures_are_compared() {
-        for code in 0..=u16::MAX {
-            let encoded = f32::from(code) / f32::from(u16::MAX);
-            let (decoded, exact) = (srgb_to_linear(encoded), srgb_decode(encoded.into()));
-            let difference = (f64::from(decoded) - exact).abs();
-            assert!(difference <= 1e-6 * exact, "{code}: {decoded}, not {exact}");
-        }
     }
 }

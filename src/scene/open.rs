@@ -34,9 +34,9 @@ pub fn open(
     let (file, volume) = if is_scene(input) {
         let file = SceneFile::read(input, edits)?;
         let volume = load(&file.volume_path()?, &file.volume_overrides()?);
-        let named_here = |error| match error {
-            Error::Input(why) => file.origins.error("volume.path", why),
-            other => other,
+        let named_here = |error: Error| match error.is_about_input() {
+            true => file.origins.error("volume.path", error),
+            false => error,
         };
         let volume = volume.map_err(named_here)?;
         (file, volume)

@@ -44,7 +44,7 @@ impl Preset {
         let [low, high] = volume.range;
         if low == high {
             let problem = format!("every voxel is {low}, so there is nothing to see");
-            return Err(Error::Input(format!("{}: {problem}", path.display())));
+            return Err(Error::input(path, problem));
         }
         let integer = !matches!(volume.voxel_type, VoxelType::F32 | VoxelType::F64);
         let hounsfield = volume.is_hounsfield.unwrap_or(integer && low <= -900.0);

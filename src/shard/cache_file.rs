@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Fingerprint, Identity, Settings, beside};
 use crate::engine::Engine;
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::output::Outputs;
 use crate::render::CacheState;
 
@@ -117,7 +117,7 @@ impl CacheFile {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             file => file.map_err(read)?,
         };
-        let damaged = || Error::Input(format!("{}: it is damaged", path.display()));
+        let damaged = || Error::input(path.as_path(), "it is damaged");
         let length = file.metadata().map_err(read)?.len();
         let mut file = BufReader::new(file);
         if !is_whole(&mut file, length).map_err(read)? {
@@ -158,10 +158,10 @@ impl CacheFile {
         let caching = engine.renderer_mut().caching();
         let fits = |bytes: Option<u64>| bytes == Some(self.bytes);
         let Some(mut caching) = caching.filter(|caching| fits(caching.bytes_of(state))) else {
-            return Err(Error::Input(format!(
-                "{}: it is the state of a cache of another layout",
-                self.name()
-            )));
+            return Err(Error::input(
+                Place::file(self.name()),
+                "it is the state of a cache of another layout",
+            ));
         };
         let mut file = BufReader::new(File::open(&self.path).map_err(read)?);
         file.seek(SeekFrom::Start(MAGIC.len() as u64))

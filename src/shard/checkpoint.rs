@@ -13,7 +13,7 @@ use super::header::Header;
 use super::identity::Named;
 use super::lock::Lock;
 use crate::engine::{Engine, SampleRange, Stop};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::render::{Totals, Variant};
 use crate::scene::{self, CacheFormat, CacheScale, Scene};
 
@@ -145,15 +145,16 @@ impl Found {
     ) -> Result<()> {
         let name = self.path.display().to_string();
         let refuse = |name: &str, difference: String| {
-            Err(Error::Input(format!(
-                "{name} is a checkpoint of something else: {difference}; --restart begins anew"
-            )))
+            let problem = format!(
+                "it is a checkpoint of something else: {difference}; --restart begins anew"
+            );
+            Err(Error::input(Place::file(name), problem))
         };
         if let Some((state, scene)) = &self.state {
             let header = &state.header;
             header
                 .check()
-                .map_err(|why| Error::Input(format!("{name}: {why}")))?;
+                .map_err(|why| Error::input(Place::file(&name), why))?;
             if state.pictures as usize != pictures || !(1..=state.pictures).contains(&state.picture)
             {
                 let counts = format!("it is of {} pictures, not of {pictures}", state.pictures);
@@ -199,17 +200,15 @@ impl Found {
             return Ok(());
         };
         let name = super::beside(&self.path, "cache");
-        let name = name.display();
+        let samples = format!("the samples in {} have read", self.path.display());
+        let refuse = |problem: String| {
+            let problem = format!("{problem}; --restart begins anew");
+            Err(Error::input(name.as_path(), problem))
+        };
         match &self.cache {
-            None => Err(Error::Input(format!(
-                "{name} is missing, the cache that the samples in {} have read; --restart begins anew",
-                self.path.display()
-            ))),
+            None => refuse(format!("it is missing, and {samples} it")),
             Some(cache) if cache.header.fill != fill.id || !cache.header.is_filled => {
-                Err(Error::Input(format!(
-                    "{name} is not the cache that the samples in {} have read; --restart begins anew",
-                    self.path.display()
-                )))
+                refuse(format!("it is not the cache that {samples}"))
             }
             Some(_) => Ok(()),
         }

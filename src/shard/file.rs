@@ -27,7 +27,7 @@ pub struct Shard {
 ///
 /// The file cannot be read, or it is no shard.
 pub fn read_header<T: serde::de::DeserializeOwned>(path: &Path) -> Result<(T, String)> {
-    let wrong = |why: &str| Error::Input(format!("{}: {why}", path.display()));
+    let wrong = |why: &str| Error::input(path, why);
     let meta = meta_data(path)?;
     let header = meta.headers.first().ok_or(wrong("it holds no picture"))?;
     let attribute = |name: &str| {
@@ -56,7 +56,7 @@ impl Shard {
     ///
     /// The file cannot be read, or it is not what its header says.
     pub fn read(path: &Path, header: &Header) -> Result<Shard> {
-        let wrong = |why: &str| Error::Input(format!("{}: {why}", path.display()));
+        let wrong = |why: &str| Error::input(path, why);
         header.check().map_err(|why| wrong(&why))?;
         check_size(path, &meta_data(path)?, header.identity.size)?;
         let image = read()
@@ -120,12 +120,8 @@ fn meta_data(path: &Path) -> Result<MetaData> {
     if let Err(error) = fs::metadata(path) {
         return Err(Error::io(path, error));
     }
-    MetaData::read_from_file(path, false).map_err(|error| {
-        Error::Input(format!(
-            "{}: not readable as OpenEXR: {error}",
-            path.display()
-        ))
-    })
+    MetaData::read_from_file(path, false)
+        .map_err(|error| Error::input(path, format!("not readable as OpenEXR: {error}")))
 }
 
 /// Fails for a file that claims more pixels than it can hold, before there is memory for them.
@@ -143,9 +139,9 @@ fn check_size(path: &Path, meta: &MetaData, size: [u32; 2]) -> Result<()> {
     };
     match meta.headers.len() == 1 && meta.headers.iter().all(fits) {
         true => Ok(()),
-        false => Err(Error::Input(format!(
-            "{}: it is damaged: it does not hold {width}x{height} pixels",
-            path.display()
-        ))),
+        false => Err(Error::input(
+            path,
+            format!("it is damaged: it does not hold {width}x{height} pixels"),
+        )),
     }
 }

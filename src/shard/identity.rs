@@ -124,7 +124,7 @@ impl Named<'_> {
 fn deciding_keys(scene: &str) -> Result<BTreeMap<String, String>> {
     let table: toml::Table = scene
         .parse()
-        .map_err(|error| Error::input(format!("not the scene of a picture: {error}")))?;
+        .map_err(|error| Error::value(format!("not the scene of a picture: {error}")))?;
     let mut keys = BTreeMap::new();
     flatten("", &Value::Table(table), &mut keys);
     keys.retain(|key, _| {

@@ -24,10 +24,10 @@ impl Lock {
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
-                    return Err(Error::Input(format!(
-                        "{}: another process is at work with this checkpoint; wait for it or name another file",
-                        checkpoint.display()
-                    )));
+                    return Err(Error::input(
+                        checkpoint,
+                        "another process is at work with this checkpoint; wait for it or name another file",
+                    ));
                 }
                 Err(TryLockError::Error(error)) => return Err(Error::io(&path, error)),
             }

@@ -10,7 +10,7 @@ use super::file::{Shard, read_header};
 use super::header::{Fill, Header, checksum};
 use super::identity::Named;
 use crate::engine::{Picture, SampleRange};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::render::Sums;
 
 /// The picture of all shards.
@@ -44,10 +44,13 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
     parts.sort_by_key(|part| part.header.samples[0]);
     for part in &parts[1..] {
         if let Some(difference) = parts[0].named().difference(&part.named())? {
-            return Err(Error::Input(format!(
-                "{} and {} are of different pictures: {difference}",
-                parts[0].name, part.name
-            )));
+            return Err(Error::input(
+                Place::file(&part.name),
+                format!(
+                    "it is of another picture than {}: {difference}",
+                    parts[0].name
+                ),
+            ));
         }
     }
     let samples = joined(&parts)?;
@@ -89,9 +92,9 @@ impl<'a> Part<'a> {
         let name = path.display().to_string();
         header
             .check()
-            .map_err(|why| Error::Input(format!("{name}: {why}")))?;
+            .map_err(|why| Error::input(Place::file(&name), why))?;
         if header.samples.is_empty() {
-            return Err(Error::Input(format!("{name}: it holds no samples yet")));
+            return Err(Error::input(Place::file(name), "it holds no samples yet"));
         }
         Ok(Part {
             path,
@@ -130,9 +133,12 @@ fn joined(parts: &[Part<'_>]) -> Result<Vec<SampleRange>> {
                     first: range.first,
                     end: range.end.min(last.end),
                 };
-                return Err(Error::Input(format!(
-                    "{before} and {name} both hold the samples {common}: each may be counted once"
-                )));
+                return Err(Error::input(
+                    Place::file(name),
+                    format!(
+                        "it holds the samples {common}, as does {before}: each may be counted once"
+                    ),
+                ));
             }
             Some((last, before)) if range.first == last.end => {
                 (last.end, *before) = (range.end, name);

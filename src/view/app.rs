@@ -18,7 +18,7 @@ use super::stage::Stage;
 use super::watch::{INTERVAL, Watch};
 use super::{clip, gizmo, panels, pointer};
 use crate::cli::ViewArgs;
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Error, Result};
 use crate::interrupt::is_interrupted;
 use crate::output::Outputs;
 
@@ -327,7 +327,7 @@ impl<'a> App<'a> {
             return Ok(0);
         };
         if let Some(message) = stage.device().validation_messages().first() {
-            return Err(Error::Device(format!("Vulkan validation: {message}")));
+            return Err(DeviceError::Validation(message.clone()).into());
         }
         if let Some(path) = &self.args.stats {
             let live = self.session.as_ref().and_then(|s| s.live.as_ref());

@@ -11,7 +11,8 @@ use super::recent::Recent;
 use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
-use crate::gpu::{Memory, human};
+use crate::bytes::human;
+use crate::gpu::Memory;
 use crate::render::Choice;
 
 /// Points that a sentence is wide before it is broken.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::document::Document;
 use super::picture::Picture;
 use crate::engine::{Changed, Engine, Host};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};
 
@@ -49,7 +49,8 @@ impl Live {
         } = order;
         if scene.render.variant == Variant::Published {
             return Err(Error::input(
-                "render.variant: found \"published\", a baseline that `isolume render` measures \
+                Place::default().with_key("render.variant"),
+                "found \"published\", a baseline that `isolume render` measures \
                  against; the window shows \"auto\", \"caching\" and \"non-caching\"",
             ));
         }

@@ -84,7 +84,7 @@ impl<T: Send + 'static> Load<T> {
         match self.receiver.try_recv() {
             Ok(result) => Some(result),
             Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Err(Error::Input(format!(
+            Err(TryRecvError::Disconnected) => Some(Err(Error::value(format!(
                 "{} ended without a result",
                 self.what
             )))),

@@ -31,7 +31,7 @@ mod wishes;
 use winit::event_loop::EventLoop;
 
 use crate::cli::ViewArgs;
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Result};
 use crate::interrupt;
 use crate::output::check_writable;
 
@@ -43,7 +43,7 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
         let text = e.to_string();
         let reason = text.rsplit(": ").next().unwrap_or_default();
         let reason = reason.trim_end_matches('.');
-        Error::Device(format!(
+        DeviceError::Display(format!(
             "there is no display to open a window on ({reason}); `isolume render {input} -o \
              picture.png` needs none"
         ))
@@ -57,7 +57,7 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
     let mut app = app::App::new(args, event_loop.create_proxy());
     let ran = event_loop.run_app(&mut app);
     load::wait_for_builds();
-    ran.map_err(|e| Error::Device(format!("the window system failed: {e}")))?;
+    ran.map_err(|e| DeviceError::Display(format!("the window system failed: {e}")))?;
     let status = app.finish()?;
     match interrupt::is_interrupted() {
         true => Ok(interrupt::status()),

@@ -11,7 +11,7 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let scene = session.describe();
     let path = free_name(&session.document.path, ["png", "exr"])?;
     let live = session.live.as_mut();
-    let live = live.ok_or_else(|| Error::Input("there is no picture to save yet".into()))?;
+    let live = live.ok_or_else(|| Error::value("there is no picture to save yet"))?;
     let engine = &mut live.engine;
     let picture = engine.picture()?;
     let provenance = Provenance {
@@ -44,9 +44,9 @@ fn free_name<const N: usize>(document: &Path, extensions: [&str; N]) -> Result<P
     let is_free = |n: &u32| extensions.iter().all(|e| !name(*n, e).exists());
     match (1..10_000).find(is_free) {
         Some(n) => Ok(name(n, extensions[0])),
-        None => Err(Error::Input(format!(
-            "{}: there are too many already",
-            name(1, extensions[0]).display()
-        ))),
+        None => {
+            let first = name(1, extensions[0]);
+            Err(Error::input(first.as_path(), "there are too many already"))
+        }
     }
 }

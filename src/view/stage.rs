@@ -12,7 +12,7 @@ use winit::window::Window;
 
 use crate::cli::ViewArgs;
 use crate::engine::Host;
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Result};
 use crate::gpu::{
     ATLAS_SIDE, Canvas, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory, Patch,
     Shape, Surface, Swapchain,
@@ -67,8 +67,9 @@ impl WindowImages {
 
 impl Stage {
     pub fn open(event_loop: &ActiveEventLoop, args: &ViewArgs) -> Result<Stage> {
-        let failed =
-            |e: &dyn std::fmt::Display| Error::Device(format!("no window could be opened: {e}"));
+        let failed = |e: &dyn std::fmt::Display| {
+            DeviceError::Display(format!("no window could be opened: {e}"))
+        };
         let [width, height] = args.window;
         let attributes = Window::default_attributes()
             .with_title("Isolume")

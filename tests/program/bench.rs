@@ -185,7 +185,7 @@ fn what_cannot_be_measured_is_refused_before_anything_is_written() {
         (
             "--set surfaces.iso=[] --shading phong",
             3,
-            "--shading is for surfaces",
+            "--shading: it is for surfaces",
         ),
         (
             "--variants caching --set render.max_bounces=2",

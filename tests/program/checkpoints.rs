@@ -176,7 +176,7 @@ fn a_checkpoint_of_something_else_is_refused() {
     let cache = folder.read("c.exr.cache");
     std::fs::remove_file(folder.path("c.exr.cache")).unwrap();
     let said = refused(&folder, &cached, 3);
-    assert!(said.contains("c.exr.cache is missing"), "{said}");
+    assert!(said.contains("c.exr.cache: it is missing"), "{said}");
     for (at, bit) in [(0, 1), (cache.len() / 2, 4), (cache.len() - 30, 2)] {
         let mut damaged = cache.clone();
         damaged[at] ^= bit;

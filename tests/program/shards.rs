@@ -136,7 +136,7 @@ fn what_does_not_belong_together_is_not_merged() {
     for (other, expected) in [
         (
             "seed.exr",
-            "of different pictures: the seed is 0 in a.exr and 1 in seed.exr",
+            "it is of another picture than a.exr: the seed is 0 in a.exr and 1 in seed.exr",
         ),
         (
             "size.exr",
@@ -151,8 +151,8 @@ fn what_does_not_belong_together_is_not_merged() {
             "the variant is non-caching in a.exr and caching at scale",
         ),
         ("volume.exr", "the volume in a.exr has other voxels"),
-        ("overlap.exr", "both hold the samples 4..8"),
-        ("a.exr", "both hold the samples 0..8"),
+        ("overlap.exr", "it holds the samples 4..8, as does"),
+        ("a.exr", "it holds the samples 0..8, as does"),
         (
             "plain.exr",
             "plain.exr: it is neither a shard nor a checkpoint",

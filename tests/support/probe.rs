@@ -4,7 +4,8 @@
 use std::sync::Arc;
 
 use isolume::gpu::*;
-use isolume::render::shared::{self, Features, SceneConstants};
+use isolume::render::features::Features;
+use isolume::render::shared::{self, SceneConstants};
 use isolume::render::{GpuScene, Renderer, Resources};
 use isolume::scene::Scene;
 use isolume::scene::volume::Volume;

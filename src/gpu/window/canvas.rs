@@ -9,7 +9,8 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::super::buffer::{Buffer, BufferDesc, Placement};
-use super::super::device::{Device, failure};
+use super::super::device::Device;
+use super::super::failure::failure;
 use super::super::frame::Frame;
 use super::super::image::{Image, ImageDesc};
 use super::super::memory::Memory;
@@ -196,7 +197,7 @@ fn pipeline(device: &Arc<Device>, format: vk::Format) -> Result<Pipeline> {
         }
         built
     });
-    pipeline.map_err(|e| failure(e, format!("the user interface cannot be drawn: {e}")))
+    pipeline.map_err(|e| failure(e, "the user interface cannot be drawn".into()))
 }
 
 fn graphics_pipeline(

@@ -10,11 +10,12 @@ use std::sync::Arc;
 use ash::{khr, vk};
 use winit::raw_window_handle::{HasDisplayHandle, HasWindowHandle, RawDisplayHandle};
 
-use super::super::device::{Device, DeviceChoice, failure};
+use super::super::device::{Device, DeviceChoice};
+use super::super::failure::failure;
 use super::super::image::COLOR;
 use super::super::instance::Instance;
 use super::super::memory::{Holding, Memory};
-use crate::error::{Error, Result};
+use crate::error::{DeviceError, Error, Result};
 
 /// Eight bits a channel, encoded by whoever writes.
 const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
@@ -28,7 +29,7 @@ impl Device {
         display: RawDisplayHandle,
     ) -> Result<Arc<Device>> {
         let extensions = ash_window::enumerate_required_extensions(display).map_err(|e| {
-            Error::Device(format!("Vulkan knows no way to draw on this display: {e}"))
+            DeviceError::Display(format!("Vulkan knows no way to draw on this display: {e}"))
         })?;
         let instance = Instance::new(choice.validation, extensions)?;
         Device::open_from(instance, choice, true)
@@ -50,9 +51,9 @@ impl Surface {
     where
         W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
     {
-        let failed = |e: &dyn std::fmt::Display| {
-            let name = &device.summary.name;
-            Error::Device(format!("{name} cannot show anything in a window: {e}"))
+        let failed = |e: &dyn std::fmt::Display| DeviceError::Unable {
+            device: device.summary.name.clone(),
+            problem: format!("cannot show anything in a window: {e}"),
         };
         let display = window.display_handle().map_err(|e| failed(&e))?.as_raw();
         let handle = window.window_handle().map_err(|e| failed(&e))?.as_raw();
@@ -353,6 +354,8 @@ fn opaque(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR {
 }
 
 fn lost(device: &Device, error: vk::Result) -> Error {
-    let message = format!("{} failed at the window: {error}", device.summary.name);
-    failure(error, message)
+    failure(
+        error,
+        format!("{} failed at the window", device.summary.name),
+    )
 }

@@ -34,7 +34,7 @@ pub fn measure(
     skipped: &mut Vec<String>,
 ) -> Result<Vec<CacheSetting>> {
     let whole = match subject.entrant(&bench.host, bench.volume, &WHOLE) {
-        Err(Error::Memory(why)) => Err(why),
+        Err(Error::Memory(why)) => Err(why.to_string()),
         Err(other) => return Err(other),
         Ok(whole) => bench.in_time(&whole, runs).map(|()| whole),
     };

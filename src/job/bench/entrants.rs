@@ -2,7 +2,7 @@
 
 use crate::cli::{BenchArgs, BenchVariant};
 use crate::engine::{Engine, Host};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::render::{self, Choice};
 use crate::scene::Opened;
 use crate::scene::file::{SceneFile, ShadingModel};
@@ -41,10 +41,11 @@ pub struct Entrant {
 
 pub fn subjects(args: &BenchArgs, host: &Host, opened: &Opened) -> Result<Vec<Subject>> {
     if !args.shading.is_empty() && opened.scene.surfaces.iso.is_empty() {
-        return Err(Error::Input(format!(
-            "--shading is for surfaces, and {} has none; --iso VALUE adds one",
-            args.scene.input.display()
-        )));
+        let scene = args.scene.input.display();
+        return Err(Error::input(
+            Place::flag("--shading"),
+            format!("it is for surfaces, and {scene} has none; --iso VALUE adds one"),
+        ));
     }
     let mut models: Vec<Option<ShadingModel>> = args.shading.iter().copied().map(Some).collect();
     models.dedup();

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 
 /// Made if it is missing; what is still empty when this is dropped goes again.
 pub struct Folder {
@@ -14,10 +14,11 @@ pub struct Folder {
 impl Folder {
     pub fn make(path: &Path) -> Result<Folder> {
         if path.exists() && !path.is_dir() {
-            return Err(Error::Input(format!(
-                "-o {}: it is a file; name a folder for the report",
-                path.display()
-            )));
+            let flag = Place::flag(format!("-o {}", path.display()));
+            return Err(Error::input(
+                flag,
+                "it is a file; name a folder for the report",
+            ));
         }
         let folder = Folder {
             path: path.to_owned(),

@@ -1,11 +1,10 @@
 //! report.md: what report.json holds, for people.
 
-use std::fmt::Write;
-
 use super::plots::{ERROR_TIME, PSNR_TIME, SIMILARITY_TIME};
 use super::report::{CacheSetting, Point, Report, RunReport, SubjectReport};
+use super::table::{Table, by_time, decibels, number};
+use crate::bytes::human;
 use crate::compare::{Comparison, WithoutNoise};
-use crate::gpu::human;
 
 /// The paper's 14 floats.
 const PAPER_BYTES_PER_VOXEL: f64 = 56.0;
@@ -363,63 +362,6 @@ fn section(title: &str, what: &str, table: Table) -> String {
     match table.rows {
         0 => String::new(),
         _ => format!("\n## {title}\n\n{what}\n{}", table.text()),
-    }
-}
-
-fn by_time(first: &str, report: &Report) -> Table {
-    let times = report.seconds.iter().map(|s| format!("{s} s"));
-    let heads: Vec<String> = std::iter::once(first.to_string()).chain(times).collect();
-    Table::new(&heads.iter().map(String::as_str).collect::<Vec<_>>())
-}
-
-/// Rows of a Markdown table.
-struct Table {
-    text: String,
-    rows: usize,
-}
-
-impl Table {
-    fn new(heads: &[&str]) -> Table {
-        let rule = "|---".to_string() + &"|---:".repeat(heads.len() - 1);
-        Table {
-            text: format!("\n| {} |\n{rule}|\n", heads.join(" | ")),
-            rows: 0,
-        }
-    }
-
-    fn row(&mut self, cells: impl IntoIterator<Item = String>) {
-        let cells: Vec<String> = cells.into_iter().collect();
-        let _ = writeln!(self.text, "| {} |", cells.join(" | "));
-        self.rows += 1;
-    }
-
-    fn by_time(&mut self, report: &Report, name: String, at: impl Fn(f64) -> Option<String>) {
-        let cells = report.seconds.iter().map(|&s| at(s).unwrap_or("–".into()));
-        self.row(std::iter::once(name).chain(cells));
-    }
-
-    fn text(self) -> String {
-        self.text
-    }
-}
-
-fn decibels(psnr: f64) -> String {
-    match psnr.is_finite() {
-        true => format!("{psnr:.1}"),
-        false => "∞".into(),
-    }
-}
-
-/// Three digits that count.
-fn number(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".into(),
-        v if !v.is_finite() => "–".into(),
-        v if v >= 1e5 => format!("{value:.2e}"),
-        v if v >= 100.0 => format!("{value:.0}"),
-        v if v >= 10.0 => format!("{value:.1}"),
-        v if v >= 1e-2 => format!("{value:.3}"),
-        _ => format!("{value:.2e}"),
     }
 }
 

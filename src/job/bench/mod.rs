@@ -14,6 +14,7 @@ mod plots;
 mod reference;
 mod report;
 mod run;
+mod table;
 
 use std::time::Duration;
 

@@ -154,7 +154,7 @@ fn draw(plot: &Plot) -> Result<String> {
         }
         false => on_axes(&area, times, low - 2.0..high + 2.0, plot, &plain),
     };
-    drawn.map_err(|e| Error::Input(format!("a plot could not be drawn: {e}")))?;
+    drawn.map_err(|e| Error::value(format!("a plot could not be drawn: {e}")))?;
     drop(area);
     Ok(svg)
 }

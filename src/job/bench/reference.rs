@@ -9,7 +9,7 @@ use super::{Bench, patient_run};
 use crate::cli::{BenchArgs, BenchVariant};
 use crate::compare::{Comparison, LinearImage, measure};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::job::views::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Scene, Variant};
@@ -34,10 +34,13 @@ pub fn check_size(given: &LinearImage, scene: &Scene) -> Result<()> {
     let [width, height] = scene.render.size;
     match (given.width, given.height) == (width as usize, height as usize) {
         true => Ok(()),
-        false => Err(Error::Input(format!(
-            "{}: the reference has {}x{} pixels, the scene {width}x{height}; give --size {}x{}",
-            given.name, given.width, given.height, given.width, given.height
-        ))),
+        false => Err(Error::input(
+            Place::file(&given.name),
+            format!(
+                "the reference has {}x{} pixels, the scene {width}x{height}; give --size {}x{}",
+                given.width, given.height, given.width, given.height
+            ),
+        )),
     }
 }
 

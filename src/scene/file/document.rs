@@ -13,7 +13,7 @@ use toml::Value;
 use toml::de::{DeTable, DeValue};
 
 use super::{SceneFile, mismatch};
-use crate::error::{Error, Result};
+use crate::error::{Error, Origin, Place, Result};
 use crate::scene::View;
 
 #[derive(Debug, Clone)]
@@ -30,24 +30,18 @@ pub struct Origins {
     /// Relative paths start here.
     folder: PathBuf,
     /// By dotted key: `light.0.direction`.
-    places: BTreeMap<String, Place>,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum Place {
-    Line(usize),
-    Flag(String),
+    places: BTreeMap<String, Origin>,
 }
 
 impl Origins {
     /// An input error at a key: its file and line, or its flag, and the key.
     pub fn error(&self, key: &str, problem: impl Display) -> Error {
-        Error::Input(self.sentence(key, problem))
+        Error::input(self.place(key).with_key(key), problem.to_string())
     }
 
     /// A note about a key, which is no error.
     pub fn sentence(&self, key: &str, problem: impl Display) -> String {
-        format!("{}: {key}: {problem}", self.place(key))
+        format!("{}{problem}", self.place(key).with_key(key))
     }
 
     /// A path as written in the scene, from where this process stands.
@@ -56,13 +50,12 @@ impl Origins {
     }
 
     /// A key that was not written is looked for where its table was.
-    fn place(&self, key: &str) -> String {
+    fn place(&self, key: &str) -> Place {
         match self.places.get(key) {
-            Some(Place::Line(line)) => format!("{}:{line}", self.name),
-            Some(Place::Flag(flag)) => flag.clone(),
+            Some(origin) => origin.clone().into(),
             None => match key.rsplit_once('.') {
                 Some((table, _)) => self.place(table),
-                None => self.name.clone(),
+                None => Place::file(&self.name),
             },
         }
     }
@@ -85,7 +78,9 @@ impl Origins {
             }
             _ => {}
         }
-        self.places.insert(path, Place::Line(line_at(text, at)));
+        let file = self.name.clone();
+        let line = line_at(text, at);
+        self.places.insert(path, Origin::Line { file, line });
     }
 }
 
@@ -113,7 +108,11 @@ impl Document {
         let syntax = |error: toml::de::Error| {
             let line = line_at(text, error.span().map_or(0, |span| span.start));
             let problem = error.message().replace('\n', ", ");
-            Error::Input(format!("{name}:{line}: not valid TOML: {problem}"))
+            let file = name.clone();
+            Error::input(
+                Origin::Line { file, line },
+                format!("not valid TOML: {problem}"),
+            )
         };
         let spanned = DeTable::parse(text).map_err(syntax)?;
         let root = text.parse().map(Value::Table).map_err(syntax)?;
@@ -148,11 +147,12 @@ impl Document {
             Change::Set { key, value } => self.set(edit, key, value.clone()),
             Change::Iso(value) => match self.isosurfaces() {
                 0 | 1 => self.set(edit, "surfaces.iso.0.value", Value::Float(*value)),
-                n => Err(Error::Input(format!(
-                    "{}: the scene has {n} isosurfaces: choose one with \
-                     --set surfaces.iso.0.value={value}",
-                    edit.flag
-                ))),
+                n => Err(Error::input(
+                    Place::flag(&edit.flag),
+                    format!(
+                        "the scene has {n} isosurfaces: choose one with --set surfaces.iso.0.value={value}"
+                    ),
+                )),
             },
             Change::View(view) => {
                 if let Some(camera) = self.root.get_mut("camera").and_then(Value::as_table_mut) {
@@ -174,13 +174,13 @@ impl Document {
         let known = |n: &usize| find(&self.root, &steps[..*n].join(".")).is_some();
         let first_new = (1..steps.len()).find(|n| !known(n)).unwrap_or(steps.len());
         put(&mut self.root, &steps, value)
-            .map_err(|problem| Error::Input(format!("{}: {problem}", edit.flag)))?;
+            .map_err(|problem| Error::input(Place::flag(&edit.flag), problem))?;
         let inside = format!("{key}.");
         let places = &mut self.origins.places;
         places.retain(|other, _| !other.starts_with(&inside));
         // The tables that this made were written by the flag as well.
         for n in first_new..=steps.len() {
-            places.insert(steps[..n].join("."), Place::Flag(edit.flag.clone()));
+            places.insert(steps[..n].join("."), Origin::Flag(edit.flag.clone()));
         }
         Ok(())
     }

@@ -22,7 +22,7 @@ pub use document::{Edit, Origins};
 pub use resolve::resolve;
 
 use super::{Background, CacheFormat, CacheScale, LightModel, Normals, Tone, Variant, View};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use crate::scene::volume::Pick;
 
 /// The whole file. Its keys are the contract's; `None` means that the user left it to us.
@@ -193,9 +193,10 @@ impl SceneFile {
     pub(super) fn bare(volume: &Path, edits: &[Edit]) -> Result<SceneFile> {
         let name = volume.display().to_string();
         if volume.to_str().is_none() {
-            return Err(Error::Input(format!(
-                "{name}: the path is not UTF-8: rename it"
-            )));
+            return Err(Error::input(
+                Place::file(name),
+                "the path is not UTF-8: rename it",
+            ));
         }
         let mut file = SceneFile::default();
         file.volume.path = Some(volume.to_path_buf());

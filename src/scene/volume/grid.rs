@@ -13,7 +13,7 @@ use super::region::Region;
 use super::source::chunked::Chunked;
 use super::source::{Cursor, Source};
 use super::stored::{Conversion, StoredType, Voxels};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 
 /// Bytes read at a time where they have to be converted: they stay in the processor's cache.
 const CHUNK: usize = 256 << 10;
@@ -174,7 +174,7 @@ impl Reader<'_> {
                 grid.dims()
             )),
         };
-        read.map_err(|fault| Error::input(format!("{}: {fault}", grid.name)))
+        read.map_err(|fault| Error::input(Place::file(&grid.name), fault))
     }
 
     pub(super) fn fill(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()> {

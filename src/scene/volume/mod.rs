@@ -29,7 +29,7 @@ mod voxel_type;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 use grid::Grid;
 pub use grid::Reader;
 pub use histogram::Histogram;
@@ -167,7 +167,7 @@ impl Volume {
     }
 
     fn kept(&self, keeping: &Keeping) -> Result<Volume> {
-        let fault = |fault| Error::input(format!("{}: {fault}", self.grid.name));
+        let fault = |fault: String| Error::input(Place::file(&self.grid.name), fault);
         let is_enough = |known: &Known| known.voxels.is_some() || self.is_direct();
         // One that is damaged is replaced.
         let found = keeping.place.find().unwrap_or(None);
@@ -175,7 +175,9 @@ impl Volume {
         if known.is_none() {
             match keeping.write(self) {
                 // What is found out again by a walk is not worth an error.
-                Err(Error::Input(_)) if self.is_direct() => return Ok(self.clone()),
+                Err(error) if error.is_about_input() && self.is_direct() => {
+                    return Ok(self.clone());
+                }
                 written => written?,
             }
             known = keeping.place.find().map_err(fault)?;
@@ -188,7 +190,7 @@ impl Volume {
     }
 
     fn spooled(&self) -> Result<Volume> {
-        let fault = |fault| Error::input(format!("{}: {fault}", self.grid.name));
+        let fault = |fault: String| Error::input(Place::file(&self.grid.name), fault);
         let mut spool = Spool::new(self.dims, self.stored.bytes()).map_err(fault)?;
         let mut reader = self.reader();
         let mut bytes = Vec::new();

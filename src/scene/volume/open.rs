@@ -20,7 +20,7 @@ use super::statistics::Statistics;
 use super::store::file::Known;
 use super::store::{Keeping, Stores};
 use super::stored::{Conversion, Voxels};
-use crate::error::{Error, Result};
+use crate::error::{Error, Place, Result};
 
 impl Volume {
     /// Opens a volume of any format, told by the file's name, and walks through its voxels once.
@@ -48,7 +48,7 @@ impl Volume {
         let stores = stores.map(|stores| (stores, path));
         format::read(path, overrides)
             .and_then(|header| open(header, overrides, &name, reading, stores))
-            .map_err(|fault| Error::input(format!("{name}: {fault}")))
+            .map_err(|fault| Error::input(Place::file(&name), fault))
     }
 
     /// The volumes of a folder or file that may hold several; none for a format that holds one.
@@ -58,7 +58,7 @@ impl Volume {
     /// It holds no volume.
     pub fn series(path: &Path) -> Result<Vec<Series>> {
         let name = path.display().to_string();
-        format::series(path).map_err(|fault| Error::input(format!("{name}: {fault}")))
+        format::series(path).map_err(|fault| Error::input(Place::file(&name), fault))
     }
 
     /// The same volumes with pictures of their middle slices, for somebody to choose from; none where there is
@@ -69,7 +69,7 @@ impl Volume {
     /// The folder or file can no longer be read.
     pub fn previews(path: &Path) -> Result<Vec<Preview>> {
         let name = path.display().to_string();
-        format::previews(path).map_err(|fault| Error::input(format!("{name}: {fault}")))
+        format::previews(path).map_err(|fault| Error::input(Place::file(&name), fault))
     }
 
     /// A volume made in memory; its values are the voxels as they are.
@@ -81,7 +81,7 @@ impl Volume {
     pub fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> Result<Volume> {
         let expected = dims.iter().map(|size| u128::from(*size)).product::<u128>();
         if expected == 0 || voxels.len() as u128 != expected {
-            return Err(Error::input(format!(
+            return Err(Error::value(format!(
                 "{} values were given, expected {expected} for {dims:?} voxels, at least one",
                 voxels.len()
             )));
@@ -93,7 +93,7 @@ impl Volume {
             ..Header::of_source(source, dims, from, endian)
         };
         let (overrides, reading) = (VolumeOverrides::default(), Reading::default());
-        open(header, &overrides, "voxels in memory", &reading, None).map_err(Error::Input)
+        open(header, &overrides, "voxels in memory", &reading, None).map_err(Error::value)
     }
 }
 

@@ -118,7 +118,7 @@ impl FromStr for Axes {
             .ok_or_else(|| {
                 let expected = "expected one of L|R, one of A|P and one of S|I in any order, \
                                 where i, j and k grow, such as \"LPS\"";
-                Error::input(expected)
+                Error::value(expected)
             })
     }
 }

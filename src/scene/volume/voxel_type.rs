@@ -108,7 +108,7 @@ impl FromStr for VoxelType {
         found.map(|(voxel_type, _)| *voxel_type).ok_or_else(|| {
             let first = known.next().map_or("", |(_, name)| name).to_string();
             let names = known.fold(first, |names, (_, name)| names + ", " + name);
-            Error::input(format!("expected one of {names}"))
+            Error::value(format!("expected one of {names}"))
         })
     }
 }
@@ -120,7 +120,7 @@ impl FromStr for Endian {
         match text {
             "little" => Ok(Endian::Little),
             "big" => Ok(Endian::Big),
-            _ => Err(Error::input("expected \"little\" or \"big\"")),
+            _ => Err(Error::value("expected \"little\" or \"big\"")),
         }
     }
 }

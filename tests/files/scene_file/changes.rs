@@ -136,5 +136,5 @@ fn open_reads_scene_and_volume() {
     let early = open(&path, Preset::Auto, &[], |_, _| {
         panic!("read a volume for a bad scene")
     });
-    assert!(matches!(early, Err(Error::Input(_))));
+    assert!(matches!(early, Err(Error::Input { .. })));
 }

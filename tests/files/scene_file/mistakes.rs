@@ -2,6 +2,8 @@
 //!
 //! A line is `TOML => how the message goes on after the file's name`, with ` / ` for a new line.
 
+use isolume::error::{Error, Origin};
+
 use super::{message, parse};
 
 #[track_caller]
@@ -211,4 +213,19 @@ fn render_values_out_of_range() {
         "#,
     );
     assert!(parse("[render]\nmax_bounces = 2").is_ok());
+}
+
+#[test]
+fn a_program_reads_the_place_from_the_error() {
+    let error = parse("[camera]\nfov = 30").expect_err("an unknown key");
+    let Error::Input { place, problem } = &error else {
+        panic!("{error:?}");
+    };
+    let file = "scenes/head.toml".to_string();
+    assert_eq!(place.origin, Origin::Line { file, line: 2 });
+    assert_eq!(place.key.as_deref(), Some("camera.fov"));
+    assert_eq!(
+        error.to_string(),
+        format!("scenes/head.toml:2: camera.fov: {problem}")
+    );
 }

@@ -14,7 +14,6 @@ mod zarr;
 use std::path::Path;
 
 use crate::volume_files::{Array, gzip, write, zlib};
-use isolume::error::Error;
 use isolume::scene::volume::{
     Axes, Endian, StoredType, Volume, VolumeOverrides, VoxelType, Voxels,
 };
@@ -56,7 +55,8 @@ fn values(volume: &Volume) -> Vec<f64> {
 /// The message of a file that is no good, which must name the file.
 fn refusal(path: &Path, overrides: &VolumeOverrides) -> String {
     match Volume::load(path, overrides) {
-        Err(Error::Input(message)) => {
+        Err(error) if error.is_about_input() => {
+            let message = error.to_string();
             let name = path.file_name().unwrap().to_str().unwrap();
             assert!(message.contains(name), "{message}");
             message

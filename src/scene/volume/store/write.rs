@@ -12,7 +12,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::file::{Entry, Rest};
 use super::layout::Layout;
 use super::{Copying, Keeping, PREFIX, Place, Stores, clean};
-use crate::error::{Error, Result};
+use crate::error::{Error, Origin, Result};
 use crate::scene::volume::Volume;
 use crate::scene::volume::grid::Reader;
 use crate::scene::volume::region::Region;
@@ -78,12 +78,12 @@ impl Keeping {
     }
 
     fn no_room(&self, volume: &Volume, error: &std::io::Error) -> Error {
-        Error::input(format!(
-            "{}: its store cannot be written in {}: {error}; name a folder with room for its voxels by --cache-dir, or \
+        let problem = format!(
+            "its store cannot be written in {}: {error}; name a folder with room for its voxels by --cache-dir, or \
              decompress the file",
-            volume.grid.name,
             self.place.stores.folder.display()
-        ))
+        );
+        Error::input(Origin::File(volume.grid.name.clone()), problem)
     }
 }
 

@@ -10,7 +10,6 @@ mod stored;
 
 use std::path::Path;
 
-use isolume::error::Error;
 use isolume::scene::volume::{Volume, VolumeOverrides};
 use tempfile::TempDir;
 
@@ -49,7 +48,7 @@ fn written(scan: &Scan) -> TempDir {
 
 fn refused(folder: &Path, overrides: &VolumeOverrides) -> String {
     match Volume::load(folder, overrides) {
-        Err(Error::Input(message)) => message,
+        Err(error) if error.is_about_input() => error.to_string(),
         other => panic!("{other:?}"),
     }
 }

@@ -1,0 +1,101 @@
+//! Memory that is not there: the budget's, the device's limits, or the driver's.
+
+use crate::bytes::human;
+
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum MemoryError {
+    /// No plan stays within the budget.
+    #[error(
+        "the budget is {budget} bytes, but {variant} needs {} ({needed} bytes), {} of it for the {largest}{}: raise \
+         --vram-budget, lower --size, or set volume.crop", human(*.needed), human(*.largest_bytes), after_semicolon(.smallest_cache)
+    )]
+    Plan {
+        budget: u64,
+        variant: &'static str,
+        needed: u64,
+        /// The resource that takes most.
+        largest: String,
+        largest_bytes: u64,
+        /// What the smallest cache needs, where one was considered.
+        smallest_cache: Option<String>,
+    },
+    /// A cache was asked for by name, and only a picture without one fits.
+    #[error(
+        "no cache that was asked for fits into the budget of {budget} bytes: {smallest_cache}, non-caching only {} \
+         ({non_caching} bytes): raise --vram-budget, allow a smaller --cache-scale or --cache-format, or choose \
+         --variant auto", human(*.non_caching)
+    )]
+    Cache {
+        budget: u64,
+        smallest_cache: String,
+        non_caching: u64,
+    },
+    /// The device is too small for the picture or the volume, even without a cache.
+    #[error("{0}: lower --size, or set volume.crop")]
+    Scene(Box<MemoryError>),
+    /// A resource is more than what is left of the budget.
+    #[error(
+        "{resource} needs {}, but {} of the budget of {} are in use: raise --vram-budget, or crop the volume or shrink \
+         the picture", human(*.bytes), human(*.used), human(*.budget)
+    )]
+    Budget {
+        resource: String,
+        bytes: u64,
+        used: u64,
+        budget: u64,
+    },
+    /// A resource is larger than what the device allocates at once.
+    #[error("{resource} needs {}, but {device} allocates at most {} at once", human(*.bytes), human(*.limit))]
+    Allocation {
+        resource: String,
+        bytes: u64,
+        device: String,
+        limit: u64,
+    },
+    /// A buffer is larger than a shader can see.
+    #[error("{resource} needs {}, but {device} takes buffers of at most {}", human(*.bytes), human(*.limit))]
+    Buffer {
+        resource: String,
+        bytes: u64,
+        device: String,
+        limit: u64,
+    },
+    /// An image is longer than the device's images are.
+    #[error("{resource} is {texels} texels long, but {device} takes at most {limit} a side")]
+    Image {
+        resource: String,
+        texels: u32,
+        device: String,
+        limit: u32,
+    },
+    /// A cache has more nodes along an axis than can be addressed.
+    #[error("its {nodes:?} nodes are more than {limit} along an axis")]
+    CacheNodes { nodes: [u32; 3], limit: u32 },
+    /// A cache's bricks do not fit into the largest image.
+    #[error(
+        "its {bricks} bricks of nodes are more than a 3D image of {texels} texels a side holds"
+    )]
+    CacheBricks { bricks: usize, texels: u32 },
+    /// The volume streams, and there is too little room for what one ray needs.
+    #[error(
+        "a single ray needs more bricks of the volume at once than the {room} that there is room for: raise \
+         --vram-budget or lower --size"
+    )]
+    VolumeBricks { room: u32 },
+    /// The driver had no memory although the plan was within its limits.
+    #[error("{resource} ({}) could not be allocated on {device}: {why}; lower --vram-budget", human(*.bytes))]
+    Refused {
+        resource: String,
+        bytes: u64,
+        device: String,
+        why: String,
+    },
+    /// The driver ran out of memory in a call.
+    #[error("{doing}: {why}")]
+    Call { doing: String, why: String },
+}
+
+fn after_semicolon(text: &Option<String>) -> String {
+    text.as_ref()
+        .map_or(String::new(), |text| format!("; {text}"))
+}

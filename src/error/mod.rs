@@ -1,0 +1,152 @@
+//! What can go wrong, sorted by whom it concerns: each kind has its exit status.
+//!
+//! Every error holds the facts that its message is made of, so that a program which embeds the engine need not read
+//! sentences. The message is one clear sentence that names the file, key or flag, what was found and what was expected.
+
+mod device;
+mod memory;
+
+use std::fmt::{self, Display, Formatter};
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub use device::DeviceError;
+pub use memory::MemoryError;
+
+/// Exit status after Ctrl-C with the outputs written.
+pub const INTERRUPTED_STATUS: u8 = 130;
+/// Exit status after SIGTERM with the outputs written.
+pub const TERMINATED_STATUS: u8 = 143;
+
+/// Exit status where a device does not work.
+pub const DEVICE_STATUS: u8 = 5;
+
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Wrong flags or arguments.
+    #[error("{0}")]
+    Usage(String),
+    /// A file or folder cannot be read or written.
+    #[error("{}: {source}", .path.display())]
+    File { path: PathBuf, source: io::Error },
+    /// A file's content, a scene or a value in it cannot be used.
+    #[error("{place}{problem}")]
+    Input { place: Place, problem: String },
+    /// Out of memory, or over the budget.
+    #[error(transparent)]
+    Memory(#[from] MemoryError),
+    /// No usable Vulkan device, or it was lost.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// Ctrl-C or SIGTERM before there was anything to write.
+    #[error("interrupted before the first sample of every pixel was done: nothing was written")]
+    Interrupted,
+}
+
+/// Where input that cannot be used comes from.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Place {
+    pub origin: Origin,
+    /// The dotted key in the scene, such as `light.0.direction`.
+    pub key: Option<String>,
+}
+
+/// Who gave a value.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// A program, in a call.
+    #[default]
+    Call,
+    /// A file or folder, by the name that it was given.
+    File(String),
+    /// A line of a file, counted from 1.
+    Line { file: String, line: usize },
+    /// A flag of the command line, as it was written.
+    Flag(String),
+}
+
+impl Error {
+    /// The process's exit status.
+    pub fn exit_status(&self) -> u8 {
+        match self {
+            Error::Usage(_) => 2,
+            Error::File { .. } | Error::Input { .. } => 3,
+            Error::Memory(_) => 4,
+            Error::Device(_) => DEVICE_STATUS,
+            Error::Interrupted => INTERRUPTED_STATUS,
+        }
+    }
+
+    /// A value that a program gave in a call.
+    pub fn value(problem: impl Into<String>) -> Error {
+        Error::input(Place::default(), problem)
+    }
+
+    /// A value that somebody wrote down.
+    pub fn input(place: impl Into<Place>, problem: impl Into<String>) -> Error {
+        Error::Input {
+            place: place.into(),
+            problem: problem.into(),
+        }
+    }
+
+    /// A file that could not be read or written.
+    pub fn io(path: &Path, source: io::Error) -> Error {
+        Error::File {
+            path: path.to_path_buf(),
+            source,
+        }
+    }
+
+    /// Whether a file or what is in it is the cause.
+    pub fn is_about_input(&self) -> bool {
+        matches!(self, Error::File { .. } | Error::Input { .. })
+    }
+}
+
+impl Place {
+    pub fn flag(flag: impl Into<String>) -> Place {
+        Origin::Flag(flag.into()).into()
+    }
+
+    pub fn file(name: impl Into<String>) -> Place {
+        Origin::File(name.into()).into()
+    }
+
+    pub fn with_key(self, key: impl Into<String>) -> Place {
+        Place {
+            key: Some(key.into()),
+            ..self
+        }
+    }
+}
+
+impl From<Origin> for Place {
+    fn from(origin: Origin) -> Place {
+        Place { origin, key: None }
+    }
+}
+
+impl From<&Path> for Place {
+    fn from(path: &Path) -> Place {
+        Place::file(path.display().to_string())
+    }
+}
+
+/// What begins a message: empty, or with a colon at its end.
+impl Display for Place {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match &self.origin {
+            Origin::Call => {}
+            Origin::File(name) => write!(f, "{name}: ")?,
+            Origin::Line { file, line } => write!(f, "{file}:{line}: ")?,
+            Origin::Flag(flag) => write!(f, "{flag}: ")?,
+        }
+        match &self.key {
+            None => Ok(()),
+            Some(key) => write!(f, "{key}: "),
+        }
+    }
+}
