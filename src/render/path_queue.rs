@@ -84,6 +84,9 @@ impl PathQueue {
         let began = Instant::now();
         frame.run(|f| {
             record(f, self.work)?;
+            if let Some(bricks) = &r.bricks {
+                bricks.record_told(f)?;
+            }
             f.copy(&r.counters, &r.staging)
         })?;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;

@@ -55,6 +55,9 @@ impl Marks {
 
 struct State {
     layout: BrickLayout,
+    /// Copies of `pages` and `streaming` that the host reads and writes.
+    host_pages: Buffer,
+    host_streaming: Buffer,
     staging: Buffer,
     /// Bytes of a brick in the staging buffer.
     room: usize,
@@ -102,7 +105,8 @@ impl VolumeBricks {
         let voxel_bytes = scene.parts.field.stored.bytes();
         let room = room(&layout, voxel_bytes) as u64;
         let staging = STAGING_BYTES.min(u64::from(layout.capacity().div_ceil(4)) * room);
-        let staging = staging.max(page_bytes).max(room);
+        let staging = staging.max(room);
+        let streaming_bytes = size_of::<Streaming>() as u64;
         let capacity = layout.capacity() as usize;
         let marks = Marks {
             size: scene.parts.view.size,
@@ -110,15 +114,13 @@ impl VolumeBricks {
         };
         Ok(Some(VolumeBricks {
             pages: buffer("volume pages", page_bytes, Placement::Device)?,
-            streaming: buffer(
-                "streaming",
-                size_of::<Streaming>() as u64,
-                Placement::Device,
-            )?,
+            streaming: buffer("streaming", streaming_bytes, Placement::Device)?,
             done: buffer("done marks", marks.bytes(), Placement::Device)?,
             marks,
             state: RefCell::new(State {
                 layout,
+                host_pages: buffer("volume pages, host", page_bytes, Placement::Readback)?,
+                host_streaming: buffer("streaming, host", streaming_bytes, Placement::Readback)?,
                 staging: buffer("brick staging", staging, Placement::Readback)?,
                 room: room as usize,
                 host: None,
@@ -187,35 +189,34 @@ impl VolumeBricks {
         let mut state = self.state.borrow_mut();
         state.window.begin(order);
         state.work = state.work.wrapping_add(1);
-        if state.work <= 1 {
-            state.work = 1;
-            frame.run(|f| f.zero(&self.done))?;
-        }
-        self.tell(frame, &mut state)
+        let begins_anew = state.work <= 1;
+        state.work = state.work.max(1);
+        state.write_streaming();
+        frame.run(|f| {
+            if begins_anew {
+                f.zero(&self.done)?;
+            }
+            f.copy(&state.host_streaming, &self.streaming)
+        })
     }
 
-    /// Tells shaders which invocations may work.
-    fn tell(&self, frame: &mut Frame, state: &mut State) -> Result<()> {
-        state.staging.write(&[Streaming {
-            first_missed: u32::MAX,
-            first: state.window.first,
-            count: state.window.count,
-            work: state.work,
-            ..Streaming::zeroed()
-        }]);
-        frame.run(|f| f.copy(&state.staging, &self.streaming))
+    /// Records, behind a dispatch, what [`VolumeBricks::serve`] reads.
+    pub fn record_told(&self, frame: &mut Frame) -> Result<()> {
+        let state = self.state.borrow();
+        frame.copy(&self.streaming, &state.host_streaming)?;
+        frame.copy(&self.pages, &state.host_pages)
     }
 
-    /// Brings bricks that the last dispatch has missed onto the GPU. Returns whether the dispatch has to be repeated,
-    /// because something was missed or because not all invocations worked.
+    /// Brings bricks that the last dispatch has missed onto the GPU; [`VolumeBricks::record_told`] was recorded behind it.
+    /// Returns whether the dispatch has to be repeated, because something was missed or because not all invocations
+    /// worked.
     ///
     /// # Errors
     ///
     /// If the volume cannot be read, or if a single invocation needs more bricks at once than there is room for.
     pub fn serve(&self, frame: &mut Frame, image: &Image) -> Result<bool> {
         let mut state = self.state.borrow_mut();
-        frame.run(|f| f.copy(&self.streaming, &state.staging))?;
-        let mapped = state.staging.mapped().unwrap_or_default();
+        let mapped = state.host_streaming.mapped().unwrap_or_default();
         let told: Streaming = bytemuck::pod_read_unaligned(&mapped[..size_of::<Streaming>()]);
         if told.missed == 0 && state.window.is_whole() {
             return Ok(false);
@@ -228,10 +229,14 @@ impl VolumeBricks {
             },
             _ => state.load(frame, &self.pages, image, told)?,
         };
-        state.figures.waited += began.elapsed();
         let followed = state.window.follow(&told, loads);
         followed.map_err(|NoRoom| no_room(&state.layout))?;
-        self.tell(frame, &mut state)?;
+        state.write_streaming();
+        frame.run(|f| {
+            f.copy(&state.host_pages, &self.pages)?;
+            f.copy(&state.host_streaming, &self.streaming)
+        })?;
+        state.figures.waited += began.elapsed();
         Ok(true)
     }
 }
@@ -254,8 +259,10 @@ impl Resources {
         bricks.begin(frame, Order::Pixels)?;
         let before = *slices;
         let is_last = frame.run_slice(pass, bindings, push, threads, slices)?;
+        frame.run(|f| bricks.record_told(f))?;
         while bricks.serve(frame, &self.volume)? {
             frame.run_slice(pass, bindings, push, threads, &mut before.clone())?;
+            frame.run(|f| bricks.record_told(f))?;
         }
         Ok(is_last)
     }
@@ -276,7 +283,18 @@ impl Resources {
 }
 
 impl State {
-    /// Loads the bricks asked for most.
+    /// What shaders are to be told: which invocations may work.
+    fn write_streaming(&mut self) {
+        self.host_streaming.write(&[Streaming {
+            first_missed: u32::MAX,
+            first: self.window.first,
+            count: self.window.count,
+            work: self.work,
+            ..Streaming::zeroed()
+        }]);
+    }
+
+    /// Loads the bricks asked for most, and leaves in `host_pages` where they are then.
     fn load(
         &mut self,
         frame: &mut Frame,
@@ -284,9 +302,8 @@ impl State {
         image: &Image,
         told: Streaming,
     ) -> Result<Loads> {
-        frame.run(|f| f.copy(pages, &self.staging))?;
         let bytes = 4 * self.layout.total() as usize;
-        let mapped = &self.staging.mapped().unwrap_or_default()[..bytes];
+        let mapped = &self.host_pages.mapped().unwrap_or_default()[..bytes];
         let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(mapped);
         self.round += 1;
         for (place, held) in self.held.iter().enumerate() {
@@ -321,8 +338,7 @@ impl State {
             frame.run(|f| f.zero(pages))?;
             return Err(error);
         }
-        self.staging.write(&words);
-        frame.run(|f| f.copy(&self.staging, pages))?;
+        self.host_pages.write(&words);
         self.figures.resident = self.held.iter().flatten().count() as u32;
         Ok(Loads {
             wanted: wanted.len(),
