@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
+use super::device::failure;
 use super::memory::{Holding, Memory, Owner, human};
 use crate::error::{Error, Result};
 
@@ -68,7 +69,7 @@ impl Buffer {
         if memory.is_dry_run() {
             return Ok(buffer);
         }
-        let failed = |e: vk::Result| Error::Memory(format!("buffer {}: {e}", desc.name));
+        let failed = |e: vk::Result| failure(e, format!("buffer {} could not be made", desc.name));
         // SAFETY: `info` is valid; the buffer is destroyed in Drop.
         buffer.raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(failed)?;
         let location = match desc.placement {

@@ -3,6 +3,7 @@
 //! Validation is a property of the device: with it on, core and synchronization checks run, and
 //! every message is kept so that a test can demand that there were none.
 
+use std::fmt::Display;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use ash::{ext, khr, vk};
@@ -112,7 +113,7 @@ impl Device {
             .push_next(&mut thirteen);
         // SAFETY: the chain outlives the call, and the survey found every feature present.
         let raw = unsafe { instance.raw.create_device(physical, &info, None) }
-            .map_err(|e| Error::Device(format!("{} could not be opened: {e}", summary.name)))?;
+            .map_err(|e| failure(e, format!("{} could not be opened", summary.name)))?;
         // SAFETY: the family and index are the ones that the device was created with.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         // SAFETY: `physical` belongs to the live instance.
@@ -166,7 +167,7 @@ impl Device {
             .address_mode_w(clamp);
         // SAFETY: `info` is valid; destroyed in Drop.
         unsafe { self.raw.create_sampler(&info, None) }
-            .map_err(|e| Error::Device(format!("{}: no sampler: {e}", self.summary.name)))
+            .map_err(|e| failure(e, format!("{} has made no sampler", self.summary.name)))
     }
 
     /// Whether images of this format can be filtered linearly.
@@ -217,13 +218,19 @@ impl Device {
     }
 }
 
-/// What `error` is to the user: memory that ran out, or a device that does not work.
-pub(super) fn failure(error: vk::Result, message: String) -> Error {
+/// What `error` is to the user: memory that ran out, or a device that does not work. `what` says what has failed.
+pub(super) fn failure(error: vk::Result, what: impl Display) -> Error {
     match error {
-        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
-            Error::Memory(message)
-        }
-        _ => Error::Device(message),
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => Error::Memory(format!(
+            "{what}: the device has no memory left; lower --vram-budget, or close what else uses the device"
+        )),
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY => Error::Memory(format!(
+            "{what}: the machine has no memory left; close what else uses it, or lower --ram-budget"
+        )),
+        vk::Result::ERROR_DEVICE_LOST => Error::Device(format!(
+            "{what}: the device was lost, as when its driver is reset; run the same command again"
+        )),
+        _ => Error::Device(format!("{what}: {error}")),
     }
 }
 

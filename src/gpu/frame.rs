@@ -174,8 +174,7 @@ impl Frame {
             Some((pass, _)) => format!(" in pass {pass}"),
             None => String::new(),
         };
-        let message = format!("{} failed{last}: {error}", self.device.summary.name);
-        failure(error, message)
+        failure(error, format!("{} failed{last}", self.device.summary.name))
     }
 
     /// Everything before is visible to what follows at `stage`. A test leaves barriers out, to see that

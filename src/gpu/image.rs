@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 
+use super::device::failure;
 use super::memory::{Holding, Memory, Owner};
 use super::survey::DeviceSummary;
 use crate::error::{Error, Result};
@@ -126,7 +127,7 @@ impl Image {
         if memory.is_dry_run() {
             return Ok(image);
         }
-        let failed = |e: vk::Result| Error::Memory(format!("image {}: {e}", desc.name));
+        let failed = |e: vk::Result| failure(e, format!("image {} could not be made", desc.name));
         // SAFETY: `info` is valid; the image is destroyed in Drop.
         image.raw = unsafe { device.raw.create_image(&info, None) }.map_err(failed)?;
         let owner = Owner::Image(image.raw);

@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ash::{ext, vk};
 
+use super::device::failure;
 use crate::error::{Error, Result};
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -74,7 +75,7 @@ impl Instance {
             vk::Result::ERROR_EXTENSION_NOT_PRESENT => Error::Device(
                 "no Vulkan driver here can draw into this display's windows: `isolume render` needs none".into(),
             ),
-            e => Error::Device(format!("Vulkan could not be started: {e}")),
+            e => failure(e, "Vulkan could not be started"),
         })?;
         let mut instance = Instance {
             raw,
@@ -92,7 +93,7 @@ impl Instance {
     pub fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
         // SAFETY: the instance is alive.
         unsafe { self.raw.enumerate_physical_devices() }
-            .map_err(|e| Error::Device(format!("Vulkan devices could not be listed: {e}")))
+            .map_err(|e| failure(e, "Vulkan devices could not be listed"))
     }
 
     pub fn has_extension(&self, physical: vk::PhysicalDevice, name: &CStr) -> bool {
@@ -126,7 +127,7 @@ impl Instance {
             .user_data(&raw const *self.messages as *mut c_void);
         // SAFETY: `messages` is boxed, so its address holds until the messenger is destroyed.
         let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
-            .map_err(|e| Error::Device(format!("no debug messenger: {e}")))?;
+            .map_err(|e| failure(e, "the validation layers could not be listened to"))?;
         self.messenger = Some((debug, messenger));
         Ok(())
     }

@@ -61,7 +61,7 @@ impl Pass {
         let pipeline = Pipeline::new(device, stage, bindings, push_bytes, |layout| {
             compute_pipeline(device, layout, &code, desc.specialization)
         });
-        let pipeline = pipeline.map_err(|e| failure(e, format!("pass {}: {e}", desc.name)))?;
+        let pipeline = pipeline.map_err(|e| failure(e, format!("pass {}", desc.name)))?;
         shaders.spend(began.elapsed());
         Ok(Pass {
             name: desc.name,

@@ -353,6 +353,8 @@ fn opaque(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR {
 }
 
 fn lost(device: &Device, error: vk::Result) -> Error {
-    let message = format!("{} failed at the window: {error}", device.summary.name);
-    failure(error, message)
+    failure(
+        error,
+        format!("{} failed at the window", device.summary.name),
+    )
 }
