@@ -1,0 +1,487 @@
+//! Whatever call of the kernel or of Vulkan fails, the program ends as its contract says: with the right exit status and one
+//! sentence, with outputs that are whole or absent, and with a checkpoint from which it goes on to the same bytes.
+//!
+//! A sound run lists the calls; then one after the other of them is made to fail (`support/faults.rs`). The suite tries an even
+//! spread of them; `ISOLUME_FAULTS=all` tries each, which takes hours. What came of it is printed with `--nocapture`.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use isolume::scene::volume::{Endian, VoxelType};
+
+use crate::Folder;
+use crate::dicom_files::Syntax;
+use crate::dicom_scan::Scan;
+use crate::faulty::{Call, Ended, Fault, run, run_command};
+use crate::tiff_files::Tiff;
+use crate::volume_files::Array;
+use crate::zarr_files::{Codec, Zarr};
+
+const ENOSPC: &str = "28";
+const EIO: &str = "5";
+const EROFS: &str = "30";
+const EDQUOT: &str = "122";
+const OUT_OF_HOST_MEMORY: &str = "-1";
+const OUT_OF_DEVICE_MEMORY: &str = "-2";
+const DEVICE_LOST: &str = "-4";
+
+/// How a run with a fault has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Outcome {
+    /// As if nothing had failed.
+    Success,
+    /// With all outputs, and a note that says what has failed.
+    Note,
+    /// With this exit status and a sentence.
+    Refusal(i32),
+    Death,
+}
+
+/// What is run, and what must come of it.
+struct Subject {
+    /// Makes a folder with all that the command reads.
+    folder: fn() -> Folder,
+    arguments: &'static str,
+    /// What it writes. Those that end in .json hold times, and differ from run to run.
+    outputs: &'static [&'static str],
+    /// What may be there as well, to go on with.
+    kept: &'static [&'static str],
+}
+
+/// A run without a fault.
+struct Sound {
+    ended: Ended,
+    outputs: Vec<Vec<u8>>,
+    before: Vec<String>,
+}
+
+impl Subject {
+    /// Whatever it may write.
+    fn files(&self) -> Vec<String> {
+        [self.outputs, self.kept]
+            .concat()
+            .iter()
+            .map(ToString::to_string)
+            .collect()
+    }
+
+    fn sound(&self) -> Sound {
+        let folder = (self.folder)();
+        let before = folder.names();
+        let ended = run(&folder, self.arguments, None);
+        assert!(ended.status.success(), "{}: {ended:?}", self.arguments);
+        let outputs = self.outputs.iter().map(|name| folder.read(name)).collect();
+        Sound {
+            ended,
+            outputs,
+            before,
+        }
+    }
+
+    /// Runs with a fault, and once more without it. `None` if the call did not come.
+    fn outcome(&self, sound: &Sound, fault: &Fault) -> Option<(Call, Outcome)> {
+        let folder = (self.folder)();
+        let ended = run(&folder, self.arguments, Some(fault));
+        let failed = ended.failed().next()?.clone();
+        let about = format!("{}: {fault} ({})", self.arguments, failed.name);
+        let outcome = judge(&ended, &about);
+        if let Outcome::Refusal(3) = outcome {
+            let files = [&sound.before[..], &self.files()].concat();
+            let is_named = files.iter().any(|file| ended.stderr.contains(file));
+            assert!(is_named, "{about}: {}", ended.stderr);
+        }
+        for name in folder.names() {
+            let is_ours = self.files().contains(&name);
+            let is_temporary = name.starts_with('.') || name.ends_with(".lock");
+            let may_stay = outcome == Outcome::Death || ["remove", "lock"].contains(&&*fault.kind);
+            assert!(
+                sound.before.contains(&name) || is_ours || is_temporary && may_stay,
+                "{about}: left {name}: {}",
+                ended.stderr
+            );
+        }
+        let is_done = matches!(outcome, Outcome::Success | Outcome::Note);
+        self.check_outputs(&folder, sound, is_done, &about);
+        if is_done {
+            assert_eq!(ended.stdout, sound.ended.stdout, "{about}");
+        }
+        if !self.outputs.is_empty() {
+            let about = format!("{about}, and once more without it");
+            let again = run(&folder, self.arguments, None);
+            assert!(again.status.success(), "{about}: {again:?}");
+            self.check_outputs(&folder, sound, true, &about);
+            let left = folder
+                .names()
+                .into_iter()
+                .find(|name| name.starts_with('.'));
+            assert_eq!(left, None, "{about}");
+        }
+        Some((failed, outcome))
+    }
+
+    /// The outputs are whole, or absent unless all of them are `needed`.
+    fn check_outputs(&self, folder: &Folder, sound: &Sound, needed: bool, about: &str) {
+        for (name, expected) in self.outputs.iter().zip(&sound.outputs) {
+            if !needed && !folder.path(name).exists() {
+                continue;
+            }
+            let is_whole = match name.ends_with(".json") {
+                true => serde_json::from_slice::<serde_json::Value>(&folder.read(name)).is_ok(),
+                false => folder.read(name) == *expected,
+            };
+            assert!(is_whole, "{about}: {name} is not what it should be");
+        }
+    }
+
+    /// Tries each fault at its places, and returns how often what came of it.
+    fn try_all(&self, faults: &[Tried]) -> Tally {
+        let sound = self.sound();
+        let mut tally = Tally::default();
+        for tried in faults {
+            for number in tried.places(&sound.ended.calls) {
+                let fault = Fault {
+                    kind: tried.kind.to_string(),
+                    number,
+                    how: tried.how.to_string(),
+                    lasts: tried.lasts,
+                };
+                let Some((call, outcome)) = self.outcome(&sound, &fault) else {
+                    tally.add(tried, "did not come");
+                    continue;
+                };
+                assert!(
+                    (tried.allows)(&call, outcome),
+                    "{}: {fault} ({}): {outcome:?}",
+                    self.arguments,
+                    call.name
+                );
+                tally.add(tried, &format!("{outcome:?}"));
+            }
+        }
+        tally
+    }
+}
+
+/// What a run says and how it ends fit each other.
+#[track_caller]
+fn judge(ended: &Ended, about: &str) -> Outcome {
+    let said = &ended.stderr;
+    for bad in ["panicked", "Vulkan validation", "SIGSEGV"] {
+        assert!(!said.contains(bad), "{about}: {said}");
+    }
+    let sentences: Vec<&str> = said
+        .lines()
+        .filter(|line| line.starts_with("isolume: "))
+        .collect();
+    match ended.status.code() {
+        None => {
+            assert_eq!(sentences, [""; 0], "{about}");
+            Outcome::Death
+        }
+        Some(0) => {
+            assert_eq!(sentences, [""; 0], "{about}");
+            match said.lines().any(|line| line.starts_with("note: ")) {
+                true => Outcome::Note,
+                false => Outcome::Success,
+            }
+        }
+        Some(status) => {
+            assert_eq!(sentences.len(), 1, "{about}: {said}");
+            assert_eq!(said.lines().last(), sentences.last().copied(), "{about}");
+            Outcome::Refusal(status)
+        }
+    }
+}
+
+/// A fault, and how many places of it.
+struct Tried {
+    kind: String,
+    how: &'static str,
+    lasts: bool,
+    /// Of the suite's spread.
+    most: usize,
+    allows: fn(&Call, Outcome) -> bool,
+}
+
+impl Tried {
+    /// Numbers of calls of this kind.
+    fn places(&self, calls: &[Call]) -> Vec<usize> {
+        let is_any = self.kind == "any";
+        let all = calls.iter().filter(|c| is_any || c.kind == self.kind);
+        let count = all.count();
+        let wanted = match std::env::var("ISOLUME_FAULTS").is_ok_and(|v| v == "all") {
+            true => count,
+            false => self.most.min(count),
+        };
+        (0..wanted)
+            .map(|i| (2 * i + 1) * count / (2 * wanted))
+            .collect()
+    }
+}
+
+/// Places by fault and outcome.
+#[derive(Default)]
+struct Tally(BTreeMap<(String, String), usize>);
+
+impl Tally {
+    fn add(&mut self, tried: &Tried, outcome: &str) {
+        let lasts = if tried.lasts { " and later ones" } else { "" };
+        let fault = format!("{} {}{lasts}", tried.kind, tried.how);
+        *self.0.entry((fault, outcome.to_string())).or_default() += 1;
+    }
+
+    fn print(&self, name: &str) {
+        println!("{name}:");
+        for ((fault, outcome), count) in &self.0 {
+            println!("  {fault:44} {outcome:14} {count}");
+        }
+        println!("  {} places in all", self.0.values().sum::<usize>());
+    }
+}
+
+/// A picture with all its files, and a checkpoint that is written now and then.
+const KEPT: Subject = Subject {
+    folder: Folder::new,
+    arguments: "render ball.toml --quiet --variant non-caching --spp 3 --size 8x8 -o a.exr -o a.png \
+                --stats s.json --profile p.json --checkpoint c.exr --checkpoint-every 1e-6",
+    outputs: &["a.exr", "a.png", "s.json", "p.json"],
+    kept: &["c.exr"],
+};
+
+/// A picture that goes on from a checkpoint and its cache.
+const RESUMED: Subject = Subject {
+    folder: half_done,
+    arguments: "render ball.toml --quiet --variant caching --cache-scale 0.25 --size 8x8 --spp 4 \
+                --checkpoint c.exr -o a.exr",
+    outputs: &["a.exr"],
+    kept: &["c.exr", "c.exr.cache"],
+};
+
+/// Two shards and their merging, which needs no device.
+const MERGED: Subject = Subject {
+    folder: shards,
+    arguments: "merge m.exr 0.exr 1.exr",
+    outputs: &["m.exr"],
+    kept: &[],
+};
+
+/// A picture, by as few calls of Vulkan as it takes.
+const DRAWN: Subject = Subject {
+    folder: Folder::new,
+    arguments: "render ball.toml --quiet --variant non-caching --spp 1 --size 8x8 -o a.exr",
+    outputs: &["a.exr"],
+    kept: &[],
+};
+
+fn half_done() -> Folder {
+    static CHECKPOINT: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
+        let folder = Folder::new();
+        folder.succeed(&RESUMED.arguments.replace("--spp 4", "--spp 2"));
+        ["c.exr", "c.exr.cache"].map(|name| folder.read(name))
+    });
+    let folder = Folder::new();
+    let [picture, cache] = &*CHECKPOINT;
+    folder.write("c.exr", picture);
+    folder.write("c.exr.cache", cache);
+    folder
+}
+
+fn shards() -> Folder {
+    static SHARDS: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
+        ["0..2", "2..4"].map(|range| {
+            let folder = Folder::new();
+            let flags = format!("--variant non-caching --size 8x8 --samples {range} -o a.exr");
+            folder.succeed(&format!("render ball.toml {flags}"));
+            folder.read("a.exr")
+        })
+    });
+    let folder = Folder::empty();
+    for (number, shard) in SHARDS.iter().enumerate() {
+        folder.write(&format!("{number}.exr"), shard);
+    }
+    folder
+}
+
+/// A volume in each kind of file that is read in a way of its own.
+fn volumes() -> Folder {
+    let folder = Folder::empty();
+    let array = Array::new([12, 10, 8], VoxelType::U16, Endian::Little);
+    folder.write("plain.nrrd", &array.nrrd("raw", ""));
+    folder.write("packed.nrrd", &array.nrrd("gzip", ""));
+    folder.write("pages.tif", &Tiff::default().write(&array));
+    for name in ["scan", "chunks"] {
+        std::fs::create_dir(folder.path(name)).expect("a folder");
+    }
+    Scan::ct().write(&folder.path("scan"), Syntax::Explicit, |n| format!("a{n}"));
+    let zarr = Zarr::new(true, &[4, 5, 6], Codec::Gzip);
+    zarr.write(&folder.path("chunks"), "zyx", &[8, 10, 12], &array);
+    folder
+}
+
+/// One place after the other, `most` of them in the suite.
+fn tried(kind: &str, how: &'static str, most: usize, allows: fn(&Call, Outcome) -> bool) -> Tried {
+    Tried {
+        kind: kind.to_string(),
+        how,
+        lasts: false,
+        most,
+        allows,
+    }
+}
+
+fn is_told(call: &Call, outcome: Outcome) -> bool {
+    // A folder that cannot be flushed still has its files, and the validation layers look for their settings.
+    let is_of_no_account = call.name == "." || call.name.starts_with("vk_layer_settings");
+    is_of_no_account || matches!(outcome, Outcome::Note | Outcome::Refusal(3))
+}
+
+fn is_refused(_: &Call, outcome: Outcome) -> bool {
+    outcome == Outcome::Refusal(3)
+}
+
+fn is_harmless(_: &Call, outcome: Outcome) -> bool {
+    outcome == Outcome::Success
+}
+
+fn is_refused_or_harmless(_: &Call, outcome: Outcome) -> bool {
+    matches!(outcome, Outcome::Success | Outcome::Refusal(3))
+}
+
+#[test]
+fn a_disk_may_fail_wherever_it_is_written() {
+    let once = |most| {
+        [
+            tried("create", EROFS, most, is_told),
+            tried("create", EDQUOT, most, is_told),
+            tried("write", EIO, 2 * most, is_told),
+            tried("write", EDQUOT, most, is_told),
+            tried("write", "short", most, is_harmless),
+            tried("fsync", EIO, 2 * most, is_told),
+            tried("fsync", EDQUOT, most, is_told),
+            tried("rename", EROFS, most, is_told),
+            tried("rename", EIO, 2 * most, is_told),
+        ]
+    };
+    let full = ["create", "write", "fsync"].map(|kind| Tried {
+        lasts: true,
+        ..tried(kind, ENOSPC, 1, is_told)
+    });
+    let others = [
+        tried("open", EIO, 1, is_told),
+        tried("lock", EIO, 1, |_, _| true),
+        tried("remove", EIO, 1, |_, outcome| outcome == Outcome::Success),
+    ];
+    let faults: Vec<Tried> = once(1).into_iter().chain(full).chain(others).collect();
+    KEPT.try_all(&faults).print("a render with a checkpoint");
+    MERGED.try_all(&once(20)).print("a merge");
+}
+
+/// What is said of a volume that can be read is said of it as it was.
+#[test]
+fn a_volume_may_fail_wherever_it_is_read() {
+    let faults = |most| {
+        [
+            // A folder is looked at for each of the formats that it may be.
+            tried("open", EIO, most, is_refused_or_harmless),
+            tried("list", EIO, most, is_refused_or_harmless),
+            tried("stat", EIO, most, is_refused_or_harmless),
+            tried("read", EIO, most, is_refused),
+            tried("read", "short", most, is_harmless),
+            tried("read", "end", most, is_refused_or_harmless),
+            tried("read", "shrink", most, is_refused_or_harmless),
+            tried("read", "change", most, is_refused_or_harmless),
+        ]
+    };
+    for arguments in [
+        "info plain.nrrd --json",
+        "info packed.nrrd --json",
+        "info pages.tif --json",
+        "info scan --json",
+        "info chunks --json",
+    ] {
+        let subject = Subject {
+            folder: volumes,
+            arguments,
+            outputs: &[],
+            kept: &[],
+        };
+        subject.try_all(&faults(20)).print(arguments);
+    }
+    MERGED.try_all(&faults(20)).print("a merge");
+    let faults = [
+        tried("read", EIO, 2, is_refused),
+        tried("read", "short", 1, is_harmless),
+        tried("read", "end", 2, is_refused_or_harmless),
+        tried("read", "shrink", 3, is_refused_or_harmless),
+    ];
+    RESUMED.try_all(&faults).print("a render that goes on");
+}
+
+#[test]
+fn vulkan_may_fail_wherever_it_is_called() {
+    let mut kinds: Vec<String> = DRAWN
+        .sound()
+        .ended
+        .calls
+        .into_iter()
+        .map(|call| call.kind)
+        .collect();
+    kinds.retain(|kind| kind.starts_with("vk"));
+    kinds.sort();
+    kinds.dedup();
+    assert!(kinds.len() > 25, "{kinds:?}");
+    let faults: Vec<Tried> = kinds.iter().flat_map(|kind| on_the_device(kind)).collect();
+    DRAWN.try_all(&faults).print("a render");
+}
+
+/// How a function of Vulkan's may fail.
+fn on_the_device(kind: &str) -> Vec<Tried> {
+    let out_of_memory = |_: &Call, outcome| outcome == Outcome::Refusal(4);
+    let lost = |_: &Call, outcome| outcome == Outcome::Refusal(5);
+    match kind {
+        "vkQueueSubmit2" | "vkWaitForFences" | "vkGetQueryPoolResults" => vec![
+            tried(kind, DEVICE_LOST, 2, lost),
+            tried(kind, OUT_OF_HOST_MEMORY, 1, out_of_memory),
+        ],
+        // Another kind of memory takes its place, if there is one.
+        "vkAllocateMemory" | "vkMapMemory" => vec![
+            tried(kind, OUT_OF_DEVICE_MEMORY, 1, |_, outcome| {
+                matches!(outcome, Outcome::Success | Outcome::Refusal(4))
+            }),
+            Tried {
+                lasts: true,
+                ..tried(kind, OUT_OF_DEVICE_MEMORY, 1, out_of_memory)
+            },
+        ],
+        // Pipelines are made without it, an extension is not used, and at the end nothing is left to be waited for.
+        "vkCreatePipelineCache"
+        | "vkGetPipelineCacheData"
+        | "vkEnumerateDeviceExtensionProperties"
+        | "vkDeviceWaitIdle" => vec![tried(kind, OUT_OF_HOST_MEMORY, 1, is_harmless)],
+        _ => vec![tried(kind, OUT_OF_DEVICE_MEMORY, 1, out_of_memory)],
+    }
+}
+
+/// Another process's end at any moment: what it leaves is whole, and the next run removes the rest.
+#[test]
+fn a_render_may_be_killed_at_any_call() {
+    let killed = |most| tried("any", "kill", most, |_, outcome| outcome == Outcome::Death);
+    KEPT.try_all(&[killed(5)])
+        .print("a render with a checkpoint");
+    RESUMED.try_all(&[killed(3)]).print("a render that goes on");
+    MERGED.try_all(&[killed(30)]).print("a merge");
+}
+
+/// Nothing depends on the clock of the day, which somebody may set.
+#[test]
+fn the_clock_may_jump() {
+    let sound = KEPT.sound();
+    for seconds in ["100000", "-1000000000"] {
+        let folder = Folder::new();
+        let mut command = folder.isolume(KEPT.arguments);
+        let ended = run_command(command.env("FAULT_CLOCK", seconds), &folder, None);
+        let about = format!("a clock that goes by {seconds} s");
+        assert_eq!(judge(&ended, &about), Outcome::Success, "{about}");
+        KEPT.check_outputs(&folder, &sound, true, &about);
+    }
+}
