@@ -2,9 +2,11 @@
 //! sentence, with outputs that are whole or absent, and with a checkpoint from which it goes on to the same bytes.
 //!
 //! A sound run lists the calls; then one after the other of them is made to fail (`support/faults.rs`). The suite tries an even
-//! spread of them; `ISOLUME_FAULTS=all` tries each, which takes hours. What came of it is printed with `--nocapture`.
+//! spread of them: `ISOLUME_FAULTS=100` tries so many places of each fault, and `ISOLUME_FAULTS=all` each place, which takes
+//! hours. What came of it is printed with `--nocapture`.
 
-use std::collections::BTreeMap;
+mod subject;
+
 use std::sync::LazyLock;
 
 use isolume::scene::volume::{Endian, VoxelType};
@@ -12,10 +14,11 @@ use isolume::scene::volume::{Endian, VoxelType};
 use crate::Folder;
 use crate::dicom_files::Syntax;
 use crate::dicom_scan::Scan;
-use crate::faulty::{Call, Ended, Fault, run, run_command};
+use crate::faulty::{Call, run_command};
 use crate::tiff_files::Tiff;
 use crate::volume_files::Array;
 use crate::zarr_files::{Codec, Zarr};
+use subject::{Outcome, Subject, Tried, judge, tried};
 
 const ENOSPC: &str = "28";
 const EIO: &str = "5";
@@ -24,226 +27,6 @@ const EDQUOT: &str = "122";
 const OUT_OF_HOST_MEMORY: &str = "-1";
 const OUT_OF_DEVICE_MEMORY: &str = "-2";
 const DEVICE_LOST: &str = "-4";
-
-/// How a run with a fault has ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Outcome {
-    /// As if nothing had failed.
-    Success,
-    /// With all outputs, and a note that says what has failed.
-    Note,
-    /// With this exit status and a sentence.
-    Refusal(i32),
-    Death,
-}
-
-/// What is run, and what must come of it.
-struct Subject {
-    /// Makes a folder with all that the command reads.
-    folder: fn() -> Folder,
-    arguments: &'static str,
-    /// What it writes. Those that end in .json hold times, and differ from run to run.
-    outputs: &'static [&'static str],
-    /// What may be there as well, to go on with.
-    kept: &'static [&'static str],
-}
-
-/// A run without a fault.
-struct Sound {
-    ended: Ended,
-    outputs: Vec<Vec<u8>>,
-    before: Vec<String>,
-}
-
-impl Subject {
-    /// Whatever it may write.
-    fn files(&self) -> Vec<String> {
-        [self.outputs, self.kept]
-            .concat()
-            .iter()
-            .map(ToString::to_string)
-            .collect()
-    }
-
-    fn sound(&self) -> Sound {
-        let folder = (self.folder)();
-        let before = folder.names();
-        let ended = run(&folder, self.arguments, None);
-        assert!(ended.status.success(), "{}: {ended:?}", self.arguments);
-        let outputs = self.outputs.iter().map(|name| folder.read(name)).collect();
-        Sound {
-            ended,
-            outputs,
-            before,
-        }
-    }
-
-    /// Runs with a fault, and once more without it. `None` if the call did not come.
-    fn outcome(&self, sound: &Sound, fault: &Fault) -> Option<(Call, Outcome)> {
-        let folder = (self.folder)();
-        let ended = run(&folder, self.arguments, Some(fault));
-        let failed = ended.failed().next()?.clone();
-        let about = format!("{}: {fault} ({})", self.arguments, failed.name);
-        let outcome = judge(&ended, &about);
-        if let Outcome::Refusal(3) = outcome {
-            let files = [&sound.before[..], &self.files()].concat();
-            let is_named = files.iter().any(|file| ended.stderr.contains(file));
-            assert!(is_named, "{about}: {}", ended.stderr);
-        }
-        for name in folder.names() {
-            let is_ours = self.files().contains(&name);
-            let is_temporary = name.starts_with('.') || name.ends_with(".lock");
-            let may_stay = outcome == Outcome::Death || ["remove", "lock"].contains(&&*fault.kind);
-            assert!(
-                sound.before.contains(&name) || is_ours || is_temporary && may_stay,
-                "{about}: left {name}: {}",
-                ended.stderr
-            );
-        }
-        let is_done = matches!(outcome, Outcome::Success | Outcome::Note);
-        self.check_outputs(&folder, sound, is_done, &about);
-        if is_done {
-            // A folder's volume goes without a file that is damaged, and says so; not without one that the system keeps back.
-            let tells = fault.how != EIO && ended.stderr.contains("file that cannot be read");
-            assert!(
-                tells || ended.stdout == sound.ended.stdout,
-                "{about}: {ended:?}"
-            );
-        }
-        let is_input_whole = !["shrink", "change"].contains(&&*fault.how);
-        if !self.outputs.is_empty() && is_input_whole {
-            let about = format!("{about}, and once more without it");
-            let again = run(&folder, self.arguments, None);
-            assert!(again.status.success(), "{about}: {again:?}");
-            self.check_outputs(&folder, sound, true, &about);
-            let left = folder
-                .names()
-                .into_iter()
-                .find(|name| name.starts_with('.'));
-            assert_eq!(left, None, "{about}");
-        }
-        Some((failed, outcome))
-    }
-
-    /// The outputs are whole, or absent unless all of them are `needed`.
-    fn check_outputs(&self, folder: &Folder, sound: &Sound, needed: bool, about: &str) {
-        for (name, expected) in self.outputs.iter().zip(&sound.outputs) {
-            if !needed && !folder.path(name).exists() {
-                continue;
-            }
-            let is_whole = match name.ends_with(".json") {
-                true => serde_json::from_slice::<serde_json::Value>(&folder.read(name)).is_ok(),
-                false => folder.read(name) == *expected,
-            };
-            assert!(is_whole, "{about}: {name} is not what it should be");
-        }
-    }
-
-    /// Tries each fault at its places, and returns how often what came of it.
-    fn try_all(&self, faults: &[Tried]) -> Tally {
-        let sound = self.sound();
-        let mut tally = Tally::default();
-        for tried in faults {
-            for number in tried.places(&sound.ended.calls) {
-                let fault = Fault {
-                    kind: tried.kind.to_string(),
-                    number,
-                    how: tried.how.to_string(),
-                    lasts: tried.lasts,
-                };
-                let Some((call, outcome)) = self.outcome(&sound, &fault) else {
-                    tally.add(tried, "did not come");
-                    continue;
-                };
-                assert!(
-                    (tried.allows)(&call, outcome),
-                    "{}: {fault} ({}): {outcome:?}",
-                    self.arguments,
-                    call.name
-                );
-                tally.add(tried, &format!("{outcome:?}"));
-            }
-        }
-        tally
-    }
-}
-
-/// What a run says and how it ends fit each other.
-#[track_caller]
-fn judge(ended: &Ended, about: &str) -> Outcome {
-    let said = &ended.stderr;
-    for bad in ["panicked", "Vulkan validation", "SIGSEGV"] {
-        assert!(!said.contains(bad), "{about}: {said}");
-    }
-    let sentences: Vec<&str> = said
-        .lines()
-        .filter(|line| line.starts_with("isolume: "))
-        .collect();
-    match ended.status.code() {
-        None => {
-            assert_eq!(sentences, [""; 0], "{about}");
-            Outcome::Death
-        }
-        Some(0) => {
-            assert_eq!(sentences, [""; 0], "{about}");
-            match said.lines().any(|line| line.starts_with("note: ")) {
-                true => Outcome::Note,
-                false => Outcome::Success,
-            }
-        }
-        Some(status) => {
-            assert_eq!(sentences.len(), 1, "{about}: {said}");
-            assert_eq!(said.lines().last(), sentences.last().copied(), "{about}");
-            Outcome::Refusal(status)
-        }
-    }
-}
-
-/// A fault, and how many places of it.
-struct Tried {
-    kind: String,
-    how: &'static str,
-    lasts: bool,
-    /// Of the suite's spread.
-    most: usize,
-    allows: fn(&Call, Outcome) -> bool,
-}
-
-impl Tried {
-    /// Numbers of calls of this kind.
-    fn places(&self, calls: &[Call]) -> Vec<usize> {
-        let is_any = self.kind == "any";
-        let all = calls.iter().filter(|c| is_any || c.kind == self.kind);
-        let count = all.count();
-        let wanted = match std::env::var("ISOLUME_FAULTS").is_ok_and(|v| v == "all") {
-            true => count,
-            false => self.most.min(count),
-        };
-        (0..wanted)
-            .map(|i| (2 * i + 1) * count / (2 * wanted))
-            .collect()
-    }
-}
-
-/// Places by fault and outcome.
-#[derive(Default)]
-struct Tally(BTreeMap<(String, String), usize>);
-
-impl Tally {
-    fn add(&mut self, tried: &Tried, outcome: &str) {
-        let lasts = if tried.lasts { " and later ones" } else { "" };
-        let fault = format!("{} {}{lasts}", tried.kind, tried.how);
-        *self.0.entry((fault, outcome.to_string())).or_default() += 1;
-    }
-
-    fn print(&self, name: &str) {
-        println!("{name}:");
-        for ((fault, outcome), count) in &self.0 {
-            println!("  {fault:44} {outcome:14} {count}");
-        }
-        println!("  {} places in all", self.0.values().sum::<usize>());
-    }
-}
 
 /// A picture with all its files, and a checkpoint that is written now and then.
 const KEPT: Subject = Subject {
@@ -324,25 +107,10 @@ fn volumes() -> Folder {
     folder
 }
 
-/// One place after the other, `most` of them in the suite.
-fn tried(kind: &str, how: &'static str, most: usize, allows: fn(&Call, Outcome) -> bool) -> Tried {
-    Tried {
-        kind: kind.to_string(),
-        how,
-        lasts: false,
-        most,
-        allows,
-    }
-}
-
 fn is_told(call: &Call, outcome: Outcome) -> bool {
     // A folder that cannot be flushed still has its files, and the validation layers look for their settings.
     let is_of_no_account = call.name == "." || call.name.starts_with("vk_layer_settings");
     is_of_no_account || matches!(outcome, Outcome::Note | Outcome::Refusal(3))
-}
-
-fn is_refused(_: &Call, outcome: Outcome) -> bool {
-    outcome == Outcome::Refusal(3)
 }
 
 fn is_harmless(_: &Call, outcome: Outcome) -> bool {
