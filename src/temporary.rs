@@ -1,8 +1,10 @@
 //! Files under temporary names, which become outputs or stores by a rename once they are whole.
 //!
-//! Whoever drops one removes it. A process that ends without dropping anything calls [`remove_all`] first.
+//! Whoever drops one removes it. A process that ends without dropping anything calls [`remove_all`] first. What a process
+//! leaves that is killed is removed by a later one: a file is locked as long as somebody writes it, so that one without a
+//! lock is abandoned. Not every file system has locks; where there are none, nobody takes a file for abandoned.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -33,8 +35,37 @@ impl Drop for Listed {
     }
 }
 
-/// Makes a file with a new name that begins with `prefix`. The second value has to be dropped after the first.
+/// Makes a file with a new name that begins with `prefix`, and locks it. The second value has to be dropped after the first.
 pub fn create(folder: &Path, prefix: &str) -> io::Result<(NamedTempFile, Listed)> {
+    loop {
+        let (file, listed) = create_without_lock(folder, prefix)?;
+        let _ = file.as_file().lock();
+        // Somebody may have found it before it was locked.
+        if file.path().exists() {
+            return Ok((file, listed));
+        }
+    }
+}
+
+/// Removes what killed processes have left under names that begin with `prefix`. What cannot be removed stays.
+pub fn remove_abandoned(folder: &Path, prefix: &str) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(prefix)
+            && let Some(_lock) = abandoned(&entry.path())
+        {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The lock of a temporary file that nobody writes any more, to be held until the file is removed: whoever has just made it
+/// waits for the lock, and then makes another one.
+pub fn abandoned(path: &Path) -> Option<File> {
+    let file = File::open(path).ok()?;
+    file.try_lock().is_ok().then_some(file)
+}
+
+fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<(NamedTempFile, Listed)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix);
     // Temporary files are private by default; these have the permissions of any new file.

@@ -36,9 +36,12 @@ pub enum DeviceError {
     /// A shader or a pass does not fit the device or the program.
     #[error("{part}: {problem}")]
     Program { part: String, problem: String },
-    /// A call failed. The device may be lost.
-    #[error("{doing}: {why}")]
-    Call { doing: String, why: String },
+    /// The driver has given the device up.
+    #[error("{what}: the device was lost, as when its driver is reset; run the same command again")]
+    Lost { what: String },
+    /// A call failed.
+    #[error("{what}: {why}")]
+    Call { what: String, why: String },
     /// The validation layers found a fault.
     #[error("Vulkan validation: {0}")]
     Validation(String),

@@ -90,9 +90,16 @@ pub enum MemoryError {
         device: String,
         why: String,
     },
-    /// The driver ran out of memory in a call.
-    #[error("{doing}: {why}")]
-    Call { doing: String, why: String },
+    /// The device ran out of memory.
+    #[error(
+        "{what}: the device has no memory left; lower --vram-budget, or close what else uses the device"
+    )]
+    Device { what: String },
+    /// The machine ran out of memory.
+    #[error(
+        "{what}: the machine has no memory left; close what else uses it, or lower --ram-budget"
+    )]
+    Host { what: String },
 }
 
 fn after_semicolon(text: &Option<String>) -> String {

@@ -69,7 +69,7 @@ impl Buffer {
         if memory.is_dry_run() {
             return Ok(buffer);
         }
-        let failed = |e: vk::Result| failure(e, format!("buffer {}", desc.name));
+        let failed = |e: vk::Result| failure(e, format!("buffer {} could not be made", desc.name));
         // SAFETY: `info` is valid; the buffer is destroyed in Drop.
         buffer.raw = unsafe { device.raw.create_buffer(&info, None) }.map_err(failed)?;
         let location = match desc.placement {

@@ -170,7 +170,7 @@ impl Device {
             .address_mode_w(clamp);
         // SAFETY: `info` is valid; destroyed in Drop.
         unsafe { self.raw.create_sampler(&info, None) }
-            .map_err(|e| failure(e, format!("{}: no sampler", self.summary.name)))
+            .map_err(|e| failure(e, format!("{} has made no sampler", self.summary.name)))
     }
 
     /// Whether images of this format can be filtered linearly.

@@ -1,16 +1,21 @@
-//! What a Vulkan call's error is to the user: memory that ran out, or a device that does not work.
+//! What a Vulkan call's error is to the user: memory that ran out, a device that was lost, or one that does not work.
+
+use std::fmt::Display;
 
 use ash::vk;
 
 use crate::error::{DeviceError, Error, MemoryError};
 
-/// `doing` begins the sentence, such as "image film".
-pub(super) fn failure(error: vk::Result, doing: String) -> Error {
-    let why = error.to_string();
+/// `what` says what has failed, such as "image mean could not be made".
+pub(super) fn failure(error: vk::Result, what: impl Display) -> Error {
+    let what = what.to_string();
     match error {
-        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
-            MemoryError::Call { doing, why }.into()
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => MemoryError::Device { what }.into(),
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY => MemoryError::Host { what }.into(),
+        vk::Result::ERROR_DEVICE_LOST => DeviceError::Lost { what }.into(),
+        _ => {
+            let why = error.to_string();
+            DeviceError::Call { what, why }.into()
         }
-        _ => DeviceError::Call { doing, why }.into(),
     }
 }

@@ -130,7 +130,7 @@ impl Image {
         if memory.is_dry_run() {
             return Ok(image);
         }
-        let failed = |e: vk::Result| failure(e, format!("image {}", desc.name));
+        let failed = |e: vk::Result| failure(e, format!("image {} could not be made", desc.name));
         // SAFETY: `info` is valid; the image is destroyed in Drop.
         image.raw = unsafe { device.raw.create_image(&info, None) }.map_err(failed)?;
         let owner = Owner::Image(image.raw);

@@ -69,7 +69,7 @@ impl Instance {
                 "no Vulkan driver here can draw into this display's windows: `isolume render` needs none".into(),
             )
             .into(),
-            e => failure(e, "Vulkan could not be started".into()),
+            e => failure(e, "Vulkan could not be started"),
         })?;
         let mut instance = Instance {
             raw,
@@ -87,7 +87,7 @@ impl Instance {
     pub fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
         // SAFETY: the instance is alive.
         unsafe { self.raw.enumerate_physical_devices() }
-            .map_err(|e| failure(e, "Vulkan devices could not be listed".into()))
+            .map_err(|e| failure(e, "Vulkan devices could not be listed"))
     }
 
     pub fn has_extension(&self, physical: vk::PhysicalDevice, name: &CStr) -> bool {
@@ -121,7 +121,7 @@ impl Instance {
             .user_data(&raw const *self.messages as *mut c_void);
         // SAFETY: `messages` is boxed, so its address holds until the messenger is destroyed.
         let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
-            .map_err(|e| failure(e, "no debug messenger".into()))?;
+            .map_err(|e| failure(e, "the validation layers could not be listened to"))?;
         self.messenger = Some((debug, messenger));
         Ok(())
     }

@@ -19,7 +19,7 @@ use gpu_allocator::{AllocationError, AllocationSizes, AllocatorDebugSettings, Me
 
 use super::device::Device;
 use super::survey::DeviceSummary;
-use crate::error::{MemoryError, Result};
+use crate::error::{DeviceError, MemoryError, Result};
 
 /// One named resource and its size.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -79,8 +79,8 @@ impl Memory {
             buffer_device_address: false,
             allocation_sizes: AllocationSizes::default(),
         })
-        .map_err(|e| MemoryError::Call {
-            doing: "the memory allocator did not start".into(),
+        .map_err(|e| DeviceError::Call {
+            what: "the memory allocator did not start".into(),
             why: e.to_string(),
         })?;
         Ok(Arc::new(Memory {

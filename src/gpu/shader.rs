@@ -197,9 +197,9 @@ fn add(hash: &mut Xxh3, folder: &Dir<'_>) {
 fn compiler() -> Result<&'static Compiler> {
     let started = COMPILER.as_ref();
     started.map_err(|e| {
-        let doing = "the shader compiler did not start".into();
+        let what = "the shader compiler did not start".into();
         let why = e.to_string();
-        DeviceError::Call { doing, why }.into()
+        DeviceError::Call { what, why }.into()
     })
 }
 

@@ -19,6 +19,9 @@ use crate::error::{Error, Result};
 use crate::scene::Tone;
 use crate::temporary::{self, Listed};
 
+/// How the temporary names of outputs begin.
+const PREFIX: &str = ".isolume-output-";
+
 /// The outputs of one run, on their way to their final names.
 #[derive(Default)]
 pub struct Outputs {
@@ -121,11 +124,14 @@ impl Outputs {
 }
 
 /// Whether outputs could be written there, each to a file of its own: to be asked before the long work, not
-/// after.
+/// after. What killed processes have left in those folders goes.
 pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
     let mut taken: Vec<PathBuf> = Vec::new();
     for path in paths {
         let (target, temporary, _listed) = open(path)?;
+        if let Some(folder) = temporary.path().parent() {
+            temporary::remove_abandoned(folder, PREFIX);
+        }
         let (Target::File(file), Some(name)) = (target, path.file_name()) else {
             continue;
         };
@@ -163,7 +169,12 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
         },
         Target::Stream(_) => std::env::temp_dir(),
     };
-    if !folder.is_dir() {
+    let is_there = match fs::metadata(&folder) {
+        Ok(there) => there.is_dir(),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => false,
+        Err(error) => return Err(Error::io(path, error)),
+    };
+    if !is_there {
         let problem = format!(
             "the folder {} does not exist; create it first",
             folder.display()
@@ -171,7 +182,7 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
         return Err(Error::input(path, problem));
     }
     let (temporary, listed) =
-        temporary::create(&folder, ".isolume-").map_err(|error| Error::io(path, error))?;
+        temporary::create(&folder, PREFIX).map_err(|error| Error::io(path, error))?;
     Ok((target, temporary, listed))
 }
 

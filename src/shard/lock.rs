@@ -4,6 +4,7 @@
 //! process ends, however that ends.
 
 use std::fs::{self, File, TryLockError};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::beside;
@@ -23,6 +24,8 @@ impl Lock {
             let file = File::create(&path).map_err(|error| Error::io(&path, error))?;
             match file.try_lock() {
                 Ok(()) => {}
+                // Not every file system has locks: there it is up to the user that processes do not meet.
+                Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
                 Err(TryLockError::WouldBlock) => {
                     return Err(Error::input(
                         checkpoint,

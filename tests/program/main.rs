@@ -5,8 +5,20 @@
 mod dicom_files;
 #[path = "../support/dicom_scan.rs"]
 mod dicom_scan;
+#[cfg(target_os = "linux")]
+#[path = "../support/faults.rs"]
+mod faulty;
 #[path = "../support/folder.rs"]
 mod folder;
+#[cfg(target_os = "linux")]
+#[path = "../support/tiff_files.rs"]
+mod tiff_files;
+#[cfg(target_os = "linux")]
+#[path = "../support/volume_files.rs"]
+mod volume_files;
+#[cfg(target_os = "linux")]
+#[path = "../support/zarr_files.rs"]
+mod zarr_files;
 
 mod allocations;
 mod bench;
@@ -14,6 +26,8 @@ mod checkpoints;
 mod choosing;
 mod dicom;
 mod doctor;
+#[cfg(target_os = "linux")]
+mod faults;
 mod outputs;
 mod refusals;
 #[cfg(target_os = "linux")]

@@ -11,7 +11,7 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::{Edit, Scene, SceneFile, resolve};
 
 /// A scene whose cache is filled with what surfaces reflect, and which has every part that can be edited.
-const CACHED: &str = r#"
+pub const CACHED: &str = r#"
 [medium]
 density = 0.3
 g = 0.3
@@ -84,7 +84,7 @@ const OF_GLOSSY: &[&str] = &[
 
 /// Edits of `CACHED`: for each key of the scene file, another value. A key that excludes another one comes as its
 /// whole table.
-const OF_CACHED: &[&str] = &[
+pub const OF_CACHED: &[&str] = &[
     "medium.density=0.5",
     "medium.g=0.5",
     "medium.transfer.0.value=20.0",
@@ -121,7 +121,7 @@ const OF_CACHED: &[&str] = &[
     "render.tone=\"filmic\"",
 ];
 
-fn volume() -> Volume {
+pub fn volume() -> Volume {
     let value = |n: u32| {
         let p = [n % 16, n / 16 % 16, n / 256].map(|i| f64::from(i) - 7.5);
         let radius = p.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -132,7 +132,7 @@ fn volume() -> Volume {
 }
 
 /// A sky in a folder of its own, which the scene's relative paths begin at.
-fn folder() -> tempfile::TempDir {
+pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let texel = |x: u32, y: u32| image::Rgb([(40 * x) as u8, (60 * y) as u8, 200]);
     let sky = image::RgbImage::from_fn(6, 4, texel);
@@ -140,7 +140,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-fn scene(text: &str, folder: &Path, edits: &[&str], volume: &Volume) -> Scene {
+pub fn scene(text: &str, folder: &Path, edits: &[&str], volume: &Volume) -> Scene {
     let file = parse(text, folder, edits).unwrap_or_else(|error| panic!("{edits:?}: {error}"));
     let resolved = resolve(&file, volume);
     resolved

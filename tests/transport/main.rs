@@ -19,4 +19,5 @@ mod oracle_self;
 mod passes;
 mod published;
 mod samplers;
+mod soak;
 mod twins;

@@ -1,6 +1,8 @@
 //! The window from outside: the real program on a display of its own, steered by mouse and keys and
 //! judged by what it shows. Vulkan's validation layers watch.
 
+#[path = "../support/curve.rs"]
+mod curve;
 #[path = "../support/dicom_files.rs"]
 mod dicom_files;
 #[path = "../support/dicom_scan.rs"]
@@ -13,6 +15,7 @@ mod figures;
 mod files;
 mod program;
 mod series;
+mod soak;
 
 use std::time::Duration;
 

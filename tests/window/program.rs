@@ -250,6 +250,10 @@ impl Program {
         number.and_then(|n| n.parse().ok()).expect("a number")
     }
 
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Waits for the program's end. Whatever it says until then is read.
     pub fn ended(&mut self) -> ExitStatus {
         let until = Instant::now() + PATIENCE;

@@ -197,7 +197,7 @@ fn pipeline(device: &Arc<Device>, format: vk::Format) -> Result<Pipeline> {
         }
         built
     });
-    pipeline.map_err(|e| failure(e, "the user interface cannot be drawn".into()))
+    pipeline.map_err(|e| failure(e, "the user interface cannot be drawn"))
 }
 
 fn graphics_pipeline(

@@ -16,6 +16,7 @@ use super::region::Region;
 use super::series::{Preview, Series};
 use super::settle::settle;
 use super::source::memory::Memory;
+use super::source::watched::{HAS_CHANGED, version_at};
 use super::statistics::Statistics;
 use super::store::file::Known;
 use super::store::{Keeping, Stores};
@@ -46,8 +47,13 @@ impl Volume {
     ) -> Result<Volume> {
         let name = path.display().to_string();
         let stores = stores.map(|stores| (stores, path));
+        let version = version_at(path);
         format::read(path, overrides)
-            .and_then(|header| open(header, overrides, &name, reading, stores))
+            .and_then(|header| match version_at(path) == version {
+                true => open(header, overrides, &name, reading, stores),
+                // The header may not be that of the voxels.
+                false => Err(HAS_CHANGED.into()),
+            })
             .map_err(|fault| Error::input(Place::file(&name), fault))
     }
 

@@ -16,6 +16,12 @@ pub fn version(metadata: &Metadata) -> Version {
     (metadata.len(), metadata.modified().ok())
 }
 
+/// That of the file with this name; `None` if there is none, or if it is a folder.
+pub fn version_at(path: &Path) -> Option<Version> {
+    let metadata = std::fs::metadata(path).ok().filter(Metadata::is_file)?;
+    Some(version(&metadata))
+}
+
 pub const HAS_CHANGED: &str = "the file has changed since it was opened; open it again";
 
 /// A file that is read by several threads at once.

@@ -1,11 +1,12 @@
 //! Removes stores.
 
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::io;
 use std::path::Path;
 
 use super::{PREFIX, SUFFIX};
 use crate::error::{Error, Result};
+use crate::temporary;
 
 /// Files that were removed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -30,7 +31,11 @@ pub fn clean(folder: &Path) -> Result<Removed> {
         let entry = entry.map_err(|e| Error::io(folder, e))?;
         let (name, path) = (entry.file_name(), entry.path());
         let name = name.to_string_lossy();
-        let is_ours = is_store(&name) || name.starts_with(PREFIX) && is_abandoned(&path);
+        let lock = name
+            .starts_with(PREFIX)
+            .then(|| temporary::abandoned(&path))
+            .flatten();
+        let is_ours = is_store(&name) || lock.is_some();
         let Some(metadata) = entry.metadata().ok().filter(|m| is_ours && m.is_file()) else {
             continue;
         };
@@ -44,24 +49,4 @@ pub fn clean(folder: &Path) -> Result<Removed> {
 fn is_store(name: &str) -> bool {
     let hash = name.strip_suffix(SUFFIX);
     hash.is_some_and(|hash| hash.len() == 16 && hash.bytes().all(|b| b.is_ascii_hexdigit()))
-}
-
-/// Removes what killed processes have left under names that begin with `prefix`.
-pub(super) fn remove_abandoned(folder: &Path, prefix: &str) {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let is_named = entry.file_name().to_string_lossy().starts_with(prefix);
-        if is_named && is_abandoned(&entry.path()) {
-            // If it stays, it stays for `isolume clean`.
-            let _ = fs::remove_file(entry.path());
-        }
-    }
-}
-
-/// Whether nobody holds the lock of a temporary file.
-fn is_abandoned(path: &Path) -> bool {
-    // A lock that could be taken is given back with the file.
-    File::open(path).is_ok_and(|file| match file.try_lock() {
-        Ok(()) => true,
-        Err(TryLockError::WouldBlock | TryLockError::Error(_)) => false,
-    })
 }

@@ -11,7 +11,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::file::{Entry, Rest};
 use super::layout::Layout;
-use super::{Copying, Keeping, PREFIX, Place, Stores, clean};
+use super::{Copying, Keeping, PREFIX, Place, Stores};
 use crate::error::{Error, Origin, Result};
 use crate::scene::volume::Volume;
 use crate::scene::volume::grid::Reader;
@@ -98,21 +98,13 @@ impl Stores {
 }
 
 impl Place {
-    /// A temporary file, which is locked, in the place of those that killed processes have left.
+    /// A temporary file, in the place of those that killed processes have left.
     fn create(&self) -> std::io::Result<(NamedTempFile, Listed)> {
         let folder = &self.stores.folder;
         fs::create_dir_all(folder)?;
         let prefix = format!("{PREFIX}{}-", self.name);
-        clean::remove_abandoned(folder, &prefix);
-        loop {
-            let (file, listed) = temporary::create(folder, &prefix)?;
-            // Not every file system has locks. Where there are none, nobody takes the file for abandoned either.
-            let _ = file.as_file().lock();
-            // Somebody may have found it before it was locked.
-            if file.path().exists() {
-                return Ok((file, listed));
-            }
-        }
+        temporary::remove_abandoned(folder, &prefix);
+        temporary::create(folder, &prefix)
     }
 }
 

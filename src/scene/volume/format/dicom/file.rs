@@ -3,7 +3,7 @@
 //! A header is a few kilobytes before pixels of any length, and only it is read here, so that a folder of
 //! thousands of files is known in a second.
 
-use std::fs::File;
+use std::fs::{File, Metadata};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
@@ -12,6 +12,7 @@ use flate2::read::DeflateDecoder;
 
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::open_file;
+use crate::scene::volume::source::watched::HAS_CHANGED;
 
 use super::data_set::{self, DataSet, Pixels, Syntax, numeric};
 use super::stream::Stream;
@@ -53,29 +54,60 @@ enum Beginning {
     Other,
 }
 
+/// Why a header could not be read.
+pub enum Fault {
+    /// The system does not give its bytes: it may be anything, a slice of the volume as well.
+    System(String),
+    /// It is damaged, or of a kind that is not known.
+    Content(String),
+}
+
+impl From<Fault> for String {
+    fn from(fault: Fault) -> String {
+        match fault {
+            Fault::System(fault) | Fault::Content(fault) => fault,
+        }
+    }
+}
+
 /// Reads a file's header; `None` if the file is no DICOM.
-pub fn parse(path: &Path) -> Parsed<Option<Parsing>> {
-    let (mut file, metadata) = open_file(path)?;
-    let mut stream = Stream::new(file.try_clone().map_err(|e| e.to_string())?);
+pub fn parse(path: &Path) -> Result<Option<Parsing>, Fault> {
+    let (file, metadata) = open_file(path).map_err(Fault::System)?;
+    let copy = file.try_clone();
+    let mut stream = Stream::new(copy.map_err(|e| Fault::System(e.to_string()))?);
+    let parsed = parse_open(path, file, &metadata, &mut stream);
+    match stream.failure {
+        Some(failure) => Err(Fault::System(failure)),
+        None => parsed.map_err(Fault::Content),
+    }
+}
+
+/// The header of an open file, of which `stream` has the bytes.
+fn parse_open(
+    path: &Path,
+    mut file: File,
+    metadata: &Metadata,
+    stream: &mut Stream,
+) -> Parsed<Option<Parsing>> {
     let length = metadata.len();
-    let (begin, transfer) = match beginning(&mut stream, length)? {
+    let (begin, transfer) = match beginning(stream, length)? {
         Beginning::Other => return Ok(None),
         Beginning::Bare(syntax) => {
             let plain = transfer_syntax("1.2.840.10008.1.2.1").ok_or("no syntax")?;
             (0, TransferSyntax { syntax, ..plain })
         }
         Beginning::Meta(at) => {
-            let (meta, end) = data_set::read_group(&mut stream, at, 2)?;
-            (end, transfer_of(&meta, &mut stream, end)?)
+            let (meta, end) = data_set::read_group(stream, at, 2)?;
+            (end, transfer_of(&meta, stream, end)?)
         }
     };
     if transfer.is_deflated {
         file.seek(SeekFrom::Start(begin))
             .map_err(|e| e.to_string())?;
-        stream = Stream::new(DeflateDecoder::new(file));
+        *stream = Stream::new(DeflateDecoder::new(file));
     }
     let at = if transfer.is_deflated { 0 } else { begin };
-    let (data_set, pixels) = match data_set::read(&mut stream, at, transfer.syntax) {
+    let (data_set, pixels) = match data_set::read(stream, at, transfer.syntax) {
         Ok(read) => read,
         // It only happened to begin like a bare data set.
         Err(_) if begin == 0 && !transfer.is_deflated => return Ok(None),
@@ -101,6 +133,9 @@ pub fn parse(path: &Path) -> Parsed<Option<Parsing>> {
 
 fn beginning(stream: &mut Stream, length: u64) -> Parsed<Beginning> {
     let bytes = stream.bytes(0, PREAMBLE + 8)?;
+    if (bytes.len() as u64) < length.min(PREAMBLE + 8) {
+        return Err(HAS_CHANGED.into());
+    }
     if bytes.get(128..132) == Some(MAGIC) {
         return Ok(Beginning::Meta(PREAMBLE + 4));
     }
@@ -151,7 +186,7 @@ impl Place {
         let (file, metadata) = open_file(&self.path)?;
         match metadata.len() == self.length && metadata.modified().ok() == self.modified {
             true => Ok(file),
-            false => Err("the file has changed since it was opened; open it again".into()),
+            false => Err(HAS_CHANGED.into()),
         }
     }
 

@@ -1,13 +1,14 @@
 //! The files that a folder, a DICOMDIR or one file stands for, and what they turn out to be.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
 use rayon::prelude::*;
 
 use crate::scene::volume::parsed::Parsed;
 
-use super::file;
+use super::file::{self, Fault};
 use super::image::{Content, Image, understand};
 use super::other::Other;
 
@@ -34,7 +35,7 @@ pub fn find(path: &Path) -> Parsed<Found> {
     if path.is_dir() {
         let mut files = Vec::new();
         list(path, 0, &mut files).map_err(|e| e.to_string())?;
-        return Ok(look_at(files, path));
+        return look_at(files, path);
     }
     let parsing = file::parse(path)?.ok_or("is no DICOM file")?;
     match understand(parsing)? {
@@ -60,7 +61,7 @@ pub fn find(path: &Path) -> Parsed<Found> {
                 }
             }
             let missing = found.unreadable;
-            found = look_at(files, folder);
+            found = look_at(files, folder)?;
             found.unreadable.splice(0..0, missing);
             Ok(found)
         }
@@ -73,15 +74,25 @@ fn list(folder: &Path, depth: u32, files: &mut Vec<PathBuf>) -> std::io::Result<
     let mut entries = std::fs::read_dir(folder)?.collect::<Result<Vec<_>, _>>()?;
     entries.sort_by_key(std::fs::DirEntry::file_name);
     for entry in entries {
-        if entry.file_type()?.is_dir() {
+        let (kind, path) = (entry.file_type()?, entry.path());
+        if kind.is_dir() {
             if depth < MOST_NESTED {
-                list(&entry.path(), depth + 1, files)?;
+                list(&path, depth + 1, files)?;
             }
-        } else if entry.path().is_file() {
-            files.push(entry.path());
+        } else if kind.is_file() || kind.is_symlink() && leads_to_file(&path)? {
+            files.push(path);
         }
     }
     Ok(())
+}
+
+/// A link that leads nowhere leads to no file.
+fn leads_to_file(link: &Path) -> std::io::Result<bool> {
+    match std::fs::metadata(link) {
+        Ok(metadata) => Ok(metadata.is_file()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
 }
 
 /// A file that a DICOMDIR names in capitals may be there in small letters.
@@ -102,9 +113,14 @@ fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
     path.is_file().then_some(path)
 }
 
-fn look_at(files: Vec<PathBuf>, folder: &Path) -> Found {
+/// Fails if the system does not give a file's bytes: the volume could lack a slice, and where that is the first or the last,
+/// nobody would see it.
+fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
     let looked = files.into_par_iter().map(|path| {
-        let content = file::parse(&path).and_then(|parsing| parsing.map(understand).transpose());
+        let content = file::parse(&path).and_then(|parsing| {
+            let understood = parsing.map(understand).transpose();
+            understood.map_err(Fault::Content)
+        });
         (path, content)
     });
     let mut found = Found::default();
@@ -117,7 +133,13 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Found {
             }
             Ok(Some(Content::Other(other))) => *found.others.entry(other.kind).or_default() += 1,
             Ok(Some(Content::Directory(_)) | None) => {}
-            Err(fault) => {
+            Err(Fault::System(fault)) => {
+                let name = path.strip_prefix(folder).unwrap_or(&path).display();
+                return Err(format!(
+                    "its file {name} cannot be read: {fault}; make it readable, or move it elsewhere"
+                ));
+            }
+            Err(Fault::Content(fault)) => {
                 let name = path.strip_prefix(folder).unwrap_or(&path);
                 found
                     .unreadable
@@ -125,7 +147,7 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Found {
             }
         }
     }
-    found
+    Ok(found)
 }
 
 impl Found {

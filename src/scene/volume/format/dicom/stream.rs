@@ -15,6 +15,8 @@ const MOST: u64 = 256 << 20;
 pub struct Stream {
     reader: Box<dyn Read>,
     bytes: Vec<u8>,
+    /// What the system has said when it did not give bytes that somebody wants: nothing is known of them then.
+    pub failure: Option<String>,
 }
 
 impl Stream {
@@ -22,6 +24,7 @@ impl Stream {
         Stream {
             reader: Box::new(reader),
             bytes: Vec::new(),
+            failure: None,
         }
     }
 
@@ -41,7 +44,11 @@ impl Stream {
             let read = part.read_to_end(&mut self.bytes);
             // What follows the bytes that somebody wants may be damaged.
             if (self.bytes.len() as u64) < end {
-                read.map_err(|e| e.to_string())?;
+                read.map_err(|e| {
+                    let fault = e.to_string();
+                    self.failure = e.raw_os_error().map(|_| fault.clone());
+                    fault
+                })?;
             }
         }
         let have = self.bytes.len() as u64;
