@@ -75,7 +75,7 @@ fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// What reading a picture may allocate: a byte of its file may become 1100 of a picture, which is converted a few times.
+/// What reading a picture may allocate: a byte of its file may become 1400 pixels.
 pub fn allowed(bytes: usize) -> usize {
-    (16 << 20) + 16 * 1100 * bytes
+    (16 << 20) + 64 * 1400 * bytes
 }

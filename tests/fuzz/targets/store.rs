@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use isolume::scene::volume::{Endian, Reading, Stores, Volume, VolumeOverrides, VoxelType};
+use isolume_fuzz::tiff_files::{LZW, Tiff};
 use isolume_fuzz::volume_files::Array;
 use isolume_fuzz::{folder, guard, target, volume};
 use xxhash_rust::xxh3::xxh3_64;
@@ -27,7 +28,11 @@ struct Genuine {
 
 static GENUINE: LazyLock<Genuine> = LazyLock::new(|| {
     let array = Array::new([40, 3, 2], VoxelType::U8, Endian::Little);
-    let path = folder::write("v.nrrd", &array.nrrd("gzip", "spacings: 1 1 1\n"));
+    let tiff = Tiff {
+        compression: LZW,
+        ..Tiff::default()
+    };
+    let path = folder::write("v.tif", &tiff.write(&array));
     let folder = folder::empty("stores");
     let stores = Stores::new(folder.clone(), |_| Ok(()));
     open(&path, &stores).expect("a store");
