@@ -1,9 +1,9 @@
-//! DICOM: an input is a file, or a folder of files.
+//! DICOM: an input is a file, or a folder of files, which may have a directory.
 
 #![no_main]
 
 use isolume::scene::volume::{Pick, Volume};
-use isolume_fuzz::dicom_files::{Pixels, Syntax, file};
+use isolume_fuzz::dicom_files::{Object, Pixels, Syntax, file};
 use isolume_fuzz::dicom_scan::{COLUMNS, Scan};
 use isolume_fuzz::{archive, folder, guard, target, volume};
 
@@ -39,11 +39,18 @@ fn seeds() -> Vec<Vec<u8>> {
         few.slices.truncate(3);
         few.write(folder, Syntax::Explicit, |n| format!("{n}.dcm"));
     });
+    let listed = archive::of(|folder| {
+        std::fs::write(folder.join("A"), scan.slice_file(0, Syntax::Explicit)).expect("a file");
+        std::fs::write(folder.join("B"), scan.slice_file(1, Syntax::Implicit)).expect("a file");
+        let record = |name| Object::default().text((4, 0x1500), "CS", name);
+        let records = vec![Object::default(), record("A"), record("B")];
+        let directory = Object::default().items((4, 0x1220), records);
+        let bytes = file(&directory, Syntax::Explicit, Pixels::Words(&[]), 1);
+        std::fs::write(folder.join("DICOMDIR"), bytes).expect("a file");
+    });
     let single = single.map(|file| [&[0], &file[..]].concat());
-    single
-        .into_iter()
-        .chain([[&[8], &series[..]].concat()])
-        .collect()
+    let folders = [[&[8], &series[..]].concat(), [&[8], &listed[..]].concat()];
+    single.into_iter().chain(folders).collect()
 }
 
 fn parse(bytes: &[u8]) {
@@ -55,7 +62,8 @@ fn parse(bytes: &[u8]) {
         _ => {
             let path = folder::empty("series");
             archive::unpack(rest, &path);
-            path
+            let directory = path.join("DICOMDIR");
+            if directory.is_file() { directory } else { path }
         }
     };
     overrides.series = (more & 2 != 0).then_some(Pick::Number(1));
