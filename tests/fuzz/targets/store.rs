@@ -2,7 +2,7 @@
 
 #![no_main]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use isolume::scene::volume::{Endian, Reading, Stores, Volume, VolumeOverrides, VoxelType};
@@ -51,7 +51,7 @@ static GENUINE: LazyLock<Genuine> = LazyLock::new(|| {
     }
 });
 
-fn open(volume: &PathBuf, stores: &Stores) -> isolume::Result<()> {
+fn open(volume: &Path, stores: &Stores) -> isolume::Result<()> {
     let overrides = VolumeOverrides::default();
     let volume = Volume::load_watched(volume, &overrides, &Reading::default(), Some(stores))?;
     let volume = volume.in_any_order()?;
