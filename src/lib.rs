@@ -39,6 +39,7 @@ pub mod cache_dir;
 #[cfg(feature = "cli")]
 pub mod cli;
 pub mod compare;
+mod decoding;
 #[cfg(feature = "cli")]
 pub mod doctor;
 pub mod engine;

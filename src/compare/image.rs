@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use ::exr::prelude::*;
-use ::image::{ImageFormat, ImageReader};
+use ::image::ImageFormat;
 
+use crate::decoding::{exr_meta_data, fenced, read_image};
 use crate::engine::Picture;
 use crate::error::{Error, Place, Result};
 use crate::srgb;
@@ -90,14 +91,18 @@ fn known(stderr: Vec<[f32; 3]>) -> Option<Vec<[f32; 3]>> {
 
 fn read_exr(path: &Path) -> Result<LinearImage> {
     let unreadable = |why: String| Error::input(path, why);
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(path)
-        .map_err(|error| unreadable(format!("not readable as OpenEXR: {error}")))?;
+    exr_meta_data(path).map_err(unreadable)?;
+    let image = fenced(|| {
+        read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(path)
+            .map_err(|error| format!("not readable as OpenEXR: {error}"))
+    });
+    let image = image.map_err(unreadable)?;
     let Layer {
         channel_data: AnyChannels { list: channels },
         size,
@@ -136,11 +141,8 @@ fn pixels(channels: &[AnyChannel<FlatSamples>], names: [&str; 3]) -> Option<Vec<
 }
 
 fn read_png(path: &Path) -> Result<LinearImage> {
-    let mut reader = ImageReader::open(path).map_err(|error| Error::io(path, error))?;
-    reader.set_format(ImageFormat::Png);
-    let image = reader
-        .decode()
-        .map_err(|error| Error::input(path, format!("not readable as PNG: {error}")))?
+    let image = read_image(path, Some(ImageFormat::Png))
+        .map_err(|why| Error::input(path, format!("not readable as PNG: {why}")))?
         .into_rgb32f();
     let linear = |encoded: f32| srgb::decode(encoded.into()) as f32;
     Ok(LinearImage {

@@ -214,27 +214,45 @@ impl<'a> Module<'a> {
         })
     }
 
-    /// Bytes from the start of a value to its end.
+    /// Bytes from the start of a push constant to its end. Types stand behind those that they are made of, so that one walk
+    /// finds them all, and one that claims to hold itself has no size.
     fn bytes(&self, id: u32) -> Result<u32, String> {
-        match self.declaration(id)? {
-            (op::TYPE_INT | op::TYPE_FLOAT, [bits, ..]) => Ok(bits / 8),
-            (op::TYPE_VECTOR, [component, count]) => Ok(count * self.bytes(*component)?),
-            (op::TYPE_STRUCT, members) => {
-                members.iter().zip(0..).try_fold(0, |end, (member, i)| {
-                    Ok(end.max(self.offset(id, i)? + self.bytes(*member)?))
-                })
+        let offsets = self.offsets();
+        let mut sizes: HashMap<u32, u32> = HashMap::new();
+        for (op, operands) in &self.0 {
+            let size = match (*op, *operands) {
+                (op::TYPE_INT | op::TYPE_FLOAT, [_, bits, ..]) => Some(bits / 8),
+                (op::TYPE_VECTOR, [_, component, count]) => {
+                    let size = sizes.get(component);
+                    size.and_then(|size| size.checked_mul(*count))
+                }
+                (op::TYPE_STRUCT, [id, members @ ..]) => {
+                    members
+                        .iter()
+                        .zip(0..)
+                        .try_fold(0, |end: u32, (member, i)| {
+                            let offset = offsets.get(&(*id, i))?;
+                            Some(end.max(offset.checked_add(*sizes.get(member)?)?))
+                        })
+                }
+                _ => None,
+            };
+            if let (Some(size), Some(id)) = (size, operands.first()) {
+                sizes.insert(*id, size);
             }
-            (op, _) => Err(format!("push constants hold a type of opcode {op}")),
         }
+        let size = sizes.get(&id).copied();
+        size.ok_or_else(|| format!("push constants hold a type {id} that is not understood"))
     }
 
-    fn offset(&self, id: u32, member: u32) -> Result<u32, String> {
-        let mut all = self.all(op::MEMBER_DECORATE);
-        let offset = all.find_map(|operands| match *operands {
-            [of, index, decoration::OFFSET, value] if of == id && index == member => Some(value),
+    /// Of the members of structs, by the struct and the member's number.
+    fn offsets(&self) -> HashMap<(u32, u32), u32> {
+        let all = self.all(op::MEMBER_DECORATE);
+        let offsets = all.filter_map(|operands| match *operands {
+            [of, member, decoration::OFFSET, value] => Some(((of, member), value)),
             _ => None,
         });
-        offset.ok_or_else(|| format!("member {member} of type {id} has no offset"))
+        offsets.collect()
     }
 
     fn workgroup(&self) -> Result<[u32; 3], String> {
@@ -290,5 +308,32 @@ mod tests {
         ];
         assert_eq!(kinds, expected);
         assert_eq!((push_bytes, workgroup), (16, [4, 2, 1]));
+    }
+
+    /// A module whose push constants have type 1.
+    fn pushes(declarations: &[&[u32]]) -> Result<Reflection, String> {
+        let mut code = vec![MAGIC, 0, 0, 9, 0];
+        let pointer = [op::TYPE_POINTER, 2, storage::PUSH_CONSTANT, 1];
+        let variable = [op::VARIABLE, 2, 3, storage::PUSH_CONSTANT];
+        let mode = [op::EXECUTION_MODE, 4, MODE_LOCAL_SIZE, 1, 1, 1];
+        let last: [&[u32]; 3] = [&pointer, &variable, &mode];
+        for instruction in declarations.iter().chain(&last) {
+            code.push((instruction.len() as u32) << 16 | instruction[0]);
+            code.extend(&instruction[1..]);
+        }
+        Reflection::read(&code)
+    }
+
+    #[test]
+    fn types_without_a_size_are_not_understood() {
+        let word: &[u32] = &[op::TYPE_INT, 5, 32, 0];
+        let bytes = |all: &[&[u32]]| pushes(all).map(|reflection| reflection.push_bytes);
+        let at = |offset| [op::MEMBER_DECORATE, 1, 0, decoration::OFFSET, offset];
+        let holds = |member| [op::TYPE_STRUCT, 1, member];
+        assert_eq!(bytes(&[&at(8), word, &holds(5)]), Ok(12));
+        assert!(bytes(&[&at(0), word, &holds(1)]).is_err(), "itself");
+        assert!(bytes(&[&at(u32::MAX), word, &holds(5)]).is_err(), "no end");
+        let many: &[u32] = &[op::TYPE_VECTOR, 1, 5, u32::MAX];
+        assert!(bytes(&[word, many]).is_err(), "no end");
     }
 }

@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use image::{ColorType, ImageReader};
+use image::ColorType;
+
+use crate::decoding::read_image;
 
 use crate::srgb;
 
@@ -48,13 +50,7 @@ impl EnvironmentImage {
     /// EXR and HDR hold radiance; a PNG is taken to be sRGB. The error is what is wrong with the file.
     pub fn load(path: &Path) -> Result<EnvironmentImage, String> {
         let name = path.display();
-        let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-        let mut reader = reader.map_err(|error| format!("{name}: {error}"))?;
-        // The library's cap of 512 MiB is less than an 8K sky needs.
-        reader.no_limits();
-        let decoded = reader
-            .decode()
-            .map_err(|error| format!("{name}: {error}"))?;
+        let decoded = read_image(path, None).map_err(|why| format!("{name}: {why}"))?;
         let encoded = !matches!(decoded.color(), ColorType::Rgb32F | ColorType::Rgba32F);
         let rgb = decoded.into_rgb32f();
         let (width, height) = rgb.dimensions();

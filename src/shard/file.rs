@@ -7,13 +7,11 @@ use ::exr::meta::MetaData;
 use ::exr::prelude::*;
 
 use super::header::{Header, checksum};
+use crate::decoding::{exr_meta_data, fenced};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::output::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
 use crate::render::Sums;
-
-/// The deflated zeros that an EXR holds become at most so many times as large.
-const MOST_EXPANSION: u64 = 1100;
 
 /// A picture and the sums behind it.
 pub struct Shard {
@@ -59,14 +57,17 @@ impl Shard {
         let wrong = |why: &str| Error::input(path, why);
         header.check().map_err(|why| wrong(&why))?;
         check_size(path, &meta_data(path)?, header.identity.size)?;
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_file(path)
-            .map_err(|error| wrong(&format!("it is damaged: {error}")))?;
+        let image = fenced(|| {
+            read()
+                .no_deep_data()
+                .largest_resolution_level()
+                .all_channels()
+                .first_valid_layer()
+                .all_attributes()
+                .from_file(path)
+                .map_err(|error| format!("it is damaged: {error}"))
+        });
+        let image = image.map_err(|why| wrong(&why))?;
         let channels = image.layer_data.channel_data.list;
         let [width, height] = header.identity.size;
         let pixels = width as usize * height as usize;
@@ -120,24 +121,14 @@ fn meta_data(path: &Path) -> Result<MetaData> {
     if let Err(error) = fs::metadata(path) {
         return Err(Error::io(path, error));
     }
-    MetaData::read_from_file(path, false)
-        .map_err(|error| Error::input(path, format!("not readable as OpenEXR: {error}")))
+    exr_meta_data(path).map_err(|why| Error::input(path, why))
 }
 
-/// Fails for a file that claims more pixels than it can hold, before there is memory for them.
+/// Fails for a file of another size than its header says.
 fn check_size(path: &Path, meta: &MetaData, size: [u32; 2]) -> Result<()> {
-    let bytes = fs::metadata(path)
-        .map_err(|error| Error::io(path, error))?
-        .len();
-    let expected = size.map(|n| n as usize);
-    let [width, height] = size.map(u64::from);
-    let fits = |header: &::exr::meta::header::Header| {
-        let Vec2(w, h) = header.layer_size;
-        let texel = 4 * header.channels.list.len() as u64;
-        let claimed = width.saturating_mul(height).saturating_mul(texel);
-        [w, h] == expected && claimed <= bytes.saturating_mul(MOST_EXPANSION)
-    };
-    match meta.headers.len() == 1 && meta.headers.iter().all(fits) {
+    let [width, height] = size.map(|n| n as usize);
+    let is_whole = |header: &::exr::meta::header::Header| header.layer_size == Vec2(width, height);
+    match meta.headers.len() == 1 && meta.headers.iter().all(is_whole) {
         true => Ok(()),
         false => Err(Error::input(
             path,

@@ -16,6 +16,9 @@ use super::{SceneFile, mismatch};
 use crate::error::{Error, Origin, Place, Result};
 use crate::scene::View;
 
+/// More names than any key has: what holds a deeper one is taken apart by recursion, for which the stack may be too small.
+const MOST_STEPS: usize = 8;
+
 #[derive(Debug, Clone)]
 pub struct Document {
     root: Value,
@@ -171,6 +174,13 @@ impl Document {
 
     fn set(&mut self, edit: &Edit, key: &str, value: Value) -> Result<()> {
         let steps: Vec<&str> = key.split('.').collect();
+        if steps.len() > MOST_STEPS {
+            let problem = format!(
+                "found a key of {} names, expected at most {MOST_STEPS}, as in surfaces.iso.0.color.1",
+                steps.len()
+            );
+            return Err(Error::input(Place::flag(&edit.flag), problem));
+        }
         let known = |n: &usize| find(&self.root, &steps[..*n].join(".")).is_some();
         let first_new = (1..steps.len()).find(|n| !known(n)).unwrap_or(steps.len());
         put(&mut self.root, &steps, value)

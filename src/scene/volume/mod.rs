@@ -170,7 +170,7 @@ impl Volume {
         let fault = |fault: String| Error::input(Place::file(&self.grid.name), fault);
         let is_enough = |known: &Known| known.voxels.is_some() || self.is_direct();
         // One that is damaged is replaced.
-        let found = keeping.place.find().unwrap_or(None);
+        let found = keeping.place.find(self.stored).unwrap_or(None);
         let mut known = found.filter(is_enough);
         if known.is_none() {
             match keeping.write(self) {
@@ -180,7 +180,7 @@ impl Volume {
                 }
                 written => written?,
             }
-            known = keeping.place.find().map_err(fault)?;
+            known = keeping.place.find(self.stored).map_err(fault)?;
         }
         match known.and_then(|known| known.voxels) {
             Some(store) => Ok(self.with_source(Box::new(store))),

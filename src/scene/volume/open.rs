@@ -126,7 +126,7 @@ fn open(
         .and_then(|(stores, path)| stores.place(path, overrides, &header, region, is_mirrored));
     let mut notes = header.notes;
     let known = place.as_ref().and_then(|place| {
-        place.find().unwrap_or_else(|fault| {
+        place.find(conversion.stored()).unwrap_or_else(|fault| {
             notes.push(format!("{fault}; it is not used, and made anew if need be"));
             None
         })

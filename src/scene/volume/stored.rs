@@ -28,6 +28,15 @@ impl StoredType {
         }
     }
 
+    /// How many different values are counted one by one; 0 where there are too many.
+    pub(super) fn counted(self) -> usize {
+        match self {
+            StoredType::U8 => u8::COUNTED,
+            StoredType::U16 => u16::COUNTED,
+            StoredType::F32 => f32::COUNTED,
+        }
+    }
+
     /// The stored value that a GPU reads as 1.
     pub fn max(self) -> f32 {
         match self {

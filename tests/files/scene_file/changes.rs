@@ -68,6 +68,9 @@ fn edits_go_through_the_same_checks() {
     );
     said("surfaces.iso.0.value.x=2", "`x` would be inside 5");
     said("camera.view=+x", "found together with eye");
+    // Deeper than the stack: the key is refused before there are as many tables.
+    let deep = format!("a{}=1", ".a".repeat(60_000));
+    said(&deep, "found a key of 60001 names, expected at most 8");
     for malformed in ["medium.g", "=3", "a..b=3", "surfaces.iso[].value=1"] {
         assert!(malformed.parse::<Edit>().is_err(), "{malformed}");
     }

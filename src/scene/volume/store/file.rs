@@ -17,6 +17,7 @@ use crate::scene::volume::region::Region;
 use crate::scene::volume::settle::{Facts, Settled};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::source::{Cursor, Source};
+use crate::scene::volume::stored::StoredType;
 
 const MAGIC: [u8; 8] = *b"isostore";
 
@@ -124,7 +125,12 @@ impl Rest<'_> {
 }
 
 /// `None` if the store is of another volume, or of what the volume was.
-pub fn open(path: &Path, identity: u128, dims: [u32; 3]) -> Parsed<Option<Known>> {
+pub fn open(
+    path: &Path,
+    identity: u128,
+    dims: [u32; 3],
+    stored: StoredType,
+) -> Parsed<Option<Known>> {
     let file = WatchedFile::open(path)?;
     let plain = rest(&file)?;
     let head_bytes = plain
@@ -139,11 +145,20 @@ pub fn open(path: &Path, identity: u128, dims: [u32; 3]) -> Parsed<Option<Known>
     let bins = arrays.next(head.histogram)?;
     let ranges: Vec<[f32; 2]> = arrays.next(head.macrocells)?;
     let index: Vec<Entry> = arrays.next(head.chunks)?;
-    let layout = Layout::new(dims, head.voxel_bytes as usize);
+    let layout = Layout::new(dims, stored.bytes());
     let macrocells = dims.map(|n| (n as usize + 1).div_ceil(MACROCELL as usize));
     let is_complete = index.is_empty() || index.len() == layout.total();
     if ranges.len() != macrocells.iter().product::<usize>() || !is_complete {
         return Err("it is of a volume of another size".into());
+    }
+    let is_sound = |[low, high]: &[f32; 2]| low <= high;
+    if head.voxel_bytes != stored.bytes() as u64
+        || counts.len() != stored.counted()
+        || !adds_up(&counts, dims)
+        || !adds_up(&bins, dims)
+        || !ranges.iter().chain([&head.range]).all(is_sound)
+    {
+        return Err("its table contradicts itself".into());
     }
     let [low, width] = head.bins;
     Ok(Some(Known {
@@ -168,6 +183,12 @@ pub fn open(path: &Path, identity: u128, dims: [u32; 3]) -> Parsed<Option<Known>
             index,
         }),
     }))
+}
+
+/// Whether there are counts of all voxels, or none at all.
+fn adds_up(counts: &[u64], dims: [u32; 3]) -> bool {
+    let counted: u128 = counts.iter().map(|count| u128::from(*count)).sum();
+    counts.is_empty() || counted == dims.map(u128::from).iter().product::<u128>()
 }
 
 /// The rest, decompressed.
@@ -272,5 +293,50 @@ impl Cursor for &Store {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A store of 2×2×2 voxels of one byte each, which all are 7, without its chunks.
+    fn opened(change: impl FnOnce(&mut Rest<'_>)) -> Parsed<Option<Known>> {
+        let mut counts = [0; 256];
+        counts[7] = 8;
+        let mut rest = Rest {
+            identity: 1,
+            facts: Facts {
+                range: [7.0; 2],
+                infinite: 0,
+                rounding: 0.0,
+            },
+            counts: &counts,
+            histogram: None,
+            macrocells: &[[7.0; 2]],
+            voxel_bytes: 1,
+            index: &[],
+        };
+        change(&mut rest);
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        std::fs::write(&file, rest.packed().expect("a table")).expect("a file");
+        open(file.path(), 1, [2; 3], StoredType::U8)
+    }
+
+    #[test]
+    fn a_table_that_contradicts_itself_is_damage() {
+        assert!(opened(|_| ()).expect("a store").is_some());
+        assert!(opened(|rest| rest.identity = 2).expect("a store").is_none());
+        let changes: [fn(&mut Rest<'_>); 6] = [
+            |rest| rest.voxel_bytes = 0,
+            |rest| rest.counts = &[8],
+            |rest| rest.counts = &[1; 256],
+            |rest| rest.counts = &[u64::MAX; 256],
+            |rest| rest.macrocells = &[[1.0, f32::NAN]],
+            |rest| rest.facts.range = [8.0, 7.0],
+        ];
+        for change in changes {
+            assert!(opened(change).is_err());
+        }
     }
 }

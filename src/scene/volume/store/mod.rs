@@ -31,6 +31,7 @@ use super::parsed::Parsed;
 use super::region::Region;
 use super::settle::Facts;
 use super::source::watched::version;
+use super::stored::StoredType;
 use super::voxel_type::Endian;
 use crate::error::Result;
 use file::Known;
@@ -130,15 +131,15 @@ impl Place {
         self.stores.folder.join(self.name.clone() + SUFFIX)
     }
 
-    /// What the store knows; `None` if there is none of this volume as it is now.
+    /// What the store knows of a volume with such values; `None` if there is none of it as it is now.
     ///
     /// # Errors
     ///
     /// There is one, and it is damaged.
-    pub(super) fn find(&self) -> Parsed<Option<Known>> {
+    pub(super) fn find(&self, stored: StoredType) -> Parsed<Option<Known>> {
         let path = self.path();
         match path.is_file() {
-            true => file::open(&path, self.identity, self.dims)
+            true => file::open(&path, self.identity, self.dims, stored)
                 .map_err(|fault| format!("its store {} is damaged: {fault}", path.display())),
             false => Ok(None),
         }

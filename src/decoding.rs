@@ -1,0 +1,180 @@
+//! Reading pictures that other programs may have written.
+//!
+//! A header may claim any size. Memory for a picture is only asked for once its file is long enough to hold it, and where a
+//! decoder panics on damaged data, that is an error like any other.
+
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use exr::compression::Compression;
+use exr::math::Vec2;
+use exr::meta::MetaData;
+use exr::meta::header::Header;
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+
+/// Bytes of pixels that a byte of an OpenEXR file becomes at most: Deflate makes 1032 bytes of one, and PXR24 leaves out one
+/// byte of four before that.
+const MOST_BY_DEFLATE: u64 = 1400;
+/// PIZ leaves a few hundred bytes of 32 lines of one colour, however long they are. And lines that are only claimed to be
+/// shown take no room at all.
+const MOST_BY_PIZ: u64 = 1 << 14;
+/// Pixels that a byte of another picture becomes at most: Deflate makes 1032 bytes of one, with eight pixels in each.
+const MOST_PIXELS: u64 = 8 * 1032;
+
+/// What an OpenEXR file says of itself.
+///
+/// # Errors
+///
+/// The file cannot be read, is none, or claims more pixels than it can hold.
+pub fn exr_meta_data(path: &Path) -> Result<MetaData, String> {
+    let bytes = length(path)?;
+    let meta = fenced(|| {
+        MetaData::read_from_file(path, false)
+            .map_err(|error| format!("not readable as OpenEXR: {error}"))
+    })?;
+    for header in &meta.headers {
+        check_header(header, bytes)?;
+    }
+    Ok(meta)
+}
+
+fn check_header(header: &Header, bytes: u64) -> Result<(), String> {
+    let Vec2(width, height) = header.layer_size;
+    let pixel = header.channels.bytes_per_pixel.max(1);
+    let Vec2(shown_width, shown_height) = header.shared_attributes.display_window.size;
+    let expansion = match header.compression {
+        Compression::PIZ => MOST_BY_PIZ,
+        _ => MOST_BY_DEFLATE,
+    };
+    check_claim(
+        [width, height],
+        bytes.saturating_mul(expansion) / pixel as u64,
+        bytes,
+    )?;
+    check_claim(
+        [shown_width, shown_height],
+        bytes.saturating_mul(MOST_BY_PIZ),
+        bytes,
+    )
+}
+
+/// Fails for more pixels than `most`, which is what a file of `bytes` bytes can hold.
+fn check_claim([width, height]: [usize; 2], most: u64, bytes: u64) -> Result<(), String> {
+    let claimed = (width as u64).saturating_mul(height as u64);
+    match claimed <= most {
+        true => Ok(()),
+        false => Err(format!(
+            "it is damaged: it claims {width}x{height} pixels, more than its {bytes} bytes can hold"
+        )),
+    }
+}
+
+/// Reads a picture of a format that is given or told by the file's first bytes.
+///
+/// # Errors
+///
+/// The file cannot be read, is no picture, or claims more pixels than it can hold.
+pub fn read_image(path: &Path, format: Option<ImageFormat>) -> Result<DynamicImage, String> {
+    let bytes = length(path)?;
+    let mut reader = ImageReader::open(path).map_err(|error| error.to_string())?;
+    match format {
+        Some(format) => reader.set_format(format),
+        None => {
+            reader = reader
+                .with_guessed_format()
+                .map_err(|error| error.to_string())?;
+        }
+    }
+    if reader.format() == Some(ImageFormat::OpenExr) {
+        exr_meta_data(path)?;
+    }
+    // The library's own cap of 512 MiB is less than an 8K sky needs.
+    reader.no_limits();
+    fenced(|| {
+        let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
+        let (width, height) = decoder.dimensions();
+        let most = bytes.saturating_mul(MOST_PIXELS);
+        check_claim([width as usize, height as usize], most, bytes)?;
+        DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())
+    })
+}
+
+/// A panic in a decoder is an error.
+pub fn fenced<T>(decode: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    let outcome = catch_unwind(AssertUnwindSafe(decode));
+    outcome.unwrap_or_else(|_| Err("it is damaged: its decoder gave up".into()))
+}
+
+fn length(path: &Path) -> Result<u64, String> {
+    let metadata = fs::metadata(path).map_err(|error| error.to_string())?;
+    Ok(metadata.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture of one colour takes least room.
+    fn black(format: ImageFormat) -> Vec<u8> {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let image = match format {
+            ImageFormat::OpenExr => image::Rgb32FImage::new(512, 256).into(),
+            _ => DynamicImage::from(image::GrayImage::new(512, 256)),
+        };
+        image.write_to(&mut bytes, format).expect("a picture");
+        bytes.into_inner()
+    }
+
+    fn read(bytes: &[u8]) -> Result<DynamicImage, String> {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        fs::write(&file, bytes).expect("a file");
+        read_image(file.path(), None)
+    }
+
+    #[test]
+    fn what_is_as_short_as_can_be_is_read() {
+        for format in [ImageFormat::Png, ImageFormat::OpenExr] {
+            assert_eq!(read(&black(format)).expect("a picture").width(), 512);
+        }
+    }
+
+    #[test]
+    fn long_lines_of_one_colour_are_read() {
+        use exr::prelude::*;
+        let channels = SpecificChannels::rgb(|_| (0.0_f32, 0.0_f32, 0.0_f32));
+        let encoding = Encoding {
+            compression: Compression::PIZ,
+            ..Encoding::FAST_LOSSLESS
+        };
+        let layer = Layer::new(
+            (8192, 64),
+            LayerAttributes::named("sky"),
+            encoding,
+            channels,
+        );
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        let image = Image::from_layer(layer);
+        let written = image.write().to_buffered(&mut bytes);
+        written.expect("a picture");
+        assert_eq!(
+            super::tests::read(&bytes.into_inner())
+                .expect("a sky")
+                .width(),
+            8192
+        );
+    }
+
+    #[test]
+    fn a_header_that_claims_more_than_its_file_holds_is_refused() {
+        let png = black(ImageFormat::Png);
+        let mut claim = png.clone();
+        // The width in the first chunk, and no checksum that would notice: the chunk is read before it is checked.
+        claim[16..20].copy_from_slice(&0x7000_0000_u32.to_be_bytes());
+        let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 60000\n".to_vec();
+        hdr.extend([2, 2, 0xea, 0x60]);
+        for claim in [claim, hdr] {
+            read(&claim).expect_err("a picture that cannot be");
+        }
+    }
+}

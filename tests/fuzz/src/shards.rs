@@ -1,0 +1,123 @@
+//! Small shards and checkpoints, as a render would have written them.
+
+use isolume::Picture;
+use isolume::engine::SampleRange;
+use isolume::output::{Outputs, Parts, Provenance};
+use isolume::render::{Sums, Variant};
+use isolume::shard::{Fingerprint, Header, Identity, RunOf, Settings, State};
+use serde_json::{Value, json, to_value};
+
+use crate::folder;
+
+const SIZE: [u32; 2] = [3, 2];
+const SCENE: &str = "[medium]\ng = 0.5\n[render]\nsize = [3, 2]\n";
+
+pub fn identity() -> Identity {
+    Identity {
+        scene: "5".repeat(32),
+        volume: "7".repeat(32),
+        size: SIZE,
+        seed: 1,
+        variant: "non-caching".into(),
+        transport: "0.1.0-1".into(),
+    }
+}
+
+/// A shard of these samples as bytes of an EXR. `is_quick`: without compression.
+pub fn shard(first: u32, end: u32, is_quick: bool) -> Vec<u8> {
+    let header = header(first, end);
+    exr(&to_value(header).expect("JSON"), is_quick)
+}
+
+/// A checkpoint as bytes of an EXR.
+pub fn checkpoint(end: u32) -> Vec<u8> {
+    let state = State {
+        header: header(0, end),
+        settings: Settings::of(&Variant::NonCaching),
+        picture: 1,
+        pictures: 1,
+        seconds: 1.0,
+        runs: vec![RunOf {
+            host: "here".into(),
+            device: "a device".into(),
+            began: 1,
+            seconds: 1.0,
+            samples: end,
+        }],
+    };
+    exr(&to_value(state).expect("JSON"), true)
+}
+
+/// The header of a cache's file.
+pub fn cache_header() -> Value {
+    let pace = json!({ "updates": 1, "took": { "secs": 1, "nanos": 0 } });
+    json!({
+        "identity": identity(),
+        "scene": SCENE,
+        "settings": Settings::of(&Variant::NonCaching),
+        "fill": "9".repeat(32),
+        "is_filled": true,
+        "state": {
+            "updates": 4, "batches": 3, "paths": 100, "lookups": 1000, "relative_error": 0.1,
+            "took": { "secs": 1, "nanos": 0 }, "gathering": pace, "tracing": pace,
+            "is_wide": false, "has_looked": true, "bricks": 1, "shown": 6,
+        },
+    })
+}
+
+fn header(first: u32, end: u32) -> Header {
+    let sums = sums();
+    let checksum = Fingerprint::default()
+        .with(bytemuck::cast_slice(&sums.mean))
+        .with(bytemuck::cast_slice(&sums.squares));
+    Header {
+        identity: identity(),
+        samples: vec![SampleRange { first, end }],
+        units: 2,
+        paths: 24,
+        lookups: 100,
+        fills: Vec::new(),
+        devices: vec!["a device".into()],
+        checksum: checksum.text(),
+    }
+}
+
+fn sums() -> Sums {
+    let pixels = (SIZE[0] * SIZE[1]) as usize;
+    Sums {
+        mean: vec![[0.5; 4]; pixels],
+        squares: vec![[0.25; 4]; pixels],
+    }
+}
+
+fn exr(header: &Value, is_quick: bool) -> Vec<u8> {
+    let [width, height] = SIZE;
+    let sums = sums();
+    let pixels = sums.mean.len();
+    let picture = Picture {
+        width,
+        height,
+        rgb: vec![[0.5; 3]; pixels],
+        alpha: None,
+        stderr: vec![[0.1; 3]; pixels],
+        albedo: vec![[0.0; 3]; pixels],
+        normal: vec![[0.0; 3]; pixels],
+        depth: vec![f32::INFINITY; pixels],
+    };
+    let provenance = Provenance {
+        scene: SCENE.into(),
+        ..Provenance::default()
+    };
+    let parts = Parts {
+        header: &header.to_string(),
+        sums: &sums,
+        is_quick,
+    };
+    let path = folder::path("seed.exr");
+    let mut outputs = Outputs::default();
+    outputs
+        .exr_with(&path, &picture, &provenance, parts)
+        .expect("an EXR");
+    outputs.commit().expect("a file");
+    std::fs::read(path).expect("the file")
+}

@@ -1,0 +1,84 @@
+//! Volumes: every format's target loads one and looks at it.
+
+use std::path::Path;
+
+use isolume::scene::volume::{Region, Volume, VolumeOverrides, Voxels};
+
+use crate::guard;
+
+/// Of formats whose parts are decoded alone: a piece of the walk and the state of decompression, and what parts may decode
+/// to. A codec makes at most so many bytes of one, and what it makes is kept, converted and placed.
+pub fn allowed_in_chunks(bytes: usize) -> usize {
+    const MAX_RATIO: usize = 32 << 10;
+    (48 << 20) + 4 * MAX_RATIO * bytes
+}
+
+/// Of all other formats: buffers and the state of decompression, and a multiple of the file for its header's text and its voxels.
+pub fn allowed(bytes: usize) -> usize {
+    (8 << 20) + 16 * bytes
+}
+
+/// What the first byte of an input says of it, and the rest.
+pub fn options(bytes: &[u8]) -> Option<(u8, VolumeOverrides, &[u8])> {
+    let (&options, rest) = bytes.split_first()?;
+    let overrides = VolumeOverrides {
+        crop: (options & 1 != 0).then_some([[0; 3], [2; 3]]),
+        spacing: (options & 2 != 0).then_some([1.0; 3]),
+        axes: (options & 4 != 0).then(|| "LPS".parse().expect("axes")),
+        ..Default::default()
+    };
+    Some((options >> 3, overrides, rest))
+}
+
+/// Loads a volume and its voxels; one that loads must be a proper one, and any part of it what it is of the whole.
+pub fn check(path: &Path, overrides: &VolumeOverrides, allowed: usize) {
+    let loaded = guard::run(allowed, || {
+        let volume = Volume::load(path, overrides).ok()?;
+        let voxels = volume.voxels().expect("its voxels").into_owned();
+        Some((volume, voxels))
+    });
+    let Some((volume, voxels)) = loaded else {
+        return;
+    };
+    let count: usize = volume.dims.iter().map(|size| *size as usize).product();
+    assert!(!voxels.is_empty() && voxels.len() == count);
+    assert!(
+        volume
+            .spacing
+            .iter()
+            .all(|size| size.is_finite() && *size > 0.0)
+    );
+    assert!(volume.scale > 0.0 && volume.scale.is_finite() && volume.offset.is_finite());
+    assert!(volume.range[0] <= volume.range[1] && volume.range.iter().all(|v| v.is_finite()));
+    let histogram = volume.histogram(16).expect("a histogram");
+    assert_eq!(histogram.counts.iter().sum::<u64>() as usize, voxels.len());
+    histogram.otsu(4);
+    check_part(&volume, &voxels);
+}
+
+/// The middle third along each axis, read alone.
+fn check_part(volume: &Volume, voxels: &Voxels) {
+    let region = Region {
+        low: volume.dims.map(|size| size / 3),
+        dims: volume.dims.map(|size| size.div_ceil(3)),
+    };
+    let whole: &[u8] = match voxels {
+        Voxels::U8(voxels) => voxels,
+        Voxels::U16(voxels) => bytemuck::cast_slice(voxels),
+        Voxels::F32(voxels) => bytemuck::cast_slice(voxels),
+    };
+    let size = volume.stored.bytes();
+    let [width, height, depth] = region.dims.map(|size| size as usize);
+    let mut part = vec![0; width * height * depth * size];
+    volume.read(region, &mut part).expect("a part of it");
+    let [x, y, z] = region.low.map(|low| low as usize);
+    let [row, column, _] = volume.dims.map(|size| size as usize);
+    for (n, found) in part.chunks_exact(width * size).enumerate() {
+        let (j, k) = (y + n % height, z + n / height);
+        let begin = ((k * column + j) * row + x) * size;
+        assert!(
+            found == &whole[begin..begin + width * size],
+            "row {n} of a part"
+        );
+    }
+}
