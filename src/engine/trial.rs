@@ -43,6 +43,8 @@ struct Forecast {
     seconds_per_sample: f64,
     /// Square of the relative error after one sample.
     variance: f64,
+    /// What is left of the variance of [`UNITS_TO_TRUST`] samples that are spread evenly over what they sample, at most 1.
+    evenness: f64,
     cache: Option<Filling>,
 }
 
@@ -54,14 +56,36 @@ struct Filling {
 }
 
 impl Forecast {
+    /// Square of the relative error that is reported after so many samples. They come in units of a sixteenth of them, and
+    /// only within a unit they are known to be spread evenly.
+    fn variance_after(&self, samples: f64) -> f64 {
+        let known = f64::from(UNITS_TO_TRUST).log2();
+        let unit = (samples / 16.0).max(1.0).log2().min(known);
+        self.variance * self.evenness.powf(unit / known) / samples
+    }
+
+    /// Samples after which a relative error is reported.
+    fn samples_to(&self, error: f64) -> f64 {
+        let mut samples = f64::from(UNITS_TO_TRUST);
+        while samples.is_finite() && self.variance_after(samples) > error.powi(2) {
+            samples *= 1.05;
+        }
+        samples
+    }
+
     /// Until all pictures have a relative error.
     fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
-        let samples = (self.variance / error.powi(2)).max(f64::from(UNITS_TO_TRUST));
+        let goal = cache_goal(&Stop {
+            relative_error: Some(error),
+            ..Stop::default()
+        });
+        // What the cache has wrong is left in the picture.
+        let rest = match self.cache {
+            Some(_) => (error.powi(2) - goal.powi(2)).sqrt(),
+            None => error,
+        };
+        let samples = self.samples_to(rest);
         let fill = self.cache.map_or(0.0, |cache| {
-            let goal = cache_goal(&Stop {
-                relative_error: Some(error),
-                ..Stop::default()
-            });
             let updates = (cache.variance / goal.powi(2)).max(f64::from(UPDATES));
             // A fill takes no larger share of the time than the samples do.
             (cache.seconds_per_update * updates)
@@ -90,7 +114,7 @@ impl Forecast {
             cache.variance * cache.seconds_per_update / fill
         });
         let samples = (seconds - fill) / (f64::from(pictures) * self.seconds_per_sample);
-        (self.variance / samples + cached).sqrt()
+        (self.variance_after(samples) + cached).sqrt()
     }
 }
 
@@ -194,16 +218,23 @@ impl Engine {
         // What a cache is wrong by is in all samples alike, and is counted with its filling.
         let shared = self.renderer.cache().map(|cache| cache.relative_error);
         let shared = shared.filter(|error| error.is_finite()).unwrap_or(0.0);
-        let variance = self.relative_error()?.powi(2) - shared.powi(2);
+        let variance = (self.relative_error()?.powi(2) - shared.powi(2)).max(0.0);
         // One unit: small ones wait for their longest path, as only the first of a picture do.
+        let units = self.totals().units;
         let began = Instant::now();
         self.renderer.unit(UNITS_TO_TRUST, work.interrupt)?;
         let took = began.elapsed().as_secs_f64();
+        let both = (self.relative_error()?.powi(2) - shared.powi(2)).max(0.0);
+        let evenness = match self.totals().units - units {
+            1 => evenness(variance, both),
+            _ => 1.0,
+        };
         self.reduce_to(size)?;
         self.begin_picture();
         Ok(Forecast {
             seconds_per_sample: took / f64::from(UNITS_TO_TRUST) * pixels(size) / pixels(small),
-            variance: samples * variance.max(0.0),
+            variance: samples * variance,
+            evenness,
             cache: None,
         })
     }
@@ -233,6 +264,23 @@ impl Engine {
     }
 }
 
+/// What is left of the variance of n samples where they are one unit: `singles` is the variance of a mean of n units of one
+/// sample each, and `both` that which is reported once a unit of n samples has followed.
+///
+/// The sum of squared differences is n (n − 1) `singles` at first. A unit that differs by d from the mean adds n d²/2 to it
+/// (West's rule with equal weights), and the sum is then 2n · n `both`. The square of d is on average the variance of the
+/// mean and that of the unit.
+fn evenness(singles: f64, both: f64) -> f64 {
+    const LEAST: f64 = 0.05;
+    let n = f64::from(UNITS_TO_TRUST);
+    let squared_difference = 4.0 * n * both - 2.0 * (n - 1.0) * singles;
+    let unit = squared_difference - singles;
+    match singles > 0.0 {
+        true => (unit / singles).clamp(LEAST, 1.0),
+        false => 1.0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -241,11 +289,13 @@ mod tests {
     const UNCACHED: Forecast = Forecast {
         seconds_per_sample: 0.1,
         variance: 1.0,
+        evenness: 1.0,
         cache: None,
     };
     const CACHED: Forecast = Forecast {
         seconds_per_sample: 0.1,
         variance: 0.04,
+        evenness: 1.0,
         cache: Some(Filling {
             seconds_per_update: 1.0,
             variance: 1e-4,
@@ -265,6 +315,24 @@ mod tests {
         assert!(!is_cached(to(0.2), 1));
         assert!(is_cached(to(0.2), 100));
         assert!(is_cached(to(0.02), 1));
+    }
+
+    #[test]
+    fn even_samples_are_known_by_the_spread_between_units() {
+        let n = f64::from(UNITS_TO_TRUST);
+        for left in [0.2, 1.0] {
+            let (singles, unit) = (1.0 / n, left / n);
+            let squares = n * (n - 1.0) * singles + 0.5 * n * (singles + unit);
+            let both = squares / (2.0 * n * n);
+            assert!((evenness(singles, both) - left).abs() < 1e-9);
+        }
+        let even = Forecast {
+            evenness: 0.25,
+            ..UNCACHED
+        };
+        assert!((UNCACHED.samples_to(0.05) / 400.0 - 1.0).abs() < 0.1);
+        let fewer = even.samples_to(0.05) / UNCACHED.samples_to(0.05);
+        assert!((0.25..0.6).contains(&fewer), "{fewer}");
     }
 
     #[test]
