@@ -5,6 +5,7 @@
 //! ledger counts what images of that kind take.
 
 use std::any::Any;
+use std::fmt::Display;
 use std::sync::Arc;
 
 use ash::{khr, vk};
@@ -51,12 +52,10 @@ impl Surface {
     where
         W: HasDisplayHandle + HasWindowHandle + Send + Sync + 'static,
     {
-        let failed = |e: &dyn std::fmt::Display| DeviceError::Unable {
-            device: device.summary.name.clone(),
-            problem: format!("cannot show anything in a window: {e}"),
-        };
-        let display = window.display_handle().map_err(|e| failed(&e))?.as_raw();
-        let handle = window.window_handle().map_err(|e| failed(&e))?.as_raw();
+        let display = window.display_handle();
+        let display = display.map_err(|e| shows_nothing(device, e))?.as_raw();
+        let handle = window.window_handle();
+        let handle = handle.map_err(|e| shows_nothing(device, e))?.as_raw();
         let instance = &device.instance;
         // SAFETY: the handles belong to the live window, which the surface keeps alive.
         let raw = unsafe {
@@ -65,15 +64,15 @@ impl Surface {
         let mut surface = Surface {
             device: device.clone(),
             loader: khr::surface::Instance::new(&instance.entry, &instance.raw),
-            raw: raw.map_err(|e| failed(&e))?,
+            raw: raw.map_err(|e| lost(device, e))?,
             format: vk::SurfaceFormatKHR::default(),
             _window: window,
         };
-        surface.format = surface.choose_format().map_err(|e| failed(&e))?;
+        surface.format = surface.choose_format()?;
         Ok(Arc::new(surface))
     }
 
-    fn choose_format(&self) -> Result<vk::SurfaceFormatKHR, String> {
+    fn choose_format(&self) -> Result<vk::SurfaceFormatKHR> {
         let physical = self.device.physical;
         // SAFETY: surface and device are alive.
         let (shows, formats) = unsafe {
@@ -84,16 +83,15 @@ impl Surface {
                 loader.get_physical_device_surface_formats(physical, self.raw),
             )
         };
-        if !shows.map_err(|e| e.to_string())? {
-            return Err(
-                "its compute queue does not reach this display; choose another --device".into(),
-            );
+        if !shows.map_err(|e| lost(&self.device, e))? {
+            let why = "its compute queue does not reach this display; choose another --device";
+            return Err(shows_nothing(&self.device, why));
         }
-        let formats = formats.map_err(|e| e.to_string())?;
+        let formats = formats.map_err(|e| lost(&self.device, e))?;
         let found = formats.iter().find(|f| FORMATS.contains(&f.format));
         found
             .copied()
-            .ok_or("it has no format of eight bits a channel".into())
+            .ok_or_else(|| shows_nothing(&self.device, "it has no format of eight bits a channel"))
     }
 
     /// The shape that its images have to have now, a moment later perhaps another; `wanted` are its pixels
@@ -351,6 +349,15 @@ fn opaque(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR {
         true => wanted,
         false => vk::CompositeAlphaFlagsKHR::INHERIT,
     }
+}
+
+fn shows_nothing(device: &Device, why: impl Display) -> Error {
+    let problem = format!("cannot show anything in a window: {why}");
+    DeviceError::Unable {
+        device: device.summary.name.clone(),
+        problem,
+    }
+    .into()
 }
 
 fn lost(device: &Device, error: vk::Result) -> Error {
