@@ -9,8 +9,8 @@ use std::path::Path;
 
 use exr::compression::Compression;
 use exr::math::Vec2;
-use exr::meta::MetaData;
 use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 /// Bytes of pixels that a byte of an OpenEXR file becomes at most: Deflate makes 1032 bytes of one, and PXR24 leaves out one
@@ -21,6 +21,9 @@ const MOST_BY_DEFLATE: u64 = 1400;
 const MOST_BY_PIZ: u64 = 1 << 14;
 /// Pixels that a byte of another picture becomes at most: Deflate makes 1032 bytes of one, with eight pixels in each.
 const MOST_PIXELS: u64 = 8 * 1032;
+
+/// Bytes of a tile that are allowed to any file: tiles may be larger than their picture.
+const SMALL_TILE: u64 = 16 << 20;
 
 /// What an OpenEXR file says of itself.
 ///
@@ -47,16 +50,19 @@ fn check_header(header: &Header, bytes: u64) -> Result<(), String> {
         Compression::PIZ => MOST_BY_PIZ,
         _ => MOST_BY_DEFLATE,
     };
-    check_claim(
-        [width, height],
-        bytes.saturating_mul(expansion) / pixel as u64,
-        bytes,
-    )?;
+    let most = bytes.saturating_mul(expansion);
+    check_claim([width, height], most / pixel as u64, bytes)?;
     check_claim(
         [shown_width, shown_height],
         bytes.saturating_mul(MOST_BY_PIZ),
         bytes,
-    )
+    )?;
+    if let BlockDescription::Tiles(tiles) = header.blocks {
+        let Vec2(width, height) = tiles.tile_size;
+        let most = most.max(SMALL_TILE);
+        check_claim([width, height], most / pixel as u64, bytes)?;
+    }
+    Ok(())
 }
 
 /// Fails for more pixels than `most`, which is what a file of `bytes` bytes can hold.
@@ -175,6 +181,48 @@ mod tests {
         hdr.extend([2, 2, 0xea, 0x60]);
         for claim in [claim, hdr] {
             read(&claim).expect_err("a picture that cannot be");
+        }
+    }
+
+    /// A tiled OpenEXR file in which these numbers take the place of the last ones of an attribute.
+    fn exr_with(attribute: &str, numbers: [i32; 2]) -> Vec<u8> {
+        use exr::prelude::{Blocks, Encoding, Image, Layer, SpecificChannels, WritableImage};
+        let encoding = Encoding {
+            blocks: Blocks::Tiles(Vec2(8, 8)),
+            ..Encoding::UNCOMPRESSED
+        };
+        let black = SpecificChannels::rgb(|_| (0.0_f32, 0.0_f32, 0.0_f32));
+        let layer = Layer::new((16, 8), Default::default(), encoding, black);
+        let mut file = std::io::Cursor::new(Vec::new());
+        let image = Image::from_layer(layer);
+        image.write().to_buffered(&mut file).expect("a picture");
+        let mut bytes = file.into_inner();
+        let is_here = |part: &[u8]| part == attribute.as_bytes();
+        let name = bytes.windows(attribute.len()).position(is_here);
+        let end = name.expect("the attribute") + attribute.len();
+        bytes[end - 8..end].copy_from_slice(bytemuck::bytes_of(&numbers));
+        bytes
+    }
+
+    #[test]
+    fn an_exr_that_claims_more_than_its_file_holds_is_refused() {
+        let window = |name: &str| {
+            format!(
+                "{name}\0box2i\0\u{10}\0\0\0{}{}",
+                "\0".repeat(8),
+                "\u{f}\0\0\0\u{7}\0\0\0"
+            )
+        };
+        let tiles = "tiles\0tiledesc\0\t\0\0\0\u{8}\0\0\0\u{8}\0\0\0";
+        let [data, shown] = ["dataWindow", "displayWindow"].map(window);
+        read(&exr_with(&data, [15, 7])).expect("a picture");
+        for (attribute, numbers) in [
+            (&data[..], [99_999, 99_999]),
+            (&shown, [99_999, 99_999]),
+            (tiles, [99_999, 99_999]),
+        ] {
+            let why = read(&exr_with(attribute, numbers)).expect_err("a claim");
+            assert!(why.contains("claims"), "{why}");
         }
     }
 }

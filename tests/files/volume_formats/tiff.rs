@@ -313,6 +313,34 @@ fn damaged_strips_are_refused() {
 }
 
 #[test]
+fn numbers_beyond_64_bits_are_refused() {
+    // Strips that are said to be as long as can be.
+    let array = textured([4, 3, 3], VoxelType::U8, Endian::Little);
+    let tiff = Tiff {
+        is_big: true,
+        compression: ZSTD,
+        rows_per_strip: 3,
+        ..Tiff::default()
+    };
+    let mut bytes = tiff.write(&array);
+    let counts: Vec<usize> = (0..bytes.len() - 20)
+        .filter(|&at| bytes[at..at + 2] == 279_u16.to_le_bytes() && bytes[at + 4] == 1)
+        .collect();
+    assert_eq!(counts.len(), 3);
+    for at in counts {
+        bytes[at + 2..at + 4].copy_from_slice(&16_u16.to_le_bytes());
+        bytes[at + 12..at + 20].fill(0xff);
+    }
+    refuses("v.tif", bytes, &["v.tif: "]);
+    // Planes that are said to be more than can be counted.
+    let tiff = Tiff {
+        description: ome("XYZCT", [1 << 31, 1 << 31, 4], ""),
+        ..Tiff::default()
+    };
+    refuses("v.tif", tiff.write(&array), &["3 pages", "OME-XML"]);
+}
+
+#[test]
 fn channels_are_for_formats_that_have_some() {
     let folder = folder();
     let array = textured([4, 3, 2], VoxelType::U8, Endian::Little);

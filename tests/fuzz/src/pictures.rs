@@ -77,5 +77,5 @@ fn encoded(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
 
 /// What reading a picture may allocate: a byte of its file may become 2¹⁴ pixels.
 pub fn allowed(bytes: usize) -> usize {
-    (16 << 20) + (64 << 14) * bytes
+    (64 << 20) + (64 << 14) * bytes
 }

@@ -222,7 +222,8 @@ fn stack(
         level: Some(level),
         ..Storage::default()
     };
-    let packed = pages.iter().map(Page::packed_bytes).sum();
+    let packed = pages.iter().map(Page::packed_bytes);
+    let packed = packed.fold(0, u64::saturating_add);
     check_promise(packed, layout, dims)?;
     let source = match plain_start(&pages) {
         Some(start) => Data {

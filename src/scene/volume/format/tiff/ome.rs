@@ -47,7 +47,10 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
             &format!("a multiple of a pixel's {samples} samples"),
         ));
     }
-    let planes = u64::from(depth) * u64::from(channels / samples) * u64::from(times);
+    let planes = [channels / samples, times].map(u64::from);
+    let planes = planes
+        .iter()
+        .fold(depth.into(), |planes, &n| u64::saturating_mul(planes, n));
     if planes > pages as u64 {
         return Err(format!(
             "has {pages} pages, but its OME-XML speaks of {planes}: the others are in other files; write \
