@@ -120,8 +120,8 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
 }
 
 /// The cache's share of the error asked for: it is in every sample alike, and none averages it away.
-/// With half of it, samples are left seven eighths and take a third more, while a cache fills in a quarter of the time that
-/// a quarter of the error would take.
+/// With half of it, seven eighths are left to the samples, which are a third more then, while the cache fills in a quarter of
+/// the time that a quarter of the error would take.
 const CACHE_SHARE_OF_ERROR: f64 = 0.5;
 /// Relative error at which the cache counts as converged where no error is asked for.
 const CACHE_ERROR: f64 = 0.002;
