@@ -4,7 +4,6 @@
 //! decoder panics on damaged data, that is an error like any other.
 
 use std::fs;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use exr::compression::Compression;
@@ -12,6 +11,8 @@ use exr::math::Vec2;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+
+use crate::fence::fenced;
 
 /// Bytes of pixels that a byte of an OpenEXR file becomes at most: Deflate makes 1032 bytes of one, and PXR24 leaves out one
 /// byte of four before that.
@@ -104,12 +105,6 @@ pub fn read_image(path: &Path, format: Option<ImageFormat>) -> Result<DynamicIma
         check_claim([width as usize, height as usize], most, bytes)?;
         DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())
     })
-}
-
-/// A panic in a decoder is an error.
-pub fn fenced<T>(decode: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
-    let outcome = catch_unwind(AssertUnwindSafe(decode));
-    outcome.unwrap_or_else(|_| Err("it is damaged: its decoder gave up".into()))
 }
 
 fn length(path: &Path) -> Result<u64, String> {

@@ -44,6 +44,7 @@ mod decoding;
 pub mod doctor;
 pub mod engine;
 pub mod error;
+pub mod fence;
 #[allow(unsafe_code)]
 #[deny(clippy::undocumented_unsafe_blocks)]
 pub mod gpu;

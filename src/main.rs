@@ -7,9 +7,10 @@ use isolume::cli::{Cli, Command};
 use isolume::error::Result;
 #[cfg(feature = "window")]
 use isolume::view;
-use isolume::{interrupt, job};
+use isolume::{fence, interrupt, job};
 
 fn main() -> ExitCode {
+    fence::silence_fenced_panics();
     match run(Cli::parse().command) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {

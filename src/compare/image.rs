@@ -5,9 +5,10 @@ use std::path::Path;
 use ::exr::prelude::*;
 use ::image::ImageFormat;
 
-use crate::decoding::{exr_meta_data, fenced, read_image};
+use crate::decoding::{exr_meta_data, read_image};
 use crate::engine::Picture;
 use crate::error::{Error, Place, Result};
+use crate::fence::fenced;
 use crate::srgb;
 
 /// Linear RGB, row 0 on top. An alpha is not looked at.

@@ -7,9 +7,10 @@ use ::exr::meta::MetaData;
 use ::exr::prelude::*;
 
 use super::header::{Header, checksum};
-use crate::decoding::{exr_meta_data, fenced};
+use crate::decoding::exr_meta_data;
 use crate::engine::Picture;
 use crate::error::{Error, Result};
+use crate::fence::fenced;
 use crate::output::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
 use crate::render::Sums;
 

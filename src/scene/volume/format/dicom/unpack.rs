@@ -6,11 +6,10 @@
 //! JPEG-LS and run lengths are unpacked here, JPEG is read by `jpeg-decoder`, and JPEG 2000 by
 //! `hayro-jpeg2000`, which forbids unsafe code. OpenJPEG, translated to Rust or not, is full of it.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use hayro_jpeg2000::{DecodeSettings, DecoderContext};
 use jpeg_decoder::{Decoder, PixelFormat};
 
+use crate::fence::fenced;
 use crate::scene::volume::parsed::Parsed;
 
 use super::fragments::Fragments;
@@ -64,18 +63,13 @@ pub fn unpack(
         ));
     }
     let name = image.transfer.name;
-    let decoded = catch_unwind(AssertUnwindSafe(|| match packing {
+    let unpacked = fenced(|| match packing {
         Packing::Plain | Packing::RunLength => run_length(&packed, image),
         Packing::Jpeg => jpeg(&packed, image),
         Packing::Jpeg2000 => jpeg_2000(&packed, image),
         Packing::JpegLs => jpeg_ls(&packed, image),
-    }));
-    match decoded {
-        Ok(unpacked) => unpacked.map_err(|fault| format!("{name}: {fault}")),
-        Err(_) => Err(format!(
-            "{name}: its pixels are damaged: the decoder gave up"
-        )),
-    }
+    });
+    unpacked.map_err(|fault| format!("{name}: {fault}"))
 }
 
 fn run_length(packed: &[u8], image: &Image) -> Parsed<Unpacked> {

@@ -10,12 +10,12 @@ mod lzw;
 mod packbits;
 
 use std::io::Read;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use flate2::read::MultiGzDecoder;
 use ruzstd::decoding::StreamingDecoder;
 use zune_inflate::{DeflateDecoder, DeflateOptions};
 
+use crate::fence::fenced;
 use crate::scene::volume::parsed::Parsed;
 
 /// How much longer than its compressed bytes a part can be at most: Zstandard repeats one byte 128 Ki
@@ -92,12 +92,6 @@ impl Codec {
             Codec::PackBits => Ok(packbits::decode(packed, expected)),
         }
     }
-}
-
-/// Whatever the decoder is, damaged data end in an error: a panic in it is one.
-fn fenced<T>(decode: impl FnOnce() -> Parsed<T>) -> Parsed<T> {
-    let outcome = catch_unwind(AssertUnwindSafe(decode));
-    outcome.unwrap_or_else(|_| Err("its decoder gave up".into()))
 }
 
 fn reserved(packed: &[u8], expected: usize) -> Vec<u8> {
