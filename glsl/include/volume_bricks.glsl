@@ -19,13 +19,20 @@ bool is_void = false;
 
 bool asks_ahead = false;
 
-// A march knows where it will read next, and may ask for all of that at once. A path does not.
+// A march knows where it will read next, mostly, and may ask for all of that at once. A path does not. An invocation that
+// works alone, because there is little room, does not either: what it reads before it is void is what it needs, and what
+// it reads afterwards may be guided by wrong values.
 void ask_ahead() {
-    asks_ahead = true;
+    asks_ahead = streaming.now.count > 1u;
+}
+
+// Whether what is read now is needed, as far as one can tell.
+bool is_needed() {
+    return asks_ahead || !is_void;
 }
 
 void ask_for(uint brick) {
-    if (asks_ahead || !is_void) {
+    if (is_needed()) {
         atomicAdd(volume_pages.at[brick], 1u);
     }
     is_void = true;
@@ -39,7 +46,7 @@ ivec3 to_texel(ivec3 voxel) {
     if ((page & PAGE_RESIDENT) == 0u) {
         ask_for(brick);
         page = 0u;
-    } else if ((page & PAGE_READ) == 0u) {
+    } else if ((page & PAGE_READ) == 0u && is_needed()) {
         atomicOr(volume_pages.at[brick], PAGE_READ);
     }
     ivec3 place = ivec3(page, page >> 10u, page >> 20u) & 0x3FF;

@@ -146,10 +146,9 @@ impl VolumeBricks {
             state.layout,
             state.layout.host_bytes,
         )?);
-        frame.run(|f| {
-            f.zero(&self.pages)?;
-            f.zero(&self.done)
-        })?;
+        let no_pages = vec![0u32; state.layout.total() as usize];
+        state.host_pages.write(&no_pages);
+        frame.run(|f| f.zero(&self.done))?;
         self.begin(frame, Order::Slots)
     }
 
@@ -191,11 +190,14 @@ impl VolumeBricks {
         state.work = state.work.wrapping_add(1);
         let begins_anew = state.work <= 1;
         state.work = state.work.max(1);
+        let words = state.take_reads();
+        state.host_pages.write(&words);
         state.write_streaming();
         frame.run(|f| {
             if begins_anew {
                 f.zero(&self.done)?;
             }
+            f.copy(&state.host_pages, &self.pages)?;
             f.copy(&state.host_streaming, &self.streaming)
         })
     }
@@ -222,22 +224,31 @@ impl VolumeBricks {
             return Ok(false);
         }
         let began = Instant::now();
+        let mut words = state.take_reads();
         let loads = match told.missed {
-            0 => Loads {
+            0 => Ok(Loads {
                 wanted: 0,
                 loaded: 0,
-            },
-            _ => state.load(frame, &self.pages, image, told)?,
+            }),
+            _ => state.load(frame, image, told, &mut words),
         };
-        let followed = state.window.follow(&told, loads);
-        followed.map_err(|NoRoom| no_room(&state.layout))?;
+        if loads.is_err() {
+            // Some places hold others than the page table says.
+            state.held.fill(None);
+            words.fill(0);
+        }
+        state.host_pages.write(&words);
+        let followed = loads.and_then(|loads| {
+            let followed = state.window.follow(&told, loads);
+            followed.map_err(|NoRoom| no_room(&state.layout))
+        });
         state.write_streaming();
         frame.run(|f| {
             f.copy(&state.host_pages, &self.pages)?;
             f.copy(&state.host_streaming, &self.streaming)
         })?;
         state.figures.waited += began.elapsed();
-        Ok(true)
+        followed.map(|()| true)
     }
 }
 
@@ -294,14 +305,8 @@ impl State {
         }]);
     }
 
-    /// Loads the bricks asked for most, and leaves in `host_pages` where they are then.
-    fn load(
-        &mut self,
-        frame: &mut Frame,
-        pages: &Buffer,
-        image: &Image,
-        told: Streaming,
-    ) -> Result<Loads> {
+    /// The page table as the last dispatch has left it. Who was read by it is noted, and nobody has been read since.
+    fn take_reads(&mut self) -> Vec<u32> {
         let bytes = 4 * self.layout.total() as usize;
         let mapped = &self.host_pages.mapped().unwrap_or_default()[..bytes];
         let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(mapped);
@@ -314,6 +319,17 @@ impl State {
                 words[brick as usize] &= !PAGE_READ;
             }
         }
+        words
+    }
+
+    /// Loads the bricks that were asked for most, and notes in the page table where they are then.
+    fn load(
+        &mut self,
+        frame: &mut Frame,
+        image: &Image,
+        told: Streaming,
+        words: &mut [u32],
+    ) -> Result<Loads> {
         let mut wanted: Vec<(u32, u32)> = Vec::new();
         for (brick, word) in words.iter_mut().enumerate() {
             if *word & PAGE_RESIDENT == 0 && *word > 0 {
@@ -332,13 +348,7 @@ impl State {
             let [x, y, z] = self.layout.place(place as u32);
             words[brick as usize] = PAGE_RESIDENT | x | y << 10 | z << 20;
         }
-        if let Err(error) = self.bring(frame, image, &loads) {
-            // Some places hold others than the page table says.
-            self.held.fill(None);
-            frame.run(|f| f.zero(pages))?;
-            return Err(error);
-        }
-        self.host_pages.write(&words);
+        self.bring(frame, image, &loads)?;
         self.figures.resident = self.held.iter().flatten().count() as u32;
         Ok(Loads {
             wanted: wanted.len(),

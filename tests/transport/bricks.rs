@@ -139,12 +139,12 @@ fn paths_with_surfaces_wait_for_bricks() {
 
 #[test]
 fn a_cache_waits_for_bricks() {
-    assert_same(&scene(0.0, Some(LightModel::Local)), Some(0.25), &[15]);
+    assert_same(&scene(0.0, Some(LightModel::Local)), Some(0.25), &[15, 12]);
 }
 
 #[test]
 fn a_cache_in_full_light_waits_for_bricks() {
-    assert_same(&scene(0.0, Some(LightModel::Full)), Some(0.25), &[15]);
+    assert_same(&scene(0.0, Some(LightModel::Full)), Some(0.25), &[15, 12]);
 }
 
 #[test]
