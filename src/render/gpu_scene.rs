@@ -179,40 +179,22 @@ impl GpuScene {
             display: _,
             seed,
         } = &self.parts;
-        let constants = SceneConstants {
-            dims: field.dims,
-            macrocells: field.macrocells(),
+        let mut constants = SceneConstants {
             majorant_cells: self.majorant_cells(),
-            majorant_size: medium.majorant_size as f32,
-            spacing: field.spacing,
-            half_extent: field.half_extent,
-            stored_max: field.stored.max(),
-            density: medium.density,
-            g: medium.g,
-            transfer_segments: medium.segments(),
-            color: medium.transfer.first().map_or([0.0; 3], |p| p.color),
-            linear_opacity: medium.linear_opacity.unwrap_or_default(),
             max_bounces: *max_bounces,
             seed: *seed,
-            size: view.size,
-            through_centres: view.through_centres as u32,
-            eye: view.eye,
-            forward: view.forward,
-            right: view.right,
-            up: view.up,
-            environment: lights.environment,
-            image_probability: lights.image_probability(),
-            image_cells: lights.sky.as_ref().map_or([0; 2], |sky| sky.table.cells),
             background: match background {
                 Background::Color(color) => color.map(|c| c as f32),
                 _ => [0.0; 3],
             },
-            suns_grey: lights.suns_grey(),
             volume_bricks: self.bricks.map_or([0; 3], |layout| layout.bricks),
             brick_shift: self.bricks.map_or(0, |layout| layout.side.ilog2()),
-            cache_unit: lights.unit(),
             ..SceneConstants::zeroed()
         };
+        field.write(&mut constants);
+        medium.write(&mut constants);
+        lights.write(&mut constants);
+        view.write(&mut constants);
         match &self.variant {
             Variant::Caching(layout) => SceneConstants {
                 cache_nodes: layout.nodes,

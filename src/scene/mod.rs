@@ -5,7 +5,6 @@
 //! values are the data's own (after slope and intercept).
 
 pub mod camera;
-pub mod describe;
 pub mod file;
 pub mod light;
 pub mod medium;
@@ -17,8 +16,7 @@ pub mod volume;
 use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Projection, View};
-pub use describe::describe;
-pub use file::{Edit, SceneFile, resolve};
+pub use file::{Edit, SceneFile, describe, resolve};
 pub use light::{DirectionalLight, Environment, EnvironmentImage};
 pub use medium::{Medium, TransferPoint};
 pub use open::{Opened, is_scene, open};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::environment_table::{self, EnvironmentTable};
-use crate::render::shared::Sun;
+use crate::render::shared::{SceneConstants, Sun};
 use crate::scene::{DirectionalLight, EnvironmentImage, Scene};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +57,15 @@ impl Lights {
             environment: scene.environment.radiance.map(|c| c as f32),
             sky,
         }
+    }
+
+    /// What shaders read of them, but for the suns' buffer and the sky's image.
+    pub fn write(&self, constants: &mut SceneConstants) {
+        constants.environment = self.environment;
+        constants.image_probability = self.image_probability();
+        constants.image_cells = self.sky.as_ref().map_or([0; 2], |sky| sky.table.cells);
+        constants.suns_grey = self.suns_grey();
+        constants.cache_unit = self.unit();
     }
 
     /// Probability that next-event estimation picks the sky's image over a sun.

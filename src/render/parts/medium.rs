@@ -1,7 +1,7 @@
 //! The participating medium: its transfer function, and how finely its majorants are kept.
 
 use super::stored;
-use crate::render::shared::MACROCELL;
+use crate::render::shared::{MACROCELL, SceneConstants};
 use crate::scene::volume::Volume;
 use crate::scene::{self};
 
@@ -49,6 +49,16 @@ impl Medium {
             majorant_size: majorant_size(volume, density * largest_opacity(&transfer)),
             transfer,
         }
+    }
+
+    /// What shaders read of it, but for the transfer function's image.
+    pub fn write(&self, constants: &mut SceneConstants) {
+        constants.majorant_size = self.majorant_size as f32;
+        constants.density = self.density;
+        constants.g = self.g;
+        constants.transfer_segments = self.segments();
+        constants.color = self.transfer.first().map_or([0.0; 3], |p| p.color);
+        constants.linear_opacity = self.linear_opacity.unwrap_or_default();
     }
 
     pub fn is_vacuum(&self) -> bool {

@@ -14,7 +14,7 @@ mod view;
 use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{self, CacheFormat, CacheScale, ClipPlane, Scene, Tone, Variant};
 
-use super::shared::{Clip, MACROCELL};
+use super::shared::{Clip, MACROCELL, SceneConstants};
 pub use changes::{Changes, Derived, Part};
 pub use lights::Lights;
 pub use medium::{Medium, TRANSFER_ROWS, TransferPoint};
@@ -126,6 +126,15 @@ impl Field {
             stored: volume.stored,
             filter_in_shader,
         }
+    }
+
+    /// What shaders read of it.
+    pub fn write(&self, constants: &mut SceneConstants) {
+        constants.dims = self.dims;
+        constants.macrocells = self.macrocells();
+        constants.spacing = self.spacing;
+        constants.half_extent = self.half_extent;
+        constants.stored_max = self.stored.max();
     }
 
     /// Macrocells along each axis.

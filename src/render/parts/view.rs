@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::render::shared::SceneConstants;
 use crate::scene::{Camera, Projection};
 
 /// The camera's frame, scaled to the picture.
@@ -39,6 +40,16 @@ impl View {
             is_orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
             through_centres: false,
         }
+    }
+
+    /// What shaders read of it.
+    pub fn write(&self, constants: &mut SceneConstants) {
+        constants.size = self.size;
+        constants.through_centres = self.through_centres as u32;
+        constants.eye = self.eye;
+        constants.forward = self.forward;
+        constants.right = self.right;
+        constants.up = self.up;
     }
 
     /// What the same picture shows with fewer pixels or more. Its proportions stay, although rounding may have

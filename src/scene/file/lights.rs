@@ -1,9 +1,33 @@
-//! The `[[light]]` tables: directional lights, and environments that add up.
+//! The `[[light]]` table: what may be written in it, what that means, and how it is printed. Constant
+//! environments add up, and so do images.
 
-use super::resolve::NOT_NEGATIVE;
-use super::{LightKind, LightTable, SceneFile};
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::SceneFile;
+use super::numbers::NOT_NEGATIVE;
+use super::page::Page;
 use crate::error::Result;
-use crate::scene::{DirectionalLight, Environment, EnvironmentImage};
+use crate::scene::{DirectionalLight, Environment, EnvironmentImage, Scene};
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightTable {
+    #[serde(rename = "type")]
+    pub kind: LightKind,
+    pub direction: Option<[f64; 3]>,
+    pub irradiance: Option<[f64; 3]>,
+    pub radiance: Option<[f64; 3]>,
+    pub image: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LightKind {
+    Directional,
+    Environment,
+}
 
 impl SceneFile {
     pub(super) fn suns(&self) -> Result<Vec<DirectionalLight>> {
@@ -95,5 +119,36 @@ impl SceneFile {
         }
         let problem = format!("a light of type \"{kind}\" has no {name}");
         Err(self.origins.error(&format!("light.{i}.{name}"), problem))
+    }
+}
+
+/// The constant environments were added up, so one stands for all. Without any light at all it has to be
+/// said that it is dark, since that is not the default.
+pub(super) fn describe_lights(page: &mut Page, file: &SceneFile, scene: &Scene) {
+    for sun in &scene.suns {
+        page.table("[[light]]");
+        page.line("type", LightKind::Directional, "");
+        page.line("direction", sun.direction, "in which the light travels");
+        page.line("irradiance", sun.irradiance, "on a plane facing it");
+    }
+    let images = file.light.iter().filter(|table| table.image.is_some());
+    let radiance = scene.environment.radiance;
+    if radiance != [0.0; 3] || (scene.suns.is_empty() && images.clone().next().is_none()) {
+        page.table("[[light]]");
+        page.line("type", LightKind::Environment, "");
+        page.line("radiance", radiance, "");
+    }
+    for table in images {
+        page.table("[[light]]");
+        page.line("type", LightKind::Environment, "");
+        let radiance = table.radiance.unwrap_or([1.0; 3]);
+        page.line("radiance", radiance, "times the image");
+        let image = table.image.as_ref().map(|image| file.origins.path(image));
+        let image = image.unwrap_or_default();
+        page.line(
+            "image",
+            image.to_string_lossy(),
+            "latitude-longitude, +y on top",
+        );
     }
 }

@@ -1,6 +1,6 @@
 //! Is there anything to see? A picture of nothing is a puzzle; a sentence about why is not.
 
-use super::{IsoTable, SceneFile, ShadingModel};
+use super::SceneFile;
 use crate::error::Result;
 use crate::scene::{Medium, Scene};
 
@@ -42,55 +42,6 @@ impl SceneFile {
         }
         Ok(())
     }
-
-    /// Parameters that the chosen shading does not have.
-    pub(super) fn note_idle_parameters(&self, notes: &mut Vec<String>) {
-        for (i, table) in self.surfaces.iso.iter().enumerate() {
-            let shading = table.shading.unwrap_or_default();
-            for (name, users) in parameters(table) {
-                if !users.contains(&shading) {
-                    let key = format!("surfaces.iso.{i}.{name}");
-                    let idle = format!("has no effect with {} shading", shading.name());
-                    notes.push(self.origins.sentence(&key, idle));
-                }
-            }
-        }
-    }
-}
-
-impl ShadingModel {
-    pub fn name(self) -> &'static str {
-        match self {
-            ShadingModel::Lambert => "lambert",
-            ShadingModel::Phong => "phong",
-            ShadingModel::Disney => "disney",
-        }
-    }
-}
-
-/// The parameters that are given, each with the shadings that it has an effect on.
-fn parameters(table: &IsoTable) -> Vec<(&'static str, &'static [ShadingModel])> {
-    use ShadingModel::{Disney, Phong};
-    [
-        (
-            "specular",
-            table.specular,
-            &[Phong, Disney] as &[ShadingModel],
-        ),
-        ("shininess", table.shininess, &[Phong]),
-        ("roughness", table.roughness, &[Disney]),
-        ("metallic", table.metallic, &[Disney]),
-        ("specular_tint", table.specular_tint, &[Disney]),
-        ("sheen", table.sheen, &[Disney]),
-        ("sheen_tint", table.sheen_tint, &[Disney]),
-        ("subsurface", table.subsurface, &[Disney]),
-        ("clearcoat", table.clearcoat, &[Disney]),
-        ("clearcoat_gloss", table.clearcoat_gloss, &[Disney]),
-    ]
-    .into_iter()
-    .filter(|(_, given, _)| given.is_some())
-    .map(|(name, _, users)| (name, users))
-    .collect()
 }
 
 /// Why no value between `low` and `high` has an opacity; `None` if one has.

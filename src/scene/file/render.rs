@@ -1,11 +1,26 @@
-//! The `[render]` table, and its two values that are either a word or numbers.
+//! The `[render]` table: what may be written in it, what that means, and how it is printed.
 
+use serde::{Deserialize, Serialize};
 use toml::Value;
 
 use super::SceneFile;
-use super::resolve::UNIT;
+use super::numbers::{Expected, UNIT};
+use super::page::Page;
 use crate::error::Result;
 use crate::scene::{Background, CacheFormat, CacheScale, RenderSettings, Tone, Variant};
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RenderTable {
+    pub size: Option<[u32; 2]>,
+    pub max_bounces: Option<u32>,
+    pub variant: Option<Variant>,
+    pub cache_scale: Option<CacheScale>,
+    pub cache_format: Option<CacheFormat>,
+    pub background: Option<Background>,
+    pub exposure: Option<f64>,
+    pub tone: Option<Tone>,
+}
 
 impl SceneFile {
     pub(super) fn render_settings(&self) -> Result<RenderSettings> {
@@ -43,7 +58,7 @@ impl SceneFile {
 }
 
 /// Far more than any picture needs, and 2^exposure stays representable.
-const EXPOSURE: super::resolve::Expected = (
+const EXPOSURE: Expected = (
     |stops| stops.abs() <= 100.0,
     "a number of stops from -100 to 100",
 );
@@ -96,4 +111,31 @@ impl From<Background> for Value {
             Background::Color(color) => color.to_vec().into(),
         }
     }
+}
+
+pub(super) fn describe_render(page: &mut Page, render: &RenderSettings) {
+    page.table("[render]");
+    page.line("size", render.size, "pixels");
+    let bounces = "collisions and reflections on a path; 0 = no limit";
+    page.line("max_bounces", render.max_bounces, bounces);
+    let variants = "\"auto\" | \"caching\" | \"non-caching\" | \"published\"";
+    page.line("variant", render.variant, variants);
+    page.line(
+        "cache_scale",
+        render.cache_scale,
+        "cells per voxel and axis: \"auto\", 1, 0.5, 0.25, 0.125",
+    );
+    page.line(
+        "cache_format",
+        render.cache_format,
+        "\"auto\" | \"f16\" | \"f32\"",
+    );
+    let backgrounds = "\"environment\" | \"transparent\" | [r, g, b]";
+    page.line("background", render.background, backgrounds);
+    page.line("exposure", render.exposure, "stops; PNG only");
+    page.line(
+        "tone",
+        render.tone,
+        "\"linear\" (clip and sRGB) | \"filmic\"; PNG only",
+    );
 }

@@ -1,0 +1,120 @@
+//! The `[camera]` table: what may be written in it, what that means, and how it is printed.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::SceneFile;
+use super::numbers::{Expected, FINITE, POSITIVE};
+use super::page::Page;
+use crate::error::Result;
+use crate::scene::camera::{default_up, parallel};
+use crate::scene::volume::Axes;
+use crate::scene::{Camera, Projection, View};
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct CameraTable {
+    pub eye: Option<[f64; 3]>,
+    pub view: Option<View>,
+    pub target: Option<[f64; 3]>,
+    pub up: Option<[f64; 3]>,
+    pub fov_y: Option<f64>,
+    pub orthographic: Option<f64>,
+}
+
+const ANGLE: Expected = (
+    |a| a > 0.0 && a < 180.0,
+    "degrees between 0 and 180, both excluded",
+);
+
+impl SceneFile {
+    pub(super) fn projection(&self) -> Result<Projection> {
+        let table = &self.camera;
+        match (table.fov_y, table.orthographic) {
+            (Some(_), Some(_)) => Err(self.origins.error(
+                "camera.orthographic",
+                "found together with fov_y, expected one of them",
+            )),
+            (None, Some(height)) => Ok(Projection::Orthographic {
+                height: self.number("camera.orthographic", height, POSITIVE)?,
+            }),
+            (fov_y, None) => Ok(Projection::Perspective {
+                fov_y: self.number("camera.fov_y", fov_y.unwrap_or(40.0), ANGLE)?,
+            }),
+        }
+    }
+
+    pub(super) fn camera(
+        &self,
+        extent: [f64; 3],
+        axes: Option<Axes>,
+        aspect: f64,
+    ) -> Result<Camera> {
+        let table = &self.camera;
+        let projection = self.projection()?;
+        let target = self.triple("camera.target", table.target.unwrap_or([0.0; 3]), FINITE)?;
+        let towards_eye = match (table.eye, table.view) {
+            (Some(_), Some(_)) => {
+                let both = "found together with eye, expected one of them";
+                return Err(self.origins.error("camera.view", both));
+            }
+            (Some(eye), None) => {
+                let eye = self.triple("camera.eye", eye, FINITE)?;
+                let back = DVec3::from(eye) - DVec3::from(target);
+                if back == DVec3::ZERO {
+                    let same = "found the same point as target, expected a point to look from";
+                    return Err(self.origins.error("camera.eye", same));
+                }
+                back.to_array()
+            }
+            (None, view) => self.side(view.unwrap_or(View::default_for(axes)), axes)?,
+        };
+        let up = match table.up {
+            None => default_up(towards_eye, axes),
+            Some(up) => {
+                let (_, _) = self.direction("camera.up", up)?;
+                if parallel(up, towards_eye) {
+                    let found = format!(
+                        "found {up:?}, expected a direction that is not parallel to the view"
+                    );
+                    return Err(self.origins.error("camera.up", found));
+                }
+                up
+            }
+        };
+        Ok(match table.eye {
+            Some(eye) => Camera {
+                eye,
+                target,
+                up,
+                projection,
+            },
+            None => Camera::framing(extent, target, towards_eye, up, projection, aspect),
+        })
+    }
+
+    fn side(&self, view: View, axes: Option<Axes>) -> Result<[f64; 3]> {
+        view.towards_eye(axes).ok_or_else(|| {
+            let unknown = "found an anatomical view, but the volume's orientation is unknown: \
+                           set volume.axes (as in \"LPS\") or use +x -x +y -y +z -z";
+            self.origins.error("camera.view", unknown)
+        })
+    }
+}
+
+pub(super) fn describe_camera(page: &mut Page, camera: &Camera) {
+    page.table("[camera]");
+    page.line("eye", camera.eye, "world units");
+    page.line("target", camera.target, "world units");
+    page.line("up", camera.up, "");
+    match camera.projection {
+        Projection::Perspective { fov_y } => page.line("fov_y", fov_y, "degrees"),
+        Projection::Orthographic { height } => {
+            page.line(
+                "orthographic",
+                height,
+                "the picture's height in world units",
+            );
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! The `[[clip]]` table: what may be written in it, what that means, and how it is printed.
+
+use serde::{Deserialize, Serialize};
+
+use super::SceneFile;
+use super::numbers::FINITE;
+use super::page::Page;
+use crate::error::Result;
+use crate::scene::ClipPlane;
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClipTable {
+    pub normal: [f64; 3],
+    pub offset: Option<f64>,
+}
+
+impl SceneFile {
+    pub(super) fn clips(&self) -> Result<Vec<ClipPlane>> {
+        let clip = |(i, table): (usize, &ClipTable)| {
+            let offset = table.offset.unwrap_or(0.0);
+            let offset = self.number(&format!("clip.{i}.offset"), offset, FINITE)?;
+            let (normal, length) = self.direction(&format!("clip.{i}.normal"), table.normal)?;
+            Ok(ClipPlane {
+                normal,
+                offset: offset / length,
+            })
+        };
+        self.clip.iter().enumerate().map(clip).collect()
+    }
+}
+
+pub(super) fn describe_clips(page: &mut Page, clips: &[ClipPlane]) {
+    for clip in clips {
+        page.table("[[clip]]");
+        page.line("normal", clip.normal, "dot(normal, p) > offset is cut away");
+        page.line("offset", clip.offset, "world units");
+    }
+}

@@ -1,0 +1,130 @@
+//! The `[volume]` table: what may be written in it, what that means, and how it is printed.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::SceneFile;
+use super::numbers::POSITIVE;
+use super::page::Page;
+use crate::error::Result;
+use crate::scene::volume::{Endian, Pick, Volume, VolumeOverrides};
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct VolumeTable {
+    /// The path as it is written, relative to the scene file. [`SceneFile::volume_path`] is the one to open.
+    pub path: Option<PathBuf>,
+    pub dims: Option<[u32; 3]>,
+    #[serde(rename = "type")]
+    pub voxel_type: Option<String>,
+    pub endian: Option<Endianness>,
+    pub channel: Option<u32>,
+    pub time: Option<u32>,
+    pub level: Option<u32>,
+    pub spacing: Option<[f64; 3]>,
+    pub axes: Option<String>,
+    pub crop: Option<[[u32; 3]; 2]>,
+    pub series: Option<Pick>,
+    pub fill_gaps: Option<bool>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Endianness {
+    Little,
+    Big,
+}
+
+impl SceneFile {
+    /// The file or folder that holds the volume.
+    pub fn volume_path(&self) -> Result<PathBuf> {
+        let missing = || {
+            self.origins
+                .error("volume.path", "missing: it names the volume's file")
+        };
+        let written = self.volume.path.as_ref().ok_or_else(missing)?;
+        Ok(self.origins.path(written))
+    }
+
+    pub fn volume_overrides(&self) -> Result<VolumeOverrides> {
+        let table = &self.volume;
+        if let Some(dims) = table.dims.filter(|dims| dims.contains(&0)) {
+            let found = format!("found {dims:?}, expected three whole numbers ≥ 1");
+            return Err(self.origins.error("volume.dims", found));
+        }
+        if let Some(spacing) = table.spacing {
+            self.triple("volume.spacing", spacing, POSITIVE)?;
+        }
+        if let Some([low, high]) = table.crop
+            && (0..3).any(|axis| low[axis] >= high[axis])
+        {
+            let found = format!(
+                "found [{low:?}, {high:?}], expected a low and a higher corner: [low, high) \
+                 keeps at least one voxel on each axis"
+            );
+            return Err(self.origins.error("volume.crop", found));
+        }
+        Ok(VolumeOverrides {
+            dims: table.dims,
+            voxel_type: self.word("volume.type", &table.voxel_type)?,
+            endian: table.endian.map(|endian| match endian {
+                Endianness::Little => Endian::Little,
+                Endianness::Big => Endian::Big,
+            }),
+            channel: table.channel,
+            time: table.time,
+            level: table.level,
+            spacing: table.spacing,
+            axes: self.word("volume.axes", &table.axes)?,
+            crop: table.crop,
+            series: table.series.clone(),
+            fill_gaps: table.fill_gaps.unwrap_or(false),
+        })
+    }
+}
+
+pub(super) fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume) {
+    let table = &file.volume;
+    page.table("[volume]");
+    if let Some(path) = &table.path {
+        page.line("path", file.origins.path(path).to_string_lossy(), "");
+    }
+    if let Some(series) = &table.series {
+        page.line(
+            "series",
+            series,
+            "number in `isolume info`, or the SeriesInstanceUID",
+        );
+    }
+    if let Some(fill_gaps) = table.fill_gaps {
+        page.line("fill_gaps", fill_gaps, "missing slices are interpolated");
+    }
+    let [low, high] = volume.range;
+    page.comment(&format!("the data go from {low} to {high}"));
+    let raw = "raw files only";
+    page.line_or_comment("dims", table.dims, volume.dims, raw);
+    let voxel_type = volume.voxel_type.to_string();
+    page.line_or_comment("type", table.voxel_type.as_ref(), &voxel_type, raw);
+    if let Some(endian) = table.endian {
+        page.line("endian", endian, raw);
+    }
+    for (key, given, meaning) in [
+        ("channel", table.channel, "counted from 0"),
+        ("time", table.time, "counted from 0"),
+        ("level", table.level, "counted from 0, the finest"),
+    ] {
+        if let Some(given) = given {
+            page.line(key, given, meaning);
+        }
+    }
+    page.line("spacing", volume.spacing, "world units a voxel");
+    // Axes that the loader has already turned would be turned again if they were written as a key.
+    match (&table.axes, volume.axes) {
+        (Some(written), _) => page.line("axes", written, "where i, j, k of the file grow"),
+        (None, Some(axes)) => page.comment(&format!("axes: {axes}, from the file")),
+        (None, None) => page.comment("axes: orientation unknown"),
+    }
+    let whole = [[0; 3], volume.dims];
+    page.line("crop", table.crop.unwrap_or(whole), "voxels, [low, high)");
+}
