@@ -1,12 +1,13 @@
 //! Chooses between caching and non-caching by a short trial of both on the device.
 //!
-//! Where surfaces are seen, a sample through a cache still has noise, and a cache has to be filled before it saves
-//! anything: which variant is faster depends on the scene, the device, the number of pictures and how good they are to
-//! be. Pictures of few pixels tell what a sample costs in either variant and how noisy it is, and a first few batches
-//! tell how fast a cache fills. The rest is arithmetic: noise falls with the root of the number of samples.
+//! A cache has to be compiled for and filled before it saves anything, and where surfaces are seen a sample through it
+//! still has noise: which variant is faster depends on the scene, the device, the number of pictures and how good they
+//! are to be. Pictures of few pixels tell what a sample costs in either variant and how noisy it is, and a first few
+//! batches tell how fast a cache fills. The rest is arithmetic: noise falls with the root of the number of samples.
 //!
-//! Where no surface is seen, a sample through a cache has next to no noise, and the plan's choice stands. It also stands
-//! where samples are counted: the same command then gives the same bits.
+//! A trial takes time as well. The variant without a cache is tried first, and where it will soon be done, it is taken.
+//!
+//! Where samples are counted, the plan's choice stands: the same command then gives the same bits.
 
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -25,6 +26,9 @@ const PIXELS_GPU: f64 = 262_144.0;
 const UPDATES: u32 = 4;
 /// A trial of the cache may take this share of what the work would take without one.
 const SHARE: f64 = 0.2;
+/// A cache is not tried where the work without one takes less than so many times what it has taken to find that out: to
+/// compile for a cache, to fill it a little and to go back takes about twice as long.
+const WORTH_A_TRIAL: f64 = 4.0;
 
 /// What an engine is made for.
 #[derive(Debug, Clone, Copy)]
@@ -155,7 +159,6 @@ impl Engine {
     ) -> Result<Engine> {
         let is_open = scene.render.variant == Variant::Auto
             && choice.plan.variant.cache().is_some()
-            && !scene.surfaces.iso.is_empty()
             && work.stop.count().is_none();
         if !is_open {
             return Engine::with_plan(host, volume, scene, choice, seed);
@@ -175,8 +178,7 @@ impl Engine {
         let mut engine = without(TOO_SHORT)?;
         let uncached = engine.try_samples(&work)?;
         let seconds = uncached.seconds_of(&work);
-        // To compile for a cache takes as long as what has just been done.
-        if seconds <= began.elapsed().as_secs_f64() {
+        if seconds <= WORTH_A_TRIAL * began.elapsed().as_secs_f64() {
             return Ok(engine);
         }
         drop(engine);
