@@ -122,8 +122,15 @@ impl Forecast {
     }
 }
 
-/// Whether the cache is worth its filling, and why: the end of a sentence.
-fn verdict(uncached: &Forecast, cached: &Forecast, stop: &Stop, pictures: u32) -> (bool, String) {
+/// Whether the cache is worth its filling, and why: the end of a sentence. To go on with it takes `head_start` seconds less
+/// than to begin with it, compared with going back.
+fn verdict(
+    uncached: &Forecast,
+    cached: &Forecast,
+    work: &Work<'_>,
+    head_start: f64,
+) -> (bool, String) {
+    let Work { stop, pictures, .. } = *work;
     if let Some(error) = stop.relative_error {
         let [without, with] = [uncached, cached].map(|f| f.seconds_to(error, pictures));
         let time = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
@@ -131,7 +138,7 @@ fn verdict(uncached: &Forecast, cached: &Forecast, stop: &Stop, pictures: u32) -
             let said = format!(
                 "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
             );
-            return (with < without, said);
+            return (with < without + head_start, said);
         }
     }
     let seconds = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
@@ -176,6 +183,7 @@ impl Engine {
         const TOO_SHORT: &str = "the work is done before a cache would be filled";
         let began = Instant::now();
         let mut engine = without(TOO_SHORT)?;
+        let making = began.elapsed().as_secs_f64();
         let uncached = engine.try_samples(&work)?;
         let seconds = uncached.seconds_of(&work);
         if seconds <= WORTH_A_TRIAL * began.elapsed().as_secs_f64() {
@@ -191,7 +199,8 @@ impl Engine {
             cache: Some(filling),
             ..engine.try_samples(&work)?
         };
-        let (is_worth_it, why) = verdict(&uncached, &cached, &work.stop, work.pictures);
+        let head_start = making + filling.seconds_per_update * f64::from(UPDATES);
+        let (is_worth_it, why) = verdict(&uncached, &cached, &work, head_start);
         if !is_worth_it {
             drop(engine);
             return without(&why);
@@ -304,8 +313,19 @@ mod tests {
         }),
     };
 
+    static GOES_ON: AtomicBool = AtomicBool::new(false);
+
+    fn is_chosen(cached: Forecast, stop: Stop, pictures: u32, head_start: f64) -> bool {
+        let work = Work {
+            stop,
+            pictures,
+            interrupt: &GOES_ON,
+        };
+        verdict(&UNCACHED, &cached, &work, head_start).0
+    }
+
     fn is_cached(stop: Stop, pictures: u32) -> bool {
-        verdict(&UNCACHED, &CACHED, &stop, pictures).0
+        is_chosen(CACHED, stop, pictures, 0.0)
     }
 
     #[test]
@@ -317,6 +337,8 @@ mod tests {
         assert!(!is_cached(to(0.2), 1));
         assert!(is_cached(to(0.2), 100));
         assert!(is_cached(to(0.02), 1));
+        // Most of its filling is done.
+        assert!(is_chosen(CACHED, to(0.2), 1, 10.0));
     }
 
     #[test]
@@ -348,6 +370,6 @@ mod tests {
             seconds_per_sample: 3.0,
             ..CACHED
         };
-        assert!(!verdict(&UNCACHED, &slow, &both(60), 1).0);
+        assert!(!is_chosen(slow, both(60), 1, 0.0));
     }
 }
