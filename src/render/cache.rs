@@ -15,8 +15,6 @@ use std::panic::resume_unwind;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
 use super::cache_layout::CacheLayout;
 use super::cache_memory::CacheMemory;
 use super::camera_march::CameraMarch;
@@ -26,6 +24,7 @@ use super::cut_cells::CutCells;
 use super::delta_tracking::DeltaTracking;
 use super::focus::{self, Focus};
 use super::gpu_scene::GpuScene;
+use super::pace::{Pace, doubling, gathers};
 use super::parts::{Changes, Derived};
 use super::pass_compiler::PassCompiler;
 use super::ray_march::{self, RayMarch};
@@ -79,28 +78,6 @@ enum AtRest {
     March(CameraMarch),
     /// By paths that end in the cache.
     Tracking(DeltaTracking),
-}
-
-/// What batches of a kind have come to.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Pace {
-    updates: u32,
-    took: Duration,
-}
-
-/// How many paths double what nodes in sight have had, or are as many as they may still gather.
-pub fn doubling(updates: u32) -> u32 {
-    match updates {
-        0 => 1,
-        1..GATHERED => updates.min(GATHERED - updates),
-        _ => updates,
-    }
-}
-
-/// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`: the rule of `gathers` in
-/// `glsl/include/gathering.glsl`, for predicting how long the batch takes.
-pub fn gathers(updates: u32, samples: u32) -> bool {
-    updates > 0 && updates + samples <= GATHERED
 }
 
 impl Cache {
@@ -255,13 +232,12 @@ impl Cache {
 
     /// Seconds that an update of the next batch will take, as far as one can tell.
     pub fn seconds_per_update(&self) -> f64 {
-        let is_known = |pace: &&Pace| pace.updates > 0;
-        let gathering = Some(&self.gathering).filter(is_known);
-        let expected = match gathers(self.updates, doubling(self.updates)) {
-            true => gathering.unwrap_or(&self.tracing),
+        let gathers = gathers(self.updates, doubling(self.updates));
+        let expected = match gathers && self.gathering.is_known() {
+            true => &self.gathering,
             false => &self.tracing,
         };
-        expected.took.as_secs_f64() / f64::from(expected.updates)
+        expected.seconds_per_update()
     }
 
     /// Whether all that is in sight is known to have had its updates.
@@ -308,8 +284,7 @@ impl Cache {
             true => &mut self.gathering,
             false => &mut self.tracing,
         };
-        pace.updates += self.updates - before;
-        pace.took += took;
+        pace.add(self.updates - before, took);
         Ok(!progress.under_way)
     }
 
@@ -408,23 +383,5 @@ fn relative_difference(before: &[[f32; 4]], after: &[[f32; 4]]) -> f64 {
     match sum > 0.0 {
         true => (squares / (3.0 * count)).sqrt() / (sum / count),
         false => 0.0,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// So that no batch is gathered in part.
-    #[test]
-    fn batches_meet_where_gathering_ends() {
-        for first in [1, 3, 20, GATHERED] {
-            let mut updates = first;
-            while updates < GATHERED {
-                updates += doubling(updates);
-            }
-            assert_eq!(updates, GATHERED);
-            assert_eq!(doubling(updates), GATHERED);
-        }
     }
 }

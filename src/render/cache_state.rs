@@ -9,10 +9,11 @@ use std::time::Duration;
 use bytemuck::Zeroable;
 use serde::{Deserialize, Serialize};
 
-use super::cache::{Cache, Pace};
+use super::cache::Cache;
 use super::caching::Caching;
 use super::copy;
 use super::focus::Focus;
+use super::pace::Pace;
 use crate::error::{Error, Result};
 
 /// Takes the next bytes, or fills them.
