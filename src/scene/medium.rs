@@ -23,6 +23,15 @@ pub struct Medium {
 }
 
 impl Medium {
+    /// One that scatters evenly in all directions.
+    pub fn isotropic(density: f64, transfer: Vec<TransferPoint>) -> Medium {
+        Medium {
+            density,
+            g: 0.0,
+            transfer,
+        }
+    }
+
     /// Where a scene says nothing of it: an optical depth of 50 along the box's longest side.
     pub fn default_density(extent: [f64; 3]) -> f64 {
         50.0 / extent.into_iter().fold(0.0, f64::max)

@@ -129,9 +129,8 @@ pub fn uniform_medium(density: f64, albedo: f64, g: f64) -> Medium {
         color: [albedo; 3],
     };
     Medium {
-        density,
         g,
-        transfer: vec![point(0.0)],
+        ..Medium::isotropic(density, vec![point(0.0)])
     }
 }
 

@@ -123,9 +123,8 @@ pub fn medium(density: f64, g: f64, points: &[(f64, f64, [f64; 3])]) -> Medium {
         color,
     };
     Medium {
-        density,
         g,
-        transfer: points.iter().map(point).collect(),
+        ..Medium::isotropic(density, points.iter().map(point).collect())
     }
 }
 

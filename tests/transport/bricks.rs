@@ -39,13 +39,15 @@ fn scene(g: f64, light: Option<LightModel>) -> Scene {
         color,
     };
     scene.medium = Some(Medium {
-        density: 3.0,
         g,
-        transfer: vec![
-            point(30_000.0, 0.0, [0.9, 0.8, 0.6]),
-            point(45_000.0, 1.0, [0.9, 0.8, 0.6]),
-            point(50_000.0, 0.3, [0.3, 0.6, 0.9]),
-        ],
+        ..Medium::isotropic(
+            3.0,
+            vec![
+                point(30_000.0, 0.0, [0.9, 0.8, 0.6]),
+                point(45_000.0, 1.0, [0.9, 0.8, 0.6]),
+                point(50_000.0, 0.3, [0.3, 0.6, 0.9]),
+            ],
+        )
     });
     scene.environment.radiance = [0.5, 0.6, 0.7];
     scene.suns = vec![DirectionalLight {

@@ -135,11 +135,7 @@ fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
             projection: Projection::Perspective { fov_y: 30.0 },
         };
         let mut scene = empty_scene([8, 8], camera);
-        scene.medium = Some(Medium {
-            density: 0.7,
-            g: 0.0,
-            transfer: transfer.collect(),
-        });
+        scene.medium = Some(Medium::isotropic(0.7, transfer.collect()));
         let device = device();
         let memory = Memory::new(&device, BUDGET).expect("memory");
         let scene = GpuScene::new(&device, &scene, &volume, 1).expect("a scene");

@@ -34,9 +34,8 @@ fn ramp(low: f64, high: f64, density: f64) -> Medium {
         opacity,
         color: [0.9; 3],
     };
-    Medium {
+    Medium::isotropic(
         density,
-        g: 0.0,
-        transfer: vec![point(0.5 * (low + high), 0.0), point(high, 0.2)],
-    }
+        vec![point(0.5 * (low + high), 0.0), point(high, 0.2)],
+    )
 }

@@ -113,11 +113,10 @@ impl Look {
             opacity,
             color,
         };
-        Medium {
-            density: self.density * usual,
-            g: 0.0,
-            transfer: self.transfer.iter().map(point).collect(),
-        }
+        Medium::isotropic(
+            self.density * usual,
+            self.transfer.iter().map(point).collect(),
+        )
     }
 
     fn surface(&self, range: [f64; 2]) -> Option<Isosurface> {

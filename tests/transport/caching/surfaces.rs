@@ -127,16 +127,15 @@ fn a_hard_shadow_keeps_its_edge_and_its_depth() {
         opacity,
         color: [0.9; 3],
     };
-    scene.medium = Some(Medium {
-        density: 0.05,
-        g: 0.0,
-        transfer: vec![
+    scene.medium = Some(Medium::isotropic(
+        0.05,
+        vec![
             point(0.0, 0.0),
             point(1.0, 1.0),
             point(2.0, 0.0),
             point(3.0, 0.0),
         ],
-    });
+    ));
     scene.surfaces.light = LightModel::Full;
     scene.surfaces.iso = vec![black(10.0)];
     scene.suns = vec![DirectionalLight {

@@ -28,13 +28,15 @@ fn scene(g: f64, with_surface: bool) -> Scene {
         color,
     };
     scene.medium = Some(Medium {
-        density: 8.0,
         g,
-        transfer: vec![
-            point(40.0, 0.0, [0.9, 0.8, 0.6]),
-            point(120.0, 1.0, [0.9, 0.8, 0.6]),
-            point(200.0, 0.3, [0.3, 0.6, 0.9]),
-        ],
+        ..Medium::isotropic(
+            8.0,
+            vec![
+                point(40.0, 0.0, [0.9, 0.8, 0.6]),
+                point(120.0, 1.0, [0.9, 0.8, 0.6]),
+                point(200.0, 0.3, [0.3, 0.6, 0.9]),
+            ],
+        )
     });
     scene.environment.radiance = [0.5, 0.6, 0.7];
     scene.environment.image = Some(EnvironmentImage {

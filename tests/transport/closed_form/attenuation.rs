@@ -32,11 +32,7 @@ fn proportional_medium(density: f64) -> Medium {
         opacity: value,
         color: [0.0; 3],
     };
-    Medium {
-        density,
-        g: 0.0,
-        transfer: vec![point(0.0), point(1.0)],
-    }
+    Medium::isotropic(density, vec![point(0.0), point(1.0)])
 }
 
 /// Mean of `of` over the i-th of `n` strips of a row, each point of which has the value that the
@@ -91,11 +87,10 @@ fn half_covered_pixels() {
         opacity,
         color: [0.0; 3],
     };
-    scene.medium = Some(Medium {
-        density: 10.0,
-        g: 0.0,
-        transfer: vec![point(0.5, 0.0), point(0.5, 1.0)],
-    });
+    scene.medium = Some(Medium::isotropic(
+        10.0,
+        vec![point(0.5, 0.0), point(0.5, 1.0)],
+    ));
     expect("half", &scene, &row(&[0.0, 1.0], 1.0, 64.0), [0.5000227; 3]);
 }
 

@@ -53,9 +53,8 @@ fn varying_medium(density: f64, g: f64) -> Medium {
         (3000.0, 1.0),
     ];
     Medium {
-        density,
         g,
-        transfer: points.map(point).to_vec(),
+        ..Medium::isotropic(density, points.map(point).to_vec())
     }
 }
 

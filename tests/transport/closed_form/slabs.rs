@@ -73,9 +73,8 @@ fn slab_scene(slab: &Slab) -> Scene {
         color: [slab.albedo; 3],
     };
     scene.medium = Some(Medium {
-        density: 2.0 * slab.depth,
         g: slab.g,
-        transfer: vec![point(0.0), point(1.0)],
+        ..Medium::isotropic(2.0 * slab.depth, vec![point(0.0), point(1.0)])
     });
     scene.environment.image = Some(two_coloured_sky());
     scene
@@ -133,11 +132,7 @@ fn expect_half_space(albedo: [f64; 3], reflected: [f64; 3]) {
         opacity: 1.0,
         color: albedo,
     };
-    scene.medium = Some(Medium {
-        density: 150.0,
-        g: 0.0,
-        transfer: vec![point],
-    });
+    scene.medium = Some(Medium::isotropic(150.0, vec![point]));
     scene.environment.radiance = [1.0; 3];
     expect("half-space", &scene, &layers(UNIFORM), reflected);
 }

@@ -44,13 +44,15 @@ fn sphere(rim: f64, center: f64, albedo: [f64; 3], g: f64) -> Medium {
         color: albedo,
     };
     Medium {
-        density,
         g,
-        transfer: vec![
-            point(1.0, 0.0),
-            point(1.0, rim / density),
-            point(0.0, center / density),
-        ],
+        ..Medium::isotropic(
+            density,
+            vec![
+                point(1.0, 0.0),
+                point(1.0, rim / density),
+                point(0.0, center / density),
+            ],
+        )
     }
 }
 

@@ -22,11 +22,10 @@ fn scene(camera: Camera) -> Scene {
         opacity,
         color: [0.5; 3],
     };
-    scene.medium = Some(Medium {
-        density: 100.0,
-        g: 0.0,
-        transfer: vec![point(0.1, 0.0), point(0.5, 1.0)],
-    });
+    scene.medium = Some(Medium::isotropic(
+        100.0,
+        vec![point(0.1, 0.0), point(0.5, 1.0)],
+    ));
     scene.surfaces.iso = vec![Isosurface {
         value: 0.7,
         opacity: 1.0,

@@ -34,11 +34,7 @@ pub fn absorbing(density: f64, points: &[(f64, f64)]) -> Medium {
         opacity,
         color: [0.0; 3],
     };
-    Medium {
-        density,
-        g: 0.0,
-        transfer: points.iter().map(point).collect(),
-    }
+    Medium::isotropic(density, points.iter().map(point).collect())
 }
 
 fn expect_points(density: f64, points: &[(f64, f64)], volume: &Volume) {

@@ -23,9 +23,8 @@ fn wild(density: f64, g: f64, color: [f64; 3]) -> Medium {
         point(3.5, 0.0),
     ];
     Medium {
-        density,
         g,
-        transfer,
+        ..Medium::isotropic(density, transfer)
     }
 }
 
@@ -73,11 +72,7 @@ fn exact_transmittance_is_beer_lamberts() {
         color: [0.0; 3],
     };
     let transfer = vec![point(0.4, 0.0), point(0.43, 1.0), point(0.45, 0.0)];
-    let tent = Medium {
-        density: 10.0,
-        g: 0.0,
-        transfer,
-    };
+    let tent = Medium::isotropic(10.0, transfer);
     let exact = (-10.0 * 0.5 * 0.05_f64).exp();
     let found = tracking::transmittance(&ramp, &tent, DVec3::X * -2.0, DVec3::X * 2.0);
     assert!((found - exact).abs() < 1e-7, "{found}, exact {exact}");
@@ -173,11 +168,7 @@ fn colours_scatter_each_by_its_own_albedo() {
         opacity: 1.0,
         color: [1.0, 0.9, 0.5],
     }];
-    scene.medium = Some(Medium {
-        density: 1.0,
-        g: 0.0,
-        transfer,
-    });
+    scene.medium = Some(Medium::isotropic(1.0, transfer));
     scene.environment = upper_sky();
     let (mean, stderr) = render(&scene, &slab(), 200_000, 9).average();
     for (c, exact) in [0.341329, 0.267410, 0.099119].into_iter().enumerate() {

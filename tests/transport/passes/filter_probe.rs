@@ -41,11 +41,10 @@ fn scene() -> Scene {
         opacity,
         color: [0.8; 3],
     };
-    scene.medium = Some(Medium {
-        density: 12.0,
-        g: 0.0,
-        transfer: vec![point(100.0, 0.0), point(130.0, 1.0), point(160.0, 0.0)],
-    });
+    scene.medium = Some(Medium::isotropic(
+        12.0,
+        vec![point(100.0, 0.0), point(130.0, 1.0), point(160.0, 0.0)],
+    ));
     scene.environment.radiance = [1.0; 3];
     scene
 }
