@@ -81,7 +81,7 @@ macro_rules! specialization {
         $($(#[$note:meta])* pub $field:ident: $kind:ident,)*
     }) => {
         $(#[$about])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
         pub struct $name {
             $($(#[$note])* pub $field: $kind,)*
         }

@@ -11,7 +11,7 @@ use super::features::Features;
 use super::filter_probe::filter_is_precise;
 use super::occupancy::Occupancy;
 use super::parts::{Changes, Derived, Field, Part, Parts};
-use super::shared::{self, SHADING_DISNEY, SHADING_PHONG, SceneConstants};
+use super::shared::{self, SceneConstants};
 use super::variant::Variant;
 use crate::error::Result;
 use crate::gpu::{Device, Format, Shaders};
@@ -130,30 +130,27 @@ impl GpuScene {
             clips,
             view,
             background,
-            ..
+            max_bounces: _,
+            request: _,
+            display: _,
+            seed: _,
         } = &self.parts;
-        Features {
-            has_medium: !medium.is_vacuum(),
-            has_one_color: medium.has_one_color(),
-            is_linear: medium.has_one_color() && medium.linear_opacity.is_some(),
-            surface_count: surfaces.iso.len() as u32,
-            full_light: surfaces.is_full_light(),
-            analytic_normals: surfaces.normals == scene::Normals::Analytic,
-            has_phong: surfaces.any_shaded(SHADING_PHONG),
-            has_disney: surfaces.any_shaded(SHADING_DISNEY),
-            sun_count: lights.suns.len() as u32,
-            has_environment_image: lights.sky.is_some(),
-            is_anisotropic: medium.is_anisotropic(),
+        let mut features = Features {
             clip_count: clips.len() as u32,
-            is_orthographic: view.is_orthographic,
             background_is_color: matches!(background, Background::Color(_)),
             background_is_transparent: *background == Background::Transparent,
             filter_in_shader: self.filters_in_shader(),
             cache_order: self.cache_order(),
             cache_is_f16: self.variant.cache().is_some_and(|layout| layout.is_f16),
-            volume_bits: 8 * field.stored.bytes() as u32,
             is_in_bricks: self.bricks.is_some(),
-        }
+            ..Features::default()
+        };
+        field.require(&mut features);
+        medium.require(&mut features);
+        lights.require(&mut features);
+        surfaces.require(&mut features);
+        view.require(&mut features);
+        features
     }
 
     /// The collision from which a path reads the cache: 1 is the first, 0 means never.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::environment_table::{self, EnvironmentTable};
+use crate::render::features::Features;
 use crate::render::shared::{SceneConstants, Sun};
 use crate::scene::{DirectionalLight, EnvironmentImage, Scene};
 
@@ -57,6 +58,12 @@ impl Lights {
             environment: scene.environment.radiance.map(|c| c as f32),
             sky,
         }
+    }
+
+    /// What shaders are compiled for because of them.
+    pub fn require(&self, features: &mut Features) {
+        features.sun_count = self.suns.len() as u32;
+        features.has_environment_image = self.sky.is_some();
     }
 
     /// What shaders read of them, but for the suns' buffer and the sky's image.

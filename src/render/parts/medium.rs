@@ -1,6 +1,7 @@
 //! The participating medium: its transfer function, and how finely its majorants are kept.
 
 use super::stored;
+use crate::render::features::Features;
 use crate::render::shared::{MACROCELL, SceneConstants};
 use crate::scene::volume::Volume;
 use crate::scene::{self};
@@ -49,6 +50,14 @@ impl Medium {
             majorant_size: majorant_size(volume, density * largest_opacity(&transfer)),
             transfer,
         }
+    }
+
+    /// What shaders are compiled for because of it.
+    pub fn require(&self, features: &mut Features) {
+        features.has_medium = !self.is_vacuum();
+        features.has_one_color = self.has_one_color();
+        features.is_linear = self.has_one_color() && self.linear_opacity.is_some();
+        features.is_anisotropic = self.is_anisotropic();
     }
 
     /// What shaders read of it, but for the transfer function's image.

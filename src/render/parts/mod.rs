@@ -14,6 +14,7 @@ mod view;
 use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{self, CacheFormat, CacheScale, ClipPlane, Scene, Tone, Variant};
 
+use super::features::Features;
 use super::shared::{Clip, MACROCELL, SceneConstants};
 pub use changes::{Changes, Derived, Part};
 pub use lights::Lights;
@@ -126,6 +127,11 @@ impl Field {
             stored: volume.stored,
             filter_in_shader,
         }
+    }
+
+    /// What shaders are compiled for because of it.
+    pub fn require(&self, features: &mut Features) {
+        features.volume_bits = 8 * self.stored.bytes() as u32;
     }
 
     /// What shaders read of it.

@@ -3,6 +3,7 @@
 use bytemuck::Zeroable;
 
 use super::stored;
+use crate::render::features::Features;
 use crate::render::shared::{SHADING_DISNEY, SHADING_LAMBERT, SHADING_PHONG, Surface};
 use crate::scene::volume::Volume;
 use crate::scene::{self, Isosurface, LightModel, Normals, Shading};
@@ -21,6 +22,15 @@ impl Surfaces {
             light: surfaces.light,
             normals: surfaces.normals,
         }
+    }
+
+    /// What shaders are compiled for because of them.
+    pub fn require(&self, features: &mut Features) {
+        features.surface_count = self.iso.len() as u32;
+        features.full_light = self.is_full_light();
+        features.analytic_normals = self.normals == Normals::Analytic;
+        features.has_phong = self.any_shaded(SHADING_PHONG);
+        features.has_disney = self.any_shaded(SHADING_DISNEY);
     }
 
     /// Every ray sees surfaces, not the camera's alone.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::render::features::Features;
 use crate::render::shared::SceneConstants;
 use crate::scene::{Camera, Projection};
 
@@ -40,6 +41,11 @@ impl View {
             is_orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
             through_centres: false,
         }
+    }
+
+    /// What shaders are compiled for because of it.
+    pub fn require(&self, features: &mut Features) {
+        features.is_orthographic = self.is_orthographic;
     }
 
     /// What shaders read of it.
