@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use crate::gpu::{Memory, Span, Timings, Work};
+use crate::gpu::{Memory, PassTotal, Timings, Work};
 use crate::render::{Peak, Renderer};
 
 /// One kind of GPU pass over all its runs.
@@ -95,28 +95,22 @@ pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
 
 /// One entry for each pass, in order of first appearance, held against the device's peak if that has been measured.
 pub fn passes(timings: &Timings, peak: Option<&Peak>) -> Vec<PassStats> {
-    let mut names: Vec<&'static str> = Vec::new();
-    for span in &timings.spans {
-        if !names.contains(&span.pass) {
-            names.push(span.pass);
-        }
-    }
-    let all_runs = |name: &'static str| {
-        let runs = timings.spans.iter().filter(|s| s.pass == name);
-        let ms: Vec<f64> = runs.clone().map(|s| s.duration_us / 1e3).collect();
+    let stats = |total: &PassTotal| {
+        let runs = timings.spans().iter().filter(|s| s.pass == total.pass);
+        let ms: Vec<f64> = runs.map(|s| s.duration_us / 1e3).collect();
         PassStats {
-            peak_share: peak.and_then(|peak| peak_share(peak, runs)),
-            ..PassStats::from_runs(name, &ms)
+            runs: total.runs as usize,
+            gpu_ms_total: total.duration_us / 1e3,
+            peak_share: peak.and_then(|peak| peak_share(peak, &total.work, total.duration_us)),
+            ..PassStats::from_runs(total.pass, &ms)
         }
     };
-    names.into_iter().map(all_runs).collect()
+    timings.passes().iter().map(stats).collect()
 }
 
-/// Of all these runs together.
-pub fn peak_share<'a>(peak: &Peak, runs: impl Iterator<Item = &'a Span>) -> Option<f64> {
-    let add = |(work, us): (Work, f64), span: &Span| (work.plus(span.work), us + span.duration_us);
-    let (work, us) = runs.fold((Work::default(), 0.0), add);
-    (work.is_known() && us > 0.0).then(|| 1e6 * peak.seconds(&work) / us)
+/// Of work that took so many microseconds.
+pub fn peak_share(peak: &Peak, work: &Work, us: f64) -> Option<f64> {
+    (work.is_known() && us > 0.0).then(|| 1e6 * peak.seconds(work) / us)
 }
 
 pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {

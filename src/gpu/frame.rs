@@ -132,7 +132,7 @@ impl Frame {
             .find(|(pass, _)| !COPIES.contains(pass));
         if let Some(&(pass, work)) = main.or(self.recorded.first()) {
             let now_us = self.timings.began.elapsed().as_secs_f64() * 1e6;
-            self.timings.spans.push(Span {
+            self.timings.record(Span {
                 pass,
                 start_us: submitted_us,
                 duration_us: now_us - submitted_us,
@@ -159,7 +159,7 @@ impl Frame {
             to.saturating_sub(from) as f64 * self.device.timestamp_period_ns / 1e3
         };
         for (&(pass, work), t) in self.recorded.iter().zip(ticks.chunks_exact(2)) {
-            self.timings.spans.push(Span {
+            self.timings.record(Span {
                 pass,
                 start_us: submitted_us + us(ticks[0], t[0]),
                 duration_us: us(t[0], t[1]),

@@ -40,7 +40,7 @@ pub use pass::{Binding, Pass};
 pub use shader::{PassDesc, Shaders};
 pub use shared::{Shared, Specialization, Word, types};
 pub use survey::{DeviceKind, DeviceSummary, list_devices};
-pub use timing::{Span, Timings, Work};
+pub use timing::{PassTotal, Span, Timings, Work};
 #[cfg(feature = "window")]
 pub use window::{ATLAS_SIDE, Canvas, CanvasVertex, Patch, Shape, Surface, Swapchain, Target};
 

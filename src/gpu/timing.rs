@@ -42,10 +42,26 @@ pub struct Span {
     pub work: Work,
 }
 
-/// Every run since the timings began, in order.
+/// All runs of a pass since the timings began.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PassTotal {
+    pub pass: &'static str,
+    pub runs: u64,
+    pub duration_us: f64,
+    pub work: Work,
+}
+
+/// Spans that are kept: a few megabytes of them.
+const MOST_SPANS: usize = 1 << 16;
+
+/// What has run since the timings began: sums of all runs, and single runs in order. Of a render that goes on for hours,
+/// every second run of each pass is kept, then every fourth, and so on, so that its times take no more memory.
 pub struct Timings {
     pub began: Instant,
-    pub spans: Vec<Span>,
+    spans: Vec<Span>,
+    passes: Vec<PassTotal>,
+    /// Each pass's first run is kept, and every so many after it.
+    stride: u64,
 }
 
 impl Default for Timings {
@@ -53,16 +69,143 @@ impl Default for Timings {
         Timings {
             began: Instant::now(),
             spans: Vec::new(),
+            passes: Vec::new(),
+            stride: 1,
         }
     }
 }
 
 impl Timings {
+    pub(super) fn record(&mut self, span: Span) {
+        let index = self.index_of(span.pass).unwrap_or_else(|| {
+            self.passes.push(PassTotal {
+                pass: span.pass,
+                runs: 0,
+                duration_us: 0.0,
+                work: Work::default(),
+            });
+            self.passes.len() - 1
+        });
+        let total = &mut self.passes[index];
+        let is_kept = total.runs.is_multiple_of(self.stride);
+        total.runs += 1;
+        total.duration_us += span.duration_us;
+        total.work = total.work.plus(span.work);
+        if is_kept {
+            self.spans.push(span);
+        }
+        if self.spans.len() >= MOST_SPANS {
+            self.thin();
+        }
+    }
+
+    /// Keeps every second run of those of each pass that have been kept.
+    fn thin(&mut self) {
+        self.stride *= 2;
+        let mut seen = vec![0u32; self.passes.len()];
+        let passes = &self.passes;
+        self.spans.retain(|span| {
+            let index = passes.iter().position(|total| total.pass == span.pass);
+            let seen = &mut seen[index.unwrap_or_default()];
+            *seen += 1;
+            *seen % 2 == 1
+        });
+    }
+
+    fn index_of(&self, pass: &str) -> Option<usize> {
+        self.passes.iter().position(|total| total.pass == pass)
+    }
+
     /// States the work of the last run of `pass`, which only the device could count.
     pub fn state_work(&mut self, pass: &str, work: Work) {
-        let of_pass = |span: &&mut Span| span.pass == pass;
-        if let Some(span) = self.spans.iter_mut().rev().find(of_pass) {
-            span.work = work;
+        let Some(index) = self.index_of(pass) else {
+            return;
+        };
+        let total = &mut self.passes[index];
+        total.work = total.work.plus(work);
+        if (total.runs - 1).is_multiple_of(self.stride)
+            && let Some(span) = self.spans.iter_mut().rev().find(|span| span.pass == pass)
+        {
+            span.work = span.work.plus(work);
         }
+    }
+
+    /// The runs that are kept, in order.
+    pub fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    /// In order of first appearance.
+    pub fn passes(&self) -> &[PassTotal] {
+        &self.passes
+    }
+
+    /// All runs of a pass, if there were any.
+    pub fn total(&self, pass: &str) -> Option<&PassTotal> {
+        self.index_of(pass).map(|index| &self.passes[index])
+    }
+
+    /// How many runs each kept run of a pass stands for.
+    pub fn weight(&self, pass: &str) -> f64 {
+        let runs = self.total(pass).map_or(0, |total| total.runs);
+        runs as f64 / runs.div_ceil(self.stride).max(1) as f64
+    }
+
+    /// Hands out the runs that are kept, and begins anew.
+    pub fn take(&mut self) -> Vec<Span> {
+        self.passes.clear();
+        self.stride = 1;
+        std::mem::take(&mut self.spans)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn span(pass: &'static str, duration_us: f64) -> Span {
+        Span {
+            pass,
+            start_us: 0.0,
+            duration_us,
+            work: Work::default(),
+        }
+    }
+
+    #[test]
+    fn a_long_render_keeps_few_runs_and_all_sums() {
+        const RUNS: u64 = 500_000;
+        let read = Work {
+            reads: 3,
+            ..Work::default()
+        };
+        let mut timings = Timings::default();
+        timings.record(span("once", 7.0));
+        for n in 0..RUNS {
+            timings.record(span("trace", n as f64));
+            timings.state_work("trace", read);
+            timings.record(span("fold", 1.0));
+        }
+        assert!(timings.spans().len() < MOST_SPANS);
+        let total = timings.total("trace").expect("it ran");
+        assert_eq!((total.runs, total.work.reads), (RUNS, 3 * RUNS));
+        assert_eq!(total.duration_us, (RUNS * (RUNS - 1) / 2) as f64);
+        assert_eq!(timings.weight("once"), 1.0);
+        for pass in ["trace", "fold"] {
+            let kept = timings.spans().iter().filter(|span| span.pass == pass);
+            assert!(kept.clone().count() > MOST_SPANS / 8, "{pass}");
+            let runs = timings.weight(pass) * kept.count() as f64;
+            assert!((runs - RUNS as f64).abs() < 1e-3, "{pass}: {runs}");
+        }
+        let of_trace = timings.spans().iter().filter(|span| span.pass == "trace");
+        assert!(of_trace.clone().all(|span| span.work == read));
+        let ms: Vec<f64> = of_trace.map(|span| span.duration_us).collect();
+        let median = ms[ms.len() / 2];
+        assert!(
+            (median / (0.5 * RUNS as f64) - 1.0).abs() < 0.01,
+            "{median}"
+        );
+        assert_eq!(timings.take().len(), 2 * ms.len() + 1);
+        assert!(timings.spans().is_empty() && timings.passes().is_empty());
     }
 }

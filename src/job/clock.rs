@@ -60,8 +60,10 @@ impl Clock {
                 let from_start = offset_us + span.start_us - stage.start_us;
                 (0.0..stage.duration_us).contains(&from_start)
             };
-            let busy = timings.spans.iter().filter(during);
-            let gpu_ms = busy.fold(0.0, |ms, span| ms + span.duration_us / 1e3);
+            let busy = timings.spans().iter().filter(during);
+            let gpu_ms = busy.fold(0.0, |ms, span| {
+                ms + timings.weight(span.pass) * span.duration_us / 1e3
+            });
             let ms = stage.duration_us / 1e3;
             match stages.iter_mut().find(|s| s.name == stage.name) {
                 Some(sum) => {
@@ -92,8 +94,8 @@ pub fn trace(
     for stage in &clock.stages {
         trace.add_cpu(stage.name, stage.start_us, stage.duration_us);
     }
-    for span in &timings.spans {
-        let share = peak.and_then(|peak| peak_share(peak, [span].into_iter()));
+    for span in timings.spans() {
+        let share = peak.and_then(|peak| peak_share(peak, &span.work, span.duration_us));
         let start_us = offset_us + span.start_us;
         trace.add_gpu(span.pass, start_us, span.duration_us, share);
     }

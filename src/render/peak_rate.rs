@@ -339,11 +339,11 @@ impl Bench {
 
     /// Seconds that what is recorded takes, by the device's timestamps and by the host's clock.
     fn time(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<[f64; 2]> {
-        let first = self.frame.timings.spans.len();
+        self.frame.timings.take();
         let began = Instant::now();
         self.frame.run(record)?;
         let host_s = began.elapsed().as_secs_f64();
-        let spans = self.frame.timings.spans[first..].iter();
+        let spans = self.frame.timings.spans().iter();
         let device_us: f64 = spans.map(|span| span.duration_us).sum();
         Ok([device_us.max(1e-3) * 1e-6, host_s])
     }
@@ -353,7 +353,6 @@ impl Bench {
 mod tests {
     use super::*;
     use crate::engine::figures::peak_share;
-    use crate::gpu::Span;
 
     const PEAK: Peak = Peak {
         samples_cached: 1e6,
@@ -363,15 +362,6 @@ mod tests {
         filtered: false,
     };
 
-    fn run(duration_us: f64, work: Work) -> Span {
-        Span {
-            pass: "delta_tracking",
-            start_us: 0.0,
-            duration_us,
-            work,
-        }
-    }
-
     fn samples(samples: u64) -> Work {
         Work {
             samples,
@@ -379,24 +369,22 @@ mod tests {
         }
     }
 
-    fn share(runs: &[Span]) -> Option<f64> {
-        peak_share(&PEAK, runs.iter())
+    fn share(us: f64, work: Work) -> Option<f64> {
+        peak_share(&PEAK, &work, us)
     }
 
     #[test]
     fn a_pass_at_the_peak_rate_has_a_share_of_1_and_twice_the_work_twice_the_share() {
-        assert_eq!(share(&[run(1e6, samples(1_000_000))]), Some(1.0));
-        assert_eq!(share(&[run(1e6, samples(250_000))]), Some(0.25));
-        assert_eq!(share(&[run(1e6, samples(500_000))]), Some(0.5));
-        assert_eq!(share(&[run(2e6, samples(500_000))]), Some(0.25));
+        assert_eq!(share(1e6, samples(1_000_000)), Some(1.0));
+        assert_eq!(share(1e6, samples(250_000)), Some(0.25));
+        assert_eq!(share(1e6, samples(500_000)), Some(0.5));
+        assert_eq!(share(2e6, samples(500_000)), Some(0.25));
     }
 
     #[test]
-    fn runs_add_up_and_what_nobody_counted_has_no_share() {
-        let runs = [run(1e6, samples(500_000)), run(3e6, samples(500_000))];
-        assert_eq!(share(&runs), Some(0.25));
-        assert_eq!(share(&[run(1e6, Work::default())]), None);
-        assert_eq!(share(&[]), None);
+    fn what_nobody_counted_has_no_share() {
+        assert_eq!(share(1e6, Work::default()), None);
+        assert_eq!(share(0.0, Work::default()), None);
     }
 
     /// Of kinds of work that go on side by side, the slowest decides.
@@ -407,6 +395,6 @@ mod tests {
             writes: 80_000,
             ..Work::default()
         };
-        assert_eq!(share(&[run(1e6, work)]), Some(0.8));
+        assert_eq!(share(1e6, work), Some(0.8));
     }
 }

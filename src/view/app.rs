@@ -270,7 +270,7 @@ impl<'a> App<'a> {
         let changed = live.advance(stage.shown())?;
         self.report.planned(live.planned_bytes());
         self.report
-            .take_times(&mut live.engine.renderer_mut().timings_mut().spans);
+            .take_times(live.engine.renderer_mut().timings_mut());
         if live.picture.is_finished() && !was_finished {
             self.report.finished(live);
             self.interface_due = Some(Instant::now());
@@ -283,7 +283,7 @@ impl<'a> App<'a> {
             return Ok(());
         };
         let is_presented = stage.show(self.place)?;
-        self.report.take_times(&mut stage.frame.timings.spans);
+        self.report.take_times(&mut stage.frame.timings);
         if !is_presented {
             return Ok(());
         }

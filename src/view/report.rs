@@ -10,7 +10,7 @@ use super::recent::Recent;
 use super::response::{Response, ResponseStats};
 use super::stage::Stage;
 use crate::engine::figures::{self, CacheStats, MemoryStats, PassStats};
-use crate::gpu::Span;
+use crate::gpu::Timings;
 
 pub struct Report {
     began: Instant,
@@ -137,8 +137,8 @@ impl Report {
     }
 
     /// Takes the times that a frame has gathered.
-    pub fn take_times(&mut self, spans: &mut Vec<Span>) {
-        for span in spans.drain(..) {
+    pub fn take_times(&mut self, timings: &mut Timings) {
+        for span in timings.take() {
             let index = self.passes.iter().position(|(name, _)| *name == span.pass);
             let index = index.unwrap_or_else(|| {
                 self.passes.push((span.pass, Recent::default()));
