@@ -3,10 +3,21 @@
 
 use std::io::Write;
 use std::path::Path;
+use std::process::ExitCode;
 
 use isolume::scene::volume::{Pick, Volume, VolumeOverrides, Voxels};
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> ExitCode {
+    match write() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn write() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [input, output, rest @ ..] = &arguments[..] else {
         return Err("expected VOLUME OUT.nrrd [SERIES] [fill]".into());

@@ -305,7 +305,7 @@ impl Image {
         }
         if found < expected {
             return Err(format!(
-                "holds {found} bytes of pixels, expected {expected} for {} frames of {}×{} with {} bytes \
+                "holds {found} bytes of pixels, expected {expected} for {} × {} × {} pixels of {} bytes \
                  each: the file is truncated, or its header wrong",
                 self.frame_count,
                 self.columns,
