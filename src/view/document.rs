@@ -2,11 +2,13 @@
 
 use std::path::PathBuf;
 
-use crate::scene::Opened;
+use crate::scene::{Edit, Opened};
 use crate::scene::volume::Histogram;
 
 pub struct Document {
     pub path: PathBuf,
+    /// What it was opened with, on top of what is written at the path.
+    pub edits: Vec<Edit>,
     pub opened: Opened,
     pub histogram: Histogram,
 }

@@ -110,6 +110,7 @@ pub fn open_document(
         Ok(Document {
             histogram: opened.volume.histogram(BINS)?,
             path,
+            edits,
             opened,
         })
     });

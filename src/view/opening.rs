@@ -27,8 +27,8 @@ impl App<'_> {
                 }
                 self.watch = is_scene(&document.path).then(|| Watch::new(&document.path));
                 self.set_title(&document);
-                let listing = (!is_scene(&document.path))
-                    .then(|| list_series(document.path.clone(), &self.proxy));
+                let volume = document.opened.file.volume_path()?;
+                let listing = Some(list_series(volume, &self.proxy));
                 // The renderer of the scene before has to make room. Its list stays until the same folder's
                 // new one is there, so that nothing jumps when somebody picks from it.
                 let before = self.session.take();
@@ -91,13 +91,14 @@ impl App<'_> {
     }
 
     fn read_again(&mut self, path: &Path) -> Result<()> {
-        let file = SceneFile::read(path, &self.edits_of(path))?;
         let Some(session) = &mut self.session else {
             return Ok(());
         };
+        let file = SceneFile::read(path, &session.document.edits)?;
         let opened = &session.document.opened;
         if file.volume != opened.file.volume {
-            self.open(path.to_path_buf());
+            let edits = session.document.edits.clone();
+            self.open_edited(path.to_path_buf(), edits);
             return Ok(());
         }
         let (scene, notes) = resolve(&file, &opened.volume)?;

@@ -100,6 +100,23 @@ fn a_dropped_folder_lists_its_series_and_a_click_opens_one() {
     program.wait_for("saved study.1.toml");
     let saved = String::from_utf8(folder.read("study.1.toml")).expect("UTF-8");
     assert!(saved.contains("series = 2"), "{saved}");
+
+    // It lists them as well, and what is picked lasts while the file is edited.
+    let scene = folder.path("study.1.toml");
+    display.drop_file(window, &scene);
+    program.wait_for("note: there are 2 volumes; this is number 2, MR, 24 slices");
+    program.wait_for("showing");
+    let shots = std::iter::repeat_with(|| {
+        std::thread::sleep(Duration::from_millis(500));
+        display.shoot(window)
+    });
+    shots.take(60).find(has_list).expect("two thumbnails");
+    display.point([500, 82]);
+    display.click(1);
+    program.wait_for("note: there are 2 volumes; this is number 1, CT, 40 slices");
+    program.wait_for("showing");
+    folder.write("study.1.toml", format!("{saved}\n# edited\n").as_bytes());
+    program.wait_for("scene file read again");
     let said = program.said().concat();
     assert!(!said.contains(SECRET), "{said}");
     display.close(window);
