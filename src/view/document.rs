@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::scene::{Edit, Opened};
 use crate::scene::volume::Histogram;
+use crate::scene::{Edit, Opened};
 
 pub struct Document {
     pub path: PathBuf,
