@@ -15,7 +15,7 @@ const MOST_EDITS: usize = 3;
 #[ignore = "takes as long as it is told: tools/soak"]
 fn soak_of_renders() {
     let options = HostOptions {
-        validation: true,
+        validation: std::env::var_os("ISOLUME_VALIDATION").is_none_or(|v| v == "1"),
         ..HostOptions::default()
     };
     let host = Host::open(&options).expect("a device");
