@@ -112,6 +112,12 @@ impl Curve {
     }
 }
 
+/// Whether a soak runs under validation: unless the environment has `ISOLUME_VALIDATION=0`, to tell the program's memory from
+/// that of the layers.
+pub fn validates() -> bool {
+    std::env::var_os("ISOLUME_VALIDATION").is_none_or(|value| value != "0")
+}
+
 fn resident_kib(process: u32) -> f64 {
     let status = fs::read_to_string(format!("/proc/{process}/status")).expect("a process");
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));

@@ -53,15 +53,13 @@ impl Folder {
         names
     }
 
-    /// The program, about to run in this folder with these words, under validation unless the environment says otherwise.
+    /// The program, about to run in this folder with these words.
     pub fn isolume(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_isolume"));
         command
             .args(arguments.split_whitespace())
-            .current_dir(self.0.path());
-        if std::env::var_os("ISOLUME_VALIDATION").is_none() {
-            command.env("ISOLUME_VALIDATION", "1");
-        }
+            .current_dir(self.0.path())
+            .env("ISOLUME_VALIDATION", "1");
         command
     }
 }

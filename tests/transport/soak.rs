@@ -6,7 +6,7 @@ use std::num::NonZeroU32;
 use isolume::engine::{Engine, Host, HostOptions, Stop};
 
 use crate::edits::{CACHED, OF_CACHED, folder, scene, volume};
-use crate::support::curve::Curve;
+use crate::support::curve::{Curve, validates};
 
 /// Edits that a scene has at most beside its own keys.
 const MOST_EDITS: usize = 3;
@@ -15,7 +15,7 @@ const MOST_EDITS: usize = 3;
 #[ignore = "takes as long as it is told: tools/soak"]
 fn soak_of_renders() {
     let options = HostOptions {
-        validation: std::env::var_os("ISOLUME_VALIDATION").is_none_or(|v| v == "1"),
+        validation: validates(),
         ..HostOptions::default()
     };
     let host = Host::open(&options).expect("a device");

@@ -4,10 +4,10 @@
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::curve::Curve;
+use crate::curve::{Curve, validates};
 use crate::display::Display;
 use crate::folder::Folder;
-use crate::program::WINDOW;
+use crate::program::{Program, WINDOW};
 use crate::{CONTROL, SHIFT};
 
 /// Keys of single letters: views, clip plane, variants, what is shown over the picture, back to the first view.
@@ -20,7 +20,11 @@ const PANELS: usize = 256;
 fn soak_of_edits() {
     let folder = Folder::new();
     let display = Display::new();
-    let mut program = folder.view(&display, "scene.toml --stats stats.json");
+    let mut command = folder.window(&display, "scene.toml --stats stats.json", WINDOW);
+    if !validates() {
+        command.env_remove("ISOLUME_VALIDATION");
+    }
+    let mut program = Program::start(&mut command);
     let window = display.window();
     program.wait_for("picture finished");
     let mut random = fastrand::Rng::with_seed(21);
