@@ -20,11 +20,13 @@
 #include "phase.glsl"
 #include "tracking.glsl"
 #include "surface.glsl"
+#include "brdf.glsl"
 #include "light.glsl"
 #include "cells.glsl"
 #include "cache.glsl"
 #include "camera.glsl"
 #include "march.glsl"
+#include "sunlit.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { CameraMarchPush push; };
@@ -66,10 +68,9 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
     if (!(t < t_end)) {
         return;
     }
-    March march = begin_march(ray, t, t_end, VOXELS_PER_RANDOM_STEP);
-    float place = random_numbers(random).x;
+    March march = begin_march(ray, t, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
-    if (march.steps == 0u) {
+    if (!march.goes_on) {
         return;
     }
     bool is_opaque;
@@ -83,7 +84,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             float tail_t = 0.0;
             LOOP {
                 vec2 u = random_numbers(random).xy;
-                MarchStep s = make_random_step(ray, march, place);
+                MarchStep s = make_step(ray, march);
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, s.t);
@@ -99,7 +100,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                     tail_t = u.y * taken.weight < weight ? s.t : tail_t;
                 }
                 is_opaque = front.transmittance < OPAQUE_BELOW;
-                if (is_opaque || march.steps == 0u || is_due(taken)) {
+                if (is_opaque || !march.goes_on || is_due(taken)) {
                     break;
                 }
             }
@@ -114,7 +115,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                 front.picked_albedo = picked_albedo;
                 front.picked_suns = mix(front.picked_suns, vec4(light.suns), is_picked);
             }
-            if (is_opaque || march.steps == 0u) {
+            if (is_opaque || !march.goes_on) {
                 break;
             }
         }
@@ -122,7 +123,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             break;
         }
         next_stretch(ray, march);
-        if (march.steps == 0u) {
+        if (!march.goes_on) {
             break;
         }
     }
@@ -196,6 +197,11 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
             break;
         }
         float weight = front.transmittance * surface_at(uint(crossing.surface)).opacity;
+        if (sun_count > 0u) {
+            Hit hit = hit_at(ray, crossing);
+            Material material = make_material(uint(crossing.surface));
+            front.radiance += weight * sunlight_reflected(ray, crossing, hit, material, OPAQUE_BELOW);
+        }
         leave(front, Tail(crossing.t, weight, crossing.surface, crossing.inside), random);
         front.transmittance -= weight;
         t = crossing.t;

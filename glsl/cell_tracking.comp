@@ -86,6 +86,10 @@ bool collect(inout Path path, inout Random random) {
     return true;
 }
 
+bool knows_suns(Path path) {
+    return false;
+}
+
 bool begin_node(inout Path path) {
     uint index = atomicAdd(counters.count.next, 1u);
     node_work.brick = index / NODES_PER_HALF;

@@ -19,6 +19,7 @@
 #include "cache.glsl"
 #include "camera.glsl"
 #include "march.glsl"
+#include "sunlit.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { MarchPush push; };
@@ -50,25 +51,24 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
     if (!has_medium || !(t < t_end)) {
         return;
     }
-    March march = begin_march(ray, t, t_end, VOXELS_PER_EVEN_STEP);
+    March march = begin_march(ray, t, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
     float opaque_below = push.opaque_below;
-    if (march.steps == 0u) {
+    if (!march.goes_on) {
         return;
     }
     bool is_opaque;
     // Stretch by stretch, look by look at the cache, step by step.
     LOOP {
-        begin_even_steps(ray, march);
         LOOP {
             Taken taken = NOTHING_TAKEN;
             LOOP {
-                MarchStep s = make_even_step(ray, march);
+                MarchStep s = make_step(ray, march);
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, s.t);
                 is_opaque = front.transmittance <= opaque_below;
-                if (is_opaque || march.steps == 0u || is_due(taken)) {
+                if (is_opaque || !march.goes_on || is_due(taken)) {
                     break;
                 }
             }
@@ -82,7 +82,7 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
             vec3 scattered = albedo * scattered_back(light, ray);
             front.lasting += scattered;
             front.radiance += scattered + albedo * light.suns * suns_here;
-            if (is_opaque || march.steps == 0u) {
+            if (is_opaque || !march.goes_on) {
                 break;
             }
         }
@@ -90,7 +90,7 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
             break;
         }
         next_stretch(ray, march);
-        if (march.steps == 0u) {
+        if (!march.goes_on) {
             break;
         }
     }
@@ -118,31 +118,12 @@ vec3 mean_light_on(vec3 g, vec3 geometric) {
     return escaping_radiance(geometric, ALONE);
 }
 
-// The share of a sun's light that reaches a surface.
-float sun_reaching(vec3 g, Crossing crossing, vec3 towards_sun) {
-    Ray ray = make_ray(g, towards_sun);
-    vec2 span = clip_ray(ray, 0.0);
-    float share = 1.0;
-    if (full_light) {
-        share = surface_transmittance(ray, span.x, span.y, crossing.surface, crossing.inside);
-    }
-    return share > 0.0 ? share * marched_transmittance(ray, span.x, span.y, push.opaque_below) : 0.0;
-}
-
 vec3 shade(Ray ray, Crossing crossing) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
     vec3 g = ray.origin + crossing.t * ray.step;
-    vec3 radiance = material.surface.color * mean_light_on(g, hit.geometric);
-    for (uint s = 0u; s < sun_count; ++s) {
-        Sun sun = sun_at(s);
-        vec3 l = -sun.direction;
-        float cosine = dot(hit.geometric, l) > 0.0 ? dot(hit.shading, l) : 0.0;
-        if (cosine > 0.0) {
-            vec3 f = brdf_value(material, hit.shading, -ray.direction, l);
-            radiance += f * cosine * sun_reaching(g, crossing, l) * sun.irradiance;
-        }
-    }
+    vec3 radiance = material.surface.color * mean_light_on(g, hit.geometric)
+                  + sunlight_reflected(ray, crossing, hit, material, push.opaque_below);
     return radiance;
 }
 

@@ -34,6 +34,11 @@ void escape(inout Path path) {
     path.sum.rgb += path.throughput * escaping_radiance(path.direction, path.pdf);
 }
 
+// A surface's suns are in the march.
+bool knows_suns(Path path) {
+    return path.bounces == 1u && path.surface >= 0;
+}
+
 // Paths for a tail: fewer where it weighs little.
 uint paths_of(Tail tail) {
     return uint(ceil(tail.weight * float(push.paths)));

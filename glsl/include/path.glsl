@@ -12,6 +12,8 @@ void cover(inout Path path, float share);
 void escape(inout Path path);
 // At a collision: takes all that it will bring and ends the path there, if that can be known.
 bool collect(inout Path path, inout Random random);
+// Whether what the suns bring to where the path scatters now has been found without it.
+bool knows_suns(Path path);
 
 Random random_of(Path path) {
     return Random(path.pixel, path.sample_index, path.dimension);
@@ -187,7 +189,8 @@ void deflect(inout Path path, inout Random random) {
         LightSample light = sample_light(words_for_light(path, random));
         Response response = response_of(s, light.direction);
         float weight = light_weight(light, response.density);
-        vec3 radiance = path.throughput * response.value * weight * light.radiance;
+        bool is_known = light.density == ALONE && knows_suns(path);
+        vec3 radiance = is_known ? vec3(0.0) : path.throughput * response.value * weight * light.radiance;
         aim_shadow_ray(path, light.direction, worth_a_ray(radiance, random), known);
     }
     vec3 direction = sample_direction(path, s, numbers_for_direction(path, random).xyz);
