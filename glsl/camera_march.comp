@@ -6,9 +6,10 @@
 // interpolation misses at one, and at four the suns, whose part is made exact: by a shadow ray against what was
 // taken of them there. (A single one would be most of a sample's noise.)
 //
-// Where the cache does not know the light, the march leaves it to paths (tail_tracking.comp): on surfaces, and where
-// surfaces stop light, in cubes that one of them cuts. Of all such places on a ray one is picked, in proportion to what
-// its light weighs in the pixel, and stands for the others.
+// On surfaces, what the suns bring is marched to as well (sunlit.glsl). The rest of the light there is not known to the
+// cache, nor, where surfaces stop light, that in cubes which one of them cuts: the march leaves it to paths
+// (tail_tracking.comp). Of all such places on a ray one is picked, in proportion to what its light weighs in the pixel,
+// and stands for the others.
 
 #version 460
 #include "scene.glsl"

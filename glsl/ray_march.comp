@@ -1,6 +1,6 @@
 // The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre, marched front
-// to back. Surfaces are exact hits. What a sun brings to them is marched as well, so that shadows are sharp at any
-// scale of the cache; the mean of all other light that the cache holds there stands for what arrives over the normal.
+// to back. Surfaces are exact hits. What a sun brings to them is marched as well (sunlit.glsl); the mean of all other
+// light that the cache holds there stands for what arrives over the normal.
 // Where it holds nothing, far from the medium, that is the sky's.
 
 #version 460

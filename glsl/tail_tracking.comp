@@ -1,5 +1,6 @@
-// What a march of the picture at rest (camera_march.comp) leaves to paths: the light of surfaces, and of the medium
-// close to surfaces that stop light. A path begins there, and ends where it may read the cache.
+// What a march of the picture at rest (camera_march.comp) leaves to paths: the light of surfaces but for the suns' own,
+// and the light of the medium close to surfaces that stop light. A path begins there, and ends where it may read the
+// cache.
 
 #version 460
 #include "scene.glsl"
@@ -34,7 +35,7 @@ void escape(inout Path path) {
     path.sum.rgb += path.throughput * escaping_radiance(path.direction, path.pdf);
 }
 
-// A surface's suns are in the march.
+// The march has found what the suns bring to a surface.
 bool knows_suns(Path path) {
     return path.bounces == 1u && path.surface >= 0;
 }
