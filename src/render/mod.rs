@@ -62,6 +62,7 @@ mod focus;
 mod gpu_scene;
 mod host_bricks;
 mod iso_depth;
+mod light_memory;
 mod majorants;
 mod occupancy;
 mod pace;

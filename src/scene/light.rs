@@ -1,4 +1,4 @@
-//! Lights: directional ones, and the environment that surrounds the box.
+//! The lights of a scene: directional ones, and the environment that surrounds the box.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,6 +8,13 @@ use image::ColorType;
 use crate::decoding::read_image;
 
 use crate::srgb;
+
+/// All lights of a scene. By default there are none, and it is dark.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Lights {
+    pub suns: Vec<DirectionalLight>,
+    pub environment: Environment,
+}
 
 /// Parallel light; not seen directly.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -45,7 +45,7 @@ impl Identity {
         for (key, value) in deciding_keys(text)? {
             fingerprint.add(format!("{key} = {value}\n").as_bytes());
         }
-        if let Some(sky) = &scene.environment.image {
+        if let Some(sky) = &scene.lights.environment.image {
             fingerprint.add(bytemuck::cast_slice(&sky.size()));
             fingerprint.add(bytemuck::cast_slice(&sky.texels));
         }

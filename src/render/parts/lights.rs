@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::environment_table::{self, EnvironmentTable};
 use crate::render::features::Features;
 use crate::render::shared::{SceneConstants, Sun};
-use crate::scene::{DirectionalLight, EnvironmentImage, Scene};
+use crate::scene::{self, DirectionalLight, EnvironmentImage};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lights {
@@ -48,14 +48,14 @@ impl Sky {
 
 impl Lights {
     /// `before` is the sky of an earlier state of the scene; it is used again if the image is the same.
-    pub fn new(scene: &Scene, before: Option<&Arc<Sky>>) -> Lights {
-        let sky = scene.environment.image.as_ref().map(|image| {
+    pub fn new(lights: &scene::Lights, before: Option<&Arc<Sky>>) -> Lights {
+        let sky = lights.environment.image.as_ref().map(|image| {
             let known = before.filter(|sky| sky.image == *image);
             known.cloned().unwrap_or_else(|| Arc::new(Sky::new(image)))
         });
         Lights {
-            suns: suns(&scene.suns),
-            environment: scene.environment.radiance.map(|c| c as f32),
+            suns: suns(&lights.suns),
+            environment: lights.environment.radiance.map(|c| c as f32),
             sky,
         }
     }

@@ -28,7 +28,7 @@ pub fn describe(file: &SceneFile, volume: &Volume, scene: &Scene) -> String {
         describe_medium(&mut page, medium);
     }
     describe_surfaces(&mut page, scene);
-    describe_lights(&mut page, file, scene);
+    describe_lights(&mut page, file, &scene.lights);
     describe_clips(&mut page, &scene.clips);
     describe_camera(&mut page, &scene.camera);
     describe_render(&mut page, &scene.render);

@@ -1,0 +1,51 @@
+//! The GPU memory that a scene's lights take.
+
+use std::sync::Arc;
+
+use super::parts::Lights;
+use super::shared::EnvironmentCell;
+use crate::error::Result;
+use crate::gpu::{Binding, Buffer, Format, Image, ImageDesc, Memory};
+
+pub struct LightMemory {
+    suns: Buffer,
+    /// The sampling table of the sky's image.
+    sky: Buffer,
+    /// The sky's image, or a single texel that is black where the scene has none.
+    pub environment: Image,
+}
+
+impl LightMemory {
+    pub fn allocate(memory: &Arc<Memory>, lights: &Lights) -> Result<LightMemory> {
+        let sky = lights.sky.as_deref();
+        let table: &[EnvironmentCell] = sky.map_or(&[], |sky| &sky.table.sky);
+        let [width, height] = sky.map_or([1, 1], |sky| sky.image.size());
+        let environment = ImageDesc {
+            name: "environment image",
+            extent: [width, height, 1],
+            volumetric: false,
+            written: false,
+            zeroed: true,
+            format: Format::R32G32B32A32_SFLOAT,
+        };
+        Ok(LightMemory {
+            suns: Buffer::with_data(memory, "suns", &lights.suns)?,
+            sky: Buffer::with_data(memory, "environment table", table)?,
+            environment: Image::new(memory, environment)?,
+        })
+    }
+
+    /// Writes edited lights that have the same sky image.
+    pub fn write(&mut self, lights: &Lights) -> Result<()> {
+        self.suns.rewrite(&lights.suns)
+    }
+
+    /// The resources that everybody takes who includes `light.glsl`.
+    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 3] {
+        [
+            ("suns", Binding::Buffer(&self.suns)),
+            ("sky", Binding::Buffer(&self.sky)),
+            ("environment", Binding::Image(&self.environment)),
+        ]
+    }
+}
