@@ -1,5 +1,5 @@
 //! The recording scope: what is recorded in one [`Frame::run`] is one submission; what can be
-//! recorded is in `commands.rs`.
+//! recorded is in `dispatch.rs` and `transfer.rs`.
 //!
 //! Recording a command gives it its barrier, its label and its timestamps. Barriers are global and sit
 //! in front of every command, because images stay in one layout and passes run one after another.

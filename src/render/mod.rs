@@ -51,6 +51,7 @@ mod cache_state;
 mod caching;
 mod camera_march;
 mod cell_tracking;
+mod codes;
 mod copy;
 mod cut_cells;
 mod delta_tracking;

@@ -1,5 +1,5 @@
-//! What the CPU and the shaders share: the only definition of each struct and switch. The GLSL text
-//! is made from it and stands behind `#include "shared.glsl"`.
+//! What the CPU and the shaders share: the only definition of each struct. The GLSL text is made from it, from the named
+//! integers in `codes.rs` and from the switches in `features.rs`, and stands behind `#include "shared.glsl"`.
 //!
 //! *Grid space*: g = p / spacing + ½ with p from the box's low corner, so that voxel i's centre is at
 //! g = i + 1, the box is [½, n + ½], and the trilinear cell floor(g) has the voxels floor(g) − 1 and
@@ -8,11 +8,13 @@
 
 #![allow(non_camel_case_types)]
 
+use super::codes;
 use super::features::Features;
 use crate::gpu::Specialization;
 use crate::gpu::types::*;
 use crate::shared;
 
+pub use super::codes::*;
 /// Trilinear cells along an axis of a macrocell.
 pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
@@ -353,47 +355,12 @@ shared! {
     }
 }
 
-/// Named integers, in GLSL as `const uint NAME`.
-macro_rules! codes {
-    ($(pub const $name:ident: u32 = $value:expr;)*) => {
-        $(pub const $name: u32 = $value;)*
-        const CODES: &[(&str, u32)] = &[$((stringify!($name), $name),)*];
-    };
-}
-
-codes! {
-    pub const SHADING_LAMBERT: u32 = 0;
-    pub const SHADING_PHONG: u32 = 1;
-    pub const SHADING_DISNEY: u32 = 2;
-    // The slot has no path.
-    pub const STAGE_IDLE: u32 = 0;
-    // The path is on its way to a collision, a surface or the sky.
-    pub const STAGE_FLIGHT: u32 = 1;
-    // The path's shadow ray is on its way to a light.
-    pub const STAGE_SHADOW: u32 = 2;
-    // A flight has ended: the collision, surface or sky at its end is handled next.
-    pub const STAGE_ARRIVAL: u32 = 3;
-    // The page table's entry of a brick without memory. Its bits for a place are those of the first place.
-    pub const NO_PLACE: u32 = 0x8000_0000;
-    // The page of a brick of the volume that is on the GPU, and of one that has been read there lately.
-    pub const PAGE_RESIDENT: u32 = 0x8000_0000;
-    pub const PAGE_READ: u32 = 0x4000_0000;
-    // The first paths of a node, which end where they can gather cached light (gathering.glsl).
-    pub const GATHERED: u32 = 32;
-    // Positions at which the device's filter is probed.
-    pub const PROBE_POSITIONS: u32 = 4096;
-}
-
 /// The text of `shared.glsl`.
 pub fn glsl() -> String {
-    let codes: String = CODES
-        .iter()
-        .map(|(name, value)| format!("const uint {name} = {value}u;\n"))
-        .collect();
     [
         format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
         format!("const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"),
-        codes,
+        codes::glsl(),
         Features::glsl(),
         STRUCTS.concat(),
     ]
