@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Projection, View};
 pub use file::{Edit, SceneFile, describe, resolve};
-pub use light::{DirectionalLight, Environment, EnvironmentImage, Lights};
+pub use light::*;
 pub use medium::{Medium, TransferPoint};
 pub use open::{Opened, is_scene, open};
 pub use surface::{Disney, Isosurface, LightModel, Normals, Shading, Surfaces};
