@@ -116,7 +116,7 @@ fn length(path: &Path) -> Result<u64, String> {
 mod tests {
     use super::*;
 
-    /// A picture of one colour takes least room.
+    /// A picture of one colour takes the least room.
     fn black(format: ImageFormat) -> Vec<u8> {
         let mut bytes = std::io::Cursor::new(Vec::new());
         let image = match format {

@@ -25,7 +25,7 @@ struct SeriesInfo<'a> {
 
 #[derive(Serialize)]
 struct VolumeInfo {
-    /// Only of a format that may hold several.
+    /// Only present for a format that may hold several volumes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     series: Vec<Series>,
     /// What else the file says.

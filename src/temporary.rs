@@ -1,8 +1,9 @@
 //! Files under temporary names, which become outputs or stores by a rename once they are whole.
 //!
-//! Whoever drops one removes it. A process that ends without dropping anything calls [`remove_all`] first. What a process
-//! leaves that is killed is removed by a later one: a file is locked as long as somebody writes it, so that one without a
-//! lock is abandoned. Not every file system has locks; where there are none, nobody takes a file for abandoned.
+//! Dropping one removes it. A process that ends without dropping anything calls [`remove_all`] first. What a process
+//! leaves that is killed is removed by a later one: a file is locked as long as somebody writes it, so that one
+//! without a lock is abandoned. Not every file system has locks; where there are none, nobody takes a file for
+//! abandoned.
 
 use std::fs::{self, File};
 use std::io;

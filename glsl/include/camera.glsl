@@ -1,4 +1,5 @@
-// Of each patch, side by side: the complement of the nearest distance, and the farthest (patches.comp).
+// Two texels for each patch, side by side: the complement of the nearest distance, and the farthest distance
+// (patches.comp).
 LOADED_AS(r32ui) uniform utexels2D patches;
 
 // Nearest and farthest distance of what a ray through the picture at p can meet; `far` is 0 if there is nothing.

@@ -11,7 +11,7 @@ use super::image::LinearImage;
 use super::line;
 use crate::error::Result;
 
-/// In dB, as PSNR; infinite (null in JSON) where nothing could be measured.
+/// Similarity without noise, in dB like PSNR; infinite (null in JSON) where no difference could be measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WithoutNoise {
     /// PSNR of the expected pictures, in dB.

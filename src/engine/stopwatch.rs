@@ -25,7 +25,7 @@ impl Stopwatch {
         Stopwatch::started_after(Duration::ZERO)
     }
 
-    /// So much time has been counted elsewhere.
+    /// A stopwatch that starts with time which was counted elsewhere.
     pub fn started_after(before: Duration) -> Stopwatch {
         let mut watch = Stopwatch::paused();
         watch.before = before;

@@ -16,10 +16,10 @@ pub const SLICE_MS: f64 = 50.0;
 /// How far a pass that runs in slices has come.
 #[derive(Debug, Clone, Copy)]
 pub struct Slices {
-    /// How long one should take.
+    /// How long a slice should take.
     target_ms: f64,
     begin: u32,
-    /// Workgroups along the axis in the next one.
+    /// Workgroups along the axis in the next slice.
     count: u32,
 }
 
@@ -32,7 +32,8 @@ impl Slices {
         }
     }
 
-    /// Begins again with the first, as long as the next would have been, or as `target_ms` is against that.
+    /// Starts over with the first slice. It is as long as the next one would have been, scaled to the new
+    /// `target_ms`.
     pub fn restart(&mut self, target_ms: f64) {
         self.count = (self.count as f64 * target_ms / self.target_ms).ceil() as u32;
         self.target_ms = target_ms;
@@ -153,7 +154,7 @@ impl Frame {
             }
             let [x, y, z] = count;
             match begin {
-                // Synchronization validation (1.3.239) does not see the other one.
+                // Synchronization validation (1.3.239) does not see `cmd_dispatch_base`.
                 [0, 0, 0] => raw.cmd_dispatch(self.commands, x, y, z),
                 [i, j, k] => raw.cmd_dispatch_base(self.commands, i, j, k, x, y, z),
             }

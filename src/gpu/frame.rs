@@ -124,7 +124,7 @@ impl Frame {
         Ok(())
     }
 
-    /// All of the submission goes to the one pass that is no copy.
+    /// Attributes the time of the whole submission to its only pass that is not a copy.
     fn time_by_host(&mut self, submitted_us: f64) {
         let main = self
             .recorded

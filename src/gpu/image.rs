@@ -20,7 +20,7 @@ pub struct ImageDesc {
     /// Texels; a depth of 1 still makes a 3D image if `volumetric`.
     pub extent: [u32; 3],
     pub volumetric: bool,
-    /// By shaders, as a storage image.
+    /// Whether shaders write it, as a storage image.
     pub written: bool,
     /// Its texels are zero when it is first used. Otherwise they are undefined, and whoever uses it first writes
     /// all of them.

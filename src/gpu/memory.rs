@@ -30,7 +30,7 @@ pub struct ResourceBytes {
 
 pub struct Memory {
     pub(super) device: Arc<Device>,
-    /// The device's own, or those of one that a plan is made for.
+    /// The limits of the device, or of the one that a plan is made for.
     pub limits: DeviceSummary,
     pub budget: u64,
     ledger: Mutex<Ledger>,
@@ -56,7 +56,7 @@ impl Ledger {
     }
 }
 
-/// What a resource holds of the gate; gives it back when dropped.
+/// A resource's share of the memory behind the gate, which is given back when this is dropped.
 pub(super) struct Holding {
     memory: Arc<Memory>,
     entry: ResourceBytes,

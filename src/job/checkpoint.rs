@@ -26,7 +26,7 @@ pub struct Keeper<'a> {
     subject: Subject<'a>,
     found: Found,
     pub origin: Origin,
-    /// Of the scene as it was opened: an orbit's pictures have other cameras.
+    /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
     filling: Filling,
     runs: Vec<RunOf>,
@@ -45,11 +45,12 @@ enum Filling {
 }
 
 impl<'a> Keeper<'a> {
-    /// Takes up what there is, and brings the cache to where it was. `volume` is the volume's fingerprint.
+    /// Takes up the checkpoint, if there is one, and brings the cache to its state. `volume` is the volume's
+    /// fingerprint.
     ///
     /// # Errors
     ///
-    /// What there is belongs to something else, or is damaged.
+    /// The checkpoint belongs to something else, or is damaged.
     pub fn begin(
         path: &'a Path,
         subject: Subject<'a>,
@@ -117,7 +118,7 @@ impl<'a> Keeper<'a> {
         number.saturating_sub(1) as usize
     }
 
-    /// What has been spent on it.
+    /// The time that has been spent on that picture.
     pub fn seconds(&self) -> Duration {
         let seconds = self.found.state().map_or(0.0, |state| state.seconds);
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
@@ -132,7 +133,7 @@ impl<'a> Keeper<'a> {
         self.found.restore_picture(engine)
     }
 
-    /// The filling of the cache has ended: it is enough, or not.
+    /// To be called when the filling of the cache has ended, with whether it is enough.
     pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
         self.filling = match is_enough {
             true => Filling::Done,
@@ -163,7 +164,7 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// Writes where the render is. Nothing, where that is nothing to go on with.
+    /// Writes the state of the render, unless there is nothing to continue from.
     pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         match self.filling {
             Filling::Interrupted => return Ok(()),

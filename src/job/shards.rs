@@ -46,7 +46,7 @@ fn fill(engine: &mut Engine) -> Result<Option<String>> {
     Ok(Some(fingerprint.text()))
 }
 
-/// Fails for the variant that has no samples by number.
+/// Fails for the variant whose samples have no numbers.
 pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
     match variant {
         Variant::Published => Err(Error::input(

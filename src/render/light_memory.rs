@@ -49,7 +49,7 @@ impl LightMemory {
             .collect()
     }
 
-    /// The resources that everybody takes who includes `light.glsl`.
+    /// The resources of every shader that includes `light.glsl`.
     pub fn bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
         let lists = self
             .lists

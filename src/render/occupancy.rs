@@ -14,7 +14,7 @@ use crate::scene::volume::Volume;
 pub struct Occupancy {
     /// Macrocells along each axis.
     pub macrocells: [u32; 3],
-    /// x fastest.
+    /// Whether each macrocell is occupied, x fastest.
     pub occupied: Vec<bool>,
 }
 

@@ -3,8 +3,8 @@
 //! a voxel, with a path under way in each; `published_transport.comp` and `published_march.comp` say
 //! what it estimates instead of our transport model.
 //!
-//! Its unit of work is a round: a few steps of every cell's path. A sample is a path that has ended in
-//! every cell, on average. How noisy its picture is, it does not know.
+//! Its unit of work is a round: a few steps of every cell's path. A sample is a path that has ended in every cell, on
+//! average. It does not know how noisy its picture is.
 
 use bytemuck::Zeroable;
 

@@ -35,7 +35,7 @@ pub struct Resources {
     pub size: [u32; 2],
     /// All voxels, or as many bricks of them as there is room for.
     pub volume: Image,
-    /// What goes with bricks, if the volume is cut into such.
+    /// The page table and other state of the bricks, if the volume is cut into bricks.
     pub bricks: Option<VolumeBricks>,
     /// For each macrocell, the smallest and the largest stored value.
     pub ranges: Image,
@@ -160,7 +160,7 @@ impl Resources {
         }
     }
 
-    /// The resources that everybody takes who includes `volume.glsl`.
+    /// The resources of every shader that includes `volume.glsl`.
     pub fn volume_bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
         let volume = match self.filtered {
             true => Binding::Filtered(&self.volume),
@@ -186,7 +186,7 @@ impl Resources {
         .concat()
     }
 
-    /// The resources that surfaces take besides.
+    /// The resources that surfaces need in addition.
     pub fn surface_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
         [
             ("ranges", Binding::Image(&self.ranges)),

@@ -27,11 +27,11 @@ pub const MOST_SURFACES: usize = 32;
 shared! {
     all STRUCTS:
 
-    /// The numbers of a scene that it has one of.
+    /// The constants of a scene.
     pub struct SceneConstants {
-        /// Voxels.
+        /// Voxels along each axis.
         pub dims: uvec3,
-        /// Macrocells.
+        /// Macrocells along each axis.
         pub macrocells: uvec3,
         /// Blocks with a majorant each.
         pub majorant_cells: uvec3,
@@ -61,7 +61,7 @@ shared! {
         /// Not 0: rays go through the middle of each pixel.
         pub through_centres: uint,
         pub eye: vec3,
-        /// Unit, into the picture.
+        /// Unit direction into the picture.
         pub forward: vec3,
         /// From the picture's centre to its right edge, at distance 1 (perspective) or in world
         /// units (orthographic).
@@ -91,7 +91,7 @@ shared! {
         pub cache_stride: uint,
         /// Bricks of the volume along each axis, if it is cut into such.
         pub volume_bricks: uvec3,
-        /// Log2 of the voxels along a side of one.
+        /// Log2 of the voxels along a side of such a brick.
         pub brick_shift: uint,
         /// Radiance that the cache's images hold as 1: as much as all lights together shine, channel by
         /// channel.
@@ -105,11 +105,11 @@ shared! {
         pub color: vec3,
         /// `SHADING_*`.
         pub shading: uint,
-        /// Phong and Disney.
+        /// Used by Phong and Disney.
         pub specular: float,
-        /// Phong.
+        /// Used by Phong.
         pub shininess: float,
-        /// Disney from here on.
+        /// This and all that follow are used by Disney.
         pub metallic: float,
         pub roughness: float,
         pub specular_tint: float,
@@ -158,9 +158,9 @@ shared! {
         pub bounces: uint,
         /// Collisions so far.
         pub collisions: uint,
-        /// Grid space.
+        /// Position in grid space.
         pub origin: vec3,
-        /// World space, unit.
+        /// Unit direction in world space.
         pub direction: vec3,
         pub t: float,
         pub t_end: float,
@@ -191,13 +191,13 @@ shared! {
     /// What a march through a pixel leaves to paths: light from a surface or, where nodes may lie behind one, from the
     /// medium.
     pub struct Tail {
-        /// Along the march's ray.
+        /// Distance along the march's ray.
         pub t: float,
-        /// Of that light in the pixel; 0 if nothing is left.
+        /// Weight of that light in the pixel; 0 if nothing is left.
         pub weight: float,
         /// A surface's index, or a collision (−2).
         pub surface: int,
-        /// As in `Path`.
+        /// The sides of surfaces, as in `Path`.
         pub inside: uint,
     }
 
@@ -333,7 +333,7 @@ shared! {
     }
 
     pub struct PeakPush {
-        /// What a thread does so many times.
+        /// How many times a thread repeats its work.
         pub steps: uint,
     }
 
@@ -342,7 +342,7 @@ shared! {
         pub source: uvec2,
         /// Pixels to show it in.
         pub size: uvec2,
-        /// Factor.
+        /// Factor by which radiance is multiplied.
         pub exposure: float,
         /// 0: clip; 1: the filmic curve.
         pub filmic: uint,

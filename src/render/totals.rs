@@ -7,7 +7,7 @@ pub struct Totals {
     pub first_sample: u32,
     /// Samples in every pixel.
     pub samples: u32,
-    /// Units that the spread between samples is known from; `published` has a single one, which grows.
+    /// Units whose spread gives the standard error; `published` has a single one, which grows.
     pub units: u32,
     pub paths: u64,
     /// Reads of the volume by tracking.

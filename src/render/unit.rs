@@ -11,7 +11,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// One sample, which nobody keeps.
+    /// One sample that is thrown away.
     pub const TRIAL: Unit = Unit {
         samples: 1,
         first_sample: 0,

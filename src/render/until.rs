@@ -1,4 +1,4 @@
-//! Until when work that takes many dispatches goes on.
+//! How long work that takes many dispatches goes on.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

@@ -21,7 +21,7 @@ pub struct Lights {
 pub struct DirectionalLight {
     /// The direction in which the light travels; unit length.
     pub direction: [f64; 3],
-    /// On a plane facing the light, per channel, ≥ 0.
+    /// Irradiance of a plane that faces the light, per channel, ≥ 0.
     pub irradiance: [f64; 3],
 }
 

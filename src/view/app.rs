@@ -18,7 +18,7 @@ use crate::cli::ViewArgs;
 use crate::error::{DeviceError, Error, Result};
 use crate::output::Outputs;
 
-/// Figures are brought up to date so often while work goes on.
+/// How often figures are updated while work goes on.
 const FIGURES: Duration = Duration::from_millis(250);
 
 pub struct App<'a> {
@@ -62,8 +62,8 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Everything from what arrived to what is shown. Work on the GPU is in slices, so that none of it
-    /// takes long.
+    /// Does everything from what has arrived to what is shown. Work on the GPU is in slices, so that none of it takes
+    /// long.
     pub(super) fn frame(&mut self) -> Result<()> {
         self.take_opened()?;
         self.take_built()?;
@@ -98,7 +98,8 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// Panels, mouse and keys: they change the scene, and wish for the rest.
+    /// Runs panels, mouse and keys. They change the scene by themselves; what else they ask for is returned as
+    /// wishes.
     fn run_interface(&mut self) -> Result<Vec<Wish>> {
         let is_waiting = self.is_waiting();
         let App {
@@ -289,13 +290,13 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// There is something to do without waiting for an event.
+    /// Whether there is something to do without waiting for an event.
     pub(super) fn is_busy(&self) -> bool {
         let live = self.session.as_ref().and_then(|s| s.live.as_ref());
         live.is_some_and(|live| !live.picture.is_finished()) || self.has_old_images()
     }
 
-    /// Figures, bars or messages on the screen change without an event.
+    /// Whether figures, bars or messages on the screen change without an event.
     fn is_waiting(&self) -> bool {
         self.is_busy()
             || self.opening.is_some()

@@ -2,7 +2,7 @@
 
 use crate::scene::Scene;
 
-/// So many steps back.
+/// The most steps that can be undone.
 const MOST: usize = 100;
 
 pub struct History {

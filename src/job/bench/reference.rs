@@ -26,7 +26,7 @@ pub struct Reference {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rays {
     Anywhere,
-    /// As those of the picture that a cache shows at once.
+    /// Through its middle, as those of the picture that a cache shows at once.
     Centres,
 }
 
@@ -59,7 +59,7 @@ impl Reference {
         })
     }
 
-    /// Without a cache, which would be biased, and with random numbers of its own.
+    /// Renders a reference without a cache, which would be biased, and with random numbers of its own.
     pub fn render(bench: &mut Bench<'_>, subject: &Subject, rays: Rays) -> Result<Reference> {
         let Bench {
             args, host, volume, ..
@@ -133,7 +133,7 @@ impl Gaussian {
         (radius * (std::f64::consts::TAU * self.uniform()).cos()) as f32
     }
 
-    /// In (0, 1].
+    /// A uniform random number in (0, 1].
     fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

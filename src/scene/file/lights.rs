@@ -60,7 +60,7 @@ impl SceneFile {
         Ok(lights)
     }
 
-    /// All that can be said without opening a file.
+    /// The lights without images, for which no file has to be opened.
     pub(super) fn lights_without_images(&self) -> Result<Lights> {
         self.refuse_foreign_keys()?;
         let suns = self.lights_of(LightKind::Directional);

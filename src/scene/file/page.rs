@@ -35,7 +35,7 @@ pub fn describe(file: &SceneFile, volume: &Volume, scene: &Scene) -> String {
     page.text
 }
 
-/// TOML in the making.
+/// TOML under construction.
 #[derive(Default)]
 pub(super) struct Page {
     pub text: String,
@@ -59,7 +59,7 @@ impl Page {
         }
     }
 
-    /// A key where the user gave it; a comment that shows it where the file itself knew.
+    /// Writes a key that the user gave, or else a comment that shows what the volume's own file says.
     pub fn line_or_comment<T: Serialize>(
         &mut self,
         key: &str,

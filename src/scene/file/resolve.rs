@@ -28,7 +28,7 @@ pub fn resolve(file: &SceneFile, volume: &Volume) -> Result<(Scene, Vec<String>)
 }
 
 impl SceneFile {
-    /// Everything that is wrong whatever the volume.
+    /// Finds everything that is wrong whatever the volume is.
     pub(super) fn check(&self) -> Result<()> {
         self.volume_overrides()?;
         self.medium(1.0)?;

@@ -50,7 +50,7 @@ pub struct Stores {
     tell: Arc<Tell>,
 }
 
-/// Is told about a copy at its begin, now and then, and at its end; its error ends the copy.
+/// Is told about a copy at its beginning, now and then, and at its end; an error of it ends the copy.
 pub type Tell = dyn Fn(&Copying) -> Result<()> + Send + Sync;
 
 /// A copy on its way.

@@ -12,7 +12,7 @@ use crate::scene::volume::parsed::Parsed;
 use super::stream::Stream;
 use super::tags::{self, Tag};
 
-/// Sequences within sequences; real files have four or five.
+/// The most levels of nested sequences; real files have four or five.
 const MOST_NESTED: u32 = 16;
 /// The longest value that is kept. The longest there is need for is a table of frames' places.
 const LONGEST: u64 = 64 << 20;
@@ -147,7 +147,7 @@ impl DataSet {
         Ok(self.decimals::<1>(tag, name)?.map(|[number]| number))
     }
 
-    /// All of a list of decimal numbers, those that are none left out.
+    /// All decimal numbers of a list; whatever is not a number is left out.
     pub fn decimal_list(&self, tag: Tag) -> Vec<f64> {
         let parts = self.texts(tag).into_iter();
         parts.filter_map(|part| part.parse().ok()).collect()

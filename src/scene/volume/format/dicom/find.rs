@@ -12,9 +12,9 @@ use super::file::{self, Fault};
 use super::image::{Content, Image, understand};
 use super::other::Other;
 
-/// Folders within folders.
+/// The most levels of nested folders.
 const MOST_NESTED: u32 = 32;
-/// Names in one message.
+/// The most names in one message.
 const MOST_NAMED: usize = 3;
 
 /// What was found.

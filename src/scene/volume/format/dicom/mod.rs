@@ -48,7 +48,7 @@ use stack::Stack;
 use thumbnail::thumbnail;
 use values::Values;
 
-/// Other volumes in one message.
+/// The most other volumes that one message names.
 const MOST_NAMED: usize = 8;
 
 /// Whether a file begins as DICOM does, whatever its name is, or cannot be read at all, which is then said.

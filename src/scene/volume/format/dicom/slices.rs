@@ -9,7 +9,7 @@ pub const EXACT: f64 = 0.01;
 const ROUNDING: f64 = 1e-6;
 /// Slices are missing where distances are multiples of the usual one to this part of it.
 const MULTIPLE: f64 = 0.1;
-/// Places in one message.
+/// The most places that one message names.
 const MOST_NAMED: usize = 6;
 /// Interpolated slices for each real one; more would be inventing a volume.
 pub const MOST_INVENTED: f64 = 10.0;

@@ -66,8 +66,8 @@ impl Slices {
         Ok(slices)
     }
 
-    /// Nobody shall allocate for more pixels than run-length packing could hold before it is known that they
-    /// are there.
+    /// Unpacks what claims more pixels than run-length packing could hold, so that nobody allocates for them before
+    /// it is known that they are there.
     fn try_unlikely(&self) -> Parsed<()> {
         let is_unlikely = |at: &&At| {
             let image = &self.images[at.image];
