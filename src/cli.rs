@@ -279,7 +279,7 @@ fn stem(input: &Path) -> String {
 
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// Where to write.
+    /// The file to write.
     #[arg(value_name = "OUT.exr", value_parser = exr)]
     pub output: PathBuf,
 

@@ -12,7 +12,7 @@ use crate::scene::volume::{Series, Storage, Volume, VolumeOverrides};
 /// Bars of the histogram.
 const BINS: usize = 16;
 
-/// What was found out, and why that is not all.
+/// What was found out about a volume, and the error if that is not all.
 pub struct Description {
     pub text: String,
     pub fault: Option<Error>,

@@ -11,7 +11,7 @@ vec2 reach_at(vec2 p) {
     return far == 0u ? vec2(0.0) : vec2(uintBitsToFloat(~near), uintBitsToFloat(far));
 }
 
-// Where a sample's ray goes through its pixel, by two numbers in [0, 1).
+// The point of its pixel that a sample's ray goes through, from two numbers in [0, 1).
 vec2 place_in_pixel(vec2 u) {
     return scene.through_centres != 0u ? vec2(0.5) : u;
 }

@@ -23,7 +23,7 @@ uvec4 random_words(inout Random random) {
     return v;
 }
 
-// In [0, 1): 24 bits, so that 1 is never reached.
+// A number in [0, 1) of 24 bits, so that 1 is never reached.
 float unit_interval(uint word) {
     return float(word >> 8u) * exp2(-24.0);
 }

@@ -1,8 +1,8 @@
-//! What two ways of rendering a picture differ by, without the noise of either.
+//! How much two ways of rendering a picture differ, without the noise of either.
 //!
-//! Each has rendered it twice, with other random numbers: R and R′, T and T′. Errors of different runs do not
-//! know of each other, so the mean over pixels of (T − R)(T′ − R′) is, on average, the mean square of what the
-//! expected pictures differ by; and so is that of (T − R′)(T′ − R). Both are taken, of display values.
+//! Each has rendered it twice, with other random numbers: R and R′, T and T′. Errors of different runs are
+//! independent, so the mean over pixels of (T − R)(T′ − R′) is, on average, the mean square of what the expected
+//! pictures differ by; and so is that of (T − R′)(T′ − R). Both are taken, of display values.
 
 use serde::Serialize;
 

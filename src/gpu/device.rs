@@ -215,7 +215,7 @@ impl Device {
         }
     }
 
-    /// What the validation layers said so far.
+    /// The messages of the validation layers so far.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.messages()
     }

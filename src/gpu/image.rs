@@ -34,7 +34,7 @@ pub struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     pub desc: ImageDesc,
-    /// No command has used it yet. Shared with the frame that begins it, which takes that back if its
+    /// No command has used it yet. The mark is shared with the frame that begins it, which takes that back if its
     /// submission fails.
     is_new: Arc<AtomicBool>,
     // Last: the memory goes after the image.

@@ -99,7 +99,7 @@ impl Instance {
         self.messenger.is_some()
     }
 
-    /// What the validation layers said so far.
+    /// The messages of the validation layers so far.
     pub fn messages(&self) -> Vec<String> {
         let messages = self.messages.lock();
         let messages = messages.unwrap_or_else(|broken| broken.into_inner());

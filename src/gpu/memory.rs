@@ -42,7 +42,7 @@ pub struct Memory {
 struct Ledger {
     used: u64,
     peak: u64,
-    /// What was alive at the peak.
+    /// The resources that were alive at the peak.
     at_peak: Vec<ResourceBytes>,
     /// Bytes in use from each moment on.
     history: Vec<(Instant, u64)>,
@@ -122,7 +122,7 @@ impl Memory {
         self.ledger().peak
     }
 
-    /// What was alive at the peak, in order of allocation.
+    /// The resources that were alive at the peak, in order of allocation.
     pub fn resources(&self) -> Vec<ResourceBytes> {
         self.ledger().at_peak.clone()
     }

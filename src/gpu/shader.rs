@@ -80,7 +80,8 @@ impl Shaders {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner) += time;
     }
 
-    /// What compiling has taken so far, the driver's share included; of two threads at once, both count.
+    /// The time that compiling has taken so far, the driver's share included. Where two threads compile at once, both
+    /// count.
     pub fn time_spent(&self) -> Duration {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -145,8 +145,8 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// To be called whenever there is something to go on with: writes, if it is time. A disk that is full now may have
-    /// room the next time.
+    /// To be called whenever there is something to continue from: writes the checkpoint, if it is time. A disk that
+    /// is full now may have room the next time.
     pub fn step(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         let is_asked = interrupt::takes_request();
         let is_last = self.filling == Filling::UnderWay && interrupt::is_interrupted();

@@ -8,7 +8,7 @@ use crate::output::stats::{PartStats, StageStats};
 use crate::output::trace::Trace;
 use crate::render::Peak;
 
-/// What the CPU did one after another.
+/// The stages of the CPU's work, one after another.
 pub struct Clock {
     pub began: Instant,
     stages: Vec<Stage>,

@@ -1,4 +1,4 @@
-//! What a render adds to its EXRs where they are shards.
+//! What a render adds to its EXRs if they are shards.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! What a render says of itself at its end: the files of `--stats` and `--profile`, and the last line.
+//! What a render reports at its end: the files of `--stats` and `--profile`, and the last line.
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -98,7 +98,7 @@ impl GpuScene {
         other
     }
 
-    /// Where the cache needs memory.
+    /// The macrocells in which the cache needs memory.
     pub fn occupancy(&self, volume: &Volume) -> Occupancy {
         Occupancy::new(&self.parts, volume)
     }

@@ -48,7 +48,7 @@ pub struct PeakRates {
     /// Samples and reads a second of a volume that does not fit the caches.
     pub samples: f64,
     pub reads: f64,
-    /// From the submission of a dispatch that does next to nothing to its end, as the host sees it, in seconds.
+    /// Seconds from the submission of a dispatch that does almost nothing to its end, as the host sees it.
     pub dispatch_s: f64,
     /// A long dispatch by the device's timestamps and by the host's clock, in seconds.
     pub longest_by_timestamps_s: f64,

@@ -35,7 +35,7 @@ pub struct Choice {
     pub plan: Plan,
     /// Why, as the end of a sentence: "caching, because …".
     pub reason: String,
-    /// What the next better one would need.
+    /// What the next better variant would need.
     pub next_better: String,
 }
 

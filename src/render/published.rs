@@ -25,7 +25,7 @@ const STEPS: u32 = 8;
 /// rounds has had the iterations that it would have had then, up to a limit for pictures at rest.
 const DEPTH_ITERATIONS_PER_ROUND: u32 = 100;
 const MOST_DEPTH_ITERATIONS: u32 = 1000;
-/// In place of a majorant of zero: a flight then leaves any volume, and no number overflows.
+/// Stands for a majorant of zero: a flight then leaves any volume, and no number overflows.
 const LEAST_MAJORANT: f32 = 1e-30;
 
 pub struct Published {

@@ -81,7 +81,7 @@ shared! {
         pub suns_grey: float,
         /// Nodes of the cache along each axis.
         pub cache_nodes: uvec3,
-        /// From node to node, grid units.
+        /// Distance from node to node, in grid units.
         pub cache_step: vec3,
         /// Bricks of nodes.
         pub cache_bricks: uvec3,

@@ -1,4 +1,4 @@
-//! What a picture has had so far.
+//! Counts of the work that a picture has had so far.
 
 /// Counts since the picture began.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

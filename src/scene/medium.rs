@@ -3,7 +3,7 @@
 /// One point of the piecewise-linear transfer function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransferPoint {
-    /// In the data's units.
+    /// The value, in the data's units.
     pub value: f64,
     /// α ∈ [0, 1]; extinction is density·α.
     pub opacity: f64,

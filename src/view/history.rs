@@ -1,4 +1,4 @@
-//! Undo and redo: whole scenes, since they are small beside their volume. The camera is not part of it.
+//! Undo and redo: whole scenes, since they are small beside their volume. Cameras are not part of the history.
 
 use crate::scene::Scene;
 

@@ -16,7 +16,7 @@ use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::render::doubling;
 use crate::scene::CacheFormat::{F16, F32};
 
-/// What the others are measured against.
+/// The setting that the others are measured against.
 const WHOLE: BenchVariant = BenchVariant::caching(1.0, F32);
 /// A cache that gets the same paths, so that it differs by rounding alone.
 const ROUNDED: BenchVariant = BenchVariant::caching(1.0, F16);

@@ -117,7 +117,7 @@ struct Plot {
     span: Span,
 }
 
-/// What the axes have to show.
+/// The ranges that the axes have to show.
 struct Span {
     x: [f64; 2],
     y: [f64; 2],

@@ -105,8 +105,8 @@ fn render_for(time: Duration, bench: &Bench<'_>, engine: &mut Engine) -> Result<
     outcome
 }
 
-/// What every metric says of a picture that differs from the reference by just as much noise as the
-/// reference has by its own account. `None` where it has none.
+/// The metrics of a picture that differs from the reference by as much noise as the reference states for itself.
+/// `None` where it has none.
 fn own_noise(reference: &LinearImage, exposure: f64) -> Result<Option<Comparison>> {
     let Some(stderr) = &reference.stderr else {
         return Ok(None);

@@ -120,10 +120,10 @@ impl Point {
 #[derive(Debug, Serialize)]
 pub struct Orbit {
     pub frames: usize,
-    /// What the ray-march takes of the device.
+    /// Milliseconds that the ray-march takes on the device.
     pub march_ms_median: f64,
     pub march_ms_p99: f64,
-    /// From the camera's change to the end of the march.
+    /// Milliseconds from the camera's change to the end of the march.
     pub frame_ms_median: f64,
     pub frame_ms_p99: f64,
     /// CPU time of all cores for one frame, in milliseconds.

@@ -234,7 +234,7 @@ impl Run<'_> {
         self.engine.change_in_place(&scene).map(drop)
     }
 
-    /// What all marches so far have taken on the GPU.
+    /// Milliseconds that all marches so far have taken on the GPU.
     fn marched_ms(&self) -> f64 {
         let total = self.engine.timings().total("ray_march");
         total.map_or(0.0, |total| total.duration_us / 1e3)

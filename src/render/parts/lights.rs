@@ -119,7 +119,7 @@ impl Lights {
         self.suns.iter().map(grey).sum()
     }
 
-    /// Whether each light has the same share in all light, but for rounding. The cache holds shares alone, so it
+    /// Whether each light has the same share in all light, apart from rounding. The cache holds shares alone, so it
     /// outlives a brightness or a colour that all lights take on alike.
     pub fn have_shares_of(&self, other: &Lights) -> bool {
         let directions =

@@ -77,7 +77,7 @@ pub struct Volume {
     pub axes: Option<Axes>,
     /// The file's own type.
     pub voxel_type: VoxelType,
-    /// How the file holds it, for people.
+    /// How the file holds it, for users to read.
     pub storage: Storage,
     /// What the user should know about the loading: one sentence each.
     pub notes: Vec<String>,

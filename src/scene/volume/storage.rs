@@ -1,4 +1,4 @@
-//! How a file holds a volume, for people: nothing is decided by it.
+//! How a file holds a volume, for users to read: nothing is decided by it.
 
 use serde::Serialize;
 

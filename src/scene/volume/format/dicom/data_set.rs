@@ -193,7 +193,7 @@ impl DataSet {
     }
 }
 
-/// What a message may quote of text that should be numbers. In a damaged file it might be a name.
+/// The part of a text that should be numbers which a message may quote: in a damaged file it might be a name.
 pub fn numeric(text: &str) -> String {
     let is_numeric = |c: &char| c.is_ascii_digit() || "+-.,eE\\ ".contains(*c);
     let shown = text.chars().take(60);
@@ -283,7 +283,7 @@ impl Walk<'_> {
             return Ok(false);
         }
         let is_kept = tags::is_kept(head.tag);
-        // What has no type and no length is written without types.
+        // A value without a type and without a length is written without types.
         let inner = match &head.vr {
             b"UN" => Syntax::IMPLICIT,
             _ => syntax,

@@ -20,7 +20,7 @@ const MOST_NAMED: usize = 3;
 /// What was found.
 #[derive(Debug, Default)]
 pub struct Found {
-    /// In the order of their paths.
+    /// Images, in the order of their paths.
     pub images: Vec<Image>,
     /// DICOM that is no part of a volume: how many of each kind.
     pub others: BTreeMap<&'static str, usize>,

@@ -5,7 +5,7 @@ use crate::scene::volume::parsed::Parsed;
 /// Parts of a slice's distance: what is nearer than that to its place is there, and two slices that are
 /// nearer than that to each other are at one place.
 pub const EXACT: f64 = 0.01;
-/// What interpolating between slices may leave out as well.
+/// A part of a slice's distance that is rounding, and needs no interpolation.
 const ROUNDING: f64 = 1e-6;
 /// Slices are missing where distances are multiples of the usual one to this part of it.
 const MULTIPLE: f64 = 0.1;

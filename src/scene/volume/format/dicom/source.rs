@@ -34,12 +34,12 @@ type Numbers = Arc<OnceLock<Parsed<Vec<u8>>>>;
 #[derive(Debug)]
 pub struct Slices {
     images: Vec<Image>,
-    /// For each image, once somebody has asked for it.
+    /// The fragments of each image, once they have been asked for.
     fragments: Vec<OnceLock<Parsed<Fragments>>>,
     stack: Stack,
     maps: Vec<Map>,
     voxel_type: VoxelType,
-    /// What stands where nothing was measured.
+    /// The number that stands where nothing was measured.
     filler: f64,
     /// The last frames, by their index in the stack; the newest at the end.
     kept: Mutex<VecDeque<(usize, Numbers)>>,

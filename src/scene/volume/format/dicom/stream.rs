@@ -15,7 +15,7 @@ const MOST: u64 = 256 << 20;
 pub struct Stream {
     reader: Box<dyn Read>,
     bytes: Vec<u8>,
-    /// What the system has said when it did not give bytes that somebody wants: nothing is known of them then.
+    /// The system's error, if it did not give bytes that were asked for: nothing is known of them then.
     pub failure: Option<String>,
 }
 

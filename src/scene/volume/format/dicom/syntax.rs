@@ -47,7 +47,7 @@ const fn refused(name: &'static str, remedy: &'static str) -> TransferSyntax {
 
 const GDCMCONV: &str = "unpack it first: `gdcmconv --raw IN OUT`";
 
-/// By what follows "1.2.840.10008.1.2" in the UID.
+/// The known syntaxes, by what follows "1.2.840.10008.1.2" in the UID.
 const KNOWN: [(&str, TransferSyntax); 21] = [
     (
         "",

@@ -73,7 +73,7 @@ fn page(path: &Path) -> Parsed<Page> {
     }
 }
 
-/// As people count: 9 comes before 10, and 009 is 9.
+/// Orders names as people count: 9 comes before 10, and 009 is 9.
 fn by_number(a: &str, b: &str) -> Ordering {
     let [mut a, mut b] = [a, b];
     loop {
