@@ -262,7 +262,8 @@ impl Frame {
     }
 }
 
-/// # Safety The caller keeps to the rules of `vkQueueSubmit2`, except for those on the queue, which is locked here.
+/// # Safety
+/// The caller keeps to the rules of `vkQueueSubmit2`, except for those on the queue, which is locked here.
 unsafe fn submit_to_queue(
     device: &Device,
     submit: &[vk::SubmitInfo2<'_>],
