@@ -15,7 +15,8 @@ use tempfile::NamedTempFile;
 /// Files under temporary names that may be there now.
 static NAMES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Removes all files that are still under temporary names. Nobody writes any more from then on: the process has to end.
+/// Removes all files that are still under temporary names. Nothing can be written from then on: the process has to
+/// end.
 #[cfg(feature = "cli")]
 pub fn remove_all() {
     let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -41,7 +42,7 @@ pub fn create(folder: &Path, prefix: &str) -> io::Result<(NamedTempFile, Listed)
     loop {
         let (file, listed) = create_without_lock(folder, prefix)?;
         let _ = file.as_file().lock();
-        // Somebody may have found it before it was locked.
+        // Another process may have found it before it was locked.
         if file.path().exists() {
             return Ok((file, listed));
         }

@@ -84,7 +84,7 @@ impl Error {
         Error::input(Place::default(), problem)
     }
 
-    /// A value that somebody wrote down.
+    /// A value that a user wrote in a file or on the command line.
     pub fn input(place: impl Into<Place>, problem: impl Into<String>) -> Error {
         Error::Input {
             place: place.into(),

@@ -22,8 +22,8 @@ pub struct ImageDesc {
     pub volumetric: bool,
     /// Whether shaders write it, as a storage image.
     pub written: bool,
-    /// Its texels are zero when it is first used. Otherwise they are undefined, and whoever uses it first writes
-    /// all of them.
+    /// Its texels are zero when it is first used. Otherwise they are undefined, and the first command that uses it
+    /// has to write all of them.
     pub zeroed: bool,
     pub format: vk::Format,
 }

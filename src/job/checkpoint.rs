@@ -39,7 +39,7 @@ pub struct Keeper<'a> {
 #[derive(Clone, Copy, PartialEq)]
 enum Filling {
     UnderWay,
-    /// Some nodes have had a batch and some not: nothing that one could go on with.
+    /// Some nodes have had a batch and some not, so that there is nothing to continue from.
     Interrupted,
     Done,
 }

@@ -225,7 +225,7 @@ impl<'a> Render<'a> {
         Ok((outputs, outcomes))
     }
 
-    /// Begins the picture with this index, or goes on with it.
+    /// Begins the picture with this index, or continues it.
     fn look_from(&mut self, index: usize) -> Result<()> {
         let Render { engine, clock, .. } = self;
         self.last = index;

@@ -1,5 +1,5 @@
 //! What a renderer has to show: the picture with its standard error, and what the pixels' centres see; and the sums
-//! behind a picture, by which another renderer goes on with it.
+//! behind a picture, with which another renderer can continue it.
 
 use super::copy;
 use super::estimator::Estimator;

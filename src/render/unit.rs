@@ -6,7 +6,7 @@ pub struct Unit {
     pub samples: u32,
     /// Index of the first of them.
     pub first_sample: u32,
-    /// Whether it begins now, or goes on.
+    /// Whether it begins now, or is continued.
     pub begins: bool,
 }
 

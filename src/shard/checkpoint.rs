@@ -75,7 +75,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// Looks for a checkpoint; with `restart`, removes it. Nobody else may work with it until this is dropped.
+    /// Looks for a checkpoint; with `restart`, removes it. No other process may work with it until this is dropped.
     ///
     /// # Errors
     ///

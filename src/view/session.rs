@@ -78,7 +78,7 @@ impl Session {
             Some(live) if *live.engine.scene() == self.scene => return Ok(false),
             Some(live) => match live.follow(&self.scene) {
                 Err(Error::Device(why)) => return Err(Error::Device(why)),
-                // It may have stopped half way; what stands in the way of a new one is told when that fails.
+                // It may have stopped half way; what stands in the way of a new one is reported when that fails.
                 Err(_) => Followed::Impossible,
                 Ok(followed) => followed,
             },

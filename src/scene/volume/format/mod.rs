@@ -62,7 +62,7 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
 ];
 
-/// How a folder is told to be of a format.
+/// How a folder of a format is recognised.
 type IsFolder = fn(&Path) -> bool;
 
 /// The first format that a folder is found to be of reads it.

@@ -43,7 +43,7 @@ const SUFFIX: &str = ".isolume-store";
 /// How the temporary name of a store begins.
 const PREFIX: &str = ".isolume-store-";
 
-/// The folder of the stores, and who is told how far a copy is.
+/// The folder of the stores, and a callback for the progress of copies.
 #[derive(Clone)]
 pub struct Stores {
     folder: PathBuf,

@@ -175,7 +175,7 @@ impl Slices {
         })
     }
 
-    /// A whole frame's numbers, kept for whoever wants them next.
+    /// A whole frame's numbers, which are kept for the next read.
     fn numbers(&self, n: usize) -> Numbers {
         let numbers = {
             let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);

@@ -24,7 +24,7 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         page(file).map_err(|fault| format!("{name} {fault}"))
     });
-    // All of them, so that it is always the first fault that is told.
+    // All results are collected, so that the fault that is reported is always the first one.
     let pages: Vec<Parsed<Page>> = pages.collect();
     let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
     let layout = pages[0].layout;
