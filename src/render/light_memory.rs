@@ -43,10 +43,8 @@ impl LightMemory {
 
     /// Writes edited lights that have the same sky image.
     pub fn write(&mut self, lights: &Lights) -> Result<()> {
-        let lists = self.lists.iter_mut().zip(lights.lists());
-        lists
-            .map(|(buffer, (_, bytes))| buffer.rewrite(&bytes))
-            .collect()
+        let mut lists = self.lists.iter_mut().zip(lights.lists());
+        lists.try_for_each(|(buffer, (_, bytes))| buffer.rewrite(&bytes))
     }
 
     /// The resources of every shader that includes `light.glsl`.
