@@ -1,5 +1,5 @@
-// What the ray through each pixel's centre meets first: distance, normal and colour of the surface. One without
-// opacity is not there.
+// What the ray through each pixel's centre meets first: distance, normal and colour of the surface. A surface without
+// opacity does not count.
 
 #version 460
 #include "scene.glsl"

@@ -2,9 +2,9 @@
 // Rays from the camera begin and end there (camera.glsl), and do not walk through what is empty before and
 // behind.
 //
-// A thread a cell: if there is something to meet, the box around its eight corners in the picture says for which
-// patches. Bits of positive floats compare like the floats, so that atomic maxima find both, the nearest by its
-// complement; 0 is nothing.
+// One thread handles one cell. If there is something to meet in it, the box around its eight corners in the picture
+// says for which patches. The bits of positive floats compare like the floats themselves, so atomic maxima find both
+// distances, the nearest one through its complement; 0 means that nothing was found.
 
 #version 460
 #include "scene.glsl"
@@ -19,7 +19,7 @@
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(r32ui) uniform uimage2D patches;
 
-// By which rays may miss where they are aimed at, as a share of the distance.
+// How far a ray may miss the point that it is aimed at, as a share of the distance.
 const float ROUNDING = 1e-6;
 
 // A cell as the camera sees it.

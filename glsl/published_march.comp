@@ -29,7 +29,7 @@ const float VOXELS_PER_STEP = 0.5;
 // A transmittance behind which nothing can be seen in eight bits.
 const float OPAQUE_BELOW = 1e-3;
 
-// Algorithm 1, as a share of the ray's way through the box; 1 where nothing was found.
+// The depth that Algorithm 1 finds, as a share of the ray's path through the box; 1 where it finds nothing.
 float iso_depth(Ray ray, float t_end, uint pixel) {
     Random random = Random(pixel, 0u, 0u);
     float depth = 1.0;

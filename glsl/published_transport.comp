@@ -24,13 +24,13 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { PublishedPush push; };
 layout(scalar) buffer CounterBlock { Counters count; } counters;
-// Running mean; in alpha, over how many paths.
+// Running mean of the radiance; alpha holds the number of paths.
 layout(rgba32f) uniform image3D radiance_cells;
-// Grid space; in alpha, collisions.
+// Position in grid space; alpha holds the number of collisions.
 layout(rgba32f) uniform image3D position_cells;
-// World space; zero before the first path. In alpha, the throughput's red.
+// Direction in world space, zero before the first path; alpha holds the red channel of the throughput.
 layout(rgba32f) uniform image3D direction_cells;
-// The throughput's green and blue.
+// The green and blue channels of the throughput.
 layout(rg32f) uniform image3D throughput_cells;
 
 const uint MOST_BOUNCES = 64u;

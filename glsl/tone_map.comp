@@ -13,7 +13,7 @@ vec3 texel(ivec2 p) {
     return imageLoad(picture, clamp(p, ivec2(0), ivec2(push.source) - 1)).rgb;
 }
 
-// Bilinear.
+// The picture at p, interpolated bilinearly.
 vec3 stretched(vec2 p) {
     vec2 low = floor(p - 0.5);
     vec2 t = p - 0.5 - low;

@@ -1,4 +1,4 @@
-//! Where files lie that only save time: whoever deletes them loses nothing else.
+//! Where files are kept that only save time: deleting them loses nothing else.
 
 use std::path::PathBuf;
 

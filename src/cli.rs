@@ -106,7 +106,8 @@ pub struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// All changes to the scene. Flags of their own come last, being the more particular.
+    /// All changes to the scene. Those of flags with a name of their own come last, since they are more specific than
+    /// `--set`.
     pub fn edits(&self) -> Vec<Edit> {
         let flags = [
             &self.view,
@@ -162,7 +163,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE.exr", value_parser = exr)]
     pub checkpoint: Option<PathBuf>,
 
-    /// Between two checkpoints.
+    /// Time between two checkpoints.
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds, requires = "checkpoint")]
     pub checkpoint_every: Duration,
 
@@ -203,7 +204,7 @@ pub struct GpuArgs {
     #[arg(long, value_name = "SIZE", value_parser = limit)]
     vram_budget: Option<Limit>,
 
-    /// Memory of the host for voxels, where the volume does not fit the GPU: likewise, or % of what is free.
+    /// Host memory for voxels of a volume that does not fit the GPU: a size as above, or % of the free memory.
     #[arg(long, value_name = "SIZE", value_parser = limit)]
     ram_budget: Option<Limit>,
 
@@ -228,7 +229,7 @@ impl GpuArgs {
     }
 }
 
-/// Where nothing says when to stop.
+/// The time of a render for which no flag says when to stop.
 const DEFAULT_TIME: Duration = Duration::from_secs(60);
 const DEFAULT_ERROR: f64 = 0.02;
 
@@ -278,7 +279,7 @@ fn stem(input: &Path) -> String {
 
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// Where to write.
+    /// The file to write.
     #[arg(value_name = "OUT.exr", value_parser = exr)]
     pub output: PathBuf,
 

@@ -26,11 +26,11 @@ const MOST_PIXELS: u64 = 8 * 1032;
 /// Bytes of a tile that are allowed to any file: tiles may be larger than their picture.
 const SMALL_TILE: u64 = 16 << 20;
 
-/// What an OpenEXR file says of itself.
+/// The metadata of an OpenEXR file.
 ///
 /// # Errors
 ///
-/// The file cannot be read, is none, or claims more pixels than it can hold.
+/// The file cannot be read, is not OpenEXR, or claims more pixels than it can hold.
 pub fn exr_meta_data(path: &Path) -> Result<MetaData, String> {
     let bytes = length(path)?;
     let meta = fenced(|| {
@@ -116,7 +116,7 @@ fn length(path: &Path) -> Result<u64, String> {
 mod tests {
     use super::*;
 
-    /// A picture of one colour takes least room.
+    /// A picture of one colour takes the least room.
     fn black(format: ImageFormat) -> Vec<u8> {
         let mut bytes = std::io::Cursor::new(Vec::new());
         let image = match format {

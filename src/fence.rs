@@ -1,4 +1,4 @@
-//! A fence around decoders of other people: whatever one is, damaged data end in an error, and a panic in it is one.
+//! A fence around other people's decoders: damaged data end in an error, even where a decoder panics.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -7,7 +7,7 @@ thread_local! {
     static IS_FENCED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a decoder. A panic in it is the error "its decoder gave up on damaged data".
+/// Runs a decoder. A panic in it becomes the error "its decoder gave up on damaged data".
 pub(crate) fn fenced<T>(decode: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     let before = IS_FENCED.replace(true);
     let outcome = catch_unwind(AssertUnwindSafe(decode));
@@ -15,8 +15,8 @@ pub(crate) fn fenced<T>(decode: impl FnOnce() -> Result<T, String>) -> Result<T,
     outcome.unwrap_or_else(|_| Err("its decoder gave up on damaged data".into()))
 }
 
-/// Keeps panics behind a fence off stderr, where the error will stand. For programs, since the hook for panics is the whole
-/// process'.
+/// Keeps panics behind a fence off stderr, where the error is reported instead. For programs, since the panic hook
+/// belongs to the whole process.
 pub fn silence_fenced_panics() {
     let before = take_hook();
     set_hook(Box::new(move |panic| {

@@ -12,7 +12,7 @@ use crate::scene::volume::{Series, Storage, Volume, VolumeOverrides};
 /// Bars of the histogram.
 const BINS: usize = 16;
 
-/// What was found out, and why that is not all.
+/// What was found out about a volume, and the error if that is not all.
 pub struct Description {
     pub text: String,
     pub fault: Option<Error>,
@@ -25,7 +25,7 @@ struct SeriesInfo<'a> {
 
 #[derive(Serialize)]
 struct VolumeInfo {
-    /// Only of a format that may hold several.
+    /// Only present for a format that may hold several volumes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     series: Vec<Series>,
     /// What else the file says.

@@ -17,9 +17,9 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// The exit status of the interruption: which signal it was.
 static STATUS: AtomicU8 = AtomicU8::new(INTERRUPTED_STATUS);
-/// SIGUSR1 has come.
+/// Whether SIGUSR1 has arrived.
 static REQUESTED: AtomicBool = AtomicBool::new(false);
-/// There is something to write when an interruption comes.
+/// Whether there is something to write when an interruption comes.
 static KEEPS: AtomicBool = AtomicBool::new(false);
 
 /// From now on an interruption ends the process at once, with a sentence.
@@ -88,7 +88,7 @@ fn interrupt(status: u8) {
         return;
     }
     temporary::remove_all();
-    // Nothing may be there any more to read it, which is no reason to stay.
+    // Whoever reads stderr may be gone, which is no reason to stay.
     let when = match keeps {
         true => "again before the outputs were written",
         false => "before the first sample",
@@ -100,7 +100,7 @@ fn interrupt(status: u8) {
     exit(status);
 }
 
-/// Catches signals, and does `act` after each that has not ended the process.
+/// Catches signals, and calls `act` after each one that has not ended the process.
 #[cfg(unix)]
 pub fn catch_signals_and(act: impl Fn() + Send + 'static) {
     use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
@@ -128,7 +128,7 @@ fn exit(status: u8) -> ! {
     signal_hook::low_level::exit(status.into())
 }
 
-/// Catches Ctrl-C, the only signal that there is, and does `act` after each that has not ended the process.
+/// Catches Ctrl-C, the only signal that there is, and calls `act` after each one that has not ended the process.
 #[cfg(not(unix))]
 pub fn catch_signals_and(act: impl Fn() + Send + 'static) {
     // Fails only where a handler is set already, and there is none.

@@ -1,8 +1,9 @@
 //! Files under temporary names, which become outputs or stores by a rename once they are whole.
 //!
-//! Whoever drops one removes it. A process that ends without dropping anything calls [`remove_all`] first. What a process
-//! leaves that is killed is removed by a later one: a file is locked as long as somebody writes it, so that one without a
-//! lock is abandoned. Not every file system has locks; where there are none, nobody takes a file for abandoned.
+//! Dropping one removes it. A process that ends without dropping anything calls [`remove_all`] first. What a process
+//! leaves that is killed is removed by a later one: a file is locked as long as somebody writes it, so that one
+//! without a lock is abandoned. Not every file system has locks; where there are none, nobody takes a file for
+//! abandoned.
 
 use std::fs::{self, File};
 use std::io;
@@ -14,7 +15,8 @@ use tempfile::NamedTempFile;
 /// Files under temporary names that may be there now.
 static NAMES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// Removes all files that are still under temporary names. Nobody writes any more from then on: the process has to end.
+/// Removes all files that are still under temporary names. Nothing can be written from then on: the process has to
+/// end.
 #[cfg(feature = "cli")]
 pub fn remove_all() {
     let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -40,7 +42,7 @@ pub fn create(folder: &Path, prefix: &str) -> io::Result<(NamedTempFile, Listed)
     loop {
         let (file, listed) = create_without_lock(folder, prefix)?;
         let _ = file.as_file().lock();
-        // Somebody may have found it before it was locked.
+        // Another process may have found it before it was locked.
         if file.path().exists() {
             return Ok((file, listed));
         }

@@ -1,4 +1,5 @@
-// Of each patch, side by side: the complement of the nearest distance, and the farthest (patches.comp).
+// Two texels for each patch, side by side: the complement of the nearest distance, and the farthest distance
+// (patches.comp).
 LOADED_AS(r32ui) uniform utexels2D patches;
 
 // Nearest and farthest distance of what a ray through the picture at p can meet; `far` is 0 if there is nothing.
@@ -10,7 +11,7 @@ vec2 reach_at(vec2 p) {
     return far == 0u ? vec2(0.0) : vec2(uintBitsToFloat(~near), uintBitsToFloat(far));
 }
 
-// Where a sample's ray goes through its pixel, by two numbers in [0, 1).
+// The point of its pixel that a sample's ray goes through, from two numbers in [0, 1).
 vec2 place_in_pixel(vec2 u) {
     return scene.through_centres != 0u ? vec2(0.5) : u;
 }

@@ -6,13 +6,13 @@ vec3 node_position(ivec3 node) {
     return 0.5 + (vec3(node) + 0.5) * scene.cache_step;
 }
 
-// Three numbers of ten bits.
+// Unpacks three numbers of ten bits each.
 ivec3 unpacked(uint word) {
     return ivec3(word, word >> 10u, word >> 20u) & 1023;
 }
 
-// The lowest node of the cube that holds a point, and where the point is in it: in [0, 1], and beyond
-// near the faces.
+// The lowest node of the cube that holds a point, and the point's position in that cube: in [0, 1], or beyond near
+// the box's faces.
 struct Cube {
     ivec3 low;
     vec3 p;
@@ -22,7 +22,7 @@ Cube cube_at(vec3 g) {
     vec3 c = (g - 0.5) / scene.cache_step - 0.5;
     Cube cube;
     cube.low = clamp(ivec3(floor(c)), ivec3(0), max(ivec3(scene.cache_nodes) - 2, 0));
-    // A single node along an axis stands for all of it.
+    // Where an axis has a single node, that node stands for the whole axis.
     cube.p = mix(c - vec3(cube.low), vec3(0.0), equal(scene.cache_nodes, uvec3(1u)));
     return cube;
 }

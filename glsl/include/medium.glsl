@@ -16,8 +16,8 @@ vec3 transfer_colors(int point) {
     return texel_at(transfer, ivec2(point, 1)).rgb;
 }
 
-// From which point to interpolate to the next: the last one with value ≤ v; the first, if there is none.
-// Beyond the last segment interpolation stays at its end.
+// The point from which to interpolate to the next one: the last with value ≤ v, or the first if there is none. Beyond
+// the last segment interpolation stays at its end.
 int transfer_point(float v) {
     int point = 0;
     int points = int(scene.transfer_segments);

@@ -5,13 +5,13 @@
 // its path in memory until the next one. A pixel's paths are summed by one slot in a fixed order: the picture does not
 // depend on the number of slots.
 //
-// Who includes this has a PushBlock with `work` and `slots`, and says:
+// A shader that includes this has a PushBlock with `work` and `slots`, and defines:
 
-// Takes a pixel from the queue, which may have no paths; false if there is none.
+// Takes a pixel, which may have no paths, from the queue. Returns false if the queue is empty.
 bool begin_pixel(inout Path path);
 // Begins the pixel's next path.
 void begin_sample(inout Path path);
-// All of the pixel's paths have ended.
+// Is called when all of the pixel's paths have ended.
 void finish_pixel(Path path);
 
 layout(local_size_x = 64) in;

@@ -23,7 +23,7 @@ uvec4 random_words(inout Random random) {
     return v;
 }
 
-// In [0, 1): 24 bits, so that 1 is never reached.
+// A number in [0, 1) of 24 bits, so that 1 is never reached.
 float unit_interval(uint word) {
     return float(word >> 8u) * exp2(-24.0);
 }
@@ -45,11 +45,11 @@ vec4 random_numbers(inout Random random) {
 // as Owen's (1995), by the hash of Laine and Karras (2011) with Vegdahl's constants; shuffling and padding
 // as in Burley, "Practical Hash-based Owen Scrambling" (JCGT 2020).
 
-// Which of a sample's pairs is which: two for light and two for a direction, for each event.
+// How a sample's pairs are numbered: each event has two for light and two for a direction.
 uint light_pairs(uint event) { return 4u * event; }
 uint direction_pairs(uint event) { return 4u * event + 2u; }
 
-// No path's sample.
+// An index that no path's sample has.
 const uint OF_ALL_SAMPLES = 0x7FFFFFFFu;
 
 // Flips each bit by a hash of those below it.

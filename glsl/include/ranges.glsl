@@ -7,8 +7,8 @@ vec2 macrocell_range(ivec3 macrocell) {
     return texel_at(ranges, macrocell).rg;
 }
 
-// The same in a cell with a majorant. The field is continuous: it takes every value between the least and the
-// largest of the cell's macrocells.
+// The smallest and largest stored value in a block of cells with one majorant. The field is continuous: it takes
+// every value between the least and the largest of the block's macrocells.
 vec2 range_of(ivec3 cell) {
     int side = int(scene.majorant_size) / MACROCELL;
     vec2 range = macrocell_range(side * cell);

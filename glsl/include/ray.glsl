@@ -70,8 +70,8 @@ struct Walk {
     ivec3 cell;
     float exit;   // t at which the ray leaves the cell
     ivec3 next;   // from the cell to the next one
-    // Of the ray: no component is ever picked by an index that is not a constant, since compilers keep
-    // what is indexed so in memory.
+    // Properties of the ray. No component is ever picked by an index that is not a constant, since compilers keep
+    // vectors that are indexed like that in memory.
     vec3 inverse; // 1 / step; 0 where the ray never leaves along an axis
     vec3 ahead;   // 1 where the cell's upper side is the one that is left
 };
@@ -104,7 +104,7 @@ Walk begin_walk(Ray ray, float t, float size, ivec3 cells) {
     return walk_from(ray, cell_at(ray, t, size, cells), size);
 }
 
-// False once the ray has left the lattice.
+// Returns false once the ray has left the lattice.
 bool step_walk(inout Walk walk, Ray ray, float size, ivec3 cells) {
     ivec3 next = walk.cell + walk.next;
     if (next != clamp(next, ivec3(0), cells - 1)) {

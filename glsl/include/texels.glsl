@@ -1,6 +1,6 @@
-// How shaders read an image texel by texel. A GPU's texture units are made for it. A CPU's driver runs
-// through all that a sampler could be asked for with each texel; to load one from a storage image it only has to
-// know the format.
+// How shaders read an image texel by texel. A GPU's texture units are made for that. A CPU's driver works through
+// everything that a sampler can do for each texel; to load a texel from a storage image it only has to know the
+// format.
 
 #ifdef LOADS_TEXELS
 
@@ -11,7 +11,7 @@
 #define utexels3D readonly uimage3D
 #define texel_at(image, at) imageLoad(image, at)
 #define size_in_texels(image) imageSize(image)
-// There is no sampler, and with filter_in_shader nobody asks for one.
+// A storage image has no sampler, and with filter_in_shader none is needed.
 #define filtered_texel(image, at) vec4(0.0)
 
 #else

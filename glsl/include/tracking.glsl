@@ -28,7 +28,7 @@ Track track_from(Ray ray, float t, float t_end) {
     return Track(t, t_end, cell_at(ray, t, scene.majorant_size, ivec3(scene.majorant_cells)));
 }
 
-// The same under way.
+// Tracking under way: the ray, the walk through the blocks, and how it has ended.
 struct Tracking {
     Ray ray;
     float t, t_end;

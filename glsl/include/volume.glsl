@@ -78,7 +78,7 @@ float volume_interpolate(Cell k, vec3 p) {
          + p.z * (k.z + p.x * k.xz);
 }
 
-// V(g).
+// The field's value V(g).
 float volume_value(vec3 g) {
     float texel;
     if (filter_in_shader) {

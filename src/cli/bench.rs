@@ -35,7 +35,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
-    /// Measure all this with every surface shaded so: lambert, phong, disney.
+    /// Repeat all measurements with every surface shaded like this: lambert, phong, disney.
     #[arg(long, value_name = "MODEL,…", value_delimiter = ',', value_parser = word::<ShadingModel>)]
     pub shading: Vec<ShadingModel>,
 
@@ -52,7 +52,7 @@ pub struct BenchArgs {
 }
 
 impl BenchArgs {
-    /// In ascending order, each once.
+    /// The times to look at the picture, in ascending order, each once.
     pub fn seconds(&self) -> Vec<Duration> {
         let mut seconds = self.seconds.clone();
         seconds.sort();

@@ -19,12 +19,12 @@ pub struct CacheArgs {
 }
 
 impl CacheArgs {
-    /// `None` if none is named and the system has none.
+    /// The folder for stores; `None` if none is named and the system has none.
     pub fn folder(&self) -> Option<PathBuf> {
         self.cache_dir.clone().or_else(cache_dir)
     }
 
-    /// The stores in it, which tell on stderr how far a copy is, and which an interruption stops.
+    /// The stores in that folder. They report the progress of copies on stderr, and an interruption stops them.
     pub fn stores(&self, quiet: bool) -> Option<Stores> {
         let show = copying(quiet);
         let tell = move |copy: &Copying<'_>| -> Result<()> {

@@ -1,5 +1,5 @@
-//! What the values of flags may be, read from their text. A mistake is told in a sentence that says what
-//! was expected; clap names the flag.
+//! What the values of flags may be, read from their text. A mistake becomes a sentence that says what was expected;
+//! clap names the flag.
 
 use std::num::NonZeroU32;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! What a display shows of a picture, and the error of that.
+//! The display values of a picture, and their error.
 
 use super::filter::Plane;
 use super::image::LinearImage;

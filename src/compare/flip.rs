@@ -52,7 +52,7 @@ pub(super) fn flip(reference: &[Plane; 3], test: &[Plane; 3]) -> f64 {
     (0..count).map(error).sum::<f64>() / count as f64
 }
 
-/// What is left of a picture at the viewer's distance.
+/// A picture as it is seen from the viewer's distance.
 struct Seen {
     /// Hunt-adjusted L*a*b*.
     lab: Vec<[f64; 3]>,

@@ -11,10 +11,10 @@ use crate::error::{Error, Place, Result};
 use crate::fence::fenced;
 use crate::srgb;
 
-/// Linear RGB, row 0 on top. An alpha is not looked at.
+/// Linear RGB, row 0 on top. Alpha is ignored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinearImage {
-    /// For messages.
+    /// The picture's name in messages.
     pub name: String,
     pub width: usize,
     pub height: usize,

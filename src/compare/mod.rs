@@ -24,7 +24,7 @@ pub use self::without_noise::{WithoutNoise, without_noise};
 /// Every metric of one pair of pictures. What is infinite or undefined is null in JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Of linear radiance, like all of the next four: mean of d².
+    /// Mean of d²; like the next four, a metric of linear radiance.
     pub mse: f64,
     /// Mean of d² / (reference² + 0.01).
     pub relmse: f64,
@@ -34,18 +34,19 @@ pub struct Comparison {
     pub bias_stderr: Option<f64>,
     /// The bias, relative to the reference's mean.
     pub rel_bias: f64,
-    /// Of display values, like the next two, in dB; infinite for equal pictures.
+    /// PSNR in dB, infinite for equal pictures; like the next two, a metric of display values.
     pub psnr: f64,
     /// `None` where a side is shorter than its window.
     pub ssim: Option<f64>,
+    /// FLIP, from 0 for equal pictures to 1.
     pub flip: f64,
     /// Difference of the image means in standard errors; `None` unless both pictures have them.
     pub z_bias: Option<f64>,
-    /// FLIP of the worst tile of 16×16 pixels.
+    /// The largest such difference, in magnitude, of the means of a tile of 16×16 pixels.
     pub z_tile_max: Option<f64>,
 }
 
-/// What there is to say of two files, or of four.
+/// All metrics of two files, or of four.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
     #[serde(flatten)]

@@ -26,7 +26,7 @@ pub(super) fn z_scores(reference: &LinearImage, test: &LinearImage) -> ZScores {
             tile_max: None,
         };
     };
-    // Of one pixel: difference, and variance of that difference.
+    // The difference at one pixel, and the variance of that difference.
     let pixel = |x: usize, y: usize| {
         let at = y * reference.width + x;
         Sum {

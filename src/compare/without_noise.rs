@@ -1,8 +1,8 @@
-//! What two ways of rendering a picture differ by, without the noise of either.
+//! How much two ways of rendering a picture differ, without the noise of either.
 //!
-//! Each has rendered it twice, with other random numbers: R and R′, T and T′. Errors of different runs do not
-//! know of each other, so the mean over pixels of (T − R)(T′ − R′) is, on average, the mean square of what the
-//! expected pictures differ by; and so is that of (T − R′)(T′ − R). Both are taken, of display values.
+//! Each has rendered it twice, with other random numbers: R and R′, T and T′. Errors of different runs are
+//! independent, so the mean over pixels of (T − R)(T′ − R′) is, on average, the mean square of what the expected
+//! pictures differ by; and so is that of (T − R′)(T′ − R). Both are taken, of display values.
 
 use serde::Serialize;
 
@@ -11,7 +11,7 @@ use super::image::LinearImage;
 use super::line;
 use crate::error::Result;
 
-/// In dB, as PSNR; infinite (null in JSON) where nothing could be measured.
+/// Similarity without noise, in dB like PSNR; infinite (null in JSON) where no difference could be measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct WithoutNoise {
     /// PSNR of the expected pictures, in dB.

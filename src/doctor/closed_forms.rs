@@ -204,8 +204,8 @@ fn cached_slab(host: &Host) -> Result<Vec<Measured>> {
         medium = { density = 1.0, transfer = [{ value = 0.0, color = [0.5, 0.5, 0.5] }] }\n";
     let mut scene = scene(&[FROM_ABOVE, text].concat(), &volume)?;
     let row = |j| [if j < ROWS / 2 { 1.0 } else { 0.0 }; 3];
-    scene.environment.radiance = [0.0; 3];
-    scene.environment.image = Some(EnvironmentImage {
+    scene.lights.environment.radiance = [0.0; 3];
+    scene.lights.environment.image = Some(EnvironmentImage {
         width: 1,
         height: ROWS as u32,
         texels: (0..ROWS).map(row).collect::<Arc<[_]>>(),

@@ -35,7 +35,8 @@ pub(crate) fn of_host(asked: Option<Limit>) -> u64 {
 }
 
 impl Budget {
-    /// What the user allows, but never more than the device's heap holds; without a limit, what the driver grants.
+    /// The budget that the user allows, but never more than the device's heap holds; without a limit, what the driver
+    /// grants.
     pub(crate) fn of(device: &Device, asked: Option<Limit>) -> Budget {
         let heap = device.summary.device_local_bytes;
         let (bytes, source) = match asked {

@@ -10,7 +10,7 @@ use crate::scene::Scene;
 pub enum Changed {
     /// Everything: the scene is the same.
     Nothing,
-    /// Everything; only what a display makes of the picture is another.
+    /// Everything; only the conversion of the picture for a display has changed.
     Display,
     /// The cached light, if there is any. The picture begins anew.
     Picture,
@@ -32,7 +32,7 @@ impl Engine {
             seed,
             ..
         } = self;
-        // What there is has to make room first.
+        // The old renderer has to make room first.
         drop(renderer);
         Engine::new(&host, &volume, scene, seed)
     }

@@ -16,7 +16,7 @@ pub struct PassStats {
     pub gpu_ms_median: f64,
     pub gpu_ms_p95: f64,
     pub gpu_ms_total: f64,
-    /// Of the total, the share in which the device would have done the same work at its peak rates ([`Peak`]). `None`
+    /// The share of the total in which the device would have done the same work at its peak rates ([`Peak`]). `None`
     /// where the work is not counted, or the peak not measured.
     pub peak_share: Option<f64>,
 }
@@ -48,7 +48,7 @@ pub struct CacheStats {
     /// Relative error of the picture that the cache shows; not finite while it is unknown.
     pub relative_error: f64,
     pub converged: bool,
-    /// `None` if it has not.
+    /// Seconds until the cache had converged; `None` if it has not.
     pub seconds_to_converge: Option<f64>,
 }
 
@@ -56,19 +56,19 @@ pub struct CacheStats {
 #[derive(Debug, Clone, Serialize)]
 pub struct BrickStats {
     pub total: u32,
-    /// Those in which the medium scatters or a surface shows.
+    /// Bricks in which the medium scatters or a surface shows.
     pub needed: u32,
-    /// On the GPU at the end.
+    /// Bricks on the GPU at the end.
     pub resident: u32,
     pub loads: u64,
-    /// From the volume's file.
+    /// Bytes read from the volume's file.
     pub bytes_read: u64,
     /// Share of the whole time in which the device waited for bricks.
     pub waited_share: f64,
 }
 
 impl PassStats {
-    /// From the duration of each run.
+    /// The figures of a pass whose runs took so long, in milliseconds.
     pub fn from_runs(name: impl Into<String>, milliseconds: &[f64]) -> PassStats {
         let mut sorted = milliseconds.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -83,7 +83,7 @@ impl PassStats {
     }
 }
 
-/// Interpolated between the closest ranks; NaN where nothing ran.
+/// A quantile, interpolated between the closest ranks; NaN where nothing ran.
 pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else {
         return f64::NAN;
@@ -108,7 +108,7 @@ pub fn passes(timings: &Timings, peak: Option<&Peak>) -> Vec<PassStats> {
     timings.passes().iter().map(stats).collect()
 }
 
-/// Of work that took so many microseconds.
+/// The share of the device's peak that was reached by work which took so many microseconds.
 pub fn peak_share(peak: &Peak, work: &Work, us: f64) -> Option<f64> {
     (work.is_known() && us > 0.0).then(|| 1e6 * peak.seconds(work) / us)
 }

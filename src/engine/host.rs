@@ -16,7 +16,7 @@ pub struct HostOptions {
     /// The device's name, a part of it, or its index in `isolume info`.
     pub device: Option<String>,
     pub vram_budget: Option<Limit>,
-    /// For voxels in the host's memory, where the volume streams; by default half of what is free.
+    /// How much of the host's memory voxels may take where the volume streams; by default half of what is free.
     pub ram_budget: Option<Limit>,
     /// Vulkan's validation layers watch, and [`Host::check_validation`] tells what they have seen.
     pub validation: bool,
@@ -27,7 +27,7 @@ pub struct HostOptions {
 pub struct Host {
     device: Arc<Device>,
     budget: Budget,
-    /// Bytes.
+    /// Host memory for voxels, in bytes.
     ram_budget: u64,
 }
 

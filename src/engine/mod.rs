@@ -122,12 +122,12 @@ impl Engine {
         self.renderer.paths()
     }
 
-    /// Reads of the volume by them.
+    /// Reads of the volume by those paths.
     pub fn lookups(&self) -> u64 {
         self.renderer.lookups()
     }
 
-    /// What the compiling of all passes took.
+    /// The time that compiling all passes took.
     pub fn compiling(&self) -> Duration {
         self.renderer.compiling()
     }
@@ -165,20 +165,21 @@ impl Engine {
     }
 
     /// Samples go through the middle of each pixel from now on, as the rays of [`march`](Engine::march) do, until the
-    /// scene changes: a converged picture of them tells what a march has wrong apart from what it does not see.
+    /// scene changes: a converged picture of them shows what a march gets wrong, apart from what it does not see.
     pub fn look_through_centres(&mut self) -> Result<()> {
         self.full.parts.view.through_centres = true;
         let size = self.renderer.size();
         self.renderer.change(&self.full.reduced_to(size)).map(drop)
     }
 
-    /// What goes on with the picture after the last whole unit of samples, in an engine for the same scene.
+    /// The sums after the last whole unit of samples, with which an engine for the same scene can continue the
+    /// picture.
     pub fn sums(&mut self) -> Result<Sums> {
         self.reduce_to(self.scene.render.size)?;
         self.renderer.sums()
     }
 
-    /// Goes on with a picture of which an engine for the same scene has taken so many samples.
+    /// Continues a picture of which an engine for the same scene has taken so many samples.
     pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
         self.reduce_to(self.scene.render.size)?;
         self.renderer.resume(sums, totals)
@@ -194,19 +195,19 @@ impl Engine {
         Ok(Picture::new(film, hits, &self.scene.render))
     }
 
-    /// From now on all cells of the cache get as many paths: for whoever looks from everywhere.
+    /// From now on all cells of the cache get the same number of paths, as pictures from all sides need it.
     pub fn look_from_everywhere(&mut self) {
         if let Some(mut caching) = self.renderer.caching() {
             caching.widen_focus();
         }
     }
 
-    /// What the GPU's passes took, one after another.
+    /// The times of the GPU's passes, run by run.
     pub fn timings(&self) -> &Timings {
         self.renderer.timings()
     }
 
-    /// Ends the engine, which gives back its memory, and leaves what the GPU's passes took.
+    /// Ends the engine, which gives back its memory, and returns the times of the GPU's passes.
     pub fn into_timings(mut self) -> Timings {
         std::mem::take(self.renderer.timings_mut())
     }
@@ -221,17 +222,18 @@ impl Engine {
         self.memory.history()
     }
 
-    /// The renderer beneath, for who watches it closer than this type does.
+    /// The renderer beneath, for programs that watch it more closely than this type does.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }
 
-    /// The renderer beneath, for who works in slices of a frame. Its scene is changed through the engine alone.
+    /// The renderer beneath, for programs that work in slices of a frame. Its scene must be changed through the
+    /// engine alone.
     pub fn renderer_mut(&mut self) -> &mut Renderer {
         &mut self.renderer
     }
 
-    /// What streaming has come to in `wall` seconds; `None` where the volume is whole.
+    /// What streaming has done in `wall` seconds; `None` where the volume is whole.
     pub fn brick_stats(&self, wall: f64) -> Option<BrickStats> {
         let figures = self.renderer.brick_figures()?;
         Some(BrickStats {

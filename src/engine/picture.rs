@@ -18,7 +18,7 @@ pub struct Picture {
     pub albedo: Vec<[f32; 3]>,
     /// Unit normal of the first surface; 0 where there is none.
     pub normal: Vec<[f32; 3]>,
-    /// Along the pixel centre's ray to the first surface, in world units; +inf where there is none.
+    /// Distance along the pixel centre's ray to the first surface, in world units; +inf where there is none.
     pub depth: Vec<f32>,
 }
 

@@ -4,8 +4,7 @@ use std::time::{Duration, Instant};
 
 use cpu_time::ProcessTime;
 
-/// Counts time by the wall's clock and of all the processor's cores together. It can stand still while somebody looks
-/// at the picture.
+/// Counts wall time, and CPU time of all cores together. It can be stopped while the picture is looked at.
 pub struct Stopwatch {
     before: Duration,
     cpu_before: Duration,
@@ -25,7 +24,7 @@ impl Stopwatch {
         Stopwatch::started_after(Duration::ZERO)
     }
 
-    /// So much time has been counted elsewhere.
+    /// A stopwatch that starts with time which was counted elsewhere.
     pub fn started_after(before: Duration) -> Stopwatch {
         let mut watch = Stopwatch::paused();
         watch.before = before;

@@ -1,4 +1,4 @@
-//! What can go wrong, sorted by whom it concerns: each kind has its exit status.
+//! The errors, sorted by whom they concern: each kind has its exit status.
 //!
 //! Every error holds the facts that its message is made of, so that a program which embeds the engine need not read
 //! sentences. The message is one clear sentence that names the file, key or flag, what was found and what was expected.
@@ -84,7 +84,7 @@ impl Error {
         Error::input(Place::default(), problem)
     }
 
-    /// A value that somebody wrote down.
+    /// A value that a user wrote in a file or on the command line.
     pub fn input(place: impl Into<Place>, problem: impl Into<String>) -> Error {
         Error::Input {
             place: place.into(),
@@ -135,7 +135,7 @@ impl From<&Path> for Place {
     }
 }
 
-/// What begins a message: empty, or with a colon at its end.
+/// The beginning of a message: empty, or with a colon at its end.
 impl Display for Place {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match &self.origin {

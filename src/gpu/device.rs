@@ -23,7 +23,7 @@ pub struct DeviceChoice {
     /// An index of [`super::list_devices`], or a part of a name, in any case. `None`: the best there is.
     pub wanted: Option<String>,
     pub validation: Validation,
-    /// Shaders fetch texels as a GPU is best asked for them, even from a CPU's driver: a test sees both ways.
+    /// Shaders fetch texels in the way that suits a GPU, even on a CPU's driver, so that tests cover both ways.
     pub fetches_texels: bool,
 }
 
@@ -41,7 +41,7 @@ pub struct Device {
     pub(super) nearest: vk::Sampler,
     pub(super) linear: vk::Sampler,
     pub(super) pipelines: PipelineCache,
-    /// Where work happens that a barrier has to wait for.
+    /// The stages whose work a barrier has to wait for.
     pub(super) work_stages: vk::PipelineStageFlags2,
     /// Submissions are timed by the host's clock: where the queue writes no timestamps, and where a window is drawn by
     /// Mesa's CPU driver, which then writes them when it draws next, not where they were recorded.
@@ -61,7 +61,7 @@ impl Device {
         Device::open_from(instance, choice, false)
     }
 
-    /// `draws`: it shall show images in windows as well.
+    /// `draws`: the device has to show images in windows as well.
     pub(super) fn open_from(
         instance: Instance,
         choice: &DeviceChoice,
@@ -215,7 +215,7 @@ impl Device {
         }
     }
 
-    /// What the validation layers said so far.
+    /// The messages of the validation layers so far.
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.messages()
     }

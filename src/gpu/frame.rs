@@ -1,5 +1,5 @@
 //! The recording scope: what is recorded in one [`Frame::run`] is one submission; what can be
-//! recorded is in `commands.rs`.
+//! recorded is in `dispatch.rs` and `transfer.rs`.
 //!
 //! Recording a command gives it its barrier, its label and its timestamps. Barriers are global and sit
 //! in front of every command, because images stay in one layout and passes run one after another.
@@ -124,7 +124,7 @@ impl Frame {
         Ok(())
     }
 
-    /// All of the submission goes to the one pass that is no copy.
+    /// Attributes the time of the whole submission to its only pass that is not a copy.
     fn time_by_host(&mut self, submitted_us: f64) {
         let main = self
             .recorded
@@ -263,7 +263,7 @@ impl Frame {
 }
 
 /// # Safety
-/// The caller keeps to the rules of `vkQueueSubmit2`, but for the queue, which is locked here.
+/// The caller keeps to the rules of `vkQueueSubmit2`, except for those on the queue, which is locked here.
 unsafe fn submit_to_queue(
     device: &Device,
     submit: &[vk::SubmitInfo2<'_>],

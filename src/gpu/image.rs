@@ -20,10 +20,10 @@ pub struct ImageDesc {
     /// Texels; a depth of 1 still makes a 3D image if `volumetric`.
     pub extent: [u32; 3],
     pub volumetric: bool,
-    /// By shaders, as a storage image.
+    /// Whether shaders write it, as a storage image.
     pub written: bool,
-    /// Its texels are zero when it is first used. Otherwise they are undefined, and whoever uses it first writes
-    /// all of them.
+    /// Its texels are zero when it is first used. Otherwise they are undefined, and the first command that uses it
+    /// has to write all of them.
     pub zeroed: bool,
     pub format: vk::Format,
 }
@@ -34,7 +34,7 @@ pub struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     pub desc: ImageDesc,
-    /// No command has used it yet. Shared with the frame that begins it, which takes that back if its
+    /// No command has used it yet. The mark is shared with the frame that begins it, which takes that back if its
     /// submission fails.
     is_new: Arc<AtomicBool>,
     // Last: the memory goes after the image.

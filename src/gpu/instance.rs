@@ -1,9 +1,8 @@
 //! The Vulkan instance, and what the validation layers say to it.
 //!
-//! Messages are kept for whoever asks. What nobody has asked for when the instance goes, it prints:
-//! what came on the way to another error, and, since the messenger outlives the device, the objects and
-//! memory that were left alive when the device was destroyed. A device that is itself never
-//! destroyed is silent.
+//! Messages are kept for whoever asks. Messages that nobody has asked for when the instance is destroyed are printed:
+//! those that came on the way to another error, and, since the messenger outlives the device, the objects and memory
+//! that were left alive when the device was destroyed. A device that is itself never destroyed is silent.
 
 use std::ffi::{CStr, c_char, c_void};
 use std::sync::Mutex;
@@ -100,7 +99,7 @@ impl Instance {
         self.messenger.is_some()
     }
 
-    /// What the validation layers said so far.
+    /// The messages of the validation layers so far.
     pub fn messages(&self) -> Vec<String> {
         let messages = self.messages.lock();
         let messages = messages.unwrap_or_else(|broken| broken.into_inner());

@@ -30,7 +30,7 @@ pub struct ResourceBytes {
 
 pub struct Memory {
     pub(super) device: Arc<Device>,
-    /// The device's own, or those of one that a plan is made for.
+    /// The limits of the device, or of the one that a plan is made for.
     pub limits: DeviceSummary,
     pub budget: u64,
     ledger: Mutex<Ledger>,
@@ -42,7 +42,7 @@ pub struct Memory {
 struct Ledger {
     used: u64,
     peak: u64,
-    /// What was alive at the peak.
+    /// The resources that were alive at the peak.
     at_peak: Vec<ResourceBytes>,
     /// Bytes in use from each moment on.
     history: Vec<(Instant, u64)>,
@@ -56,7 +56,7 @@ impl Ledger {
     }
 }
 
-/// What a resource holds of the gate; gives it back when dropped.
+/// A resource's share of the memory behind the gate, which is given back when this is dropped.
 pub(super) struct Holding {
     memory: Arc<Memory>,
     entry: ResourceBytes,
@@ -122,7 +122,7 @@ impl Memory {
         self.ledger().peak
     }
 
-    /// What was alive at the peak, in order of allocation.
+    /// The resources that were alive at the peak, in order of allocation.
     pub fn resources(&self) -> Vec<ResourceBytes> {
         self.ledger().at_peak.clone()
     }

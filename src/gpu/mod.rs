@@ -7,10 +7,10 @@
 //! barriers are global: a frame puts one between any two passes.
 
 mod buffer;
-mod commands;
 mod compiled;
 mod descriptors;
 mod device;
+mod dispatch;
 mod failure;
 mod frame;
 mod image;
@@ -25,12 +25,13 @@ mod shader;
 mod shared;
 mod survey;
 mod timing;
+mod transfer;
 #[cfg(feature = "window")]
 mod window;
 
 pub use buffer::{Buffer, BufferDesc, Placement};
-pub use commands::{Piece, SLICE_MS, Slices};
 pub use device::{Device, DeviceChoice};
+pub use dispatch::{SLICE_MS, Slices};
 pub use frame::Frame;
 pub use image::{Image, ImageDesc};
 pub use instance::Validation;
@@ -41,6 +42,7 @@ pub use shader::{PassDesc, Shaders};
 pub use shared::{Shared, Specialization, Word, types};
 pub use survey::{DeviceKind, DeviceSummary, list_devices};
 pub use timing::{PassTotal, Span, Timings, Work};
+pub use transfer::Piece;
 #[cfg(feature = "window")]
 pub use window::{ATLAS_SIDE, Canvas, CanvasVertex, Patch, Shape, Surface, Swapchain, Target};
 

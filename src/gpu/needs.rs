@@ -17,10 +17,10 @@ pub(super) const SAMPLED_IMAGES: u32 = 16;
 /// Storage images of a shader that reads images as such, too (`glsl/include/texels.glsl`).
 pub(super) const LOADED_IMAGES: u32 = 16;
 
-/// A row of the table, and what one device has to say to it.
+/// A row of the table, with what one device offers.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Need {
-    /// As Vulkan calls it.
+    /// Vulkan's name for it.
     pub name: &'static str,
     pub needed: String,
     pub found: String,
@@ -32,7 +32,7 @@ pub struct Need {
 }
 
 impl Need {
-    /// What the device cannot be used without, in words, if this is it.
+    /// In words, what the device lacks, if it cannot be used without this.
     pub(super) fn shortcoming(&self) -> Option<String> {
         let Need {
             name,
@@ -256,7 +256,7 @@ fn formats(instance: &Instance, physical: vk::PhysicalDevice) -> Vec<Need> {
     FORMATS.map(row).to_vec()
 }
 
-/// What a format's images are good for, in words.
+/// What images of a format can be used for, in words.
 fn uses(features: vk::FormatFeatureFlags) -> String {
     let all = [
         (SAMPLED, "sampled"),

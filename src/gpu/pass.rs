@@ -16,7 +16,7 @@ use super::reflection::{Reflection, Slot, number_resources};
 use super::shader::{PassDesc, Shaders};
 use crate::error::{DeviceError, Error, Result};
 
-/// What stands behind a name in the shader.
+/// The resource that a name in the shader is bound to.
 #[derive(Clone, Copy)]
 pub enum Binding<'a> {
     Buffer(&'a Buffer),
@@ -50,7 +50,7 @@ fn unfit(pass: &str, problem: String) -> Error {
 }
 
 impl Pass {
-    /// An error of a program that uses the pass in another way than its shader says.
+    /// The error for using the pass in another way than its shader declares.
     pub(super) fn unfit(&self, problem: String) -> Error {
         unfit(self.name, problem)
     }

@@ -19,7 +19,7 @@ pub(super) struct Slot {
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Reflection {
-    /// In the order in which the module declares them.
+    /// The resources, in the order in which the module declares them.
     pub slots: Vec<Slot>,
     pub push_bytes: u32,
     /// Threads of a workgroup along x, y and z.
@@ -245,7 +245,7 @@ impl<'a> Module<'a> {
         size.ok_or_else(|| format!("push constants hold a type {id} that is not understood"))
     }
 
-    /// Of the members of structs, by the struct and the member's number.
+    /// Offsets of the members of structs, by the struct and the member's number.
     fn offsets(&self) -> HashMap<(u32, u32), u32> {
         let all = self.all(op::MEMBER_DECORATE);
         let offsets = all.filter_map(|operands| match *operands {

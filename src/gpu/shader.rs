@@ -41,7 +41,7 @@ pub struct Shaders {
     folder: Option<PathBuf>,
     /// Files beside those of `glsl/`, by name: a test's own passes.
     added: HashMap<String, String>,
-    /// On every pass so far.
+    /// The time spent on all passes so far.
     spent: Mutex<Duration>,
 }
 
@@ -61,7 +61,7 @@ impl Shaders {
         self
     }
 
-    /// The whole text, file after file: whoever has another one may render another picture.
+    /// The whole text, file after file: a program with another text may render another picture.
     pub fn text(&self) -> Result<String> {
         let mut text = self.shared.clone();
         let mut files: Vec<_> = EMBEDDED.files().collect();
@@ -80,7 +80,8 @@ impl Shaders {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner) += time;
     }
 
-    /// What compiling has taken so far, the driver's share included; of two threads at once, both count.
+    /// The time that compiling has taken so far, the driver's share included. Where two threads compile at once, both
+    /// count.
     pub fn time_spent(&self) -> Duration {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -173,7 +174,8 @@ impl Shaders {
     }
 }
 
-/// What is kept of this version of the shaders, and of this version of the program, which knows how to compile them.
+/// The compiled shaders that are kept for this version of the shaders, and for this version of the program, which
+/// decides how they are compiled.
 pub(super) fn compiled() -> Compiled {
     static VERSION: LazyLock<u128> = LazyLock::new(|| {
         let mut hash = Xxh3::new();

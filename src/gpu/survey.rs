@@ -53,15 +53,15 @@ pub struct DeviceSummary {
     pub driver: String,
     pub api: String,
     pub device_local_bytes: u64,
-    /// Texels a side.
+    /// Most texels along a side of a 2D image.
     pub max_image_2d: u32,
     pub max_image_3d: u32,
     pub max_storage_buffer_bytes: u64,
     pub max_allocation_bytes: u64,
-    /// What it cannot be used without, as in "scalarBlockLayout (for structs that shaders and Rust share)"; empty if Isolume
-    /// can use it.
+    /// What the device lacks and cannot be used without, as in "scalarBlockLayout (for structs that shaders and Rust
+    /// share)"; empty if Isolume can use it.
     pub lacks: Vec<String>,
-    /// All that Isolume asks of it.
+    /// Everything that Isolume asks of the device.
     pub needs: Vec<Need>,
 }
 

@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-/// What a run of a pass has done, counted. All zeros: nobody has counted.
+/// The work that a run of a pass has done, as counts; all are zero if nothing was counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {
     /// Linearly filtered samples of a volume, by the device's filter or from eight texels.
@@ -51,11 +51,12 @@ pub struct PassTotal {
     pub work: Work,
 }
 
-/// Spans that are kept: a few megabytes of them.
+/// The most spans that are kept: a few megabytes.
 const MOST_SPANS: usize = 1 << 16;
 
-/// What has run since the timings began: sums of all runs, and single runs in order. Of a render that goes on for hours,
-/// every second run of each pass is kept, then every fourth, and so on, so that its times take no more memory.
+/// Everything that has run since the timings began: sums of all runs, and single runs in order. In a render that goes
+/// on for hours, only every second run of each pass is kept, then every fourth, and so on, so that its times take no
+/// more memory.
 pub struct Timings {
     pub began: Instant,
     spans: Vec<Span>,
@@ -99,7 +100,7 @@ impl Timings {
         }
     }
 
-    /// Keeps every second run of those of each pass that have been kept.
+    /// Drops every second of the kept runs of each pass.
     fn thin(&mut self) {
         self.stride *= 2;
         let mut seen = vec![0u32; self.passes.len()];
@@ -135,7 +136,7 @@ impl Timings {
         &self.spans
     }
 
-    /// In order of first appearance.
+    /// All passes, in order of first appearance.
     pub fn passes(&self) -> &[PassTotal] {
         &self.passes
     }

@@ -26,7 +26,7 @@ pub struct Keeper<'a> {
     subject: Subject<'a>,
     found: Found,
     pub origin: Origin,
-    /// Of the scene as it was opened: an orbit's pictures have other cameras.
+    /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
     filling: Filling,
     runs: Vec<RunOf>,
@@ -39,17 +39,18 @@ pub struct Keeper<'a> {
 #[derive(Clone, Copy, PartialEq)]
 enum Filling {
     UnderWay,
-    /// Some nodes have had a batch and some not: nothing that one could go on with.
+    /// Some nodes have had a batch and some not, so that there is nothing to continue from.
     Interrupted,
     Done,
 }
 
 impl<'a> Keeper<'a> {
-    /// Takes up what there is, and brings the cache to where it was. `volume` is the volume's fingerprint.
+    /// Takes up the checkpoint, if there is one, and brings the cache to its state. `volume` is the volume's
+    /// fingerprint.
     ///
     /// # Errors
     ///
-    /// What there is belongs to something else, or is damaged.
+    /// The checkpoint belongs to something else, or is damaged.
     pub fn begin(
         path: &'a Path,
         subject: Subject<'a>,
@@ -117,7 +118,7 @@ impl<'a> Keeper<'a> {
         number.saturating_sub(1) as usize
     }
 
-    /// What has been spent on it.
+    /// The time that has been spent on that picture.
     pub fn seconds(&self) -> Duration {
         let seconds = self.found.state().map_or(0.0, |state| state.seconds);
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
@@ -132,7 +133,7 @@ impl<'a> Keeper<'a> {
         self.found.restore_picture(engine)
     }
 
-    /// The filling of the cache has ended: it is enough, or not.
+    /// To be called when the filling of the cache has ended, with whether it is enough.
     pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
         self.filling = match is_enough {
             true => Filling::Done,
@@ -144,8 +145,8 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// To be called whenever there is something to go on with: writes, if it is time. A disk that is full now may have
-    /// room the next time.
+    /// To be called whenever there is something to continue from: writes the checkpoint, if it is time. A disk that
+    /// is full now may have room the next time.
     pub fn step(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         let is_asked = interrupt::takes_request();
         let is_last = self.filling == Filling::UnderWay && interrupt::is_interrupted();
@@ -163,7 +164,7 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// Writes where the render is. Nothing, where that is nothing to go on with.
+    /// Writes the state of the render, unless there is nothing to continue from.
     pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         match self.filling {
             Filling::Interrupted => return Ok(()),

@@ -8,7 +8,7 @@ use crate::output::stats::{PartStats, StageStats};
 use crate::output::trace::Trace;
 use crate::render::Peak;
 
-/// What the CPU did one after another.
+/// The stages of the CPU's work, one after another.
 pub struct Clock {
     pub began: Instant,
     stages: Vec<Stage>,
@@ -41,7 +41,7 @@ impl Clock {
         result
     }
 
-    /// Says more of the last stage.
+    /// Adds a detail to the last stage.
     pub fn part(&mut self, name: &str, took: Duration) {
         if let Some(stage) = self.stages.last_mut() {
             stage.parts.push(PartStats {
@@ -51,7 +51,7 @@ impl Clock {
         }
     }
 
-    /// Stages of one name are added up, in order of first appearance.
+    /// All stages in order of first appearance; those of one name are added up.
     pub fn stages(&self, timings: &Timings) -> Vec<StageStats> {
         let offset_us = (timings.began - self.began).as_secs_f64() * 1e6;
         let mut stages: Vec<StageStats> = Vec::new();

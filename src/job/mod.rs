@@ -130,7 +130,7 @@ pub fn clean(args: &CleanArgs) -> Result<u8> {
     ))
 }
 
-/// To stdout; a reader that has gone away is no error.
+/// Prints to stdout; a reader that has gone away is no error.
 fn print(text: &str) -> Result<u8> {
     use std::io::Write;
     match writeln!(std::io::stdout(), "{}", text.trim_end()) {

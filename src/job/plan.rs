@@ -21,7 +21,7 @@ struct Printed<'a> {
     planned_bytes: u64,
     #[serde(flatten)]
     plan: &'a Plan,
-    /// Where the volume does not fit.
+    /// Only present where the volume does not fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     bricks: Option<Bricks>,
     /// What the next better variant would need.
@@ -33,9 +33,9 @@ struct Bricks {
     /// Voxels along a side.
     side: u32,
     total: u32,
-    /// Those in which the medium scatters or a surface shows.
+    /// Bricks in which the medium scatters or a surface shows.
     needed: u32,
-    /// Those that there is room for on the GPU, and the share of the needed ones that this is.
+    /// Bricks for which there is room on the GPU, and the share of the needed ones that this is.
     resident: u32,
     share: f64,
     /// Bytes of the host's memory for bricks.

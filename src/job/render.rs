@@ -72,11 +72,11 @@ struct Render<'a> {
     engine: Engine,
     /// Time spent on the picture under way; on the first one with the filling of the cache.
     watch: Stopwatch,
-    /// With `--checkpoint`.
+    /// Present with `--checkpoint`.
     keeper: Option<Keeper<'a>>,
     /// Fingerprint of the volume, for shards without a checkpoint.
     volume: Option<String>,
-    /// Index of the picture to begin with: another one than 0 where a checkpoint of an orbit is taken up.
+    /// Index of the picture to begin with; it is not 0 where a checkpoint of an orbit is taken up.
     first: usize,
     /// Index of the picture that was begun last.
     last: usize,
@@ -208,7 +208,7 @@ impl<'a> Render<'a> {
         let mut outputs = Outputs::default();
         let mut outcomes = Vec::new();
         for (index, view) in self.views.iter().enumerate() {
-            // An orbit that goes on has those before on disk.
+            // An orbit that is continued has its earlier pictures on disk.
             if index < self.first && view.files.iter().all(|file| file.exists()) {
                 continue;
             }
@@ -225,7 +225,7 @@ impl<'a> Render<'a> {
         Ok((outputs, outcomes))
     }
 
-    /// Begins the picture with this index, or goes on with it.
+    /// Begins the picture with this index, or continues it.
     fn look_from(&mut self, index: usize) -> Result<()> {
         let Render { engine, clock, .. } = self;
         self.last = index;

@@ -1,4 +1,4 @@
-//! What a render adds to its EXRs where they are shards.
+//! What a render adds to its EXRs if they are shards.
 
 use serde::Serialize;
 
@@ -46,7 +46,7 @@ fn fill(engine: &mut Engine) -> Result<Option<String>> {
     Ok(Some(fingerprint.text()))
 }
 
-/// Fails for the variant that has no samples by number.
+/// Fails for the variant whose samples have no numbers.
 pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
     match variant {
         Variant::Published => Err(Error::input(

@@ -1,4 +1,4 @@
-//! What a render says of itself at its end: the files of `--stats` and `--profile`, and the last line.
+//! What a render reports at its end: the files of `--stats` and `--profile`, and the last line.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -26,7 +26,7 @@ pub struct Summary<'a> {
 }
 
 impl<'a> Summary<'a> {
-    /// Of at least one picture.
+    /// The summary of at least one picture.
     pub fn of(
         args: &'a RenderArgs,
         clock: &Clock,
@@ -46,7 +46,7 @@ impl<'a> Summary<'a> {
 
     /// Holds the passes against the device's peak, for which the engine has given back its memory, and writes the files.
     pub fn stage(&mut self, outputs: &mut Outputs, host: &Host, clock: &Clock) -> Result<()> {
-        // Where the peak cannot be measured, the shares of it are unknown, and the rest stands.
+        // Where the peak cannot be measured, shares of it are unknown, and all else is still told.
         let peak = self.is_asked_for().then(|| host.peak().ok()).flatten();
         self.stats.passes = figures::passes(&self.timings, peak.as_ref());
         if let Some(path) = &self.args.stats {
@@ -73,7 +73,8 @@ impl<'a> Summary<'a> {
     }
 }
 
-/// All but the passes, which are held against the device's peak once the engine has given back its memory.
+/// All statistics but those of the passes, which are held against the device's peak once the engine has given back
+/// its memory.
 fn stats(
     args: &RenderArgs,
     clock: &Clock,

@@ -13,7 +13,7 @@ use crate::shard::Header;
 
 /// One picture of an orbit, or the only one.
 pub struct View {
-    /// From 1 on.
+    /// Number of the picture, from 1 on.
     pub number: u32,
     pub scene: Scene,
     pub files: Vec<PathBuf>,
@@ -56,7 +56,7 @@ pub fn provenance(scene: String, host: &Host, seed: u32) -> Provenance {
     }
 }
 
-/// Name and version.
+/// The program's name and version.
 pub fn software() -> String {
     concat!("isolume ", env!("CARGO_PKG_VERSION")).into()
 }
@@ -65,7 +65,7 @@ pub fn software() -> String {
 pub struct Saved {
     pub picture: Picture,
     pub provenance: Provenance,
-    /// In a shard.
+    /// What the EXR holds besides, if it is a shard.
     pub parts: Option<(Header, Sums)>,
 }
 

@@ -49,7 +49,7 @@ impl Outputs {
         self.stage(path, |file| exr::encode(file, picture, provenance, None))
     }
 
-    /// The EXR of a picture with which somebody goes on.
+    /// Writes the EXR of a picture that another run may continue.
     pub fn exr_with(
         &mut self,
         path: &Path,

@@ -52,17 +52,17 @@ pub struct Provenance {
     pub scene: String,
     pub seed: u32,
     pub device: String,
-    /// Name and version.
+    /// The program's name and version.
     pub software: String,
 }
 
-/// What an EXR holds besides the picture where somebody goes on with it.
+/// What an EXR holds besides the picture so that another run can continue it.
 #[derive(Debug, Clone, Copy)]
 pub struct Parts<'a> {
-    /// As JSON.
+    /// The header as JSON.
     pub header: &'a str,
     pub sums: &'a Sums,
-    /// It is written in less time and takes more room.
+    /// Whether the file is written in less time and takes more room.
     pub is_quick: bool,
 }
 

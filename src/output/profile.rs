@@ -3,7 +3,7 @@
 
 use super::stats::Stats;
 
-/// Stages add up to the wall time; what they leave out is said.
+/// The stages add up to the wall time, with a row for the time that none of them covers.
 pub fn table(stats: &Stats) -> String {
     let wall_ms = 1e3 * stats.wall_s;
     let share = |ms: f64| 100.0 * ms / wall_ms;
@@ -57,7 +57,7 @@ pub fn table(stats: &Stats) -> String {
     text + &rates(stats)
 }
 
-/// Per second of the stages that trace paths.
+/// Rates per second of the stages that trace paths.
 fn rates(stats: &Stats) -> String {
     let tracing = |name: &str| ["fill the cache", "render"].contains(&name);
     let stages = stats.stages.iter().filter(|stage| tracing(&stage.name));

@@ -41,7 +41,7 @@ enum Shown {
     },
 }
 
-/// Between two lines where stderr is no terminal.
+/// Seconds between two lines where stderr is not a terminal.
 const LINE_SECONDS: f64 = 10.0;
 /// The bar's resolution.
 const BAR_STEPS: u64 = 1000;
@@ -63,7 +63,7 @@ impl Progress {
         }
     }
 
-    /// A line now and then, as where stderr is no terminal.
+    /// Progress as a line now and then, as it is shown where stderr is not a terminal.
     pub fn log(stop: Stop, log: Box<dyn Write + Send>) -> Progress {
         Progress {
             stop,
@@ -108,7 +108,7 @@ impl Progress {
         }
     }
 
-    /// Before the first sample: how far the cache is.
+    /// Shows how far the cache is filled, before the first sample.
     pub fn filled(&mut self, updates: u32, relative_error: f64) {
         let mut status = format!("cache: {updates} paths a cell in sight");
         if relative_error.is_finite() {

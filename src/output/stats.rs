@@ -10,7 +10,7 @@ use crate::engine::figures::{BrickStats, CacheStats, MemoryStats, PassStats};
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Stats {
     pub variant: String,
-    /// Why that variant.
+    /// Why that variant was taken.
     pub reason: String,
     pub device: String,
     pub driver: String,
@@ -24,13 +24,13 @@ pub struct Stats {
     pub paths: u64,
     pub lookups_per_path: f64,
     pub relative_error: f64,
-    /// Only for a variant that has one.
+    /// Only present for a variant with a cache.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<CacheStats>,
-    /// Only where the volume does not fit.
+    /// Only present where the volume does not fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bricks: Option<BrickStats>,
-    /// One by one; the first with the filling of the cache.
+    /// The views one by one; the first one includes the filling of the cache.
     pub views: Vec<ViewStats>,
 }
 
@@ -56,9 +56,9 @@ impl ViewStats {
 pub struct StageStats {
     pub name: String,
     pub ms: f64,
-    /// While the GPU worked.
+    /// Milliseconds during which the GPU worked.
     pub gpu_ms: f64,
-    /// What is known of it in more detail: it does not add up to the whole.
+    /// Parts of it that are known in more detail; they do not add up to the whole.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<PartStats>,
 }

@@ -82,7 +82,7 @@ impl Default for Trace {
 }
 
 impl Trace {
-    /// With the run's share of the device's peak, where that is known.
+    /// Adds a run of a pass, with its share of the device's peak where that is known.
     pub fn add_gpu(
         &mut self,
         name: impl Into<String>,
@@ -113,7 +113,7 @@ impl Trace {
         });
     }
 
-    /// Device memory allocated from then on.
+    /// Adds the device memory that is allocated from that moment on.
     pub fn add_memory(&mut self, at_us: f64, bytes: u64) {
         let args = Bytes { bytes };
         self.events.push(Event::Counter {

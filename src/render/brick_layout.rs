@@ -6,7 +6,7 @@
 
 use crate::gpu::DeviceSummary;
 
-/// A place is told in ten bits an axis.
+/// The position of a place takes ten bits for each axis.
 const MOST_PLACES: u32 = 1 << 10;
 
 /// A volume in bricks, and an image with places for some of them.
@@ -23,7 +23,7 @@ pub struct BrickLayout {
 }
 
 impl BrickLayout {
-    /// Voxels along a side, where nobody wants another.
+    /// Voxels along a side by default.
     pub const SIDE: u32 = 32;
 
     /// At least `places` places for bricks, unless the device's images or the volume have fewer.
@@ -31,7 +31,7 @@ impl BrickLayout {
         BrickLayout::with_side(BrickLayout::SIDE, dims, places, limits)
     }
 
-    /// The same with bricks of another size, which must be a power of two.
+    /// Such a layout with bricks of another size, which must be a power of two.
     pub fn with_side(
         side: u32,
         dims: [u32; 3],
@@ -53,7 +53,7 @@ impl BrickLayout {
         }
     }
 
-    /// The same with so many bytes of bricks in the host's memory.
+    /// This layout with so many bytes of bricks in the host's memory.
     pub fn with_host_bytes(self, host_bytes: u64) -> BrickLayout {
         BrickLayout { host_bytes, ..self }
     }

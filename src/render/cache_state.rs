@@ -1,5 +1,5 @@
-//! The cache's state between two batches, on its way to a file and back: another renderer of the same scene goes on
-//! with it as if nothing had happened.
+//! The cache's state between two batches, on its way to a file and back: another renderer of the same scene continues
+//! from it as if nothing had happened.
 //!
 //! What is large streams through the staging buffer, piece by piece: first the light, then what each brick has had, then
 //! the last measurement. Its size follows from the cache's layout and from what [`CacheState`] says.

@@ -50,7 +50,7 @@ impl Caching<'_> {
         self.cache.guess(self.frame, self.scene.guessed_light())
     }
 
-    /// From now on all nodes get as many paths: for whoever looks from everywhere.
+    /// From now on all nodes get the same number of paths, as pictures from all sides need it.
     pub fn widen_focus(&mut self) {
         self.cache.widen_focus();
     }
@@ -97,7 +97,7 @@ impl Caching<'_> {
         }
     }
 
-    /// Encodes for display what the last march has left.
+    /// Encodes the picture of the last march for display.
     pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         let (r, tone_map) = (&*self.r, self.tone_map);
         self.frame

@@ -1,5 +1,5 @@
 //! What a renderer has to show: the picture with its standard error, and what the pixels' centres see; and the sums
-//! behind a picture, by which another renderer goes on with it.
+//! behind a picture, with which another renderer can continue it.
 
 use super::copy;
 use super::estimator::Estimator;
@@ -26,7 +26,7 @@ impl Film {
     }
 }
 
-/// What is known of a picture after its last whole unit, in the precision that it has; row 0 on top.
+/// The sums of a picture after its last whole unit, in the GPU's own precision; row 0 on top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
     /// RGB and coverage.
@@ -90,7 +90,7 @@ impl Renderer {
         })
     }
 
-    /// What goes on with the picture after the last whole unit.
+    /// The sums after the last whole unit, with which another renderer can continue the picture.
     pub fn sums(&mut self) -> Result<Sums> {
         self.clear_if_stale()?;
         let r = &self.resources;
@@ -105,7 +105,7 @@ impl Renderer {
         })
     }
 
-    /// Goes on with a picture of the size at hand, of which a renderer of the same scene has taken so many samples.
+    /// Continues a picture of the current size, of which a renderer of the same scene has taken so many samples.
     pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
         self.begin_picture();
         self.is_stale = false;

@@ -20,7 +20,7 @@ use crate::gpu::{
 /// of weight and 8 of result make a tent over two values out of 100 a sixth wider than it is.
 const TOLERANCE: f32 = 1.0 / 512.0 + 1e-4;
 
-/// More than the probe's few resources take.
+/// A budget that exceeds what the probe's few resources take.
 const BUDGET: u64 = 16 << 20;
 
 pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format) -> Result<bool> {

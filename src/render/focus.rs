@@ -30,7 +30,7 @@ pub fn longest_stride(scene: &GpuScene) -> Option<u32> {
     Some((brick / pixel) as u32).filter(|&stride| stride > 0)
 }
 
-/// In order of the bricks' places.
+/// The share of paths that each brick gets, in the order of the bricks' places.
 pub struct Focus {
     /// How often the full share is halved.
     pub(super) halvings: Vec<u8>,
@@ -39,7 +39,7 @@ pub struct Focus {
 }
 
 impl Focus {
-    /// All bricks alike, none of which has had a path.
+    /// The same share for all bricks, none of which has had a path.
     pub fn everywhere(bricks: u32) -> Focus {
         Focus {
             halvings: vec![0; bricks as usize],
@@ -47,12 +47,12 @@ impl Focus {
         }
     }
 
-    /// All bricks alike from now on.
+    /// Gives all bricks the same share from now on.
     pub fn widen(&mut self) {
         self.halvings.fill(0);
     }
 
-    /// Whether this is what filling a cache comes to: a file may say otherwise.
+    /// Whether filling a cache can lead to this state; a file may say anything.
     pub fn is_possible(&self) -> bool {
         self.halvings.iter().all(|&h| h <= MOST_HALVINGS)
     }
@@ -86,7 +86,7 @@ impl Focus {
         self.left(goal).any(|[samples, _]| samples > 0)
     }
 
-    /// All have had what they lacked.
+    /// Notes that all bricks have had what they lacked.
     pub fn reach(&mut self, goal: u32) {
         for (&halvings, had) in self.halvings.iter().zip(&mut self.had) {
             *had = share(goal, halvings).max(*had);
@@ -106,7 +106,7 @@ impl Focus {
     }
 }
 
-/// Even the smallest share of something is something.
+/// Paths of a brick whose share of `goal` has been halved so often: at least one, unless the goal is none.
 fn share(goal: u32, halvings: u8) -> u32 {
     (goal >> halvings).max(goal.min(1))
 }

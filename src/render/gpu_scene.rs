@@ -22,7 +22,7 @@ use crate::scene::{self, Background, Scene};
 pub struct GpuScene {
     pub parts: Parts,
     pub variant: Variant,
-    /// If the volume is cut into bricks, of which the device holds some.
+    /// How the volume is cut into bricks, if the device holds only some of them at a time.
     pub bricks: Option<BrickLayout>,
 }
 
@@ -98,7 +98,7 @@ impl GpuScene {
         other
     }
 
-    /// Where the cache needs memory.
+    /// The macrocells in which the cache needs memory.
     pub fn occupancy(&self, volume: &Volume) -> Occupancy {
         Occupancy::new(&self.parts, volume)
     }
@@ -224,7 +224,7 @@ impl GpuScene {
         field.cells_of(medium.majorant_size)
     }
 
-    /// A texel of the cache for light that nobody has traced yet: all light, dimmed everywhere alike.
+    /// A texel of the cache for light that has not been traced yet: all light, dimmed by the same factor everywhere.
     pub fn guessed_light(&self) -> [f32; 4] {
         const ARRIVES: f32 = 0.6;
         let lights = &self.parts.lights;

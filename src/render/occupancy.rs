@@ -14,18 +14,18 @@ use crate::scene::volume::Volume;
 pub struct Occupancy {
     /// Macrocells along each axis.
     pub macrocells: [u32; 3],
-    /// x fastest.
+    /// Whether each macrocell is occupied, x fastest.
     pub occupied: Vec<bool>,
 }
 
 impl Occupancy {
-    /// Where the cache needs memory.
+    /// The macrocells in which the cache needs memory.
     pub fn new(parts: &Parts, volume: &Volume) -> Occupancy {
         let obstacles = parts.surfaces.obstacles().map_or(&[][..], |s| &s.iso);
         Occupancy::of(parts, obstacles, volume)
     }
 
-    /// Where anything is seen: the medium, or any surface.
+    /// The macrocells in which anything is seen: the medium, or any surface.
     pub fn with_surfaces(parts: &Parts, volume: &Volume) -> Occupancy {
         Occupancy::of(parts, &parts.surfaces.iso, volume)
     }

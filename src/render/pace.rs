@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::shared::GATHERED;
 
-/// What batches of a kind have come to.
+/// The totals of all batches of one kind.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
     updates: u32,
@@ -25,13 +25,13 @@ impl Pace {
         self.updates > 0
     }
 
-    /// NaN unless it is known.
+    /// Seconds for one path of each node; NaN unless that is known.
     pub fn seconds_per_update(&self) -> f64 {
         self.took.as_secs_f64() / f64::from(self.updates)
     }
 }
 
-/// How many paths double what nodes in sight have had, or are as many as they may still gather.
+/// The number of paths that doubles what nodes in sight have had, or as many as they may still gather.
 pub fn doubling(updates: u32) -> u32 {
     match updates {
         0 => 1,

@@ -48,7 +48,7 @@ pub struct PeakRates {
     /// Samples and reads a second of a volume that does not fit the caches.
     pub samples: f64,
     pub reads: f64,
-    /// From the submission of a dispatch that does next to nothing to its end, as the host sees it, in seconds.
+    /// Seconds from the submission of a dispatch that does almost nothing to its end, as the host sees it.
     pub dispatch_s: f64,
     /// A long dispatch by the device's timestamps and by the host's clock, in seconds.
     pub longest_by_timestamps_s: f64,
@@ -61,17 +61,17 @@ pub struct PeakRates {
 const LONG_ENOUGH_S: f64 = 0.002;
 const RUNS: usize = 16;
 const LATENCY_RUNS: usize = 50;
-/// So long is a dispatch by which two clocks are compared, and so many are tried.
+/// The seconds of a dispatch by which two clocks are compared, and how many are tried.
 const LONG_S: f64 = 0.02;
 const CLOCK_RUNS: usize = 5;
-/// In one submission.
+/// The most copies in one submission.
 const MOST_COPIES: u32 = 32;
 /// Voxels a side of a volume that any cache holds.
 const SMALL: u32 = 16;
 /// Pixels a side of the picture that is written.
 const PICTURE: u32 = 1024;
 const STAGING_BYTES: u64 = 16 << 20;
-/// More than all takes that [`peak`] has on the device at a time.
+/// A budget that exceeds what [`peak`] has on the device at any time.
 const PEAK_BUDGET: u64 = 64 << 20;
 
 /// Where the measurements run.
@@ -81,7 +81,7 @@ struct Bench {
     threads: u32,
 }
 
-/// The rates that shares of passes are taken of, in a tenth of a second or two.
+/// Measures the rates that passes are held against, in one or two tenths of a second.
 pub fn peak(device: &Arc<Device>, shaders: &Shaders) -> Result<Peak> {
     let mut bench = Bench::new(device, PEAK_BUDGET)?;
     let kernels = Kernels::new(device, shaders)?;
@@ -179,7 +179,7 @@ impl Bench {
         })
     }
 
-    /// `small` fits the caches.
+    /// Measures the rates that passes are held against; `small` fits the caches.
     fn peak(&mut self, kernels: &Kernels, small: &Image) -> Result<Peak> {
         Ok(Peak {
             samples_cached: self.reading(&kernels.samples, small)?,
@@ -225,7 +225,7 @@ impl Bench {
         Ok(image)
     }
 
-    /// Samples or reads a second.
+    /// Measures samples or reads per second.
     fn reading(&mut self, pass: &Pass, volume: &Image) -> Result<f64> {
         let sums = self.sums()?;
         let bindings = [
@@ -239,7 +239,7 @@ impl Bench {
         self.buffer("sums", 4 * u64::from(self.threads), Placement::Device)
     }
 
-    /// Texels a second.
+    /// Measures written texels per second.
     fn writing(&mut self, pass: &Pass) -> Result<f64> {
         let desc = ImageDesc {
             name: "picture",
@@ -253,7 +253,7 @@ impl Bench {
         self.working(pass, &[("picture", Binding::Image(&picture))])
     }
 
-    /// Steps of all threads a second.
+    /// Measures the steps of all threads per second.
     fn working(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<f64> {
         let threads = self.threads;
         let seconds = self.fastest(u32::MAX, |frame, steps| {
@@ -262,7 +262,7 @@ impl Bench {
         Ok(f64::from(threads) / seconds)
     }
 
-    /// Bytes a second.
+    /// Measures copied bytes per second.
     fn copying(&mut self) -> Result<f64> {
         let from = self.buffer("copied from", STAGING_BYTES, Placement::Device)?;
         let to = self.buffer("copied to", STAGING_BYTES, Placement::Device)?;

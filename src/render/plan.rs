@@ -33,14 +33,14 @@ pub struct Plan {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     pub plan: Plan,
-    /// The end of a sentence: "caching, because …".
+    /// Why, as the end of a sentence: "caching, because …".
     pub reason: String,
-    /// What the next better one would need.
+    /// What the next better variant would need.
     pub next_better: String,
 }
 
 impl Plan {
-    /// Fails where the device's limits, not its free memory, are in the way.
+    /// Plans a scene. Fails where the device's limits, not its free memory, are in the way.
     pub fn new(device: &Arc<Device>, limits: &DeviceSummary, scene: &GpuScene) -> Result<Plan> {
         let dry_run = Memory::dry_run(device, limits.clone());
         Allocation::make(&dry_run, scene)?;
@@ -70,12 +70,13 @@ pub(super) fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
     scales.into_iter().flat_map(with_formats).collect()
 }
 
-/// Cells that a CPU should fill: as many as the picture has pixels, since a cell's path costs as much as a
-/// pixel's, or few. A GPU is some hundred times as fast. Only `auto` minds: whoever names a scale gets it.
+/// Cells that a CPU should fill: as many as the picture has pixels, since a cell's path costs as much as a pixel's,
+/// or few. A GPU is some hundred times as fast. Only `auto` keeps to this: a scale that is asked for by name is
+/// granted.
 const FEW_CELLS: u64 = 1 << 18;
 const COARSEST: f64 = 0.125;
 
-/// The cache's cells, if they are too many for that.
+/// The number of the cache's cells, if they are more than the device should fill.
 pub(super) fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<u64> {
     let layout = plan.variant.cache()?;
     let pixels = scene.render.size.iter().map(|&n| n as u64).product::<u64>();

@@ -3,8 +3,8 @@
 //! a voxel, with a path under way in each; `published_transport.comp` and `published_march.comp` say
 //! what it estimates instead of our transport model.
 //!
-//! Its unit of work is a round: a few steps of every cell's path. A sample is a path that has ended in
-//! every cell, on average. How noisy its picture is, it does not know.
+//! Its unit of work is a round: a few steps of every cell's path. A sample is a path that has ended in every cell, on
+//! average. It does not know how noisy its picture is.
 
 use bytemuck::Zeroable;
 
@@ -25,7 +25,7 @@ const STEPS: u32 = 8;
 /// rounds has had the iterations that it would have had then, up to a limit for pictures at rest.
 const DEPTH_ITERATIONS_PER_ROUND: u32 = 100;
 const MOST_DEPTH_ITERATIONS: u32 = 1000;
-/// In place of a majorant of zero: a flight then leaves any volume, and no number overflows.
+/// Stands for a majorant of zero: a flight then leaves any volume, and no number overflows.
 const LEAST_MAJORANT: f32 = 1e-30;
 
 pub struct Published {

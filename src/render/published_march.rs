@@ -29,13 +29,10 @@ impl PublishedMarch {
             r.camera_binding(),
             ("ranges", Binding::Image(&r.ranges)),
             ("surfaces", Binding::Buffer(&r.surfaces)),
-            ("suns", Binding::Buffer(&r.suns)),
-            ("environment", Binding::Image(&r.environment)),
-            ("sky", Binding::Buffer(&r.sky)),
             ("radiance_cells", Binding::Filtered(&cells.radiance)),
             ("mean", Binding::Image(&r.mean)),
         ];
-        let bindings = [&r.volume_bindings()[..], &bindings].concat();
+        let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
         frame.run_in_slices(&self.0, &bindings, push, [r.size[0], r.size[1], 1])
     }
 }

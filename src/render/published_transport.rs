@@ -26,16 +26,13 @@ impl PublishedTransport {
             ("scene_block", Binding::Buffer(&r.scene)),
             ("transfer", Binding::Image(&r.transfer)),
             ("clips", Binding::Buffer(&r.clips)),
-            ("suns", Binding::Buffer(&r.suns)),
-            ("environment", Binding::Image(&r.environment)),
-            ("sky", Binding::Buffer(&r.sky)),
             ("counters", Binding::Buffer(&r.counters)),
             ("radiance_cells", Binding::Image(&cells.radiance)),
             ("position_cells", Binding::Image(&cells.position)),
             ("direction_cells", Binding::Image(&cells.direction)),
             ("throughput_cells", Binding::Image(&cells.throughput)),
         ];
-        let bindings = [&r.volume_bindings()[..], &bindings].concat();
+        let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
         frame.run_in_slices(&self.0, &bindings, push, cells.radiance.desc.extent)
     }
 }

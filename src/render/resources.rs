@@ -6,8 +6,9 @@
 use std::sync::Arc;
 
 use super::gpu_scene::GpuScene;
+use super::light_memory::LightMemory;
 use super::parts::TRANSFER_ROWS;
-use super::shared::{Counters, EnvironmentCell, PATCHES, Path};
+use super::shared::{Counters, PATCHES, Path};
 use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
 use crate::gpu::{
@@ -34,7 +35,7 @@ pub struct Resources {
     pub size: [u32; 2],
     /// All voxels, or as many bricks of them as there is room for.
     pub volume: Image,
-    /// What goes with bricks, if the volume is cut into such.
+    /// The page table and other state of the bricks, if the volume is cut into bricks.
     pub bricks: Option<VolumeBricks>,
     /// For each macrocell, the smallest and the largest stored value.
     pub ranges: Image,
@@ -46,10 +47,8 @@ pub struct Resources {
     pub scene: Buffer,
     pub transfer: Image,
     pub surfaces: Buffer,
-    pub suns: Buffer,
+    pub lights: LightMemory,
     pub clips: Buffer,
-    pub sky: Buffer,
-    pub environment: Image,
     pub paths: Buffer,
     pub counters: Buffer,
     /// Per pixel, the sum of the samples of the unit under way; coverage in alpha.
@@ -84,8 +83,6 @@ impl Resources {
             zeroed: true,
             format: Format::R32_UINT,
         };
-        let sky = parts.lights.sky.as_deref();
-        let table: &[EnvironmentCell] = sky.map_or(&[], |sky| &sky.table.sky);
         let picture = |name| Image::new(memory, picture_desc(name, parts.view.size));
         let device = |name, bytes| BufferDesc {
             name,
@@ -114,13 +111,8 @@ impl Resources {
             scene: Buffer::with_data(memory, "scene constants", &[constants])?,
             transfer: Image::new(memory, transfer_desc(parts.medium.transfer.len()))?,
             surfaces: Buffer::with_data(memory, "surfaces", &parts.surfaces.iso)?,
-            suns: Buffer::with_data(memory, "suns", &parts.lights.suns)?,
+            lights: LightMemory::allocate(memory, &parts.lights)?,
             clips: Buffer::with_data(memory, "clip planes", &parts.clips)?,
-            sky: Buffer::with_data(memory, "environment table", table)?,
-            environment: Image::new(
-                memory,
-                environment_desc(sky.map_or([1, 1], |sky| sky.image.size())),
-            )?,
             paths: Buffer::new(memory, device("paths", bytes_of::<Path>(slots)))?,
             counters: Buffer::new(memory, device("counters", bytes_of::<Counters>(1)))?,
             unit_sum: picture("unit sum")?,
@@ -144,7 +136,7 @@ impl Resources {
         self.size = parts.view.size;
         self.scene.rewrite(&[scene.constants()])?;
         self.surfaces.rewrite(&parts.surfaces.iso)?;
-        self.suns.rewrite(&parts.lights.suns)?;
+        self.lights.write(&parts.lights)?;
         self.clips.rewrite(&parts.clips)
     }
 
@@ -168,7 +160,7 @@ impl Resources {
         }
     }
 
-    /// The resources that everybody takes who includes `volume.glsl`.
+    /// The resources of every shader that includes `volume.glsl`.
     pub fn volume_bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
         let volume = match self.filtered {
             true => Binding::Filtered(&self.volume),
@@ -185,14 +177,16 @@ impl Resources {
             ("transfer", Binding::Image(&self.transfer)),
             ("clips", Binding::Buffer(&self.clips)),
             ("majorants", Binding::Image(&self.majorants)),
-            ("suns", Binding::Buffer(&self.suns)),
-            ("environment", Binding::Image(&self.environment)),
-            ("sky", Binding::Buffer(&self.sky)),
         ];
-        [self.volume_bindings(), others.to_vec()].concat()
+        [
+            &self.volume_bindings()[..],
+            &others,
+            &self.lights.bindings(),
+        ]
+        .concat()
     }
 
-    /// The resources that surfaces take besides.
+    /// The resources that surfaces need in addition.
     pub fn surface_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
         [
             ("ranges", Binding::Image(&self.ranges)),
@@ -239,18 +233,6 @@ fn transfer_desc(points: usize) -> ImageDesc {
         volumetric: false,
         written: false,
         zeroed: false,
-        format: Format::R32G32B32A32_SFLOAT,
-    }
-}
-
-/// A sky image, or a single texel that is black where the scene has none.
-fn environment_desc([width, height]: [u32; 2]) -> ImageDesc {
-    ImageDesc {
-        name: "environment image",
-        extent: [width, height, 1],
-        volumetric: false,
-        written: false,
-        zeroed: true,
         format: Format::R32G32B32A32_SFLOAT,
     }
 }

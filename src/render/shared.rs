@@ -1,5 +1,5 @@
-//! What the CPU and the shaders share: the only definition of each struct and switch. The GLSL text
-//! is made from it and stands behind `#include "shared.glsl"`.
+//! What the CPU and the shaders share: the only definition of each struct. The GLSL text is made from it, from the named
+//! integers in `codes.rs` and from the switches in `features.rs`, and stands behind `#include "shared.glsl"`.
 //!
 //! *Grid space*: g = p / spacing + ½ with p from the box's low corner, so that voxel i's centre is at
 //! g = i + 1, the box is [½, n + ½], and the trilinear cell floor(g) has the voxels floor(g) − 1 and
@@ -8,11 +8,13 @@
 
 #![allow(non_camel_case_types)]
 
+use super::codes;
 use super::features::Features;
 use crate::gpu::Specialization;
 use crate::gpu::types::*;
 use crate::shared;
 
+pub use super::codes::*;
 /// Trilinear cells along an axis of a macrocell.
 pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
@@ -25,11 +27,11 @@ pub const MOST_SURFACES: usize = 32;
 shared! {
     all STRUCTS:
 
-    /// The numbers of a scene that it has one of.
+    /// The constants of a scene.
     pub struct SceneConstants {
-        /// Voxels.
+        /// Voxels along each axis.
         pub dims: uvec3,
-        /// Macrocells.
+        /// Macrocells along each axis.
         pub macrocells: uvec3,
         /// Blocks with a majorant each.
         pub majorant_cells: uvec3,
@@ -59,7 +61,7 @@ shared! {
         /// Not 0: rays go through the middle of each pixel.
         pub through_centres: uint,
         pub eye: vec3,
-        /// Unit, into the picture.
+        /// Unit direction into the picture.
         pub forward: vec3,
         /// From the picture's centre to its right edge, at distance 1 (perspective) or in world
         /// units (orthographic).
@@ -79,7 +81,7 @@ shared! {
         pub suns_grey: float,
         /// Nodes of the cache along each axis.
         pub cache_nodes: uvec3,
-        /// From node to node, grid units.
+        /// Distance from node to node, in grid units.
         pub cache_step: vec3,
         /// Bricks of nodes.
         pub cache_bricks: uvec3,
@@ -89,7 +91,7 @@ shared! {
         pub cache_stride: uint,
         /// Bricks of the volume along each axis, if it is cut into such.
         pub volume_bricks: uvec3,
-        /// Log2 of the voxels along a side of one.
+        /// Log2 of the voxels along a side of such a brick.
         pub brick_shift: uint,
         /// Radiance that the cache's images hold as 1: as much as all lights together shine, channel by
         /// channel.
@@ -103,11 +105,11 @@ shared! {
         pub color: vec3,
         /// `SHADING_*`.
         pub shading: uint,
-        /// Phong and Disney.
+        /// Used by Phong and Disney.
         pub specular: float,
-        /// Phong.
+        /// Used by Phong.
         pub shininess: float,
-        /// Disney from here on.
+        /// This and all that follow are used by Disney.
         pub metallic: float,
         pub roughness: float,
         pub specular_tint: float,
@@ -156,9 +158,9 @@ shared! {
         pub bounces: uint,
         /// Collisions so far.
         pub collisions: uint,
-        /// Grid space.
+        /// Position in grid space.
         pub origin: vec3,
-        /// World space, unit.
+        /// Unit direction in world space.
         pub direction: vec3,
         pub t: float,
         pub t_end: float,
@@ -189,13 +191,13 @@ shared! {
     /// What a march through a pixel leaves to paths: light from a surface or, where nodes may lie behind one, from the
     /// medium.
     pub struct Tail {
-        /// Along the march's ray.
+        /// Distance along the march's ray.
         pub t: float,
-        /// Of that light in the pixel; 0 if nothing is left.
+        /// Weight of that light in the pixel; 0 if nothing is left.
         pub weight: float,
         /// A surface's index, or a collision (−2).
         pub surface: int,
-        /// As in `Path`.
+        /// The sides of surfaces, as in `Path`.
         pub inside: uint,
     }
 
@@ -331,7 +333,7 @@ shared! {
     }
 
     pub struct PeakPush {
-        /// What a thread does so many times.
+        /// How many times a thread repeats its work.
         pub steps: uint,
     }
 
@@ -340,7 +342,7 @@ shared! {
         pub source: uvec2,
         /// Pixels to show it in.
         pub size: uvec2,
-        /// Factor.
+        /// Factor by which radiance is multiplied.
         pub exposure: float,
         /// 0: clip; 1: the filmic curve.
         pub filmic: uint,
@@ -353,47 +355,12 @@ shared! {
     }
 }
 
-/// Named integers, in GLSL as `const uint NAME`.
-macro_rules! codes {
-    ($(pub const $name:ident: u32 = $value:expr;)*) => {
-        $(pub const $name: u32 = $value;)*
-        const CODES: &[(&str, u32)] = &[$((stringify!($name), $name),)*];
-    };
-}
-
-codes! {
-    pub const SHADING_LAMBERT: u32 = 0;
-    pub const SHADING_PHONG: u32 = 1;
-    pub const SHADING_DISNEY: u32 = 2;
-    // The slot has no path.
-    pub const STAGE_IDLE: u32 = 0;
-    // The path is on its way to a collision, a surface or the sky.
-    pub const STAGE_FLIGHT: u32 = 1;
-    // The path's shadow ray is on its way to a light.
-    pub const STAGE_SHADOW: u32 = 2;
-    // A flight has ended: the collision, surface or sky at its end is handled next.
-    pub const STAGE_ARRIVAL: u32 = 3;
-    // The page table's entry of a brick without memory. Its bits for a place are those of the first place.
-    pub const NO_PLACE: u32 = 0x8000_0000;
-    // The page of a brick of the volume that is on the GPU, and of one that has been read there lately.
-    pub const PAGE_RESIDENT: u32 = 0x8000_0000;
-    pub const PAGE_READ: u32 = 0x4000_0000;
-    // The first paths of a node, which end where they can gather cached light (gathering.glsl).
-    pub const GATHERED: u32 = 32;
-    // Positions at which the device's filter is probed.
-    pub const PROBE_POSITIONS: u32 = 4096;
-}
-
 /// The text of `shared.glsl`.
 pub fn glsl() -> String {
-    let codes: String = CODES
-        .iter()
-        .map(|(name, value)| format!("const uint {name} = {value}u;\n"))
-        .collect();
     [
         format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
         format!("const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"),
-        codes,
+        codes::glsl(),
         Features::glsl(),
         STRUCTS.concat(),
     ]

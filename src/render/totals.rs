@@ -1,4 +1,4 @@
-//! What a picture has had so far.
+//! Counts of the work that a picture has had so far.
 
 /// Counts since the picture began.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -7,7 +7,7 @@ pub struct Totals {
     pub first_sample: u32,
     /// Samples in every pixel.
     pub samples: u32,
-    /// Units that the spread between samples is known from; `published` has a single one, which grows.
+    /// Units whose spread gives the standard error; `published` has a single one, which grows.
     pub units: u32,
     pub paths: u64,
     /// Reads of the volume by tracking.

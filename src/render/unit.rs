@@ -6,12 +6,12 @@ pub struct Unit {
     pub samples: u32,
     /// Index of the first of them.
     pub first_sample: u32,
-    /// Whether it begins now, or goes on.
+    /// Whether it begins now, or is continued.
     pub begins: bool,
 }
 
 impl Unit {
-    /// One sample, which nobody keeps.
+    /// One sample that is thrown away.
     pub const TRIAL: Unit = Unit {
         samples: 1,
         first_sample: 0,

@@ -1,4 +1,4 @@
-//! Until when work that takes many dispatches goes on.
+//! When work that takes many dispatches has to stop.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

@@ -21,7 +21,7 @@ pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuSc
         let texels = sky.image.texels.iter();
         let texels: Vec<[f32; 4]> = texels.map(|&[r, g, b]| [r, g, b, 1.0]).collect();
         let texels = bytemuck::cast_slice(&texels);
-        copy::upload(frame, &mut r.staging, &r.environment, texels)?;
+        copy::upload(frame, &mut r.staging, &r.lights.environment, texels)?;
     }
     Ok(())
 }

@@ -9,7 +9,7 @@ use super::volume::{Anatomical, Axes};
 pub struct Camera {
     pub eye: [f64; 3],
     pub target: [f64; 3],
-    /// Not parallel to the view direction.
+    /// The direction that is up in the picture, not parallel to the view direction.
     pub up: [f64; 3],
     pub projection: Projection,
 }
@@ -22,7 +22,7 @@ impl Camera {
         [forward, right, right.cross(forward)]
     }
 
-    /// Turned about the target and `up`, by a share of a full turn.
+    /// This camera turned about the axis through the target along `up`, by a share of a full turn.
     pub fn orbited(&self, share: f64) -> Camera {
         let (target, up) = (DVec3::from(self.target), DVec3::from(self.up).normalize());
         let turn = DQuat::from_axis_angle(up, share * std::f64::consts::TAU);
@@ -66,7 +66,7 @@ pub enum View {
 }
 
 impl View {
-    /// From the front of a patient; otherwise as the axes are drawn on paper.
+    /// The default view: from the front of a patient, or else as axes are drawn on paper.
     pub fn default_for(axes: Option<Axes>) -> View {
         match axes {
             Some(_) => View::Anterior,
@@ -74,7 +74,7 @@ impl View {
         }
     }
 
-    /// From the box's centre towards the viewer; `None` for an anatomical side where the anatomy is
+    /// The direction from the box's centre towards the viewer; `None` for an anatomical side where the anatomy is
     /// unknown.
     pub fn towards_eye(self, axes: Option<Axes>) -> Option<[f64; 3]> {
         let anatomical = |side| axes.map(|axes| direction_of(side, axes));
@@ -95,8 +95,8 @@ impl View {
     }
 }
 
-/// What is up where nobody said so: superior, or +y where the anatomy is unknown. Looking along that,
-/// anterior is up, as in radiology, or the horizontal axis that a tilted head would see.
+/// The direction that is up by default: superior, or +y where the anatomy is unknown. Looking along that, anterior is
+/// up, as in radiology, or the horizontal axis that a tilted head would see.
 pub fn default_up(towards_eye: [f64; 3], axes: Option<Axes>) -> [f64; 3] {
     let (first, second) = match axes {
         Some(axes) => (
@@ -112,7 +112,7 @@ pub fn default_up(towards_eye: [f64; 3], axes: Option<Axes>) -> [f64; 3] {
     }
 }
 
-/// Too close to parallel for single precision to tell which way is up.
+/// Whether two directions are too close to parallel for single precision to tell which way is up.
 pub fn parallel(a: [f64; 3], b: [f64; 3]) -> bool {
     let [a, b] = [a, b].map(|v| DVec3::from(v).normalize_or_zero());
     a.cross(b).length() < 1e-6
@@ -130,7 +130,7 @@ impl Camera {
         aspect: f64,
     ) -> Camera {
         const AIR: f64 = 1.05;
-        // Divided, not multiplied by the inverse, which would put the eye off a round axis.
+        // A division, since a multiplication by the inverse would put the eye slightly beside an axis.
         let back = DVec3::from(towards_eye) / DVec3::from(towards_eye).length();
         let right = DVec3::from(up).cross(back).normalize();
         let upright = back.cross(right);

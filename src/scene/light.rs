@@ -1,4 +1,4 @@
-//! Lights: directional ones, and the environment that surrounds the box.
+//! The lights of a scene: directional ones, and the environment that surrounds the box.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,12 +9,19 @@ use crate::decoding::read_image;
 
 use crate::srgb;
 
+/// All lights of a scene. By default there are none, and it is dark.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Lights {
+    pub suns: Vec<DirectionalLight>,
+    pub environment: Environment,
+}
+
 /// Parallel light; not seen directly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DirectionalLight {
     /// The direction in which the light travels; unit length.
     pub direction: [f64; 3],
-    /// On a plane facing the light, per channel, ≥ 0.
+    /// Irradiance of a plane that faces the light, per channel, ≥ 0.
     pub irradiance: [f64; 3],
 }
 

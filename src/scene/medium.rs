@@ -3,7 +3,7 @@
 /// One point of the piecewise-linear transfer function.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TransferPoint {
-    /// In the data's units.
+    /// The value, in the data's units.
     pub value: f64,
     /// α ∈ [0, 1]; extinction is density·α.
     pub opacity: f64,
@@ -23,7 +23,7 @@ pub struct Medium {
 }
 
 impl Medium {
-    /// One that scatters evenly in all directions.
+    /// A medium that scatters evenly in all directions.
     pub fn isotropic(density: f64, transfer: Vec<TransferPoint>) -> Medium {
         Medium {
             density,
@@ -32,12 +32,12 @@ impl Medium {
         }
     }
 
-    /// Where a scene says nothing of it: an optical depth of 50 along the box's longest side.
+    /// The density by default: an optical depth of 50 along the box's longest side.
     pub fn default_density(extent: [f64; 3]) -> f64 {
         50.0 / extent.into_iter().fold(0.0, f64::max)
     }
 
-    /// (opacity, colour) at a value.
+    /// Opacity and colour at a value.
     pub fn classify(&self, value: f64) -> (f64, [f64; 3]) {
         let points = &self.transfer;
         let next = points.partition_point(|p| p.value <= value);

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 pub use camera::{Camera, Projection, View};
 pub use file::{Edit, SceneFile, describe, resolve};
-pub use light::{DirectionalLight, Environment, EnvironmentImage};
+pub use light::*;
 pub use medium::{Medium, TransferPoint};
 pub use open::{Opened, is_scene, open};
 pub use surface::{Disney, Isosurface, LightModel, Normals, Shading, Surfaces};
@@ -37,8 +37,7 @@ pub struct Scene {
     /// `None`: vacuum.
     pub medium: Option<Medium>,
     pub surfaces: Surfaces,
-    pub suns: Vec<DirectionalLight>,
-    pub environment: Environment,
+    pub lights: Lights,
     pub clips: Vec<ClipPlane>,
     pub camera: Camera,
     pub render: RenderSettings,

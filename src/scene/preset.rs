@@ -124,22 +124,14 @@ fn lights(axes: Option<Axes>) -> Vec<LightTable> {
     let up = DVec3::from(default_up(back, axes));
     let back = DVec3::from(back);
     let right = up.cross(back);
-    let dark = LightTable {
-        kind: LightKind::Environment,
-        direction: None,
-        irradiance: None,
-        radiance: None,
-        image: None,
-    };
     let sun = LightTable {
-        kind: LightKind::Directional,
         direction: Some((0.45 * right - 0.65 * up - 0.6 * back).to_array()),
         irradiance: Some([4.2, 3.9, 3.4]),
-        ..dark.clone()
+        ..LightTable::new(LightKind::Directional)
     };
     let sky = LightTable {
         radiance: Some([0.13, 0.16, 0.21]),
-        ..dark
+        ..LightTable::new(LightKind::Environment)
     };
     vec![sun, sky]
 }

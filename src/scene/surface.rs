@@ -31,7 +31,7 @@ pub enum Normals {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Isosurface {
-    /// In the data's units.
+    /// The isovalue, in the data's units.
     pub value: f64,
     /// Probability of reflecting; absent otherwise. In [0, 1].
     pub opacity: f64,

@@ -27,14 +27,14 @@ pub struct CacheHeader {
     /// The resolved scene.
     pub scene: String,
     pub settings: Settings,
-    /// Of its light.
+    /// Fingerprint of the cache's light.
     pub fill: String,
-    /// It has had all paths that the picture asks for.
+    /// Whether the cache has had all paths that the picture asks for.
     pub is_filled: bool,
     state: CacheState,
 }
 
-/// A file that is what it says.
+/// A file that is whole and whose header is known.
 pub struct CacheFile {
     path: PathBuf,
     pub header: CacheHeader,

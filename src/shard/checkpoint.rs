@@ -26,7 +26,7 @@ pub struct State {
     /// Number of the picture under way, and of all pictures of the orbit; from 1 on.
     pub picture: u32,
     pub pictures: u32,
-    /// Spent on this picture, over all runs.
+    /// Seconds spent on this picture, over all runs.
     pub seconds: f64,
     pub runs: Vec<RunOf>,
 }
@@ -75,7 +75,7 @@ pub struct Found {
 }
 
 impl Found {
-    /// Looks for a checkpoint; with `restart`, removes it. Nobody else may work with it until this is dropped.
+    /// Looks for a checkpoint; with `restart`, removes it. No other process may work with it until this is dropped.
     ///
     /// # Errors
     ///

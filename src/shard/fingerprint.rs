@@ -19,7 +19,7 @@ impl Fingerprint {
         self.0.digest128().to_le_bytes()
     }
 
-    /// In 32 hexadecimal digits.
+    /// The hash in 32 hexadecimal digits.
     pub fn text(&self) -> String {
         format!("{:032x}", self.0.digest128())
     }

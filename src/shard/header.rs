@@ -15,29 +15,29 @@ pub struct Header {
     /// Units that the spread between samples is known from.
     pub units: u32,
     pub paths: u64,
-    /// Reads of the volume by them.
+    /// Reads of the volume by those samples.
     pub lookups: u64,
     /// The cache's fillings that the samples have read.
     pub fills: Vec<Fill>,
     /// What rendered it: device and driver.
     pub devices: Vec<String>,
-    /// Of the sums.
+    /// Checksum of the sums.
     pub checksum: String,
 }
 
-/// A filling of the cache. What it is wrong by is in all samples that read it.
+/// A filling of the cache. Its error is in all samples that read it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fill {
     /// Fingerprint of its light.
     pub id: String,
-    /// Of the picture that it shows; `None` while it is unknown.
+    /// Relative error of the picture that it shows; `None` while that is unknown.
     pub relative_error: Option<f64>,
     /// Samples that have read it.
     pub samples: u32,
 }
 
 impl Header {
-    /// Of the picture that the engine has so far. `fill` identifies the light of its cache, if it has one.
+    /// The header of the picture that the engine has so far. `fill` identifies the light of its cache, if it has one.
     pub fn of(engine: &Engine, identity: Identity, sums: &Sums, fill: Option<&str>) -> Header {
         let totals = engine.totals();
         let range = SampleRange {
@@ -81,7 +81,7 @@ impl Header {
         errors.sum()
     }
 
-    /// Whether a file may say this. The error is what is wrong with it.
+    /// Whether a file may have such a header. The error says what is wrong with it.
     pub(super) fn check(&self) -> Result<(), String> {
         let ranges = &self.samples;
         let is_in_order = ranges.windows(2).all(|pair| pair[0].end <= pair[1].first);

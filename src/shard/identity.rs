@@ -24,7 +24,7 @@ pub struct Identity {
     pub volume: String,
     pub size: [u32; 2],
     pub seed: u32,
-    /// With the cache's resolution.
+    /// The variant, with the cache's resolution.
     pub variant: String,
     /// Version of the program and fingerprint of its shaders.
     pub transport: String,
@@ -39,13 +39,14 @@ pub struct Named<'a> {
 }
 
 impl Identity {
-    /// Of pictures of `scene`, which is described by `text`, by an engine. `volume` is the volume's fingerprint.
+    /// The identity of pictures that an engine makes of `scene`, which `text` describes. `volume` is the volume's
+    /// fingerprint.
     pub fn of(engine: &Engine, scene: &Scene, text: &str, volume: &str) -> Result<Identity> {
         let mut fingerprint = Fingerprint::default();
         for (key, value) in deciding_keys(text)? {
             fingerprint.add(format!("{key} = {value}\n").as_bytes());
         }
-        if let Some(sky) = &scene.environment.image {
+        if let Some(sky) = &scene.lights.environment.image {
             fingerprint.add(bytemuck::cast_slice(&sky.size()));
             fingerprint.add(bytemuck::cast_slice(&sky.texels));
         }
@@ -165,7 +166,7 @@ fn flatten(name: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
     }
 }
 
-/// Of a volume's stored values and what they mean: a walk through all voxels.
+/// Fingerprint of a volume's stored values and what they mean. It takes a walk through all voxels.
 ///
 /// # Errors
 ///

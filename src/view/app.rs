@@ -1,12 +1,9 @@
-//! The event loop, and a frame from top to bottom.
+//! A frame of the window, from top to bottom.
 
 use std::time::{Duration, Instant};
 
 use egui::{CentralPanel, Rect};
-use winit::application::ApplicationHandler;
-use winit::event::WindowEvent;
-use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
-use winit::window::WindowId;
+use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
 use super::hud::{self, Hud, MemoryNow, Message};
@@ -15,14 +12,13 @@ use super::load::Load;
 use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
-use super::watch::{INTERVAL, Watch};
+use super::watch::Watch;
 use super::{clip, gizmo, panels, pointer};
 use crate::cli::ViewArgs;
 use crate::error::{DeviceError, Error, Result};
-use crate::interrupt::is_interrupted;
 use crate::output::Outputs;
 
-/// Figures are brought up to date so often while work goes on.
+/// How often figures are updated while work goes on.
 const FIGURES: Duration = Duration::from_millis(250);
 
 pub struct App<'a> {
@@ -66,9 +62,9 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Everything from what arrived to what is shown. Work on the GPU is in slices, so that none of it
-    /// takes long.
-    fn frame(&mut self) -> Result<()> {
+    /// Does everything from what has arrived to what is shown. Work on the GPU is in slices, so that none of it takes
+    /// long.
+    pub(super) fn frame(&mut self) -> Result<()> {
         self.take_opened()?;
         self.take_built()?;
         let has_interface =
@@ -102,7 +98,8 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// Panels, mouse and keys: they change the scene, and wish for the rest.
+    /// Runs panels, mouse and keys. They change the scene by themselves; what else they ask for is returned as
+    /// wishes.
     fn run_interface(&mut self) -> Result<Vec<Wish>> {
         let is_waiting = self.is_waiting();
         let App {
@@ -293,13 +290,13 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// There is something to do without waiting for an event.
-    fn is_busy(&self) -> bool {
+    /// Whether there is something to do without waiting for an event.
+    pub(super) fn is_busy(&self) -> bool {
         let live = self.session.as_ref().and_then(|s| s.live.as_ref());
         live.is_some_and(|live| !live.picture.is_finished()) || self.has_old_images()
     }
 
-    /// Figures, bars or messages on the screen change without an event.
+    /// Whether figures, bars or messages on the screen change without an event.
     fn is_waiting(&self) -> bool {
         self.is_busy()
             || self.opening.is_some()
@@ -336,72 +333,5 @@ impl<'a> App<'a> {
             outputs.commit()?;
         }
         Ok(0)
-    }
-
-    fn fail(&mut self, event_loop: &ActiveEventLoop, error: Error) {
-        self.failure.get_or_insert(error);
-        event_loop.exit();
-    }
-}
-
-impl ApplicationHandler<()> for App<'_> {
-    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.stage.is_some() {
-            return;
-        }
-        self.report.window_opened();
-        // First, since it goes on beside the device's opening.
-        self.open(self.args.scene.input.clone());
-        match Stage::open(event_loop, self.args) {
-            Ok(stage) => self.stage = Some(stage),
-            Err(error) => self.fail(event_loop, error),
-        }
-    }
-
-    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(stage) = &mut self.stage else {
-            return;
-        };
-        let wants_frame = stage.hear(&event);
-        match event {
-            WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::DroppedFile(path) => self.open(path),
-            WindowEvent::RedrawRequested if stage.is_hidden() => {}
-            WindowEvent::RedrawRequested => {
-                if let Err(error) = self.frame() {
-                    self.fail(event_loop, error);
-                }
-            }
-            _ if wants_frame => {
-                self.report.response.heard();
-                self.interface_due = Some(Instant::now());
-            }
-            _ => {}
-        }
-    }
-
-    fn user_event(&mut self, event_loop: &ActiveEventLoop, (): ()) {
-        if is_interrupted() {
-            event_loop.exit();
-        }
-        self.interface_due = Some(Instant::now());
-    }
-
-    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        self.look_at_file();
-        let Some(stage) = self.stage.as_ref().filter(|stage| !stage.is_hidden()) else {
-            event_loop.set_control_flow(ControlFlow::Wait);
-            return;
-        };
-        let now = Instant::now();
-        if self.is_busy() || self.interface_due.is_some_and(|due| due <= now) {
-            stage.window.request_redraw();
-        }
-        let file = self.watch.as_ref().map(|_| now + INTERVAL);
-        let next = [file, self.interface_due].into_iter().flatten().min();
-        event_loop.set_control_flow(match next {
-            Some(at) => ControlFlow::WaitUntil(at),
-            None => ControlFlow::Wait,
-        });
     }
 }

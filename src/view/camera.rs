@@ -8,7 +8,8 @@ use crate::scene::{Camera, Projection, View};
 /// How near the eye gets to the axis: a camera that looks along it does not know which way is up.
 const POLE_DEGREES: f64 = 1.0;
 
-/// A drag, as a share of the picture's height, to the right and down. All of the height is half a turn.
+/// Turns the camera by a drag to the right and down, as a share of the picture's height. The whole height is half a
+/// turn.
 pub fn orbit(camera: &Camera, drag: [f64; 2]) -> Camera {
     let [_, _, up] = camera.basis();
     let axis = DVec3::from(camera.up).normalize();
@@ -38,7 +39,7 @@ pub fn pan(camera: &Camera, drag: [f64; 2]) -> Camera {
     }
 }
 
-/// Steps of a wheel; forward comes nearer.
+/// Moves the camera by steps of a wheel; forward comes nearer.
 pub fn zoom(camera: &Camera, steps: f64) -> Camera {
     let factor = 0.9f64.powf(steps);
     let target = DVec3::from(camera.target);

@@ -1,8 +1,8 @@
-//! Undo and redo: whole scenes, since they are small beside their volume. The camera is not part of it.
+//! Undo and redo: whole scenes, since they are small beside their volume. Cameras are not part of the history.
 
 use crate::scene::Scene;
 
-/// So many steps back.
+/// The most steps that can be undone.
 const MOST: usize = 100;
 
 pub struct History {

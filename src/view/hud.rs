@@ -26,7 +26,7 @@ pub struct Hud {
     pub shows_help: bool,
 }
 
-/// What the last thing that happened has to say.
+/// A message about what happened last.
 pub struct Message {
     text: String,
     pub is_error: bool,
@@ -97,7 +97,7 @@ fn headline(live: &Live, report: &Report) -> String {
     }
 }
 
-/// How far the cache is.
+/// How far the cache is filled.
 fn light(live: &Live) -> Option<String> {
     let cache = live.engine.renderer().cache()?;
     let cells = cache.memory.layout.active_nodes();

@@ -90,7 +90,7 @@ const MOUSE: [[&str; 2]; 6] = [
     ["drop a file", "open it"],
 ];
 
-/// What the keys of this frame ask for; none while somebody types into a field.
+/// What the keys of this frame ask for; nothing while the user types into a field.
 pub fn wishes(ui: &Ui) -> Vec<Wish> {
     if ui.ctx().egui_wants_keyboard_input() {
         return Vec::new();

@@ -17,7 +17,7 @@ pub struct Order {
     /// Its size is that of the picture.
     pub scene: Scene,
     pub seed: u32,
-    /// Samples a pixel of a picture at rest, at most.
+    /// The most samples of each pixel in a picture at rest.
     pub samples: u32,
     /// Bytes that the window takes.
     pub for_window: u64,

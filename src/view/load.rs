@@ -1,5 +1,5 @@
-//! What takes longer than a frame, on a thread of its own: opening a scene, and compiling and loading
-//! what it takes on the GPU. Whoever no longer wants a result drops the receiver, and it goes unheard.
+//! What takes longer than a frame, on a thread of its own: opening a scene, and compiling and loading what it takes
+//! on the GPU. A result that is no longer wanted is ignored by dropping its receiver.
 
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -19,7 +19,7 @@ use crate::scene::{Edit, open};
 /// Bins of the transfer function's histogram.
 const BINS: usize = 256;
 
-/// Builds under way; some may be wanted by nobody any more.
+/// Builds under way; some may no longer be wanted.
 static BUILDS: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 
 /// Waits for all builds to end: a process that ends while its driver compiles may crash.
@@ -50,7 +50,7 @@ impl<T: Send + 'static> Load<T> {
         let (sender, receiver) = channel();
         let proxy = proxy.clone();
         let thread = thread::spawn(move || {
-            // Nobody may be listening any more; then the window is gone or wants something else.
+            // The receiver may be gone: the window was closed, or wants something else.
             let _ = sender.send(work());
             let _ = proxy.send_event(());
         });

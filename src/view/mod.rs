@@ -1,14 +1,15 @@
 //! The window: `isolume view`.
 //!
-//! One thread runs the event loop, and [`app`] holds its frame from top to bottom: panels and mouse
-//! change the scene, [`live`] brings the GPU up to it, and [`picture`] spends the frame's slice of time on
-//! whatever the picture needs most. Opening a volume and compiling a scene's passes take longer than a
+//! One thread runs the event loop ([`events`]), and [`app`] holds its frame from top to bottom: panels and
+//! mouse change the scene, [`live`] brings the GPU up to it, and [`picture`] spends the frame's slice of time
+//! on whatever the picture needs most. Opening a volume and compiling a scene's passes take longer than a
 //! frame and happen on a thread of their own ([`load`]).
 
 mod app;
 mod camera;
 mod clip;
 mod document;
+mod events;
 mod gizmo;
 mod history;
 mod hud;

@@ -1,4 +1,4 @@
-//! Opening scenes and volumes, and the scene file as somebody edits it.
+//! Opening scenes and volumes, and the scene file while the user edits it.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -71,7 +71,7 @@ impl App<'_> {
         }
     }
 
-    /// An edit of the scene file shows at once; one that is wrong is told, over the last good picture.
+    /// Shows an edit of the scene file at once; a mistake in it is reported over the last good picture.
     pub(super) fn look_at_file(&mut self) {
         let Some(watch) = self.watch.as_mut().filter(|_| self.opening.is_none()) else {
             return;

@@ -18,9 +18,9 @@ use crate::scene::Tone;
 
 /// A picture in motion should take about this long.
 const MOVING_MS: f64 = 28.0;
-/// With fewer pixels along an axis, of those at rest, nothing can be recognised.
+/// The least share of the pixels along an axis: with fewer, nothing can be recognised.
 const LEAST_SCALE: f64 = 0.15;
-/// What the cache gets of a frame in motion.
+/// The milliseconds that the cache gets of a frame in motion.
 const FILLING_MS: f64 = 12.0;
 /// A piece of work at rest; a frame has one, so that it answers soon.
 const RESTING_MS: f64 = 30.0;
@@ -52,9 +52,9 @@ pub struct Picture {
     most_samples: u32,
     /// Relative error of the picture at rest; not finite while it is unknown.
     pub relative_error: f64,
-    /// Some picture of this scene can be seen.
+    /// Whether some picture of this scene can be seen.
     is_shown: bool,
-    /// Exposure or tone are others than what is shown.
+    /// Whether exposure or tone differ from what is shown.
     pub is_toned_otherwise: bool,
 }
 
@@ -89,7 +89,7 @@ impl Picture {
         }
     }
 
-    /// Something moves: whatever was done for the picture at rest is void.
+    /// Notes that something moves: whatever was done for the picture at rest is void.
     pub fn restart(&mut self) {
         self.last_motion = Instant::now();
         self.doing = Doing::Moving;
@@ -298,7 +298,7 @@ impl Picture {
         }
     }
 
-    /// In some view.
+    /// Whether the cache is good enough in some view.
     fn cache_is_good(engine: &Engine) -> bool {
         engine
             .renderer()
@@ -306,7 +306,7 @@ impl Picture {
             .is_none_or(|cache| cache.is_known_to(CACHE_ERROR) || cache.took >= LONGEST_FILLING)
     }
 
-    /// In this one.
+    /// Whether the cache has converged in this view.
     fn cache_is_converged(engine: &Engine) -> bool {
         let cache = engine.renderer().cache();
         Picture::cache_is_good(engine) && cache.is_none_or(|cache| cache.is_caught_up())

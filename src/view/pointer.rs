@@ -90,7 +90,7 @@ fn window_and_level(session: &mut Session, drag: [f64; 2]) {
 /// The light's source follows the pointer as if it lay on a ball.
 fn turn_sun(session: &mut Session, drag: [f64; 2]) {
     let [_, right, up] = session.scene.camera.basis();
-    if let Some(sun) = session.scene.suns.get_mut(session.chosen.sun) {
+    if let Some(sun) = session.scene.lights.suns.get_mut(session.chosen.sun) {
         let about_up = DQuat::from_axis_angle(up, drag[0] * std::f64::consts::PI);
         let about_right = DQuat::from_axis_angle(right, drag[1] * std::f64::consts::PI);
         let turned = about_up * about_right * DVec3::from(sun.direction);

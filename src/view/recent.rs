@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use crate::engine::figures::quantile;
 
-/// So many of the last values count for quantiles.
+/// How many of the last values count for quantiles.
 const REMEMBERED: usize = 512;
 
 #[derive(Default)]
@@ -12,7 +12,7 @@ pub struct Recent {
     last: VecDeque<f64>,
     pub count: usize,
     pub total: f64,
-    /// `None` before the first.
+    /// The highest value; `None` before the first one.
     pub highest: Option<f64>,
 }
 
@@ -27,13 +27,13 @@ impl Recent {
         self.highest = Some(self.highest.map_or(value, |highest| highest.max(value)));
     }
 
-    /// Over the last few.
+    /// The mean of the last values.
     pub fn mean(&self) -> f64 {
         let last = self.last.iter().rev().take(16);
         last.clone().sum::<f64>() / last.len().max(1) as f64
     }
 
-    /// NaN where nothing has happened.
+    /// A quantile of the last values; NaN where there are none.
     pub fn quantile(&self, fraction: f64) -> f64 {
         let mut sorted: Vec<f64> = self.last.iter().copied().collect();
         sorted.sort_by(f64::total_cmp);

@@ -15,7 +15,7 @@ use crate::gpu::Timings;
 pub struct Report {
     began: Instant,
     is_quiet: bool,
-    /// Milliseconds on the GPU.
+    /// Milliseconds of each pass on the GPU.
     passes: Vec<(&'static str, Recent)>,
     pub response: Response,
     /// Milliseconds between frames while something moves.
@@ -39,7 +39,7 @@ pub struct SessionStats {
     device: String,
     driver: String,
     seconds: f64,
-    /// From the window's opening to the first picture in it.
+    /// Seconds from the window's opening to the first picture in it.
     first_picture_s: Option<f64>,
     frames: u64,
     /// Between frames while something moves: median and 95th percentile.
@@ -120,7 +120,7 @@ impl Report {
         self.planned = self.planned.max(bytes);
     }
 
-    /// A frame was presented.
+    /// Notes that a frame was presented.
     pub fn frame(&mut self, is_moving: bool, has_picture: bool) {
         self.frames += 1;
         self.response.presented(has_picture);

@@ -44,13 +44,13 @@ impl Response {
         });
     }
 
-    /// The interface has dealt with all that was heard.
+    /// Notes that the interface has dealt with all that was heard.
     pub fn dealt_with(&mut self, changes_picture: bool) {
         let heard = self.heard.take().filter(|_| changes_picture);
         self.awaited = self.awaited.or(heard);
     }
 
-    /// A frame was presented, with a picture that was made since the last or with the same again.
+    /// Notes that a frame was presented, with a new picture or with the same one again.
     pub fn presented(&mut self, has_picture: bool) {
         self.presented += 1;
         if let Some(arrival) = self.awaited.take_if(|_| has_picture) {

@@ -19,11 +19,11 @@ pub struct Session {
     pub document: Arc<Document>,
     /// The scene's file as it was read last.
     file: SceneFile,
-    /// What is to be seen; panels change it as they like.
+    /// The scene to show; panels change it as they like.
     pub scene: Scene,
     pub live: Option<Live>,
     pub building: Option<Load<Live>>,
-    /// The list of `series`, on its way.
+    /// The list of `series` while it is being made.
     pub listing: Option<Load<Vec<Preview>>>,
     /// What the document's folder holds, where that is several volumes.
     pub series: Vec<Preview>,
@@ -32,7 +32,7 @@ pub struct Session {
     pub home: Camera,
     /// The last scene that the GPU has shown.
     shown: Option<Scene>,
-    /// In all lists of the panels, which item is at hand.
+    /// The selected item in each list of the panels.
     pub chosen: Chosen,
 }
 
@@ -78,7 +78,7 @@ impl Session {
             Some(live) if *live.engine.scene() == self.scene => return Ok(false),
             Some(live) => match live.follow(&self.scene) {
                 Err(Error::Device(why)) => return Err(Error::Device(why)),
-                // It may have stopped half way; what stands in the way of a new one is told when that fails.
+                // It may have stopped half way; what stands in the way of a new one is reported when that fails.
                 Err(_) => Followed::Impossible,
                 Ok(followed) => followed,
             },
@@ -89,7 +89,7 @@ impl Session {
             Followed::Kept => {}
             Followed::Cleared => report.cache_cleared(),
             Followed::Impossible => {
-                // What there is has to make room first.
+                // The old renderer has to make room first.
                 self.live = None;
                 self.building = Some(self.begin_build(stage, proxy, args)?);
             }
@@ -140,7 +140,7 @@ impl Session {
         }
     }
 
-    /// The file has been edited on disk.
+    /// Takes over a file that has been edited on disk.
     pub fn reread(&mut self, file: SceneFile, scene: Scene) {
         self.scene = scene;
         self.file = file;

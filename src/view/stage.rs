@@ -18,7 +18,7 @@ use crate::gpu::{
     Shape, Surface, Swapchain,
 };
 
-/// What lies around the picture while there is none.
+/// The colour of the window where there is no picture.
 const BACKGROUND: [f32; 3] = [0.07, 0.075, 0.085];
 
 pub struct Stage {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Between two looks.
+/// The time between two looks at the file.
 pub const INTERVAL: Duration = Duration::from_millis(250);
 
 pub struct Watch {

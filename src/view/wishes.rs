@@ -25,7 +25,7 @@ impl App<'_> {
         }
     }
 
-    /// Returns what to say about it.
+    /// Carries out one wish, and returns what to say about it.
     fn carry_out_one(&mut self, wish: Wish) -> Result<Option<String>> {
         match wish {
             Wish::PassTimes => self.hud.shows_times ^= true,

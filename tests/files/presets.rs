@@ -73,11 +73,11 @@ fn hounsfield_units_show_bone_in_soft_tissue() {
         "what lies around the bone is faint"
     );
     assert_eq!(
-        (scene.suns.len(), opened.notes[0].as_str()),
+        (scene.lights.suns.len(), opened.notes[0].as_str()),
         (1, "a note of the loader")
     );
     // The sun shines from above, from the viewer's side.
-    assert!(scene.suns[0].direction[1] < 0.0 && scene.suns[0].direction[2] < 0.0);
+    assert!(scene.lights.suns[0].direction[1] < 0.0 && scene.lights.suns[0].direction[2] < 0.0);
     let again = describe(&opened.file, &opened.volume, scene);
     assert!(again.contains("path = \"data/head.nrrd\""), "{again}");
 }

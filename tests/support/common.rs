@@ -104,8 +104,7 @@ pub fn empty_scene(size: [u32; 2], camera: Camera) -> Scene {
             normals: Normals::Smooth,
             iso: Vec::new(),
         },
-        suns: Vec::new(),
-        environment: Environment::default(),
+        lights: Lights::default(),
         clips: Vec::new(),
         camera,
         render: RenderSettings {

@@ -25,7 +25,7 @@ pub struct Probe {
 pub struct Shader {
     pub name: &'static str,
     pub text: &'static str,
-    /// The scene's resources that it uses, by name.
+    /// The scene's resources that it uses, by name; "lights" are those of `light.glsl`.
     pub uses: &'static [&'static str],
 }
 
@@ -77,7 +77,7 @@ impl Probe {
         let (frame, r) = self.renderer.probed();
         r.scene.write(&[self.constants]);
         let mut bindings: Vec<(&str, Binding<'_>)> =
-            shader.uses.iter().map(|&n| (n, binding(r, n))).collect();
+            shader.uses.iter().flat_map(|n| bindings(r, n)).collect();
         bindings.push(("inputs", Binding::Buffer(&inputs)));
         bindings.push(("outputs", Binding::Buffer(&results)));
         frame
@@ -90,17 +90,16 @@ impl Probe {
     }
 }
 
-fn binding<'a>(r: &'a Resources, name: &str) -> Binding<'a> {
-    match name {
+fn bindings<'a>(r: &'a Resources, name: &'static str) -> Vec<(&'static str, Binding<'a>)> {
+    let binding = match name {
+        "lights" => return r.lights.bindings(),
         "scene_block" => Binding::Buffer(&r.scene),
         "volume" => Binding::Image(&r.volume),
         "ranges" => Binding::Image(&r.ranges),
         "transfer" => Binding::Image(&r.transfer),
         "clips" => Binding::Buffer(&r.clips),
         "surfaces" => Binding::Buffer(&r.surfaces),
-        "suns" => Binding::Buffer(&r.suns),
-        "environment" => Binding::Image(&r.environment),
-        "sky" => Binding::Buffer(&r.sky),
         _ => panic!("no resource is called {name}"),
-    }
+    };
+    vec![(name, binding)]
 }

@@ -111,7 +111,7 @@ pub fn scene() -> Scene {
         projection: Projection::Perspective { fov_y: 32.0 },
     };
     let mut scene = common::empty_scene(PIXELS, camera);
-    scene.environment.radiance = [0.4, 0.5, 0.7];
+    scene.lights.environment.radiance = [0.4, 0.5, 0.7];
     scene
 }
 

@@ -49,8 +49,8 @@ fn scene(g: f64, light: Option<LightModel>) -> Scene {
             ],
         )
     });
-    scene.environment.radiance = [0.5, 0.6, 0.7];
-    scene.suns = vec![DirectionalLight {
+    scene.lights.environment.radiance = [0.5, 0.6, 0.7];
+    scene.lights.suns = vec![DirectionalLight {
         direction: [-0.6, -0.8, 0.0],
         irradiance: [2.0; 3],
     }];

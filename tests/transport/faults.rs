@@ -125,8 +125,8 @@ fn in_a_medium_under_an_image_and_a_sun() {
         0.5,
         &[(10.0, 0.0, orange), (40.0, 1.0, orange)],
     ));
-    scene.environment.image = Some(sky_with_a_sun(4.0));
-    scene.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
+    scene.lights.environment.image = Some(sky_with_a_sun(4.0));
+    scene.lights.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
     let trial = Trial {
         name: "hills",
         scene,
@@ -202,7 +202,7 @@ fn behind_half_transparent_surfaces() {
         surface(20.0, 0.3, [0.8; 3], Shading::Lambert),
         surface(35.0, 1.0, [0.5; 3], Shading::Lambert),
     ];
-    scene.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
+    scene.lights.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
     let trial = Trial {
         name: "veiled hills",
         scene,

@@ -45,7 +45,7 @@ fn local_light_with_medium_and_surfaces() {
         surface(40.0, 1.0, CLAY, Shading::Lambert),
         surface(25.0, 0.3, JADE, PHONG),
     ];
-    scene.suns = vec![
+    scene.lights.suns = vec![
         sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8]),
         sun([0.8, -0.2, -0.6], [0.2, 0.3, 0.4]),
     ];
@@ -70,7 +70,7 @@ fn full_light_through_opacities() {
         surface(33.0, 0.6, CLAY, Shading::Lambert),
         surface(44.0, 1.0, FOG, DISNEY),
     ];
-    scene.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
+    scene.lights.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
     scene.render.max_bounces = 5;
     assert_agreement(Trial {
         name: "full light, 5 bounces",
@@ -87,7 +87,7 @@ fn disney_under_an_image() {
     let mut scene = scene();
     scene.surfaces.light = LightModel::Full;
     scene.surfaces.iso = vec![surface(30.0, 1.0, CLAY, DISNEY)];
-    scene.environment.image = Some(sky_with_a_sun(5.0));
+    scene.lights.environment.image = Some(sky_with_a_sun(5.0));
     assert_agreement(Trial {
         name: "Disney",
         scene,
@@ -111,8 +111,8 @@ fn a_medium_under_an_image_and_two_suns() {
             (60.0, 1.0, WHITE),
         ],
     ));
-    scene.environment.image = Some(sky_with_a_sun(8.0));
-    scene.suns = vec![
+    scene.lights.environment.image = Some(sky_with_a_sun(8.0));
+    scene.lights.suns = vec![
         sun([-0.5, -1.0, -0.3], [0.6, 0.5, 0.4]),
         sun([0.8, -0.2, -0.6], [0.2, 0.3, 0.4]),
     ];
@@ -142,7 +142,7 @@ fn cut_open_in_parallel_projection() {
         ],
     ));
     scene.surfaces.iso = vec![surface(30.0, 0.5, CLAY, Shading::Lambert)];
-    scene.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
+    scene.lights.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
     scene.render.max_bounces = 1;
     assert_agreement(Trial {
         name: "cut open, 1 bounce",
@@ -163,7 +163,7 @@ fn from_within() {
     scene.medium = Some(medium(0.2, 0.85, &[(0.0, 0.1, FOG), (40.0, 1.0, WHITE)]));
     scene.surfaces.light = LightModel::Full;
     scene.surfaces.iso = vec![surface(38.0, 0.5, CLAY, PHONG)];
-    scene.environment.image = Some(sky_with_a_sun(3.0));
+    scene.lights.environment.image = Some(sky_with_a_sun(3.0));
     scene.render.max_bounces = 2;
     assert_agreement(Trial {
         name: "from within, 2 bounces",
@@ -188,7 +188,7 @@ fn much_scattering() {
             (40.0, 1.0, FOG),
         ],
     ));
-    scene.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
+    scene.lights.suns = vec![sun([-0.5, -1.0, -0.3], [1.0, 0.9, 0.8])];
     assert_agreement(Trial {
         name: "much scattering",
         scene,
@@ -204,7 +204,7 @@ fn much_scattering() {
 fn a_straight_transfer_function() {
     let mut scene = scene();
     scene.medium = Some(medium(0.8, 0.4, &[(-20.0, 0.0, FOG), (80.0, 1.0, FOG)]));
-    scene.suns = vec![sun([-0.5, -1.0, -0.3], [1.5, 1.2, 1.0])];
+    scene.lights.suns = vec![sun([-0.5, -1.0, -0.3], [1.5, 1.2, 1.0])];
     assert_agreement(Trial {
         name: "straight",
         scene,

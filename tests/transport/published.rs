@@ -25,7 +25,7 @@ fn scene(medium: Medium) -> Scene {
         projection: Projection::Perspective { fov_y: 30.0 },
     };
     let mut scene = empty_scene([32, 32], camera);
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene.medium = Some(medium);
     scene
 }
@@ -92,8 +92,8 @@ fn thin_medium_under_a_sky_looks_as_in_our_model() {
 #[test]
 fn a_sun_brings_as_much_light_to_thin_medium() {
     let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));
-    scene.environment.radiance = [0.0; 3];
-    scene.suns.push(DirectionalLight {
+    scene.lights.environment.radiance = [0.0; 3];
+    scene.lights.suns.push(DirectionalLight {
         direction: [0.0, -1.0, 0.0],
         irradiance: [10.0; 3],
     });

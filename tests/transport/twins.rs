@@ -172,7 +172,7 @@ fn host_and_shader_agree_on_when_nodes_gather() {
     };
     let mut scene = empty_scene([8, 8], camera);
     scene.medium = Some(uniform_medium(40.0, 0.99, 0.0));
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     let volume = constant_field(1.0, [4 * BRICK; 3], [1.0 / f64::from(4 * BRICK); 3]);
     let mut cached = cached(&scene, &volume, 1.0, CacheFormat::F32, 0, 1);
     cached.caching().widen_focus();

@@ -1,8 +1,7 @@
 //! Textured triangles over an image: what a user interface is drawn with.
 //!
-//! Its memory is of fixed size, so that a plan can count it before anyone has drawn anything: a
-//! texture of [`ATLAS_SIDE`]² texels, and so many vertices and indices. Of a picture with more, the
-//! rest is left out.
+//! Its memory is of fixed size, so that a plan can count it before anyone has drawn anything: a texture of
+//! [`ATLAS_SIDE`]² texels, and so many vertices and indices. Whatever exceeds them is not drawn.
 
 use std::sync::Arc;
 
@@ -31,7 +30,7 @@ shared! {
     pub struct CanvasVertex {
         /// Pixels from the upper left corner.
         pub position: vec2,
-        /// 1 is the end of what is used of the texture.
+        /// Place in the texture; 1 is the end of the used part.
         pub uv: vec2,
         /// Eight bits a channel, red lowest; premultiplied, encoded for display.
         pub color: uint,
@@ -40,7 +39,7 @@ shared! {
     pub struct CanvasPush {
         /// Pixels.
         pub size: vec2,
-        /// What is used of the texture, as a share of its sides.
+        /// The used part of the texture, as a share of its sides.
         pub uv_scale: vec2,
     }
 }
@@ -60,7 +59,7 @@ pub struct Canvas {
     indices: Buffer,
     atlas: Image,
     staging: Buffer,
-    /// What is used of the texture, texels.
+    /// The used part of the texture, in texels.
     used: [u32; 2],
     draws: Vec<Draw>,
 }

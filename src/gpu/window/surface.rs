@@ -18,9 +18,9 @@ use super::super::instance::Instance;
 use super::super::memory::{Holding, Memory};
 use crate::error::{DeviceError, Error, Result};
 
-/// Eight bits a channel, encoded by whoever writes.
+/// Eight bits for each channel, already encoded for display when they are written.
 const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
-/// So long without an image from the window system, the frame is left out.
+/// How long to wait for an image from the window system before the frame is left out.
 const PATIENCE_NS: u64 = 500_000_000;
 
 impl Device {

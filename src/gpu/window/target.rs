@@ -1,5 +1,5 @@
-//! What a frame records on an image of a window. Unlike all others such an image changes its layout: the
-//! window system wants one of its own.
+//! What a frame records on an image of a window. Unlike all others, such an image changes its layout, since the
+//! window system needs one of its own.
 
 use ash::vk;
 

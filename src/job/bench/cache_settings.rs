@@ -16,9 +16,9 @@ use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::render::doubling;
 use crate::scene::CacheFormat::{F16, F32};
 
-/// What the others are measured against.
+/// The setting that the others are measured against.
 const WHOLE: BenchVariant = BenchVariant::caching(1.0, F32);
-/// Gets the same paths, so that rounding is all that tells them apart.
+/// A cache that gets the same paths, so that it differs by rounding alone.
 const ROUNDED: BenchVariant = BenchVariant::caching(1.0, F16);
 const COARSE: [BenchVariant; 3] = [
     BenchVariant::caching(0.5, F32),
@@ -26,7 +26,7 @@ const COARSE: [BenchVariant; 3] = [
     BenchVariant::caching(0.125, F32),
 ];
 
-/// Empty where the whole cache does not fit, or takes too long to fill.
+/// Measures all settings; the result is empty where the whole cache does not fit, or takes too long to fill.
 pub fn measure(
     bench: &Bench<'_>,
     subject: &Subject,
@@ -64,7 +64,7 @@ struct Settings<'a> {
     exposure: f64,
 }
 
-/// What a cache shows, and what it is.
+/// The picture that a cache shows, and the cache's figures.
 struct Shown {
     image: LinearImage,
     setting: CacheSetting,
@@ -108,7 +108,7 @@ impl Settings<'_> {
         self.subject.entrant(host, volume, variant)
     }
 
-    /// Through two caches, filled for as long as time allows.
+    /// What two caches show that have been filled for as long as time allows.
     fn shown_twice(&self, entrant: &Entrant, first_seed: u32) -> Result<[Shown; 2]> {
         let fill = |engine: &mut Engine| fill_for(self.bench.longest(), engine);
         let first = self.shown(entrant, first_seed, fill)?;
@@ -140,7 +140,7 @@ impl Settings<'_> {
     }
 }
 
-/// Compared with nothing yet.
+/// A setting that has not been compared with anything yet.
 fn setting(variant: &str, engine: &Engine, voxels: f64) -> CacheSetting {
     let (Some(stats), Some(cache)) = (engine.cache_stats(0.0), engine.renderer().cache()) else {
         unreachable!("an engine of the caching variant has a cache");
@@ -159,7 +159,7 @@ fn setting(variant: &str, engine: &Engine, voxels: f64) -> CacheSetting {
     }
 }
 
-/// For a cache's share of a render of that length, however good it gets.
+/// Fills the cache for its share of a render of that length, however good it gets.
 fn fill_for(time: Duration, engine: &mut Engine) -> Result<()> {
     let stop = Stop {
         relative_error: Some(f64::MIN_POSITIVE),

@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::scene::Variant;
 
 const EDITS: usize = 16;
-/// What every second edit makes of opacities. The others undo it.
+/// The factor by which every second edit dims opacities; the others undo it.
 const DIMMED: f64 = 0.75;
 
 /// Edits the scene that is loaded and leaves it as it was, the cache empty. `None` where there is no

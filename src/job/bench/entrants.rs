@@ -9,7 +9,7 @@ use crate::scene::file::{SceneFile, ShadingModel};
 use crate::scene::volume::Volume;
 use crate::scene::{CacheFormat, Scene, Variant, describe, resolve};
 
-/// Where none is named, those that fit.
+/// The variants that are measured where none is named, as far as they fit.
 const DEFAULT: [BenchVariant; 5] = [
     BenchVariant::without_cache(Variant::NonCaching),
     BenchVariant::caching(1.0, CacheFormat::F16),
@@ -20,9 +20,9 @@ const DEFAULT: [BenchVariant; 5] = [
 
 /// The scene with one shading model.
 pub struct Subject {
-    /// `None`: as the scene has it.
+    /// The shading model; `None` leaves it as the scene has it.
     pub shading: Option<ShadingModel>,
-    /// Begins the names of its files where there are several subjects, as in `phong.`.
+    /// Prefix of its files' names where there are several subjects, as in `phong.`.
     pub prefix: String,
     file: SceneFile,
     pub entrants: Vec<Entrant>,
@@ -30,11 +30,11 @@ pub struct Subject {
     pub skipped: Vec<String>,
 }
 
-/// One variant of it.
+/// One variant of a subject.
 pub struct Entrant {
     pub word: String,
     pub scene: Scene,
-    /// For a picture's header.
+    /// The scene as text, for a picture's header.
     pub text: String,
     pub choice: Choice,
 }
@@ -94,7 +94,7 @@ impl Subject {
                 Err(why) => subject.skipped.push(format!("{variant}: {why}")),
             }
         }
-        // Others are compared with its pictures as they come.
+        // Non-caching comes first, since the others are compared with its pictures.
         subject.entrants.sort_by_key(|e| !e.is_non_caching());
         Ok(subject)
     }
@@ -136,7 +136,7 @@ impl Entrant {
         self.choice.plan.variant == render::Variant::NonCaching
     }
 
-    /// For a file's name, which a colon has no place in.
+    /// The variant as a part of a file's name, in which a colon has no place.
     pub fn file_word(&self) -> String {
         self.word.replace(':', "-")
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Place, Result};
 
-/// Made if it is missing; what is still empty when this is dropped goes again.
+/// A folder that is made if it is missing, and removed again if it is still empty when this is dropped.
 pub struct Folder {
     path: PathBuf,
     is_new: bool,
@@ -36,7 +36,7 @@ impl Folder {
 impl Drop for Folder {
     fn drop(&mut self) {
         if self.is_new {
-            // Fails where there is a report in it, as it should.
+            // This fails where a report is in the folder, as it should.
             let _ = fs::remove_dir(&self.path);
         }
     }

@@ -158,7 +158,7 @@ fn over_time(report: &Report, subject: &SubjectReport) -> String {
     table.text()
 }
 
-/// Where a picture could not be had in time.
+/// A remark on a picture that could not be had in time.
 fn late(point: &Point) -> String {
     match point.is_late() {
         true => format!(" (at {:.2} s)", point.seconds),

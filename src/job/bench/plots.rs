@@ -77,7 +77,7 @@ pub fn all(subject: &SubjectReport) -> Result<Vec<(&'static str, String)>> {
     drawn.collect()
 }
 
-/// Runs from cold, and dashed the new views from their warm caches.
+/// Solid curves for runs from cold, and dashed ones for new views from their warm caches.
 fn curves(subject: &SubjectReport, value: impl Fn(&Point) -> f64) -> Vec<Curve> {
     let points = |points: &[Point]| -> Vec<(f64, f64)> {
         let pairs = points.iter().map(|p| (p.seconds, value(p)));
@@ -112,12 +112,12 @@ struct Plot {
     /// What the values are.
     what: &'static str,
     curves: Vec<Curve>,
-    /// Where the reference's noise is.
+    /// The level of the reference's noise.
     floor: Option<f64>,
     span: Span,
 }
 
-/// What the axes have to show.
+/// The ranges that the axes have to show.
 struct Span {
     x: [f64; 2],
     y: [f64; 2],

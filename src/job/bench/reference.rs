@@ -26,7 +26,7 @@ pub struct Reference {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rays {
     Anywhere,
-    /// As those of the picture that a cache shows at once.
+    /// Through its middle, as those of the picture that a cache shows at once.
     Centres,
 }
 
@@ -59,7 +59,7 @@ impl Reference {
         })
     }
 
-    /// Without a cache, which would be biased, and with random numbers of its own.
+    /// Renders a reference without a cache, which would be biased, and with random numbers of its own.
     pub fn render(bench: &mut Bench<'_>, subject: &Subject, rays: Rays) -> Result<Reference> {
         let Bench {
             args, host, volume, ..
@@ -105,8 +105,8 @@ fn render_for(time: Duration, bench: &Bench<'_>, engine: &mut Engine) -> Result<
     outcome
 }
 
-/// What every metric says of a picture that differs from the reference by just as much noise as the
-/// reference has by its own account. `None` where it has none.
+/// The metrics of a picture that differs from the reference by as much noise as the reference states for itself.
+/// `None` where it has none.
 fn own_noise(reference: &LinearImage, exposure: f64) -> Result<Option<Comparison>> {
     let Some(stderr) = &reference.stderr else {
         return Ok(None);
@@ -133,7 +133,7 @@ impl Gaussian {
         (radius * (std::f64::consts::TAU * self.uniform()).cos()) as f32
     }
 
-    /// In (0, 1].
+    /// A uniform random number in (0, 1].
     fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

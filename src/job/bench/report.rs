@@ -30,13 +30,13 @@ pub struct Report {
 
 #[derive(Debug, Serialize)]
 pub struct SubjectReport {
-    /// Null: as the scene has it.
+    /// The shading model; null where it is as the scene has it.
     pub shading: Option<ShadingModel>,
-    /// Begins the names of its files.
+    /// Prefix of its files' names.
     #[serde(skip)]
     pub prefix: String,
     pub reference: ReferenceReport,
-    /// Of rays through the middle of each pixel; null without a cache.
+    /// The reference whose rays go through the middle of each pixel; null without a cache.
     pub reference_of_centres: Option<ReferenceReport>,
     pub runs: Vec<RunReport>,
     /// How similar each run is to the non-caching one at the same times.
@@ -50,7 +50,7 @@ pub struct SubjectReport {
 #[derive(Debug, Serialize)]
 pub struct ReferenceReport {
     pub file: String,
-    /// Null where it was given.
+    /// How long it was rendered; null where it was given as a file.
     pub seconds: Option<f64>,
     pub samples: Option<u32>,
     /// The metrics of a picture that differs from the reference by as much noise as its standard error states;
@@ -62,17 +62,17 @@ pub struct ReferenceReport {
 pub struct RunReport {
     /// The variant as it is written on the command line.
     pub variant: String,
-    /// What that has become, and why.
+    /// The plan that was made for it, and why.
     pub plan: String,
     pub reason: String,
-    /// Until the first path could start: reading aside.
+    /// The time until the first path could start, without the reading of the volume.
     pub load_s: f64,
     pub points: Vec<Point>,
     pub seconds_to_30_db: Option<f64>,
     pub seconds_to_40_db: Option<f64>,
     pub paths_per_second: f64,
     pub lookups_per_path: f64,
-    /// Until the last of the points.
+    /// The GPU's passes up to the last of the points.
     pub passes: Vec<PassStats>,
     pub memory: MemoryStats,
     /// Null without a cache.
@@ -103,34 +103,34 @@ pub struct Point {
     pub paths_per_cell: Option<u32>,
     #[serde(flatten)]
     pub error: Comparison,
-    /// 1/(MSE·s).
+    /// Efficiency, 1/(MSE·s).
     pub efficiency: f64,
     /// The MSE is at most twice that of the reference's noise: it says little of the picture.
     pub within_reference_noise: bool,
 }
 
 impl Point {
-    /// By more than can be overlooked.
+    /// Whether the picture came noticeably later than asked for.
     pub fn is_late(&self) -> bool {
         self.seconds > 1.1 * self.asked_s
     }
 }
 
-/// Marched through the cache from all sides.
+/// Pictures marched through the cache from all sides.
 #[derive(Debug, Serialize)]
 pub struct Orbit {
     pub frames: usize,
-    /// What the ray-march takes of the device.
+    /// Milliseconds that the ray-march takes on the device.
     pub march_ms_median: f64,
     pub march_ms_p99: f64,
-    /// From the camera's change to the end of the march.
+    /// Milliseconds from the camera's change to the end of the march.
     pub frame_ms_median: f64,
     pub frame_ms_p99: f64,
     /// CPU time of all cores for one frame, in milliseconds.
     pub frame_cpu_ms_median: f64,
 }
 
-/// From an edit of the transfer function until the first pass can show it.
+/// The time from an edit of the transfer function until the first pass can show it.
 #[derive(Debug, Serialize)]
 pub struct Edit {
     pub ms_min: f64,
@@ -162,7 +162,7 @@ pub struct CacheSetting {
     /// Null for the whole cache itself.
     pub psnr: Option<f64>,
     pub ssim: Option<f64>,
-    /// Not there where paths are the same, so that no noise tells them apart.
+    /// Absent where the paths are the same, so that there is no noise to leave out.
     #[serde(flatten)]
     pub without_noise: Option<WithoutNoise>,
     pub bytes: u64,

@@ -33,7 +33,7 @@ pub struct Look {
 #[derive(Clone, Copy)]
 pub struct References<'a> {
     pub picture: &'a Reference,
-    /// Of the rays of a march.
+    /// The reference whose rays are those of a march.
     pub centres: Option<&'a Reference>,
 }
 
@@ -126,7 +126,7 @@ struct Run<'a> {
     engine: Engine,
     watch: Stopwatch,
     entrant: &'a Entrant,
-    /// Begins the names of its files.
+    /// Prefix of its files' names.
     prefix: String,
     references: References<'a>,
 }
@@ -234,7 +234,7 @@ impl Run<'_> {
         self.engine.change_in_place(&scene).map(drop)
     }
 
-    /// What all marches so far have taken on the GPU.
+    /// Milliseconds that all marches so far have taken on the GPU.
     fn marched_ms(&self) -> f64 {
         let total = self.engine.timings().total("ray_march");
         total.map_or(0.0, |total| total.duration_us / 1e3)
@@ -319,7 +319,7 @@ impl Run<'_> {
     }
 }
 
-/// What the cache has had, where it is all that a picture's error comes from.
+/// Paths that the cache's cells have had, where the picture's error comes from the cache alone.
 fn decisive_updates(engine: &Engine) -> Option<u32> {
     let cache = engine.renderer().cache()?;
     cache.samples_are_smooth().then_some(cache.updates)

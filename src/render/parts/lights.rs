@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use bytemuck::Pod;
+
 use super::environment_table::{self, EnvironmentTable};
 use crate::render::features::Features;
 use crate::render::shared::{SceneConstants, Sun};
-use crate::scene::{DirectionalLight, EnvironmentImage, Scene};
+use crate::scene::{self, DirectionalLight, EnvironmentImage};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lights {
@@ -48,14 +50,14 @@ impl Sky {
 
 impl Lights {
     /// `before` is the sky of an earlier state of the scene; it is used again if the image is the same.
-    pub fn new(scene: &Scene, before: Option<&Arc<Sky>>) -> Lights {
-        let sky = scene.environment.image.as_ref().map(|image| {
+    pub fn new(lights: &scene::Lights, before: Option<&Arc<Sky>>) -> Lights {
+        let sky = lights.environment.image.as_ref().map(|image| {
             let known = before.filter(|sky| sky.image == *image);
             known.cloned().unwrap_or_else(|| Arc::new(Sky::new(image)))
         });
         Lights {
-            suns: suns(&scene.suns),
-            environment: scene.environment.radiance.map(|c| c as f32),
+            suns: suns(&lights.suns),
+            environment: lights.environment.radiance.map(|c| c as f32),
             sky,
         }
     }
@@ -66,13 +68,18 @@ impl Lights {
         features.has_environment_image = self.sky.is_some();
     }
 
-    /// What shaders read of them, but for the suns' buffer and the sky's image.
+    /// What shaders read of them, apart from lists and the sky's image.
     pub fn write(&self, constants: &mut SceneConstants) {
         constants.environment = self.environment;
         constants.image_probability = self.image_probability();
         constants.image_cells = self.sky.as_ref().map_or([0; 2], |sky| sky.table.cells);
         constants.suns_grey = self.suns_grey();
         constants.cache_unit = self.unit();
+    }
+
+    /// The lists of lights that shaders read, each by the name of its buffer.
+    pub fn lists(&self) -> Vec<(&'static str, Vec<u8>)> {
+        vec![("suns", list(&self.suns))]
     }
 
     /// Probability that next-event estimation picks the sky's image over a sun.
@@ -112,7 +119,7 @@ impl Lights {
         self.suns.iter().map(grey).sum()
     }
 
-    /// Whether each light has the same share in all light, but for rounding. The cache holds shares alone, so it
+    /// Whether each light has the same share in all light, apart from rounding. The cache holds shares alone, so it
     /// outlives a brightness or a colour that all lights take on alike.
     pub fn have_shares_of(&self, other: &Lights) -> bool {
         let directions =
@@ -160,6 +167,14 @@ fn suns(lights: &[DirectionalLight]) -> Vec<Sun> {
             }
         })
         .collect()
+}
+
+/// The bytes of a list; an empty one gets an element, which shaders may read and not use.
+fn list<T: Pod>(elements: &[T]) -> Vec<u8> {
+    match elements {
+        [] => bytemuck::bytes_of(&T::zeroed()).to_vec(),
+        _ => bytemuck::cast_slice(elements).to_vec(),
+    }
 }
 
 fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {

@@ -60,7 +60,7 @@ impl Medium {
         features.is_anisotropic = self.is_anisotropic();
     }
 
-    /// What shaders read of it, but for the transfer function's image.
+    /// What shaders read of it, apart from the transfer function's image.
     pub fn write(&self, constants: &mut SceneConstants) {
         constants.majorant_size = self.majorant_size as f32;
         constants.density = self.density;

@@ -74,14 +74,14 @@ pub struct Display {
 impl Parts {
     pub fn new(scene: &Scene, volume: &Volume, seed: u32, filter_in_shader: bool) -> Parts {
         let field = Field::new(volume, filter_in_shader);
-        let lights = Lights::new(scene, None);
+        let lights = Lights::new(&scene.lights, None);
         Parts::with(scene, volume, field, lights, seed)
     }
 
     /// The parts of an edited scene with the same volume, device and seed. A sky image that is still the same
     /// is shared, and so is its sampling table.
     pub fn changed_to(&self, scene: &Scene, volume: &Volume) -> Parts {
-        let lights = Lights::new(scene, self.lights.sky.as_ref());
+        let lights = Lights::new(&scene.lights, self.lights.sky.as_ref());
         Parts::with(scene, volume, self.field, lights, self.seed)
     }
 
@@ -89,8 +89,7 @@ impl Parts {
         let Scene {
             medium,
             surfaces,
-            suns: _,
-            environment: _,
+            lights: _,
             clips,
             camera,
             render,

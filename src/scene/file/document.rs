@@ -16,7 +16,8 @@ use super::{SceneFile, mismatch};
 use crate::error::{Error, Origin, Place, Result};
 use crate::scene::View;
 
-/// More names than any key has: what holds a deeper one is taken apart by recursion, for which the stack may be too small.
+/// More names than any key has: a document that holds a deeper one is dropped by recursion, for which the stack may
+/// be too small.
 const MOST_STEPS: usize = 8;
 
 #[derive(Debug, Clone)]
@@ -28,11 +29,11 @@ pub struct Document {
 /// Where each key of a scene was written.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Origins {
-    /// What stands for the whole: the file's name.
+    /// The file's name, which stands for the whole scene.
     name: String,
     /// Relative paths start here.
     folder: PathBuf,
-    /// By dotted key: `light.0.direction`.
+    /// The origin of each dotted key, such as `light.0.direction`.
     places: BTreeMap<String, Origin>,
 }
 

@@ -4,12 +4,13 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
 use super::SceneFile;
 use super::numbers::NOT_NEGATIVE;
 use super::page::Page;
 use crate::error::Result;
-use crate::scene::{DirectionalLight, Environment, EnvironmentImage, Scene};
+use crate::scene::{DirectionalLight, Environment, EnvironmentImage, Lights};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -29,15 +30,66 @@ pub enum LightKind {
     Environment,
 }
 
+impl LightKind {
+    /// The keys that a light of this type may have.
+    fn keys(self) -> &'static [&'static str] {
+        match self {
+            LightKind::Directional => &["direction", "irradiance"],
+            LightKind::Environment => &["radiance", "image"],
+        }
+    }
+}
+
+impl LightTable {
+    /// A light of which nothing but its type is given.
+    pub fn new(kind: LightKind) -> LightTable {
+        LightTable {
+            kind,
+            direction: None,
+            irradiance: None,
+            radiance: None,
+            image: None,
+        }
+    }
+}
+
 impl SceneFile {
-    pub(super) fn suns(&self) -> Result<Vec<DirectionalLight>> {
-        let lights = self.lights(LightKind::Directional);
-        lights.map(|(i, table)| self.sun(i, table)).collect()
+    pub(super) fn lights(&self, notes: &mut Vec<String>) -> Result<Lights> {
+        let mut lights = self.lights_without_images()?;
+        lights.environment.image = self.environment_image(notes)?;
+        Ok(lights)
+    }
+
+    /// The lights without images, for which no file has to be opened.
+    pub(super) fn lights_without_images(&self) -> Result<Lights> {
+        self.refuse_foreign_keys()?;
+        let suns = self.lights_of(LightKind::Directional);
+        Ok(Lights {
+            suns: suns
+                .map(|(i, table)| self.sun(i, table))
+                .collect::<Result<_>>()?,
+            environment: Environment {
+                radiance: self.constant_radiance()?,
+                image: None,
+            },
+        })
+    }
+
+    /// A key that only lights of another type have is a mistake.
+    fn refuse_foreign_keys(&self) -> Result<()> {
+        for (i, light) in self.light.iter().enumerate() {
+            let given = Table::try_from(light).expect("a light is representable as TOML");
+            let known = light.kind.keys();
+            let is_foreign = |key: &&String| *key != "type" && !known.contains(&key.as_str());
+            if let Some(key) = given.keys().find(is_foreign) {
+                let problem = format!("a light of type {} has no {key}", given["type"]);
+                return Err(self.origins.error(&format!("light.{i}.{key}"), problem));
+            }
+        }
+        Ok(())
     }
 
     fn sun(&self, i: usize, table: &LightTable) -> Result<DirectionalLight> {
-        self.refuse(i, "radiance", table.radiance.is_some(), "directional")?;
-        self.refuse(i, "image", table.image.is_some(), "directional")?;
         let key = format!("light.{i}.direction");
         let missing = || {
             let expected = "missing: expected where the light travels, as in [0.3, -1.0, -0.4]";
@@ -53,15 +105,13 @@ impl SceneFile {
         })
     }
 
-    /// The environments without their images; where there is no light at all, one of radiance 1.
-    pub(super) fn constant_environments(&self) -> Result<[f64; 3]> {
+    /// The sum of the environments without an image; where there is no light at all, radiance 1.
+    fn constant_radiance(&self) -> Result<[f64; 3]> {
         if self.light.is_empty() {
             return Ok([1.0; 3]);
         }
         let mut sum = [0.0; 3];
-        for (i, table) in self.lights(LightKind::Environment) {
-            self.refuse(i, "direction", table.direction.is_some(), "environment")?;
-            self.refuse(i, "irradiance", table.irradiance.is_some(), "environment")?;
+        for (i, table) in self.lights_of(LightKind::Environment) {
             let radiance = self.radiance(i, table)?;
             if table.image.is_none() {
                 sum = std::array::from_fn(|c| sum[c] + radiance[c]);
@@ -70,10 +120,10 @@ impl SceneFile {
         Ok(sum)
     }
 
-    pub(super) fn environment(&self, notes: &mut Vec<String>) -> Result<Environment> {
-        let radiance = self.constant_environments()?;
+    /// The sum of the environments' images, if there are any.
+    fn environment_image(&self, notes: &mut Vec<String>) -> Result<Option<EnvironmentImage>> {
         let mut sum: Option<EnvironmentImage> = None;
-        for (i, table) in self.lights(LightKind::Environment) {
+        for (i, table) in self.lights_of(LightKind::Environment) {
             let Some(image) = &table.image else { continue };
             let key = format!("light.{i}.image");
             let wrong = |problem| self.origins.error(&key, problem);
@@ -99,8 +149,7 @@ impl SceneFile {
             });
         }
         // Black images light nothing, and there is nothing in them to sample.
-        let image = sum.filter(|image| image.texels.iter().flatten().any(|texel| *texel > 0.0));
-        Ok(Environment { radiance, image })
+        Ok(sum.filter(|image| image.texels.iter().flatten().any(|texel| *texel > 0.0)))
     }
 
     fn radiance(&self, i: usize, table: &LightTable) -> Result<[f64; 3]> {
@@ -108,32 +157,24 @@ impl SceneFile {
         self.triple(&format!("light.{i}.radiance"), radiance, NOT_NEGATIVE)
     }
 
-    fn lights(&self, kind: LightKind) -> impl Iterator<Item = (usize, &LightTable)> {
+    fn lights_of(&self, kind: LightKind) -> impl Iterator<Item = (usize, &LightTable)> {
         let numbered = self.light.iter().enumerate();
         numbered.filter(move |(_, table)| table.kind == kind)
-    }
-
-    fn refuse(&self, i: usize, name: &str, given: bool, kind: &str) -> Result<()> {
-        if !given {
-            return Ok(());
-        }
-        let problem = format!("a light of type \"{kind}\" has no {name}");
-        Err(self.origins.error(&format!("light.{i}.{name}"), problem))
     }
 }
 
 /// The constant environments were added up, so one stands for all. Without any light at all it has to be
 /// said that it is dark, since that is not the default.
-pub(super) fn describe_lights(page: &mut Page, file: &SceneFile, scene: &Scene) {
-    for sun in &scene.suns {
+pub(super) fn describe_lights(page: &mut Page, file: &SceneFile, lights: &Lights) {
+    for sun in &lights.suns {
         page.table("[[light]]");
         page.line("type", LightKind::Directional, "");
         page.line("direction", sun.direction, "in which the light travels");
         page.line("irradiance", sun.irradiance, "on a plane facing it");
     }
     let images = file.light.iter().filter(|table| table.image.is_some());
-    let radiance = scene.environment.radiance;
-    if radiance != [0.0; 3] || (scene.suns.is_empty() && images.clone().next().is_none()) {
+    let radiance = lights.environment.radiance;
+    if radiance != [0.0; 3] || (lights.suns.is_empty() && images.clone().next().is_none()) {
         page.table("[[light]]");
         page.line("type", LightKind::Environment, "");
         page.line("radiance", radiance, "");

@@ -28,14 +28,14 @@ pub fn describe(file: &SceneFile, volume: &Volume, scene: &Scene) -> String {
         describe_medium(&mut page, medium);
     }
     describe_surfaces(&mut page, scene);
-    describe_lights(&mut page, file, scene);
+    describe_lights(&mut page, file, &scene.lights);
     describe_clips(&mut page, &scene.clips);
     describe_camera(&mut page, &scene.camera);
     describe_render(&mut page, &scene.render);
     page.text
 }
 
-/// TOML in the making.
+/// TOML under construction.
 #[derive(Default)]
 pub(super) struct Page {
     pub text: String,
@@ -59,7 +59,7 @@ impl Page {
         }
     }
 
-    /// A key where the user gave it; a comment that shows it where the file itself knew.
+    /// Writes a key that the user gave, or else a comment that shows what the volume's own file says.
     pub fn line_or_comment<T: Serialize>(
         &mut self,
         key: &str,

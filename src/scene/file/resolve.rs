@@ -17,8 +17,7 @@ pub fn resolve(file: &SceneFile, volume: &Volume) -> Result<(Scene, Vec<String>)
     let scene = Scene {
         medium: file.medium(Medium::default_density(extent))?,
         surfaces: file.surfaces()?,
-        suns: file.suns()?,
-        environment: file.environment(&mut notes)?,
+        lights: file.lights(&mut notes)?,
         clips: file.clips()?,
         camera: file.camera(extent, volume.axes, aspect)?,
         render,
@@ -29,13 +28,12 @@ pub fn resolve(file: &SceneFile, volume: &Volume) -> Result<(Scene, Vec<String>)
 }
 
 impl SceneFile {
-    /// Everything that is wrong whatever the volume.
+    /// Finds everything that is wrong whatever the volume is.
     pub(super) fn check(&self) -> Result<()> {
         self.volume_overrides()?;
         self.medium(1.0)?;
         self.surfaces()?;
-        self.suns()?;
-        self.constant_environments()?;
+        self.lights_without_images()?;
         self.clips()?;
         self.projection()?;
         if self.camera.eye.is_some() {

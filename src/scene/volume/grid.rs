@@ -1,10 +1,10 @@
-//! A volume's stored values, read from its source whenever somebody wants them: cropped, converted, and
-//! with their slices in reverse where the file's axes are left-handed.
+//! A volume's stored values, read from its source on demand: cropped, converted, and with their slices in reverse
+//! where the file's axes are left-handed.
 //!
-//! Whoever wants all of them takes [`Volume::pieces`](super::Volume::pieces), which come in the order in
-//! which the source is read fastest, and reads one after another through one [`Reader`]. A volume
-//! larger than memory passes through a small buffer like that, and a compressed file is inflated only
-//! once. If the source can give any region at once, all cores read a share of each piece.
+//! To read all of them, take [`Volume::pieces`](super::Volume::pieces), which come in the order in which the source
+//! is read fastest, and read one after another through one [`Reader`]. A volume larger than memory passes through a
+//! small buffer like that, and a compressed file is inflated only once. If the source can give any region at once,
+//! all cores read a share of each piece.
 
 use rayon::prelude::*;
 
@@ -185,7 +185,7 @@ impl Reader<'_> {
             (None, None) => {
                 let shares = shares_mut(region, bytes, grid.stored().bytes());
                 let read = |(region, bytes)| grid.read(&mut *grid.source.cursor(), region, bytes);
-                // All of them, so that it is always the first fault that is told.
+                // All results are collected, so that the fault that is reported is always the first one.
                 let changes: Vec<Parsed<f64>> = shares.into_par_iter().map(read).collect();
                 let largest = |a: f64, b: Parsed<f64>| Ok::<f64, String>(a.max(b?));
                 changes.into_iter().try_fold(0.0, largest)?

@@ -5,13 +5,13 @@
 pub struct Histogram {
     /// The first bin's low edge.
     pub low: f64,
-    /// > 0.
+    /// The width of a bin, > 0.
     pub width: f64,
     pub counts: Vec<u64>,
 }
 
 impl Histogram {
-    /// Nothing counted yet.
+    /// A histogram of which nothing has been counted yet.
     pub(super) fn empty(low: f64, width: f64, bins: usize) -> Histogram {
         let counts = vec![0; bins];
         Histogram { low, width, counts }

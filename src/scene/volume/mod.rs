@@ -1,4 +1,4 @@
-//! A volume: what its voxels mean, and a source from which they are read whenever somebody wants them.
+//! A volume: what its voxels mean, and a source from which they are read on demand.
 //!
 //! Nothing needs all voxels in memory. A format's module parses a header (`format`) and says where the
 //! voxels come from (`source`); one walk through them finds what can only be known of all of them
@@ -77,7 +77,7 @@ pub struct Volume {
     pub axes: Option<Axes>,
     /// The file's own type.
     pub voxel_type: VoxelType,
-    /// How the file holds it, for people.
+    /// How the file holds it, for users to read.
     pub storage: Storage,
     /// What the user should know about the loading: one sentence each.
     pub notes: Vec<String>,

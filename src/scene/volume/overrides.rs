@@ -3,7 +3,7 @@
 use super::orientation::Axes;
 use super::voxel_type::{Endian, VoxelType};
 
-/// It counts more than what the file says.
+/// What the user says takes precedence over what the file says.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct VolumeOverrides {
     /// Raw files only, x fastest.

@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::thumbnail::Thumbnail;
 
-/// One of them, as its headers describe it. Field names are a contract with scripts.
+/// One volume of a folder, as its headers describe it. Field names are a contract with scripts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
-    /// From 1 on, the largest first: the scene's `volume.series`.
+    /// Its number, from 1 on, the largest volume first: the scene's `volume.series`.
     pub number: u32,
     pub uid: String,
     pub description: String,
@@ -15,17 +15,17 @@ pub struct Series {
     pub modality: String,
     /// Slices in the files, doubles left out.
     pub slices: u32,
-    /// As they would be loaded.
+    /// Voxels along each axis, as they would be loaded.
     pub dims: [u32; 3],
     pub spacing: [f64; 3],
     /// What is done to load it, or why it cannot be: one sentence each.
     pub notes: Vec<String>,
 }
 
-/// One of them as a list in a window shows it.
+/// One volume of a folder, as a list in a window shows it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preview {
     pub series: Series,
-    /// Of the middle slice; `None` where that cannot be decoded.
+    /// A picture of the middle slice; `None` where that cannot be decoded.
     pub thumbnail: Option<Thumbnail>,
 }

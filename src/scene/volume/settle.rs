@@ -43,7 +43,7 @@ pub(super) struct Settled {
     pub kept: Option<Voxels>,
 }
 
-/// The numbers among it.
+/// The plain numbers among what was found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Facts {
     pub range: [f32; 2],

@@ -19,7 +19,7 @@ pub(super) struct Statistics {
     pub macrocell_ranges: Vec<[f32; 2]>,
     /// How often each value occurs; empty for floats.
     pub counts: Vec<u64>,
-    /// The last one of floats, for which the voxels were read again.
+    /// The last histogram of floats, for which the voxels were read again.
     histogram: Mutex<Option<Histogram>>,
 }
 
@@ -37,7 +37,7 @@ impl Statistics {
         }
     }
 
-    /// The last one of floats.
+    /// The last histogram of floats.
     pub fn histogram(&self) -> Option<Histogram> {
         let last = self.histogram.lock();
         last.unwrap_or_else(PoisonError::into_inner).clone()

@@ -1,21 +1,21 @@
-//! How a file holds a volume, for people: nothing is decided by it.
+//! How a file holds a volume, for users to read: nothing is decided by it.
 
 use serde::Serialize;
 
-/// Empty and `None` where a format has no such thing.
+/// A field is empty or `None` where a format has no such thing.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Storage {
     pub format: &'static str,
     /// `None`: plain.
     pub compression: Option<String>,
-    /// Of the spacing.
+    /// The unit of the spacing.
     pub unit: Option<String>,
-    /// Names, or "" for those that have none.
+    /// Names of the channels, or "" for those that have none.
     pub channels: Vec<String>,
     pub times: u32,
-    /// The finest first.
+    /// The resolutions, the finest first.
     pub levels: Vec<Level>,
-    /// Which of these the volume is.
+    /// Index of the channel that is the volume.
     pub channel: Option<u32>,
     pub time: Option<u32>,
     pub level: Option<u32>,

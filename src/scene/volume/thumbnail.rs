@@ -1,4 +1,4 @@
-//! A small grey picture of a slice, by which somebody tells one series from another.
+//! A small grey picture of a slice, by which users tell one series from another.
 
 /// Pixels along the longer side.
 const SIDE: u32 = 48;

@@ -12,23 +12,23 @@ const BRIGHTEST_SKY: f64 = 5.0;
 const BALL: f32 = 60.0;
 
 pub fn show(ui: &mut Ui, session: &mut Session) {
-    let count = session.scene.suns.len();
+    let count = session.scene.lights.suns.len();
     for i in 0..count {
         ui.horizontal(|ui| {
             let chosen = &mut session.chosen.sun;
             ui.radio_value(chosen, i, format!("sun {}", i + 1));
             if ui.small_button("remove").clicked() {
-                session.scene.suns.remove(i);
+                session.scene.lights.suns.remove(i);
                 session.chosen.sun = 0;
             }
         });
-        if session.scene.suns.len() < count {
+        if session.scene.lights.suns.len() < count {
             return;
         }
     }
     let index = session.chosen.sun;
     let [forward, right, up] = session.scene.camera.basis();
-    if let Some(sun) = session.scene.suns.get_mut(index) {
+    if let Some(sun) = session.scene.lights.suns.get_mut(index) {
         ball(ui, sun, [forward, right, up]);
         brightness(ui, "irradiance", &mut sun.irradiance, BRIGHTEST_SUN);
         ui.checkbox(&mut session.chosen.aims_sun, "drag it on the picture");
@@ -36,16 +36,16 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
         session.chosen.aims_sun = false;
     }
     if ui.button("Add a sun").clicked() {
-        session.scene.suns.push(DirectionalLight {
+        session.scene.lights.suns.push(DirectionalLight {
             direction: (forward - up + 0.5 * right).normalize().to_array(),
             irradiance: [2.0; 3],
         });
         session.chosen.sun = count;
     }
     ui.separator();
-    let sky = &mut session.scene.environment.radiance;
+    let sky = &mut session.scene.lights.environment.radiance;
     brightness(ui, "sky", sky, BRIGHTEST_SKY);
-    if session.scene.environment.image.is_some() {
+    if session.scene.lights.environment.image.is_some() {
         ui.weak("and the sky's image");
     }
 }

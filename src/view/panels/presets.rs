@@ -11,9 +11,9 @@ struct Look {
     name: &'static str,
     /// Values are Hounsfield units; otherwise shares of the data's range.
     is_ct: bool,
-    /// Times the density that a scene has by default.
+    /// The density, as a multiple of a scene's default.
     density: f64,
-    /// Value, opacity, colour.
+    /// Points: value, opacity and colour.
     transfer: &'static [(f64, f64, [f64; 3])],
     /// Value and colour.
     surface: Option<(f64, [f64; 3])>,

@@ -25,9 +25,9 @@ fn defaults_are_those_of_the_contract() {
     assert_eq!(scene.surfaces.iso[0].shading, Shading::Lambert);
     assert_eq!(scene.surfaces.iso[0].color, [0.8; 3]);
     assert_eq!(scene.surfaces.iso[0].opacity, 1.0);
-    assert_eq!(scene.environment.radiance, [1.0; 3]);
-    assert_eq!(scene.environment.image, None);
-    assert!(scene.suns.is_empty() && scene.clips.is_empty() && notes.is_empty());
+    assert_eq!(scene.lights.environment.radiance, [1.0; 3]);
+    assert_eq!(scene.lights.environment.image, None);
+    assert!(scene.lights.suns.is_empty() && scene.clips.is_empty() && notes.is_empty());
     assert_eq!(
         scene.camera.projection,
         Projection::Perspective { fov_y: 40.0 }
@@ -142,7 +142,7 @@ tone = "linear"
     assert_eq!(overrides.axes.unwrap().to_string(), "LPI");
     let (scene, notes) = resolve(&file, &volume(None)).unwrap();
     assert!(notes.is_empty(), "{notes:?}");
-    let travels = DVec3::from(scene.suns[0].direction);
+    let travels = DVec3::from(scene.lights.suns[0].direction);
     assert!((travels.length() - 1.0).abs() < 1e-15);
     assert!(travels.dot(DVec3::new(0.3, -1.0, -0.4).normalize()) > 1.0 - 1e-15);
     assert_eq!(

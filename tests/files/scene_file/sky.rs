@@ -32,7 +32,7 @@ fn environment_images_are_scaled_and_added() {
     let environment = |text: &str| {
         let file = SceneFile::parse(text, &path, &[]).unwrap();
         let (scene, notes) = resolve(&file, &volume(None)).unwrap();
-        (scene.environment, notes)
+        (scene.lights.environment, notes)
     };
     let (one, _) = environment(&light("a.exr", "[2, 1, 0]"));
     assert_eq!(one.radiance, [0.0; 3]);
@@ -70,7 +70,7 @@ fn a_png_sky_is_srgb() {
     let text = "[[light]]\ntype = \"environment\"\nimage = \"sky.png\"";
     let file = SceneFile::parse(text, &folder.path().join("scene.toml"), &[]).unwrap();
     let (scene, _) = resolve(&file, &volume(None)).unwrap();
-    let [r, g, b] = scene.environment.image.unwrap().texels[0];
+    let [r, g, b] = scene.lights.environment.image.unwrap().texels[0];
     assert_eq!((r, b), (0.0, 1.0));
     assert!((g - 0.215_86).abs() < 1e-5, "{g}");
 }

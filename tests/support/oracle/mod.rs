@@ -126,13 +126,13 @@ impl<'a> World<'a> {
         loop {
             let Some((point, event)) = self.next_event(&leg, random) else {
                 return light
-                    + throughput * environment(&self.scene.environment, leg.ray.direction);
+                    + throughput * environment(&self.scene.lights.environment, leg.ray.direction);
             };
             events += 1;
             if limit > 0 && events > limit {
                 return light;
             }
-            for sun in &self.scene.suns {
+            for sun in &self.scene.lights.suns {
                 let incoming = -DVec3::from(sun.direction);
                 let seen = throughput * event.response(incoming) * DVec3::from(sun.irradiance);
                 if seen != DVec3::ZERO {

@@ -15,7 +15,7 @@ fn a_million_updates_in_16_bits_end_within_one_unit_in_the_last_place() {
     };
     let mut scene = empty_scene([8, 8], camera);
     scene.medium = Some(uniform_medium(1.0, 0.7, 0.0));
-    scene.environment.radiance = [0.7, 0.2, 0.05];
+    scene.lights.environment.radiance = [0.7, 0.2, 0.05];
     scene.render.background = Background::Color([0.0; 3]);
     let volume = constant_field(1.0, [1; 3], [1.0; 3]);
     // The same random numbers: only rounding differs.

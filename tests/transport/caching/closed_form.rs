@@ -37,7 +37,7 @@ impl Slab {
     fn scene(&self, y: f64) -> Scene {
         let mut scene = empty_scene([16, 16], camera(y));
         scene.medium = Some(uniform_medium(self.depth, self.albedo, self.g));
-        scene.environment.image = Some(sky_above());
+        scene.lights.environment.image = Some(sky_above());
         scene
     }
 
@@ -129,7 +129,7 @@ fn a_white_furnace() {
         projection: Projection::Perspective { fov_y: 25.0 },
     };
     let mut scene = empty_scene([16, 16], camera);
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene.medium = Some(uniform_medium(8.0, 1.0, 0.0));
     let volume = constant_field(1.0, [12; 3], [1.0 / 12.0; 3]);
     for format in [CacheFormat::F16, CacheFormat::F32] {

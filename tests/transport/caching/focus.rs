@@ -17,7 +17,7 @@ fn from(eye: [f64; 3]) -> Scene {
     };
     let mut scene = empty_scene([16, 16], camera);
     scene.medium = Some(uniform_medium(30.0, 0.9, 0.0));
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene
 }
 

@@ -22,8 +22,8 @@ fn scene() -> Scene {
         color: [0.9; 3],
     });
     scene.medium = Some(medium);
-    scene.environment.radiance = [1.0; 3];
-    scene.suns = vec![DirectionalLight {
+    scene.lights.environment.radiance = [1.0; 3];
+    scene.lights.suns = vec![DirectionalLight {
         direction: [0.3, -1.0, -0.4],
         irradiance: [3.0; 3],
     }];

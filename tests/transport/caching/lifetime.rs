@@ -15,8 +15,8 @@ fn scene(light: LightModel) -> Scene {
     };
     let mut scene = empty_scene([8, 8], camera);
     scene.medium = Some(uniform_medium(0.1, 0.8, 0.3));
-    scene.environment.radiance = [1.0; 3];
-    scene.suns = vec![DirectionalLight {
+    scene.lights.environment.radiance = [1.0; 3];
+    scene.lights.suns = vec![DirectionalLight {
         direction: [0.0, -1.0, 0.0],
         irradiance: [2.0; 3],
     }];
@@ -75,23 +75,23 @@ fn surfaces_keep_it_in_local_light_alone() {
 fn lights_that_change_alike_keep_it() {
     let by = |s: &mut Scene, factors: [f64; 3]| {
         for (c, factor) in factors.into_iter().enumerate() {
-            s.suns[0].irradiance[c] *= factor;
-            s.environment.radiance[c] *= factor;
+            s.lights.suns[0].irradiance[c] *= factor;
+            s.lights.environment.radiance[c] *= factor;
         }
     };
     assert!(lasts_in_both(|s| by(s, [0.1; 3])));
     assert!(lasts_in_both(|s| by(s, [3.0, 1.0, 0.7])));
-    assert!(!lasts_in_both(|s| s.suns[0].irradiance = [2.1; 3]));
+    assert!(!lasts_in_both(|s| s.lights.suns[0].irradiance = [2.1; 3]));
 }
 
 #[test]
 fn a_cache_under_other_lights_is_that_of_a_new_renderer() {
     let volume = constant_field(1.0, [8; 3], [1.0; 3]);
     let mut before = scene(LightModel::Local);
-    before.environment.radiance = [0.0; 3];
+    before.lights.environment.radiance = [0.0; 3];
     before.medium.as_mut().unwrap().g = 0.4;
     let mut after = before.clone();
-    after.suns[0].irradiance = [0.3, 5.0, 1.0];
+    after.lights.suns[0].irradiance = [0.3, 5.0, 1.0];
     let mut kept = cached(&before, &volume, 0.5, CacheFormat::F32, 4, 1);
     let mut fresh = cached(&after, &volume, 0.5, CacheFormat::F32, 4, 1);
     let lasts = kept.renderer.change(fresh.renderer.scene());
@@ -108,9 +108,13 @@ fn a_cache_under_other_lights_is_that_of_a_new_renderer() {
 
 #[test]
 fn lights_and_the_medium_end_it() {
-    assert!(!lasts_in_both(|s| s.suns[0].direction = [0.6, -0.8, 0.0]));
-    assert!(!lasts_in_both(|s| s.suns[0].irradiance = [2.0, 2.0, 1.0]));
-    assert!(!lasts_in_both(|s| s.environment.radiance = [0.5; 3]));
+    assert!(!lasts_in_both(
+        |s| s.lights.suns[0].direction = [0.6, -0.8, 0.0]
+    ));
+    assert!(!lasts_in_both(
+        |s| s.lights.suns[0].irradiance = [2.0, 2.0, 1.0]
+    ));
+    assert!(!lasts_in_both(|s| s.lights.environment.radiance = [0.5; 3]));
     assert!(!lasts_in_both(|s| s.medium.as_mut().unwrap().density = 0.2));
     assert!(!lasts_in_both(|s| s.medium.as_mut().unwrap().g = 0.2));
     let color = |s: &mut Scene| s.medium.as_mut().unwrap().transfer[0].color = [0.5; 3];

@@ -48,7 +48,7 @@ fn nothing_leaks_through_a_wall_thinner_than_a_cell() {
         scene.medium = Some(uniform_medium(0.1, 0.9, 0.0));
         scene.surfaces.light = LightModel::Full;
         scene.surfaces.iso = vec![black(1.5)];
-        scene.suns = vec![DirectionalLight {
+        scene.lights.suns = vec![DirectionalLight {
             direction: [1.0, 0.0, 0.0],
             irradiance: [1.0; 3],
         }];
@@ -88,7 +88,7 @@ fn a_surface_in_few_pixels_is_as_bright_as_in_all() {
             color: [1.0; 3],
             ..black(2.0)
         }];
-        scene.environment.radiance = [1.0; 3];
+        scene.lights.environment.radiance = [1.0; 3];
         let mut cache = cached(&scene, &volume, 0.5, CacheFormat::F16, 64, 1);
         let film = cache.at_rest(1, 1);
         let [size, low] = [size as usize, (size - MIDDLE) as usize / 2];
@@ -138,7 +138,7 @@ fn a_hard_shadow_keeps_its_edge_and_its_depth() {
     ));
     scene.surfaces.light = LightModel::Full;
     scene.surfaces.iso = vec![black(10.0)];
-    scene.suns = vec![DirectionalLight {
+    scene.lights.suns = vec![DirectionalLight {
         direction: [0.0, -1.0, 0.0],
         irradiance: [3.0; 3],
     }];

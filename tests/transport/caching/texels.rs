@@ -38,13 +38,13 @@ fn scene(g: f64, with_surface: bool) -> Scene {
             ],
         )
     });
-    scene.environment.radiance = [0.5, 0.6, 0.7];
-    scene.environment.image = Some(EnvironmentImage {
+    scene.lights.environment.radiance = [0.5, 0.6, 0.7];
+    scene.lights.environment.image = Some(EnvironmentImage {
         width: 4,
         height: 2,
         texels: (0..8).map(|i| [0.1 * i as f32; 3]).collect(),
     });
-    scene.suns = vec![DirectionalLight {
+    scene.lights.suns = vec![DirectionalLight {
         direction: [-0.5, -1.0, -0.3],
         irradiance: [2.0; 3],
     }];

@@ -59,7 +59,7 @@ fn attenuation() {
         .flat_map(|d| [(d / DENSITY) as f32; 3])
         .collect();
     let mut scene = empty_scene([8 * 16, 16], facing(1.0));
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene.medium = Some(proportional_medium(DENSITY));
     let exact = |i| [mean_over_strip(&values, i, 8, |v| (-DENSITY * v).exp()); 3];
     let exact: Vec<[f64; 3]> = (0..8).map(exact).collect();
@@ -70,7 +70,7 @@ fn attenuation() {
 #[test]
 fn opaque() {
     let mut scene = empty_scene([64, 64], facing(1.0));
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene.medium = Some(proportional_medium(1e3));
     let film = render(&scene, &row(&[1.0], 1.0, 1.0), 2, 256, 1);
     assert!(film.mean.iter().all(|pixel| pixel[0] == 0.0));
@@ -81,7 +81,7 @@ fn opaque() {
 #[test]
 fn half_covered_pixels() {
     let mut scene = empty_scene([1, 64], facing(64.0));
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     let point = |value, opacity| TransferPoint {
         value,
         opacity,
@@ -104,7 +104,7 @@ fn lit_slab(towards_eye: [f64; 3], depth: f64, g: f64, irradiance: f64) -> Scene
     };
     let mut scene = empty_scene([32, 32], camera);
     scene.medium = Some(uniform_medium(depth, 1.0, g));
-    scene.suns = vec![DirectionalLight {
+    scene.lights.suns = vec![DirectionalLight {
         direction: [0.0, -1.0, 0.0],
         irradiance: [irradiance, 0.5 * irradiance, 0.0],
     }];

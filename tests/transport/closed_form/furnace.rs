@@ -33,7 +33,7 @@ fn furnace(size: u32) -> Scene {
         projection: Projection::Perspective { fov_y: 25.0 },
     };
     let mut scene = empty_scene([size; 2], camera);
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene
 }
 
@@ -113,7 +113,7 @@ fn under_an_image() {
     for g in [0.0, -0.7] {
         let mut scene = furnace(32);
         scene.medium = Some(varying_medium(4.0, g));
-        scene.environment = Environment {
+        scene.lights.environment = Environment {
             radiance: [0.25; 3],
             image: Some(EnvironmentImage {
                 width: 8,

@@ -76,7 +76,7 @@ fn slab_scene(slab: &Slab) -> Scene {
         g: slab.g,
         ..Medium::isotropic(2.0 * slab.depth, vec![point(0.0), point(1.0)])
     });
-    scene.environment.image = Some(two_coloured_sky());
+    scene.lights.environment.image = Some(two_coloured_sky());
     scene
 }
 
@@ -133,7 +133,7 @@ fn expect_half_space(albedo: [f64; 3], reflected: [f64; 3]) {
         color: albedo,
     };
     scene.medium = Some(Medium::isotropic(150.0, vec![point]));
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     expect("half-space", &scene, &layers(UNIFORM), reflected);
 }
 

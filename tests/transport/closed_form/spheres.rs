@@ -65,7 +65,7 @@ fn scene(medium: Medium) -> Scene {
         projection: Projection::Orthographic { height: 2.0 },
     };
     let mut scene = empty_scene([32, 32], camera);
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene.medium = Some(medium);
     scene
 }

@@ -98,7 +98,7 @@ fn constant_and_equal_to_the_isovalue() {
     let volume = constant_field(7.0, [9, 9, 9], [1.0; 3]);
     for (light, z) in [(LightModel::Local, 20.0), (LightModel::Full, 1.0)] {
         let mut scene = empty_scene([32, 32], orthographic([0.0, 0.0, z], 5.0));
-        scene.environment.radiance = [1.0; 3];
+        scene.lights.environment.radiance = [1.0; 3];
         scene.medium = Some(uniform_medium(0.3, 1.0, 0.0));
         scene.surfaces.light = light;
         scene.surfaces.iso = vec![Isosurface {

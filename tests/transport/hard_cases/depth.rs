@@ -9,7 +9,7 @@ use crate::support::exact::expect;
 /// A slab of thickness 1, seen along its normal in a white furnace.
 fn slab(depth: f64, albedo: [f64; 3], size: u32) -> Scene {
     let mut scene = empty_scene([size; 2], orthographic([0.0, 0.0, 2.0], 1.0));
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     let mut medium = uniform_medium(depth, 1.0, 0.0);
     medium.transfer[0].color = albedo;
     scene.medium = Some(medium);

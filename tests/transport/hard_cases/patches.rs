@@ -32,7 +32,7 @@ fn scene(camera: Camera) -> Scene {
         color: [0.8; 3],
         shading: Shading::Lambert,
     }];
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene
 }
 

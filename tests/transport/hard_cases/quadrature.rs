@@ -14,7 +14,7 @@ const POINTS: u32 = 4000;
 /// A medium that only absorbs, in a white furnace: a pixel shows its transmittance.
 pub fn absorbing_scene(medium: Medium, camera: Camera) -> Scene {
     let mut scene = empty_scene([32, 32], camera);
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene.medium = Some(medium);
     scene
 }

@@ -109,7 +109,7 @@ fn camera_inside_the_surface() {
     let see = |eye: [f64; 3], target: [f64; 3]| {
         let mut scene = empty_scene([16, 16], orthographic(eye, 4.0));
         scene.camera.target = target;
-        scene.environment.radiance = [1.0; 3];
+        scene.lights.environment.radiance = [1.0; 3];
         scene.surfaces.iso = vec![Isosurface {
             value: 0.0,
             opacity: 1.0,

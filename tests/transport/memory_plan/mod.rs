@@ -120,7 +120,7 @@ fn scene() -> Scene {
         ..medium.transfer[0]
     });
     scene.medium = Some(medium);
-    scene.suns.push(DirectionalLight {
+    scene.lights.suns.push(DirectionalLight {
         direction: [0.0, -1.0, 0.0],
         irradiance: [3.0; 3],
     });

@@ -40,7 +40,7 @@ fn white_furnace_with_white_surfaces() {
             scene.medium = constant(0.5, 1.0, 0.7);
             scene.surfaces.light = light;
             scene.surfaces.iso = vec![lambert(2.3, opacity, 1.0), lambert(3.1, opacity, 1.0)];
-            scene.environment = uniform_sky(1.0);
+            scene.lights.environment = uniform_sky(1.0);
             scene.camera.eye = eye;
             scene.camera.projection = Projection::Perspective { fov_y: 30.0 };
             assert_every_pixel(&render(&scene, &ball(), 300, 1), 1.0);
@@ -55,7 +55,7 @@ fn a_sheet_over_a_floor_under_a_uniform_sky() {
     let open = 1.0 - opacity;
     let mut scene = scene();
     scene.surfaces.iso = floor_and_sheet(floor, sheet, opacity);
-    scene.environment = uniform_sky(1.0);
+    scene.lights.environment = uniform_sky(1.0);
     assert_average(
         &render(&scene, &layers(), 30_000, 2),
         opacity * sheet + open * floor,
@@ -83,7 +83,7 @@ fn a_sheet_over_a_floor_under_the_sun() {
     let mut scene = scene();
     scene.surfaces.iso = floor_and_sheet(floor, sheet, opacity);
     scene.surfaces.normals = Normals::Smooth;
-    scene.suns = vec![DirectionalLight {
+    scene.lights.suns = vec![DirectionalLight {
         direction: [0.6, -0.8, 0.0],
         irradiance: [2.0; 3],
     }];
@@ -104,7 +104,7 @@ fn a_medium_dims_a_surface_and_its_sun() {
         scene.medium = constant(0.02, 0.0, 0.0);
         scene.surfaces.light = light;
         scene.surfaces.iso = vec![lambert(1.5, 1.0, 0.8)];
-        scene.suns = vec![DirectionalLight {
+        scene.lights.suns = vec![DirectionalLight {
             direction: [0.6, -0.8, 0.0],
             irradiance: [2.0; 3],
         }];
@@ -123,7 +123,7 @@ fn surfaces_shade_the_medium_only_in_full() {
         scene.render.max_bounces = 1;
         scene.surfaces.light = light;
         scene.surfaces.iso = vec![lambert(5.5, 0.5, 0.0)];
-        scene.suns = vec![DirectionalLight {
+        scene.lights.suns = vec![DirectionalLight {
             direction: [0.0, -1.0, 0.0],
             irradiance: [1.0; 3],
         }];
@@ -140,8 +140,8 @@ fn a_closed_black_ball_is_black_from_inside() {
     let mut scene = scene();
     scene.surfaces.iso = vec![lambert(2.5, 1.0, 1.0)];
     scene.surfaces.light = LightModel::Full;
-    scene.environment = uniform_sky(1.0);
-    scene.suns = vec![DirectionalLight {
+    scene.lights.environment = uniform_sky(1.0);
+    scene.lights.suns = vec![DirectionalLight {
         direction: [0.0, -1.0, 0.0],
         irradiance: [1.0; 3],
     }];

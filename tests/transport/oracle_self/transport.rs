@@ -45,7 +45,7 @@ fn white_furnace() {
         for eye in [[0.0, 0.0, 20.0], [1.0, 0.5, -0.3]] {
             let mut scene = scene();
             scene.medium = Some(wild(8.0, g, [1.0; 3]));
-            scene.environment = uniform_sky(1.0);
+            scene.lights.environment = uniform_sky(1.0);
             scene.camera = perspective(eye);
             assert_every_pixel(&render(&scene, &v, 200, 1), 1.0);
         }
@@ -124,7 +124,7 @@ fn single_scattering_in_a_slab() {
     let mut scene = scene();
     scene.medium = constant(1.0, 1.0, 0.0);
     scene.render.max_bounces = 1;
-    scene.suns = vec![DirectionalLight {
+    scene.lights.suns = vec![DirectionalLight {
         direction: [0.0, -1.0, 0.0],
         irradiance: [1.0; 3],
     }];
@@ -150,7 +150,7 @@ fn slabs_reflect_and_transmit() {
     for (albedo, g, depth, reflected, transmitted) in cases {
         let mut scene = scene();
         scene.medium = constant(depth, albedo, g);
-        scene.environment = upper_sky();
+        scene.lights.environment = upper_sky();
         assert_average(&render(&scene, &slab(), enough(reflected), 7), reflected);
         scene.camera = along([0.0, 1.0, 0.0]);
         assert_average(
@@ -169,7 +169,7 @@ fn colours_scatter_each_by_its_own_albedo() {
         color: [1.0, 0.9, 0.5],
     }];
     scene.medium = Some(Medium::isotropic(1.0, transfer));
-    scene.environment = upper_sky();
+    scene.lights.environment = upper_sky();
     let (mean, stderr) = render(&scene, &slab(), 200_000, 9).average();
     for (c, exact) in [0.341329, 0.267410, 0.099119].into_iter().enumerate() {
         assert_estimate(mean[c], stderr[c], exact);
@@ -180,7 +180,7 @@ fn colours_scatter_each_by_its_own_albedo() {
 fn clip_planes_leave_vacuum() {
     let mut scene = scene();
     scene.medium = constant(2.0, 0.0, 0.0);
-    scene.environment = uniform_sky(1.0);
+    scene.lights.environment = uniform_sky(1.0);
     scene.clips = vec![ClipPlane {
         normal: [0.0, 1.0, 0.0],
         offset: -0.25,
@@ -236,7 +236,7 @@ fn cameras_look_the_right_way() {
 fn a_seed_is_a_picture() {
     let mut scene = scene();
     scene.medium = constant(1.0, 0.5, 0.0);
-    scene.environment = uniform_sky(1.0);
+    scene.lights.environment = uniform_sky(1.0);
     let picture = |seed| render(&scene, &slab(), 16, seed).mean;
     assert_eq!(picture(1), picture(1));
     assert_ne!(picture(1), picture(2));

@@ -45,7 +45,7 @@ fn scene() -> Scene {
         12.0,
         vec![point(100.0, 0.0), point(130.0, 1.0), point(160.0, 0.0)],
     ));
-    scene.environment.radiance = [1.0; 3];
+    scene.lights.environment.radiance = [1.0; 3];
     scene
 }
 

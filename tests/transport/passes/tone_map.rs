@@ -173,7 +173,7 @@ fn a_march_is_shown_in_one_step_as_in_two() {
     let size = [16, 12];
     let mut scene = scene(size);
     scene.medium = Some(uniform_medium(1.5, 0.8, 0.0));
-    scene.environment.radiance = [0.3, 0.6, 0.9];
+    scene.lights.environment.radiance = [0.3, 0.6, 0.9];
     let volume = constant_field(1.0, [8; 3], [0.1; 3]);
     // The cache shows a guess: nobody traces a path.
     let shaders = shaders()

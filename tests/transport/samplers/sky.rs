@@ -13,7 +13,7 @@ use super::*;
 const SKY: Shader = Shader {
     name: "sky",
     text: include_str!("../../support/glsl/sky.comp"),
-    uses: &["scene_block", "suns", "environment", "sky"],
+    uses: &["scene_block", "lights"],
 };
 
 const SAMPLES: usize = 1 << 20;
@@ -27,7 +27,7 @@ struct Sky {
 impl Sky {
     fn new(image: EnvironmentImage) -> Sky {
         let mut scene = scene();
-        scene.environment.image = Some(image.clone());
+        scene.lights.environment.image = Some(image.clone());
         Sky {
             probe: probe(&scene),
             image,

@@ -20,7 +20,7 @@ use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 #[derive(Debug)]
 pub struct Header {
-    /// Each ≥ 1.
+    /// Voxels along each axis, each ≥ 1.
     pub dims: [u32; 3],
     pub voxel_type: VoxelType,
     pub endian: Endian,

@@ -26,7 +26,7 @@ enum Read {
     Described(fn(&Path) -> Parsed<Header>),
     /// It may hold several volumes, of which the user picks one.
     Several(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
-    /// The same; the second function lists them, and the third does so with pictures.
+    /// It may hold several volumes, too; the second function lists them, and the third does so with pictures.
     Listed(
         fn(&Path, &VolumeOverrides) -> Parsed<Header>,
         fn(&Path) -> Parsed<Vec<Series>>,
@@ -40,10 +40,10 @@ enum Read {
 
 use Read::*;
 
-/// Its files have any name.
+/// Files of this format may have any name.
 const DICOM: (&str, Read) = ("DICOM", Listed(dicom::read, dicom::series, dicom::previews));
 
-/// Each with the ends of its files' names, in lower case.
+/// Each format with the endings of its files' names, in lower case.
 const FORMATS: [(&str, &[&str], Read); 8] = [
     ("NRRD", &[".nrrd", ".nhdr"], Described(nrrd::read)),
     ("MetaImage", &[".mha", ".mhd"], Described(metaimage::read)),
@@ -62,14 +62,14 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
 ];
 
-/// How a folder is told to be of a format.
+/// How a folder of a format is recognised.
 type IsFolder = fn(&Path) -> bool;
 
-/// The first one that a folder is of reads it.
+/// The first format that a folder is found to be of reads it.
 const FOLDERS: [(&str, IsFolder, Read); 3] = [
     ("OME-Zarr", zarr::is_folder, Several(zarr::read_folder)),
     ("TIFF pages", tiff::is_folder, Several(tiff::read_folder)),
-    // Whatever is in it: its files may lie in folders within folders.
+    // Any other folder: DICOM's files may lie in folders within folders.
     (DICOM.0, |_| true, DICOM.1),
 ];
 

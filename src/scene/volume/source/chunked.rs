@@ -119,7 +119,7 @@ impl Chunked {
                 return Ok(largest);
             }
             let decoded = batch.into_par_iter().map(|at| self.chunk(at, region));
-            // All of them, so that it is always the first fault that is told.
+            // All results are collected, so that the fault that is reported is always the first one.
             let decoded: Vec<Parsed<Chunk>> = decoded.collect();
             let decoded: Vec<Chunk> = decoded.into_iter().collect::<Parsed<_>>()?;
             largest = largest.max(put(&decoded, region, bytes, placed_bytes, place)?);

@@ -1,5 +1,5 @@
-//! Voxels in a file of our own without a name, for who reads small regions in any order from a source that has to decode
-//! more than that. The system removes the file with the program, however that ends.
+//! Voxels in a file of our own without a name, for reading small regions in any order from a source that has to
+//! decode more than those. The system removes the file with the program, however that ends.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};

@@ -16,7 +16,7 @@ pub fn version(metadata: &Metadata) -> Version {
     (metadata.len(), metadata.modified().ok())
 }
 
-/// That of the file with this name; `None` if there is none, or if it is a folder.
+/// The version of the file with this name; `None` if there is none, or if it is a folder.
 pub fn version_at(path: &Path) -> Option<Version> {
     let metadata = std::fs::metadata(path).ok().filter(Metadata::is_file)?;
     Some(version(&metadata))
@@ -43,7 +43,7 @@ impl WatchedFile {
         })
     }
 
-    /// From now on it is only open while it is read.
+    /// This file, which from now on is only open while it is read.
     pub fn closed(self) -> WatchedFile {
         WatchedFile { file: None, ..self }
     }

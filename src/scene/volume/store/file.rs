@@ -24,7 +24,7 @@ const MAGIC: [u8; 8] = *b"isostore";
 /// What a store knows of a volume.
 pub struct Known {
     pub settled: Settled,
-    /// The last one of floats.
+    /// The last histogram of floats.
     pub histogram: Option<Histogram>,
     /// `None` if the volume can be read in any order as it is.
     pub voxels: Option<Store>,
@@ -44,12 +44,12 @@ pub struct Store {
 pub struct Entry {
     pub offset: u64,
     pub bytes: u64,
-    /// Of the compressed bytes.
+    /// Checksum of the compressed bytes.
     pub checksum: u64,
 }
 
-/// The numbers at the begin of the rest. Arrays follow: how often each value occurs, the histogram, the macrocells'
-/// ranges, the index of the chunks.
+/// The numbers at the beginning of the rest. Arrays follow: how often each value occurs, the histogram, the
+/// macrocells' ranges, the index of the chunks.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct Head {
@@ -71,7 +71,7 @@ struct Head {
 #[repr(C)]
 struct End {
     magic: [u8; 8],
-    /// Of the rest before it, compressed.
+    /// Bytes of the compressed rest before it.
     bytes: u64,
     checksum: u64,
 }

@@ -43,14 +43,14 @@ const SUFFIX: &str = ".isolume-store";
 /// How the temporary name of a store begins.
 const PREFIX: &str = ".isolume-store-";
 
-/// The folder of the stores, and who is told how far a copy is.
+/// The folder of the stores, and a callback for the progress of copies.
 #[derive(Clone)]
 pub struct Stores {
     folder: PathBuf,
     tell: Arc<Tell>,
 }
 
-/// Is told about a copy at its begin, now and then, and at its end; its error ends the copy.
+/// Is told about a copy at its beginning, now and then, and at its end; an error of it ends the copy.
 pub type Tell = dyn Fn(&Copying) -> Result<()> + Send + Sync;
 
 /// A copy on its way.

@@ -18,7 +18,7 @@ use crate::scene::volume::grid::Reader;
 use crate::scene::volume::region::Region;
 use crate::temporary::{self, Listed};
 
-/// Of compression: the fastest but for those that lose much in size.
+/// Level of compression: the fastest that does not lose much in size.
 pub const LEVEL: i32 = 1;
 
 impl Keeping {

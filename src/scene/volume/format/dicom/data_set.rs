@@ -12,7 +12,7 @@ use crate::scene::volume::parsed::Parsed;
 use super::stream::Stream;
 use super::tags::{self, Tag};
 
-/// Sequences within sequences; real files have four or five.
+/// The most levels of nested sequences; real files have four or five.
 const MOST_NESTED: u32 = 16;
 /// The longest value that is kept. The longest there is need for is a table of frames' places.
 const LONGEST: u64 = 64 << 20;
@@ -147,7 +147,7 @@ impl DataSet {
         Ok(self.decimals::<1>(tag, name)?.map(|[number]| number))
     }
 
-    /// All of a list of decimal numbers, those that are none left out.
+    /// All decimal numbers of a list; whatever is not a number is left out.
     pub fn decimal_list(&self, tag: Tag) -> Vec<f64> {
         let parts = self.texts(tag).into_iter();
         parts.filter_map(|part| part.parse().ok()).collect()
@@ -193,7 +193,7 @@ impl DataSet {
     }
 }
 
-/// What a message may quote of text that should be numbers. In a damaged file it might be a name.
+/// The part of a text that should be numbers which a message may quote: in a damaged file it might be a name.
 pub fn numeric(text: &str) -> String {
     let is_numeric = |c: &char| c.is_ascii_digit() || "+-.,eE\\ ".contains(*c);
     let shown = text.chars().take(60);
@@ -283,7 +283,7 @@ impl Walk<'_> {
             return Ok(false);
         }
         let is_kept = tags::is_kept(head.tag);
-        // What has no type and no length is written without types.
+        // A value without a type and without a length is written without types.
         let inner = match &head.vr {
             b"UN" => Syntax::IMPLICIT,
             _ => syntax,

@@ -46,11 +46,11 @@ pub struct Place {
 
 /// How a file begins.
 enum Beginning {
-    /// With the meta information at this byte.
+    /// The meta information, at this byte.
     Meta(u64),
-    /// With the data set at once, as very old files do.
+    /// The data set itself, as in very old files.
     Bare(Syntax),
-    /// It is something else.
+    /// Anything else.
     Other,
 }
 

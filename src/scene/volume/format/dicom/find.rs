@@ -12,15 +12,15 @@ use super::file::{self, Fault};
 use super::image::{Content, Image, understand};
 use super::other::Other;
 
-/// Folders within folders.
+/// The most levels of nested folders.
 const MOST_NESTED: u32 = 32;
-/// Names in one message.
+/// The most names in one message.
 const MOST_NAMED: usize = 3;
 
 /// What was found.
 #[derive(Debug, Default)]
 pub struct Found {
-    /// In the order of their paths.
+    /// Images, in the order of their paths.
     pub images: Vec<Image>,
     /// DICOM that is no part of a volume: how many of each kind.
     pub others: BTreeMap<&'static str, usize>,

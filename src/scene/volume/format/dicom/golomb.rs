@@ -63,7 +63,7 @@ impl Bits<'_> {
             true => u64::from(zeros) << k | u64::from(self.take(k)),
             false => u64::from(self.take(qbpp)) + 1,
         };
-        // No error of 16 bits is longer; a damaged one shall not overflow.
+        // No error of 16 bits is longer; a damaged one must not overflow.
         code.min(1 << 17) as i32
     }
 }

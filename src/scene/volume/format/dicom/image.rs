@@ -190,7 +190,7 @@ fn is_inverted(data: &DataSet) -> bool {
     data.text(tags::PHOTOMETRIC).as_deref() == Some("MONOCHROME1")
 }
 
-/// As stored values are.
+/// The range of padding, in terms of stored values.
 fn padding(data: &DataSet, samples: Samples) -> Option<[i64; 2]> {
     let Samples::Integers {
         allocated,

@@ -87,7 +87,7 @@ impl Header {
         }
     }
 
-    /// With the parameters that are given, or else with the standard's own.
+    /// The header with the given parameters, or else with the standard's own.
     fn completed(mut self, [max, t1, t2, t3, reset]: [i32; 5]) -> Parsed<Header> {
         if !(2..=16).contains(&self.precision) {
             return Err(format!(
@@ -170,7 +170,7 @@ struct Decoder<'a> {
     /// The longest code.
     limit: u32,
     contexts: Vec<Context>,
-    /// For the ends of runs; `b` counts negative errors.
+    /// The contexts for the ends of runs; `b` counts negative errors.
     ends: [Context; 2],
     run_index: usize,
     bits: Bits<'a>,

@@ -48,7 +48,7 @@ use stack::Stack;
 use thumbnail::thumbnail;
 use values::Values;
 
-/// Other volumes in one message.
+/// The most other volumes that one message names.
 const MOST_NAMED: usize = 8;
 
 /// Whether a file begins as DICOM does, whatever its name is, or cannot be read at all, which is then said.
@@ -124,7 +124,7 @@ pub fn series(path: &Path) -> Parsed<Vec<Series>> {
     Ok(described.collect())
 }
 
-/// The same with pictures, where there are several to choose from; none where there is one.
+/// All volumes of a folder with pictures, where there are several to choose from; none where there is one.
 pub fn previews(path: &Path) -> Parsed<Vec<Preview>> {
     let found = find(path)?;
     let groups = group(&found.images);
@@ -254,7 +254,7 @@ fn others(found: &Found, groups: &[Group], shown: usize) -> Vec<String> {
     notes
 }
 
-/// What somebody wants to know before trusting a volume.
+/// Facts that a user wants to know before trusting a volume.
 fn facts(image: &Image, frame: &Frame) -> Vec<(&'static str, String)> {
     let mut facts = vec![
         ("modality", image.modality.clone()),

@@ -1,4 +1,4 @@
-//! What is DICOM and no part of a volume: objects of other kinds, pictures to find one's way by, colours.
+//! DICOM objects that are no part of a volume: objects of other kinds, localizers, pictures in colour.
 
 use super::data_set::DataSet;
 use super::tags;
@@ -12,7 +12,7 @@ pub struct Other {
     pub why: String,
 }
 
-/// What stands for an image with which it was planned, or which was made to look at it.
+/// Image types of pictures with which a volume was planned, or which were made for looking at it.
 const LOCALIZERS: [&str; 5] = ["LOCALIZER", "SCOUT", "SURVIEW", "REF_SURVIEW", "TOPOGRAM"];
 
 /// Objects that hold no measured slices, by the end of their class's UID.

@@ -37,7 +37,7 @@ struct Key<'a> {
     image_type: &'a str,
     kind: &'a str,
     acquisition: Option<&'a str>,
-    /// Frames that nobody has placed belong to no others.
+    /// Frames without a position in the patient belong to no other frames.
     alone: Option<(usize, usize)>,
 }
 

@@ -5,11 +5,11 @@ use crate::scene::volume::parsed::Parsed;
 /// Parts of a slice's distance: what is nearer than that to its place is there, and two slices that are
 /// nearer than that to each other are at one place.
 pub const EXACT: f64 = 0.01;
-/// What interpolating between slices may leave out as well.
+/// A part of a slice's distance that is rounding, and needs no interpolation.
 const ROUNDING: f64 = 1e-6;
 /// Slices are missing where distances are multiples of the usual one to this part of it.
 const MULTIPLE: f64 = 0.1;
-/// Places in one message.
+/// The most places that one message names.
 const MOST_NAMED: usize = 6;
 /// Interpolated slices for each real one; more would be inventing a volume.
 pub const MOST_INVENTED: f64 = 10.0;

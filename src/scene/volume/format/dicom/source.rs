@@ -34,12 +34,12 @@ type Numbers = Arc<OnceLock<Parsed<Vec<u8>>>>;
 #[derive(Debug)]
 pub struct Slices {
     images: Vec<Image>,
-    /// For each image, once somebody has asked for it.
+    /// The fragments of each image, once they have been asked for.
     fragments: Vec<OnceLock<Parsed<Fragments>>>,
     stack: Stack,
     maps: Vec<Map>,
     voxel_type: VoxelType,
-    /// What stands where nothing was measured.
+    /// The number that stands where nothing was measured.
     filler: f64,
     /// The last frames, by their index in the stack; the newest at the end.
     kept: Mutex<VecDeque<(usize, Numbers)>>,
@@ -66,8 +66,8 @@ impl Slices {
         Ok(slices)
     }
 
-    /// Nobody shall allocate for more pixels than run-length packing could hold before it is known that they
-    /// are there.
+    /// Unpacks what claims more pixels than run-length packing could hold, so that nobody allocates for them before
+    /// it is known that they are there.
     fn try_unlikely(&self) -> Parsed<()> {
         let is_unlikely = |at: &&At| {
             let image = &self.images[at.image];
@@ -175,7 +175,7 @@ impl Slices {
         })
     }
 
-    /// A whole frame's numbers, kept for whoever wants them next.
+    /// A whole frame's numbers, which are kept for the next read.
     fn numbers(&self, n: usize) -> Numbers {
         let numbers = {
             let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);

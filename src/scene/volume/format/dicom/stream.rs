@@ -1,5 +1,5 @@
-//! A file's bytes from its beginning on, read as far as somebody looks and no further: a header is a few
-//! thousand bytes before pixels of any length.
+//! A file's bytes from its beginning on, read as far as they are needed and no further: a header is a few thousand
+//! bytes before pixels of any length.
 //!
 //! What is allocated grows with the bytes that arrive, so that no length in a damaged header costs memory.
 
@@ -15,7 +15,7 @@ const MOST: u64 = 256 << 20;
 pub struct Stream {
     reader: Box<dyn Read>,
     bytes: Vec<u8>,
-    /// What the system has said when it did not give bytes that somebody wants: nothing is known of them then.
+    /// The system's error, if it did not give bytes that were asked for: nothing is known of them then.
     pub failure: Option<String>,
 }
 
@@ -42,7 +42,7 @@ impl Stream {
             let more = end.max(2 * have).max(FIRST) - have;
             let mut part = self.reader.by_ref().take(more);
             let read = part.read_to_end(&mut self.bytes);
-            // What follows the bytes that somebody wants may be damaged.
+            // What follows the wanted bytes may be damaged.
             if (self.bytes.len() as u64) < end {
                 read.map_err(|e| {
                     let fault = e.to_string();

@@ -47,7 +47,7 @@ const fn refused(name: &'static str, remedy: &'static str) -> TransferSyntax {
 
 const GDCMCONV: &str = "unpack it first: `gdcmconv --raw IN OUT`";
 
-/// By what follows "1.2.840.10008.1.2" in the UID.
+/// The known syntaxes, by what follows "1.2.840.10008.1.2" in the UID.
 const KNOWN: [(&str, TransferSyntax); 21] = [
     (
         "",
@@ -91,8 +91,7 @@ const KNOWN: [(&str, TransferSyntax); 21] = [
     (".5", packed("RLE", Packing::RunLength)),
 ];
 
-/// `None` for a UID that nobody has heard of. Many writers leave it out, and then it is the implicit
-/// little-endian one.
+/// `None` for a UID that is not known. Many writers leave it out, and then it is the implicit little-endian one.
 pub fn transfer_syntax(uid: &str) -> Option<TransferSyntax> {
     // GE's own, which is that of (.2) with little-endian elements, is not read.
     let kind = uid.strip_prefix("1.2.840.10008.1.2")?;

@@ -14,7 +14,7 @@ use super::source::{Slices, add};
 use super::stack::Stack;
 use super::values::Values;
 
-/// Nobody waits for a picture of more pixels than this.
+/// The most pixels of a slice: a picture of a larger one would take too long.
 const MOST_PIXELS: u64 = 1 << 23;
 
 /// `frames` are a volume's, in its order.

@@ -14,7 +14,7 @@ use super::image::{Image, Samples};
 #[derive(Debug)]
 pub struct Values {
     pub voxel_type: VoxelType,
-    /// Positive.
+    /// The slope, which is positive.
     pub slope: f64,
     pub intercept: f64,
     /// How each frame gets there, in the stack's order.

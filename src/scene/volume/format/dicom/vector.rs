@@ -18,7 +18,7 @@ pub fn scaled(a: Vector, factor: f64) -> Vector {
     a.map(|x| factor * x)
 }
 
-/// From `from` a way of `length` along `direction`.
+/// The point at `length` from `from` along `direction`.
 pub fn moved(from: Vector, direction: Vector, length: f64) -> Vector {
     std::array::from_fn(|a| from[a] + length * direction[a])
 }

@@ -24,7 +24,7 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         page(file).map_err(|fault| format!("{name} {fault}"))
     });
-    // All of them, so that it is always the first fault that is told.
+    // All results are collected, so that the fault that is reported is always the first one.
     let pages: Vec<Parsed<Page>> = pages.collect();
     let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
     let layout = pages[0].layout;
@@ -73,7 +73,7 @@ fn page(path: &Path) -> Parsed<Page> {
     }
 }
 
-/// As people count: 9 comes before 10, and 009 is 9.
+/// Orders names as people count: 9 comes before 10, and 009 is 9.
 fn by_number(a: &str, b: &str) -> Ordering {
     let [mut a, mut b] = [a, b];
     loop {

@@ -34,7 +34,7 @@ enum Predictor {
     None,
     /// A value is its difference from the one on its left.
     Horizontal,
-    /// The same of bytes, of which those of one significance lie together in a row.
+    /// The same for bytes, where those of one significance lie together in a row.
     Float,
 }
 

@@ -41,7 +41,7 @@ pub struct Array {
     /// A voxel of a chunk that was never written, as bytes of the array's order.
     pub fill: Vec<u8>,
     pub keys: Keys,
-    /// For people.
+    /// The compression's name, for users.
     pub compression: Option<String>,
 }
 

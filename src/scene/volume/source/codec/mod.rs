@@ -40,7 +40,7 @@ pub enum Codec {
 }
 
 impl Codec {
-    /// For people.
+    /// The codec's name, for users.
     pub fn name(self) -> &'static str {
         match self {
             Codec::Plain => "none",

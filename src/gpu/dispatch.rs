@@ -1,0 +1,208 @@
+//! How passes run: what they read and write is bound, and their workgroups are dispatched, at once or slice after slice.
+
+use std::time::Instant;
+
+use ash::vk;
+
+use super::frame::Frame;
+use super::image::Image;
+use super::pass::{Binding, Pass};
+use super::reflection::Slot;
+use crate::error::Result;
+
+/// How long a slice of a sliced pass should take where nobody is waiting for a frame.
+pub const SLICE_MS: f64 = 50.0;
+
+/// How far a pass that runs in slices has come.
+#[derive(Debug, Clone, Copy)]
+pub struct Slices {
+    /// How long a slice should take.
+    target_ms: f64,
+    begin: u32,
+    /// Workgroups along the axis in the next slice.
+    count: u32,
+}
+
+impl Slices {
+    pub fn new(target_ms: f64) -> Slices {
+        Slices {
+            target_ms,
+            begin: 0,
+            count: 1,
+        }
+    }
+
+    /// Starts over with the first slice. It is as long as the next one would have been, scaled to the new
+    /// `target_ms`.
+    pub fn restart(&mut self, target_ms: f64) {
+        self.count = (self.count as f64 * target_ms / self.target_ms).ceil() as u32;
+        self.target_ms = target_ms;
+        self.begin = 0;
+    }
+}
+
+impl Frame {
+    /// Runs `pass` over at least `threads` threads along x, y and z; the shader drops the excess.
+    pub fn pass<P: bytemuck::NoUninit>(
+        &mut self,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+    ) -> Result<()> {
+        self.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
+        self.timed(
+            pass.name,
+            vk::PipelineStageFlags2::COMPUTE_SHADER,
+            |frame| {
+                frame.bind(pass, bindings)?;
+                frame.dispatch(pass, bytemuck::bytes_of(push), [0; 3], pass.groups(threads))
+            },
+        )
+    }
+
+    fn bind(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
+        let wrong = |problem: String| pass.unfit(problem);
+        if let Some((name, _)) = bindings
+            .iter()
+            .find(|(name, _)| !pass.slots.iter().any(|s| s.name == *name))
+        {
+            return Err(wrong(format!(
+                "the shader has no {name}, only {}",
+                pass.slots
+                    .iter()
+                    .map(|s| s.name.as_str())
+                    .collect::<Vec<_>>()
+                    .join(", ")
+            )));
+        }
+        let info = |image: &Image, sampler| {
+            vk::DescriptorImageInfo::default()
+                .sampler(sampler)
+                .image_view(image.view)
+                .image_layout(vk::ImageLayout::GENERAL)
+        };
+        let mut buffers = Vec::with_capacity(pass.slots.len());
+        let mut images = Vec::with_capacity(pass.slots.len());
+        for slot in &pass.slots {
+            let (_, resource) = bindings
+                .iter()
+                .find(|(name, _)| *name == slot.name)
+                .ok_or_else(|| wrong(format!("{} is not bound", slot.name)))?;
+            match resource {
+                Binding::Buffer(b) => buffers.push((
+                    slot,
+                    [vk::DescriptorBufferInfo::default()
+                        .buffer(b.raw)
+                        .range(vk::WHOLE_SIZE)],
+                )),
+                Binding::Image(i) => images.push((slot, [info(i, self.device.nearest)])),
+                Binding::Filtered(i) => images.push((slot, [info(i, self.device.linear)])),
+            }
+        }
+        let write = |slot: &Slot| {
+            vk::WriteDescriptorSet::default()
+                .dst_binding(slot.binding)
+                .descriptor_type(slot.kind)
+        };
+        let mut writes: Vec<_> = buffers
+            .iter()
+            .map(|(slot, info)| write(slot).buffer_info(info))
+            .chain(
+                images
+                    .iter()
+                    .map(|(slot, info)| write(slot).image_info(info)),
+            )
+            .collect();
+        let point = vk::PipelineBindPoint::COMPUTE;
+        self.bind_resources(point, &pass.pipeline, &mut writes)
+            .map_err(|e| self.lost(e))
+    }
+
+    /// `count` workgroups from workgroup `begin` on.
+    fn dispatch(&self, pass: &Pass, push: &[u8], begin: [u32; 3], count: [u32; 3]) -> Result<()> {
+        if push.len() != pass.push_bytes as usize {
+            return Err(pass.unfit(format!(
+                "it takes {} bytes of push constants, not {}",
+                pass.push_bytes,
+                push.len()
+            )));
+        }
+        let most = self.device.most_groups;
+        if (0..3).any(|a| begin[a] + count[a] > most[a]) {
+            return Err(pass.unfit(format!(
+                "it needs {count:?} workgroups from {begin:?} on, but {} runs at most {most:?}",
+                self.device.summary.name
+            )));
+        }
+        let raw = &self.device.raw;
+        // SAFETY: the command buffer is recording, and the pipeline and its layout are alive.
+        unsafe {
+            raw.cmd_bind_pipeline(
+                self.commands,
+                vk::PipelineBindPoint::COMPUTE,
+                pass.pipeline.raw,
+            );
+            if !push.is_empty() {
+                raw.cmd_push_constants(
+                    self.commands,
+                    pass.pipeline.layout,
+                    vk::ShaderStageFlags::COMPUTE,
+                    0,
+                    push,
+                );
+            }
+            let [x, y, z] = count;
+            match begin {
+                // Synchronization validation (1.3.239) does not see `cmd_dispatch_base`.
+                [0, 0, 0] => raw.cmd_dispatch(self.commands, x, y, z),
+                [i, j, k] => raw.cmd_dispatch_base(self.commands, i, j, k, x, y, z),
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs `pass` over at least `threads` threads in submissions of its own, slice after slice along
+    /// the last axis, so that none of them takes much longer than [`SLICE_MS`] whatever the device:
+    /// Windows resets a GPU that is busy for two seconds.
+    pub fn run_in_slices<P: bytemuck::NoUninit>(
+        &mut self,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+    ) -> Result<()> {
+        let mut slices = Slices::new(SLICE_MS);
+        while !self.run_slice(pass, bindings, push, threads, &mut slices)? {}
+        Ok(())
+    }
+
+    /// The next slice of such a pass. Returns whether it was the last.
+    pub fn run_slice<P: bytemuck::NoUninit>(
+        &mut self,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        threads: [u32; 3],
+        slices: &mut Slices,
+    ) -> Result<bool> {
+        let groups = pass.groups(threads);
+        let axis = if groups[2] > 1 { 2 } else { 1 };
+        let (mut begin, mut count) = ([0; 3], groups);
+        begin[axis] = slices.begin;
+        count[axis] = slices.count.min(groups[axis] - slices.begin);
+        let began = Instant::now();
+        self.run(|f| {
+            f.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
+            f.timed(pass.name, vk::PipelineStageFlags2::COMPUTE_SHADER, |f| {
+                f.bind(pass, bindings)?;
+                f.dispatch(pass, bytemuck::bytes_of(push), begin, count)
+            })
+        })?;
+        let took_ms = began.elapsed().as_secs_f64() * 1e3;
+        let growth = (slices.target_ms / took_ms).clamp(0.5, 8.0);
+        slices.begin += count[axis];
+        slices.count = (count[axis] as f64 * growth).ceil() as u32;
+        Ok(slices.begin == groups[axis])
+    }
+}

@@ -1,0 +1,215 @@
+//! Transfers: clears, copies, and the first use of an image.
+
+use ash::vk;
+
+use super::buffer::Buffer;
+use super::frame::Frame;
+use super::image::{COLOR, COLOR_LAYER, Image};
+use super::timing::Work;
+use crate::error::Result;
+
+/// A box [`low`, `low` + `extent`) of texels, and where a buffer holds them, x fastest.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece {
+    pub offset: u64,
+    pub low: [u32; 3],
+    pub extent: [u32; 3],
+}
+
+impl Frame {
+    /// Brings those images that no command has used yet into the GENERAL layout, and clears those that are to
+    /// begin with zeros.
+    pub(super) fn begin_images<'a>(
+        &mut self,
+        images: impl Iterator<Item = &'a Image>,
+    ) -> Result<()> {
+        let mut new = Vec::new();
+        for image in images {
+            if let Some(mark) = image.begin() {
+                self.begun.push(mark);
+                new.push(image);
+            }
+        }
+        if new.is_empty() {
+            return Ok(());
+        }
+        self.timed("begin", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            frame.to_general(&new);
+            for image in new.iter().filter(|image| image.desc.zeroed) {
+                frame.fill_image(image, [0.0; 4]);
+            }
+            Ok(())
+        })
+    }
+
+    /// Sets all texels of the images to zero.
+    pub fn clear(&mut self, images: &[&Image]) -> Result<()> {
+        self.clear_to(images, [0.0; 4])
+    }
+
+    /// Sets all texels of the images to `texel`.
+    pub fn clear_to(&mut self, images: &[&Image], texel: [f32; 4]) -> Result<()> {
+        self.begin_images(images.iter().copied())?;
+        self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            for image in images {
+                frame.fill_image(image, texel);
+            }
+            Ok(())
+        })
+    }
+
+    fn fill_image(&self, image: &Image, texel: [f32; 4]) {
+        let color = vk::ClearColorValue { float32: texel };
+        // SAFETY: the command buffer is recording, and the image outlives the submission.
+        unsafe {
+            self.device.raw.cmd_clear_color_image(
+                self.commands,
+                image.raw,
+                vk::ImageLayout::GENERAL,
+                &color,
+                &[COLOR],
+            );
+        }
+    }
+
+    fn to_general(&self, images: &[&Image]) {
+        let barriers: Vec<_> = images
+            .iter()
+            .map(|image| {
+                vk::ImageMemoryBarrier2::default()
+                    .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                    .dst_stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)
+                    .dst_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+                    .old_layout(vk::ImageLayout::UNDEFINED)
+                    .new_layout(vk::ImageLayout::GENERAL)
+                    .image(image.raw)
+                    .subresource_range(COLOR)
+            })
+            .collect();
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+        // SAFETY: the command buffer is recording, and the images outlive the submission.
+        unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
+    }
+
+    /// Copies texels from the buffer's start into the box [`low`, `low` + `extent`).
+    pub fn upload(
+        &mut self,
+        from: &Buffer,
+        to: &Image,
+        low: [u32; 3],
+        extent: [u32; 3],
+    ) -> Result<()> {
+        let piece = Piece {
+            offset: 0,
+            low,
+            extent,
+        };
+        self.upload_pieces(from, to, &[piece])
+    }
+
+    /// Copies texels from several places in the buffer into a box each; the boxes do not overlap.
+    pub fn upload_pieces(&mut self, from: &Buffer, to: &Image, pieces: &[Piece]) -> Result<()> {
+        self.begin_images(std::iter::once(to))?;
+        let regions: Vec<_> = pieces
+            .iter()
+            .map(|piece| vk::BufferImageCopy {
+                buffer_offset: piece.offset,
+                ..region(piece.low, piece.extent)
+            })
+            .collect();
+        let bytes = pieces.iter().map(|piece| bytes_of(to, piece.extent)).sum();
+        self.transfer("upload", bytes, |raw, commands| {
+            // SAFETY: the command buffer is recording; the boxes lie inside the image.
+            unsafe {
+                raw.cmd_copy_buffer_to_image(
+                    commands,
+                    from.raw,
+                    to.raw,
+                    vk::ImageLayout::GENERAL,
+                    &regions,
+                )
+            };
+        })
+    }
+
+    /// Copies the box [`low`, `low` + `extent`) to the buffer's start.
+    pub fn download(
+        &mut self,
+        from: &Image,
+        to: &Buffer,
+        low: [u32; 3],
+        extent: [u32; 3],
+    ) -> Result<()> {
+        self.begin_images(std::iter::once(from))?;
+        self.transfer("download", bytes_of(from, extent), |raw, commands| {
+            // SAFETY: the command buffer is recording; the box lies inside the image.
+            unsafe {
+                raw.cmd_copy_image_to_buffer(
+                    commands,
+                    from.raw,
+                    vk::ImageLayout::GENERAL,
+                    to.raw,
+                    &[region(low, extent)],
+                )
+            };
+        })
+    }
+
+    /// Copies bytes from the start of `from` to the start of `to`, as many as both have.
+    pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> Result<()> {
+        let bytes = from.desc.bytes.min(to.desc.bytes);
+        self.transfer("download", bytes, |raw, commands| {
+            let region = vk::BufferCopy::default().size(bytes);
+            // SAFETY: the command buffer is recording, and the buffers outlive the submission.
+            unsafe { raw.cmd_copy_buffer(commands, from.raw, to.raw, &[region]) };
+        })
+    }
+
+    /// Sets every byte of the buffer to zero.
+    pub fn zero(&mut self, buffer: &Buffer) -> Result<()> {
+        self.transfer("clear", 0, |raw, commands| {
+            // SAFETY: the command buffer is recording, and the buffer outlives the submission.
+            unsafe { raw.cmd_fill_buffer(commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
+        })
+    }
+
+    /// A transfer of some kind, which copies so many bytes; `record` records it.
+    pub(super) fn transfer(
+        &mut self,
+        name: &'static str,
+        copied_bytes: u64,
+        record: impl FnOnce(&ash::Device, vk::CommandBuffer),
+    ) -> Result<()> {
+        self.timed(name, vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+            record(&frame.device.raw, frame.commands);
+            frame.state_work(Work {
+                copied_bytes,
+                ..Work::default()
+            });
+            Ok(())
+        })
+    }
+}
+
+/// Bytes of a box of texels.
+fn bytes_of(image: &Image, extent: [u32; 3]) -> u64 {
+    let texels: u64 = extent.iter().map(|&n| u64::from(n)).product();
+    texels * image.desc.texel_bytes() as u64
+}
+
+fn region([x, y, z]: [u32; 3], [width, height, depth]: [u32; 3]) -> vk::BufferImageCopy {
+    vk::BufferImageCopy {
+        image_subresource: COLOR_LAYER,
+        image_offset: vk::Offset3D {
+            x: x as i32,
+            y: y as i32,
+            z: z as i32,
+        },
+        image_extent: vk::Extent3D {
+            width,
+            height,
+            depth,
+        },
+        ..Default::default()
+    }
+}

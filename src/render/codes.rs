@@ -1,0 +1,36 @@
+//! Named integers that Rust and the shaders share: in GLSL, `const uint NAME`.
+
+macro_rules! codes {
+    ($($(#[$about:meta])* pub const $name:ident: u32 = $value:expr;)*) => {
+        $($(#[$about])* pub const $name: u32 = $value;)*
+        const CODES: &[(&str, u32)] = &[$((stringify!($name), $name),)*];
+    };
+}
+
+codes! {
+    pub const SHADING_LAMBERT: u32 = 0;
+    pub const SHADING_PHONG: u32 = 1;
+    pub const SHADING_DISNEY: u32 = 2;
+    /// The slot has no path.
+    pub const STAGE_IDLE: u32 = 0;
+    /// The path is on its way to a collision, a surface or the sky.
+    pub const STAGE_FLIGHT: u32 = 1;
+    /// The path's shadow ray is on its way to a light.
+    pub const STAGE_SHADOW: u32 = 2;
+    /// A flight has ended: the collision, surface or sky at its end is handled next.
+    pub const STAGE_ARRIVAL: u32 = 3;
+    /// The page table's entry of a brick without memory. Its bits for a place are those of the first place.
+    pub const NO_PLACE: u32 = 0x8000_0000;
+    /// The page of a brick of the volume that is on the GPU, and of one that has been read there lately.
+    pub const PAGE_RESIDENT: u32 = 0x8000_0000;
+    pub const PAGE_READ: u32 = 0x4000_0000;
+    /// The first paths of a node, which end where they can gather cached light (gathering.glsl).
+    pub const GATHERED: u32 = 32;
+    /// Positions at which the device's filter is probed.
+    pub const PROBE_POSITIONS: u32 = 4096;
+}
+
+pub fn glsl() -> String {
+    let line = |(name, value): &(&str, u32)| format!("const uint {name} = {value}u;\n");
+    CODES.iter().map(line).collect()
+}
