@@ -82,15 +82,16 @@ def mitsuba(folder, name, cpu_seconds, picture, variant="scalar_rgb", rr_depth=N
         integrator["rr_depth"] = int(rr_depth)
     loaded = mi.load_dict(translation.scene)
     mi.render(loaded, spp=1, seed=1)
-    batches, took = [], 0.0
+    batches, took, began = [], 0.0, time.perf_counter()
     while took < float(cpu_seconds) or len(batches) < 2:
         start = time.process_time()
         batches.append(np.array(mi.render(loaded, spp=4, seed=7919 * (len(batches) + 2)), np.float64))
         took += time.process_time() - start
+    wall = time.perf_counter() - began
     spread = np.std(batches, 0, ddof=1) / math.sqrt(len(batches))
     said = f"Mitsuba {mi.__version__} {variant}, roulette from {integrator['rr_depth']} on"
     reference.write_exr(folder / picture, np.mean(batches, 0), spread, said)
-    return {"name": f"Mitsuba {mi.__version__}", "cpu_s": took, "spp": 4 * len(batches)}
+    return {"name": f"Mitsuba {mi.__version__}", "cpu_s": took, "wall_s": wall, "spp": 4 * len(batches)}
 
 
 def cycles(folder, cpu_seconds, picture):
