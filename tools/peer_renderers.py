@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
 """The renderers that tools/peers lays Isolume beside, each to be run in a process of its own.
 
-    tools/peer_renderers.py FOLDER mitsuba|cycles CPU_SECONDS     128³ cloud; writes FOLDER/NAME.exr
-    tools/peer_renderers.py FOLDER vtk                            256³ cloud; seconds a frame
+    tools/peer_renderers.py FOLDER mitsuba SCENE CPU_SECONDS PICTURE [VARIANT RR_DEPTH]
+    tools/peer_renderers.py FOLDER cycles CPU_SECONDS PICTURE     the 128³ cloud
+    tools/peer_renderers.py FOLDER vtk                            a 256³ cloud; seconds a frame
 
-The last line on stdout is JSON. CPU seconds are those of all threads while a picture is rendered:
-starting, importing and building the scene are left out. Paths end after 63 scatterings.
+SCENE and PICTURE (an EXR file) lie in FOLDER. The last line on stdout is JSON. CPU seconds are those of
+all threads while a picture is rendered: starting, importing and building the scene are left out.
+
+RR_DEPTH is the event of a path from which on Mitsuba plays Russian roulette, null collisions included. What
+stands in MITSUBA gives the least error in the same time, which the last two arguments let one check; a
+variant llvm_ad_rgb needs LLVM 19 (DRJIT_LIBLLVM_PATH). In the cloud, paths end after 63 scatterings.
 """
 
 import json
@@ -21,9 +26,11 @@ from pathlib import Path
 sys.dont_write_bytecode = True
 
 TOOLS = Path(__file__).resolve().parent
-CLOUD = "cloud128-sun.toml"
+CLOUD, HEAD = "cloud128-sun.toml", "head.toml"
 SIZE, FRAME = 128, 512
 SCATTERINGS = 63
+NEVER = 1_000_000
+MITSUBA = {CLOUD: {"max_depth": SCATTERINGS + 1, "rr_depth": NEVER}, HEAD: {"rr_depth": 5}}
 FRAMES = 12
 DENSITY = 61.0939
 ISOVALUE = 0.3
@@ -37,13 +44,14 @@ def tool(name):
     return module
 
 
-def read_cloud(folder):
+def read(folder, name):
+    """A scene and its values, [z, y, x]."""
     import numpy as np
 
-    scene = tomllib.loads((folder / CLOUD).read_text())
+    scene = tomllib.loads((folder / name).read_text())
     scene["camera"].setdefault("up", [0.0, 1.0, 0.0])
     scene["render"]["size"] = [SIZE, SIZE]
-    return scene, np.load(folder / "cloud128.npy")
+    return scene, np.load(folder / scene["volume"]["path"])
 
 
 def save(path, picture):
@@ -56,34 +64,42 @@ def save(path, picture):
         file.write(str(path))
 
 
-def mitsuba(folder, cpu_seconds):
-    """Batch after batch of four samples."""
+def mitsuba(folder, name, cpu_seconds, picture, variant="scalar_rgb", rr_depth=None):
+    """Batch after batch of four samples, and from their spread the standard error."""
     import mitsuba as mi
     import numpy as np
 
-    mi.set_variant("scalar_rgb")
-    scene, data = read_cloud(folder)
-    translation = tool("mitsuba_reference").Translation(
-        mi, scene, data, np.array(scene["volume"]["spacing"]), 1)
-    translation.scene["integrator"]["max_depth"] = SCATTERINGS + 1
+    mi.set_variant(variant)
+    reference = tool("mitsuba_reference")
+    scene, data = read(folder, name)
+    translation = reference.Translation(
+        mi, scene, data.astype(np.float32), np.array(scene["volume"]["spacing"]), 1)
+    if not translation.exact:
+        sys.exit(f"{name}: Mitsuba and Isolume interpolate different media")
+    integrator = translation.scene["integrator"]
+    integrator |= MITSUBA[name]
+    if rr_depth is not None:
+        integrator["rr_depth"] = int(rr_depth)
     loaded = mi.load_dict(translation.scene)
     mi.render(loaded, spp=1, seed=1)
-    total, batches, took = 0.0, 0, 0.0
-    while took < cpu_seconds:
+    batches, took, began = [], 0.0, time.perf_counter()
+    while took < float(cpu_seconds) or len(batches) < 2:
         start = time.process_time()
-        total = total + np.array(mi.render(loaded, spp=4, seed=7919 * (batches + 2)), np.float64)
+        batches.append(np.array(mi.render(loaded, spp=4, seed=7919 * (len(batches) + 2)), np.float64))
         took += time.process_time() - start
-        batches += 1
-    save(folder / "mitsuba.exr", total / batches)
-    return {"name": f"Mitsuba {mi.__version__}", "cpu_s": took, "spp": 4 * batches}
+    wall = time.perf_counter() - began
+    spread = np.std(batches, 0, ddof=1) / math.sqrt(len(batches))
+    said = f"Mitsuba {mi.__version__} {variant}, roulette from {integrator['rr_depth']} on"
+    reference.write_exr(folder / picture, np.mean(batches, 0), spread, said)
+    return {"name": f"Mitsuba {mi.__version__}", "cpu_s": took, "wall_s": wall, "spp": 4 * len(batches)}
 
 
-def cycles(folder, cpu_seconds):
+def cycles(folder, cpu_seconds, picture):
     """One render of as many samples as fit; what a render costs besides samples is left out."""
     import bpy
     import numpy as np
 
-    scene, data = read_cloud(folder)
+    scene, data = read(folder, CLOUD)
     cycles_scene(bpy, scene, write_vdb(bpy, folder, data, scene["volume"]["spacing"][0]))
 
     def shoot(samples, seed):
@@ -96,11 +112,11 @@ def cycles(folder, cpu_seconds):
     shoot(1, 1)
     fixed = min(shoot(1, 2), shoot(1, 3))
     each = (shoot(17, 4) - fixed) / 16
-    samples = max(1, round(cpu_seconds / each))
+    samples = max(1, round(float(cpu_seconds) / each))
     took = shoot(samples, 5) - fixed + each
     image = bpy.data.images.load(str(folder / "cycles_raw.exr"))
     pixels = np.array(image.pixels, np.float32).reshape(SIZE, SIZE, -1)
-    save(folder / "cycles.exr", pixels[::-1, :, :3])
+    save(folder / picture, pixels[::-1, :, :3])
     return {"name": f"Cycles {bpy.app.version_string}", "cpu_s": took, "spp": samples}
 
 
@@ -267,9 +283,9 @@ def median(values):
 
 
 def main():
-    folder, peer, *cpu_seconds = sys.argv[1:]
+    folder, peer, *words = sys.argv[1:]
     render = {"mitsuba": mitsuba, "cycles": cycles, "vtk": vtk}[peer]
-    print(json.dumps(render(Path(folder), *map(float, cpu_seconds))))
+    print(json.dumps(render(Path(folder), *words)))
 
 
 if __name__ == "__main__":

@@ -55,6 +55,8 @@ pub struct Outcome {
     /// Samples in every pixel.
     pub samples: u32,
     pub took: Duration,
+    /// The time of all of the processor's cores, which is what counts where the device is a busy CPU.
+    pub cpu: Duration,
     /// Infinite where a single unit says nothing of it.
     pub relative_error: f64,
     /// When there was a picture to see. `None` if it had all its samples before.
@@ -181,6 +183,7 @@ impl Engine {
         Ok(Outcome {
             samples: done.samples,
             took: done.took,
+            cpu: watch.cpu(),
             relative_error: self.relative_error()?,
             first_frame,
             why_stopped,

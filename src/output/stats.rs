@@ -38,6 +38,8 @@ pub struct Stats {
 pub struct ViewStats {
     pub spp: u64,
     pub wall_s: f64,
+    /// Of all cores.
+    pub cpu_s: f64,
     pub relative_error: f64,
 }
 
@@ -46,6 +48,7 @@ impl ViewStats {
         ViewStats {
             spp: u64::from(outcome.samples),
             wall_s: outcome.took.as_secs_f64(),
+            cpu_s: outcome.cpu.as_secs_f64(),
             relative_error: outcome.relative_error,
         }
     }

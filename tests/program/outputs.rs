@@ -96,6 +96,7 @@ fn statistics_keep_their_contract() {
     );
     assert_eq!(stats["paths"], 16 * 24 * 16);
     let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{stats:#}"));
+    assert!(number(&stats["views"][0]["cpu_s"]) > 0.0);
     for key in [
         "wall_s",
         "first_frame_s",

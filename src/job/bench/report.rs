@@ -87,6 +87,8 @@ pub struct RunReport {
     pub same_rays: Option<Comparison>,
     /// Null without a medium, and in `published`.
     pub edit: Option<Edit>,
+    /// Null without a cache or a surface, and in `full` light, whose cache an isovalue clears.
+    pub isovalue: Option<IsovalueEdit>,
 }
 
 /// A picture at some time, against the reference.
@@ -137,6 +139,14 @@ pub struct Edit {
     pub ms_median: f64,
     /// The CPU time of all cores.
     pub cpu_ms_median: f64,
+}
+
+/// An isovalue is dragged to the scene's own while the cache is warm.
+#[derive(Debug, Serialize)]
+pub struct IsovalueEdit {
+    /// The frame that shows it, and later ones.
+    pub points: Vec<Point>,
+    pub seconds_to_40_db: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]

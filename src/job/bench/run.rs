@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 use super::edits;
 use super::entrants::{Entrant, Subject};
 use super::reference::Reference;
-use super::report::{Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to};
+use super::report::{
+    IsovalueEdit, Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to,
+};
 use super::{Bench, patient_run};
 use crate::compare::{Comparison, LinearImage, measure as compare};
 use crate::engine::figures::{self, CacheStats, quantile};
@@ -15,12 +17,14 @@ use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::job::views::provenance;
 use crate::output::progress::Progress;
-use crate::scene::{Camera, Scene};
+use crate::scene::{LightModel, Scene};
 
 /// Views of the orbit.
 const VIEWS: u32 = 24;
-/// A new view is looked at until this share of the longest time is over: it is soon good enough.
-const NEW_VIEW_SHARE: f64 = 0.25;
+/// What a warm cache shows is looked at until this share of the longest time is over: it is soon good enough.
+const WARM_SHARE: f64 = 0.25;
+/// Isovalues are dragged from so far beside, as a share of the range of all values.
+const DRAGGED: f64 = 0.02;
 
 /// A picture at one of the times asked for.
 pub struct Look {
@@ -58,9 +62,14 @@ pub fn measure(
     let (paths, lookups) = (run.engine.paths(), run.engine.lookups());
     let cache = run.cache();
     let passes = figures::passes(run.engine.timings(), bench.peak.as_ref());
-    let (orbit, (new_view, same_rays)) = match run.fill_everywhere()? {
+    let is_warm = run.fill_everywhere()?;
+    let (orbit, (new_view, same_rays)) = match is_warm {
         true => (Some(run.orbit()?), run.new_view(bench)?),
         false => (None, (Vec::new(), None)),
+    };
+    let isovalue = match is_warm {
+        true => run.dragged_isovalue(bench)?,
+        false => None,
     };
     let edit = edits::measure(&mut run.engine)?;
     let (points, looks): (Vec<Point>, Vec<Look>) = looks.into_iter().unzip();
@@ -87,6 +96,7 @@ pub fn measure(
             new_view,
             same_rays,
             edit,
+            isovalue,
         },
         looks,
     ))
@@ -226,14 +236,6 @@ impl Run<'_> {
         }
     }
 
-    fn look_from(&mut self, camera: Camera) -> Result<()> {
-        let scene = Scene {
-            camera,
-            ..self.engine.scene().clone()
-        };
-        self.engine.change_in_place(&scene).map(drop)
-    }
-
     /// Milliseconds that all marches so far have taken on the GPU.
     fn marched_ms(&self) -> f64 {
         let total = self.engine.timings().total("ray_march");
@@ -248,10 +250,10 @@ impl Run<'_> {
             let share = f64::from(view) / f64::from(VIEWS);
             let watch = Stopwatch::started();
             let before = self.marched_ms();
-            self.look_from(self.entrant.scene.camera.orbited(share))?;
-            if let Some(mut caching) = self.engine.renderer_mut().caching() {
-                caching.march_in_place()?;
-            }
+            self.show_at_once(&Scene {
+                camera: self.entrant.scene.camera.orbited(share),
+                ..self.entrant.scene.clone()
+            })?;
             frame_ms.push(watch.elapsed().as_secs_f64() * 1e3);
             cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
             march_ms.push(self.marched_ms() - before);
@@ -269,24 +271,53 @@ impl Run<'_> {
         })
     }
 
-    /// Comes back to the scene's own view, which the cache knows no better than others: first what a march
-    /// shows at once, then what samples make of it. Also compares the march with a reference of the same rays.
+    /// Comes back to the scene's own view, which the cache knows no better than others. Also compares the march with a
+    /// reference of the same rays.
     fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<(Vec<Point>, Option<Comparison>)> {
-        let most = bench.longest().mul_f64(NEW_VIEW_SHARE);
-        self.watch = Stopwatch::started();
-        self.look_from(self.entrant.scene.camera)?;
-        if let Some(mut caching) = self.engine.renderer_mut().caching() {
-            caching.march_in_place()?;
-        }
-        self.watch.pause();
-        let Some(marched) = self.engine.march()? else {
+        let name = format!("{}.new-view.exr", self.prefix);
+        let Some((marched, points)) = self.come_back(bench, Some(name))? else {
             return Ok((Vec::new(), None));
         };
-        let name = format!("{}.new-view.exr", self.prefix);
-        let (first, look) = self.look(bench, &marched, Duration::ZERO, Some(name))?;
         let exposure = self.entrant.scene.render.exposure;
         let centres = self.references.centres;
-        let same_rays = centres.map(|centres| compare(&centres.image, &look.image, exposure));
+        let same_rays = centres.map(|centres| compare(&centres.image, &marched.image, exposure));
+        Ok((points, same_rays.transpose()?))
+    }
+
+    /// Drags the isovalues to where the scene has them. `None` where that is not done in place: without a surface, or
+    /// in `full` light, whose cache begins anew.
+    fn dragged_isovalue(&mut self, bench: &mut Bench<'_>) -> Result<Option<IsovalueEdit>> {
+        let mut beside = self.entrant.scene.clone();
+        if beside.surfaces.iso.is_empty() || beside.surfaces.light == LightModel::Full {
+            return Ok(None);
+        }
+        let [low, high] = bench.volume.range;
+        for iso in &mut beside.surfaces.iso {
+            iso.value += DRAGGED * (high - low);
+        }
+        self.show_at_once(&beside)?;
+        let points = self.come_back(bench, None)?.map(|(_, points)| points);
+        Ok(points.map(|points| IsovalueEdit {
+            seconds_to_40_db: seconds_to(40.0, &points),
+            points,
+        }))
+    }
+
+    /// Comes back from elsewhere to the scene itself: first what a march shows at once, then what samples make of it.
+    /// `None` without a cache.
+    fn come_back(
+        &mut self,
+        bench: &mut Bench<'_>,
+        file: Option<String>,
+    ) -> Result<Option<(Look, Vec<Point>)>> {
+        let most = bench.longest().mul_f64(WARM_SHARE);
+        self.watch = Stopwatch::started();
+        self.show_at_once(&self.entrant.scene)?;
+        self.watch.pause();
+        let Some(marched) = self.engine.march()? else {
+            return Ok(None);
+        };
+        let (first, look) = self.look(bench, &marched, Duration::ZERO, file)?;
         let mut points = vec![first];
         for asked in bench.seconds.clone() {
             if asked > most && points.len() > 1 {
@@ -310,7 +341,16 @@ impl Run<'_> {
             let picture = self.engine.picture()?;
             points.push(self.look(bench, &picture, asked, None)?.0);
         }
-        Ok((points, same_rays.transpose()?))
+        Ok(Some((look, points)))
+    }
+
+    /// Marches an edited scene through the cache that there is.
+    fn show_at_once(&mut self, scene: &Scene) -> Result<()> {
+        self.engine.change_in_place(scene)?;
+        match self.engine.renderer_mut().caching() {
+            Some(mut caching) => caching.march_in_place(),
+            None => Ok(()),
+        }
     }
 
     fn cache(&self) -> Option<CacheStats> {
