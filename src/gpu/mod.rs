@@ -9,6 +9,7 @@
 mod buffer;
 mod commands;
 mod compiled;
+mod dead_branches;
 mod descriptors;
 mod device;
 mod failure;
@@ -23,6 +24,7 @@ mod pipeline_cache;
 mod reflection;
 mod shader;
 mod shared;
+mod spirv;
 mod survey;
 mod timing;
 #[cfg(feature = "window")]
