@@ -21,6 +21,8 @@ const BODY: &str = "
             if (!A && C) { sum += 1u; continue; }
             sum += C ? g(i + n) : i;
         }
+        for (uint i = 0u; i < n; i++) { sum += i; if (C) { break; } if (A) { return sum; } sum ^= g(i); }
+        while (true) { if (sum < 99u || B == 1u) { break; } sum /= 3u; }
         return sum;
     }
     uint f(uint n) {
