@@ -107,11 +107,13 @@ impl Walk<'_> {
     /// A phi's operands without those of jumps that were taken out.
     fn left_of_phi(&self, operands: &[u32]) -> Vec<u32> {
         let (result, pairs) = operands.split_at(operands.len().min(2));
-        let left = pairs.chunks(2).filter(|pair| match pair {
-            [_, from] => !self.cut.contains(&[*from, self.block]),
-            _ => true,
-        });
-        left.fold(result.to_vec(), |left, pair| [&left, pair].concat())
+        let mut left = result.to_vec();
+        left.extend(pairs.chunks(2).filter(|pair| !self.is_cut(pair)).flatten());
+        left
+    }
+
+    fn is_cut(&self, pair: &[u32]) -> bool {
+        matches!(pair, [_, from] if self.cut.contains(&[*from, self.block]))
     }
 
     fn meet(&mut self, (opcode, operands): Instruction<'_>) {
