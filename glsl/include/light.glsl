@@ -73,6 +73,15 @@ struct LightSample {
     float density;  // 1/sr; ALONE for a sun
 };
 
+// cos(πx) from 0 to 1, to single precision. A device's own may be off by 1/2048, which is a tenth of a cell at the poles.
+float cos_pi(float x) {
+    float a = 0.5 * PI * min(x, 1.0 - x);
+    float b = a * a;
+    float sine = a * (1.0 - b * (1.0 / 6.0 - b * (1.0 / 120.0 - b * (1.0 / 5040.0 - b / 362880.0))));
+    float cosine = 1.0 - 2.0 * sine * sine;
+    return x < 0.5 ? cosine : -cosine;
+}
+
 // `u` places the direction within its cell, `pick` chooses between the cell and its alias.
 LightSample sample_image(vec2 u, uint word, float pick) {
     uvec2 cells = scene.image_cells;
@@ -85,7 +94,7 @@ LightSample sample_image(vec2 u, uint word, float pick) {
     // Uniform in solid angle within the cell: uniform in azimuth and in cos of the polar angle.
     float azimuth = 2.0 * PI * ((float(cell % cells.x) + u.x) / float(cells.x) - 0.5);
     float row = float(cell / cells.x);
-    float y = mix(cos(PI * row / float(cells.y)), cos(PI * (row + 1.0) / float(cells.y)), u.y);
+    float y = mix(cos_pi(row / float(cells.y)), cos_pi((row + 1.0) / float(cells.y)), u.y);
     float r = sqrt(max(0.0, 1.0 - y * y));
     LightSample light;
     light.direction = vec3(r * sin(azimuth), y, -r * cos(azimuth));

@@ -52,7 +52,7 @@ const CHECKS: [(&str, Check); 6] = [
 ];
 
 /// Runs the checks one after another, and none that `until` is too soon for, judging by the slowest so far. Some drivers
-/// take ten seconds to compile the passes of one scene. Returns the results, and the names of the checks left out.
+/// take seconds to compile the passes of one scene. Returns the results, and the names of the checks left out.
 pub fn check_all(host: &Host, until: Instant) -> Result<(Vec<ClosedForm>, Vec<&'static str>)> {
     let (mut forms, mut left_out) = (Vec::new(), Vec::new());
     let mut slowest = Duration::ZERO;

@@ -8,6 +8,7 @@
 
 mod buffer;
 mod compiled;
+mod dead_branches;
 mod descriptors;
 mod device;
 mod dispatch;
@@ -23,6 +24,7 @@ mod pipeline_cache;
 mod reflection;
 mod shader;
 mod shared;
+mod spirv;
 mod survey;
 mod timing;
 mod transfer;

@@ -7,6 +7,7 @@ use std::time::Instant;
 use ash::vk;
 
 use super::buffer::Buffer;
+use super::dead_branches::without_dead_branches;
 use super::device::Device;
 use super::failure::failure;
 use super::image::Image;
@@ -69,6 +70,8 @@ impl Pass {
             .map_err(|problem| unfit(desc.name, problem))?;
         let bindings = slots.iter().map(|slot| (slot.binding, slot.kind));
         let stage = vk::ShaderStageFlags::COMPUTE;
+        let code = without_dead_branches(&code, desc.specialization)
+            .map_err(|problem| unfit(desc.name, problem))?;
         let pipeline = Pipeline::new(device, stage, bindings, push_bytes, |layout| {
             compute_pipeline(device, layout, &code, desc.specialization)
         });

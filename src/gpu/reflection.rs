@@ -2,12 +2,13 @@
 //!
 //! Only what the shaders of this program contain is understood, and anything else is an error: storage
 //! buffers, storage images and sampled images in descriptor set 0, and push constants made of 32-bit
-//! scalars, vectors and structs. A library that models all of SPIR-V would be among the dependencies that
-//! take longest to compile, and only a dozen kinds of instruction are needed.
+//! scalars, vectors and structs.
 
 use std::collections::HashMap;
 
 use ash::vk;
+
+use super::spirv::{HEADER_WORDS, Instruction, decoration, instructions, op};
 
 /// A resource that the shader uses.
 #[derive(Debug, PartialEq, Eq)]
@@ -84,22 +85,6 @@ fn is_resource(class: u32) -> bool {
     )
 }
 
-/// Opcodes, from section 3.42 of the SPIR-V specification.
-mod op {
-    pub const NAME: u32 = 5;
-    pub const EXECUTION_MODE: u32 = 16;
-    pub const TYPE_INT: u32 = 21;
-    pub const TYPE_FLOAT: u32 = 22;
-    pub const TYPE_VECTOR: u32 = 23;
-    pub const TYPE_IMAGE: u32 = 25;
-    pub const TYPE_SAMPLED_IMAGE: u32 = 27;
-    pub const TYPE_STRUCT: u32 = 30;
-    pub const TYPE_POINTER: u32 = 32;
-    pub const VARIABLE: u32 = 59;
-    pub const DECORATE: u32 = 71;
-    pub const MEMBER_DECORATE: u32 = 72;
-}
-
 /// Storage classes.
 mod storage {
     pub const UNIFORM_CONSTANT: u32 = 0;
@@ -108,38 +93,16 @@ mod storage {
     pub const STORAGE_BUFFER: u32 = 12;
 }
 
-/// Decorations.
-mod decoration {
-    pub const BINDING: u32 = 33;
-    pub const DESCRIPTOR_SET: u32 = 34;
-    pub const OFFSET: u32 = 35;
-}
-
-const MAGIC: u32 = 0x0723_0203;
-const HEADER_WORDS: usize = 5;
 const MODE_LOCAL_SIZE: u32 = 17;
 /// OpTypeImage's operand for images that are used without a sampler.
 const IMAGE_IS_STORAGE: u32 = 2;
 
 /// Instructions as opcode and operands.
-struct Module<'a>(Vec<(u32, &'a [u32])>);
+struct Module<'a>(Vec<Instruction<'a>>);
 
 impl<'a> Module<'a> {
     fn read(code: &'a [u32]) -> Result<Module<'a>, String> {
-        if code.first() != Some(&MAGIC) || code.len() < HEADER_WORDS {
-            return Err("this is not SPIR-V".into());
-        }
-        let mut rest = &code[HEADER_WORDS..];
-        let mut instructions = Vec::new();
-        while let Some(&first) = rest.first() {
-            let words = (first >> 16) as usize;
-            let Some(instruction @ [_, operands @ ..]) = rest.get(..words) else {
-                return Err(format!("an instruction of {words} words"));
-            };
-            instructions.push((first & 0xffff, operands));
-            rest = &rest[instruction.len()..];
-        }
-        Ok(Module(instructions))
+        instructions(code).map(Module)
     }
 
     /// The operands of all instructions with this opcode.
@@ -267,6 +230,7 @@ impl<'a> Module<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::spirv::{MAGIC, push};
     use super::*;
     use crate::gpu::{PassDesc, Shaders};
 
@@ -318,8 +282,7 @@ mod tests {
         let mode = [op::EXECUTION_MODE, 4, MODE_LOCAL_SIZE, 1, 1, 1];
         let last: [&[u32]; 3] = [&pointer, &variable, &mode];
         for instruction in declarations.iter().chain(&last) {
-            code.push((instruction.len() as u32) << 16 | instruction[0]);
-            code.extend(&instruction[1..]);
+            push(&mut code, (instruction[0], &instruction[1..]));
         }
         Reflection::read(&code)
     }

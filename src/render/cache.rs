@@ -11,8 +11,6 @@
 //! gather at first (`gathering.glsl`) has errors in common with what they gathered before: the estimate holds once
 //! a batch of whole paths has been laid beside it.
 
-use std::panic::resume_unwind;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use super::cache_layout::CacheLayout;
@@ -82,17 +80,16 @@ enum AtRest {
 
 impl Cache {
     pub fn new(passes: &PassCompiler<'_>, scene: &GpuScene, memory: CacheMemory) -> Result<Cache> {
-        // Compiling is most of a start: the two largest shaders, side by side.
-        let (at_rest, tracking) = thread::scope(|scope| {
-            let at_rest = scope.spawn(|| AtRest::new(passes));
-            let tracking = CellTracking::new(passes);
-            (at_rest.join(), tracking)
-        });
+        // Compiling is most of a start, and these are the largest shaders.
+        let (at_rest, (tracking, ray_march)) = rayon::join(
+            || AtRest::new(passes),
+            || rayon::join(|| CellTracking::new(passes), || RayMarch::new(passes)),
+        );
         Ok(Cache {
             memory,
-            at_rest: at_rest.unwrap_or_else(|panic| resume_unwind(panic))?,
+            at_rest: at_rest?,
             tracking: tracking?,
-            ray_march: RayMarch::new(passes)?,
+            ray_march: ray_march?,
             cut_cells: match passes.features.full_light {
                 true => Some(CutCells::new(passes)?),
                 false => None,

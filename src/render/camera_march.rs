@@ -21,12 +21,17 @@ pub struct CameraMarch {
 
 impl CameraMarch {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(CameraMarch {
-            pass: passes.compile("camera_march")?,
-            tails: match passes.features.has_tails() {
-                true => Some(TailTracking::new(passes)?),
-                false => None,
+        // Paths take longer to compile than a march.
+        let (tails, pass) = rayon::join(
+            || match passes.features.has_tails() {
+                true => TailTracking::new(passes).map(Some),
+                false => Ok(None),
             },
+            || passes.compile("camera_march"),
+        );
+        Ok(CameraMarch {
+            pass: pass?,
+            tails: tails?,
             slices: Slices::new(SLICE_MS),
             slice_ms: SLICE_MS,
             is_marched: false,

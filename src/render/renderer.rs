@@ -3,9 +3,7 @@
 //! Pictures are only taken at the end of a unit: stopping a pixel in the middle of its work would favour its short
 //! paths.
 
-use std::panic::resume_unwind;
 use std::sync::Arc;
-use std::thread;
 use std::time::Duration;
 
 use super::accumulate::Accumulate;
@@ -74,25 +72,32 @@ impl Renderer {
         } = Allocation::make(memory, &scene)?;
         let mut frame = Frame::new(device)?;
         let passes = PassCompiler::new(device, shaders, &scene);
-        // Compiling is most of a start; the voxels are on their way to the GPU meanwhile.
-        let (estimator, loaded) = thread::scope(|scope| {
-            let estimator = scope.spawn(|| Estimator::new(&passes, device, &scene, variant));
-            let loaded = upload::load(&mut frame, &mut resources, volume, &scene);
-            (estimator.join(), loaded)
-        });
-        loaded?;
+        // Compiling is most of a start: all cores share it, and the voxels are on their way to the GPU meanwhile.
+        let (estimator, others) = rayon::join(
+            || Estimator::new(&passes, device, &scene, variant),
+            || -> Result<_> {
+                upload::load(&mut frame, &mut resources, volume, &scene)?;
+                let iso_depth = first_surface.map(|images| IsoDepth::new(&passes, images));
+                Ok((
+                    iso_depth.transpose()?,
+                    Majorants::new(&passes)?,
+                    Patches::new(&passes)?,
+                    Accumulate::new(&passes)?,
+                    ToneMap::new(device, shaders)?,
+                ))
+            },
+        );
+        let estimator = estimator?;
+        let (iso_depth, majorants, patches, accumulate, tone_map) = others?;
         let mut renderer = Renderer {
             frame,
             resources,
-            estimator: estimator.unwrap_or_else(|panic| resume_unwind(panic))?,
-            majorants: Majorants::new(&passes)?,
-            patches: Patches::new(&passes)?,
-            accumulate: Accumulate::new(&passes)?,
-            tone_map: ToneMap::new(device, shaders)?,
-            iso_depth: match first_surface {
-                Some(images) => Some(IsoDepth::new(&passes, images)?),
-                None => None,
-            },
+            estimator,
+            majorants,
+            patches,
+            accumulate,
+            tone_map,
+            iso_depth,
             totals: Totals::default(),
             under_way: None,
             is_stale: false,

@@ -1,6 +1,6 @@
 //! What is kept of compiled shaders and pipelines: an input is a file in the folder of such, or the SPIR-V in it.
 //!
-//! The two modules are the library's own, which keeps them to itself. `tools/fuzz` names their folder by `XDG_CACHE_HOME`.
+//! The modules are the library's own, which keeps them to itself. `tools/fuzz` names their folder by `XDG_CACHE_HOME`.
 
 #![no_main]
 #![allow(dead_code)] // The library uses more of them.
@@ -9,12 +9,17 @@
 mod cache_dir;
 #[path = "../../../src/gpu/compiled.rs"]
 mod compiled;
+#[path = "../../../src/gpu/dead_branches.rs"]
+mod dead_branches;
 #[path = "../../../src/gpu/reflection.rs"]
 mod reflection;
+#[path = "../../../src/gpu/spirv.rs"]
+mod spirv;
 
 use std::sync::LazyLock;
 
 use compiled::Compiled;
+use dead_branches::without_dead_branches;
 use isolume_fuzz::{guard, target};
 use reflection::{Reflection, number_resources};
 
@@ -24,11 +29,14 @@ static COMPILED: LazyLock<Compiled> = LazyLock::new(|| Compiled::of_version(1));
 
 const SHADER: &str = "#version 460
 layout(local_size_x = 8, local_size_y = 4) in;
+layout(constant_id = 0) const bool has_picture = true;
+layout(constant_id = 1) const uint terms = 1;
 layout(push_constant) uniform Push { uvec2 size; float x[3]; } push;
 layout(rgba32f) uniform image2D picture;
 uniform sampler3D volume;
 buffer Sums { vec4 sums[]; };
 void main() {
+    if (has_picture && push.size.x > 0 || terms == 2)
     imageStore(picture, ivec2(gl_GlobalInvocationID.xy), push.x[1] * sums[push.size.x] + textureLod(volume, vec3(0), 0));
 }";
 
@@ -70,6 +78,7 @@ fn parse(bytes: &[u8]) {
             let mut code: Vec<u32> = bytemuck::pod_collect_to_vec(&code[..code.len() / 4 * 4]);
             guard::run(allowed, || {
                 let _ = Reflection::read(&code);
+                let _ = without_dead_branches(&code, &[0, 1]);
                 let _ = number_resources(&mut code);
             });
         }

@@ -1,5 +1,6 @@
 //! Passes whose work no picture of another test would miss, each by itself: what it reads, and what it writes.
 
 mod cut_cells;
+mod dead_branches;
 mod filter_probe;
 mod tone_map;
