@@ -15,6 +15,25 @@ pub enum Order {
     Pixels,
 }
 
+/// Which items (see `bundle.rs`) may be worked on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Items {
+    /// Units that are done together.
+    pub units: u32,
+    pub first: u32,
+    /// Those from here on have to wait.
+    pub end: u32,
+}
+
+impl Items {
+    /// For work that is not made of items.
+    pub const NONE: Items = Items {
+        units: 1,
+        first: 0,
+        end: 0,
+    };
+}
+
 /// What the host did about bricks that were missed.
 #[derive(Debug, Clone, Copy)]
 pub struct Loads {
@@ -64,6 +83,11 @@ impl Window {
             Order::Slots => ALL,
             Order::Pixels => self.enough,
         };
+    }
+
+    /// Whether bricks that few ask for may come later: where many slots work, others may join those that wait.
+    pub fn may_defer(&self) -> bool {
+        self.order == Order::Slots && self.is_whole()
     }
 
     pub fn is_whole(&self) -> bool {

@@ -14,9 +14,10 @@ use std::time::{Duration, Instant};
 use bytemuck::Zeroable;
 
 use super::brick_layout::BrickLayout;
-use super::brick_window::{Loads, NoRoom, Order, Window};
+use super::brick_window::{Items, Loads, NoRoom, Order, Window};
 use super::gpu_scene::GpuScene;
 use super::host_bricks::HostBricks;
+use super::plan_in_bricks::bricks_that_matter;
 use super::resources::Resources;
 use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
 use crate::error::{Error, MemoryError, Result};
@@ -29,6 +30,13 @@ use crate::scene::volume::Volume;
 const STAGING_BYTES: u64 = 8 << 20;
 /// Offsets in a buffer at which every device copies to every format.
 const ALIGNMENT: usize = 16;
+
+pub fn tune(name: &str, default: f64) -> f64 {
+    std::env::var(format!("TUNE_{name}"))
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(default)
+}
 
 /// The page table of a volume in bricks, and what goes with it.
 pub struct VolumeBricks {
@@ -70,6 +78,11 @@ struct State {
     loaded: Vec<u64>,
     round: u64,
     window: Window,
+    items: Items,
+    /// What the last dispatch has told.
+    told: Streaming,
+    /// `host_pages` says what the device does not know yet.
+    has_news: bool,
     /// Number of the piece of work under way.
     work: u32,
     figures: BrickFigures,
@@ -81,6 +94,8 @@ pub struct BrickFigures {
     /// Bricks of the whole volume, and those on the GPU.
     pub total: u32,
     pub resident: u32,
+    /// Those that anybody may ask for, as far as one knew at the beginning.
+    pub matter: u32,
     pub loads: u64,
     pub bytes_read: u64,
     /// While the device waited for bricks.
@@ -104,7 +119,8 @@ impl VolumeBricks {
         let page_bytes = 4 * u64::from(layout.total());
         let voxel_bytes = scene.parts.field.stored.bytes();
         let room = room(&layout, voxel_bytes) as u64;
-        let staging = STAGING_BYTES.min(u64::from(layout.capacity().div_ceil(4)) * room);
+        let staging =
+            (tune("STAGE", 2097152.0) as u64).min(u64::from(layout.capacity().div_ceil(4)) * room);
         let staging = staging.max(room);
         let streaming_bytes = size_of::<Streaming>() as u64;
         let capacity = layout.capacity() as usize;
@@ -129,6 +145,9 @@ impl VolumeBricks {
                 loaded: vec![0; capacity],
                 round: 0,
                 window: Window::new(),
+                items: Items::NONE,
+                told: Streaming::zeroed(),
+                has_news: false,
                 work: 0,
                 figures: BrickFigures {
                     total: layout.total(),
@@ -139,17 +158,15 @@ impl VolumeBricks {
     }
 
     /// Begins with no brick on the GPU.
-    pub fn open(&mut self, frame: &mut Frame, volume: &Volume) -> Result<()> {
+    pub fn open(&mut self, frame: &mut Frame, volume: &Volume, scene: &GpuScene) -> Result<()> {
         let state = self.state.get_mut();
-        state.host = Some(HostBricks::new(
-            volume,
-            state.layout,
-            state.layout.host_bytes,
-        )?);
+        let matters = bricks_that_matter(scene, volume, state.layout.side);
+        state.figures.matter = matters.iter().filter(|&&matters| matters).count() as u32;
+        state.host = Some(HostBricks::new(volume, state.layout, matters)?);
         let no_pages = vec![0u32; state.layout.total() as usize];
         state.host_pages.write(&no_pages);
-        frame.run(|f| f.zero(&self.done))?;
-        self.begin(frame, Order::Slots)
+        self.begin(frame, Order::Slots)?;
+        frame.run(|f| self.record_news(f))
     }
 
     /// Makes room for pictures of another size.
@@ -174,9 +191,13 @@ impl VolumeBricks {
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 3] {
         [
             ("volume_pages", Binding::Buffer(&self.pages)),
-            ("streaming", Binding::Buffer(&self.streaming)),
+            self.streaming_binding(),
             ("done", Binding::Buffer(&self.done)),
         ]
+    }
+
+    pub fn streaming_binding(&self) -> (&'static str, Binding<'_>) {
+        ("streaming", Binding::Buffer(&self.streaming))
     }
 
     pub fn figures(&self) -> BrickFigures {
@@ -191,15 +212,32 @@ impl VolumeBricks {
         let begins_anew = state.work <= 1;
         state.work = state.work.max(1);
         let words = state.take_reads();
-        state.host_pages.write(&words);
+        state.tell(&words);
+        match begins_anew {
+            true => frame.run(|f| f.zero(&self.done)),
+            false => Ok(()),
+        }
+    }
+
+    /// Decides which items the next dispatch works on.
+    pub fn allow(&self, items: Items) {
+        let mut state = self.state.borrow_mut();
+        state.items = items;
         state.write_streaming();
-        frame.run(|f| {
-            if begins_anew {
-                f.zero(&self.done)?;
-            }
-            f.copy(&state.host_pages, &self.pages)?;
-            f.copy(&state.host_streaming, &self.streaming)
-        })
+    }
+
+    /// What the last dispatch has told.
+    pub fn told(&self) -> Streaming {
+        self.state.borrow().told
+    }
+
+    /// Records, before a dispatch, what it has to know.
+    pub fn record_news(&self, frame: &mut Frame) -> Result<()> {
+        let mut state = self.state.borrow_mut();
+        if std::mem::take(&mut state.has_news) {
+            frame.copy(&state.host_pages, &self.pages)?;
+        }
+        frame.copy(&state.host_streaming, &self.streaming)
     }
 
     /// Records, behind a dispatch, what [`VolumeBricks::serve`] reads.
@@ -220,7 +258,9 @@ impl VolumeBricks {
         let mut state = self.state.borrow_mut();
         let mapped = state.host_streaming.mapped().unwrap_or_default();
         let told: Streaming = bytemuck::pod_read_unaligned(&mapped[..size_of::<Streaming>()]);
+        state.told = told;
         if told.missed == 0 && state.window.is_whole() {
+            state.write_streaming();
             return Ok(false);
         }
         let began = Instant::now();
@@ -237,16 +277,11 @@ impl VolumeBricks {
             state.held.fill(None);
             words.fill(0);
         }
-        state.host_pages.write(&words);
         let followed = loads.and_then(|loads| {
             let followed = state.window.follow(&told, loads);
             followed.map_err(|NoRoom| no_room(&state.layout))
         });
-        state.write_streaming();
-        frame.run(|f| {
-            f.copy(&state.host_pages, &self.pages)?;
-            f.copy(&state.host_streaming, &self.streaming)
-        })?;
+        state.tell(&words);
         state.figures.waited += began.elapsed();
         followed.map(|()| true)
     }
@@ -269,9 +304,11 @@ impl Resources {
         };
         bricks.begin(frame, Order::Pixels)?;
         let before = *slices;
+        frame.run(|f| bricks.record_news(f))?;
         let is_last = frame.run_slice(pass, bindings, push, threads, slices)?;
         frame.run(|f| bricks.record_told(f))?;
         while bricks.serve(frame, &self.volume)? {
+            frame.run(|f| bricks.record_news(f))?;
             frame.run_slice(pass, bindings, push, threads, &mut before.clone())?;
             frame.run(|f| bricks.record_told(f))?;
         }
@@ -294,13 +331,23 @@ impl Resources {
 }
 
 impl State {
-    /// What shaders are to be told: which invocations may work.
+    /// What the next dispatch is to be told of bricks, and which invocations may work.
+    fn tell(&mut self, pages: &[u32]) {
+        self.host_pages.write(pages);
+        self.has_news = true;
+        self.write_streaming();
+    }
+
     fn write_streaming(&mut self) {
         self.host_streaming.write(&[Streaming {
             first_missed: u32::MAX,
             first: self.window.first,
             count: self.window.count,
             work: self.work,
+            units: self.items.units,
+            first_item: self.items.first,
+            end_item: self.items.end,
+            oldest_item: u32::MAX,
             ..Streaming::zeroed()
         }]);
     }
@@ -337,8 +384,13 @@ impl State {
             }
         }
         wanted.sort_unstable_by_key(|&(count, brick)| (std::cmp::Reverse(count), brick));
+        let enough = self.enough(told, &wanted);
         let places = self.places_to_give(told);
-        let loads: Vec<(u32, usize)> = wanted.iter().map(|&(_, brick)| brick).zip(places).collect();
+        let loads: Vec<(u32, usize)> = wanted[..enough]
+            .iter()
+            .map(|&(_, brick)| brick)
+            .zip(places)
+            .collect();
         for &(brick, place) in &loads {
             if let Some(old) = self.held[place].replace(brick) {
                 words[old as usize] = 0;
@@ -354,6 +406,21 @@ impl State {
             wanted: wanted.len(),
             loaded: loads.len(),
         })
+    }
+
+    /// How many of the bricks that were asked for, those asked for most first, are enough for now.
+    fn enough(&self, told: Streaming, wanted: &[(u32, u32)]) -> usize {
+        if !self.window.may_defer() || told.advanced == 0 {
+            return wanted.len();
+        }
+        let asked: u32 = wanted.iter().map(|&(count, _)| count).sum();
+        let mut left = (tune("SHARE", 0.5) * f64::from(asked)) as i64;
+        let enough = wanted.iter().take_while(|&&(count, _)| {
+            let goes_on = left > 0;
+            left -= i64::from(count);
+            goes_on
+        });
+        enough.count().max(1)
     }
 
     /// Places for other bricks, in the order in which they are given up: those without a brick, those that have not been
