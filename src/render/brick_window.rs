@@ -85,11 +85,6 @@ impl Window {
         };
     }
 
-    /// Whether bricks that few ask for may come later: where many slots work, others may join those that wait.
-    pub fn may_defer(&self) -> bool {
-        self.order == Order::Slots && self.is_whole()
-    }
-
     pub fn is_whole(&self) -> bool {
         self.count == ALL
     }

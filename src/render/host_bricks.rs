@@ -15,6 +15,8 @@ use crate::scene::volume::{Region, Volume};
 
 /// Rows of bricks are read in pieces of about this size.
 const ROW_BYTES: usize = 8 << 20;
+/// So many bricks are read together where not all have room: those that nobody asks for soon would be gone again.
+const FEW_TOGETHER: u32 = 4;
 
 pub struct HostBricks {
     volume: Volume,
@@ -38,10 +40,13 @@ impl HostBricks {
     /// Holds at most as many bytes as the layout says. A volume that is compressed is copied to its store first.
     pub fn new(volume: &Volume, layout: BrickLayout, matters: Vec<bool>) -> Result<HostBricks> {
         let volume = volume.in_any_order()?;
+        let all = matters.iter().filter(|&&matters| matters).count();
         let brick_bytes = volume.stored.bytes() * (layout.pitch() as usize).pow(3);
+        let all_bytes = (all * brick_bytes) as u64;
         Ok(HostBricks {
             together: match volume.is_in_runs() {
-                true => (ROW_BYTES / brick_bytes).max(1) as u32,
+                true if all_bytes <= layout.host_bytes => (ROW_BYTES / brick_bytes).max(1) as u32,
+                true => FEW_TOGETHER,
                 false => 1,
             },
             volume,

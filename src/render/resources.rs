@@ -260,7 +260,7 @@ pub fn slots(limits: &DeviceSummary, scene: &GpuScene) -> u32 {
     match &scene.bricks {
         Some(layout) => {
             let most = match limits.kind.is_software() {
-                true => super::volume_bricks::tune("SLOTS", f64::from(SLOTS_CPU_IN_BRICKS)) as u32,
+                true => SLOTS_CPU_IN_BRICKS,
                 false => SLOTS_GPU,
             };
             (SLOTS_A_PLACE * layout.capacity()).clamp(SLOTS_CPU, most)

@@ -31,13 +31,6 @@ const STAGING_BYTES: u64 = 8 << 20;
 /// Offsets in a buffer at which every device copies to every format.
 const ALIGNMENT: usize = 16;
 
-pub fn tune(name: &str, default: f64) -> f64 {
-    std::env::var(format!("TUNE_{name}"))
-        .ok()
-        .and_then(|s| s.parse().ok())
-        .unwrap_or(default)
-}
-
 /// The page table of a volume in bricks, and what goes with it.
 pub struct VolumeBricks {
     pages: Buffer,
@@ -119,8 +112,7 @@ impl VolumeBricks {
         let page_bytes = 4 * u64::from(layout.total());
         let voxel_bytes = scene.parts.field.stored.bytes();
         let room = room(&layout, voxel_bytes) as u64;
-        let staging =
-            (tune("STAGE", 2097152.0) as u64).min(u64::from(layout.capacity().div_ceil(4)) * room);
+        let staging = STAGING_BYTES.min(u64::from(layout.capacity().div_ceil(4)) * room);
         let staging = staging.max(room);
         let streaming_bytes = size_of::<Streaming>() as u64;
         let capacity = layout.capacity() as usize;
@@ -384,13 +376,8 @@ impl State {
             }
         }
         wanted.sort_unstable_by_key(|&(count, brick)| (std::cmp::Reverse(count), brick));
-        let enough = self.enough(told, &wanted);
         let places = self.places_to_give(told);
-        let loads: Vec<(u32, usize)> = wanted[..enough]
-            .iter()
-            .map(|&(_, brick)| brick)
-            .zip(places)
-            .collect();
+        let loads: Vec<(u32, usize)> = wanted.iter().map(|&(_, brick)| brick).zip(places).collect();
         for &(brick, place) in &loads {
             if let Some(old) = self.held[place].replace(brick) {
                 words[old as usize] = 0;
@@ -406,21 +393,6 @@ impl State {
             wanted: wanted.len(),
             loaded: loads.len(),
         })
-    }
-
-    /// How many of the bricks that were asked for, those asked for most first, are enough for now.
-    fn enough(&self, told: Streaming, wanted: &[(u32, u32)]) -> usize {
-        if !self.window.may_defer() || told.advanced == 0 {
-            return wanted.len();
-        }
-        let asked: u32 = wanted.iter().map(|&(count, _)| count).sum();
-        let mut left = (tune("SHARE", 0.5) * f64::from(asked)) as i64;
-        let enough = wanted.iter().take_while(|&&(count, _)| {
-            let goes_on = left > 0;
-            left -= i64::from(count);
-            goes_on
-        });
-        enough.count().max(1)
     }
 
     /// Places for other bricks, in the order in which they are given up: those without a brick, those that have not been
