@@ -12,8 +12,7 @@
 
 use super::brick_window::Items;
 
-/// Units that are done together at most: there is room for fewer pixels at once then, and of those for the paths in
-/// flight of a device.
+/// Units that are done together at most: the more there are, the fewer pixels have room for their sums at once.
 pub const MOST_TOGETHER: u32 = 64;
 
 /// A number of units of the same number of samples for every pixel.
