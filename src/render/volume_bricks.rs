@@ -66,9 +66,8 @@ struct State {
     host: Option<HostBricks>,
     /// The brick in each place.
     held: Vec<Option<u32>>,
-    /// When each place was last read, and when it got its brick, in rounds.
+    /// When each place was last read, or got its brick, in rounds.
     read: Vec<u64>,
-    loaded: Vec<u64>,
     round: u64,
     window: Window,
     items: Items,
@@ -134,7 +133,6 @@ impl VolumeBricks {
                 host: None,
                 held: vec![None; capacity],
                 read: vec![0; capacity],
-                loaded: vec![0; capacity],
                 round: 0,
                 window: Window::new(),
                 items: Items::NONE,
@@ -262,7 +260,7 @@ impl VolumeBricks {
                 wanted: 0,
                 loaded: 0,
             }),
-            _ => state.load(frame, image, told, &mut words),
+            _ => state.load(frame, image, &mut words),
         };
         if loads.is_err() {
             // Some places hold others than the page table says.
@@ -362,13 +360,7 @@ impl State {
     }
 
     /// Loads the bricks that were asked for most, and notes in the page table where they are then.
-    fn load(
-        &mut self,
-        frame: &mut Frame,
-        image: &Image,
-        told: Streaming,
-        words: &mut [u32],
-    ) -> Result<Loads> {
+    fn load(&mut self, frame: &mut Frame, image: &Image, words: &mut [u32]) -> Result<Loads> {
         let mut wanted: Vec<(u32, u32)> = Vec::new();
         for (brick, word) in words.iter_mut().enumerate() {
             if *word & PAGE_RESIDENT == 0 && *word > 0 {
@@ -376,14 +368,13 @@ impl State {
             }
         }
         wanted.sort_unstable_by_key(|&(count, brick)| (std::cmp::Reverse(count), brick));
-        let places = self.places_to_give(told);
+        let places = self.places_to_give();
         let loads: Vec<(u32, usize)> = wanted.iter().map(|&(_, brick)| brick).zip(places).collect();
         for &(brick, place) in &loads {
             if let Some(old) = self.held[place].replace(brick) {
                 words[old as usize] = 0;
             }
             self.read[place] = self.round;
-            self.loaded[place] = self.round;
             let [x, y, z] = self.layout.place(place as u32);
             words[brick as usize] = PAGE_RESIDENT | x | y << 10 | z << 20;
         }
@@ -395,20 +386,14 @@ impl State {
         })
     }
 
-    /// Places for other bricks, in the order in which they are given up: those without a brick, those that have not been
-    /// read for longest, and, where more invocations wait than work, half of the others, the oldest bricks first. (The
-    /// newest are those that somebody has waited for.)
-    fn places_to_give(&self, told: Streaming) -> Vec<usize> {
-        let is_read = |place: usize| self.held[place].is_some() && self.read[place] == self.round;
-        let (mut read, mut unread): (Vec<usize>, Vec<usize>) =
-            (0..self.held.len()).partition(|&place| is_read(place));
+    /// Places for other bricks, in the order in which they are given up: those without a brick, and those that nobody has
+    /// read in the last dispatch, those first that have not been read for longest. A brick that was read serves paths
+    /// that come further, and whoever waits gets its place once they have left it.
+    fn places_to_give(&self) -> Vec<usize> {
+        let is_unread =
+            |&place: &usize| self.held[place].is_none() || self.read[place] < self.round;
+        let mut unread: Vec<usize> = (0..self.held.len()).filter(is_unread).collect();
         unread.sort_by_key(|&place| (self.held[place].is_some(), self.read[place]));
-        let most = match 0 < told.advanced && told.advanced < told.missed {
-            true => read.len() / 2,
-            false => 0,
-        };
-        read.sort_by_key(|&place| self.loaded[place]);
-        unread.extend(read.into_iter().take(most));
         unread
     }
 
