@@ -1,8 +1,9 @@
-// Folds a unit, every pixel's sum over the same number of samples, into each pixel's running mean
-// and into the weighted sum of squared differences from it (West, CACM 22(9), 1979).
+// Folds units, each pixel's sums over the same number of samples, into its running mean and into the weighted sum of
+// squared differences from it (West, CACM 22(9), 1979).
 
 #version 460
 #include "scene.glsl"
+#include "bundle.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(push_constant, scalar) uniform PushBlock { AccumulatePush push; };
@@ -11,15 +12,26 @@ layout(rgba32f) uniform image2D mean;
 layout(rgba32f) uniform image2D squares;
 
 void main() {
-    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
+    uvec2 thread = gl_GlobalInvocationID.xy;
+    uint place = push.first + thread.y * scene.size.x + thread.x;
+    if (thread.x >= scene.size.x || place >= push.end) {
         return;
     }
-    vec4 unit = imageLoad(unit_sum, pixel) / push.samples;
-    vec4 before = imageLoad(mean, pixel);
-    vec4 difference = unit - before;
-    vec4 after = before + difference * (push.samples / push.samples_so_far);
-    vec4 square = imageLoad(squares, pixel) + push.samples * difference * (unit - after);
-    imageStore(mean, pixel, after);
+    uint index = pixel_at(place);
+    ivec2 pixel = ivec2(index % scene.size.x, index / scene.size.x);
+    vec4 average = imageLoad(mean, pixel);
+    vec4 square = imageLoad(squares, pixel);
+    uint so_far = push.samples_before;
+    // `precise`, so that it does not matter how many units are folded at once.
+    for (uint unit = 0u; unit < units_together(); ++unit) {
+        so_far += push.samples;
+        precise vec4 sample_mean = imageLoad(unit_sum, texel_of(place * units_together() + unit)) / float(push.samples);
+        precise vec4 difference = sample_mean - average;
+        precise vec4 after = average + difference * (float(push.samples) / float(so_far));
+        precise vec4 squared = square + float(push.samples) * difference * (sample_mean - after);
+        average = after;
+        square = squared;
+    }
+    imageStore(mean, pixel, average);
     imageStore(squares, pixel, square);
 }

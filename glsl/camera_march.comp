@@ -211,16 +211,19 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
 }
 
 void main() {
-    ivec2 pixel = own_pixel();
-    if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
+    ivec2 texel = own_pixel();
+    uint texel_index = uint(texel.y) * scene.size.x + uint(texel.x);
+    uint item = first_item() + texel_index;
+    if (any(greaterThanEqual(texel, ivec2(scene.size))) || texel_index >= items_at_once() || item >= item_count()) {
         return;
     }
-    uint index = uint(pixel.y) * scene.size.x + uint(pixel.x);
-    if (stands_back(index) || is_done(index)) {
+    if (stands_back(texel_index) || is_done(texel_index)) {
         return;
     }
     ask_ahead();
-    Random random = Random(index, push.sample_index, 0u);
+    uint index = pixel_at(item / units_together());
+    ivec2 pixel = ivec2(index % scene.size.x, index / scene.size.x);
+    Random random = Random(index, push.sample_index + item % units_together(), 0u);
     vec2 jitter = place_in_pixel(unit_intervals(even_words(random, direction_pairs(0u))).xy);
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
@@ -234,13 +237,13 @@ void main() {
     if (!background_is_transparent) {
         front.radiance += front.transmittance * background;
     }
-    report(index, is_void, !is_void);
+    report(texel_index, is_void, !is_void);
     if (is_void) {
         return;
     }
-    imageStore(unit_sum, pixel, vec4(front.radiance, 1.0 - front.transmittance));
+    imageStore(unit_sum, texel, vec4(front.radiance, 1.0 - front.transmittance));
     if (surface_count > 0u) {
-        tails.at[index] = front.tail;
+        tails.at[texel_index] = front.tail;
     }
-    set_done(index);
+    set_done(texel_index);
 }

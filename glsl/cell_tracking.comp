@@ -92,10 +92,11 @@ bool knows_suns(Path path) {
 
 bool begin_node(inout Path path) {
     uint index = atomicAdd(counters.count.next, 1u);
-    node_work.brick = index / NODES_PER_HALF;
-    if (node_work.brick >= push.bricks) {
+    uint turn = index / NODES_PER_HALF;
+    if (turn >= push.bricks) {
         return false;
     }
+    node_work.brick = is_in_bricks ? bricks.at[turn].turn : turn;
     Brick brick = bricks.at[node_work.brick];
     int inner = 2 * int(index % NODES_PER_HALF);
     ivec3 offset = ivec3(inner % BRICK, inner / BRICK % BRICK, inner / (BRICK * BRICK));
@@ -177,12 +178,17 @@ void main() {
     if (slot >= push.slots || stands_back(slot)) {
         return;
     }
+    if (is_in_bricks && still_misses(paths.at[slot].missing)) {
+        atomicAdd(counters.count.unfinished, 1u);
+        report(slot, true, false);
+        return;
+    }
     Path path = paths.at[slot];
     node_work = node_works.at[slot];
     uint finished = 0u;
     bool working = true;
     bool has_advanced = false;
-    while (working && !is_void && work < push.work) {
+    while (working && first_missing == 0u && work < push.work) {
         ++work;
         if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
             working = begin_node(path);
@@ -194,7 +200,9 @@ void main() {
             begin_sample(path);
         }
         if (path.stage != STAGE_IDLE) {
-            advance(path);
+            if (!is_void) {
+                advance(path);
+            }
             if (is_void) {
                 path = before;
                 node_work = node_work_before;
@@ -210,6 +218,7 @@ void main() {
             }
         }
     }
+    path.missing = first_missing;
     paths.at[slot] = path;
     node_works.at[slot] = node_work;
     if (working) {
@@ -217,5 +226,5 @@ void main() {
     }
     atomicAdd(counters.count.lookups, lookups);
     atomicAdd(counters.count.finished, finished);
-    report(slot, is_void, has_advanced);
+    report(slot, first_missing != 0u, has_advanced);
 }

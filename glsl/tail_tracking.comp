@@ -40,6 +40,15 @@ bool knows_suns(Path path) {
     return path.bounces == 1u && path.surface >= 0;
 }
 
+Tail tail_of(uint item) {
+    return tails.at[item % items_at_once()];
+}
+
+// The sample that was marched.
+uint sample_of(uint item) {
+    return push.sample_index + item % units_together();
+}
+
 // Paths for a tail: fewer where it weighs little.
 uint paths_of(Tail tail) {
     return uint(ceil(tail.weight * float(push.paths)));
@@ -48,31 +57,35 @@ uint paths_of(Tail tail) {
 bool begin_pixel(inout Path path) {
     // A CPU's driver ends a loop silently after 65535 turns (path_queue.rs), which rare tails could need.
     const uint MOST = 32u;
-    uint pixels = scene.size.x * scene.size.y;
     uint tried = 0u;
+    uint item;
+    bool more;
     LOOP {
-        path.pixel = atomicAdd(counters.count.next, 1u);
-        path.samples_left = path.pixel < pixels ? paths_of(tails.at[path.pixel]) : 0u;
+        more = take_item(path, item);
+        path.samples_left = more ? paths_of(tail_of(item)) : 0u;
         ++tried;
-        if (path.pixel >= pixels || path.samples_left > 0u || tried == MOST) {
+        if (!more || path.samples_left > 0u || tried == MOST) {
             break;
         }
+        path.item = 0u;
     }
-    path.sample_index = TAIL_SAMPLES + push.sample_index * push.paths - 1u;
+    path.pixel = pixel_at(item / units_together());
+    path.sample_index = TAIL_SAMPLES + sample_of(item) * push.paths - 1u;
     path.sum = vec4(0.0);
-    return path.pixel < pixels;
+    return more;
 }
 
 void begin_sample(inout Path path) {
     --path.samples_left;
     ++path.sample_index;
     begin_path(path);
-    Random march = Random(path.pixel, push.sample_index, 0u);
+    uint item = item_of(path);
+    Random march = Random(path.pixel, sample_of(item), 0u);
     vec2 jitter = place_in_pixel(unit_intervals(even_words(march, direction_pairs(0u))).xy);
     vec2 corner = vec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
     float entry, t_end;
     Ray ray = camera_ray(corner + jitter, entry, t_end);
-    Tail tail = tails.at[path.pixel];
+    Tail tail = tail_of(item);
     path.origin = ray.origin;
     path.direction = ray.direction;
     path.t = tail.t;
@@ -91,8 +104,8 @@ void begin_sample(inout Path path) {
 }
 
 void finish_pixel(Path path) {
-    ivec2 at = ivec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
-    Tail tail = tails.at[path.pixel];
+    ivec2 at = texel_of(item_of(path));
+    Tail tail = tail_of(item_of(path));
     vec4 marched = imageLoad(unit_sum, at);
     imageStore(unit_sum, at, marched + tail.weight / float(paths_of(tail)) * path.sum);
 }

@@ -25,13 +25,13 @@ bool knows_suns(Path path) {
 }
 
 bool begin_pixel(inout Path path) {
-    uint pixel = atomicAdd(counters.count.next, 1u);
-    if (pixel >= scene.size.x * scene.size.y) {
+    uint item;
+    if (!take_item(path, item)) {
         return false;
     }
-    path.pixel = pixel;
+    path.pixel = pixel_at(item / units_together());
     path.samples_left = push.samples;
-    path.sample_index = push.first_sample - 1u;
+    path.sample_index = push.first_sample + item % units_together() * push.samples - 1u;
     path.sum = vec4(0.0);
     return true;
 }
@@ -54,6 +54,5 @@ void begin_sample(inout Path path) {
 }
 
 void finish_pixel(Path path) {
-    ivec2 at = ivec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
-    imageStore(unit_sum, at, path.sum);
+    imageStore(unit_sum, texel_of(item_of(path)), path.sum);
 }

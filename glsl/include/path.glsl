@@ -314,7 +314,7 @@ void advance(inout Path path) {
     bool again = true;
     LOOP {
         advance_once(path);
-        if (!again || path.stage == STAGE_IDLE) {
+        if (!again || path.stage == STAGE_IDLE || is_void) {
             break;
         }
         again = false;

@@ -22,15 +22,62 @@ void contribute(inout Path path, vec3 radiance) {
     path.sum.rgb += radiance;
 }
 
+// The next item of the queue, from which a slot takes one after another; false if it has to wait, or if there is none.
+bool take_item(inout Path path, out uint item) {
+#ifdef VOLUME_IN_BRICKS
+    if (path.item == 0u) {
+        path.item = 1u + streaming.now.first_item + atomicAdd(counters.count.next, 1u);
+    }
+    item = path.item - 1u;
+    return item < streaming.now.end_item;
+#else
+    item = atomicAdd(counters.count.next, 1u);
+    return item < item_count();
+#endif
+}
+
+// The item that a slot works on.
+uint item_of(Path path) {
+#ifdef VOLUME_IN_BRICKS
+    return path.item - 1u;
+#else
+    return path.pixel;
+#endif
+}
+
+void finish_item(inout Path path) {
+    finish_pixel(path);
+    path.item = 0u;
+}
+
+// Tells the host which item a slot is left with.
+void report_item(uint item) {
+#ifdef VOLUME_IN_BRICKS
+    if (item != 0u) {
+        atomicMin(streaming.now.oldest_item, item - 1u);
+    }
+#endif
+}
+
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= push.slots || stands_back(slot)) {
+    if (slot >= push.slots) {
+        return;
+    }
+    if (stands_back(slot)) {
+        report_item(paths.at[slot].item);
+        return;
+    }
+    if (is_in_bricks && still_misses(paths.at[slot].missing)) {
+        report_item(paths.at[slot].item);
+        atomicAdd(counters.count.unfinished, 1u);
+        report(slot, true, false);
         return;
     }
     Path path = paths.at[slot];
     bool working = true;
     bool has_advanced = false;
-    while (working && !is_void && work < push.work) {
+    while (working && first_missing == 0u && work < push.work) {
         ++work;
         if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
             working = begin_pixel(path);
@@ -41,22 +88,26 @@ void main() {
             begin_sample(path);
         }
         if (path.stage != STAGE_IDLE) {
-            advance(path);
+            if (!is_void) {
+                advance(path);
+            }
             if (is_void) {
                 path = before;
                 lookups = lookups_before;
             } else {
                 has_advanced = true;
                 if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
-                    finish_pixel(path);
+                    finish_item(path);
                 }
             }
         }
     }
+    path.missing = first_missing;
     paths.at[slot] = path;
+    report_item(path.item);
     if (working) {
         atomicAdd(counters.count.unfinished, 1u);
     }
     atomicAdd(counters.count.lookups, lookups);
-    report(slot, is_void, has_advanced);
+    report(slot, first_missing != 0u, has_advanced);
 }

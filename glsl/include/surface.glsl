@@ -215,18 +215,18 @@ bool cross_cells(Ray ray, float t, float t_end, inout int known, inout bool fres
             may = t > passage.t0
                && (known >= 0 || fresh || may_cross(corner_range(passage.corners), inside, false));
             more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
-            if (may || !more) {
+            if (may || !more || is_void) {
                 break;
             }
         }
         found = may && crosses(ray, passage, inside);
         known = may ? -1 : known;
         fresh = fresh && !may;
-        if (found || !more) {
+        if (found || !more || is_void) {
             break;
         }
     }
-    return found;
+    return found && !is_void;
 }
 
 // The first crossing after crossing.t and before t_end. With `fresh`, the ray's sides are found where it starts;
@@ -266,7 +266,7 @@ void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing c
         }
         found = searched > 0u && cross_cells(ray, t, exit, known, fresh, crossing.inside, passage);
         t = exit;
-        if (found || !more) {
+        if (found || !more || is_void) {
             break;
         }
     }

@@ -5,17 +5,19 @@
 // since is void: it is thrown away before anybody sees it, and computed once more, with the same random numbers, in a
 // later dispatch. So a picture does not depend on which bricks are there, to the last bit.
 
+#include "bundle.glsl"
+
 #ifdef VOLUME_IN_BRICKS
 
 // A page for each brick. With PAGE_RESIDENT: its place in the image, ten bits an axis, and whether it has been read since
 // the host last looked. Otherwise: how often it has been asked for.
 layout(scalar) buffer VolumePageBlock { uint at[]; } volume_pages;
-layout(scalar) buffer StreamingBlock { Streaming now; } streaming;
 // For each pixel or each brick of the cache, the piece of work in which it was done last.
 layout(scalar) buffer DoneBlock { uint at[]; } done;
 
-// A brick was missing.
+// A brick was missing; the first of them, counted from 1.
 bool is_void = false;
+uint first_missing = 0u;
 
 bool asks_ahead = false;
 
@@ -35,6 +37,7 @@ void ask_for(uint brick) {
     if (is_needed()) {
         atomicAdd(volume_pages.at[brick], 1u);
     }
+    first_missing = is_void ? first_missing : brick + 1u;
     is_void = true;
 }
 
@@ -58,6 +61,15 @@ ivec3 to_texel(ivec3 voxel) {
 // All that was void has been taken back.
 void forgive() {
     is_void = false;
+}
+
+// Whether a brick that an invocation has missed, counted from 1, is still not there. It is asked for again then.
+bool still_misses(uint missing) {
+    if (missing == 0u || (volume_pages.at[missing - 1u] & PAGE_RESIDENT) != 0u) {
+        return false;
+    }
+    atomicAdd(volume_pages.at[missing - 1u], 1u);
+    return true;
 }
 
 // Whether an invocation has nothing to do: it is done, or others come first.
@@ -87,10 +99,15 @@ void report(uint index, bool has_missed, bool has_advanced) {
 #else
 
 const bool is_void = false;
+const uint first_missing = 0u;
 
 void ask_ahead() {}
 
 void forgive() {}
+
+bool still_misses(uint missing) {
+    return false;
+}
 
 ivec3 to_texel(ivec3 voxel) {
     return ivec3(0);

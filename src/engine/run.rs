@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 
 use super::Engine;
 use super::picture::{relative_error, rgb};
-use super::schedule::{Done, Filled, Stop, cache_goal, next_batch, next_unit, reason_to_stop};
+use super::schedule::{
+    Done, Filled, Stop, cache_goal, next_batch, next_unit, reason_to_stop, units_together,
+};
 use super::stopwatch::Stopwatch;
 use crate::error::{Error, Place, Result};
 use crate::render::Until;
@@ -154,7 +156,12 @@ impl Engine {
                 break reason;
             }
             let until = self.until(run, &done, watch);
-            if !self.renderer.unit(next_unit(&run.stop, &done), until)? {
+            let samples = next_unit(&run.stop, &done);
+            let units = match self.renderer.brick_figures() {
+                Some(_) => units_together(&run.stop, &done),
+                None => 1,
+            };
+            if !self.renderer.units(samples, units, until)? {
                 match run.is_interrupted() {
                     true => break "it was interrupted".into(),
                     false if done.units == 0 => return Err(too_short(&run.stop, watch)),

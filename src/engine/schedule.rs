@@ -201,6 +201,32 @@ pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
     samples.max(1)
 }
 
+/// How many times as many samples as the picture has already are taken together at most: if they are interrupted, they
+/// are lost.
+const MOST_AT_ONCE: u32 = 3;
+
+/// How many of the next units have the same size, where several of them together take less time than one by one.
+pub fn units_together(stop: &Stop, done: &Done) -> u32 {
+    let samples = next_unit(stop, done);
+    let most = MOST_AT_ONCE * done.samples;
+    let seconds_per_sample = done.took.as_secs_f64() / f64::from(done.samples.max(1));
+    let mut ahead = *done;
+    let mut units = 0;
+    loop {
+        units += 1;
+        ahead.samples += samples;
+        ahead.units += 1;
+        ahead.took += Duration::from_secs_f64(seconds_per_sample * f64::from(samples));
+        // The error falls with the root of the number of samples.
+        ahead.relative_error =
+            done.relative_error * (f64::from(done.samples) / f64::from(ahead.samples)).sqrt();
+        let goes_on = reason_to_stop(stop, &ahead).is_none() && next_unit(stop, &ahead) == samples;
+        if !goes_on || (units + 1) * samples > most {
+            return units;
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -279,6 +305,32 @@ mod tests {
             assert!(samples.is_power_of_two() && first.is_multiple_of(*samples));
         }
         assert_eq!(*last, [768, 9], "the last unit takes what is left");
+    }
+
+    #[test]
+    fn units_together_are_those_that_come_one_by_one() {
+        let stop = stop(Some(100), None, None);
+        let mut now = done(0, 0, 0.0, f64::INFINITY);
+        let mut one_by_one = now;
+        let mut bundles = Vec::new();
+        while reason_to_stop(&stop, &now).is_none() {
+            let (samples, units) = (next_unit(&stop, &now), units_together(&stop, &now));
+            for _ in 0..units {
+                assert_eq!(next_unit(&stop, &one_by_one), samples);
+                one_by_one.samples += samples;
+            }
+            now.samples += samples * units;
+            bundles.push([samples, units]);
+        }
+        assert_eq!(bundles, [[1, 1], [1, 3], [1, 12], [1, 16], [2, 16], [4, 9]]);
+    }
+
+    #[test]
+    fn no_more_units_are_begun_together_than_are_asked_for() {
+        let in_time = stop(None, Some(10), None);
+        assert_eq!(units_together(&in_time, &done(8, 8, 8.0, 0.1)), 2);
+        let to_error = stop(None, None, Some(0.1));
+        assert_eq!(units_together(&to_error, &done(16, 16, 1.0, 0.12)), 8);
     }
 
     #[test]

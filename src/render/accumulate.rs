@@ -1,8 +1,9 @@
-//! Folds a unit of samples into the running mean and its spread.
+//! Folds units of samples into the running mean and its spread.
 
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use super::shared::AccumulatePush;
+use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass, Work};
 
@@ -13,15 +14,24 @@ impl Accumulate {
         Ok(Accumulate(passes.compile("accumulate")?))
     }
 
+    /// Folds all units of the pixels that `push` names.
     pub fn record(&self, frame: &mut Frame, r: &Resources, push: &AccumulatePush) -> Result<()> {
+        let streaming = r.bricks.as_ref().map(VolumeBricks::streaming_binding);
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
             ("unit_sum", Binding::Image(&r.unit_sum)),
             ("mean", Binding::Image(&r.mean)),
             ("squares", Binding::Image(&r.squares)),
         ];
-        frame.pass(&self.0, &bindings, push, [r.size[0], r.size[1], 1])?;
-        let pixels = u64::from(r.size[0]) * u64::from(r.size[1]);
+        let bindings: Vec<_> = bindings.into_iter().chain(streaming).collect();
+        let pixels = push.end - push.first;
+        frame.pass(
+            &self.0,
+            &bindings,
+            push,
+            [r.size[0], pixels.div_ceil(r.size[0]), 1],
+        )?;
+        let pixels = u64::from(pixels);
         frame.state_work(Work {
             reads: 3 * pixels,
             writes: 2 * pixels,

@@ -15,6 +15,25 @@ pub enum Order {
     Pixels,
 }
 
+/// Which items (see `bundle.rs`) may be worked on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Items {
+    /// Units that are done together.
+    pub units: u32,
+    pub first: u32,
+    /// Those from here on have to wait.
+    pub end: u32,
+}
+
+impl Items {
+    /// For work that is not made of items.
+    pub const NONE: Items = Items {
+        units: 1,
+        first: 0,
+        end: 0,
+    };
+}
+
 /// What the host did about bricks that were missed.
 #[derive(Debug, Clone, Copy)]
 pub struct Loads {

@@ -13,6 +13,7 @@
 
 use std::time::{Duration, Instant};
 
+use super::bundle::{Bundle, Sampled};
 use super::cache_layout::CacheLayout;
 use super::cache_memory::CacheMemory;
 use super::camera_march::CameraMarch;
@@ -28,7 +29,6 @@ use super::pass_compiler::PassCompiler;
 use super::ray_march::{self, RayMarch};
 use super::resources::Resources;
 use super::shared::GATHERED;
-use super::unit::{Sampled, Unit};
 use crate::error::Result;
 use crate::gpu::{Frame, Slices};
 
@@ -172,12 +172,13 @@ impl Cache {
         self.is_marched() && self.memory.tails.is_none()
     }
 
-    /// Goes on with a unit of samples of the picture at rest, or begins one. A march takes one sample, however many
-    /// the unit has.
-    pub fn sample(&mut self, frame: &mut Frame, r: &Resources, unit: Unit) -> Result<Sampled> {
+    /// Goes on with a bundle of units of the picture at rest, or begins one.
+    pub fn sample(&mut self, frame: &mut Frame, r: &Resources, bundle: Bundle) -> Result<Sampled> {
         match &mut self.at_rest {
-            AtRest::March(march) => march.advance(frame, r, &self.memory, unit),
-            AtRest::Tracking(tracking) => tracking.advance(frame, r, &self.memory.bindings(), unit),
+            AtRest::March(march) => march.advance(frame, r, &self.memory, bundle),
+            AtRest::Tracking(tracking) => {
+                tracking.advance(frame, r, &self.memory.bindings(), bundle)
+            }
         }
     }
 
@@ -251,7 +252,7 @@ impl Cache {
         self.tracking.advance(frame, r, &self.memory)?;
         let question = ray_march::for_error(1);
         self.ray_march.ask(frame, r, &self.memory, question)?;
-        self.sample(frame, r, Unit::TRIAL).map(drop)
+        self.sample(frame, r, Bundle::TRIAL).map(drop)
     }
 
     /// Goes on with a batch for about as long as the slots aim at, or begins one of `samples` paths for

@@ -120,6 +120,14 @@ impl CacheLayout {
         pages
     }
 
+    /// The places of all bricks in an order in which those that come one after another lie close to each other: that
+    /// of Morton's curve.
+    pub fn turns(&self) -> Vec<u32> {
+        let mut turns: Vec<u32> = (0..self.active.len() as u32).collect();
+        turns.sort_unstable_by_key(|&place| along_curve(unpack(self.active[place as usize])));
+        turns
+    }
+
     /// Texels of the images.
     pub fn extent(&self) -> [u32; 3] {
         self.places.map(|n| n * BRICK)
@@ -152,6 +160,12 @@ fn pack([x, y, z]: [u32; 3]) -> u32 {
 
 fn unpack(word: u32) -> [u32; 3] {
     [word, word >> 10, word >> 20].map(|bits| bits & 1023)
+}
+
+/// The bits of ten-bit coordinates, interleaved.
+fn along_curve(position: [u32; 3]) -> u32 {
+    let bit = |n: u32| position[n as usize % 3] >> (n / 3) & 1;
+    (0..30).map(|n| bit(n) << n).sum()
 }
 
 /// A node is read as far as its neighbours, and near the faces half a cell further.

@@ -171,13 +171,19 @@ impl CacheMemory {
 
 /// The bricks that have memory. None of their nodes has had a path.
 fn bricks(layout: &CacheLayout) -> Vec<Brick> {
-    let brick = |&position: &u32| Brick {
+    let brick = |(&position, turn): (&u32, u32)| Brick {
         position,
         samples: 0,
         first_sample: 0,
         weight: 0,
+        turn,
     };
-    layout.active.iter().map(brick).collect()
+    layout
+        .active
+        .iter()
+        .zip(layout.turns())
+        .map(brick)
+        .collect()
 }
 
 /// A texel for each brick of the cache's lattice.

@@ -1,6 +1,7 @@
 //! What a renderer can do because it has a cache: fill it, and march through it.
 
 use super::brick_window::Order;
+use super::bundle::Bundle;
 use super::cache::Cache;
 use super::copy;
 use super::gpu_scene::GpuScene;
@@ -19,7 +20,7 @@ pub struct Caching<'a> {
     pub(super) scene: &'a GpuScene,
     pub(super) tone_map: &'a ToneMap,
     /// The unit of samples under way, which a march overwrites.
-    pub(super) under_way: &'a mut Option<u32>,
+    pub(super) under_way: &'a mut Option<Bundle>,
 }
 
 impl Caching<'_> {
@@ -88,6 +89,9 @@ impl Caching<'_> {
             bricks.begin(self.frame, Order::Slots)?;
         }
         self.frame.run(|f| {
+            if let Some(bricks) = &r.bricks {
+                bricks.record_news(f)?;
+            }
             cache.record_march(f, r)?;
             tone_map.record(f, &r.unit_sum, to, push)
         })?;

@@ -1,11 +1,12 @@
 //! The picture at rest by marching, where the cache holds all that is seen.
 
+use super::brick_window::Items;
+use super::bundle::{Bundle, Sampled};
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use super::shared::CameraMarchPush;
 use super::tail_tracking::TailTracking;
-use super::unit::{Sampled, Unit};
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
 
@@ -16,7 +17,11 @@ pub struct CameraMarch {
     slices: Slices,
     /// How long a piece of work should take.
     slice_ms: f64,
+    /// Pixels, in the order of work, that have all of their units.
+    pixels: u32,
+    /// Whether those under way have been marched, and what was left to paths traced.
     is_marched: bool,
+    is_traced: bool,
 }
 
 impl CameraMarch {
@@ -34,7 +39,9 @@ impl CameraMarch {
             tails: tails?,
             slices: Slices::new(SLICE_MS),
             slice_ms: SLICE_MS,
+            pixels: 0,
             is_marched: false,
+            is_traced: false,
         })
     }
 
@@ -46,27 +53,53 @@ impl CameraMarch {
         }
     }
 
-    /// Takes one sample of every pixel, the unit's first, a slice further, or begins it. The unit ends with that
-    /// sample, however many it was to have: a march knows the spread between single ones.
+    /// Takes a bundle of units of one sample a slice further, or begins it: as many pixels with all of their units as
+    /// `unit_sum` has room for, and then the next.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheMemory,
-        unit: Unit,
+        bundle: Bundle,
     ) -> Result<Sampled> {
-        if unit.begins {
-            self.slices.restart(self.slice_ms);
-            self.is_marched = false;
+        if bundle.begins {
+            self.begin_sheet(0);
         }
-        if self.is_marched
-            && let Some(tails) = &mut self.tails
-        {
-            return tails.advance(frame, r, cache, unit.first_sample);
+        let items = bundle.items_from(self.pixels, r.size);
+        let mut lookups = 0;
+        if !self.is_marched {
+            self.march(frame, r, cache, bundle.first_sample, items)?;
+        } else if let Some(tails) = &mut self.tails {
+            let progress = tails.advance(frame, r, cache, bundle.first_sample)?;
+            lookups = progress.lookups;
+            self.is_traced = !progress.under_way;
         }
-        let push = CameraMarchPush {
-            sample_index: unit.first_sample,
-        };
+        if self.is_marched && self.is_traced {
+            self.begin_sheet(items.end / bundle.units);
+        }
+        Ok(Sampled {
+            pixels: self.pixels,
+            lookups,
+        })
+    }
+
+    /// Goes on with the pixels behind so many.
+    fn begin_sheet(&mut self, pixels: u32) {
+        self.pixels = pixels;
+        self.slices.restart(self.slice_ms);
+        self.is_marched = false;
+        self.is_traced = self.tails.is_none();
+    }
+
+    fn march(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        sample_index: u32,
+        items: Items,
+    ) -> Result<()> {
+        let push = CameraMarchPush { sample_index };
         let bindings = [
             &r.medium_bindings()[..],
             &r.surface_bindings(),
@@ -79,6 +112,9 @@ impl CameraMarch {
         ]
         .concat();
         let threads = [r.size[0], r.size[1], 1];
+        if let Some(bricks) = &r.bricks {
+            bricks.allow(items);
+        }
         self.is_marched = r.run_slice(
             frame,
             &self.pass,
@@ -87,14 +123,9 @@ impl CameraMarch {
             threads,
             &mut self.slices,
         )?;
-        if self.is_marched
-            && let Some(tails) = &mut self.tails
-        {
-            tails.queue.restart(frame, r)?;
+        match &mut self.tails {
+            Some(tails) if self.is_marched => tails.queue.restart(frame, r, items),
+            _ => Ok(()),
         }
-        Ok(Sampled {
-            ended: (self.is_marched && self.tails.is_none()).then_some(1),
-            lookups: 0,
-        })
     }
 }

@@ -1,5 +1,6 @@
 //! Paths from the cache's nodes.
 
+use super::brick_window::Items;
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::path_queue::{PathQueue, Progress};
@@ -27,7 +28,7 @@ impl CellTracking {
     /// Forgets all paths and starts the queue of nodes anew.
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.half = 0;
-        self.queue.restart(frame, r)
+        self.queue.restart(frame, r, Items::NONE)
     }
 
     /// Takes all paths of the batch that stands in `cache.bricks` further.
@@ -63,7 +64,7 @@ impl CellTracking {
         })?;
         if !progress.under_way && *half == 0 {
             *half = 1;
-            queue.restart(frame, r)?;
+            queue.restart(frame, r, Items::NONE)?;
             progress.under_way = true;
         }
         Ok(progress)

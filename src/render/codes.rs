@@ -26,6 +26,8 @@ codes! {
     pub const PAGE_READ: u32 = 0x4000_0000;
     /// The first paths of a node, which end where they can gather cached light (gathering.glsl).
     pub const GATHERED: u32 = 32;
+    /// Height of the strips in which pixels are worked off where the volume streams.
+    pub const STRIP_HEIGHT: u32 = 32;
     /// Positions at which the device's filter is probed.
     pub const PROBE_POSITIONS: u32 = 4096;
 }

@@ -1,10 +1,11 @@
 //! Paths from the camera: those of `non-caching`, and those that read the cache.
 
+use super::brick_window::Items;
+use super::bundle::{Bundle, Sampled};
 use super::pass_compiler::PassCompiler;
 use super::path_queue::PathQueue;
 use super::resources::Resources;
 use super::shared::TrackPush;
-use super::unit::{Sampled, Unit};
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass};
 
@@ -31,23 +32,24 @@ impl DeltaTracking {
         })
     }
 
-    /// Takes all paths of a unit further, or begins it. Once none is under way, their sums are in `unit_sum`. `cache`
-    /// is what reading the cache takes; it is empty for paths that do not.
+    /// Takes all paths of a bundle further, or begins it. `cache` is what reading the cache takes; it is empty for paths
+    /// that do not.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
         cache: &[(&'static str, Binding<'_>)],
-        unit: Unit,
+        bundle: Bundle,
     ) -> Result<Sampled> {
-        if unit.begins {
-            self.queue.restart(frame, r)?;
+        if bundle.begins {
+            let items = bundle.items_from(0, r.size);
+            self.queue.restart(frame, r, items)?;
         }
-        let Unit {
+        let Bundle {
             samples,
             first_sample,
             ..
-        } = unit;
+        } = bundle;
         let DeltaTracking { pass, queue } = self;
         let progress = queue.advance(frame, r, pass, |frame, work| {
             let push = TrackPush {
@@ -69,8 +71,21 @@ impl DeltaTracking {
             .concat();
             frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
         })?;
+        let all = r.size[0] * r.size[1];
+        let pixels = match &r.bricks {
+            Some(bricks) => {
+                let pixels = (progress.first_item / bundle.units).min(all);
+                bricks.allow(Items {
+                    first: 0,
+                    ..bundle.items_from(pixels, r.size)
+                });
+                pixels
+            }
+            None if progress.under_way => 0,
+            None => all,
+        };
         Ok(Sampled {
-            ended: (!progress.under_way).then_some(samples),
+            pixels,
             lookups: progress.lookups,
         })
     }

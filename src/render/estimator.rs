@@ -3,6 +3,7 @@
 
 use std::sync::Arc;
 
+use super::bundle::Bundle;
 use super::cache::Cache;
 use super::cache_memory::CacheMemory;
 use super::delta_tracking::DeltaTracking;
@@ -11,7 +12,6 @@ use super::pass_compiler::PassCompiler;
 use super::published::Published;
 use super::published_cells::PublishedCells;
 use super::resources::Resources;
-use super::unit::Unit;
 use super::variant::Variant;
 use crate::error::{DeviceError, Result};
 use crate::gpu::{Device, Format, Frame, Memory};
@@ -69,7 +69,7 @@ impl Estimator {
     pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         match self {
             Estimator::NonCaching(tracking) => {
-                tracking.advance(frame, r, &[], Unit::TRIAL).map(drop)
+                tracking.advance(frame, r, &[], Bundle::TRIAL).map(drop)
             }
             Estimator::Caching(cache) => cache.warm_up(frame, r),
             Estimator::Published(published) => published.warm_up(frame, r),

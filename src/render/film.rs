@@ -110,6 +110,10 @@ impl Renderer {
         self.begin_picture();
         self.is_stale = false;
         self.totals = totals;
+        self.upload(sums)
+    }
+
+    pub(super) fn upload(&mut self, sums: &Sums) -> Result<()> {
         let r = &mut self.resources;
         for (image, texels) in [(&r.mean, &sums.mean), (&r.squares, &sums.squares)] {
             let texels = bytemuck::cast_slice(texels);

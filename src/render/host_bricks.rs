@@ -1,7 +1,11 @@
 //! Bricks in the host's memory, as they go to the GPU: what has been read from a file once is not read again while there
 //! is room.
+//!
+//! A brick of a plain file is a thousand short runs of bytes, and a call of the system for each takes longer than all
+//! else that happens to a brick. So a whole row of bricks is read, slice by slice in one piece each, and those of it that
+//! matter are kept for later.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 
 use rayon::prelude::*;
 
@@ -9,9 +13,18 @@ use super::brick_layout::BrickLayout;
 use crate::error::Result;
 use crate::scene::volume::{Region, Volume};
 
+/// Rows of bricks are read in pieces of about this size.
+const ROW_BYTES: usize = 8 << 20;
+/// So many bricks are read together where not all have room: those that nobody asks for soon would be gone again.
+const FEW_TOGETHER: u32 = 4;
+
 pub struct HostBricks {
     volume: Volume,
     layout: BrickLayout,
+    /// Bricks that anybody may ask for, as far as one knew at the beginning.
+    matters: Vec<bool>,
+    /// Bricks that are read together along x.
+    together: u32,
     held: HashMap<u32, Vec<u8>>,
     /// In the order in which they came.
     order: VecDeque<u32>,
@@ -20,58 +33,122 @@ pub struct HostBricks {
     pub bytes_read: u64,
 }
 
+/// A brick as it was read.
+type Read = (u32, Vec<u8>);
+
 impl HostBricks {
-    /// Holds at most `most_bytes`. A volume that is compressed is copied to its store first.
-    pub fn new(volume: &Volume, layout: BrickLayout, most_bytes: u64) -> Result<HostBricks> {
+    /// Holds at most as many bytes as the layout says. A volume that is compressed is copied to its store first.
+    pub fn new(volume: &Volume, layout: BrickLayout, matters: Vec<bool>) -> Result<HostBricks> {
+        let volume = volume.in_any_order()?;
+        let all = matters.iter().filter(|&&matters| matters).count();
+        let brick_bytes = volume.stored.bytes() * (layout.pitch() as usize).pow(3);
+        let all_bytes = (all * brick_bytes) as u64;
         Ok(HostBricks {
-            volume: volume.in_any_order()?,
+            together: match volume.is_in_runs() {
+                true if all_bytes <= layout.host_bytes => (ROW_BYTES / brick_bytes).max(1) as u32,
+                true => FEW_TOGETHER,
+                false => 1,
+            },
+            volume,
             layout,
+            matters,
             held: HashMap::new(),
             order: VecDeque::new(),
             bytes: 0,
-            most_bytes,
+            most_bytes: layout.host_bytes,
             bytes_read: 0,
         })
     }
 
     /// The voxels of a brick, and those behind it.
     pub fn region(&self, brick: u32) -> Region {
-        let low = self.layout.brick(brick).map(|i| i * self.layout.side);
+        self.region_of(self.layout.brick(brick), 1)
+    }
+
+    /// The same of so many bricks in a row.
+    fn region_of(&self, first: [u32; 3], count: u32) -> Region {
+        let low = first.map(|i| i * self.layout.side);
         let dims = self.volume.dims;
+        let most = [
+            count * self.layout.side + 1,
+            self.layout.pitch(),
+            self.layout.pitch(),
+        ];
         Region {
             low,
-            dims: std::array::from_fn(|a| self.layout.pitch().min(dims[a] - low[a])),
+            dims: std::array::from_fn(|a| most[a].min(dims[a] - low[a])),
         }
     }
 
     /// Fills a room in `rooms`, each of `room` bytes, with each brick.
     pub fn fill(&mut self, bricks: &[u32], rooms: &mut [u8], room: usize) -> Result<()> {
-        let size = self.volume.stored.bytes();
-        let found: Vec<bool> = rooms
+        let wanted: HashMap<u32, usize> = bricks.iter().copied().zip(0..).collect();
+        rooms
             .par_chunks_mut(room)
             .zip(bricks)
-            .map(|(bytes, brick)| {
-                let region = self.region(*brick);
-                let bytes = &mut bytes[..region.voxels() * size];
-                match self.held.get(brick) {
-                    Some(held) => bytes.copy_from_slice(held),
-                    None => self.volume.read(region, bytes)?,
+            .for_each(|(bytes, brick)| {
+                if let Some(held) = self.held.get(brick) {
+                    bytes[..held.len()].copy_from_slice(held);
                 }
-                Ok(self.held.contains_key(brick))
-            })
-            .collect::<Result<_>>()?;
-        for ((bytes, &brick), was_held) in rooms.chunks(room).zip(bricks).zip(found) {
-            if !was_held {
-                let bytes = &bytes[..self.region(brick).voxels() * size];
-                self.bytes_read += bytes.len() as u64;
+            });
+        let missing = bricks
+            .iter()
+            .filter(|&brick| !self.held.contains_key(brick));
+        let rows: BTreeSet<[u32; 3]> = missing.map(|&brick| self.row_of(brick)).collect();
+        let rows: Vec<_> = rows.into_iter().collect();
+        for rows in rows.chunks(rayon::current_num_threads()) {
+            let read = |&row| self.read_row(row, &wanted);
+            let read: Vec<Vec<Read>> = rows.par_iter().map(read).collect::<Result<_>>()?;
+            for (brick, bytes) in read.into_iter().flatten() {
+                if let Some(&n) = wanted.get(&brick) {
+                    rooms[n * room..][..bytes.len()].copy_from_slice(&bytes);
+                }
                 self.keep(brick, bytes);
             }
         }
         Ok(())
     }
 
-    fn keep(&mut self, brick: u32, bytes: &[u8]) {
+    /// The first of the bricks that are read together with this one, as z, y, x: in the file's order.
+    fn row_of(&self, brick: u32) -> [u32; 3] {
+        let [x, y, z] = self.layout.brick(brick);
+        [z, y, x - x % self.together]
+    }
+
+    /// Those bricks of a row that are wanted, or will be.
+    fn read_row(&self, [z, y, x]: [u32; 3], wanted: &HashMap<u32, usize>) -> Result<Vec<Read>> {
+        let [width, height, _] = self.layout.bricks;
+        let end = (x + self.together).min(width);
+        let index = |x: u32| (z * height + y) * width + x;
+        let is_of_use = |brick: &u32| {
+            let matters = wanted.contains_key(brick) || self.matters[*brick as usize];
+            matters && !self.held.contains_key(brick)
+        };
+        let row = self.region_of([x, y, z], end - x);
+        let size = self.volume.stored.bytes();
+        let mut voxels = vec![0; row.voxels() * size];
+        self.volume.read(row, &mut voxels)?;
+        let bricks = (x..end).map(index).filter(is_of_use);
+        Ok(bricks
+            .map(|brick| (brick, self.cut(brick, row, &voxels)))
+            .collect())
+    }
+
+    /// A brick out of a row of them.
+    fn cut(&self, brick: u32, row: Region, voxels: &[u8]) -> Vec<u8> {
+        let region = self.region(brick);
+        let size = self.volume.stored.bytes();
+        let begin = (region.low[0] - row.low[0]) as usize * size;
+        let length = region.dims[0] as usize * size;
+        let lines = voxels.chunks_exact(row.dims[0] as usize * size);
+        let mut bytes = Vec::with_capacity(region.voxels() * size);
+        lines.for_each(|line| bytes.extend_from_slice(&line[begin..begin + length]));
+        bytes
+    }
+
+    fn keep(&mut self, brick: u32, bytes: Vec<u8>) {
         let count = bytes.len() as u64;
+        self.bytes_read += count;
         while self.bytes + count > self.most_bytes
             && let Some(oldest) = self.order.pop_front()
         {
@@ -81,7 +158,7 @@ impl HostBricks {
         if self.bytes + count <= self.most_bytes {
             self.bytes += count;
             self.order.push_back(brick);
-            self.held.insert(brick, bytes.to_vec());
+            self.held.insert(brick, bytes);
         }
     }
 }

@@ -18,6 +18,8 @@
 //! - **sample**: one estimate of a pixel's radiance, by a path or by a march.
 //! - **unit**: the samples that every pixel gets between two updates of its mean. A picture is only taken at the end of a
 //!   unit, and the spread between units gives its standard error.
+//! - **bundle**: units that are worked off together, pixel by pixel, where the volume streams.
+//! - **item**: a unit of a pixel.
 //! - **patch**: one of 32 × 32 rectangles of the picture. For each it is known how near and how far its rays meet
 //!   anything.
 //!
@@ -44,6 +46,7 @@ mod accumulate;
 mod allocation;
 mod brick_layout;
 mod brick_window;
+mod bundle;
 mod cache;
 mod cache_layout;
 mod cache_memory;
@@ -85,7 +88,6 @@ pub mod shared;
 mod tail_tracking;
 mod tone_map;
 mod totals;
-mod unit;
 mod until;
 mod upload;
 mod variant;

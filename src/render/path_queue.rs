@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 
-use super::brick_window::Order;
+use super::brick_window::{Items, Order};
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use super::shared::Counters;
@@ -31,6 +31,8 @@ pub struct PathQueue {
     work_of_all: u32,
     /// How long a dispatch should take.
     pub target_ms: f64,
+    /// The first item of the queue.
+    first_item: u32,
     /// The counters as the last dispatch left them.
     counted: Counters,
     /// Tracking reads one texel for a value, not the eight that are interpolated (`tentative_value` in
@@ -46,6 +48,8 @@ pub struct Progress {
     pub finished: u32,
     /// Some path is still on its way.
     pub under_way: bool,
+    /// Where the volume streams, all items before this one have ended.
+    pub first_item: u32,
 }
 
 impl PathQueue {
@@ -55,17 +59,20 @@ impl PathQueue {
             work: LEAST_WORK,
             work_of_all: LEAST_WORK,
             target_ms: TARGET_MS,
+            first_item: 0,
             counted: Counters::zeroed(),
             reads_one_texel: passes.features.is_linear,
         }
     }
 
-    /// Forgets all paths and starts the queue anew.
-    pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    /// Forgets all paths and starts the queue anew, with these items where the volume streams.
+    pub fn restart(&mut self, frame: &mut Frame, r: &Resources, items: Items) -> Result<()> {
         self.counted = Counters::zeroed();
         self.work = self.work_of_all;
         if let Some(bricks) = &r.bricks {
             bricks.begin(frame, Order::Slots)?;
+            bricks.allow(items);
+            self.first_item = items.first;
         }
         frame.run(|f| {
             f.zero(&r.counters)?;
@@ -83,6 +90,9 @@ impl PathQueue {
     ) -> Result<Progress> {
         let began = Instant::now();
         frame.run(|f| {
+            if let Some(bricks) = &r.bricks {
+                bricks.record_news(f)?;
+            }
             record(f, self.work)?;
             if let Some(bricks) = &r.bricks {
                 bricks.record_told(f)?;
@@ -96,18 +106,23 @@ impl PathQueue {
         let lookups = counted.lookups.wrapping_sub(before.lookups);
         frame.timings.state_work(pass.name, self.work_of(lookups));
         let unfinished = counted.unfinished.wrapping_sub(before.unfinished);
-        let waits = match &r.bricks {
-            Some(bricks) => bricks.serve(frame, &r.volume)?,
-            None => false,
-        };
+        let (mut waits, mut waiting, mut first_item) = (false, 0, 0);
+        if let Some(bricks) = &r.bricks {
+            waits = bricks.serve(frame, &r.volume)?;
+            let told = bricks.told();
+            waiting = told.missed;
+            first_item = told.oldest_item.min(self.first_item + counted.next);
+        }
+        let most_had_work = 2 * unfinished.saturating_sub(waiting) >= r.slots();
         // Paths that wait for bricks say nothing about what work takes.
-        if !waits {
-            self.adapt(took_ms, 2 * unfinished >= r.slots());
+        if most_had_work || !waits {
+            self.adapt(took_ms, most_had_work);
         }
         Ok(Progress {
             lookups,
             finished: counted.finished.wrapping_sub(before.finished),
             under_way: unfinished > 0 || waits,
+            first_item,
         })
     }
 

@@ -117,10 +117,15 @@ fn fill(
     Ok(None)
 }
 
-/// Bricks with a place where the medium scatters or a surface shows: the others are never read.
+/// How many bricks have a place where the medium scatters or a surface shows: the others are never read.
 pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
+    let matter = bricks_that_matter(scene, volume, BrickLayout::SIDE);
+    matter.into_iter().filter(|&matters| matters).count() as u32
+}
+
+/// For each brick of so many voxels a side, x fastest, whether it has such a place.
+pub fn bricks_that_matter(scene: &GpuScene, volume: &Volume, side: u32) -> Vec<bool> {
     let shown = Occupancy::with_surfaces(&scene.parts, volume);
-    let side = BrickLayout::SIDE;
     let bricks = volume.dims.map(|n| n.div_ceil(side));
     let spans: [Vec<_>; 3] = std::array::from_fn(|a| {
         let low = |i: u32| (i * side) as f32;
@@ -130,8 +135,11 @@ pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
             .collect()
     });
     let [x, y, z] = &spans;
-    let matters = |&(k, j, i): &(usize, usize, usize)| shown.any([&x[i], &y[j], &z[k]]);
-    let all = (0..z.len())
-        .flat_map(|k| (0..y.len()).flat_map(move |j| (0..x.len()).map(move |i| (k, j, i))));
-    all.filter(matters).count() as u32
+    let mut matters = Vec::with_capacity(x.len() * y.len() * z.len());
+    for z in z {
+        for y in y {
+            matters.extend(x.iter().map(|x| shown.any([x, y, z])));
+        }
+    }
+    matters
 }

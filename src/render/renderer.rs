@@ -8,9 +8,11 @@ use std::time::Duration;
 
 use super::accumulate::Accumulate;
 use super::allocation::Allocation;
+use super::bundle::{Bundle, MOST_TOGETHER};
 use super::cache::Cache;
 use super::caching::Caching;
 use super::estimator::Estimator;
+use super::film::Sums;
 use super::gpu_scene::GpuScene;
 use super::iso_depth::IsoDepth;
 use super::majorants::Majorants;
@@ -22,7 +24,6 @@ use super::resources::Resources;
 use super::shared::{self, AccumulatePush, ToneMapPush};
 use super::tone_map::ToneMap;
 use super::totals::Totals;
-use super::unit::Unit;
 use super::until::Until;
 use super::upload;
 use super::variant::Variant;
@@ -44,8 +45,11 @@ pub struct Renderer {
     /// Only in a scene with surfaces.
     pub(super) iso_depth: Option<IsoDepth>,
     pub(super) totals: Totals,
-    /// Samples a pixel of the unit under way.
-    pub(super) under_way: Option<u32>,
+    pub(super) under_way: Option<Bundle>,
+    /// Pixels, in the order of work, that have all of its units in the mean.
+    folded: u32,
+    /// The picture before it, if pixels have its units one after another.
+    kept: Option<Sums>,
     /// The picture so far is that of another scene.
     pub(super) is_stale: bool,
     compiling: Duration,
@@ -100,6 +104,8 @@ impl Renderer {
             iso_depth,
             totals: Totals::default(),
             under_way: None,
+            folded: 0,
+            kept: None,
             is_stale: false,
             compiling: Duration::ZERO,
             scene,
@@ -229,8 +235,10 @@ impl Renderer {
         let (frame, r) = (&mut self.frame, &self.resources);
         self.estimator.warm_up(frame, r)?;
         let push = AccumulatePush {
-            samples: 1.0,
-            samples_so_far: 1.0,
+            samples: 1,
+            samples_before: 0,
+            first: 0,
+            end: r.size[0] * r.size[1],
         };
         frame.run(|f| self.accumulate.record(f, r, &push))?;
         self.begin_picture();
@@ -262,6 +270,7 @@ impl Renderer {
         self.totals.samples = 0;
         self.totals.units = 0;
         self.under_way = None;
+        self.kept = None;
         self.is_stale = true;
     }
 
@@ -280,60 +289,125 @@ impl Renderer {
     /// `until` comes before the last path ends. In `published`, a unit is a round instead, whatever
     /// `samples` says.
     pub fn unit<'a>(&mut self, samples: u32, until: impl Into<Until<'a>>) -> Result<bool> {
+        self.units(samples, 1, until)
+    }
+
+    /// Gives every pixel so many units of `samples` more samples, together where the volume streams. Returns false if
+    /// `until` comes before the first of them have ended, and leaves out those that are under way then.
+    pub fn units<'a>(
+        &mut self,
+        samples: u32,
+        units: u32,
+        until: impl Into<Until<'a>>,
+    ) -> Result<bool> {
         let until = until.into();
-        self.under_way = None;
+        self.abandon()?;
         // A march knows the spread between single samples, which are its units.
-        let units = if self.is_marched() { samples } else { 1 };
-        for unit in 0..units {
+        let (samples, units) = match self.is_marched() {
+            true => (1, samples * units),
+            false => (samples, units),
+        };
+        let most = match &self.resources.bricks {
+            Some(_) => MOST_TOGETHER.min(self.pixels()),
+            None => 1,
+        };
+        let mut left = units;
+        while left > 0 {
+            let together = left.min(most);
             loop {
                 if until.is_over() {
-                    return Ok(unit > 0);
+                    self.abandon()?;
+                    return Ok(left < units);
                 }
-                if self.advance_unit(samples)? {
+                if self.advance_units(samples, together)? {
                     break;
                 }
             }
+            left -= together;
         }
         Ok(true)
     }
 
     /// Goes on with a unit for a slice of time, or begins one. Returns whether it has ended.
     pub fn advance_unit(&mut self, samples: u32) -> Result<bool> {
+        self.advance_units(samples, 1)
+    }
+
+    fn advance_units(&mut self, samples: u32, units: u32) -> Result<bool> {
         self.clear_if_stale()?;
-        let (frame, r) = (&mut self.frame, &self.resources);
-        let unit = Unit {
-            begins: self.under_way.is_none(),
-            samples: *self.under_way.get_or_insert(samples),
-            first_sample: self.totals.first_sample + self.totals.samples,
+        let bundle = match self.under_way {
+            Some(bundle) => bundle,
+            None => self.begin_bundle(samples, units)?,
         };
+        let (frame, r) = (&mut self.frame, &self.resources);
         let sampled = match &mut self.estimator {
-            Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], unit)?,
-            Estimator::Caching(cache) => cache.sample(frame, r, unit)?,
+            Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], bundle)?,
+            Estimator::Caching(cache) => cache.sample(frame, r, bundle)?,
             Estimator::Published(published) => {
                 published.round(frame, r, &mut self.totals)?;
+                self.under_way = None;
                 return Ok(true);
             }
         };
+        self.under_way = Some(Bundle {
+            begins: false,
+            ..bundle
+        });
         self.totals.lookups += u64::from(sampled.lookups);
-        match sampled.ended {
-            Some(samples) => self.accumulate(samples).map(|()| true),
-            None => Ok(false),
+        self.accumulate(bundle, sampled.pixels)
+    }
+
+    fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<Bundle> {
+        self.folded = 0;
+        self.kept = match units {
+            1 => None,
+            _ => Some(self.sums()?),
+        };
+        Ok(Bundle {
+            samples: if self.is_marched() { 1 } else { samples },
+            units,
+            first_sample: self.totals.first_sample + self.totals.samples,
+            begins: true,
+        })
+    }
+
+    /// Folds the units of pixels that have all of them into the picture. Returns whether those are all pixels.
+    fn accumulate(&mut self, bundle: Bundle, pixels: u32) -> Result<bool> {
+        let has_ended = pixels == self.pixels();
+        // A single unit can be dropped until it has ended.
+        if pixels > self.folded && (has_ended || bundle.units > 1) {
+            let push = AccumulatePush {
+                samples: bundle.samples,
+                samples_before: self.totals.samples,
+                first: self.folded,
+                end: pixels,
+            };
+            let r = &self.resources;
+            self.frame.run(|f| self.accumulate.record(f, r, &push))?;
+            self.folded = pixels;
+        }
+        if has_ended {
+            self.under_way = None;
+            self.kept = None;
+            let samples = bundle.samples * bundle.units;
+            self.totals.samples += samples;
+            self.totals.units += bundle.units;
+            self.totals.paths += u64::from(samples) * u64::from(pixels);
+        }
+        Ok(has_ended)
+    }
+
+    /// Drops the units under way.
+    fn abandon(&mut self) -> Result<()> {
+        self.under_way = None;
+        match self.kept.take() {
+            Some(sums) => self.upload(&sums),
+            None => Ok(()),
         }
     }
 
-    /// Folds the unit that has just ended into the picture.
-    fn accumulate(&mut self, samples: u32) -> Result<()> {
-        let r = &self.resources;
-        let [width, height] = r.size;
-        self.under_way = None;
-        self.totals.samples += samples;
-        self.totals.units += 1;
-        self.totals.paths += u64::from(samples) * u64::from(width) * u64::from(height);
-        let push = AccumulatePush {
-            samples: samples as f32,
-            samples_so_far: self.totals.samples as f32,
-        };
-        self.frame.run(|f| self.accumulate.record(f, r, &push))
+    fn pixels(&self) -> u32 {
+        self.resources.size[0] * self.resources.size[1]
     }
 
     /// Whether a picture at rest is marched.

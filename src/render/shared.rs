@@ -186,6 +186,10 @@ shared! {
         pub shadow_radiance: vec3,
         /// Sum of the samples of this pixel; coverage in w.
         pub sum: vec4,
+        /// Where the volume streams: the item that the slot works on and the brick that it waits for, both counted from
+        /// 1; 0 if there is none.
+        pub item: uint,
+        pub missing: uint,
     }
 
     /// What a march through a pixel leaves to paths: light from a surface or, where nodes may lie behind one, from the
@@ -211,6 +215,9 @@ shared! {
         pub first_sample: uint,
         /// Σw² over the rays of a picture in whose colour its light weighs w; 2³¹ is a weight of 1 in all.
         pub weight: uint,
+        /// Where the volume streams, the place of the brick whose turn comes when this one's would otherwise: bricks
+        /// that lie close to one another come one after another.
+        pub turn: uint,
     }
 
     /// The node that a slot is working on.
@@ -255,6 +262,13 @@ shared! {
         pub count: uint,
         /// Number of the piece of work: what bears it has been done.
         pub work: uint,
+        /// Units of samples that are worked off together.
+        pub units: uint,
+        /// The first item to be worked on, and the first that has to wait.
+        pub first_item: uint,
+        pub end_item: uint,
+        /// The least item that a slot was left with.
+        pub oldest_item: uint,
     }
 
     pub struct TrackPush {
@@ -349,9 +363,12 @@ shared! {
     }
 
     pub struct AccumulatePush {
-        /// Samples in this unit and in all units so far, this one included.
-        pub samples: float,
-        pub samples_so_far: float,
+        /// Samples in each unit, and in all units before.
+        pub samples: uint,
+        pub samples_before: uint,
+        /// The first pixel in the order of work, and the first that has to wait.
+        pub first: uint,
+        pub end: uint,
     }
 }
 

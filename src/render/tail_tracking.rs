@@ -2,10 +2,9 @@
 
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
-use super::path_queue::PathQueue;
+use super::path_queue::{PathQueue, Progress};
 use super::resources::Resources;
 use super::shared::TailPush;
-use super::unit::Sampled;
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass};
 
@@ -33,9 +32,9 @@ impl TailTracking {
         r: &Resources,
         cache: &CacheMemory,
         sample_index: u32,
-    ) -> Result<Sampled> {
+    ) -> Result<Progress> {
         let TailTracking { pass, queue } = self;
-        let progress = queue.advance(frame, r, pass, |frame, work| {
+        queue.advance(frame, r, pass, |frame, work| {
             let push = TailPush {
                 paths: PATHS,
                 sample_index,
@@ -55,10 +54,6 @@ impl TailTracking {
             ]
             .concat();
             frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
-        })?;
-        Ok(Sampled {
-            ended: (!progress.under_way).then_some(1),
-            lookups: progress.lookups,
         })
     }
 }

@@ -11,7 +11,7 @@ use crate::scene::volume::Volume;
 /// Writes all of a scene for the first time.
 pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuScene) -> Result<()> {
     match &mut r.bricks {
-        Some(bricks) => bricks.open(frame, volume)?,
+        Some(bricks) => bricks.open(frame, volume, scene)?,
         None => upload_voxels(frame, r, volume)?,
     }
     let ranges = bytemuck::cast_slice(volume.macrocell_ranges());

@@ -14,9 +14,10 @@ use std::time::{Duration, Instant};
 use bytemuck::Zeroable;
 
 use super::brick_layout::BrickLayout;
-use super::brick_window::{Loads, NoRoom, Order, Window};
+use super::brick_window::{Items, Loads, NoRoom, Order, Window};
 use super::gpu_scene::GpuScene;
 use super::host_bricks::HostBricks;
+use super::plan_in_bricks::bricks_that_matter;
 use super::resources::Resources;
 use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
 use crate::error::{Error, MemoryError, Result};
@@ -65,11 +66,15 @@ struct State {
     host: Option<HostBricks>,
     /// The brick in each place.
     held: Vec<Option<u32>>,
-    /// When each place was last read, and when it got its brick, in rounds.
+    /// When each place was last read, or got its brick, in rounds.
     read: Vec<u64>,
-    loaded: Vec<u64>,
     round: u64,
     window: Window,
+    items: Items,
+    /// What the last dispatch has told.
+    told: Streaming,
+    /// `host_pages` says what the device does not know yet.
+    has_news: bool,
     /// Number of the piece of work under way.
     work: u32,
     figures: BrickFigures,
@@ -81,6 +86,8 @@ pub struct BrickFigures {
     /// Bricks of the whole volume, and those on the GPU.
     pub total: u32,
     pub resident: u32,
+    /// Those that anybody may ask for, as far as one knew at the beginning.
+    pub matter: u32,
     pub loads: u64,
     pub bytes_read: u64,
     /// While the device waited for bricks.
@@ -126,9 +133,11 @@ impl VolumeBricks {
                 host: None,
                 held: vec![None; capacity],
                 read: vec![0; capacity],
-                loaded: vec![0; capacity],
                 round: 0,
                 window: Window::new(),
+                items: Items::NONE,
+                told: Streaming::zeroed(),
+                has_news: false,
                 work: 0,
                 figures: BrickFigures {
                     total: layout.total(),
@@ -139,17 +148,15 @@ impl VolumeBricks {
     }
 
     /// Begins with no brick on the GPU.
-    pub fn open(&mut self, frame: &mut Frame, volume: &Volume) -> Result<()> {
+    pub fn open(&mut self, frame: &mut Frame, volume: &Volume, scene: &GpuScene) -> Result<()> {
         let state = self.state.get_mut();
-        state.host = Some(HostBricks::new(
-            volume,
-            state.layout,
-            state.layout.host_bytes,
-        )?);
+        let matters = bricks_that_matter(scene, volume, state.layout.side);
+        state.figures.matter = matters.iter().filter(|&&matters| matters).count() as u32;
+        state.host = Some(HostBricks::new(volume, state.layout, matters)?);
         let no_pages = vec![0u32; state.layout.total() as usize];
         state.host_pages.write(&no_pages);
-        frame.run(|f| f.zero(&self.done))?;
-        self.begin(frame, Order::Slots)
+        self.begin(frame, Order::Slots)?;
+        frame.run(|f| self.record_news(f))
     }
 
     /// Makes room for pictures of another size.
@@ -174,9 +181,13 @@ impl VolumeBricks {
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 3] {
         [
             ("volume_pages", Binding::Buffer(&self.pages)),
-            ("streaming", Binding::Buffer(&self.streaming)),
+            self.streaming_binding(),
             ("done", Binding::Buffer(&self.done)),
         ]
+    }
+
+    pub fn streaming_binding(&self) -> (&'static str, Binding<'_>) {
+        ("streaming", Binding::Buffer(&self.streaming))
     }
 
     pub fn figures(&self) -> BrickFigures {
@@ -191,15 +202,32 @@ impl VolumeBricks {
         let begins_anew = state.work <= 1;
         state.work = state.work.max(1);
         let words = state.take_reads();
-        state.host_pages.write(&words);
+        state.tell(&words);
+        match begins_anew {
+            true => frame.run(|f| f.zero(&self.done)),
+            false => Ok(()),
+        }
+    }
+
+    /// Decides which items the next dispatch works on.
+    pub fn allow(&self, items: Items) {
+        let mut state = self.state.borrow_mut();
+        state.items = items;
         state.write_streaming();
-        frame.run(|f| {
-            if begins_anew {
-                f.zero(&self.done)?;
-            }
-            f.copy(&state.host_pages, &self.pages)?;
-            f.copy(&state.host_streaming, &self.streaming)
-        })
+    }
+
+    /// What the last dispatch has told.
+    pub fn told(&self) -> Streaming {
+        self.state.borrow().told
+    }
+
+    /// Records, before a dispatch, what it has to know.
+    pub fn record_news(&self, frame: &mut Frame) -> Result<()> {
+        let mut state = self.state.borrow_mut();
+        if std::mem::take(&mut state.has_news) {
+            frame.copy(&state.host_pages, &self.pages)?;
+        }
+        frame.copy(&state.host_streaming, &self.streaming)
     }
 
     /// Records, behind a dispatch, what [`VolumeBricks::serve`] reads.
@@ -220,7 +248,9 @@ impl VolumeBricks {
         let mut state = self.state.borrow_mut();
         let mapped = state.host_streaming.mapped().unwrap_or_default();
         let told: Streaming = bytemuck::pod_read_unaligned(&mapped[..size_of::<Streaming>()]);
+        state.told = told;
         if told.missed == 0 && state.window.is_whole() {
+            state.write_streaming();
             return Ok(false);
         }
         let began = Instant::now();
@@ -230,23 +260,18 @@ impl VolumeBricks {
                 wanted: 0,
                 loaded: 0,
             }),
-            _ => state.load(frame, image, told, &mut words),
+            _ => state.load(frame, image, &mut words),
         };
         if loads.is_err() {
             // Some places hold others than the page table says.
             state.held.fill(None);
             words.fill(0);
         }
-        state.host_pages.write(&words);
         let followed = loads.and_then(|loads| {
             let followed = state.window.follow(&told, loads);
             followed.map_err(|NoRoom| no_room(&state.layout))
         });
-        state.write_streaming();
-        frame.run(|f| {
-            f.copy(&state.host_pages, &self.pages)?;
-            f.copy(&state.host_streaming, &self.streaming)
-        })?;
+        state.tell(&words);
         state.figures.waited += began.elapsed();
         followed.map(|()| true)
     }
@@ -269,9 +294,11 @@ impl Resources {
         };
         bricks.begin(frame, Order::Pixels)?;
         let before = *slices;
+        frame.run(|f| bricks.record_news(f))?;
         let is_last = frame.run_slice(pass, bindings, push, threads, slices)?;
         frame.run(|f| bricks.record_told(f))?;
         while bricks.serve(frame, &self.volume)? {
+            frame.run(|f| bricks.record_news(f))?;
             frame.run_slice(pass, bindings, push, threads, &mut before.clone())?;
             frame.run(|f| bricks.record_told(f))?;
         }
@@ -294,13 +321,23 @@ impl Resources {
 }
 
 impl State {
-    /// What shaders are to be told: which invocations may work.
+    /// What the next dispatch is to be told of bricks, and which invocations may work.
+    fn tell(&mut self, pages: &[u32]) {
+        self.host_pages.write(pages);
+        self.has_news = true;
+        self.write_streaming();
+    }
+
     fn write_streaming(&mut self) {
         self.host_streaming.write(&[Streaming {
             first_missed: u32::MAX,
             first: self.window.first,
             count: self.window.count,
             work: self.work,
+            units: self.items.units,
+            first_item: self.items.first,
+            end_item: self.items.end,
+            oldest_item: u32::MAX,
             ..Streaming::zeroed()
         }]);
     }
@@ -323,13 +360,7 @@ impl State {
     }
 
     /// Loads the bricks that were asked for most, and notes in the page table where they are then.
-    fn load(
-        &mut self,
-        frame: &mut Frame,
-        image: &Image,
-        told: Streaming,
-        words: &mut [u32],
-    ) -> Result<Loads> {
+    fn load(&mut self, frame: &mut Frame, image: &Image, words: &mut [u32]) -> Result<Loads> {
         let mut wanted: Vec<(u32, u32)> = Vec::new();
         for (brick, word) in words.iter_mut().enumerate() {
             if *word & PAGE_RESIDENT == 0 && *word > 0 {
@@ -337,14 +368,13 @@ impl State {
             }
         }
         wanted.sort_unstable_by_key(|&(count, brick)| (std::cmp::Reverse(count), brick));
-        let places = self.places_to_give(told);
+        let places = self.places_to_give();
         let loads: Vec<(u32, usize)> = wanted.iter().map(|&(_, brick)| brick).zip(places).collect();
         for &(brick, place) in &loads {
             if let Some(old) = self.held[place].replace(brick) {
                 words[old as usize] = 0;
             }
             self.read[place] = self.round;
-            self.loaded[place] = self.round;
             let [x, y, z] = self.layout.place(place as u32);
             words[brick as usize] = PAGE_RESIDENT | x | y << 10 | z << 20;
         }
@@ -356,20 +386,14 @@ impl State {
         })
     }
 
-    /// Places for other bricks, in the order in which they are given up: those without a brick, those that have not been
-    /// read for longest, and, where more invocations wait than work, half of the others, the oldest bricks first. (The
-    /// newest are those that somebody has waited for.)
-    fn places_to_give(&self, told: Streaming) -> Vec<usize> {
-        let is_read = |place: usize| self.held[place].is_some() && self.read[place] == self.round;
-        let (mut read, mut unread): (Vec<usize>, Vec<usize>) =
-            (0..self.held.len()).partition(|&place| is_read(place));
+    /// Places for other bricks, in the order in which they are given up: those without a brick, and those that nobody has
+    /// read in the last dispatch, those first that have not been read for longest. A brick that was read serves paths
+    /// that come further, and whoever waits gets its place once they have left it.
+    fn places_to_give(&self) -> Vec<usize> {
+        let is_unread =
+            |&place: &usize| self.held[place].is_none() || self.read[place] < self.round;
+        let mut unread: Vec<usize> = (0..self.held.len()).filter(is_unread).collect();
         unread.sort_by_key(|&place| (self.held[place].is_some(), self.read[place]));
-        let most = match 0 < told.advanced && told.advanced < told.missed {
-            true => read.len() / 2,
-            false => 0,
-        };
-        read.sort_by_key(|&place| self.loaded[place]);
-        unread.extend(read.into_iter().take(most));
         unread
     }
 

@@ -13,7 +13,7 @@ use super::session::Session;
 use super::stage::Stage;
 use crate::bytes::human;
 use crate::gpu::Memory;
-use crate::render::Choice;
+use crate::render::{BrickFigures, Choice};
 
 /// Points that a sentence is wide before it is broken.
 const LONGEST_LINE: f32 = 330.0;
@@ -56,6 +56,7 @@ pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &
     if let Some(live) = &session.live {
         lines.push(headline(live, report));
         lines.extend(light(live));
+        lines.extend(streaming(live));
         lines.push(format!(
             "{}: {} of {}",
             live.engine.choice().plan.variant.description(),
@@ -109,6 +110,14 @@ fn light(live: &Live) -> Option<String> {
     Some(format!(
         "cache: {cells} cells, those in sight updated {updates} times, {error}"
     ))
+}
+
+/// How much of a volume that does not fit is there.
+fn streaming(live: &Live) -> Option<String> {
+    let BrickFigures {
+        resident, matter, ..
+    } = live.engine.renderer().brick_figures()?;
+    Some(format!("the volume streams: {resident} of {matter} bricks"))
 }
 
 /// The overlays that P, M and H open.

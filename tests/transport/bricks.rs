@@ -2,9 +2,12 @@
 //! every variant, in both light models, whatever has to wait for what.
 
 use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 use isolume::gpu::Memory;
-use isolume::render::{BrickFigures, BrickLayout, CacheLayout, GpuScene, Renderer, doubling};
+use isolume::render::{
+    BrickFigures, BrickLayout, CacheLayout, GpuScene, Renderer, Until, doubling,
+};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -152,6 +155,68 @@ fn a_cache_in_full_light_waits_for_bricks() {
 #[test]
 fn an_anisotropic_cache_waits_for_bricks() {
     assert_same(&scene(0.5, None), Some(0.25), &[8]);
+}
+
+/// The picture of 16 units of one sample, and how many bricks were brought for it.
+fn sixteen_units(together: u32, places: Option<u64>) -> (Vec<[f32; 4]>, Vec<[f32; 3]>, u64) {
+    let (device, volume) = (device(), waves());
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let layout = places.map(|n| BrickLayout::with_side(8, volume.dims, n, &device.summary));
+    let scene = GpuScene::new(&device, &scene(0.0, None), &volume, 1).expect("a scene");
+    let scene = scene.with_bricks(layout);
+    let mut renderer =
+        Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
+    let stop = AtomicBool::new(false);
+    for _ in 0..16 / together {
+        assert!(renderer.units(1, together, &stop).expect("units"));
+    }
+    let film = renderer.film().expect("a film");
+    let loads = renderer.brick_figures().map_or(0, |figures| figures.loads);
+    (film.mean, film.stderr, loads)
+}
+
+/// Otherwise all bricks are brought once a unit.
+#[test]
+fn units_together_need_few_loads() {
+    let (mean, stderr, _) = sixteen_units(1, None);
+    let places = Some(40);
+    let (mean_together, stderr_together, loads_together) = sixteen_units(16, places);
+    let (_, _, loads) = sixteen_units(1, places);
+    println!("{loads_together} loads together, {loads} one by one");
+    assert!(mean == mean_together && stderr == stderr_together);
+    assert!(
+        4 * loads_together < loads,
+        "{loads_together} of {loads} loads"
+    );
+}
+
+/// Units that are interrupted are dropped, even if some pixels have had theirs.
+#[test]
+fn interrupted_units_leave_the_picture_as_it_was() {
+    let (device, volume) = (device(), waves());
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let layout = BrickLayout::with_side(8, volume.dims, 40, &device.summary);
+    let scene = GpuScene::new(&device, &scene(0.0, None), &volume, 1).expect("a scene");
+    let scene = scene.with_bricks(Some(layout));
+    let mut renderer =
+        Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
+    let never = AtomicBool::new(false);
+    assert!(renderer.units(1, 2, &never).expect("units"));
+    let before = renderer.sums().expect("sums");
+    let until = |ms| Until {
+        interrupt: &never,
+        deadline: Some(Instant::now() + Duration::from_millis(ms)),
+    };
+    let mut dropped = 0;
+    for ms in (0..16).map(|n| 1 << n) {
+        if renderer.units(1, 64, until(ms)).expect("units") {
+            break;
+        }
+        dropped += 1;
+        assert!(renderer.sums().expect("sums") == before, "after {ms} ms");
+    }
+    assert!(dropped > 0);
+    assert_silent(&device);
 }
 
 #[test]

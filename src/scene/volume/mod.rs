@@ -161,6 +161,12 @@ impl Volume {
         }
     }
 
+    /// Whether a region is read in runs of a file, so that it takes longer the more of them there are.
+    pub fn is_in_runs(&self) -> bool {
+        let source = &self.grid.source;
+        self.is_direct() && source.chunked().is_none() && source.resident().is_none()
+    }
+
     /// Whether small regions are read as fast as large ones, in any order.
     fn is_direct(&self) -> bool {
         self.grid.source.is_direct()
