@@ -35,7 +35,7 @@ void escape(inout Path path) {
 }
 
 Tail tail_of(uint item) {
-    return tails.at[item % items_at_once()];
+    return tails.at[texel_index(item)];
 }
 
 // The sample that was marched.
