@@ -17,15 +17,16 @@ void main() {
     if (thread.x >= scene.size.x || place >= push.end) {
         return;
     }
-    uint index = pixel_at(place);
-    ivec2 pixel = ivec2(index % scene.size.x, index / scene.size.x);
+    // A thread's own texel where it can be: whole numbers are divided slowly.
+    ivec2 pixel = is_in_bricks ? texel_at_index(pixel_at(place)) : ivec2(thread);
     vec4 average = imageLoad(mean, pixel);
     vec4 square = imageLoad(squares, pixel);
     uint so_far = push.samples_before;
     // `precise`, so that it does not matter how many units are folded at once.
     for (uint unit = 0u; unit < units_together(); ++unit) {
         so_far += push.samples;
-        precise vec4 sample_mean = imageLoad(unit_sum, texel_of(place * units_together() + unit)) / float(push.samples);
+        ivec2 texel = is_in_bricks ? texel_of(place * units_together() + unit) : pixel;
+        precise vec4 sample_mean = imageLoad(unit_sum, texel) / float(push.samples);
         precise vec4 difference = sample_mean - average;
         precise vec4 after = average + difference * (float(push.samples) / float(so_far));
         precise vec4 squared = square + float(push.samples) * difference * (sample_mean - after);

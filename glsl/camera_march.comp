@@ -212,17 +212,17 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
 
 void main() {
     ivec2 texel = own_pixel();
-    uint texel_index = uint(texel.y) * scene.size.x + uint(texel.x);
-    uint item = first_item() + texel_index;
-    if (any(greaterThanEqual(texel, ivec2(scene.size))) || texel_index >= items_at_once() || item >= item_count()) {
+    uint place = uint(texel.y) * scene.size.x + uint(texel.x);
+    uint item = first_item() + place;
+    if (any(greaterThanEqual(texel, ivec2(scene.size))) || place >= items_at_once() || item >= item_count()) {
         return;
     }
-    if (stands_back(texel_index) || is_done(texel_index)) {
+    if (stands_back(place) || is_done(place)) {
         return;
     }
     ask_ahead();
     uint index = pixel_at(item / units_together());
-    ivec2 pixel = ivec2(index % scene.size.x, index / scene.size.x);
+    ivec2 pixel = is_in_bricks ? texel_at_index(index) : texel;
     Random random = Random(index, push.sample_index + item % units_together(), 0u);
     vec2 jitter = place_in_pixel(unit_intervals(even_words(random, direction_pairs(0u))).xy);
     float entry, t_end;
@@ -237,13 +237,13 @@ void main() {
     if (!background_is_transparent) {
         front.radiance += front.transmittance * background;
     }
-    report(texel_index, is_void, !is_void);
+    report(place, is_void, !is_void);
     if (is_void) {
         return;
     }
     imageStore(unit_sum, texel, vec4(front.radiance, 1.0 - front.transmittance));
     if (surface_count > 0u) {
-        tails.at[texel_index] = front.tail;
+        tails.at[place] = front.tail;
     }
-    set_done(texel_index);
+    set_done(place);
 }

@@ -41,7 +41,7 @@ bool knows_suns(Path path) {
 }
 
 Tail tail_of(uint item) {
-    return tails.at[item % items_at_once()];
+    return tails.at[texel_index(item)];
 }
 
 // The sample that was marched.

@@ -58,7 +58,14 @@ uint items_at_once() {
 }
 
 // Where an item's sum is.
+uint texel_index(uint item) {
+    return is_in_bricks ? item % items_at_once() : item;
+}
+
+ivec2 texel_at_index(uint index) {
+    return ivec2(index % scene.size.x, index / scene.size.x);
+}
+
 ivec2 texel_of(uint item) {
-    uint texel = item % items_at_once();
-    return ivec2(texel % scene.size.x, texel / scene.size.x);
+    return texel_at_index(texel_index(item));
 }
