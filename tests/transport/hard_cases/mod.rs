@@ -2,6 +2,7 @@
 
 mod data;
 mod depth;
+mod march;
 mod patches;
 mod quadrature;
 mod sides;

@@ -31,10 +31,11 @@ pub fn orthographic(eye: [f64; 3], height: f64) -> Camera {
 
 /// Compares a square picture of an orthographic camera.
 pub fn expect_transmittance(what: &str, scene: &Scene, volume: &Volume) {
-    expect(what, scene, volume, [transmittance(scene, volume); 3]);
+    expect(what, scene, volume, [transmittance(scene, volume, RAYS); 3]);
 }
 
-fn transmittance(scene: &Scene, volume: &Volume) -> f64 {
+/// Mean over `rays` × `rays` rays through the middles of equal parts of the picture.
+pub fn transmittance(scene: &Scene, volume: &Volume, rays: u32) -> f64 {
     let camera = &scene.camera;
     let Projection::Orthographic { height } = camera.projection else {
         panic!("only for orthographic cameras");
@@ -43,12 +44,12 @@ fn transmittance(scene: &Scene, volume: &Volume) -> f64 {
     let forward = (DVec3::from(camera.target) - eye).normalize();
     let right = forward.cross(DVec3::from(camera.up)).normalize();
     let up = right.cross(forward);
-    let across = |i: u32| height * ((f64::from(i) + 0.5) / f64::from(RAYS) - 0.5);
+    let across = |i: u32| height * ((f64::from(i) + 0.5) / f64::from(rays) - 0.5);
     let ray = |i: u32| {
-        let origin = eye + across(i % RAYS) * right + across(i / RAYS) * up;
+        let origin = eye + across(i % rays) * right + across(i / rays) * up;
         (-optical_depth(scene, volume, origin, forward)).exp()
     };
-    (0..RAYS * RAYS).map(ray).sum::<f64>() / f64::from(RAYS * RAYS)
+    (0..rays * rays).map(ray).sum::<f64>() / f64::from(rays * rays)
 }
 
 fn optical_depth(scene: &Scene, volume: &Volume, origin: DVec3, direction: DVec3) -> f64 {

@@ -1,0 +1,63 @@
+//! A march through the cache loses no light, and adds no noise, where the medium is a film that is thinner than a voxel.
+
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::*;
+
+use crate::hard_cases::quadrature::*;
+use crate::hard_cases::transfer::absorbing;
+use crate::support::common::*;
+
+const DIMS: [u32; 3] = [24, 22, 20];
+const VOXEL: f64 = 0.05;
+
+/// A ball of radius 0.4 whose value falls from 100 to 0 within about two voxels, as a scanner shows the side of a thing.
+fn ball() -> Volume {
+    let value = |i: u32| {
+        let voxel = [i % DIMS[0], i / DIMS[0] % DIMS[1], i / (DIMS[0] * DIMS[1])];
+        let square = |a: usize| {
+            let centre = f64::from(DIMS[a] - 1) / 2.0;
+            ((f64::from(voxel[a]) - centre) * VOXEL).powi(2)
+        };
+        let r = (0..3).map(square).sum::<f64>().sqrt();
+        (100.0 / (1.0 + ((r - 0.4) / 0.03).exp())) as f32
+    };
+    let values = (0..DIMS.iter().product()).map(value).collect();
+    Volume::from_values(DIMS, [VOXEL; 3], Voxels::F32(values)).expect("a volume")
+}
+
+/// A tenth of a voxel of medium on the ball's side, with up to half a mean free path in a voxel.
+fn film() -> Scene {
+    let medium = absorbing(10.0, &[(48.0, 0.0), (50.0, 1.0), (52.0, 0.0)]);
+    absorbing_scene(medium, orthographic([0.6, 0.5, 3.0], 1.0))
+}
+
+/// Relative error of what a picture absorbs.
+fn error(picture: &[[f32; 4]], exact: f64) -> f64 {
+    let shown = picture.iter().map(|p| f64::from(p[0])).sum::<f64>() / picture.len() as f64;
+    (1.0 - shown) / exact - 1.0
+}
+
+#[test]
+fn a_film_thinner_than_a_voxel() {
+    let (scene, volume) = (film(), ball());
+    let [width, height] = scene.render.size;
+    assert_eq!(width, height);
+    // Of the same rays as the march's: what a picture of few rays misses of the ball's limb is no error here.
+    let exact = 1.0 - transmittance(&scene, &volume, width);
+    let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 4, 1);
+    let moving = error(&cached.march(), exact);
+    let mut centred = cached.renderer.scene().clone();
+    centred.parts.view.through_centres = true;
+    cached.renderer.change(&centred).expect("the same scene");
+    let film = cached.at_rest(16, 1);
+    let resting = error(&film.mean, exact);
+    let noise = film
+        .stderr
+        .iter()
+        .flatten()
+        .fold(0.0, |a: f32, &b| a.max(b));
+    println!("of {exact:.4}: moving {moving:+.5}, at rest {resting:+.5}, noise {noise}");
+    assert!(moving.abs() < 0.005, "in motion");
+    assert!(resting.abs() < 0.005, "at rest");
+    assert!(noise < 1e-6, "a march along the same ray is the same");
+}
