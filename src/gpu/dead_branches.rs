@@ -4,8 +4,9 @@
 //! calls, and tidy up afterwards. A path tracer is a few large functions with many calls, most of which a scene does not
 //! need, and compiling what was then thrown away took most of a start ("Starts" in `tools/measurements.md`).
 //!
-//! A selection whose condition is known becomes a jump. What nothing jumps to any more stays where it is: drivers follow
-//! the jumps from the entry and never see it. Known are constants, the few operations of [`Walk::fold`] on them, and phis of
+//! A selection whose condition is known becomes a jump. What nothing jumps to any more stays where it is, but leads nowhere:
+//! drivers follow the jumps from the entry and never see it. Only where a loop would be left without its continue target,
+//! that still leads to the loop's head, as SPIR-V demands (2.11, "Structured Control Flow"). Known are constants, the few operations of [`Walk::fold`] on them, and phis of
 //! them, which `&&` and `||` turn into. Blocks are met in the order in which the compiler wrote them: jumps lead ahead, apart
 //! from those to the heads of loops. A module in any other order is left as it is.
 
@@ -21,8 +22,7 @@ pub(super) fn without_dead_branches(code: &[u32], constants: &[u32]) -> Result<V
     let mut rest = &all[..];
     while let [next, behind @ ..] = rest {
         rest = behind;
-        if let Some([taken, spared]) = walk.decided(next, behind.first()) {
-            walk.cut.insert([walk.block, spared]);
+        if let Some(taken) = walk.decided(next, behind.first()) {
             walk.jump(taken);
             push(&mut kept, (op::BRANCH, &[taken]));
             rest = &behind[1..];
@@ -34,6 +34,11 @@ pub(super) fn without_dead_branches(code: &[u32], constants: &[u32]) -> Result<V
                 walk.meet((op::PHI, &left));
                 push(&mut kept, (op::PHI, &left));
             }
+            (op::LOOP_MERGE | op::SELECTION_MERGE, _) if !walk.is_live => {}
+            (opcode, _) if !walk.is_live && is_terminator(opcode) => match walk.head() {
+                Some(head) => push(&mut kept, (op::BRANCH, &[head])),
+                None => push(&mut kept, (op::UNREACHABLE, &[])),
+            },
             other => {
                 walk.meet(other);
                 push(&mut kept, other);
@@ -44,6 +49,19 @@ pub(super) fn without_dead_branches(code: &[u32], constants: &[u32]) -> Result<V
         true => kept,
         false => code.to_vec(),
     })
+}
+
+/// Whether a block ends with this instruction.
+fn is_terminator(opcode: u32) -> bool {
+    matches!(
+        opcode,
+        op::BRANCH
+            | op::BRANCH_CONDITIONAL
+            | op::SWITCH
+            | op::RETURN
+            | op::RETURN_VALUE
+            | op::UNREACHABLE
+    )
 }
 
 /// What is known of a module up to an instruction.
@@ -64,9 +82,13 @@ struct Walk<'a> {
     blocks: HashMap<u32, bool>,
     /// Where live blocks jump to.
     targets: HashSet<u32>,
-    /// Jumps that were taken out: from, to.
-    cut: HashSet<[u32; 2]>,
-    /// No jump has led back to a block that was taken for dead.
+    /// Jumps of live blocks: from, to.
+    jumps: HashSet<[u32; 2]>,
+    /// The heads of live loops by their continue targets.
+    heads: HashMap<u32, u32>,
+    /// Blocks with phis.
+    with_phis: HashSet<u32>,
+    /// No jump has led back to a block that was taken for dead, and no loop's phi waits for one that is.
     is_in_order: bool,
 }
 
@@ -81,39 +103,45 @@ impl Walk<'_> {
             is_entry: false,
             blocks: HashMap::new(),
             targets: HashSet::new(),
-            cut: HashSet::new(),
+            jumps: HashSet::new(),
+            heads: HashMap::new(),
+            with_phis: HashSet::new(),
             is_in_order: true,
         }
     }
 
-    /// Where a selection goes on, and where it does not, if that is known of these two instructions.
-    fn decided(
-        &self,
-        next: &Instruction<'_>,
-        behind: Option<&Instruction<'_>>,
-    ) -> Option<[u32; 2]> {
+    /// Where a selection continues, if that is known of these two instructions.
+    fn decided(&self, next: &Instruction<'_>, behind: Option<&Instruction<'_>>) -> Option<u32> {
         match (next, behind) {
             (
                 (op::SELECTION_MERGE, _),
                 Some((op::BRANCH_CONDITIONAL, [condition, yes, no, ..])),
             ) if self.is_live && yes != no => Some(match self.known.get(condition)? {
-                0 => [*no, *yes],
-                _ => [*yes, *no],
+                0 => *no,
+                _ => *yes,
             }),
             _ => None,
         }
     }
 
-    /// A phi's operands without those of jumps that were taken out.
+    /// A phi's operands without those of blocks that do not jump here any more.
     fn left_of_phi(&self, operands: &[u32]) -> Vec<u32> {
         let (result, pairs) = operands.split_at(operands.len().min(2));
         let mut left = result.to_vec();
-        left.extend(pairs.chunks(2).filter(|pair| !self.is_cut(pair)).flatten());
+        left.extend(pairs.chunks(2).filter(|pair| self.arrives(pair)).flatten());
         left
     }
 
-    fn is_cut(&self, pair: &[u32]) -> bool {
-        matches!(pair, [_, from] if self.cut.contains(&[*from, self.block]))
+    /// Whether the block that a phi's pair names jumps to the block at hand, or may do so from further behind.
+    fn arrives(&self, pair: &[u32]) -> bool {
+        matches!(pair, [_, from] if !self.blocks.contains_key(from) || self.jumps.contains(&[*from, self.block]))
+    }
+
+    /// The head of the live loop whose continue target is the block at hand, which is dead.
+    fn head(&mut self) -> Option<u32> {
+        let head = self.heads.get(&self.block).copied()?;
+        self.is_in_order &= !self.with_phis.contains(&head);
+        Some(head)
     }
 
     fn meet(&mut self, (opcode, operands): Instruction<'_>) {
@@ -128,6 +156,9 @@ impl Walk<'_> {
                 self.blocks.insert(*block, self.is_live);
             }
             _ if !self.is_live => {}
+            (op::LOOP_MERGE, [_, continues, ..]) => {
+                self.heads.insert(*continues, self.block);
+            }
             (op::BRANCH, [to]) => self.jump(*to),
             (op::BRANCH_CONDITIONAL, [_, yes, no, ..]) => {
                 self.jump(*yes);
@@ -138,6 +169,9 @@ impl Walk<'_> {
                 targets.iter().step_by(2).for_each(|to| self.jump(*to));
             }
             (_, [_, id, rest @ ..]) => {
+                if opcode == op::PHI {
+                    self.with_phis.insert(self.block);
+                }
                 if let Some(value) = self.value(opcode, *id, rest) {
                     self.known.insert(*id, value);
                 }
@@ -148,6 +182,7 @@ impl Walk<'_> {
 
     fn jump(&mut self, to: u32) {
         self.targets.insert(to);
+        self.jumps.insert([self.block, to]);
         self.is_in_order &= self.blocks.get(&to) != Some(&false);
     }
 

@@ -34,11 +34,15 @@ pub(super) mod op {
     pub const I_NOT_EQUAL: u32 = 171;
     pub const U_GREATER_THAN: u32 = 172;
     pub const PHI: u32 = 245;
+    pub const LOOP_MERGE: u32 = 246;
     pub const SELECTION_MERGE: u32 = 247;
     pub const LABEL: u32 = 248;
     pub const BRANCH: u32 = 249;
     pub const BRANCH_CONDITIONAL: u32 = 250;
     pub const SWITCH: u32 = 251;
+    pub const RETURN: u32 = 253;
+    pub const RETURN_VALUE: u32 = 254;
+    pub const UNREACHABLE: u32 = 255;
 }
 
 /// Decorations.
