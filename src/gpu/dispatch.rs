@@ -50,15 +50,7 @@ impl Frame {
         push: &P,
         threads: [u32; 3],
     ) -> Result<()> {
-        self.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
-        self.timed(
-            pass.name,
-            vk::PipelineStageFlags2::COMPUTE_SHADER,
-            |frame| {
-                frame.bind(pass, bindings)?;
-                frame.dispatch(pass, bytemuck::bytes_of(push), [0; 3], pass.groups(threads))
-            },
-        )
+        self.run_groups(pass, bindings, push, [0; 3], pass.groups(threads))
     }
 
     fn bind(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
@@ -162,6 +154,26 @@ impl Frame {
         Ok(())
     }
 
+    /// Runs `count` workgroups of `pass` from `begin` on, in a submission under way.
+    fn run_groups<P: bytemuck::NoUninit>(
+        &mut self,
+        pass: &Pass,
+        bindings: &[(&str, Binding<'_>)],
+        push: &P,
+        begin: [u32; 3],
+        count: [u32; 3],
+    ) -> Result<()> {
+        self.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
+        self.timed(
+            pass.name,
+            vk::PipelineStageFlags2::COMPUTE_SHADER,
+            |frame| {
+                frame.bind(pass, bindings)?;
+                frame.dispatch(pass, bytemuck::bytes_of(push), begin, count)
+            },
+        )
+    }
+
     /// Runs `pass` over at least `threads` threads in submissions of its own, slice after slice along
     /// the last axis, so that none of them takes much longer than [`SLICE_MS`] whatever the device:
     /// Windows resets a GPU that is busy for two seconds.
@@ -192,13 +204,7 @@ impl Frame {
         begin[axis] = slices.begin;
         count[axis] = slices.count.min(groups[axis] - slices.begin);
         let began = Instant::now();
-        self.run(|f| {
-            f.begin_images(bindings.iter().filter_map(|(_, binding)| binding.image()))?;
-            f.timed(pass.name, vk::PipelineStageFlags2::COMPUTE_SHADER, |f| {
-                f.bind(pass, bindings)?;
-                f.dispatch(pass, bytemuck::bytes_of(push), begin, count)
-            })
-        })?;
+        self.run(|f| f.run_groups(pass, bindings, push, begin, count))?;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
         let growth = (slices.target_ms / took_ms).clamp(0.5, 8.0);
         slices.begin += count[axis];

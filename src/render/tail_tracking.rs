@@ -8,8 +8,8 @@ use super::shared::TailPush;
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass};
 
-/// Paths for the light of a surface that is all that a pixel shows. For an engine, variance times time is a quarter more
-/// with 8, where they take twice as long as the march before them; for a head, 4 and 8 are alike.
+/// Paths for the light of a surface that is all that a pixel shows. With more of them, where surfaces fill the picture,
+/// paths would take longer than the march before them.
 const PATHS: u32 = 4;
 
 pub struct TailTracking {
