@@ -15,6 +15,7 @@
 #include "light.glsl"
 #include "cells.glsl"
 #include "cache.glsl"
+#include "scattered.glsl"
 #include "camera.glsl"
 #include "path.glsl"
 #include "cached_flight.glsl"

@@ -25,6 +25,7 @@
 #include "light.glsl"
 #include "cells.glsl"
 #include "cache.glsl"
+#include "scattered.glsl"
 #include "camera.glsl"
 #include "march.glsl"
 #include "sunlit.glsl"

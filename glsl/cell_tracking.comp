@@ -5,7 +5,8 @@
 // what the first shadow ray brings from a sun goes to the suns' share. Slots take nodes from a queue as
 // those of camera_path.glsl take pixels.
 //
-// The first paths of a node end where they may gather what the cache shows so far (gathering.glsl).
+// The first paths of a node end where they may gather what the cache shows so far (gathering.glsl), and the very first
+// are those of few nodes (coarse.glsl).
 //
 // A brick gets paths by how much of it is seen (src/render/focus.rs). A batch is as large as all that a
 // node has had before, as a rule, so that half of every merge is new: rounding to 16 bits then adds up to
@@ -25,7 +26,9 @@
 #include "light.glsl"
 #include "cells.glsl"
 #include "cache.glsl"
+#include "scattered.glsl"
 #include "path.glsl"
+#include "coarse.glsl"
 #include "gathering.glsl"
 
 layout(local_size_x = 64) in;
@@ -79,6 +82,9 @@ bool collect(inout Path path, inout Random random) {
         return false;
     }
     CachedLight light = read_half(cube, 1 - int(push.nodes_half));
+    if (!light.known) {
+        return false;
+    }
     vec3 towards = -path.direction;
     vec3 scattered = scattered_light(light, towards) + light.suns * suns_scattered(towards);
     contribute(path, path.throughput * albedo_of(path.value) * scattered);
@@ -104,7 +110,9 @@ bool begin_node(inout Path path) {
     ivec3 node = BRICK * unpacked(brick.position) + offset;
     uvec3 nodes = scene.cache_nodes;
     path.pixel = (node.z * nodes.y + node.y) * nodes.x + node.x;
-    path.samples_left = all(lessThan(node, ivec3(nodes))) ? brick.samples : 0u;
+    bool has_paths = all(lessThan(node, ivec3(nodes)))
+                  && (is_coarse_node(node) || !is_coarse(brick, node_work.brick));
+    path.samples_left = has_paths ? brick.samples : 0u;
     path.sample_index = CELL_SAMPLES + brick.first_sample - 1u;
     node_work.node = node;
     node_work.gathers = gathers(brick, push.nodes_half) ? 1u : 0u;
@@ -143,16 +151,6 @@ void begin_sample(inout Path path) {
     path.dimension = random.dimension;
 }
 
-// To the nearest 16-bit float that is not denormal; a device's own conversion may round towards zero.
-vec3 rounded(vec3 x) {
-    if (!cache_is_f16) {
-        return x;
-    }
-    uvec3 bits = floatBitsToUint(x);
-    bits += 0xFFFu + (bits >> 13u & 1u);
-    return uintBitsToFloat(bits & ~0x1FFFu);
-}
-
 // Merges the batch with what the node has had before.
 void finish_node() {
     ivec3 texel = node_texel(node_work.node);
@@ -163,13 +161,13 @@ void finish_node() {
     if (share < 1.0) {
         light = mix(texel_at(cache_light, texel), light, share);
     }
-    imageStore(light_out, texel, vec4(rounded(light.rgb), rounded(light.aaa).x));
+    imageStore(light_out, texel, rounded(light));
     if (is_anisotropic) {
         vec3 flux = node_work.flux / samples;
         if (share < 1.0) {
             flux = mix(texel_at(cache_flux, texel).rgb, flux, share);
         }
-        imageStore(flux_out, texel, vec4(rounded(flux), 0.0));
+        imageStore(flux_out, texel, rounded(vec4(flux, 0.0)));
     }
 }
 

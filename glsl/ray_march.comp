@@ -17,6 +17,7 @@
 #include "light.glsl"
 #include "cells.glsl"
 #include "cache.glsl"
+#include "scattered.glsl"
 #include "camera.glsl"
 #include "march.glsl"
 #include "sunlit.glsl"
@@ -33,17 +34,30 @@ struct Front {
     float transmittance;
 };
 
+// The brick of the node that is nearest to a point.
+ivec3 nearest_brick(Cube cube) {
+    ivec3 node = cube.low + ivec3(greaterThan(cube.p, vec3(0.5)));
+    return min(node, ivec3(scene.cache_nodes) - 1) / BRICK;
+}
+
 // What light at `cube` weighs, for the brick of its nearest node; rounded at random, so that many a small
 // weight is not lost.
 void weigh(Cube cube, float weight) {
-    ivec3 node = cube.low + ivec3(greaterThan(cube.p, vec3(0.5)));
-    ivec3 brick = min(node, ivec3(scene.cache_nodes) - 1) / BRICK;
+    ivec3 brick = nearest_brick(cube);
     if (page_of(brick) != NO_PLACE) {
         uvec2 rays = (scene.size + push.stride - 1u) / push.stride;
         float share = weight * weight / float(rays.x * rays.y);
         Random random = Random(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, floatBitsToUint(weight));
         uint rounded = uint(share * exp2(31.0) + random_numbers(random).x);
         atomicAdd(bricks.at[place_of(brick)].weight, rounded);
+    }
+}
+
+// Light at `cube` is read, though a picture at rest does without it.
+void note_reading(Cube cube) {
+    ivec3 brick = nearest_brick(cube);
+    if (page_of(brick) != NO_PLACE) {
+        atomicMax(bricks.at[place_of(brick)].weight, 1u);
     }
 }
 
@@ -98,7 +112,7 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
 
 // All light but the suns' that arrives at a surface, on average. Nodes behind a surface that stops light are dark:
 // there the light is looked for in front of it.
-vec3 mean_light_on(vec3 g, vec3 geometric) {
+vec3 mean_light_on(vec3 g, vec3 geometric, uint weighs) {
     const float FARTHEST = 4.0; // nodes
     vec3 to_next = scene.cache_step * geometric / scene.spacing;
     to_next *= 1.0 / length(to_next / scene.cache_step);
@@ -113,16 +127,19 @@ vec3 mean_light_on(vec3 g, vec3 geometric) {
         cube = cube_at(g + distance * to_next);
     }
     if (has_medium && has_memory(cube)) {
+        if (weighs != 0u) {
+            note_reading(cube);
+        }
         return read_cache(cube).mean * scene.cache_unit;
     }
     return escaping_radiance(geometric, ALONE);
 }
 
-vec3 shade(Ray ray, Crossing crossing) {
+vec3 shade(Ray ray, Crossing crossing, uint weighs) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
     vec3 g = ray.origin + crossing.t * ray.step;
-    vec3 radiance = material.surface.color * mean_light_on(g, hit.geometric)
+    vec3 radiance = material.surface.color * mean_light_on(g, hit.geometric, weighs)
                   + sunlight_reflected(ray, crossing, hit, material, push.opaque_below);
     return radiance;
 }
@@ -144,7 +161,7 @@ Front look(Ray ray, float t_end, uint weighs) {
             break;
         }
         float opacity = surface_at(uint(crossing.surface)).opacity;
-        front.radiance += front.transmittance * opacity * shade(ray, crossing);
+        front.radiance += front.transmittance * opacity * shade(ray, crossing, weighs);
         front.transmittance *= 1.0 - opacity;
         if (front.transmittance <= push.opaque_below) {
             break;

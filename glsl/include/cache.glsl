@@ -5,6 +5,9 @@
 // kept apart because their light has edges: what is read of it is corrected by a shadow ray at rest.
 // With an anisotropic medium a second image holds the flux of the same light, grey (RGB).
 //
+// Nodes that have had no path hold a guess, marked by a negative A. Where none of the view's rays reads a node, it
+// stays so (src/render/focus.rs): a path that comes there goes on as if there were no cache.
+//
 // Nodes come in bricks of BRICK³; only those that some ray can read have a place in the images, found
 // through the page table. Values are in units of scene.cache_unit: no format overflows, and they stay right
 // when all lights are dimmed or coloured alike.
@@ -45,7 +48,15 @@ struct CachedLight {
     vec3 mean;  // radiance over all directions, without the suns' own, in cache_units
     float suns; // share of the suns that arrives
     vec3 flux;  // mean of that radiance times direction of travel, grey
+    bool known; // or a guess, in part
 };
+
+// A node's light. `known` becomes false where that is a guess.
+vec4 light_at(ivec3 texel, inout bool known) {
+    vec4 light = texel_at(cache_light, texel);
+    known = known && light.a >= 0.0;
+    return vec4(light.rgb, abs(light.a));
+}
 
 CachedLight read_cache(Cube cube) {
     ivec3 a = cube.low;
@@ -60,16 +71,17 @@ CachedLight read_cache(Cube cube) {
     vec4 weights = vec4(q.x * q.y, p.x * q.y, q.x * p.y, p.x * p.y);
     vec4 near = weights * q.z;
     vec4 far = weights * p.z;
-    vec4 light = near.x * texel_at(cache_light, texels[0])
-               + near.y * texel_at(cache_light, texels[1])
-               + near.z * texel_at(cache_light, texels[2])
-               + near.w * texel_at(cache_light, texels[3])
-               + far.x * texel_at(cache_light, texels[4])
-               + far.y * texel_at(cache_light, texels[5])
-               + far.z * texel_at(cache_light, texels[6])
-               + far.w * texel_at(cache_light, texels[7]);
+    bool known = true;
+    vec4 light = near.x * light_at(texels[0], known)
+               + near.y * light_at(texels[1], known)
+               + near.z * light_at(texels[2], known)
+               + near.w * light_at(texels[3], known)
+               + far.x * light_at(texels[4], known)
+               + far.y * light_at(texels[5], known)
+               + far.z * light_at(texels[6], known)
+               + far.w * light_at(texels[7], known);
     light = max(light, 0.0); // extrapolation may leave what light can be
-    CachedLight r = CachedLight(light.rgb, light.a, vec3(0.0));
+    CachedLight r = CachedLight(light.rgb, light.a, vec3(0.0), known);
     if (is_anisotropic) {
         r.flux = near.x * texel_at(cache_flux, texels[0]).rgb
                + near.y * texel_at(cache_flux, texels[1]).rgb
@@ -83,11 +95,21 @@ CachedLight read_cache(Cube cube) {
     return r;
 }
 
-// A node's light; `known` becomes false where it has no memory.
+// To the nearest 16-bit float that is not denormal; a device's own conversion may round towards zero.
+vec4 rounded(vec4 x) {
+    if (!cache_is_f16) {
+        return x;
+    }
+    uvec4 bits = floatBitsToUint(x);
+    bits += 0xFFFu + (bits >> 13u & 1u);
+    return uintBitsToFloat(bits & ~0x1FFFu);
+}
+
+// A node's light; `known` becomes false where it has no memory, or holds a guess.
 vec3 node_light(ivec3 node, inout bool known) {
     uint page = page_of(node / BRICK);
     known = known && page != NO_PLACE;
-    return texel_at(cache_light, BRICK * unpacked(page) + node % BRICK).rgb;
+    return light_at(BRICK * unpacked(page) + node % BRICK, known).rgb;
 }
 
 // Light in the plane across `axis` that holds the cube's lowest node, between the four nodes around p.
@@ -126,26 +148,4 @@ vec3 missed_along(uint axis, Cube cube) {
 // What it misses along all three.
 vec3 missed_by_interpolation(Cube cube) {
     return missed_along(0u, cube) + missed_along(1u, cube) + missed_along(2u, cube);
-}
-
-// ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
-// light on its way out. The flux's colour is that of the mean, beside that of the lights.
-vec3 scattered_light(CachedLight light, vec3 travel) {
-    vec3 radiance = light.mean * scene.cache_unit;
-    if (!is_anisotropic) {
-        return radiance;
-    }
-    float grey = dot(light.mean, vec3(1.0 / 3.0));
-    float share = grey > 0.0 ? 3.0 * scene.g * dot(light.flux, travel) / grey : 0.0;
-    return radiance * (1.0 + share);
-}
-
-// What the suns would bring if all of them reached the point: Σ p(ω, ω_sun)·E.
-vec3 suns_scattered(vec3 travel) {
-    vec3 sum = vec3(0.0);
-    for (uint s = 0u; s < sun_count; ++s) {
-        Sun sun = sun_at(s);
-        sum += phase_density(dot(sun.direction, travel)) * sun.irradiance;
-    }
-    return sum;
 }

@@ -1,5 +1,6 @@
 // Paths that read the cache: at a collision, which then ends them. Where a surface cuts a cube, its nodes
-// may lie behind the surface: there a path scatters as if there were no cache.
+// may lie behind the surface, and nodes out of sight may have had no path: there a path scatters as if there were no
+// cache.
 
 // Whether the collision at path.t_end may take its light from the cache.
 bool reads_cache(Path path) {
@@ -13,9 +14,12 @@ bool collect(inout Path path, inout Random random) {
         return false;
     }
     vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
-    vec3 throughput = path.throughput * albedo_of(path.value);
     Cube cube = cube_at(g);
     CachedLight light = read_cache(cube);
+    if (!light.known) {
+        return false;
+    }
+    vec3 throughput = path.throughput * albedo_of(path.value);
     // One axis, at random, stands for all three.
     uint axis = min(uint(3.0 * random_numbers(random).x), 2u);
     light.mean += 3.0 * missed_along(axis, cube);

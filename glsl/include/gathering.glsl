@@ -8,14 +8,8 @@
 // A batch fills one half of the nodes after the other, like the two colours of a chessboard, and a half reads only
 // the other: no value depends on which node was faster.
 
-// What a gathered path counts for beside a new one. It shares the errors of what it read with all its neighbours;
-// the sooner these are forgotten, the better. (tests/caching/gathering.rs prints the noise that a worth of 1 would leave.)
-const float WORTH = 0.25;
-
-// Whether there are nodes to gather from along each axis.
-bool may_gather() {
-    return all(greaterThan(scene.cache_nodes, uvec3(1u)));
-}
+// What a gathered path counts for beside a traced one.
+const float WORTH = 1.0 / float(GATHERED_FOR_ONE);
 
 // Whether the paths of a batch do.
 bool gathers(Brick brick, uint nodes_half) {
@@ -33,13 +27,13 @@ float history(Brick brick) {
 // like `nodes_half`. A loop, for drivers that take long to compile what reads images.
 CachedLight read_half(Cube cube, int nodes_half) {
     int mirrored = cube.low.x + cube.low.y + cube.low.z + nodes_half & 1;
-    CachedLight r = CachedLight(vec3(0.0), 0.0, vec3(0.0));
+    CachedLight r = CachedLight(vec3(0.0), 0.0, vec3(0.0), true);
     int k = 0;
     LOOP {
         ivec3 corner = ivec3((k ^ k >> 1 ^ mirrored) & 1, k & 1, k >> 1);
         float weight = 0.25 + 0.5 * dot(2.0 * vec3(corner) - 1.0, cube.p - 0.5);
         ivec3 texel = node_texel(cube.low + corner);
-        vec4 light = weight * texel_at(cache_light, texel);
+        vec4 light = weight * light_at(texel, r.known);
         r.mean += light.rgb;
         r.suns += light.a;
         if (is_anisotropic) {

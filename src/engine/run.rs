@@ -116,10 +116,13 @@ impl Engine {
         Ok(true)
     }
 
-    /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none.
+    /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none. With 0, nodes
+    /// that have come in sight get what they lack.
     fn next_batch(&self, stop: &Stop, pictures: u32) -> Option<u32> {
         let cache = self.renderer.cache()?;
-        let cells = cache.memory.layout.active_nodes() as f64 * cache.mean_share();
+        if cache.updates > 0 && !cache.is_caught_up() {
+            return Some(0);
+        }
         let [width, height] = self.scene.render.size;
         let pixels = f64::from(width) * f64::from(height) * f64::from(pictures);
         let filled = Filled {
@@ -128,7 +131,7 @@ impl Engine {
             is_good: cache.is_known_to(cache_goal(stop)),
             samples_are_smooth: cache.samples_are_smooth(),
             seconds_per_update: cache.seconds_per_update(),
-            pixels_per_cell: pixels / cells.max(1.0),
+            paths_per_pixel: cache.paths_in_light() as f64 / pixels,
         };
         next_batch(stop, &filled)
     }

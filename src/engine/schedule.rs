@@ -145,20 +145,18 @@ pub struct Filled {
     pub is_good: bool,
     pub samples_are_smooth: bool,
     pub seconds_per_update: f64,
-    /// Pixels, of all pictures to be made, to a cell in sight.
-    pub pixels_per_cell: f64,
+    /// Paths of all cells, for each pixel of all pictures to be made.
+    pub paths_per_pixel: f64,
 }
 
 /// Paths a cell from which an error can be told.
-const FEWEST_UPDATES: u32 = 4;
+const FEWEST_UPDATES: u32 = 8;
 
 /// Paths for each cell in the next batch; `None` once the picture needs samples more than the cache needs
 /// paths. Where samples are counted, the cache gets about as many paths as the pictures get samples.
 pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
-    let enough = |spp: u32| {
-        let fair = (f64::from(spp) * filled.pixels_per_cell) as u32;
-        filled.updates >= fair.max(FEWEST_UPDATES)
-    };
+    let enough =
+        |spp: u32| filled.updates >= FEWEST_UPDATES && filled.paths_per_pixel >= f64::from(spp);
     if filled.is_good || stop.count().is_some_and(enough) {
         return None;
     }
@@ -171,9 +169,14 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
         false => CACHE_SHARE_OF_TIME,
     };
     let left = time.mul_f64(share).saturating_sub(filled.took);
-    let samples = double.min((left.as_secs_f64() / filled.seconds_per_update) as u32);
+    let samples = (left.as_secs_f64() / filled.seconds_per_update) as u32;
     // A batch that is small beside what is there changes nothing that can be seen.
-    (8 * samples >= filled.updates).then_some(samples)
+    // The first batches tell how fast the next ones are.
+    let is_early = filled.updates < FEWEST_UPDATES && !left.is_zero();
+    match is_early || samples >= double {
+        true => Some(double),
+        false => (8 * samples >= filled.updates).then_some(samples),
+    }
 }
 
 /// The largest power of two that is at most a sixteenth of `samples`; at least one.
@@ -350,28 +353,38 @@ mod tests {
             is_good: false,
             samples_are_smooth: false,
             seconds_per_update: seconds / f64::from(updates),
-            pixels_per_cell: 0.5,
+            paths_per_pixel: 0.0,
         };
-        assert_eq!(next_batch(&stop, &filled(0, 0.0)), Some(1));
+        assert_eq!(next_batch(&stop, &filled(0, 0.0)), Some(4));
         assert_eq!(next_batch(&stop, &filled(16, 1.0)), Some(16));
         assert_eq!(next_batch(&stop, &filled(64, 4.0)), Some(16));
         assert_eq!(next_batch(&stop, &filled(64, 4.9)), None);
+        assert_eq!(
+            next_batch(&stop, &filled(30, 3.0)),
+            Some(2),
+            "to where gathering ends"
+        );
         assert_eq!(next_batch(&stop, &filled(1, 20.0)), None);
     }
 
     #[test]
     fn a_cache_takes_as_many_paths_as_pictures_take_samples() {
         let stop = stop(Some(64), None, None);
-        let filled = |updates| Filled {
+        let filled = |updates, paths_per_pixel| Filled {
             updates,
             took: Duration::ZERO,
             is_good: false,
             samples_are_smooth: false,
             seconds_per_update: 0.1,
-            pixels_per_cell: 0.25,
+            paths_per_pixel,
         };
-        assert_eq!(next_batch(&stop, &filled(8)), Some(8));
-        assert_eq!(next_batch(&stop, &filled(16)), None);
+        assert_eq!(next_batch(&stop, &filled(8, 60.0)), Some(8));
+        assert_eq!(next_batch(&stop, &filled(16, 64.0)), None);
+        assert_eq!(
+            next_batch(&stop, &filled(2, 64.0)),
+            Some(2),
+            "too few to tell an error"
+        );
     }
 
     #[test]

@@ -23,7 +23,7 @@ use crate::scene::{Scene, Variant};
 const PIXELS_CPU: f64 = 8192.0;
 const PIXELS_GPU: f64 = 262_144.0;
 /// Paths a node that tell how fast a cache fills and how noisy its light is.
-const UPDATES: u32 = 4;
+const UPDATES: u32 = 8;
 /// A trial of the cache may take this share of what the work would take without one.
 const SHARE: f64 = 0.2;
 /// A cache is not tried where the work without one takes less than so many times what it has taken to find that out: to

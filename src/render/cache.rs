@@ -8,8 +8,8 @@
 //! the variance of what is shown then. So the error is measured where it matters: in the picture of the
 //! camera at hand, where averaging over many cells along a ray is part of the answer. (Nodes with the
 //! least share change from the sixteenth update on; before, the little that they add is left out.) What nodes
-//! gather at first (`gathering.glsl`) has errors in common with what they gathered before: the estimate holds once
-//! a batch of whole paths has been laid beside it.
+//! gather at first (`gathering.glsl`), an eighth of them for all (`coarse.glsl`), has errors in common with what they
+//! gathered before: it counts for less, and the estimate holds once a batch of whole paths has been laid beside it.
 
 use std::time::{Duration, Instant};
 
@@ -23,7 +23,7 @@ use super::cut_cells::CutCells;
 use super::delta_tracking::DeltaTracking;
 use super::focus::{self, Focus};
 use super::gpu_scene::GpuScene;
-use super::pace::{Pace, doubling, gathers};
+use super::pace::{Pace, doubling, gathers, worth};
 use super::parts::{Changes, Derived};
 use super::pass_compiler::PassCompiler;
 use super::ray_march::{self, RayMarch};
@@ -47,6 +47,12 @@ pub struct Cache {
     focus_stride: Option<u32>,
     /// All nodes get the same number of paths, since pictures will be taken from everywhere.
     pub(super) is_wide: bool,
+    /// The camera is about to move: no node is left without a path for long.
+    roams: bool,
+    /// What nodes hold that have had no path.
+    guess: [f32; 4],
+    /// No batch has ended since the images were made: none of their light is of an older scene.
+    pub(super) is_blank: bool,
     /// Whether the bricks have been weighed in the view at hand.
     pub(super) has_looked: bool,
     /// Paths that the nodes in sight have had.
@@ -97,6 +103,9 @@ impl Cache {
             focus: Focus::everywhere(0),
             focus_stride: focus_stride(scene),
             is_wide: false,
+            roams: false,
+            guess: scene.guessed_light(),
+            is_blank: true,
             has_looked: false,
             updates: 0,
             batches: 0,
@@ -120,6 +129,7 @@ impl Cache {
         changes: Changes,
     ) -> Result<()> {
         self.look_elsewhere(scene);
+        self.guess = scene.guessed_light();
         if changes.spoil(Derived::CellPaths) {
             self.abandon();
         }
@@ -141,6 +151,7 @@ impl Cache {
         layout: &CacheLayout,
     ) -> Result<()> {
         self.memory.lay_out(layout)?;
+        self.is_blank = true;
         if let Some(bricks) = &mut r.bricks {
             bricks.resize_cache(layout.active.len())?;
         }
@@ -149,8 +160,8 @@ impl Cache {
 
     /// Fills a cache that knows nothing with one texel everywhere, so that there is something to see until paths
     /// have replaced it.
-    pub fn guess(&self, frame: &mut Frame, texel: [f32; 4]) -> Result<()> {
-        frame.run(|f| f.clear_to(&[&self.memory.light], texel))
+    pub fn guess(&self, frame: &mut Frame) -> Result<()> {
+        frame.run(|f| f.clear_to(&[&self.memory.light], self.guess))
     }
 
     /// How long a dispatch should take from now on.
@@ -213,14 +224,19 @@ impl Cache {
         self.has_looked = false;
     }
 
+    /// From now on no node is left without a path for long: for whoever moves the camera.
+    pub fn roam(&mut self) {
+        self.roams = true;
+    }
+
     /// Paths that all nodes have had, on average.
     pub fn mean_updates(&self) -> f64 {
         self.focus.mean_paths()
     }
 
-    /// Paths that an update costs, for each node that has memory: up to 1.
-    pub fn mean_share(&self) -> f64 {
-        self.focus.mean_share()
+    /// Paths that all nodes have had since the light was last forgotten, about.
+    pub fn paths_in_light(&self) -> u64 {
+        self.focus.paths()
     }
 
     /// Whether the picture that it shows is known to a relative error.
@@ -230,12 +246,14 @@ impl Cache {
 
     /// Seconds that an update of the next batch will take, as far as one can tell.
     pub fn seconds_per_update(&self) -> f64 {
-        let gathers = gathers(self.updates, doubling(self.updates));
+        let samples = doubling(self.updates);
+        let gathers = gathers(self.updates, samples);
         let expected = match gathers && self.gathering.is_known() {
             true => &self.gathering,
             false => &self.tracing,
         };
-        expected.seconds_per_update()
+        let paths = self.focus.paths_to(self.updates + samples);
+        expected.seconds_per_path() * paths as f64 / f64::from(samples)
     }
 
     /// Whether all that is in sight is known to have had its updates.
@@ -256,7 +274,7 @@ impl Cache {
     }
 
     /// Goes on with a batch for about as long as the slots aim at, or begins one of `samples` paths for
-    /// the nodes in sight; none: one in which they catch up. Returns whether it has ended, and been
+    /// the nodes in sight; none: one in which they catch up, or two. Returns whether it has ended, and been
     /// measured.
     pub fn advance(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<bool> {
         let began = Instant::now();
@@ -270,8 +288,9 @@ impl Cache {
         let samples = *self.under_way.get_or_insert(samples);
         let before = self.updates;
         let progress = self.tracking.advance(frame, r, &self.memory)?;
+        let finished = u64::from(progress.finished);
         self.lookups += u64::from(progress.lookups);
-        self.paths += u64::from(progress.finished);
+        self.paths += finished;
         if !progress.under_way {
             let now = self.measure(frame, r)?;
             self.end_batch(samples, now);
@@ -282,12 +301,16 @@ impl Cache {
             true => &mut self.gathering,
             false => &mut self.tracing,
         };
-        pace.add(self.updates - before, took);
-        Ok(!progress.under_way)
+        pace.add(finished, took);
+        let is_over = samples > 0 || !self.focus.lags(self.updates);
+        Ok(!progress.under_way && is_over)
     }
 
     /// Decides who gets how many paths.
     fn begin_batch(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<()> {
+        if self.is_blank {
+            self.guess(frame)?;
+        }
         let left = self.focus.left(self.updates + samples);
         for (brick, [samples, first_sample]) in self.memory.bricks_mut().iter_mut().zip(left) {
             brick.samples = samples;
@@ -303,6 +326,12 @@ impl Cache {
         }
         if self.updates == 0 {
             self.focus = Focus::everywhere(self.memory.active_bricks());
+            // The light of an older scene is not marked as a guess, and must not be read.
+            self.focus.all_from = match self.is_blank {
+                true if !self.roams => None,
+                true => Some(doubling(0) + 1),
+                false => Some(1),
+            };
         }
         self.has_looked = true;
         if self.is_wide {
@@ -313,8 +342,10 @@ impl Cache {
             let stride = measured_stride(r).min(longest);
             let question = ray_march::for_weights(stride);
             self.ray_march.ask(frame, r, &self.memory, question)?;
-            self.focus
-                .narrow(self.memory.bricks().iter().map(|b| b.weight));
+            let weights = || self.memory.bricks().iter().map(|brick| brick.weight);
+            let read: Vec<bool> = weights().map(|weight| weight > 0).collect();
+            let in_sight = self.memory.layout.with_neighbours(&read);
+            self.focus.narrow(weights(), &in_sight);
         }
         Ok(())
     }
@@ -331,8 +362,9 @@ impl Cache {
 
     fn end_batch(&mut self, samples: u32, now: Vec<[f32; 4]>) {
         self.under_way = None;
+        self.is_blank = false;
         if samples > 0 && !self.shown.is_empty() {
-            let history = f64::from(self.updates) / f64::from(samples); // n/N
+            let history = f64::from(worth(self.updates)) / f64::from(samples); // n/N
             self.relative_error = history.sqrt() * relative_difference(&self.shown, &now);
         }
         self.shown = now;

@@ -108,16 +108,41 @@ impl CacheLayout {
 
     /// For each brick of the lattice its place, packed; `NO_PLACE` for those without memory.
     pub fn pages(&self) -> Vec<u32> {
-        let [width, height, depth] = self.bricks;
-        let mut pages = vec![NO_PLACE; (width * height * depth) as usize];
+        let mut pages = vec![NO_PLACE; self.lattice_bricks()];
         for (place, &brick) in self.active.iter().enumerate() {
             let place = place as u32;
             let [x, y, _] = self.places;
-            let [i, j, k] = unpack(brick);
-            pages[((k * height + j) * width + i) as usize] =
+            pages[self.lattice_index(unpack(brick))] =
                 pack([place % x, place / x % y, place / (x * y)]);
         }
         pages
+    }
+
+    /// Those of the bricks with memory, in order of their places, that are marked or next to one that is.
+    pub fn with_neighbours(&self, marked: &[bool]) -> Vec<bool> {
+        let mut lattice = vec![false; self.lattice_bricks()];
+        for (&brick, &is_marked) in self.active.iter().zip(marked) {
+            lattice[self.lattice_index(unpack(brick))] = is_marked;
+        }
+        let is_near_marked = |&brick: &u32| {
+            let position = unpack(brick);
+            let [xs, ys, zs] = std::array::from_fn(|a| {
+                position[a].saturating_sub(1)..(position[a] + 2).min(self.bricks[a])
+            });
+            let rows = zs.flat_map(|z| ys.clone().map(move |y| [y, z]));
+            let mut row = rows.flat_map(|[y, z]| xs.clone().map(move |x| [x, y, z]));
+            row.any(|near| lattice[self.lattice_index(near)])
+        };
+        self.active.par_iter().map(is_near_marked).collect()
+    }
+
+    fn lattice_bricks(&self) -> usize {
+        self.bricks.iter().map(|&n| n as usize).product()
+    }
+
+    fn lattice_index(&self, [x, y, z]: [u32; 3]) -> usize {
+        let [width, height, _] = self.bricks.map(|n| n as usize);
+        (z as usize * height + y as usize) * width + x as usize
     }
 
     /// The places of all bricks in an order in which those that come one after another lie close to each other: that

@@ -33,6 +33,7 @@ pub struct CacheState {
     gathering: Pace,
     tracing: Pace,
     is_wide: bool,
+    all_from: Option<u32>,
     has_looked: bool,
     bricks: usize,
     /// Pixels of the last measurement.
@@ -51,6 +52,7 @@ impl Cache {
             gathering: self.gathering,
             tracing: self.tracing,
             is_wide: self.is_wide,
+            all_from: self.focus.all_from,
             has_looked: self.has_looked,
             bricks: self.focus.had.len(),
             shown: self.shown.len(),
@@ -118,6 +120,7 @@ impl Caching<'_> {
             copy::upload_pieces(self.frame, &mut self.r.staging, image, source)?;
         }
         let mut focus = Focus::everywhere(state.bricks as u32);
+        focus.all_from = state.all_from;
         source(&mut focus.halvings)?;
         source(bytemuck::cast_slice_mut(&mut focus.had))?;
         let mut shown = vec![<[f32; 4]>::zeroed(); state.shown];
@@ -128,6 +131,7 @@ impl Caching<'_> {
         let cache = &mut *self.cache;
         cache.focus = focus;
         cache.shown = shown;
+        cache.is_blank = false;
         cache.updates = state.updates;
         cache.batches = state.batches;
         cache.paths = state.paths;

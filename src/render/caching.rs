@@ -4,7 +4,6 @@ use super::brick_window::Order;
 use super::bundle::Bundle;
 use super::cache::Cache;
 use super::copy;
-use super::gpu_scene::GpuScene;
 use super::resources::Resources;
 use super::shared::ToneMapPush;
 use super::tone_map::ToneMap;
@@ -17,7 +16,6 @@ pub struct Caching<'a> {
     pub(super) cache: &'a mut Cache,
     pub(super) frame: &'a mut Frame,
     pub(super) r: &'a mut Resources,
-    pub(super) scene: &'a GpuScene,
     pub(super) tone_map: &'a ToneMap,
     /// The unit of samples under way, which a march overwrites.
     pub(super) under_way: &'a mut Option<Bundle>,
@@ -48,12 +46,17 @@ impl Caching<'_> {
     /// Fills a cache that knows nothing with a guess, so that there is something to see until paths have replaced
     /// it.
     pub fn guess_light(&mut self) -> Result<()> {
-        self.cache.guess(self.frame, self.scene.guessed_light())
+        self.cache.guess(self.frame)
     }
 
     /// From now on all nodes get the same number of paths, as pictures from all sides need it.
     pub fn widen_focus(&mut self) {
         self.cache.widen_focus();
+    }
+
+    /// From now on no node is left without a path for long: for whoever moves the camera.
+    pub fn roam(&mut self) {
+        self.cache.roam();
     }
 
     /// Forgets all light.

@@ -5,12 +5,14 @@ use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::path_queue::{PathQueue, Progress};
 use super::resources::Resources;
-use super::shared::CellPush;
+use super::shared::{Brick, CellPush, GATHERED};
+use super::spread_light::SpreadLight;
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass};
 
 pub struct CellTracking {
     pass: Pass,
+    spread_light: SpreadLight,
     pub queue: PathQueue,
     /// The half of the nodes that is under way (`gathering.glsl`).
     half: u32,
@@ -20,6 +22,7 @@ impl CellTracking {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(CellTracking {
             pass: passes.compile("cell_tracking")?,
+            spread_light: SpreadLight::new(passes)?,
             queue: PathQueue::new(passes),
             half: 0,
         })
@@ -38,7 +41,12 @@ impl CellTracking {
         r: &Resources,
         cache: &CacheMemory,
     ) -> Result<Progress> {
-        let CellTracking { pass, queue, half } = self;
+        let CellTracking {
+            pass,
+            spread_light,
+            queue,
+            half,
+        } = self;
         let mut progress = queue.advance(frame, r, pass, |frame, work| {
             let push = CellPush {
                 work,
@@ -64,9 +72,17 @@ impl CellTracking {
         })?;
         if !progress.under_way && *half == 0 {
             *half = 1;
+            if cache.bricks().iter().any(is_young) {
+                spread_light.run(frame, r, cache)?;
+            }
             queue.restart(frame, r, Items::NONE)?;
             progress.under_way = true;
         }
         Ok(progress)
     }
+}
+
+/// Whether a brick may get paths on the coarse lattice alone (`coarse.glsl`).
+fn is_young(brick: &Brick) -> bool {
+    brick.samples > 0 && brick.first_sample + brick.samples <= GATHERED
 }

@@ -24,8 +24,13 @@ codes! {
     /// The page of a brick of the volume that is on the GPU, and of one that has been read there lately.
     pub const PAGE_RESIDENT: u32 = 0x8000_0000;
     pub const PAGE_READ: u32 = 0x4000_0000;
-    /// The first paths of a node, which end where they can gather cached light (gathering.glsl).
+    /// The first paths of a node, which end where they can gather cached light (gathering.glsl). In most bricks they are
+    /// those of the coarse lattice (coarse.glsl).
     pub const GATHERED: u32 = 32;
+    /// So many gathered paths count for one that was traced. They share the errors of what they read with all their
+    /// neighbours; the sooner these are forgotten, the better. (`transport caching::gathering` prints the noise that
+    /// would be left if one counted for one.)
+    pub const GATHERED_FOR_ONE: u32 = 4;
     /// Height of the strips in which pixels are worked off where the volume streams.
     pub const STRIP_HEIGHT: u32 = 32;
     /// Positions at which the device's filter is probed.

@@ -3,12 +3,8 @@
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::{BRICK, CutPush};
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass};
-
-/// Bricks in a row of workgroups: Vulkan promises no more than 65535 rows, and there may be millions of bricks.
-const ROW: u32 = 1024;
 
 pub struct CutCells(Pass);
 
@@ -27,17 +23,7 @@ impl CutCells {
             cache.cuts_binding(),
         ];
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
-        let push = CutPush {
-            bricks: cache.active_bricks(),
-            row: ROW,
-        };
-        let rows = push.bricks.div_ceil(ROW);
-        r.run_in_slices(
-            frame,
-            &self.0,
-            &bindings,
-            &push,
-            [ROW * BRICK, rows * BRICK, BRICK],
-        )
+        let (push, threads) = cache.for_each_brick();
+        r.run_in_slices(frame, &self.0, &bindings, &push, threads)
     }
 }

@@ -224,14 +224,15 @@ impl GpuScene {
         field.cells_of(medium.majorant_size)
     }
 
-    /// A texel of the cache for light that has not been traced yet: all light, dimmed by the same factor everywhere.
+    /// A texel of the cache for light that has not been traced yet: all light, dimmed by the same factor everywhere. Its
+    /// alpha is negative, which marks it (glsl/include/cache.glsl).
     pub fn guessed_light(&self) -> [f32; 4] {
         const ARRIVES: f32 = 0.6;
         let lights = &self.parts.lights;
         let (sky, unit) = (lights.sky_radiance(), lights.unit());
         let suns = lights.suns_grey() / (4.0 * std::f32::consts::PI);
         let light = |c: usize| ARRIVES * (sky[c] / unit[c] + suns * ARRIVES);
-        [light(0), light(1), light(2), ARRIVES]
+        [light(0), light(1), light(2), -ARRIVES]
     }
 }
 

@@ -85,6 +85,7 @@ mod ray_march;
 mod renderer;
 mod resources;
 pub mod shared;
+mod spread_light;
 mod tail_tracking;
 mod tone_map;
 mod totals;

@@ -5,39 +5,47 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use super::shared::GATHERED;
+use super::shared::{GATHERED, GATHERED_FOR_ONE};
 
 /// The totals of all batches of one kind.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
-    updates: u32,
+    paths: u64,
     took: Duration,
 }
 
 impl Pace {
-    pub fn add(&mut self, updates: u32, took: Duration) {
-        self.updates += updates;
+    pub fn add(&mut self, paths: u64, took: Duration) {
+        self.paths += paths;
         self.took += took;
     }
 
     /// Whether there was such a batch.
     pub fn is_known(&self) -> bool {
-        self.updates > 0
+        self.paths > 0
     }
 
-    /// Seconds for one path of each node; NaN unless that is known.
-    pub fn seconds_per_update(&self) -> f64 {
-        self.took.as_secs_f64() / f64::from(self.updates)
+    /// NaN unless that is known.
+    pub fn seconds_per_path(&self) -> f64 {
+        self.took.as_secs_f64() / self.paths as f64
     }
 }
 
-/// The number of paths that doubles what nodes in sight have had, or as many as they may still gather.
+/// The number of paths that doubles what nodes in sight have had: as many as they have had and may still gather, or as
+/// those are worth.
 pub fn doubling(updates: u32) -> u32 {
     match updates {
-        0 => 1,
+        0 => 4,
         1..GATHERED => updates.min(GATHERED - updates),
-        _ => updates,
+        _ => worth(updates),
     }
+}
+
+/// Paths of nodes in sight that have had `updates`, by what they are worth: the rule of `history` in
+/// `glsl/include/gathering.glsl`.
+pub fn worth(updates: u32) -> u32 {
+    let gathered = updates.min(GATHERED);
+    updates - gathered + gathered / GATHERED_FOR_ONE
 }
 
 /// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`: the rule of `gathers` in
@@ -59,7 +67,8 @@ mod tests {
                 updates += doubling(updates);
             }
             assert_eq!(updates, GATHERED);
-            assert_eq!(doubling(updates), GATHERED);
+            assert_eq!(doubling(updates), worth(updates));
+            assert!(worth(updates + doubling(updates)) == 2 * worth(updates));
         }
     }
 }

@@ -175,7 +175,6 @@ impl Renderer {
                 cache,
                 frame: &mut self.frame,
                 r: &mut self.resources,
-                scene: &self.scene,
                 tone_map: &self.tone_map,
                 under_way: &mut self.under_way,
             }),

@@ -291,7 +291,15 @@ shared! {
         pub nodes_half: uint,
     }
 
-    pub struct CutPush {
+    pub struct SpreadPush {
+        pub bricks: uint,
+        /// Bricks in a row of workgroups.
+        pub row: uint,
+        /// Along which light is interpolated.
+        pub axis: uint,
+    }
+
+    pub struct BricksPush {
         pub bricks: uint,
         /// Bricks in a row of workgroups.
         pub row: uint,

@@ -59,6 +59,7 @@ impl Live {
         let mut engine = Engine::in_memory(&host, &memory, volume, &scene, choice, seed)?;
         engine.reserve(for_window);
         if let Some(mut caching) = engine.renderer_mut().caching() {
+            caching.roam();
             caching.guess_light()?;
         }
         Ok(Live {

@@ -1,0 +1,30 @@
+// At first a brick is filled on a coarse lattice: of its nodes only those whose indices are even get paths, an eighth of
+// them. The others get what lies between these (spread_light.comp). Once their time of gathering is over
+// (gathering.glsl), all nodes get paths.
+//
+// A ray reads few of the nodes around it: noise of nodes that have a few paths each hardly averages out along it. What
+// nodes share does. As many paths on the coarse lattice leave a quarter of the noise that they would leave on the
+// fine one, about: the ray sees half as many nodes, which have had eight times as many paths. What is wrong with
+// the coarse lattice is forgotten as the nodes get paths of their own.
+//
+// A surface that stops light may lie between nodes: bricks that one cuts begin with the fine lattice. So do all where
+// the coarse lattice would be so coarse that noise is the smaller error.
+
+// In voxels, between nodes of the fine lattice.
+const float WIDEST_STEP = 2.5;
+
+bool is_coarse_node(ivec3 node) {
+    return all(equal(node & 1, ivec3(0)));
+}
+
+// Whether there are nodes to gather light from along each axis.
+bool may_gather() {
+    return all(greaterThan(scene.cache_nodes, uvec3(1u)));
+}
+
+// Whether a batch fills a brick on the coarse lattice.
+bool is_coarse(Brick brick, uint place) {
+    bool is_young = may_gather() && brick.first_sample + brick.samples <= GATHERED;
+    bool is_cut = full_light && (cuts.at[2u * place] | cuts.at[2u * place + 1u]) != 0u;
+    return is_young && !is_cut && all(lessThan(scene.cache_step, vec3(WIDEST_STEP)));
+}

@@ -1,0 +1,23 @@
+// What the medium scatters of the light that the cache holds (cache.glsl).
+
+// ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
+// light on its way out. The flux's colour is that of the mean, beside that of the lights.
+vec3 scattered_light(CachedLight light, vec3 travel) {
+    vec3 radiance = light.mean * scene.cache_unit;
+    if (!is_anisotropic) {
+        return radiance;
+    }
+    float grey = dot(light.mean, vec3(1.0 / 3.0));
+    float share = grey > 0.0 ? 3.0 * scene.g * dot(light.flux, travel) / grey : 0.0;
+    return radiance * (1.0 + share);
+}
+
+// What the suns would bring if all of them reached the point: Σ p(ω, ω_sun)·E.
+vec3 suns_scattered(vec3 travel) {
+    vec3 sum = vec3(0.0);
+    for (uint s = 0u; s < sun_count; ++s) {
+        Sun sun = sun_at(s);
+        sum += phase_density(dot(sun.direction, travel)) * sun.irradiance;
+    }
+    return sum;
+}

@@ -1,0 +1,37 @@
+//! What nodes of the cache get that lie between those of the coarse lattice.
+
+use super::cache_memory::CacheMemory;
+use super::pass_compiler::PassCompiler;
+use super::resources::Resources;
+use super::shared::{BricksPush, SpreadPush};
+use crate::error::Result;
+use crate::gpu::{Binding, Frame, Pass};
+
+pub struct SpreadLight(Pass);
+
+impl SpreadLight {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(SpreadLight(passes.compile("spread_light")?))
+    }
+
+    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        let flux = cache.flux.as_ref().unwrap_or(&cache.light);
+        let bindings = [
+            &[("scene_block", Binding::Buffer(&r.scene))][..],
+            &cache.bindings(),
+            &[
+                ("light_out", Binding::Image(&cache.light)),
+                ("flux_out", Binding::Image(flux)),
+                cache.brick_binding(),
+            ],
+        ]
+        .concat();
+        let (BricksPush { bricks, row }, threads) = cache.for_each_brick();
+        frame.run(|f| {
+            (0..3).try_for_each(|axis| {
+                let push = SpreadPush { bricks, row, axis };
+                f.pass(&self.0, &bindings, &push, threads)
+            })
+        })
+    }
+}
