@@ -20,18 +20,21 @@ struct Light {
     bool known;
 };
 
-// `known` is false where there is no such node, or it has had no path.
+// `known` is false, and the light 0, where there is no such node, or it has had no path.
 Light light_of(ivec3 node) {
-    Light r = Light(vec4(0.0), vec3(0.0), all(greaterThanEqual(node, ivec3(0)))
-                                          && all(lessThan(node, ivec3(scene.cache_nodes))));
-    if (r.known && page_of(node / BRICK) != NO_PLACE) {
-        ivec3 texel = node_texel(node);
-        r.light = light_at(texel, r.known);
-        if (is_anisotropic) {
-            r.flux = texel_at(cache_flux, texel).rgb;
-        }
-    } else {
-        r.known = false;
+    const Light NONE = Light(vec4(0.0), vec3(0.0), false);
+    bool is_node = all(greaterThanEqual(node, ivec3(0))) && all(lessThan(node, ivec3(scene.cache_nodes)));
+    if (!is_node || page_of(node / BRICK) == NO_PLACE) {
+        return NONE;
+    }
+    ivec3 texel = node_texel(node);
+    Light r = Light(vec4(0.0), vec3(0.0), true);
+    r.light = light_at(texel, r.known);
+    if (is_anisotropic) {
+        r.flux = texel_at(cache_flux, texel).rgb;
+    }
+    if (!r.known) {
+        return NONE;
     }
     return r;
 }

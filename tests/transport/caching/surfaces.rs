@@ -150,7 +150,7 @@ fn a_hard_shadow_keeps_its_edge_and_its_depth() {
     );
     // The layer is three cells thick at scale ½: what scatters in it more than once is rounded off.
     for (scale, bias) in [(1.0, 0.002), (0.5, 0.01)] {
-        let mut cache = cached(&scene, &volume, scale, CacheFormat::F16, 64, 2);
+        let mut cache = cached(&scene, &volume, scale, CacheFormat::F16, 256, 2);
         let shadow = profile(&cache.at_rest(16, 64));
         for (ring, (a, b)) in shadow.iter().zip(&reference).enumerate() {
             let (difference, noise) = ((a.mean - b.mean) / lit, a.stderr.hypot(b.stderr) / lit);

@@ -44,7 +44,7 @@ fn a_film_thinner_than_a_voxel() {
     assert_eq!(width, height);
     // Of the same rays as the march's: what a picture of few rays misses of the ball's limb is no error here.
     let exact = 1.0 - transmittance(&scene, &volume, width);
-    let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 4, 1);
+    let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 8, 1);
     let moving = error(&cached.march(), exact);
     let mut centred = cached.renderer.scene().clone();
     centred.parts.view.through_centres = true;
