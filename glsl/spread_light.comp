@@ -1,6 +1,6 @@
 // Gives the nodes between those of the coarse lattice (coarse.glsl) the light of these, interpolated along one axis after
 // the other: in the middle between the inner two of four values, a cubic through them is (−a + 9b + 9c − d)/16. (Light is
-// curved where a medium is dense, and a straight line loses up to two percent of it.) A thread a node, a workgroup a brick.
+// curved where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A thread a node, a workgroup a brick.
 
 #version 460
 #include "scene.glsl"

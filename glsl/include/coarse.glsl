@@ -3,9 +3,9 @@
 // (gathering.glsl), all nodes get paths.
 //
 // A ray reads few of the nodes around it: noise of nodes that have a few paths each hardly averages out along it. What
-// nodes share does. As many paths on the coarse lattice leave a quarter of the noise that they would leave on the
-// fine one, about: the ray sees half as many nodes, which have had eight times as many paths. What is wrong with
-// the coarse lattice is forgotten as the nodes get paths of their own.
+// nodes share does: on the coarse lattice, as many paths make a ray see half as many nodes, which have had eight times as
+// many (`transport caching::gathering` prints the noise of both). What is wrong with the coarse lattice is forgotten as
+// the nodes get paths of their own.
 //
 // A surface that stops light may lie between nodes: bricks that one cuts begin with the fine lattice. So do all where
 // the coarse lattice would be so coarse that noise is the smaller error.
@@ -22,9 +22,13 @@ bool may_gather() {
     return all(greaterThan(scene.cache_nodes, uvec3(1u)));
 }
 
+// Whether a batch is one of a brick's first.
+bool is_young(Brick brick) {
+    return may_gather() && brick.first_sample + brick.samples <= GATHERED;
+}
+
 // Whether a batch fills a brick on the coarse lattice.
 bool is_coarse(Brick brick, uint place) {
-    bool is_young = may_gather() && brick.first_sample + brick.samples <= GATHERED;
     bool is_cut = full_light && (cuts.at[2u * place] | cuts.at[2u * place + 1u]) != 0u;
-    return is_young && !is_cut && all(lessThan(scene.cache_step, vec3(WIDEST_STEP)));
+    return is_young(brick) && !is_cut && all(lessThan(scene.cache_step, vec3(WIDEST_STEP)));
 }

@@ -14,7 +14,7 @@ const float WORTH = 1.0 / float(GATHERED_FOR_ONE);
 // Whether the paths of a batch do.
 bool gathers(Brick brick, uint nodes_half) {
     bool has_light = brick.first_sample > 0u || nodes_half == 1u;
-    return may_gather() && has_light && brick.first_sample + brick.samples <= GATHERED;
+    return has_light && is_young(brick);
 }
 
 // Paths that a node has had, by what they are worth.

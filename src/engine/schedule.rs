@@ -253,6 +253,17 @@ mod tests {
         }
     }
 
+    fn filled(updates: u32, seconds: f64, paths_per_pixel: f64) -> Filled {
+        Filled {
+            updates,
+            took: Duration::from_secs_f64(seconds),
+            is_good: false,
+            samples_are_smooth: false,
+            seconds_per_update: seconds / f64::from(updates),
+            paths_per_pixel,
+        }
+    }
+
     #[test]
     fn units_add_up_to_the_samples_asked_for_and_are_enough_for_an_error() {
         for goal in [1, 2, 15, 16, 17, 100, 257, 4096] {
@@ -347,14 +358,7 @@ mod tests {
     #[test]
     fn a_cache_takes_its_share_of_the_time_and_no_more() {
         let stop = stop(None, Some(10), None);
-        let filled = |updates, seconds| Filled {
-            updates,
-            took: Duration::from_secs_f64(seconds),
-            is_good: false,
-            samples_are_smooth: false,
-            seconds_per_update: seconds / f64::from(updates),
-            paths_per_pixel: 0.0,
-        };
+        let filled = |updates, seconds| filled(updates, seconds, 0.0);
         assert_eq!(next_batch(&stop, &filled(0, 0.0)), Some(4));
         assert_eq!(next_batch(&stop, &filled(16, 1.0)), Some(16));
         assert_eq!(next_batch(&stop, &filled(64, 4.0)), Some(16));
@@ -370,14 +374,7 @@ mod tests {
     #[test]
     fn a_cache_takes_as_many_paths_as_pictures_take_samples() {
         let stop = stop(Some(64), None, None);
-        let filled = |updates, paths_per_pixel| Filled {
-            updates,
-            took: Duration::ZERO,
-            is_good: false,
-            samples_are_smooth: false,
-            seconds_per_update: 0.1,
-            paths_per_pixel,
-        };
+        let filled = |updates, paths_per_pixel| filled(updates, 0.0, paths_per_pixel);
         assert_eq!(next_batch(&stop, &filled(8, 60.0)), Some(8));
         assert_eq!(next_batch(&stop, &filled(16, 64.0)), None);
         assert_eq!(

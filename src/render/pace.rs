@@ -67,8 +67,8 @@ mod tests {
                 updates += doubling(updates);
             }
             assert_eq!(updates, GATHERED);
-            assert_eq!(doubling(updates), worth(updates));
-            assert!(worth(updates + doubling(updates)) == 2 * worth(updates));
+            assert_eq!(doubling(updates), GATHERED / GATHERED_FOR_ONE);
+            assert_eq!(worth(updates + doubling(updates)), 2 * worth(updates));
         }
     }
 }
