@@ -6,7 +6,7 @@
 #include "bundle.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform PushBlock { AccumulatePush push; };
+#include "push.glsl"
 layout(rgba32f) readonly uniform image2D unit_sum;
 layout(rgba32f) uniform image2D mean;
 layout(rgba32f) uniform image2D squares;

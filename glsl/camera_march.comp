@@ -31,7 +31,7 @@
 #include "sunlit.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform PushBlock { CameraMarchPush push; };
+#include "push.glsl"
 layout(rgba32f) writeonly uniform image2D unit_sum;
 layout(scalar) writeonly buffer TailBlock { Tail at[]; } tails;
 

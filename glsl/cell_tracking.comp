@@ -32,7 +32,7 @@
 #include "gathering.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { CellPush push; };
+#include "push.glsl"
 layout(scalar) buffer PathBlock { Path at[]; } paths;
 layout(scalar) buffer CounterBlock { Counters count; } counters;
 writeonly uniform image3D light_out;

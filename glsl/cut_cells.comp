@@ -10,7 +10,7 @@
 #include "cells.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(push_constant, scalar) uniform PushBlock { BricksPush push; };
+#include "push.glsl"
 layout(scalar) writeonly buffer CutBlock { uint at[]; } cuts;
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 

@@ -7,7 +7,7 @@
 #include "shared.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { ProbePush push; };
+#include "push.glsl"
 uniform sampler3D checkerboard;
 layout(scalar) writeonly buffer ErrorBlock { float at[]; } errors;
 

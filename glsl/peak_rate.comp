@@ -8,7 +8,7 @@
 #include "texels.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { PeakPush push; };
+#include "push.glsl"
 
 #ifdef WRITES
 layout(rgba32f) writeonly uniform image2D picture;

@@ -21,7 +21,7 @@
 #include "camera.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform PushBlock { PublishedMarchPush push; };
+#include "push.glsl"
 layout(rgba32f) writeonly uniform image2D mean;
 uniform sampler3D radiance_cells;
 

@@ -22,7 +22,7 @@
 #include "light.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform PushBlock { PublishedPush push; };
+#include "push.glsl"
 layout(scalar) buffer CounterBlock { Counters count; } counters;
 // Running mean of the radiance; alpha holds the number of paths.
 layout(rgba32f) uniform image3D radiance_cells;

@@ -9,7 +9,7 @@
 #include "coarse.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-layout(push_constant, scalar) uniform PushBlock { SpreadPush push; };
+#include "push.glsl"
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 writeonly uniform image3D light_out;
 writeonly uniform image3D flux_out;

@@ -21,7 +21,7 @@
 #include "path.glsl"
 #include "cached_flight.glsl"
 
-layout(push_constant, scalar) uniform PushBlock { TailPush push; };
+#include "push.glsl"
 layout(scalar) readonly buffer TailBlock { Tail at[]; } tails;
 layout(rgba32f) uniform image2D unit_sum;
 

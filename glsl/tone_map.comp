@@ -5,7 +5,7 @@
 #include "shared.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(push_constant, scalar) uniform PushBlock { ToneMapPush push; };
+#include "push.glsl"
 layout(rgba32f) readonly uniform image2D picture;
 layout(rgba8) writeonly uniform image2D shown;
 

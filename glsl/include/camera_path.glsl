@@ -1,6 +1,6 @@
 // Paths from the camera.
 
-layout(push_constant, scalar) uniform PushBlock { TrackPush push; };
+#include "push.glsl"
 layout(rgba32f) writeonly uniform image2D unit_sum;
 
 #include "pixel_paths.glsl"

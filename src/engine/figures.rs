@@ -156,3 +156,52 @@ pub(super) fn cache(renderer: &Renderer, goal: f64) -> Option<CacheStats> {
         seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PEAK: Peak = Peak {
+        samples_cached: 1e6,
+        reads_cached: 4e6,
+        writes: 1e5,
+        copied_bytes: 1e9,
+        filtered: false,
+    };
+
+    fn samples(samples: u64) -> Work {
+        Work {
+            samples,
+            ..Work::default()
+        }
+    }
+
+    fn share(us: f64, work: Work) -> Option<f64> {
+        peak_share(&PEAK, &work, us)
+    }
+
+    #[test]
+    fn a_pass_at_the_peak_rate_has_a_share_of_1_and_twice_the_work_twice_the_share() {
+        assert_eq!(share(1e6, samples(1_000_000)), Some(1.0));
+        assert_eq!(share(1e6, samples(250_000)), Some(0.25));
+        assert_eq!(share(1e6, samples(500_000)), Some(0.5));
+        assert_eq!(share(2e6, samples(500_000)), Some(0.25));
+    }
+
+    #[test]
+    fn what_nobody_counted_has_no_share() {
+        assert_eq!(share(1e6, Work::default()), None);
+        assert_eq!(share(0.0, Work::default()), None);
+    }
+
+    /// Of kinds of work that go on side by side, the slowest decides.
+    #[test]
+    fn the_kind_of_work_that_takes_longest_decides() {
+        let work = Work {
+            reads: 2_000_000,
+            writes: 80_000,
+            ..Work::default()
+        };
+        assert_eq!(share(1e6, work), Some(0.8));
+    }
+}

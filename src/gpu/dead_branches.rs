@@ -258,6 +258,7 @@ mod tests {
         let desc = PassDesc {
             name: "branches",
             specialization: &[],
+            push: "",
             macros: &[],
         };
         let shaders = Shaders::new(String::new()).with_file("branches.comp", &text);

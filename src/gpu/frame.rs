@@ -325,6 +325,7 @@ mod tests {
         let desc = PassDesc {
             name: "relay",
             specialization: &[],
+            push: "",
             macros: &[],
         };
         let pass = Pass::new(&device, &shaders, &desc).expect("a pass");

@@ -251,6 +251,7 @@ mod tests {
         let desc = PassDesc {
             name: "declares",
             specialization: &[],
+            push: "",
             macros: &[],
         };
         let shaders = shaders.with_file("declares.comp", SHADER);

@@ -30,6 +30,8 @@ pub struct PassDesc<'a> {
     pub name: &'static str,
     /// Values of the specialization constants 0, 1, …
     pub specialization: &'a [u32],
+    /// `Shared::PUSH` of the struct that it takes as push constants.
+    pub push: &'static str,
     /// Macros, and what they stand for.
     pub macros: &'a [(&'static str, &'static str)],
 }
@@ -91,14 +93,15 @@ impl Shaders {
     pub(super) fn compile(&self, desc: &PassDesc<'_>, loads_texels: bool) -> Result<Vec<u32>> {
         let mut macros = desc.macros.to_vec();
         macros.extend(loads_texels.then_some(("LOADS_TEXELS", "1")));
-        self.compile_file(format!("{}.comp", desc.name), ShaderKind::Compute, &macros)
+        let file = format!("{}.comp", desc.name);
+        self.compile_file(file, ShaderKind::Compute, desc.push, &macros)
     }
 
     /// SPIR-V of `glsl/NAME.vert` and `glsl/NAME.frag`.
     pub fn compile_drawing(&self, name: &str, macros: &[(&str, &str)]) -> Result<[Vec<u32>; 2]> {
         Ok([
-            self.compile_file(format!("{name}.vert"), ShaderKind::Vertex, macros)?,
-            self.compile_file(format!("{name}.frag"), ShaderKind::Fragment, macros)?,
+            self.compile_file(format!("{name}.vert"), ShaderKind::Vertex, "", macros)?,
+            self.compile_file(format!("{name}.frag"), ShaderKind::Fragment, "", macros)?,
         ])
     }
 
@@ -106,19 +109,20 @@ impl Shaders {
         &self,
         file: String,
         kind: ShaderKind,
+        push: &str,
         macros: &[(&str, &str)],
     ) -> Result<Vec<u32>> {
         // Text that is not the program's own may change at any time.
         if self.folder.is_some() || !self.added.is_empty() {
-            return self.compile_text(file, kind, macros);
+            return self.compile_text(file, kind, push, macros);
         }
-        let inputs = format!("{file}\n{macros:?}\n{}", self.shared);
+        let inputs = format!("{file}\n{macros:?}\n{}\n{push}", self.shared);
         let name = format!("{file}-{:032x}", xxh3_128(inputs.as_bytes()));
         let compiled = compiled();
         if let Some(code) = compiled.load(&name) {
             return Ok(bytemuck::pod_collect_to_vec(&code));
         }
-        let code = self.compile_text(file, kind, macros)?;
+        let code = self.compile_text(file, kind, push, macros)?;
         compiled.store(&name, bytemuck::cast_slice(&code));
         Ok(code)
     }
@@ -127,6 +131,7 @@ impl Shaders {
         &self,
         file: String,
         kind: ShaderKind,
+        push: &str,
         macros: &[(&str, &str)],
     ) -> Result<Vec<u32>> {
         let failed = |problem: String| unfit(&file, problem);
@@ -147,6 +152,7 @@ impl Shaders {
         options.set_include_callback(|wanted, _, _, _| {
             let content = match wanted {
                 "shared.glsl" => self.shared.clone(),
+                "push.glsl" => push.to_string(),
                 _ => self.source(&format!("include/{wanted}"))?,
             };
             Ok(ResolvedInclude {

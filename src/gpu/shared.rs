@@ -19,6 +19,15 @@ pub mod types {
 pub trait Shared: bytemuck::Pod {
     /// `struct Name { … };`
     const GLSL: &'static str;
+    /// A block of push constants with the same members, called `push`: what `#include "push.glsl"` stands for in the
+    /// shader of a pass that takes them.
+    const PUSH: &'static str;
+}
+
+/// What a pass without push constants takes.
+impl Shared for () {
+    const GLSL: &'static str = "";
+    const PUSH: &'static str = "";
 }
 
 /// A struct of specialization constants: what a shader is compiled for.
@@ -69,6 +78,11 @@ macro_rules! shared {
                 "struct ", stringify!($name), " {\n",
                 $("    ", stringify!($kind), " ", stringify!($field), ";\n",)*
                 "};\n"
+            );
+            const PUSH: &'static str = concat!(
+                "layout(push_constant, scalar) uniform ", stringify!($name), "Block {\n",
+                $("    ", stringify!($kind), " ", stringify!($field), ";\n",)*
+                "} push;\n"
             );
         }
     )*};

@@ -2,16 +2,28 @@
 
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::AccumulatePush;
 use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass, Work};
+use crate::shared;
+
+shared! {
+    pub struct AccumulatePush {
+        /// Samples in each unit, and in all units before.
+        pub samples: uint,
+        pub samples_before: uint,
+        /// The first pixel in the order of work, and the first that has to wait.
+        pub first: uint,
+        pub end: uint,
+    }
+}
 
 pub struct Accumulate(Pass);
 
 impl Accumulate {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(Accumulate(passes.compile("accumulate")?))
+        Ok(Accumulate(passes.compile::<AccumulatePush>("accumulate")?))
     }
 
     /// Folds all units of the pixels that `push` names.

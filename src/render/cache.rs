@@ -1,24 +1,18 @@
 //! The caching variant's state: how many paths each node has had, and how far the picture that the
-//! cache shows still is from what more paths would make of it.
+//! cache shows still is from what more paths would make of it (`cache_error.rs`).
 //!
 //! Where a picture takes its light from what it sees, nodes get paths by how much they are seen
 //! (`focus.rs`); *updates* are those of nodes that get most. Batches double, as a rule: each gives a node
-//! as many new paths as it has had. With a history of n paths and a batch of N, what is shown changes by
-//! N/(n + N) of the difference between two independent estimates, and n/N of the square of that change is
-//! the variance of what is shown then. So the error is measured where it matters: in the picture of the
-//! camera at hand, where averaging over many cells along a ray is part of the answer. (Nodes with the
-//! least share change from the sixteenth update on; before, the little that they add is left out.) What nodes
-//! gather at first (`gathering.glsl`), an eighth of them for all (`coarse.glsl`), has errors in common with what they
-//! gathered before: it counts for less, and the estimate holds once a batch of whole paths has been laid beside it.
+//! as many new paths as it has had.
 
 use std::time::{Duration, Instant};
 
 use super::bundle::{Bundle, Sampled};
+use super::cache_error::{measured_stride, relative_error, shown};
 use super::cache_layout::CacheLayout;
 use super::cache_memory::CacheMemory;
 use super::camera_march::CameraMarch;
 use super::cell_tracking::CellTracking;
-use super::copy;
 use super::cut_cells::CutCells;
 use super::delta_tracking::DeltaTracking;
 use super::focus::{self, Focus};
@@ -31,9 +25,6 @@ use super::resources::Resources;
 use super::shared::GATHERED;
 use crate::error::Result;
 use crate::gpu::{Frame, Slices};
-
-/// The error is measured on about so many pixels along the picture's longer side.
-const MEASURED_PIXELS: u32 = 64;
 
 pub struct Cache {
     pub memory: CacheMemory,
@@ -292,7 +283,7 @@ impl Cache {
         self.lookups += u64::from(progress.lookups);
         self.paths += finished;
         if !progress.under_way {
-            let now = self.measure(frame, r)?;
+            let now = shown(frame, r, &self.memory, &self.ray_march)?;
             self.end_batch(samples, now);
         }
         let took = began.elapsed();
@@ -350,22 +341,12 @@ impl Cache {
         Ok(())
     }
 
-    /// What the cache shows, on few pixels.
-    fn measure(&self, frame: &mut Frame, r: &Resources) -> Result<Vec<[f32; 4]>> {
-        let stride = measured_stride(r);
-        let [width, height] = r.size.map(|n| n.div_ceil(stride));
-        let corner = [width, height, 1];
-        let question = ray_march::for_error(stride);
-        self.ray_march.ask(frame, r, &self.memory, question)?;
-        copy::download_corner(frame, &r.staging, &r.unit_sum, corner)
-    }
-
     fn end_batch(&mut self, samples: u32, now: Vec<[f32; 4]>) {
         self.under_way = None;
         self.is_blank = false;
         if samples > 0 && !self.shown.is_empty() {
-            let history = f64::from(worth(self.updates)) / f64::from(samples); // n/N
-            self.relative_error = history.sqrt() * relative_difference(&self.shown, &now);
+            let had = worth(self.updates);
+            self.relative_error = relative_error(&self.shown, &now, had, samples);
         }
         self.shown = now;
         self.batches += 1;
@@ -397,21 +378,4 @@ impl AtRest {
 /// Only a march reads the cache where it is seen, and nowhere else.
 fn focus_stride(scene: &GpuScene) -> Option<u32> {
     focus::longest_stride(scene).filter(|_| scene.features().is_marched())
-}
-
-fn measured_stride(r: &Resources) -> u32 {
-    r.size[0].max(r.size[1]).div_ceil(MEASURED_PIXELS)
-}
-
-/// rms(after − before) over RGB, relative to the mean of alpha, the whole picture's brightness.
-fn relative_difference(before: &[[f32; 4]], after: &[[f32; 4]]) -> f64 {
-    let pairs = before.iter().zip(after);
-    let differences = pairs.flat_map(|(b, a)| (0..3).map(|c| f64::from(a[c] - b[c])));
-    let squares: f64 = differences.map(|d| d * d).sum();
-    let sum: f64 = after.iter().map(|texel| f64::from(texel[3])).sum();
-    let count = after.len() as f64;
-    match sum > 0.0 {
-        true => (squares / (3.0 * count)).sqrt() / (sum / count),
-        false => 0.0,
-    }
 }

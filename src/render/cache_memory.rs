@@ -6,7 +6,7 @@ use super::cache_layout::CacheLayout;
 use super::copy;
 use super::gpu_scene::GpuScene;
 use super::resources::{bytes_of, slots};
-use super::shared::{BRICK, Brick, BricksPush, NodeWork, Tail};
+use super::shared::{BRICK, Brick, NodeWork, Tail};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
 
@@ -132,14 +132,13 @@ impl CacheMemory {
         bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default())
     }
 
-    /// What a pass with a workgroup for each brick is told, and its threads.
-    pub fn for_each_brick(&self) -> (BricksPush, [u32; 3]) {
+    /// For a pass with a workgroup for each brick: the bricks, and those in a row of workgroups; and its threads.
+    pub fn for_each_brick(&self) -> ([u32; 2], [u32; 3]) {
         // Vulkan promises no more than 65535 rows of workgroups, and there may be millions of bricks.
         const ROW: u32 = 1024;
         let bricks = self.active_bricks();
-        let push = BricksPush { bricks, row: ROW };
         let rows = bricks.div_ceil(ROW);
-        (push, [ROW * BRICK, rows * BRICK, BRICK])
+        ([bricks, ROW], [ROW * BRICK, rows * BRICK, BRICK])
     }
 
     /// The resource that filling the cache and weighing its bricks take besides those for reading it.

@@ -5,10 +5,18 @@ use super::bundle::{Bundle, Sampled};
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::CameraMarchPush;
 use super::tail_tracking::TailTracking;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
+use crate::shared;
+
+shared! {
+    pub struct CameraMarchPush {
+        /// Index of the sample that every pixel gets.
+        pub sample_index: uint,
+    }
+}
 
 pub struct CameraMarch {
     pass: Pass,
@@ -32,7 +40,7 @@ impl CameraMarch {
                 true => TailTracking::new(passes).map(Some),
                 false => Ok(None),
             },
-            || passes.compile("camera_march"),
+            || passes.compile::<CameraMarchPush>("camera_march"),
         );
         Ok(CameraMarch {
             pass: pass?,

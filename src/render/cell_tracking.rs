@@ -5,10 +5,24 @@ use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::path_queue::{PathQueue, Progress};
 use super::resources::Resources;
-use super::shared::{Brick, CellPush, GATHERED};
+use super::shared::{Brick, GATHERED};
 use super::spread_light::SpreadLight;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
+use crate::shared;
+
+shared! {
+    pub struct CellPush {
+        /// Loop iterations after which a slot leaves its path to the next dispatch.
+        pub work: uint,
+        pub slots: uint,
+        /// Bricks that have memory.
+        pub bricks: uint,
+        /// Which half of the nodes is filled: the sum of their indices is even (0) or odd (1).
+        pub nodes_half: uint,
+    }
+}
 
 pub struct CellTracking {
     pass: Pass,
@@ -21,7 +35,7 @@ pub struct CellTracking {
 impl CellTracking {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(CellTracking {
-            pass: passes.compile("cell_tracking")?,
+            pass: passes.compile::<CellPush>("cell_tracking")?,
             spread_light: SpreadLight::new(passes)?,
             queue: PathQueue::new(passes),
             half: 0,

@@ -5,9 +5,22 @@ use super::bundle::{Bundle, Sampled};
 use super::pass_compiler::PassCompiler;
 use super::path_queue::PathQueue;
 use super::resources::Resources;
-use super::shared::TrackPush;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
+use crate::shared;
+
+shared! {
+    pub struct TrackPush {
+        /// Samples that each pixel gets before the queue is empty.
+        pub samples: uint,
+        /// Index of the first of them.
+        pub first_sample: uint,
+        /// Loop iterations after which a slot leaves its path to the next dispatch.
+        pub work: uint,
+        pub slots: uint,
+    }
+}
 
 pub struct DeltaTracking {
     pass: Pass,
@@ -27,7 +40,7 @@ impl DeltaTracking {
 
     fn with_shader(passes: &PassCompiler<'_>, name: &'static str) -> Result<Self> {
         Ok(DeltaTracking {
-            pass: passes.compile(name)?,
+            pass: passes.compile::<TrackPush>(name)?,
             queue: PathQueue::new(passes),
         })
     }

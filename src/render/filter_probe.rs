@@ -8,12 +8,20 @@
 
 use std::sync::Arc;
 
-use super::shared::{PROBE_POSITIONS, ProbePush};
+use super::shared::PROBE_POSITIONS;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, Device, Format, Frame, Image, ImageDesc, Memory, Pass, PassDesc,
-    Placement, Shaders,
+    Placement, Shaders, Shared,
 };
+use crate::shared;
+
+shared! {
+    pub struct ProbePush {
+        pub seed: uint,
+    }
+}
 
 /// Largest tolerable error, as a share of the texels' difference: half of 1/256 of a voxel, and a
 /// little. Along one axis at a time: along three, a GPU may err by as much as lavapipe, whose 8 bits
@@ -63,6 +71,7 @@ pub fn filter_error(
     let desc = PassDesc {
         name: "filter_probe",
         specialization: &[],
+        push: ProbePush::PUSH,
         macros: &[],
     };
     let pass = Pass::new(device, shaders, &desc)?;

@@ -36,7 +36,7 @@ impl FirstSurface {
 
 impl IsoDepth {
     pub fn new(passes: &PassCompiler<'_>, memory: FirstSurface) -> Result<Self> {
-        let pass = passes.compile("iso_depth")?;
+        let pass = passes.compile::<()>("iso_depth")?;
         Ok(IsoDepth { pass, memory })
     }
 

@@ -10,7 +10,7 @@ pub struct Majorants(Pass);
 
 impl Majorants {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(Majorants(passes.compile("majorants")?))
+        Ok(Majorants(passes.compile::<()>("majorants")?))
     }
 
     /// `blocks` is their number along each axis.

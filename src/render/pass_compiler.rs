@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::features::Features;
 use super::gpu_scene::GpuScene;
 use crate::error::Result;
-use crate::gpu::{Device, Pass, PassDesc, Shaders, Specialization};
+use crate::gpu::{Device, Pass, PassDesc, Shaders, Shared, Specialization};
 
 pub struct PassCompiler<'a> {
     device: &'a Arc<Device>,
@@ -27,11 +27,12 @@ impl PassCompiler<'_> {
         }
     }
 
-    /// The pass whose shader is `glsl/NAME.comp`.
-    pub fn compile(&self, name: &'static str) -> Result<Pass> {
+    /// The pass whose shader is `glsl/NAME.comp`, and which takes a `P` as its push constants.
+    pub fn compile<P: Shared>(&self, name: &'static str) -> Result<Pass> {
         let desc = PassDesc {
             name,
             specialization: &self.features.words(),
+            push: P::PUSH,
             macros: &self.features.macros(),
         };
         Pass::new(self.device, self.shaders, &desc)

@@ -9,7 +9,7 @@ pub struct Patches(Pass);
 
 impl Patches {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(Patches(passes.compile("patches")?))
+        Ok(Patches(passes.compile::<()>("patches")?))
     }
 
     /// `blocks` is the number of blocks with a majorant along each axis.

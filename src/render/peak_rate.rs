@@ -4,12 +4,6 @@
 //! Each rate is measured by a shader that does one kind of work alone (`glsl/peak_rate.comp`). The first dispatch is
 //! tiny; it grows until it takes long enough to be timed, so that no device is kept busy for long. Dispatches are short
 //! and many, and the fastest counts: on a CPU that others use as well, some of them have it for themselves.
-//!
-//! A pass's share of the peak is the least time in which the device can do the pass's work, by [`Peak`], divided by the
-//! time that the pass took. Work is what is counted ([`Work`]): reads of the volume by tracking, texels of a picture that
-//! a pass reads and writes once each, copied bytes. Random numbers, walks through cells and shading are not, so a share
-//! below 1 is not all waste. Rates are those of a volume that fits the caches: what a larger one costs in locality counts
-//! as the pass's loss.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -17,27 +11,20 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::filter_probe::filter_is_precise;
-use super::shared::PeakPush;
+use super::peak::Peak;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, Device, Format, Frame, Image, ImageDesc, Memory, Pass, PassDesc,
-    Placement, Shaders, Work,
+    Placement, Shaders, Shared,
 };
+use crate::shared;
 
-/// The most that a device does in a second of each kind of work that passes count.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Peak {
-    /// Trilinear samples of a volume that fits the caches, in the way in which the device takes them in a render:
-    /// through its filter, or by eight reads.
-    pub samples_cached: f64,
-    /// Reads of single voxels of the same volume.
-    pub reads_cached: f64,
-    /// Writes of texels of four 32-bit floats.
-    pub writes: f64,
-    /// Bytes copied from one buffer to another on the device.
-    pub copied_bytes: f64,
-    /// Whether the samples were taken by the device's own filter.
-    pub filtered: bool,
+shared! {
+    pub struct PeakPush {
+        /// How many times a thread repeats its work.
+        pub steps: uint,
+    }
 }
 
 /// How fast a device is, in more detail.
@@ -109,21 +96,6 @@ pub fn peak_rates(device: &Arc<Device>, shaders: &Shaders) -> Result<PeakRates> 
     })
 }
 
-impl Peak {
-    /// The least time in which the device can do that work: that of the kind of it that takes longest by itself, since
-    /// the others can go on meanwhile (the roofline model of Williams, Waterman and Patterson, CACM 52(4), 2009).
-    pub fn seconds(&self, work: &Work) -> f64 {
-        let kinds = [
-            (work.samples, self.samples_cached),
-            (work.reads, self.reads_cached),
-            (work.writes, self.writes),
-            (work.copied_bytes, self.copied_bytes),
-        ];
-        let seconds = kinds.map(|(count, rate)| count as f64 / rate);
-        seconds.into_iter().fold(0.0, f64::max)
-    }
-}
-
 /// A pass for each kind of work.
 struct Kernels {
     filtered: bool,
@@ -141,6 +113,7 @@ impl Kernels {
             let desc = PassDesc {
                 name: "peak_rate",
                 specialization: &[],
+                push: PeakPush::PUSH,
                 macros: &macros,
             };
             Pass::new(device, shaders, &desc)
@@ -346,55 +319,5 @@ impl Bench {
         let spans = self.frame.timings.spans().iter();
         let device_us: f64 = spans.map(|span| span.duration_us).sum();
         Ok([device_us.max(1e-3) * 1e-6, host_s])
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::engine::figures::peak_share;
-
-    const PEAK: Peak = Peak {
-        samples_cached: 1e6,
-        reads_cached: 4e6,
-        writes: 1e5,
-        copied_bytes: 1e9,
-        filtered: false,
-    };
-
-    fn samples(samples: u64) -> Work {
-        Work {
-            samples,
-            ..Work::default()
-        }
-    }
-
-    fn share(us: f64, work: Work) -> Option<f64> {
-        peak_share(&PEAK, &work, us)
-    }
-
-    #[test]
-    fn a_pass_at_the_peak_rate_has_a_share_of_1_and_twice_the_work_twice_the_share() {
-        assert_eq!(share(1e6, samples(1_000_000)), Some(1.0));
-        assert_eq!(share(1e6, samples(250_000)), Some(0.25));
-        assert_eq!(share(1e6, samples(500_000)), Some(0.5));
-        assert_eq!(share(2e6, samples(500_000)), Some(0.25));
-    }
-
-    #[test]
-    fn what_nobody_counted_has_no_share() {
-        assert_eq!(share(1e6, Work::default()), None);
-        assert_eq!(share(0.0, Work::default()), None);
-    }
-
-    /// Of kinds of work that go on side by side, the slowest decides.
-    #[test]
-    fn the_kind_of_work_that_takes_longest_decides() {
-        let work = Work {
-            reads: 2_000_000,
-            writes: 80_000,
-            ..Work::default()
-        };
-        assert_eq!(share(1e6, work), Some(0.8));
     }
 }

@@ -3,15 +3,25 @@
 use super::pass_compiler::PassCompiler;
 use super::published_cells::PublishedCells;
 use super::resources::Resources;
-use super::shared::PublishedMarchPush;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
+use crate::shared;
+
+shared! {
+    pub struct PublishedMarchPush {
+        /// Iterations of Algorithm 1 in each pixel.
+        pub depth_iterations: uint,
+    }
+}
 
 pub struct PublishedMarch(Pass);
 
 impl PublishedMarch {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(PublishedMarch(passes.compile("published_march")?))
+        Ok(PublishedMarch(
+            passes.compile::<PublishedMarchPush>("published_march")?,
+        ))
     }
 
     /// Leaves the picture in `mean`.

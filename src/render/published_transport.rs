@@ -3,15 +3,29 @@
 use super::pass_compiler::PassCompiler;
 use super::published_cells::PublishedCells;
 use super::resources::Resources;
-use super::shared::PublishedPush;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
+use crate::shared;
+
+shared! {
+    pub struct PublishedPush {
+        /// Dispatches over all cells so far.
+        pub round: uint,
+        /// Steps that each path takes in this dispatch.
+        pub steps: uint,
+        /// The largest extinction anywhere.
+        pub majorant: float,
+    }
+}
 
 pub struct PublishedTransport(Pass);
 
 impl PublishedTransport {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(PublishedTransport(passes.compile("published_transport")?))
+        Ok(PublishedTransport(
+            passes.compile::<PublishedPush>("published_transport")?,
+        ))
     }
 
     /// Takes each cell's path a few steps further.

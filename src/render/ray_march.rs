@@ -3,9 +3,28 @@
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::MarchPush;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass, Slices};
+use crate::shared;
+
+shared! {
+    pub struct MarchPush {
+        /// Every so many pixels along both axes are marched.
+        pub stride: uint,
+        /// A transmittance behind which nothing is looked at.
+        pub opaque_below: float,
+        /// How many times as long as usual steps may be.
+        pub step_scale: float,
+        /// 1: instead of the picture, the part of it that a picture at rest takes from the cache as
+        /// well, and in alpha the picture's mean over channels.
+        pub measures: uint,
+        /// 1: bricks are weighed.
+        pub weighs: uint,
+        /// 1: a pixel that misses bricks of the volume shows what is there.
+        pub keeps_void: uint,
+    }
+}
 
 /// Transmittance below which nothing behind can be seen in eight bits.
 const OPAQUE_BELOW: f32 = 1e-3;
@@ -17,7 +36,7 @@ pub struct RayMarch(Pass);
 
 impl RayMarch {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(RayMarch(passes.compile("ray_march")?))
+        Ok(RayMarch(passes.compile::<MarchPush>("ray_march")?))
     }
 
     /// Leaves a picture of few pixels in `unit_sum`, in a submission under way. Their rays take longer

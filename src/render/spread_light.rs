@@ -3,15 +3,27 @@
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::{BricksPush, SpreadPush};
+
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
+use crate::shared;
+
+shared! {
+    pub struct SpreadPush {
+        pub bricks: uint,
+        /// Bricks in a row of workgroups.
+        pub row: uint,
+        /// Along which light is interpolated.
+        pub axis: uint,
+    }
+}
 
 pub struct SpreadLight(Pass);
 
 impl SpreadLight {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(SpreadLight(passes.compile("spread_light")?))
+        Ok(SpreadLight(passes.compile::<SpreadPush>("spread_light")?))
     }
 
     pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
@@ -26,7 +38,7 @@ impl SpreadLight {
             ],
         ]
         .concat();
-        let (BricksPush { bricks, row }, threads) = cache.for_each_brick();
+        let ([bricks, row], threads) = cache.for_each_brick();
         frame.run(|f| {
             (0..3).try_for_each(|axis| {
                 let push = SpreadPush { bricks, row, axis };

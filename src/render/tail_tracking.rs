@@ -4,9 +4,22 @@ use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::path_queue::{PathQueue, Progress};
 use super::resources::Resources;
-use super::shared::TailPush;
 use crate::error::Result;
+use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
+use crate::shared;
+
+shared! {
+    pub struct TailPush {
+        /// Paths for a tail that weighs 1.
+        pub paths: uint,
+        /// Index of the sample that has been marched.
+        pub sample_index: uint,
+        /// Loop iterations after which a slot leaves its path to the next dispatch.
+        pub work: uint,
+        pub slots: uint,
+    }
+}
 
 /// Paths for the light of a surface that is all that a pixel shows. With more of them, where surfaces fill the picture,
 /// paths would take longer than the march before them.
@@ -20,7 +33,7 @@ pub struct TailTracking {
 impl TailTracking {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(TailTracking {
-            pass: passes.compile("tail_tracking")?,
+            pass: passes.compile::<TailPush>("tail_tracking")?,
             queue: PathQueue::new(passes),
         })
     }

@@ -3,9 +3,23 @@
 
 use std::sync::Arc;
 
-use super::shared::ToneMapPush;
 use crate::error::Result;
-use crate::gpu::{Binding, Device, Frame, Image, Pass, PassDesc, Shaders};
+use crate::gpu::types::*;
+use crate::gpu::{Binding, Device, Frame, Image, Pass, PassDesc, Shaders, Shared};
+use crate::shared;
+
+shared! {
+    pub struct ToneMapPush {
+        /// Pixels of the picture.
+        pub source: uvec2,
+        /// Pixels to show it in.
+        pub size: uvec2,
+        /// Factor by which radiance is multiplied.
+        pub exposure: float,
+        /// 0: clip; 1: the filmic curve.
+        pub filmic: uint,
+    }
+}
 
 pub struct ToneMap(Pass);
 
@@ -14,6 +28,7 @@ impl ToneMap {
         let desc = PassDesc {
             name: "tone_map",
             specialization: &[],
+            push: ToneMapPush::PUSH,
             macros: &[],
         };
         Ok(ToneMap(Pass::new(device, shaders, &desc)?))

@@ -18,12 +18,9 @@ use super::brick_window::{Items, Loads, NoRoom, Order, Window};
 use super::gpu_scene::GpuScene;
 use super::host_bricks::HostBricks;
 use super::plan_in_bricks::bricks_that_matter;
-use super::resources::Resources;
 use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
 use crate::error::{Error, MemoryError, Result};
-use crate::gpu::{
-    Binding, Buffer, BufferDesc, Frame, Image, Memory, Pass, Piece, Placement, SLICE_MS, Slices,
-};
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Piece, Placement};
 use crate::scene::volume::Volume;
 
 /// Bricks are brought onto the GPU through a buffer of this size, or of a quarter of all places.
@@ -274,49 +271,6 @@ impl VolumeBricks {
         state.tell(&words);
         state.figures.waited += began.elapsed();
         followed.map(|()| true)
-    }
-}
-
-impl Resources {
-    /// The next slice of a pass that reads the volume: again and again, until none of its invocations has missed a brick.
-    /// Returns whether it was the last.
-    pub fn run_slice<P: bytemuck::NoUninit>(
-        &self,
-        frame: &mut Frame,
-        pass: &Pass,
-        bindings: &[(&str, Binding<'_>)],
-        push: &P,
-        threads: [u32; 3],
-        slices: &mut Slices,
-    ) -> Result<bool> {
-        let Some(bricks) = &self.bricks else {
-            return frame.run_slice(pass, bindings, push, threads, slices);
-        };
-        bricks.begin(frame, Order::Pixels)?;
-        let before = *slices;
-        frame.run(|f| bricks.record_news(f))?;
-        let is_last = frame.run_slice(pass, bindings, push, threads, slices)?;
-        frame.run(|f| bricks.record_told(f))?;
-        while bricks.serve(frame, &self.volume)? {
-            frame.run(|f| bricks.record_news(f))?;
-            frame.run_slice(pass, bindings, push, threads, &mut before.clone())?;
-            frame.run(|f| bricks.record_told(f))?;
-        }
-        Ok(is_last)
-    }
-
-    /// All of such a pass.
-    pub fn run_in_slices<P: bytemuck::NoUninit>(
-        &self,
-        frame: &mut Frame,
-        pass: &Pass,
-        bindings: &[(&str, Binding<'_>)],
-        push: &P,
-        threads: [u32; 3],
-    ) -> Result<()> {
-        let mut slices = Slices::new(SLICE_MS);
-        while !self.run_slice(frame, pass, bindings, push, threads, &mut slices)? {}
-        Ok(())
     }
 }
 

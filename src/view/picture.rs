@@ -12,8 +12,7 @@ use crate::engine::Engine;
 use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};
-use crate::render::doubling;
-use crate::render::shared::ToneMapPush;
+use crate::render::{ToneMapPush, doubling};
 use crate::scene::Tone;
 
 /// A picture in motion should take about this long.

@@ -59,11 +59,12 @@ impl Probe {
         threads: usize,
         outputs: usize,
     ) -> Vec<O> {
-        let shared = [&shared::glsl(), P::GLSL, I::GLSL, O::GLSL].concat();
+        let shared = [&shared::glsl(), I::GLSL, O::GLSL].concat();
         let shaders = Shaders::new(shared).with_file(&format!("{}.comp", shader.name), shader.text);
         let desc = PassDesc {
             name: shader.name,
             specialization: &self.features.words(),
+            push: P::PUSH,
             macros: &self.features.macros(),
         };
         let pass = Pass::new(&self.device, &shaders, &desc).expect("a pass");

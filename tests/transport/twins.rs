@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicBool;
 use fastrand::Rng;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
-use isolume::render::shared::{self, BRICK, GATHERED, MACROCELL, ToneMapPush};
-use isolume::render::{GpuScene, Renderer, gathers};
+use isolume::render::shared::{self, BRICK, GATHERED, MACROCELL};
+use isolume::render::{GpuScene, Renderer, ToneMapPush, gathers};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -38,6 +38,7 @@ fn shown(radiances: &[f32], exposure: f64, tone: Tone) -> Vec<u8> {
     let desc = PassDesc {
         name: "tone_map",
         specialization: &[],
+        push: ToneMapPush::PUSH,
         macros: &[],
     };
     let shaders = Shaders::new(shared::glsl());

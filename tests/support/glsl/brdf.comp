@@ -10,7 +10,7 @@
 #include "brdf.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { BrdfPush push; };
+#include "push.glsl"
 layout(scalar) readonly buffer InputBlock { BrdfInput at[]; } inputs;
 layout(scalar) writeonly buffer OutputBlock { BrdfOutput at[]; } outputs;
 

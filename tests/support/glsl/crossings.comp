@@ -8,7 +8,7 @@
 #include "surface.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { CrossingsPush push; };
+#include "push.glsl"
 layout(scalar) readonly buffer InputBlock { TestRay at[]; } inputs;
 layout(scalar) writeonly buffer OutputBlock { Found at[]; } outputs;
 

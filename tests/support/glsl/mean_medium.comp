@@ -6,7 +6,7 @@
 #include "medium.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { CountPush push; };
+#include "push.glsl"
 layout(scalar) readonly buffer InputBlock { ValuePair at[]; } inputs;
 layout(scalar) writeonly buffer OutputBlock { MeanMedium at[]; } outputs;
 

@@ -6,7 +6,7 @@
 #include "phase.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { CountPush push; };
+#include "push.glsl"
 layout(scalar) readonly buffer InputBlock { PhaseInput at[]; } inputs;
 layout(scalar) writeonly buffer OutputBlock { PhaseOutput at[]; } outputs;
 

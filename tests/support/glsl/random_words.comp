@@ -5,7 +5,7 @@
 #include "random.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { CountPush push; };
+#include "push.glsl"
 layout(scalar) readonly buffer InputBlock { Stream at[]; } inputs;
 layout(scalar) writeonly buffer OutputBlock { Words at[]; } outputs;
 

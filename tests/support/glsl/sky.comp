@@ -7,7 +7,7 @@
 #include "light.glsl"
 
 layout(local_size_x = 64) in;
-layout(push_constant, scalar) uniform PushBlock { CountPush push; };
+#include "push.glsl"
 layout(scalar) readonly buffer InputBlock { SkyInput at[]; } inputs;
 layout(scalar) writeonly buffer OutputBlock { SkyOutput at[]; } outputs;
 

@@ -53,6 +53,7 @@ fn run(device: &Arc<Device>, values: &str, constants: &[u32]) -> Vec<u32> {
     let desc = PassDesc {
         name: "decided",
         specialization: constants,
+        push: "",
         macros: &[],
     };
     let pass = Pass::new(device, &shaders, &desc).expect("a pass");

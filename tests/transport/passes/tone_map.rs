@@ -6,7 +6,7 @@ use std::sync::Arc;
 use fastrand::Rng;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
-use isolume::render::shared::ToneMapPush;
+use isolume::render::ToneMapPush;
 use isolume::scene::*;
 
 use crate::support::common::*;

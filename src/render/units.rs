@@ -1,0 +1,138 @@
+//! The frame: unit after unit of samples, each folded into the picture once it has ended.
+//!
+//! Pictures are only taken at the end of a unit: stopping a pixel in the middle of its work would favour its short
+//! paths.
+
+use super::accumulate::AccumulatePush;
+use super::bundle::{Bundle, MOST_TOGETHER};
+use super::estimator::Estimator;
+use super::renderer::Renderer;
+use super::until::Until;
+use crate::error::Result;
+
+impl Renderer {
+    /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
+    /// `until` comes before the last path ends. In `published`, a unit is a round instead, whatever
+    /// `samples` says.
+    pub fn unit<'a>(&mut self, samples: u32, until: impl Into<Until<'a>>) -> Result<bool> {
+        self.units(samples, 1, until)
+    }
+
+    /// Gives every pixel so many units of `samples` more samples, together where the volume streams. Returns false if
+    /// `until` comes before the first of them have ended, and leaves out those that are under way then.
+    pub fn units<'a>(
+        &mut self,
+        samples: u32,
+        units: u32,
+        until: impl Into<Until<'a>>,
+    ) -> Result<bool> {
+        let until = until.into();
+        self.abandon()?;
+        // A march knows the spread between single samples, which are its units.
+        let (samples, units) = match self.is_marched() {
+            true => (1, samples * units),
+            false => (samples, units),
+        };
+        let most = match &self.resources.bricks {
+            Some(_) => MOST_TOGETHER.min(self.pixels()),
+            None => 1,
+        };
+        let mut left = units;
+        while left > 0 {
+            let together = left.min(most);
+            loop {
+                if until.is_over() {
+                    self.abandon()?;
+                    return Ok(left < units);
+                }
+                if self.advance_units(samples, together)? {
+                    break;
+                }
+            }
+            left -= together;
+        }
+        Ok(true)
+    }
+
+    /// Goes on with a unit for a slice of time, or begins one. Returns whether it has ended.
+    pub fn advance_unit(&mut self, samples: u32) -> Result<bool> {
+        self.advance_units(samples, 1)
+    }
+
+    fn advance_units(&mut self, samples: u32, units: u32) -> Result<bool> {
+        self.clear_if_stale()?;
+        let bundle = match self.under_way {
+            Some(bundle) => bundle,
+            None => self.begin_bundle(samples, units)?,
+        };
+        let (frame, r) = (&mut self.frame, &self.resources);
+        let sampled = match &mut self.estimator {
+            Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], bundle)?,
+            Estimator::Caching(cache) => cache.sample(frame, r, bundle)?,
+            Estimator::Published(published) => {
+                published.round(frame, r, &mut self.totals)?;
+                self.under_way = None;
+                return Ok(true);
+            }
+        };
+        self.under_way = Some(Bundle {
+            begins: false,
+            ..bundle
+        });
+        self.totals.lookups += u64::from(sampled.lookups);
+        self.accumulate(bundle, sampled.pixels)
+    }
+
+    fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<Bundle> {
+        self.folded = 0;
+        self.kept = match units {
+            1 => None,
+            _ => Some(self.sums()?),
+        };
+        Ok(Bundle {
+            samples: if self.is_marched() { 1 } else { samples },
+            units,
+            first_sample: self.totals.first_sample + self.totals.samples,
+            begins: true,
+        })
+    }
+
+    /// Folds the units of pixels that have all of them into the picture. Returns whether those are all pixels.
+    fn accumulate(&mut self, bundle: Bundle, pixels: u32) -> Result<bool> {
+        let has_ended = pixels == self.pixels();
+        // A single unit can be dropped until it has ended.
+        if pixels > self.folded && (has_ended || bundle.units > 1) {
+            let push = AccumulatePush {
+                samples: bundle.samples,
+                samples_before: self.totals.samples,
+                first: self.folded,
+                end: pixels,
+            };
+            let r = &self.resources;
+            self.frame.run(|f| self.accumulate.record(f, r, &push))?;
+            self.folded = pixels;
+        }
+        if has_ended {
+            self.under_way = None;
+            self.kept = None;
+            let samples = bundle.samples * bundle.units;
+            self.totals.samples += samples;
+            self.totals.units += bundle.units;
+            self.totals.paths += u64::from(samples) * u64::from(pixels);
+        }
+        Ok(has_ended)
+    }
+
+    /// Drops the units under way.
+    fn abandon(&mut self) -> Result<()> {
+        self.under_way = None;
+        match self.kept.take() {
+            Some(sums) => self.upload(&sums),
+            None => Ok(()),
+        }
+    }
+
+    fn pixels(&self) -> u32 {
+        self.resources.size[0] * self.resources.size[1]
+    }
+}
