@@ -17,7 +17,7 @@ void main() {
     if (thread.x >= scene.size.x || place >= push.end) {
         return;
     }
-    // A thread's own texel where it can be: whole numbers are divided slowly.
+    // A thread works on its own texel where it can: integer divisions are slow.
     ivec2 pixel = is_in_bricks ? texel_at_index(pixel_at(place)) : ivec2(thread);
     vec4 average = imageLoad(mean, pixel);
     vec4 square = imageLoad(squares, pixel);

@@ -1,15 +1,15 @@
-// The picture at rest in the `caching` variant, where the medium's scattering has next to no direction (`is_marched` in
-// src/render/shared.rs): one ray through a random place of each pixel takes the light that the cache holds all along its
-// way, and so has next to no noise.
+// The picture at rest in the `caching` variant, where the medium's scattering is nearly isotropic (`is_marched` in
+// src/render/features.rs): one ray through a random point of each pixel collects the light that the cache holds all
+// along its way, and so has next to no noise.
 //
-// What is wrong with that light is corrected at places picked in proportion to what they contributed: what
-// interpolation misses at one, and at four the suns, whose part is made exact: by a shadow ray against what was
-// taken of them there. (A single one would be most of a sample's noise.)
+// The errors of that light are corrected at points of the ray picked in proportion to what they contributed: the
+// error of interpolation at one point, and at four points the light of the suns, which becomes exact: a shadow ray
+// replaces the suns' light that was read from the cache there. (A single point would cause most of a sample's noise.)
 //
-// On surfaces, what the suns bring is marched to as well (sunlit.glsl). The rest of the light there is not known to the
-// cache, nor, where surfaces stop light, that in cubes which one of them cuts: the march leaves it to paths
-// (tail_tracking.comp). Of all such places on a ray one is picked, in proportion to what its light weighs in the pixel,
-// and stands for the others.
+// On surfaces, the light of the suns is marched to as well (sunlit.glsl). The cache does not know the rest of the
+// light there, nor, where surfaces stop light, the light in cubes that a surface cuts: the march leaves both to paths
+// (tail_tracking.comp). Of all such points on a ray one is picked, in proportion to the weight of its light in the
+// pixel, and stands for the others.
 
 #version 460
 #include "scene.glsl"
@@ -35,15 +35,15 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) writeonly uniform image2D unit_sum;
 layout(scalar) writeonly buffer TailBlock { Tail at[]; } tails;
 
-// Below this nothing behind is seen: a float's last digits.
+// Transmittance below which nothing behind is seen: it is in a float's last digits.
 const float OPAQUE_BELOW = 1e-4;
 
-// What a ray has met so far.
+// What a ray has collected so far.
 struct Front {
     vec3 radiance;
     float transmittance;
     float taken; // weight of all light taken from the cache
-    vec4 picked_t; // four places, each picked in proportion to the light taken there
+    vec4 picked_t; // four points, each picked in proportion to the light taken there
     vec4 picked_suns; // and the suns' share that was taken there
     mat4x3 picked_albedo; // and the albedo
     Tail tail;
@@ -61,7 +61,7 @@ void leave(inout Front front, Tail tail, inout Random random) {
     front.tail.weight = sum;
 }
 
-// Which of the four move to a place of this weight, of `sum` so far; they are spread as evenly as can be.
+// Which of the four picks move to a point of this weight, of `sum` so far; they are spread as evenly as possible.
 bvec4 picks(float weight, float sum, float u) {
     return lessThan(fract(u + vec4(0.0, 0.25, 0.5, 0.75)) * sum, vec4(weight));
 }
@@ -76,7 +76,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
         return;
     }
     bool is_opaque;
-    // Stretch by stretch, look by look at the cache, step by step.
+    // Loops over stretches, reads of the cache, and steps.
     LOOP {
         LOOP {
             Taken taken = NOTHING_TAKEN;
@@ -132,7 +132,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
     front.transmittance = is_opaque ? 0.0 : front.transmittance;
 }
 
-// What a sun brings to `g`.
+// The light of a sun that is scattered at `g` towards the ray's beginning.
 vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     LightSample sun = sample_sun(random_numbers(random).x);
     Ray shadow = make_ray(g, sun.direction);
@@ -154,7 +154,7 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
 }
 
-// What the suns bring to the picked places beyond what was taken.
+// The difference between the suns' light at the picked points and the part that was read from the cache.
 vec3 missed_suns(Ray ray, Front front, inout Random random) {
     vec3 suns_here = suns_scattered(-ray.direction);
     vec3 missed = vec3(0.0);
@@ -163,7 +163,7 @@ vec3 missed_suns(Ray ray, Front front, inout Random random) {
         vec3 taken = front.picked_suns.x * suns_here;
         vec3 albedo = has_one_color ? scene.color : front.picked_albedo[0];
         missed += 0.25 * albedo * (sunlight(ray, g, random) - taken);
-        // Not indexed by k: compilers keep in memory what is.
+        // Not indexed by k: compilers keep indexed variables in memory.
         front.picked_t = front.picked_t.yzwx;
         front.picked_suns = front.picked_suns.yzwx;
         front.picked_albedo = mat4x3(front.picked_albedo[1], front.picked_albedo[2], front.picked_albedo[3],
@@ -172,7 +172,7 @@ vec3 missed_suns(Ray ray, Front front, inout Random random) {
     return missed;
 }
 
-// What the light taken should have been more.
+// The correction of the light that was read from the cache.
 vec3 missed_light(Ray ray, Front front, inout Random random) {
     vec3 g = ray.origin + front.picked_t.x * ray.step;
     vec3 albedo = has_one_color ? scene.color : front.picked_albedo[0];
@@ -183,7 +183,7 @@ vec3 missed_light(Ray ray, Front front, inout Random random) {
     return front.taken * missed;
 }
 
-// Along the ray through all that it meets.
+// Marches along the ray through everything that it meets.
 void march(Ray ray, float t_end, inout Front front, inout Random random) {
     Crossing crossing = Crossing(0.0, NOTHING, 0u);
     int known = NOTHING;

@@ -1,16 +1,16 @@
 // Paths from the cache's nodes: estimates of the light that arrives there, averaged over directions.
 //
-// A path begins at a node as if it had just collided there in an isotropic medium: with a shadow ray,
-// and in a direction that is uniform over the sphere. What it brings goes to the node's mean and flux;
-// what the first shadow ray brings from a sun goes to the suns' share. Slots take nodes from a queue as
-// those of camera_path.glsl take pixels.
+// A path begins at a node as if it had just collided there in an isotropic medium: with a shadow ray, and in a
+// direction that is uniform over the sphere. The path's light goes to the node's mean and flux; the light of the
+// first shadow ray, if it went to a sun, goes to the suns' share. Slots take nodes from a queue as those of
+// camera_path.glsl take pixels.
 //
-// The first paths of a node end where they may gather what the cache shows so far (gathering.glsl), and the very first
-// are those of few nodes (coarse.glsl).
+// The first paths of a node end where they can gather light that the cache holds so far (gathering.glsl), and the
+// very first are paths of only some nodes (coarse.glsl).
 //
-// A brick gets paths by how much of it is seen (src/render/focus.rs). A batch is as large as all that a
-// node has had before, as a rule, so that half of every merge is new: rounding to 16 bits then adds up to
-// less than one unit in the last place, after any number of updates.
+// A brick gets paths according to how much of it is seen (src/render/focus.rs). A batch is as large as all batches of
+// a node before, as a rule, so that half of every merge is new: rounding to 16 bits then adds up to less than one
+// unit in the last place, after any number of updates.
 
 #version 460
 #include "scene.glsl"
@@ -40,7 +40,7 @@ writeonly uniform image3D flux_out;
 layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
-// Samples are counted from here, so that no camera path has the same random numbers.
+// The first sample index of nodes, so that no camera path has the same random numbers.
 const uint CELL_SAMPLES = 0x80000000u;
 const uint NODES_PER_HALF = uint(BRICK * BRICK * BRICK / 2);
 
@@ -131,7 +131,7 @@ void ask_for_light(inout Path path, inout Random random) {
         radiance = vec3(grey(light.radiance / scene.cache_unit) / scene.suns_grey);
     }
     node_work.shadow_is_sun = is_sun ? 1u : 0u;
-    // Without roulette: this ray is what the suns' share is made of.
+    // Without roulette: the suns' share is estimated by this ray.
     aim_shadow_ray(path, light.direction, radiance, NOTHING);
 }
 
@@ -151,7 +151,7 @@ void begin_sample(inout Path path) {
     path.dimension = random.dimension;
 }
 
-// Merges the batch with what the node has had before.
+// Merges the batch with the node's earlier light.
 void finish_node() {
     ivec3 texel = node_texel(node_work.node);
     Brick brick = bricks.at[node_work.brick];

@@ -1,6 +1,5 @@
-// How far the device's filter is from linear interpolation, at pseudo-random positions between two
-// texels of a checkerboard along one of the axes: 1 where the sum of the coordinates is odd, 0
-// elsewhere.
+// The error of the device's filter against linear interpolation, at pseudo-random positions between two texels of a
+// checkerboard along one of the axes: 1 where the sum of the coordinates is odd, 0 elsewhere.
 
 #version 460
 #extension GL_EXT_scalar_block_layout : require

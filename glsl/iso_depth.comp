@@ -1,5 +1,5 @@
-// What the ray through each pixel's centre meets first: distance, normal and colour of the surface. A surface without
-// opacity does not count.
+// The first surface that the ray through each pixel's centre meets: its distance, normal and colour. A surface
+// without opacity does not count.
 
 #version 460
 #include "scene.glsl"

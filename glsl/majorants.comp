@@ -1,4 +1,4 @@
-// The largest extinction over each block of cells (parts/medium.rs says how large blocks are).
+// The largest extinction in each block (parts/medium.rs says how large blocks are).
 
 #version 460
 #include "scene.glsl"

@@ -1,10 +1,9 @@
-// What rays through each patch of the picture can meet: how near and how far it is, at least and at most.
-// Rays from the camera begin and end there (camera.glsl), and do not walk through what is empty before and
-// behind.
+// The nearest and the farthest distance at which rays through each patch of the picture can meet anything. Rays from
+// the camera begin and end there (camera.glsl), and do not walk through empty space before and behind.
 //
-// One thread handles one cell. If there is something to meet in it, the box around its eight corners in the picture
-// says for which patches. The bits of positive floats compare like the floats themselves, so atomic maxima find both
-// distances, the nearest one through its complement; 0 means that nothing was found.
+// One thread handles one block. If there is something to meet in it, the bounding box of its eight corners in the
+// picture gives the patches. The bits of positive floats compare like the floats themselves, so atomic maxima find
+// both distances, the nearest one through its complement; 0 means that nothing was found.
 
 #version 460
 #include "scene.glsl"
@@ -19,10 +18,10 @@
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(r32ui) uniform uimage2D patches;
 
-// How far a ray may miss the point that it is aimed at, as a share of the distance.
+// The most by which a ray may miss the point that it is aimed at, as a share of the distance.
 const float ROUNDING = 1e-6;
 
-// A cell as the camera sees it.
+// A block as the camera sees it.
 struct View {
     vec2 low, high;  // in patches, from the upper left
     float near, far; // along rays

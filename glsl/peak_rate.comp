@@ -1,6 +1,6 @@
-// One kind of work and nothing else, so that its rate is the most that the device can do: trilinear samples or single
-// reads of a volume, or writes of a picture. Neighbouring threads work on neighbouring voxels, as neighbouring rays do,
-// and each step goes to another part of the volume, so that only the size of the volume decides what a cache can hold.
+// One kind of work alone, so that its rate is the most that the device can do: trilinear samples or single reads of a
+// volume, or writes of a picture. Neighbouring threads work on neighbouring voxels, as neighbouring rays do, and each
+// step goes to another part of the volume, so that the volume's size alone decides whether caches hold it.
 
 #version 460
 #extension GL_EXT_scalar_block_layout : require

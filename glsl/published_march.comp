@@ -1,11 +1,11 @@
 // The published baseline's picture (Šmajdek et al. 2023): one ray through each pixel's centre.
 //
-// Its depth on the first isosurface is found by their Algorithm 1: the smallest of ever smaller random
-// depths at which V ≥ value. It errs towards the back, and misses shells thinner than its gaps. Random
-// numbers are the same in every picture, so that more iterations go on from fewer.
+// Its depth on the first isosurface is found by their Algorithm 1: the smallest of ever smaller random depths at
+// which V ≥ value. It errs towards the back, and misses shells thinner than its gaps. Random numbers are the same in
+// every picture, so that more iterations continue fewer.
 //
-// The medium in front is composited in fixed steps from the cache, which a trilinear filter reads. The
-// surface is opaque, lit by the first sun alone (by a headlight without one), and nothing shadows it.
+// The medium in front is composited in fixed steps from the cache, which a trilinear filter reads. The surface is
+// opaque, lit by the first sun alone (by a headlight without one), and nothing shadows it.
 
 #version 460
 #include "scene.glsl"
@@ -26,7 +26,7 @@ layout(rgba32f) writeonly uniform image2D mean;
 uniform sampler3D radiance_cells;
 
 const float VOXELS_PER_STEP = 0.5;
-// A transmittance behind which nothing can be seen in eight bits.
+// Transmittance below which nothing behind can be seen in eight bits.
 const float OPAQUE_BELOW = 1e-3;
 
 // The depth that Algorithm 1 finds, as a share of the ray's path through the box; 1 where it finds nothing.

@@ -1,16 +1,16 @@
-// The published baseline's light transport (Šmajdek et al. 2023): a path in every cell, a few steps a
-// dispatch. Its choices, none of which the other variants share:
+// The published baseline's light transport (Šmajdek et al. 2023): a path in every cell, a few steps a dispatch. Its
+// choices, none of which the other variants share:
 //
 // - A path begins anywhere in its cell, so that a cell holds the mean over its volume.
 // - Free flights are tracked against the largest extinction of the whole transfer function.
-// - No next-event estimation: light is what a path meets when it leaves the volume, and a cell holds
-//   direct and indirect light alike, averaged over directions whatever the phase function.
+// - No next-event estimation: a path finds light only when it leaves the volume, and a cell holds direct and indirect
+//   light alike, averaged over directions whatever the phase function.
 // - After MOST_BOUNCES collisions a path ends without light, and the light of long paths is missing.
 // - A cell's mean is over the paths that have ended so far: early on, the short ones.
 //
-// The paper's light is an environment, which leaving paths find. A parallel sun they never would: here
-// it is a cone of SUN_ANGLE around its direction, whose radiance E/Ω brings the same fluence E. Its
-// shadows are as soft as that cone, and its noise is that of hitting a 1/130th of the sphere by chance.
+// The paper's light is an environment, which leaving paths find. A parallel sun they would never find: here it is a
+// cone of SUN_ANGLE around its direction, whose radiance E/Ω brings the same fluence E. Its shadows are as soft as
+// that cone, and its noise is that of hitting a 1/130th of the sphere by chance.
 
 #version 460
 #include "scene.glsl"

@@ -1,7 +1,7 @@
 // The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre, marched front
-// to back. Surfaces are exact hits. What a sun brings to them is marched as well (sunlit.glsl); the mean of all other
-// light that the cache holds there stands for what arrives over the normal.
-// Where it holds nothing, far from the medium, that is the sky's.
+// to back. Surfaces are exact hits. The light of the suns on them is marched to as well (sunlit.glsl); for all other
+// light, the mean that the cache holds there stands for the light that arrives around the normal. Where the cache
+// holds none, far from the medium, that is the sky's.
 
 #version 460
 #include "scene.glsl"
@@ -27,7 +27,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) writeonly uniform image2D unit_sum;
 layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 
-// What has been collected so far.
+// What a ray has collected so far.
 struct Front {
     vec3 radiance;
     vec3 lasting; // the part of it that a picture at rest takes from the cache as well
@@ -40,8 +40,8 @@ ivec3 nearest_brick(Cube cube) {
     return min(node, ivec3(scene.cache_nodes) - 1) / BRICK;
 }
 
-// What light at `cube` weighs, for the brick of its nearest node; rounded at random, so that many a small
-// weight is not lost.
+// Adds the weight of light at `cube` to the brick of its nearest node. It is rounded at random, so that many small
+// weights are not lost.
 void weigh(Cube cube, float weight) {
     ivec3 brick = nearest_brick(cube);
     if (page_of(brick) != NO_PLACE) {
@@ -53,7 +53,7 @@ void weigh(Cube cube, float weight) {
     }
 }
 
-// Light at `cube` is read, though a picture at rest does without it.
+// Marks the brick of light at `cube` as read, though the picture at rest does without it.
 void note_reading(Cube cube) {
     ivec3 brick = nearest_brick(cube);
     if (page_of(brick) != NO_PLACE) {
@@ -72,7 +72,7 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
         return;
     }
     bool is_opaque;
-    // Stretch by stretch, look by look at the cache, step by step.
+    // Loops over stretches, reads of the cache, and steps.
     LOOP {
         LOOP {
             Taken taken = NOTHING_TAKEN;
@@ -87,7 +87,7 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
                 }
             }
             Cube cube = cube_taken(taken, ray);
-            // Not an `if`, of which lavapipe makes slower code.
+            // Not an `if`, for which lavapipe makes slower code.
             for (uint k = 0u; k < weighs; ++k) {
                 weigh(cube, taken.weight);
             }
@@ -110,8 +110,8 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
     }
 }
 
-// All light but the suns' that arrives at a surface, on average. Nodes behind a surface that stops light are dark:
-// there the light is looked for in front of it.
+// All light except the suns' that arrives at a surface, on average. Nodes behind a surface that stops light are dark:
+// the light is then looked for in front of the surface.
 vec3 mean_light_on(vec3 g, vec3 geometric, uint weighs) {
     const float FARTHEST = 4.0; // nodes
     vec3 to_next = scene.cache_step * geometric / scene.spacing;
@@ -144,7 +144,7 @@ vec3 shade(Ray ray, Crossing crossing, uint weighs) {
     return radiance;
 }
 
-// What the ray through a pixel shows; with `weighs`, bricks get their weights.
+// The light of the ray through a pixel; with `weighs`, bricks get their weights.
 Front look(Ray ray, float t_end, uint weighs) {
     Front front = Front(vec3(0.0), vec3(0.0), 1.0);
     Crossing crossing = Crossing(0.0, -1, 0u);
@@ -186,8 +186,8 @@ void main() {
     float entry, t_end;
     Ray ray = camera_ray((vec2(pixel) + 0.5) * float(push.stride), entry, t_end);
     Front front;
-    // Weights are added up while the ray is marched, and cannot be taken back: where bricks may be missing, only once
-    // all that the ray meets is known to be there.
+    // Weights are added up while the ray is marched, and cannot be taken back: where bricks of the volume may be
+    // missing, they are added in a second march, once all that the ray meets is known to be there.
     uint turns = is_in_bricks && push.weighs != 0u ? 2u : 1u;
     for (uint turn = 0u; turn < turns && !is_void; ++turn) {
         front = look(ray, t_end, turn + 1u == turns ? push.weighs : 0u);

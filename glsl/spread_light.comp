@@ -1,6 +1,7 @@
-// Gives the nodes between those of the coarse lattice (coarse.glsl) the light of these, interpolated along one axis after
-// the other: in the middle between the inner two of four values, a cubic through them is (−a + 9b + 9c − d)/16. (Light is
-// curved where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A thread a node, a workgroup a brick.
+// Interpolates the light of the coarse lattice (coarse.glsl) for the nodes between, along one axis after the other:
+// in the middle between the inner two of four values, a cubic through them is (−a + 9b + 9c − d)/16. (Light is curved
+// where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A thread a
+// node, a workgroup a brick.
 
 #version 460
 #include "scene.glsl"
@@ -20,7 +21,7 @@ struct Light {
     bool known;
 };
 
-// `known` is false, and the light 0, where there is no such node, or it has had no path.
+// `known` is false, and the light 0, where there is no node with memory, or the node has had no path.
 Light light_of(ivec3 node) {
     const Light NONE = Light(vec4(0.0), vec3(0.0), false);
     bool is_node = all(greaterThanEqual(node, ivec3(0))) && all(lessThan(node, ivec3(scene.cache_nodes)));
@@ -39,7 +40,7 @@ Light light_of(ivec3 node) {
     return r;
 }
 
-// Whether a node gets its light along the axis: between nodes that have it after the axes before.
+// Whether a node gets its light along the axis: its neighbours have theirs after the axes before.
 bool lies_between(ivec3 node) {
     bool between = (node[push.axis] & 1) != 0;
     for (uint axis = push.axis + 1u; axis < 3u; ++axis) {

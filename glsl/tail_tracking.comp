@@ -1,6 +1,6 @@
-// What a march of the picture at rest (camera_march.comp) leaves to paths: the light of surfaces but for the suns' own,
-// and the light of the medium close to surfaces that stop light. A path begins there, and ends where it may read the
-// cache.
+// Paths for the light that a march of the picture at rest (camera_march.comp) leaves to them: the light of surfaces
+// without the suns' own, and the light of the medium close to surfaces that stop light. A path begins there, and ends
+// where it may read the cache.
 
 #version 460
 #include "scene.glsl"
@@ -27,7 +27,7 @@ layout(rgba32f) uniform image2D unit_sum;
 
 #include "pixel_paths.glsl"
 
-// Samples are counted from here, so that no other path has the same random numbers.
+// The first sample index of these paths, so that no other path has the same random numbers.
 const uint TAIL_SAMPLES = 0x40000000u;
 
 void cover(inout Path path, float share) {}
@@ -36,7 +36,7 @@ void escape(inout Path path) {
     path.sum.rgb += path.throughput * escaping_radiance(path.direction, path.pdf);
 }
 
-// The march has found what the suns bring to a surface.
+// The march has found the suns' light on a surface.
 bool knows_suns(Path path) {
     return path.bounces == 1u && path.surface >= 0;
 }
@@ -50,7 +50,7 @@ uint sample_of(uint item) {
     return push.sample_index + item % units_together();
 }
 
-// Paths for a tail: fewer where it weighs little.
+// Number of paths for a tail: fewer where its weight is small.
 uint paths_of(Tail tail) {
     return uint(ceil(tail.weight * float(push.paths)));
 }

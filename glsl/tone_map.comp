@@ -1,4 +1,4 @@
-// From linear radiance to what a display shows, as src/output/display.rs has it for the PNG.
+// Conversion from linear radiance to display values, as in src/output/display.rs for the PNG.
 
 #version 460
 #extension GL_EXT_scalar_block_layout : require

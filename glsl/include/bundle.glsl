@@ -1,9 +1,10 @@
-// In which order pixels get their samples, and where the sums of units wait until they are folded into the picture.
+// The order in which pixels get their samples, and where the sums of units wait until they are folded into the
+// picture.
 //
-// Where the volume streams, several units are worked off together, pixel by pixel (src/render/bundle.rs). An *item* is
-// a unit of a pixel. All items of a pixel follow one another, then those of the next pixel, strip by strip through the
-// picture and back and forth in each: what is under way at the same time needs the same bricks. The sums have
-// no more room than those of a single unit of all pixels: items use it in turn.
+// Where the volume streams, several units are worked off together, pixel by pixel (src/render/bundle.rs). An *item*
+// is a unit of a pixel. All items of a pixel follow one another, then those of the next pixel, strip by strip through
+// the picture and back and forth in each strip: items under way at the same time need the same bricks. All sums share
+// the memory of a single unit's sums: items use it in turn.
 //
 // Otherwise there is one unit, and an item is a pixel.
 
@@ -19,7 +20,7 @@ uint first_item() {
     return streaming.now.first_item;
 }
 
-// The pixel that comes at this place in the order of work.
+// The pixel with this index in the order of work.
 uint pixel_at(uint place) {
     uint strip = place / (STRIP_HEIGHT * scene.size.x);
     uint height = min(STRIP_HEIGHT, scene.size.y - strip * STRIP_HEIGHT);
@@ -51,13 +52,13 @@ uint item_count() {
     return scene.size.x * scene.size.y * units_together();
 }
 
-// Items whose sums have room at once.
+// Number of items whose sums have room at once.
 uint items_at_once() {
     uint texels = scene.size.x * scene.size.y;
     return texels - texels % units_together();
 }
 
-// Where an item's sum is.
+// Index of an item's sum.
 uint texel_index(uint item) {
     return is_in_bricks ? item % items_at_once() : item;
 }

@@ -1,16 +1,16 @@
 // The cache: light that arrives at the nodes of a lattice (cells.glsl).
 //
-// A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB),
-// and how much of the suns' light arrives unscattered (A, the mean over suns by brightness). Suns are
-// kept apart because their light has edges: what is read of it is corrected by a shadow ray at rest.
-// With an anisotropic medium a second image holds the flux of the same light, grey (RGB).
+// A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB), and the share of
+// the suns' light that arrives unscattered (A, the mean over suns by brightness). Suns are kept apart because their
+// light has edges: the share read from the cache is corrected by a shadow ray at rest. With an anisotropic medium a
+// second image holds the flux of the same light, grey (RGB).
 //
 // Nodes that have had no path hold a guess, marked by a negative A. Where none of the view's rays reads a node, it
-// stays so (src/render/focus.rs): a path that comes there goes on as if there were no cache.
+// keeps the guess (src/render/focus.rs): a path that comes there continues as if there were no cache.
 //
-// Nodes come in bricks of BRICK³; only those that some ray can read have a place in the images, found
-// through the page table. Values are in units of scene.cache_unit: no format overflows, and they stay right
-// when all lights are dimmed or coloured alike.
+// Nodes come in bricks of BRICK³; only those that some ray can read have a place in the images, found through the
+// page table. Values are in units of scene.cache_unit: no format overflows, and they stay right when all lights are
+// dimmed or coloured alike.
 
 LOADED_AS(CACHE_FORMAT) uniform texels3D cache_light;
 LOADED_AS(CACHE_FORMAT) uniform texels3D cache_flux;
@@ -26,12 +26,12 @@ bool has_memory(Cube cube) {
     return page_of(cube.low / BRICK) != NO_PLACE;
 }
 
-// Where a node lies in the images.
+// Position of a node's texel in the images.
 ivec3 node_texel(ivec3 node) {
     return BRICK * unpacked(page_of(node / BRICK)) + node % BRICK;
 }
 
-// A brick's place, counted along the images' x, y and z.
+// Index of a brick's place, counted along the images' x, y and z.
 uint place_of(ivec3 brick) {
     uvec3 at = uvec3(unpacked(page_of(brick)));
     return (at.z * scene.cache_places.y + at.y) * scene.cache_places.x + at.x;
@@ -48,10 +48,10 @@ struct CachedLight {
     vec3 mean;  // radiance over all directions, without the suns' own, in cache_units
     float suns; // share of the suns that arrives
     vec3 flux;  // mean of that radiance times direction of travel, grey
-    bool known; // or a guess, in part
+    bool known; // false if it is a guess, in part
 };
 
-// A node's light. `known` becomes false where that is a guess.
+// A node's light. `known` becomes false if that is a guess.
 vec4 light_at(ivec3 texel, inout bool known) {
     vec4 light = texel_at(cache_light, texel);
     known = known && light.a >= 0.0;
@@ -80,7 +80,7 @@ CachedLight read_cache(Cube cube) {
                + far.y * light_at(texels[5], known)
                + far.z * light_at(texels[6], known)
                + far.w * light_at(texels[7], known);
-    light = max(light, 0.0); // extrapolation may leave what light can be
+    light = max(light, 0.0); // extrapolation may become negative
     CachedLight r = CachedLight(light.rgb, light.a, vec3(0.0), known);
     if (is_anisotropic) {
         r.flux = near.x * texel_at(cache_flux, texels[0]).rgb
@@ -105,14 +105,15 @@ vec4 rounded(vec4 x) {
     return uintBitsToFloat(bits & ~0x1FFFu);
 }
 
-// A node's light; `known` becomes false where it has no memory, or holds a guess.
+// A node's light; `known` becomes false if it has no memory, or holds a guess.
 vec3 node_light(ivec3 node, inout bool known) {
     uint page = page_of(node / BRICK);
     known = known && page != NO_PLACE;
     return light_at(BRICK * unpacked(page) + node % BRICK, known).rgb;
 }
 
-// Light in the plane across `axis` that holds the cube's lowest node, between the four nodes around p.
+// Light in the plane of nodes across `axis` through the cube's lowest node, interpolated between the four nodes
+// around p.
 vec3 light_across(uint axis, ivec3 low, vec3 p, inout bool known) {
     ivec3 most = ivec3(scene.cache_nodes) - 1;
     uint u = (axis + 1u) % 3u;
@@ -127,7 +128,7 @@ vec3 light_across(uint axis, ivec3 low, vec3 p, inout bool known) {
     return light + (1.0 - p[u]) * p[v] * node_light(node, known);
 }
 
-// What read_cache misses of light that is curved along an axis: −½·p(1 − p)·f″, f″ from the nodes on both
+// The error of read_cache for light that is curved along an axis: −½·p(1 − p)·f″, with f″ from the nodes on both
 // sides.
 vec3 missed_along(uint axis, Cube cube) {
     ivec3 e = ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
@@ -145,7 +146,7 @@ vec3 missed_along(uint axis, Cube cube) {
     return known ? -0.5 * p * (1.0 - p) * curvature : vec3(0.0);
 }
 
-// What it misses along all three.
+// The error along all three axes.
 vec3 missed_by_interpolation(Cube cube) {
     return missed_along(0u, cube) + missed_along(1u, cube) + missed_along(2u, cube);
 }

@@ -1,6 +1,5 @@
-// Paths that read the cache: at a collision, which then ends them. Where a surface cuts a cube, its nodes
-// may lie behind the surface, and nodes out of sight may have had no path: there a path scatters as if there were no
-// cache.
+// Paths that end at a collision by reading the cache. Where a surface cuts a cube, its nodes may lie behind the
+// surface, and nodes out of sight may have had no path: there a path scatters as if there were no cache.
 
 // Whether the collision at path.t_end may take its light from the cache.
 bool reads_cache(Path path) {
@@ -8,7 +7,7 @@ bool reads_cache(Path path) {
     return path.collisions + 1u >= cache_order && !(full_light && is_cut(cube_at(g)));
 }
 
-// The end of a path at a collision, with a shadow ray for the suns.
+// Ends a path at a collision, with a shadow ray for the suns.
 bool collect(inout Path path, inout Random random) {
     if (!reads_cache(path)) {
         return false;

@@ -2,7 +2,8 @@
 // (patches.comp).
 LOADED_AS(r32ui) uniform utexels2D patches;
 
-// Nearest and farthest distance of what a ray through the picture at p can meet; `far` is 0 if there is nothing.
+// Nearest and farthest distance at which a ray through the picture at p can meet anything; `far` is 0 if there is
+// nothing.
 vec2 reach_at(vec2 p) {
     ivec2 at = clamp(ivec2(p / vec2(scene.size) * float(PATCHES)), 0, PATCHES - 1) * ivec2(2, 1);
     const ivec2 next = ivec2(1, 0);
@@ -11,7 +12,7 @@ vec2 reach_at(vec2 p) {
     return far == 0u ? vec2(0.0) : vec2(uintBitsToFloat(~near), uintBitsToFloat(far));
 }
 
-// The point of its pixel that a sample's ray goes through, from two numbers in [0, 1).
+// The point of its pixel through which a sample's ray goes, from two numbers in [0, 1).
 vec2 place_in_pixel(vec2 u) {
     return scene.through_centres != 0u ? vec2(0.5) : u;
 }
@@ -34,8 +35,8 @@ Ray camera_ray(vec2 p, out float entry, out float t_end) {
     return ray;
 }
 
-// The pixel of a thread, in groups of 8×8: in Morton order, so that what runs together, be it 4 lanes or 32, sees
-// a block of the picture and not a row. Rays of a block meet more of the same cells.
+// The pixel of a thread, in groups of 8×8: in Morton order, so that threads that run together, be it 4 lanes or 32,
+// see a square of the picture and not a row. Rays of a square meet more of the same cells.
 ivec2 own_pixel() {
     uint i = gl_LocalInvocationIndex;
     uvec2 inner = uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);

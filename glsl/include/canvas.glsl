@@ -1,4 +1,4 @@
-// What both stages of drawing a user interface share.
+// The push constants that both stages of drawing a user interface share.
 
 #include "shared.glsl"
 

@@ -1,6 +1,6 @@
-// The lattice of the cache: equal cells that fill the box, a node at the centre of each. Between nodes,
-// light is interpolated; from the outer ones to the box's faces it is extrapolated. The *cube* of a node
-// is what lies between it and the next nodes, out to the faces at the border. Bricks are BRICK³ nodes.
+// The lattice of the cache: equal cells that fill the box, a node at the centre of each. Between nodes, light is
+// interpolated; from the outer ones to the box's faces it is extrapolated. The *cube* of a node is the space between
+// it and the next nodes, out to the faces at the border. Bricks are BRICK³ nodes.
 
 vec3 node_position(ivec3 node) {
     return 0.5 + (vec3(node) + 0.5) * scene.cache_step;

@@ -1,16 +1,16 @@
-// At first a brick is filled on a coarse lattice: of its nodes only those whose indices are even get paths, an eighth of
-// them. The others get what lies between these (spread_light.comp). Once their time of gathering is over
-// (gathering.glsl), all nodes get paths.
+// At first a brick is filled on a coarse lattice: only nodes whose indices are even get paths, an eighth of all
+// nodes. The others get light that is interpolated between these (spread_light.comp). Once the brick's nodes have
+// gathered enough (gathering.glsl), all of them get paths.
 //
-// A ray reads few of the nodes around it: noise of nodes that have a few paths each hardly averages out along it. What
-// nodes share does: on the coarse lattice, as many paths make a ray see half as many nodes, which have had eight times as
-// many (`transport caching::gathering` prints the noise of both). What is wrong with the coarse lattice is forgotten as
-// the nodes get paths of their own.
+// A ray reads few of the nodes around it: noise of nodes that have a few paths each hardly averages out along it. On
+// the coarse lattice, the same number of paths makes a ray see half as many nodes, which have had eight times as many
+// (`transport caching::gathering` prints the noise of both). The errors of the coarse lattice are forgotten as the
+// nodes get paths of their own.
 //
-// A surface that stops light may lie between nodes: bricks that one cuts begin with the fine lattice. So do all where
-// the coarse lattice would be so coarse that noise is the smaller error.
+// A surface that stops light may lie between nodes: bricks that it cuts begin with the fine lattice. So do all bricks
+// where the coarse lattice would be so coarse that noise is the smaller error.
 
-// In voxels, between nodes of the fine lattice.
+// Widest step of the fine lattice, in voxels, where bricks begin with the coarse one.
 const float WIDEST_STEP = 2.5;
 
 bool is_coarse_node(ivec3 node) {
@@ -22,7 +22,7 @@ bool may_gather() {
     return all(greaterThan(scene.cache_nodes, uvec3(1u)));
 }
 
-// Whether a batch is one of a brick's first.
+// Whether a batch is one of a brick's first, in which its nodes gather.
 bool is_young(Brick brick) {
     return may_gather() && brick.first_sample + brick.samples <= GATHERED;
 }

@@ -1,30 +1,30 @@
-// Paths from nodes that have had few: they end at their first collision, with what the cache shows there. Batches are
-// then turns of a Gauss–Seidel iteration of the transport equation; a few of them spread light as far as long paths
-// would, in less time.
+// Gathering: paths from nodes that have had few paths end at their first collision, with the light that the cache
+// holds there. Batches are then steps of a Gauss–Seidel iteration of the transport equation; a few of them spread
+// light as far as long paths would, in less time.
 //
-// What such a path brings is as wrong as the cache is between nodes. So nodes gather only at first, and trace their
-// paths to the end from then on: what was gathered weighs less and less.
+// The light of a gathered path has the errors of the cache between nodes. So nodes gather only at first, and trace
+// their paths to the end from then on: gathered light weighs less and less.
 //
 // A batch fills one half of the nodes after the other, like the two colours of a chessboard, and a half reads only
 // the other: no value depends on which node was faster.
 
-// What a gathered path counts for beside a traced one.
+// Weight of a gathered path relative to a traced one.
 const float WORTH = 1.0 / float(GATHERED_FOR_ONE);
 
-// Whether the paths of a batch do.
+// Whether the paths of a batch gather.
 bool gathers(Brick brick, uint nodes_half) {
     bool has_light = brick.first_sample > 0u || nodes_half == 1u;
     return has_light && is_young(brick);
 }
 
-// Paths that a node has had, by what they are worth.
+// Number of a node's earlier paths, each counted with its weight.
 float history(Brick brick) {
     uint gathered = may_gather() ? min(brick.first_sample, GATHERED) : 0u;
     return float(brick.first_sample) - (1.0 - WORTH) * float(gathered);
 }
 
-// The linear function through four corners of a cube, no two of which are neighbours: those whose indices have a sum
-// like `nodes_half`. A loop, for drivers that take long to compile what reads images.
+// The linear function through four corners of a cube, no two of which are neighbours: those whose sum of indices has
+// the parity `nodes_half`. A loop, for drivers that take long to compile reads of images.
 CachedLight read_half(Cube cube, int nodes_half) {
     int mirrored = cube.low.x + cube.low.y + cube.low.z + nodes_half & 1;
     CachedLight r = CachedLight(vec3(0.0), 0.0, vec3(0.0), true);

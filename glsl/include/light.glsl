@@ -1,7 +1,7 @@
 // Lights: parallel suns, a constant environment, and an environment image.
 //
-// The constant part has no next-event estimation: it is as bright everywhere, so that a path's own
-// escape finds it with the best density there is. Image and suns are picked by power.
+// The constant part has no next-event estimation: it is equally bright everywhere, so a path's own escape finds it
+// with the best density. Image and suns are picked by power.
 
 layout(scalar) readonly buffer SunBlock { Sun at[]; } suns;
 LOADED_AS(rgba32f) uniform texels2D environment;
@@ -22,7 +22,7 @@ const bool has_light_sampling = sun_count > 0u || has_environment_image;
 // u = ½ + atan2(d.x, −d.z)/2π, v = acos(d.y)/π.
 vec2 environment_position(vec3 d) {
     float u = 0.5 + (d.x == 0.0 && d.z == 0.0 ? 0.0 : atan(d.x, -d.z)) / (2.0 * PI);
-    // Not acos, which knows no angles near the poles.
+    // Not acos, which loses angles near the poles.
     return vec2(u, atan(length(d.xz), d.y) / PI);
 }
 
@@ -52,11 +52,11 @@ float environment_density(vec3 direction) {
     return scene.image_probability * sky.at[cell.y * cells.x + cell.x].density;
 }
 
-// Stands for a density where no other strategy could have found the direction.
+// In place of a density, where no other strategy could have found the direction.
 const float ALONE = -1.0;
 
-// What a ray in `direction` brings from outside. `density` is the one that it was sampled with, for
-// the balance heuristic against light sampling; ALONE for a ray from the camera.
+// The radiance that a ray in `direction` brings from outside. `density` is the one with which the direction was
+// sampled, for the balance heuristic against light sampling; ALONE for a ray from the camera.
 vec3 escaping_radiance(vec3 direction, float density) {
     vec3 radiance = scene.environment;
     if (has_environment_image) {
@@ -73,7 +73,8 @@ struct LightSample {
     float density;  // 1/sr; ALONE for a sun
 };
 
-// cos(πx) from 0 to 1, to single precision. A device's own may be off by 1/2048, which is a tenth of a cell at the poles.
+// cos(πx) from 0 to 1, to single precision. A device's own cosine may be off by 1/2048, a tenth of a cell at the
+// poles.
 float cos_pi(float x) {
     float a = 0.5 * PI * min(x, 1.0 - x);
     float b = a * a;
@@ -103,7 +104,7 @@ LightSample sample_image(vec2 u, uint word, float pick) {
     return light;
 }
 
-// One of the suns, by its power.
+// One of the suns, picked by its power.
 LightSample sample_sun(float pick) {
     uint index = 0u;
     while (index + 1u < sun_count && pick >= sun_at(index).cumulative_probability) {
@@ -114,7 +115,7 @@ LightSample sample_sun(float pick) {
     return LightSample(-sun.direction, sun.irradiance / (sun.cumulative_probability - below), ALONE);
 }
 
-// The last word is used twice: for the kind of light, and, stretched again, for a cell or its alias.
+// The last word is used twice: for the kind of light, and, stretched to [0, 1) again, for a cell or its alias.
 LightSample sample_light(uvec4 words) {
     float kind = unit_interval(words.w);
     if (has_environment_image && kind < scene.image_probability) {

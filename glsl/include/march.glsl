@@ -1,16 +1,16 @@
 // The steps of a march through the medium, front to back: Σ T·(1 − exp(−σt·Δ))·albedo·light.
 //
-// A step ends where the ray leaves a cell, and after a fraction of a mean free path of the densest place nearby if that
-// comes first. Within a cell the field along a ray is nearly linear: its kinks are at the cells' sides. So the medium's
-// mean between the field's values at both ends is nearly exact, however narrow a tent of the transfer function is, and
-// has no noise. (Steps of equal length across cells have a bias, and one look at a random place in each step has much noise:
-// `transport hard_cases::march`.)
+// A step ends where the ray leaves a cell, or earlier after a fraction of a mean free path at the densest point
+// nearby. Within a cell the field along a ray is nearly linear: its kinks are at the cells' sides. So the medium's
+// mean between the field's values at both ends is nearly exact, however narrow a tent of the transfer function is,
+// and has no noise. (Steps of equal length across cells have a bias, and one sample at a random point in each step
+// has much noise: `transport hard_cases::march`.)
 
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
 // However dense the medium is, a step ends at a later t than it begins at.
 const float LEAST_VOXELS_PER_STEP = 1e-3;
 
-// Steps are so many times as long for a picture that is soon gone: they end at the sides of larger cells then.
+// Factor on the length of steps for a picture in motion: they end at the sides of larger cells then.
 float step_scale = 1.0;
 
 // 1 − exp(−x) without cancellation.
@@ -18,16 +18,17 @@ float absorbed_by(float x) {
     return x < 0.01 ? x * (1.0 - x * (0.5 - x * (1.0 / 6.0))) : 1.0 - exp(-x);
 }
 
-// A march under way, stretch by stretch: what a row of blocks that hold medium has of the ray. (Stretches of one block
-// leave lanes waiting for their neighbours; a row without end would be walked through for rays that soon are opaque.)
+// A march under way, stretch by stretch: each is the part of the ray in a row of blocks that hold medium. (Stretches
+// of one block leave lanes waiting for their neighbours; rows without a limit would be walked through for rays that
+// soon are opaque.)
 struct March {
     float t, t_end;
     Walk walk;      // through the majorants' blocks; stands behind the stretch
-    bool inside;    // or has left them
+    bool inside;    // whether the walk is still in the blocks' lattice
     float exit;     // where the stretch ends
-    bool goes_on;   // steps of the stretch are still to be made, from t on
-    float longest;  // of its steps, a world length
-    Walk cells;     // whose sides end steps; stands at t
+    bool goes_on;   // whether steps of the stretch are left, from t on
+    float longest;  // length of its longest step, in world units
+    Walk cells;     // through the cells whose sides end steps; stands at t
     Classified end; // where the next step begins
 };
 
@@ -123,7 +124,7 @@ float marched_transmittance(Ray ray, float t, float t_end, float least) {
     return transmittance < least ? 0.0 : transmittance;
 }
 
-// What a march has taken since it last read the cache: light varies little from step to step.
+// Sums over a march's steps since it last read the cache: light varies little from step to step.
 struct Taken {
     vec3 albedo;  // Σ weight·albedo, if it has several colours
     float weight; // Σ T·(1 − exp(−σt·Δ))
@@ -134,7 +135,7 @@ struct Taken {
 const Taken NOTHING_TAKEN = Taken(vec3(0.0), 0.0, 0.0, 0u);
 
 // Whether it is time to read the cache: after as many cells as there are voxels between nodes, or a few times as many
-// where next to nothing has been taken. A ray leaves three cells, on average, where it passes two voxels.
+// where almost no light has been collected. A ray leaves three cells, on average, where it passes two voxels.
 bool is_due(Taken taken) {
     const float NEXT_TO_NOTHING = 0.02;
     uint stride = taken.weight < NEXT_TO_NOTHING ? 4u * scene.cache_stride : scene.cache_stride;
@@ -154,13 +155,13 @@ vec3 albedo_taken(Taken taken) {
     return has_one_color ? taken.weight * scene.color : taken.albedo;
 }
 
-// Where `taken` was taken, on average.
+// The mean position of the light in `taken`.
 Cube cube_taken(Taken taken, Ray ray) {
     float t = taken.t / max(taken.weight, 1e-30);
     return cube_at(ray.origin + t * ray.step);
 }
 
-// What of it is scattered towards the ray's beginning, without the suns' own.
+// The part of the light that is scattered towards the ray's beginning, without the suns' own.
 vec3 scattered_back(CachedLight light, Ray ray) {
     return max(vec3(0.0), scattered_light(light, -ray.direction));
 }

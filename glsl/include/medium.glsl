@@ -59,8 +59,8 @@ struct Classified {
     vec4 area; // integral over values up to this one of opacity times colour and, in a, of opacity
 };
 
-// Opacity times colour and, in a, opacity: their means between two values from one of which to the other both are
-// linear.
+// Means of opacity times colour and, in a, of opacity between two values, if both opacity and colour are linear from
+// one to the other.
 vec4 mean_of_line(vec4 a, vec4 b) {
     if (has_one_color) {
         return vec4(0.0, 0.0, 0.0, 0.5 * (a.a + b.a));

@@ -1,18 +1,18 @@
-// What a path does on its way, wherever it began: it flies, meets surfaces, scatters, and asks for
-// light with shadow rays. It advances event by event and keeps its whole state in a `Path`, so that it
-// can wait for the next dispatch anywhere.
+// The steps of a path, wherever it began: it flies, meets surfaces, scatters, and looks for light with shadow rays.
+// It advances event by event and keeps its whole state in a `Path`, so that it can wait for the next dispatch
+// anywhere.
 //
-// Who includes this says what becomes of what a path finds:
+// A shader that includes this defines what happens to the light and the events of a path:
 
-// `radiance` arrives where the path began.
+// Adds `radiance` that arrives where the path began.
 void contribute(inout Path path, vec3 radiance);
 // The path's first segment meets medium or surface with this share of its light.
 void cover(inout Path path, float share);
 // The path leaves the box.
 void escape(inout Path path);
-// At a collision: takes all that it will bring and ends the path there, if that can be known.
+// At a collision: contributes all light that the path would bring and ends it there, if that light is known.
 bool collect(inout Path path, inout Random random);
-// Whether what the suns bring to where the path scatters now has been found without it.
+// Whether the suns' light at the point where the path scatters now has been found by other means.
 bool knows_suns(Path path);
 
 Random random_of(Path path) {
@@ -73,7 +73,7 @@ void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random 
     path.t_end = crossing.surface >= 0 ? crossing.t : path.t_end;
 }
 
-// The path turns into `direction` at path.origin; `known` is the surface it starts on, or −1.
+// Turns the path into `direction` at path.origin; `known` is the surface it starts on, or −1.
 void turn(inout Path path, vec3 direction, int known, inout Random random) {
     Ray ray = make_ray(path.origin, direction);
     vec2 span = clip_ray(ray, 0.0);
@@ -88,8 +88,8 @@ float brightest(vec3 color) {
     return max(color.x, max(color.y, color.z));
 }
 
-// Russian roulette (Arvo and Kirk 1990): 0, or the factor by which what survives is brighter, so that
-// nothing goes on that is darker than `least`.
+// Russian roulette (Arvo and Kirk 1990): 0 if the path ends, or the factor by which a surviving one becomes brighter,
+// so that nothing continues that is darker than `least`.
 float roulette(float brightness, float least, inout Random random) {
     if (brightness >= least) {
         return 1.0;
@@ -97,7 +97,8 @@ float roulette(float brightness, float least, inout Random random) {
     return random_numbers(random).x * least >= brightness ? 0.0 : least / brightness;
 }
 
-// For what a shadow ray may bring at most: many rays may add next to nothing to light or noise.
+// Russian roulette for shadow rays by the most radiance that they may bring: many rays may add next to nothing to
+// light or noise.
 vec3 worth_a_ray(vec3 radiance, inout Random random) {
     const float LEAST = 0.05; // of all lights together
     return radiance * roulette(brightest(radiance / scene.cache_unit), LEAST, random);
@@ -124,7 +125,7 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
     path.stage = STAGE_SHADOW;
 }
 
-// What turns light where a segment ends: a surface, or else the medium.
+// The surface or medium that scatters light where a segment ends.
 struct Scatterer {
     bool is_surface;
     Hit hit;
@@ -144,7 +145,7 @@ Scatterer scatterer_of(Path path) {
     return s;
 }
 
-// How it turns light into a direction.
+// The scatterer's response to light in a direction.
 struct Response {
     vec3 value;    // BRDF times cosine, or phase function
     float density; // of sampling by it, 1/sr
@@ -175,8 +176,8 @@ vec3 sample_direction(inout Path path, Scatterer s, vec3 u) {
     return direction_around(s.arriving, cosine, u.y);
 }
 
-// Asks for light and turns the path. What surfaces and medium have in common is here once: a device of wide lanes
-// runs both sides of a branch.
+// Sends a shadow ray and turns the path. Code that surfaces and medium share is here only once: a device with wide
+// lanes runs both sides of a branch.
 void deflect(inout Path path, inout Random random) {
     Scatterer s = scatterer_of(path);
     int known = s.is_surface ? path.surface : NOTHING;
@@ -197,7 +198,7 @@ void deflect(inout Path path, inout Random random) {
     turn(path, direction, known, random);
 }
 
-// Whether the path goes on after an event, with Russian roulette where nothing else ends it.
+// Whether the path continues after an event, with Russian roulette where nothing else ends it.
 bool survives(inout Path path, inout Random random) {
     const float LEAST = 0.4;
     if (scene.max_bounces == 0u) {
@@ -206,7 +207,7 @@ bool survives(inout Path path, inout Random random) {
     return brightest(path.throughput) > 0.0;
 }
 
-// A path that ends while its shadow ray is on its way: the flight that follows meets nothing.
+// Ends a path while its shadow ray is on its way: the flight that follows meets nothing.
 void end_path(inout Path path) {
     path.throughput = vec3(0.0);
     path.t = 0.0;
@@ -233,9 +234,9 @@ void scatter(inout Path path, inout Random random) {
     }
 }
 
-// Takes the path's shadow ray on, if it has one, and then its flight.
+// Advances the path's shadow ray, if it has one, and then its flight.
 //
-// One loop for both: a lane's flight and its neighbour's shadow ray go on together, and a lane whose shadow
+// One loop for both: a lane's flight and its neighbour's shadow ray are advanced together, and a lane whose shadow
 // ray is over does not wait.
 void fly(inout Path path, inout Random random) {
     bool is_shadow = has_light_sampling && path.stage == STAGE_SHADOW;
@@ -253,7 +254,7 @@ void fly(inout Path path, inout Random random) {
         if (tracking.outcome == OUTCOME_PENDING) {
             step_tracking(tracking, is_shadow, random, path.value, path.shadow_transmittance);
         }
-        // What stood before a step that is void still stands.
+        // A step that is void is undone.
         bool is_last = is_void;
         if (is_last && steps > 0u) {
             tracking = before;
@@ -261,7 +262,7 @@ void fly(inout Path path, inout Random random) {
             path.shadow_transmittance = transmittance_before;
             forgive();
         }
-        // `has_light_sampling` is known to the compiler, which leaves the block out without it.
+        // The compiler knows `has_light_sampling`, and leaves the branch out without it.
         if (has_light_sampling && is_shadow && tracking.outcome == OUTCOME_END) {
             contribute(path, path.shadow_transmittance * path.shadow_radiance);
             is_shadow = false;
@@ -287,7 +288,7 @@ void fly(inout Path path, inout Random random) {
     }
 }
 
-// Takes the path on, and handles what it arrives at.
+// Advances the path, and handles the event at its end.
 void advance_once(inout Path path) {
     Random random = random_of(path);
     if (path.stage != STAGE_IDLE) {
@@ -304,8 +305,8 @@ void advance_once(inout Path path) {
     path.dimension = random.dimension;
 }
 
-// The same, and twice where there are surfaces: to find the first one of a new path is dear, and cheaper for
-// several lanes whose paths have ended together. (A loop of a single turn would still be one to a driver.)
+// Advances the path, twice where there are surfaces: finding a new path's first surface is expensive, and cheaper if
+// several lanes whose paths have ended do it together. (A loop of a single turn would still be a loop to a driver.)
 void advance(inout Path path) {
     if (surface_count == 0u) {
         advance_once(path);

@@ -1,9 +1,9 @@
 // Paths whose light belongs to pixels, pixel by pixel.
 //
-// Each slot takes a pixel from a queue, traces all of its paths one after another, and takes the next pixel, so that no
-// lane idles because its neighbour's paths are longer. A slot does a bounded amount of work in a dispatch and keeps
-// its path in memory until the next one. A pixel's paths are summed by one slot in a fixed order: the picture does not
-// depend on the number of slots.
+// Each slot takes a pixel from a queue, traces all of its paths one after another, and takes the next pixel, so that
+// no lane idles because its neighbour's paths are longer. A slot does a bounded amount of work in a dispatch and
+// keeps its path in memory until the next one. A pixel's paths are summed by one slot in a fixed order: the picture
+// does not depend on the number of slots.
 //
 // A shader that includes this has a PushBlock with `work` and `slots`, and defines:
 
@@ -22,7 +22,7 @@ void contribute(inout Path path, vec3 radiance) {
     path.sum.rgb += radiance;
 }
 
-// The next item of the queue, from which a slot takes one after another; false if it has to wait, or if there is none.
+// Takes the next item from the queue; false if the slot has to wait, or if there is no item left.
 bool take_item(inout Path path, out uint item) {
 #ifdef VOLUME_IN_BRICKS
     if (path.item == 0u) {
@@ -50,7 +50,7 @@ void finish_item(inout Path path) {
     path.item = 0u;
 }
 
-// Tells the host which item a slot is left with.
+// Reports the item that a slot still works on to the host.
 void report_item(uint item) {
 #ifdef VOLUME_IN_BRICKS
     if (item != 0u) {

@@ -37,22 +37,22 @@ vec4 random_numbers(inout Random random) {
     return unit_intervals(random_words(random));
 }
 
-// Even points: of a pixel's samples, any 2^k that follow an aligned one fill the square so that each box of
-// area 2^−k has one of them. A path's first event takes its numbers from these; they are what most of a
-// picture's noise comes from where surfaces are, and for later events they gain nothing (measured).
+// Even points: of a pixel's samples, any aligned 2^k in a row fill the square so that each box of area 2^−k has one
+// of them. A path's first event takes its numbers from these points; where there are surfaces, it causes most of a
+// picture's noise, and for later events even points gain nothing (measured).
 //
-// The first two dimensions of Sobol's sequence, padded: each pair has its own order of samples. Scrambling
-// as Owen's (1995), by the hash of Laine and Karras (2011) with Vegdahl's constants; shuffling and padding
-// as in Burley, "Practical Hash-based Owen Scrambling" (JCGT 2020).
+// The first two dimensions of Sobol's sequence, padded: each pair has its own order of samples. Scrambling as Owen's
+// (1995), by the hash of Laine and Karras (2011) with Vegdahl's constants; shuffling and padding as in Burley,
+// "Practical Hash-based Owen Scrambling" (JCGT 2020).
 
-// How a sample's pairs are numbered: each event has two for light and two for a direction.
+// Numbers of an event's pairs: each event has two for light and two for a direction.
 uint light_pairs(uint event) { return 4u * event; }
 uint direction_pairs(uint event) { return 4u * event + 2u; }
 
-// An index that no path's sample has.
+// A sample index that no path has.
 const uint OF_ALL_SAMPLES = 0x7FFFFFFFu;
 
-// Flips each bit by a hash of those below it.
+// Flips each bit by a hash of the bits below it.
 uint scrambled_upwards(uint x, uint seed) {
     x ^= x * 0x3D20ADEAu;
     x += seed;

@@ -1,14 +1,14 @@
 // Ranges of macrocells: boxes of MACROCELL³ trilinear cells.
 
-// Smallest and largest stored value that the field takes in the cell.
+// Smallest and largest stored value of the field in each macrocell.
 LOADED_AS(rg32f) uniform texels3D ranges;
 
 vec2 macrocell_range(ivec3 macrocell) {
     return texel_at(ranges, macrocell).rg;
 }
 
-// The smallest and largest stored value in a block of cells with one majorant. The field is continuous: it takes
-// every value between the least and the largest of the block's macrocells.
+// The smallest and largest stored value in a block. The field is continuous: it takes every value between the least
+// and the largest of the block's macrocells.
 vec2 range_of(ivec3 cell) {
     int side = int(scene.majorant_size) / MACROCELL;
     vec2 range = macrocell_range(side * cell);

@@ -1,5 +1,5 @@
-// Rays live in grid space for position and in world space for direction: x(t) = origin + t·step,
-// where step = direction / spacing, so that t is a world length.
+// Rays have their position in grid space and their direction in world space: x(t) = origin + t·step, where step =
+// direction / spacing, so that t is a world length.
 
 layout(scalar) readonly buffer ClipBlock { Clip at[]; } clips;
 
@@ -21,8 +21,8 @@ vec3 to_world(vec3 grid) {
     return (grid - 0.5) * scene.spacing - scene.half_extent;
 }
 
-// The part of the ray inside the box and the clip planes; empty if x ≥ y. A convex body, so one
-// interval. Zero components of `step` are told apart: divided by, they would give NaN on a face.
+// The part of the ray inside the box and the clip planes; empty if x ≥ y. The body is convex, so the part is one
+// interval. Zero components of `step` are handled separately: a division by them would give NaN on a face.
 vec2 clip_ray(Ray ray, float from) {
     float t0 = from;
     float t1 = 3.4e38;
@@ -55,14 +55,14 @@ vec2 clip_ray(Ray ray, float from) {
     return vec2(t0, t1);
 }
 
-// Turns of this thread's loops so far. A dispatch is bounded by them: they are what takes time, and lavapipe
+// Iterations of this thread's loops so far. A dispatch is bounded by them: they are what takes time, and lavapipe
 // silently ends every loop of a thread group after 65535 of them.
 uint work = 0u;
 
-// A loop that is left by `break` where it ends. A CPU's driver runs through a loop's whole body for as long as one
-// lane of its vectors has not left, so that a loop which asks at its beginning costs a body more. It also hands on,
-// of a loop with a single way out, what the last turn computed, for lanes that had left before as well. So the
-// condition, which always holds, is a second way out.
+// A loop that is left by `break` at its end. A CPU's driver runs through a loop's whole body for as long as one lane
+// of its vectors has not left, so that a loop that tests at its beginning costs a body more. If a loop has a single
+// exit, the driver also hands on what the last iteration computed to lanes that had left before. So the condition,
+// which always holds, is a second exit.
 #define LOOP while (++work != 0u)
 
 // A walk of a ray through boxes of `size` grid units on a lattice from the grid's origin.
@@ -71,7 +71,7 @@ struct Walk {
     float exit;   // t at which the ray leaves the cell
     ivec3 next;   // from the cell to the next one
     // Properties of the ray. No component is ever picked by an index that is not a constant, since compilers keep
-    // vectors that are indexed like that in memory.
+    // vectors that are indexed in that way in memory.
     vec3 inverse; // 1 / step; 0 where the ray never leaves along an axis
     vec3 ahead;   // 1 where the cell's upper side is the one that is left
 };
@@ -86,7 +86,7 @@ void find_exit(inout Walk walk, Ray ray, float size) {
     walk.next = ivec3(sign(walk.inverse)) * ivec3(x, y, !x && !y);
 }
 
-// A walk that stands in a known cell.
+// A walk that begins in a known cell.
 Walk walk_from(Ray ray, ivec3 cell, float size) {
     Walk walk;
     walk.cell = cell;

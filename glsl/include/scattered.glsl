@@ -1,4 +1,4 @@
-// What the medium scatters of the light that the cache holds (cache.glsl).
+// The light of the cache (cache.glsl) that the medium scatters.
 
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
 // light on its way out. The flux's colour is that of the mean, beside that of the lights.
@@ -12,7 +12,7 @@ vec3 scattered_light(CachedLight light, vec3 travel) {
     return radiance * (1.0 + share);
 }
 
-// What the suns would bring if all of them reached the point: Σ p(ω, ω_sun)·E.
+// The suns' scattered light if all of it reached the point: Σ p(ω, ω_sun)·E.
 vec3 suns_scattered(vec3 travel) {
     vec3 sum = vec3(0.0);
     for (uint s = 0u; s < sun_count; ++s) {

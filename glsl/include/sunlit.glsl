@@ -1,4 +1,4 @@
-// What the suns bring to a surface, by a march towards each of them: shadows are exact at any scale of the cache, and
+// The suns' light on a surface, by a march towards each of them: shadows are exact at any scale of the cache, and
 // have no noise.
 
 // The share of a sun's light that reaches a surface; 0 where it is less than `least`.

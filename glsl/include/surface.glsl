@@ -1,9 +1,9 @@
-// Isosurfaces: where the truth of V ≥ value changes along a ray. In a trilinear cell the field along
-// a ray is a cubic, so crossings are its exact roots (Marmitt et al. 2004).
+// Isosurfaces: where the truth of V ≥ value changes along a ray. In a trilinear cell the field along a ray is a
+// cubic, so crossings are its exact roots (Marmitt et al. 2004).
 //
-// The ray carries its side of every surface as a bit, and a crossing is a change of truth against
-// that bit. A sign lost to rounding at a cell's border is found in the next cell, so no ray slips
-// through, and no epsilon is needed to leave a surface: its known root is divided out.
+// The ray carries its side of every surface as a bit, and a crossing is a change of truth against that bit. A sign
+// lost to rounding at a cell's border is found in the next cell, so no ray slips through, and no epsilon is needed to
+// leave a surface: its known root is divided out.
 
 layout(scalar) readonly buffer SurfaceBlock { Surface at[]; } surfaces;
 
@@ -21,7 +21,7 @@ float isovalue(uint surface) {
     return surface == 0u ? first_surface.value : surfaces.at[surface].value;
 }
 
-// What stands at a path's end besides a surface's index.
+// Events at a path's end other than a surface's index.
 const int NOTHING = -1;
 const int COLLISION = -2;
 
@@ -123,8 +123,8 @@ struct Passage {
     bool fresh; // the sides are not known yet
 };
 
-// The first u ∈ [0, 1] of a passage at which it crosses a surface; > 1 if there is none. Unless `exactly`, the
-// beginning of the stretch in which that is.
+// The first u ∈ [0, 1] of a passage at which it crosses the surface; > 1 if there is none. Unless `exactly`, the
+// beginning of the interval in which the crossing lies.
 float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint inside) {
     float value = isovalue(surface);
     uint bit = 1u << surface;
@@ -160,7 +160,7 @@ bool crosses(Ray ray, Passage passage, inout uint inside) {
     return any;
 }
 
-// Where the passage, which does, first crosses one; the sides are known.
+// Finds the first crossing in a passage that has one; the sides are known.
 void find_in(Ray ray, Passage passage, inout Crossing crossing) {
     passage.fresh = false;
     float nearest = 2.0;
@@ -230,8 +230,8 @@ bool cross_cells(Ray ray, float t, float t_end, inout int known, inout bool fres
 }
 
 // The first crossing after crossing.t and before t_end. With `fresh`, the ray's sides are found where it starts;
-// otherwise crossing.inside holds them. `known` as in Passage. Cells are searched in what a row of macrocells has
-// of the ray, and the root is looked for in the end, so that threads wait for each other less often.
+// otherwise crossing.inside holds them. `known` as in Passage. Cells are searched along the ray's part in a row of
+// macrocells, and the root is refined at the end, so that threads wait for each other less often.
 void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing crossing) {
     const uint MACROCELLS_PER_SEARCH = 2u;
     crossing.surface = -1;
@@ -277,7 +277,7 @@ void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing c
     }
 }
 
-// Goes on behind a crossing.
+// Continues behind a crossing.
 void pass_through(inout Crossing crossing, out int known, out bool fresh) {
     known = crossing.surface;
     fresh = false;

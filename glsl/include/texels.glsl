@@ -1,6 +1,5 @@
-// How shaders read an image texel by texel. A GPU's texture units are made for that. A CPU's driver works through
-// everything that a sampler can do for each texel; to load a texel from a storage image it only has to know the
-// format.
+// How shaders read an image texel by texel. A GPU's texture units are made for that. A CPU's driver handles all
+// features of a sampler for each texel; to load a texel from a storage image it only has to know the format.
 
 #ifdef LOADS_TEXELS
 

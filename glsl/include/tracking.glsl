@@ -1,11 +1,11 @@
-// Null-collision tracking against majorants cell by cell (Woodcock et al. 1965; Novák et al. 2014 for ratio
+// Null-collision tracking against majorants block by block (Woodcock et al. 1965; Novák et al. 2014 for ratio
 // tracking; piecewise-constant majorants as in pbrt-v4, 11.2.2).
 //
-// Paths stop tracking after STEPS tentative collisions and resume where they stopped: the exponential
-// distribution has no memory. That bounds the time of a dispatch whatever the medium, and lanes that have
-// arrived do not wait long for their neighbours.
+// Paths stop tracking after STEPS tentative collisions and resume where they stopped: the exponential distribution
+// has no memory. That bounds the time of a dispatch whatever the medium, and lanes that have arrived do not wait long
+// for their neighbours.
 
-// Largest extinction in each of the cells of `scene.majorant_size`, per world unit.
+// Largest extinction in each block, per world unit.
 LOADED_AS(r32f) uniform texels3D majorants;
 
 float majorant_of(ivec3 cell) {
@@ -18,7 +18,7 @@ const uint OUTCOME_PENDING = 0u;
 const uint OUTCOME_COLLISION = 1u;
 const uint OUTCOME_END = 2u;
 
-// Where tracking stands on its ray, between [t, t_end].
+// The state of tracking on a ray in [t, t_end].
 struct Track {
     float t, t_end;
     ivec3 cell; // at t
@@ -28,12 +28,12 @@ Track track_from(Ray ray, float t, float t_end) {
     return Track(t, t_end, cell_at(ray, t, scene.majorant_size, ivec3(scene.majorant_cells)));
 }
 
-// Tracking under way: the ray, the walk through the blocks, and how it has ended.
+// Tracking under way: the ray, the walk through the blocks, and the outcome.
 struct Tracking {
     Ray ray;
     float t, t_end;
     Walk walk;
-    float majorant; // of the walk's cell
+    float majorant; // of the walk's block
     uint outcome;
 };
 
@@ -44,7 +44,7 @@ Tracking begin_tracking(Ray ray, Track track) {
                     goes_on ? OUTCOME_PENDING : OUTCOME_END);
 }
 
-// Moves t on to the next tentative collision, or to t_end: false.
+// Moves t on to the next tentative collision; false if t_end comes first.
 bool next_tentative(inout Tracking tracking, float optical_depth) {
     float size = scene.majorant_size;
     ivec3 cells = ivec3(scene.majorant_cells);
@@ -77,10 +77,10 @@ float lookup(Ray ray, float t) {
     return volume_value(ray.origin + t * ray.step);
 }
 
-// V at a tentative collision. Where opacity is linear in it, one voxel stands for the eight around, picked by
-// its weight among them: σt is the same on average, and with it what becomes of the path, in which it
-// appears as a probability or as a factor (Pharr et al., "Filtering After Shading With Stochastic Texture
-// Filtering", 2024). That reads one texel instead of eight, and knows no rounding of a filter.
+// V at a tentative collision. Where opacity is linear in V, one of the eight voxels around is picked, with its
+// interpolation weight as the probability: σt is the same on average, and with it the expected path, in which σt
+// appears as a probability or as a factor (Pharr et al., "Filtering After Shading With Stochastic Texture Filtering",
+// 2024). That reads one texel instead of eight, and avoids a filter's rounding.
 float tentative_value(Ray ray, float t, uvec2 words) {
     if (!is_linear) {
         return lookup(ray, t);

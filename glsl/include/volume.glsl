@@ -5,8 +5,8 @@ LOADED_AS(VOLUME_FORMAT) uniform texels3D volume;
 
 #include "volume_bricks.glsl"
 
-// The exact stored value of a voxel's texel, which may be an integer in disguise: the normalised formats
-// hold k/255 and k/65535 only to rounding.
+// The exact stored value of a voxel's texel, which may represent an integer: the normalised formats hold k/255 and
+// k/65535 only to rounding.
 float stored_value(float texel) {
     return scene.stored_max == 1.0 ? texel : round(texel * scene.stored_max);
 }

@@ -1,34 +1,34 @@
-// Where voxels are. A volume that fits is one image. A larger one is cut into bricks, of which the image holds as many as
-// there is room for (src/render/volume_bricks.rs).
+// Access to voxels. A volume that fits is one image. A larger one is cut into bricks, of which the image holds as
+// many as there is room for (src/render/volume_bricks.rs).
 //
-// Whoever reads a voxel of a brick that is not there asks for that brick and reads something else. All that is computed
-// since is void: it is thrown away before anybody sees it, and computed once more, with the same random numbers, in a
+// An invocation that reads a voxel of a missing brick asks for that brick and reads another voxel instead. Everything
+// that it computes from then on is void: it is discarded, and computed again, with the same random numbers, in a
 // later dispatch. So a picture does not depend on which bricks are there, to the last bit.
 
 #include "bundle.glsl"
 
 #ifdef VOLUME_IN_BRICKS
 
-// A page for each brick. With PAGE_RESIDENT: its place in the image, ten bits an axis, and whether it has been read since
-// the host last looked. Otherwise: how often it has been asked for.
+// A page for each brick. With PAGE_RESIDENT: its place in the image, ten bits an axis, and whether it has been read
+// since the host last looked. Otherwise: the number of requests for it.
 layout(scalar) buffer VolumePageBlock { uint at[]; } volume_pages;
-// For each pixel or each brick of the cache, the piece of work in which it was done last.
+// For each pixel or each brick of the cache, the number of the piece of work in which it was last done.
 layout(scalar) buffer DoneBlock { uint at[]; } done;
 
-// A brick was missing; the first of them, counted from 1.
+// Whether a brick was missing; and the first missing one, counted from 1.
 bool is_void = false;
 uint first_missing = 0u;
 
 bool asks_ahead = false;
 
-// A march knows where it will read next, mostly, and may ask for all of that at once. A path does not. An invocation that
-// works alone, because there is little room, does not either: what it reads before it is void is what it needs, and what
-// it reads afterwards may be guided by wrong values.
+// Lets an invocation ask for bricks even when it is void. A march mostly knows where it will read next, and may ask
+// for all of that at once. A path does not. Neither does an invocation that works alone, because there is little
+// room: its reads before it is void are what it needs, and its reads afterwards may be guided by wrong values.
 void ask_ahead() {
     asks_ahead = streaming.now.count > 1u;
 }
 
-// Whether what is read now is needed, as far as one can tell.
+// Whether the current read is needed, as far as is known.
 bool is_needed() {
     return asks_ahead || !is_void;
 }
@@ -41,7 +41,7 @@ void ask_for(uint brick) {
     is_void = true;
 }
 
-// From a voxel to its texel.
+// The offset from a voxel to its texel.
 ivec3 to_texel(ivec3 voxel) {
     ivec3 position = voxel >> scene.brick_shift;
     uint brick = (position.z * scene.volume_bricks.y + position.y) * scene.volume_bricks.x + position.x;
@@ -58,12 +58,12 @@ ivec3 to_texel(ivec3 voxel) {
     return place * (side + 1) - position * side;
 }
 
-// All that was void has been taken back.
+// Everything that was void has been undone.
 void forgive() {
     is_void = false;
 }
 
-// Whether a brick that an invocation has missed, counted from 1, is still not there. It is asked for again then.
+// Whether a brick that an invocation has missed, counted from 1, is still missing. It is then asked for again.
 bool still_misses(uint missing) {
     if (missing == 0u || (volume_pages.at[missing - 1u] & PAGE_RESIDENT) != 0u) {
         return false;
@@ -72,7 +72,7 @@ bool still_misses(uint missing) {
     return true;
 }
 
-// Whether an invocation has nothing to do: it is done, or others come first.
+// Whether an invocation has to let others work first.
 bool stands_back(uint index) {
     return index - streaming.now.first >= streaming.now.count;
 }
@@ -85,7 +85,7 @@ void set_done(uint index) {
     done.at[index] = streaming.now.work;
 }
 
-// Reports what an invocation has come to in this dispatch.
+// Reports the result of an invocation in this dispatch.
 void report(uint index, bool has_missed, bool has_advanced) {
     if (has_missed) {
         atomicAdd(streaming.now.missed, 1u);

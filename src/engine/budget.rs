@@ -1,10 +1,10 @@
-//! How much GPU memory may be used, and who says so.
+//! The GPU memory that may be used, and the source of that limit.
 
 use serde::Serialize;
 
 use crate::gpu::Device;
 
-/// A limit as a user gives it.
+/// A limit as set by a user.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
     Bytes(u64),
@@ -16,7 +16,7 @@ pub enum Limit {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Budget {
     pub bytes: u64,
-    /// Where the number comes from, as the end of a sentence.
+    /// The source of the number, as the end of a sentence.
     pub source: String,
 }
 

@@ -1,26 +1,26 @@
-//! Going on with an edited scene: what has to be done again follows from the parts that have changed.
+//! Continuing with an edited scene: what has to be done again follows from the parts that have changed.
 
 use super::Engine;
 use crate::error::Result;
 use crate::render::{Derived, GpuScene, Plan, Variant};
 use crate::scene::Scene;
 
-/// What an edit leaves of the work done so far.
+/// How much of the work done so far outlives an edit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Changed {
-    /// Everything: the scene is the same.
+    /// All of it: the scene is the same.
     Nothing,
-    /// Everything; only the conversion of the picture for a display has changed.
+    /// All of it; only the conversion of the picture for a display has changed.
     Display,
-    /// The cached light, if there is any. The picture begins anew.
+    /// The cached light, if there is any; the picture begins anew.
     Picture,
-    /// Nothing but compiled passes and memory.
+    /// Compiled passes and memory only.
     Light,
 }
 
 impl Engine {
-    /// Goes on with another scene of the same volume, by the work done so far where that is possible and by a new
-    /// engine where it is not.
+    /// Continues with another scene of the same volume, with the work done so far where that is possible and with a
+    /// new engine where it is not.
     pub fn change(mut self, scene: &Scene) -> Result<Engine> {
         if self.change_in_place(scene)?.is_some() {
             return Ok(self);
@@ -32,12 +32,12 @@ impl Engine {
             seed,
             ..
         } = self;
-        // The old renderer has to make room first.
+        // The old renderer is dropped first to make room.
         drop(renderer);
         Engine::new(&host, &volume, scene, seed)
     }
 
-    /// Goes on with another scene, if the passes that there are can show it within the memory planned. `None`: they
+    /// Continues with another scene, if the existing passes can show it within the planned memory. `None`: they
     /// cannot, and nothing has changed.
     pub fn change_in_place(&mut self, scene: &Scene) -> Result<Option<Changed>> {
         let next = self.full.changed_to(scene, &self.volume);
@@ -86,7 +86,8 @@ impl Engine {
         }))
     }
 
-    /// Plans for `next` where it may take other memory, and takes that plan if it is within the budget.
+    /// Whether `next` fits into memory. Plans for it where it may need other memory, and adopts that plan if it is
+    /// within the budget.
     fn fits(&mut self, next: &GpuScene) -> Result<bool> {
         let points = |scene: &GpuScene| scene.parts.medium.transfer.len();
         let same_memory = next.variant == self.full.variant

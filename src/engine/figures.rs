@@ -1,4 +1,4 @@
-//! What rendering has cost: figures of the GPU's passes, its memory and the cache.
+//! The cost of rendering: figures of the GPU's passes, its memory and the cache.
 //!
 //! Field names are a contract with scripts, which read them in the files of `--stats`. JSON knows no NaN and no
 //! infinity: such numbers become null there.
@@ -16,8 +16,8 @@ pub struct PassStats {
     pub gpu_ms_median: f64,
     pub gpu_ms_p95: f64,
     pub gpu_ms_total: f64,
-    /// The share of the total in which the device would have done the same work at its peak rates ([`Peak`]). `None`
-    /// where the work is not counted, or the peak not measured.
+    /// The share of the total time in which the device would have done the same work at its peak rates ([`Peak`]).
+    /// `None` where the work is not counted, or the peak not measured.
     pub peak_share: Option<f64>,
 }
 
@@ -68,7 +68,7 @@ pub struct BrickStats {
 }
 
 impl PassStats {
-    /// The figures of a pass whose runs took so long, in milliseconds.
+    /// The figures of a pass from the times of its runs in milliseconds.
     pub fn from_runs(name: impl Into<String>, milliseconds: &[f64]) -> PassStats {
         let mut sorted = milliseconds.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -93,7 +93,8 @@ pub fn quantile(sorted: &[f64], fraction: f64) -> f64 {
     low + (high - low) * rank.fract()
 }
 
-/// One entry for each pass, in order of first appearance, held against the device's peak if that has been measured.
+/// One entry for each pass, in order of first appearance, with its share of the device's peak if that has been
+/// measured.
 pub fn passes(timings: &Timings, peak: Option<&Peak>) -> Vec<PassStats> {
     let stats = |total: &PassTotal| {
         let runs = timings.spans().iter().filter(|s| s.pass == total.pass);
@@ -108,7 +109,7 @@ pub fn passes(timings: &Timings, peak: Option<&Peak>) -> Vec<PassStats> {
     timings.passes().iter().map(stats).collect()
 }
 
-/// The share of the device's peak that was reached by work which took so many microseconds.
+/// The share of the device's peak that a pass has reached which did `work` in `us` microseconds.
 pub fn peak_share(peak: &Peak, work: &Work, us: f64) -> Option<f64> {
     (work.is_known() && us > 0.0).then(|| 1e6 * peak.seconds(work) / us)
 }
@@ -126,7 +127,8 @@ pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {
     }
 }
 
-/// The cache's size and state; `None` in a variant without one. The cells of `published` know their size and no error.
+/// The cache's size and state; `None` in a variant without one. For `published` only the cells' size is known, and no
+/// error.
 pub(super) fn cache(renderer: &Renderer, goal: f64) -> Option<CacheStats> {
     if let Some(cells) = renderer.published_cells() {
         return Some(CacheStats {

@@ -16,9 +16,9 @@ pub struct HostOptions {
     /// The device's name, a part of it, or its index in `isolume info`.
     pub device: Option<String>,
     pub vram_budget: Option<Limit>,
-    /// How much of the host's memory voxels may take where the volume streams; by default half of what is free.
+    /// The most host memory for voxels where the volume streams; by default half of what is free.
     pub ram_budget: Option<Limit>,
-    /// Vulkan's validation layers watch, and [`Host::check_validation`] tells what they have seen.
+    /// Whether Vulkan's validation layers watch; [`Host::check_validation`] returns what they have found.
     pub validation: bool,
 }
 
@@ -53,7 +53,7 @@ impl Host {
         }
     }
 
-    /// What the device is called, and what it can hold.
+    /// The device's name and limits.
     pub fn summary(&self) -> &DeviceSummary {
         &self.device.summary
     }
@@ -67,8 +67,8 @@ impl Host {
         self.ram_budget
     }
 
-    /// The variant that the scene gets, why, and every byte that it will take. Allocates nothing. Fails where not
-    /// even the smallest variant fits, or where the one that the scene asks for does not.
+    /// The variant that the scene gets, the reason, and every byte that it will take. Allocates nothing. Fails where
+    /// not even the smallest variant fits, or where the one that the scene asks for does not.
     pub fn plan(&self, volume: &Volume, scene: &Scene) -> Result<Choice> {
         self.plan_beside(volume, scene, 0)
     }
@@ -86,9 +86,9 @@ impl Host {
         choose(&self.device, limits, budget, volume, scene)
     }
 
-    /// The device's peak rates, measured now, in a few tenths of a second and in at most 64 MiB of its memory. On a CPU
-    /// that others use as well, a render takes longer than alone, while the fastest of many short dispatches hardly does:
-    /// shares of the peak are then too low.
+    /// The device's peak rates, measured now, in a few tenths of a second and in at most 64 MiB of its memory. On a
+    /// CPU that other programs use as well, a render takes longer than alone, while the fastest of many short
+    /// dispatches hardly does: shares of the peak are then too low.
     pub fn peak(&self) -> Result<Peak> {
         peak(&self.device, &Shaders::new(shared::glsl()))
     }
@@ -102,7 +102,7 @@ impl Host {
         &self.device
     }
 
-    /// Fails with the first message of Vulkan's validation layers, if they watch and have any.
+    /// Fails with the first message of Vulkan's validation layers, if they are on and have found anything.
     pub fn check_validation(&self) -> Result<()> {
         match self.device.validation_messages().first() {
             Some(message) => Err(DeviceError::Validation(message.clone()).into()),
@@ -124,7 +124,7 @@ impl HostOptions {
     }
 }
 
-/// Fails for a scene with more surfaces than a path can keep its side of.
+/// Fails for a scene with more surfaces than a path can keep track of.
 fn check_surfaces(scene: &Scene) -> Result<()> {
     let surfaces = scene.surfaces.iso.len();
     if surfaces > MOST_SURFACES {

@@ -1,5 +1,5 @@
-//! One type that a program drives: open a volume, resolve a scene, plan, fill a cache, take samples, change the scene,
-//! read picture and figures. The command line and the window both sit on it.
+//! The one type that a program drives: open a volume, resolve a scene, plan, fill a cache, take samples, change the
+//! scene, read picture and figures. The command line and the window are both built on it.
 
 mod budget;
 mod change;
@@ -34,14 +34,14 @@ pub use trial::Work;
 pub struct Engine {
     host: Host,
     volume: Volume,
-    /// What is rendered.
+    /// The scene that is rendered.
     scene: Scene,
-    /// The scene for the GPU, with all pixels; the renderer may have been told of fewer.
+    /// The scene for the GPU, with all pixels; the renderer may have a version with fewer.
     full: GpuScene,
     renderer: Renderer,
     choice: Choice,
     seed: u32,
-    /// Bytes of the budget that something else takes.
+    /// Bytes of the budget that are set aside for something else.
     reserved: u64,
     memory: Arc<Memory>,
 }
@@ -54,7 +54,7 @@ impl Engine {
         Engine::with_plan(host, volume, scene, choice, seed)
     }
 
-    /// Brings the scene onto the GPU as `choice` has it, which [`Host::plan`] has made for that scene.
+    /// Brings the scene onto the GPU according to `choice`, which [`Host::plan`] has made for that scene.
     pub fn with_plan(
         host: &Host,
         volume: &Volume,
@@ -65,7 +65,7 @@ impl Engine {
         Engine::in_memory(host, &host.memory()?, volume, scene, choice, seed)
     }
 
-    /// Brings the scene onto the GPU through a gate that others use as well.
+    /// Brings the scene onto the GPU through a memory gate that is shared with others.
     pub(crate) fn in_memory(
         host: &Host,
         memory: &Arc<Memory>,
@@ -102,12 +102,12 @@ impl Engine {
         &self.scene
     }
 
-    /// What decides the random numbers.
+    /// The seed of the random numbers.
     pub fn seed(&self) -> u32 {
         self.seed
     }
 
-    /// The variant that renders, why, and its memory.
+    /// The variant that renders, the reason for it, and its memory.
     pub fn choice(&self) -> &Choice {
         &self.choice
     }
@@ -137,13 +137,13 @@ impl Engine {
         self.renderer.begin_picture();
     }
 
-    /// Runs each pass for a moment and forgets what it did: some drivers finish compiling only then.
+    /// Runs each pass for a moment and forgets the results: some drivers finish compiling only then.
     pub fn warm_up(&mut self) -> Result<()> {
         self.renderer.warm_up()
     }
 
-    /// The picture after the last whole unit of samples; before the first, what the cache shows, and without a cache
-    /// nothing.
+    /// The picture after the last whole unit of samples; before the first unit, the picture that the cache shows, and
+    /// without a cache an empty one.
     pub fn picture(&mut self) -> Result<Picture> {
         self.reduce_to(self.scene.render.size)?;
         let film = match (self.totals().samples, self.renderer.caching()) {
@@ -153,7 +153,7 @@ impl Engine {
         self.picture_of(film)
     }
 
-    /// What the cache shows at once, without samples; `None` in a variant without a cache.
+    /// The picture that the cache shows at once, without samples; `None` in a variant without a cache.
     pub fn march(&mut self) -> Result<Option<Picture>> {
         match self.renderer.caching() {
             Some(mut caching) => {
@@ -164,8 +164,9 @@ impl Engine {
         }
     }
 
-    /// Samples go through the middle of each pixel from now on, as the rays of [`march`](Engine::march) do, until the
-    /// scene changes: a converged picture of them shows what a march gets wrong, apart from what it does not see.
+    /// Sends samples through the middle of each pixel from now on, as [`march`](Engine::march) does with its rays,
+    /// until the scene changes: a converged picture of them shows the errors of a march, apart from what it does not
+    /// see.
     pub fn look_through_centres(&mut self) -> Result<()> {
         self.full.parts.view.through_centres = true;
         let size = self.renderer.size();
@@ -179,13 +180,13 @@ impl Engine {
         self.renderer.sums()
     }
 
-    /// Continues a picture of which an engine for the same scene has taken so many samples.
+    /// Continues a picture from sums that an engine for the same scene had after `totals`.
     pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
         self.reduce_to(self.scene.render.size)?;
         self.renderer.resume(sums, totals)
     }
 
-    /// Pictures begin with the sample that has this index in the whole picture.
+    /// Sets the index that the first sample of this picture has in the whole picture.
     pub fn begin_at_sample(&mut self, first: u32) {
         self.renderer.begin_at_sample(first);
     }
@@ -195,7 +196,7 @@ impl Engine {
         Ok(Picture::new(film, hits, &self.scene.render))
     }
 
-    /// From now on all cells of the cache get the same number of paths, as pictures from all sides need it.
+    /// Gives all cells of the cache the same number of paths from now on, as pictures from all sides need it.
     pub fn look_from_everywhere(&mut self) {
         if let Some(mut caching) = self.renderer.caching() {
             caching.widen_focus();
@@ -212,7 +213,7 @@ impl Engine {
         std::mem::take(self.renderer.timings_mut())
     }
 
-    /// GPU memory as it was planned and as it was taken.
+    /// GPU memory as planned and as used.
     pub fn memory_stats(&self) -> MemoryStats {
         figures::memory(&self.memory, self.choice.plan.bytes())
     }
@@ -222,7 +223,7 @@ impl Engine {
         self.memory.history()
     }
 
-    /// The renderer beneath, for programs that watch it more closely than this type does.
+    /// The renderer beneath, for programs that observe it more closely than this type allows.
     pub fn renderer(&self) -> &Renderer {
         &self.renderer
     }
@@ -233,7 +234,7 @@ impl Engine {
         &mut self.renderer
     }
 
-    /// What streaming has done in `wall` seconds; `None` where the volume is whole.
+    /// Figures of the streaming over `wall` seconds; `None` where the volume is whole.
     pub fn brick_stats(&self, wall: f64) -> Option<BrickStats> {
         let figures = self.renderer.brick_figures()?;
         Some(BrickStats {

@@ -8,9 +8,9 @@ use crate::scene::{Background, RenderSettings};
 pub struct Picture {
     pub width: u32,
     pub height: u32,
-    /// Linear radiance, Rec. 709, premultiplied where there is an alpha.
+    /// Linear radiance, Rec. 709, premultiplied if there is an alpha.
     pub rgb: Vec<[f32; 3]>,
-    /// Coverage; only where the background is transparent.
+    /// Coverage; `None` unless the background is transparent.
     pub alpha: Option<Vec<f32>>,
     /// Standard error of each pixel's mean; +inf where it is unknown.
     pub stderr: Vec<[f32; 3]>,
@@ -44,7 +44,7 @@ impl Picture {
     }
 }
 
-/// rms(stderr) / mean(RGB): what a render stops by, and what the statistics report.
+/// rms(stderr) / mean(RGB): the error that a stop refers to, and that the statistics report.
 pub fn relative_error(rgb: &[[f32; 3]], stderr: &[[f32; 3]]) -> f64 {
     let values = |layer: &[[f32; 3]], term: fn(f64) -> f64| {
         let sum: f64 = layer.as_flattened().iter().map(|&v| term(v.into())).sum();

@@ -1,5 +1,5 @@
-//! The loops of a render: batches of paths for the cache, then unit after unit of samples for the picture, until it is
-//! enough.
+//! The loops of a render: batches of paths for the cache, then unit after unit of samples for the picture, until its
+//! stop is reached.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -13,32 +13,35 @@ use super::stopwatch::Stopwatch;
 use crate::error::{Error, Place, Result};
 use crate::render::Until;
 
-/// Where nothing stops by it, the error is looked at for progress alone: a picture's download takes time.
+/// Time between two looks at the error for progress alone, where no stop depends on it: a picture's download takes
+/// time.
 const TIME_TO_LOOK: Duration = Duration::from_millis(500);
 
-/// For work that an interruption has to wait for.
+/// The flag of work that an interruption has to wait for; it is never set.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
 
-/// A first sample that is late may take the time asked for once more, and at least this long: a picture a little late
-/// is better than none.
+/// The least extra time for a first sample that is late, beside the given time once more: a picture a little late is
+/// better than none.
 const LEAST_DELAY: Duration = Duration::from_secs(5);
 
-/// What is done between two pieces of work.
+/// A function that is called between two pieces of work.
 pub type Between<'a> = &'a mut dyn FnMut(&mut Engine) -> Result<()>;
 
-/// How a render is told when to end, and how it tells how far it has come.
+/// When a render ends, and where it reports its progress.
 pub struct Run<'a> {
     pub stop: Stop,
-    /// Whoever raises it ends the render at the end of the dispatch under way.
+    /// Setting this flag ends the render at the end of the dispatch under way.
     pub interrupt: &'a AtomicBool,
     pub progress: &'a mut dyn FnMut(Progress),
-    /// Waits for the first picture, however late it is; otherwise a time that is too short for one is an error.
+    /// Whether to wait for the first picture, however late it is; otherwise a time that is too short for one is an
+    /// error.
     pub waits: bool,
-    /// Called after each batch of paths and each unit of samples, when one could go on later from what there is.
+    /// Called after each batch of paths and each unit of samples, whenever the state could be saved and continued
+    /// later.
     pub between: Option<Between<'a>>,
 }
 
-/// How far a render has come. Errors are not finite while they are unknown.
+/// The progress of a render. Errors are not finite while they are unknown.
 #[derive(Debug, Clone, Copy)]
 pub enum Progress {
     /// A batch of paths for the cache has ended.
@@ -57,19 +60,19 @@ pub struct Outcome {
     /// Samples in every pixel.
     pub samples: u32,
     pub took: Duration,
-    /// The time of all of the processor's cores, which is what counts where the device is a busy CPU.
+    /// CPU time of all cores: it is the measure where the device is a busy CPU.
     pub cpu: Duration,
-    /// Infinite where a single unit says nothing of it.
+    /// Infinite where there is a single unit, whose error is unknown.
     pub relative_error: f64,
-    /// When there was a picture to see. `None` if it had all its samples before.
+    /// When there was a picture to see; `None` if it had all its samples before.
     pub first_frame: Option<Instant>,
-    /// The end of a sentence: "stopped because …".
+    /// The reason why it stopped, as the end of a sentence: "stopped because …".
     pub why_stopped: String,
 }
 
 impl Engine {
-    /// Fills the cache, if the variant has one, and takes samples, until `stop` is reached. A stop that never comes,
-    /// such as no stop at all, goes on for ever.
+    /// Fills the cache, if the variant has one, and takes samples, until `stop` is reached. An empty stop, or one
+    /// that is never reached, goes on for ever.
     pub fn render(&mut self, stop: Stop) -> Result<Outcome> {
         let never = AtomicBool::new(false);
         let mut run = Run {
@@ -84,8 +87,8 @@ impl Engine {
         self.sample(&mut run, &watch)
     }
 
-    /// Fills the cache, batch after batch, until it shows `pictures` that are good enough for the run. Returns whether
-    /// it does; if not, the run was interrupted in the middle of a batch.
+    /// Fills the cache, batch after batch, until it is good enough for the run's `pictures` pictures. Returns whether
+    /// it is; if not, the run was interrupted in the middle of a batch.
     pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<bool> {
         let spent = self
             .renderer
@@ -116,8 +119,8 @@ impl Engine {
         Ok(true)
     }
 
-    /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none. With 0, nodes
-    /// that have come in sight get what they lack.
+    /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none. 0: nodes
+    /// that have come in sight catch up with what they lack.
     fn next_batch(&self, stop: &Stop, pictures: u32) -> Option<u32> {
         let cache = self.renderer.cache()?;
         if cache.updates > 0 && !cache.is_caught_up() {
@@ -136,9 +139,10 @@ impl Engine {
         next_batch(stop, &filled)
     }
 
-    /// Takes unit after unit of samples, on top of those that the picture has already, until the run's stop or its
-    /// interruption. Time is what `watch` shows; a unit that is under way when it is over is dropped. Fails with
-    /// [`Error::Interrupted`] if there is no picture yet, and with [`Error::Input`] if the time is too short for one.
+    /// Takes unit after unit of samples, in addition to those that the picture has already, until the run's stop or
+    /// its interruption. Time is measured by `watch`; a unit that is under way when the time is over is dropped.
+    /// Fails with [`Error::Interrupted`] if there is no picture yet, and with [`Error::Input`] if the time is too
+    /// short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
         let mut first_frame = None;
         let totals = self.renderer.totals();
@@ -147,7 +151,7 @@ impl Engine {
             samples: totals.samples,
             units: totals.units,
             took: watch.elapsed(),
-            // A picture that goes on may be good enough already.
+            // A picture that is continued may be good enough already.
             relative_error: match run.stop.relative_error {
                 Some(_) if totals.units > 0 => self.relative_error()?,
                 _ => f64::INFINITY,
@@ -200,17 +204,17 @@ impl Engine {
         })
     }
 
-    /// Until when the next unit may take.
+    /// When the next unit has to stop.
     fn until<'a>(&self, run: &Run<'a>, done: &Done, watch: &Stopwatch) -> Until<'a> {
         let is_first = done.units == 0;
         let time = match (run.stop.time, self.renderer.cache()) {
             _ if is_first && run.waits => None,
-            // Without light there is no picture, however long one waits.
+            // Without light in the cache there is no picture, however long the sample takes.
             (Some(time), Some(cache)) if cache.updates == 0 => Some(time),
             (Some(time), _) if is_first => Some(time + time.max(LEAST_DELAY)),
             (time, _) => time,
         };
-        // Whoever interrupts the filling of a cache still gets the picture that it shows.
+        // An interruption while the cache is filled still lets the first unit end: the picture that the cache shows.
         let has_light = self.renderer.cache().is_some_and(|c| c.updates > 0);
         Until {
             interrupt: match has_light && is_first {

@@ -33,7 +33,7 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// An empty buffer still gets 16 bytes, since Vulkan has no empty ones.
+    /// Makes a buffer. An empty one still gets 16 bytes, since Vulkan has no empty buffers.
     pub fn new(memory: &Arc<Memory>, mut desc: BufferDesc) -> Result<Buffer> {
         desc.bytes = desc.bytes.max(16);
         let limits = &memory.limits;
@@ -89,8 +89,8 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// A mapped buffer that holds `data`; an empty one has room for an element, which shaders may read and
-    /// not use.
+    /// A mapped buffer that holds `data`; an empty one has room for an element, since shaders may read one, although
+    /// they do not use it.
     pub fn with_data<T: bytemuck::NoUninit>(
         memory: &Arc<Memory>,
         name: &'static str,
@@ -116,8 +116,8 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Takes another size and forgets the bytes. The old memory goes first, so that both together are
-    /// never needed.
+    /// Changes the size; the contents are lost. The old memory is freed first, so that both together are never
+    /// needed.
     pub fn resize(&mut self, bytes: u64) -> Result<()> {
         let desc = BufferDesc { bytes, ..self.desc };
         if bytes.max(16) != self.desc.bytes {
@@ -135,7 +135,7 @@ impl Buffer {
         self.holding.release();
     }
 
-    /// Writes `data`, and takes its size.
+    /// Writes `data`, and changes the buffer's size to that of `data`.
     pub fn rewrite<T: bytemuck::NoUninit>(&mut self, data: &[T]) -> Result<()> {
         self.resize(bytes_for(data))?;
         self.write(data);

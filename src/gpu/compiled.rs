@@ -1,10 +1,11 @@
-//! What takes long to compile, kept on disk for the next start: the shaders' SPIR-V, and the pipelines that the driver
-//! has made of it.
+//! Results of slow compilation, kept on disk for the next start: the shaders' SPIR-V, and the pipelines that the
+//! driver has made of it.
 //!
 //! A folder belongs to one version of the shaders, so that nothing in it is ever out of date: a program with other
-//! shaders uses another one, and removes all but the last few. Each file states its own name, length and hash, since a
-//! driver trusts what it is given: a file that is broken, cut short or not ours counts as missing. Files are written
-//! aside and renamed, and whatever fails on the way is no error: a start then takes as long as the first one did.
+//! shaders uses another one, and removes all but the last few. Each file states its own name, length and hash, since
+//! a driver trusts the data that it is given: a file that is broken, cut short or not ours counts as missing. Files
+//! are written aside and renamed, and no failure on the way is an error: a start then takes as long as the first one
+//! did.
 
 use std::fs;
 use std::io::Write;
@@ -21,9 +22,9 @@ const MAGIC: [u8; 8] = *b"isolume1";
 const HEADER_BYTES: usize = MAGIC.len() + size_of::<u128>();
 /// A larger file is not ours.
 const MOST_BYTES: u64 = 256 << 20;
-/// A folder takes so many files and no more: scenes of every kind need a few hundred.
+/// The most files in a folder: scenes of every kind need a few hundred.
 const MOST_FILES: usize = 1000;
-/// Folders of other versions that are left alone, beside one's own.
+/// Folders of other versions that are kept beside the own one.
 const OTHER_VERSIONS: usize = 3;
 
 /// A folder of compiled code.
@@ -34,7 +35,7 @@ pub(super) struct Compiled {
 }
 
 impl Compiled {
-    /// That of the shaders with this hash, in the user's folder for such things.
+    /// The folder of the shaders with this hash, in the user's folder for caches.
     pub fn of_version(hash: u128) -> Compiled {
         let all = cache_dir().map(|dir| dir.join("pipelines"));
         Compiled::within(all, hash)
@@ -92,7 +93,7 @@ impl Compiled {
     }
 }
 
-/// Of the folders beside `own`, all but those that were last written to.
+/// Removes the folders beside `own`, except for the few that were last written to.
 fn remove_older_than_the_last_few(own: &Path) {
     let Some(siblings) = own.parent().and_then(|all| fs::read_dir(all).ok()) else {
         return;

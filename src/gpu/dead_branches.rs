@@ -1,14 +1,15 @@
-//! Takes the branches that a scene never comes to out of its shaders, where specialization constants decide them.
+//! Removes from a scene's shaders the branches that it never takes, where specialization constants decide them.
 //!
-//! Drivers find them as well, but late: Mesa and SwiftShader first put a copy of each function in the place of each of its
-//! calls, and tidy up afterwards. A path tracer is a few large functions with many calls, most of which a scene does not
-//! need, and compiling what was then thrown away took most of a start ("Starts" in `tools/measurements.md`).
+//! Drivers remove them as well, but late: Mesa and SwiftShader first inline every function at each of its calls, and
+//! tidy up afterwards. A path tracer is a few large functions with many calls, most of which a scene does not need,
+//! and compiling code that was then thrown away took most of a start ("Starts" in `tools/measurements.md`).
 //!
-//! A selection whose condition is known becomes a jump. What nothing jumps to any more stays where it is, but leads nowhere:
-//! drivers follow the jumps from the entry and never see it. Only where a loop would be left without its continue target,
-//! that still leads to the loop's head, as SPIR-V demands (2.11, "Structured Control Flow"). Known are constants, the few operations of [`Walk::fold`] on them, and phis of
-//! them, which `&&` and `||` turn into. Blocks are met in the order in which the compiler wrote them: jumps lead ahead, apart
-//! from those to the heads of loops. A module in any other order is left as it is.
+//! A selection whose condition is known becomes a jump. A block to which nothing jumps any more stays where it is,
+//! but leads nowhere: drivers follow the jumps from the entry and never see it. Only where a loop would be left
+//! without its continue target, that block still leads to the loop's head, as SPIR-V demands (2.11, "Structured
+//! Control Flow"). Known are constants, the few operations of [`Walk::fold`] on them, and phis of them, into which
+//! `&&` and `||` are compiled. Blocks are visited in the order in which the compiler wrote them: jumps lead ahead,
+//! apart from those to the heads of loops. A module in any other order is left as it is.
 
 use std::collections::{HashMap, HashSet};
 
@@ -64,23 +65,23 @@ fn is_terminator(opcode: u32) -> bool {
     )
 }
 
-/// What is known of a module up to an instruction.
+/// What is known of a module before an instruction.
 struct Walk<'a> {
     /// The specialization constants.
     constants: &'a [u32],
-    /// Their numbers by id.
+    /// The numbers of the specialization constants by id.
     numbers: HashMap<u32, u32>,
-    /// Values by id; of a truth value, 0 or 1.
+    /// Values by id; a truth value is 0 or 1.
     known: HashMap<u32, u32>,
-    /// The block at hand.
+    /// The current block.
     block: u32,
-    /// Whether it may be come to; true before the first.
+    /// Whether the current block can be reached; true before the first block.
     is_live: bool,
-    /// A function begins, whose first block is come to by calls.
+    /// Whether the next block is the first of a function, which calls reach.
     is_entry: bool,
     /// Blocks so far, and whether they are live.
     blocks: HashMap<u32, bool>,
-    /// Where live blocks jump to.
+    /// Blocks to which live blocks jump.
     targets: HashSet<u32>,
     /// Jumps of live blocks: from, to.
     jumps: HashSet<[u32; 2]>,
@@ -88,7 +89,8 @@ struct Walk<'a> {
     heads: HashMap<u32, u32>,
     /// Blocks with phis.
     with_phis: HashSet<u32>,
-    /// No jump has led back to a block that was taken for dead, and no loop's phi waits for one that is.
+    /// Whether blocks came in the order that is assumed: no jump has led back to a block that was taken for dead, and
+    /// no loop's phi waits for one that is.
     is_in_order: bool,
 }
 
@@ -110,7 +112,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Where a selection continues, if that is known of these two instructions.
+    /// The block where a selection continues, if these two instructions decide it.
     fn decided(&self, next: &Instruction<'_>, behind: Option<&Instruction<'_>>) -> Option<u32> {
         match (next, behind) {
             (
@@ -124,7 +126,7 @@ impl Walk<'_> {
         }
     }
 
-    /// A phi's operands without those of blocks that do not jump here any more.
+    /// A phi's operands without those of blocks that no longer jump here.
     fn left_of_phi(&self, operands: &[u32]) -> Vec<u32> {
         let (result, pairs) = operands.split_at(operands.len().min(2));
         let mut left = result.to_vec();
@@ -132,12 +134,12 @@ impl Walk<'_> {
         left
     }
 
-    /// Whether the block that a phi's pair names jumps to the block at hand, or may do so from further behind.
+    /// Whether the block that a phi's pair names jumps to the current block, or comes later and may do so.
     fn arrives(&self, pair: &[u32]) -> bool {
         matches!(pair, [_, from] if !self.blocks.contains_key(from) || self.jumps.contains(&[*from, self.block]))
     }
 
-    /// The head of the live loop whose continue target is the block at hand, which is dead.
+    /// The head of the live loop whose continue target is the current block, which is dead.
     fn head(&mut self) -> Option<u32> {
         let head = self.heads.get(&self.block).copied()?;
         self.is_in_order &= !self.with_phis.contains(&head);
@@ -224,7 +226,7 @@ impl Walk<'_> {
         Some(value as u32)
     }
 
-    /// The one value that comes from all live blocks. Whether those behind are live is not known yet.
+    /// The one value that comes from all live blocks. Whether later blocks are live is not known yet.
     fn phi(&self, pairs: &[u32]) -> Option<u32> {
         let mut found = None;
         for pair in pairs.chunks(2) {

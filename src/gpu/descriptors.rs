@@ -2,8 +2,8 @@
 //!
 //! A command binds its resources through a set that is allocated and written while the frame is recorded, and given
 //! back with all others when the frame is recorded again: a set has no life of its own to keep track of. Pools are
-//! added when a frame needs more sets than it ever did, and kept. Push descriptors would save the pools, but they
-//! are an extension that not every driver has, and on those that do a dispatch costs the same either way.
+//! added when a frame needs more sets than ever before, and kept. Push descriptors would save the pools, but they are
+//! an extension that not every driver has, and on those that do a dispatch costs the same either way.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use super::device::Device;
 use super::frame::Frame;
 use super::pipeline::Pipeline;
 
-/// What one pool holds. A set of any pipeline fits into an empty one.
+/// Capacity of a pool. A set of any pipeline fits into an empty one.
 const SETS: u32 = 64;
 const DESCRIPTORS: [(vk::DescriptorType, u32); 3] = [
     (vk::DescriptorType::STORAGE_BUFFER, 8 * SETS),
@@ -37,7 +37,7 @@ impl DescriptorSets {
         }
     }
 
-    /// Takes all sets back; the device must have done with them.
+    /// Takes all sets back; the device must have finished with them.
     pub fn reset(&mut self) -> Result<(), vk::Result> {
         for &pool in &self.pools {
             let flags = vk::DescriptorPoolResetFlags::empty();
@@ -101,8 +101,8 @@ impl Drop for DescriptorSets {
 }
 
 impl Frame {
-    /// Binds the resources that `writes` describe, all that the pipeline takes, for the commands that follow; the set
-    /// that they are written to is filled in here.
+    /// Binds the resources that `writes` describe for the commands that follow. They must be all that the pipeline
+    /// takes; their destination set is filled in here.
     pub(super) fn bind_resources(
         &mut self,
         point: vk::PipelineBindPoint,

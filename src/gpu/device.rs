@@ -17,13 +17,14 @@ use super::survey::{
 };
 use crate::error::{DeviceError, Result};
 
-/// Which device, and how closely it is watched.
+/// Which device to open, and how closely it is watched.
 #[derive(Debug, Clone, Default)]
 pub struct DeviceChoice {
-    /// An index of [`super::list_devices`], or a part of a name, in any case. `None`: the best there is.
+    /// An index of [`super::list_devices`], or a part of a name, in any case. `None`: the best device.
     pub wanted: Option<String>,
     pub validation: Validation,
-    /// Shaders fetch texels in the way that suits a GPU, even on a CPU's driver, so that tests cover both ways.
+    /// Whether shaders fetch texels in the way that suits a GPU, even on a CPU's driver, so that tests cover both
+    /// ways.
     pub fetches_texels: bool,
 }
 
@@ -32,22 +33,22 @@ pub struct Device {
     pub(super) raw: ash::Device,
     pub(super) labels: Option<ext::debug_utils::Device>,
     pub(super) physical: vk::PhysicalDevice,
-    /// Vulkan lets one thread at a time submit to it.
+    /// Behind a mutex, since Vulkan lets one thread at a time submit to a queue.
     queue: Mutex<vk::Queue>,
     pub(super) queue_family: u32,
     pub(super) timestamp_period_ns: f64,
-    /// Workgroups of a dispatch along each axis.
+    /// The most workgroups of a dispatch along each axis.
     pub(super) most_groups: [u32; 3],
     pub(super) nearest: vk::Sampler,
     pub(super) linear: vk::Sampler,
     pub(super) pipelines: PipelineCache,
     /// The stages whose work a barrier has to wait for.
     pub(super) work_stages: vk::PipelineStageFlags2,
-    /// Submissions are timed by the host's clock: where the queue writes no timestamps, and where a window is drawn by
-    /// Mesa's CPU driver, which then writes them when it draws next, not where they were recorded.
+    /// Whether submissions are timed by the host's clock: where the queue writes no timestamps, and where a window is
+    /// drawn by Mesa's CPU driver, which then writes them when it draws next, not where they were recorded.
     pub(super) timed_by_host: bool,
     has_memory_budget: bool,
-    /// How shaders read images: `glsl/include/texels.glsl`.
+    /// Whether shaders read images texel by texel as storage images: `glsl/include/texels.glsl`.
     pub loads_texels: bool,
     pub summary: DeviceSummary,
     // Dropped after the device, in this order.
@@ -61,7 +62,7 @@ impl Device {
         Device::open_from(instance, choice, false)
     }
 
-    /// `draws`: the device has to show images in windows as well.
+    /// `draws`: whether the device has to show images in windows as well.
     pub(super) fn open_from(
         instance: Instance,
         choice: &DeviceChoice,
@@ -186,9 +187,8 @@ impl Device {
             .contains(vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
     }
 
-    /// Bytes that Isolume may use unless told otherwise: what the driver says is left, or 80 % of
-    /// the device-local heap where it does not say.
-    /// With the source in words.
+    /// Bytes that Isolume may use unless a limit is set: what the driver says is left, or 80 % of the device-local
+    /// heap where it does not say; and the source of that number in words.
     pub fn default_budget(&self) -> (u64, &'static str) {
         let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
         let mut memory = vk::PhysicalDeviceMemoryProperties2::default();

@@ -1,4 +1,4 @@
-//! How passes run: what they read and write is bound, and their workgroups are dispatched, at once or slice after slice.
+//! Runs passes: binds their resources and dispatches their workgroups, at once or slice after slice.
 
 use std::time::Instant;
 
@@ -10,16 +10,16 @@ use super::pass::{Binding, Pass};
 use super::reflection::Slot;
 use crate::error::Result;
 
-/// How long a slice of a sliced pass should take where nobody is waiting for a frame.
+/// Time that a slice of a pass should take where no frame of a window is due.
 pub const SLICE_MS: f64 = 50.0;
 
-/// How far a pass that runs in slices has come.
+/// Progress of a pass that runs in slices.
 #[derive(Debug, Clone, Copy)]
 pub struct Slices {
-    /// How long a slice should take.
+    /// Time that a slice should take.
     target_ms: f64,
     begin: u32,
-    /// Workgroups along the axis in the next slice.
+    /// Workgroups in the next slice along the axis of the slices.
     count: u32,
 }
 
@@ -111,7 +111,7 @@ impl Frame {
             .map_err(|e| self.lost(e))
     }
 
-    /// `count` workgroups from workgroup `begin` on.
+    /// Records `count` workgroups from workgroup `begin` on.
     fn dispatch(&self, pass: &Pass, push: &[u8], begin: [u32; 3], count: [u32; 3]) -> Result<()> {
         if push.len() != pass.push_bytes as usize {
             return Err(pass.unfit(format!(
@@ -189,7 +189,7 @@ impl Frame {
         Ok(())
     }
 
-    /// The next slice of such a pass. Returns whether it was the last.
+    /// Runs the next slice of a pass that runs in slices. Returns whether it was the last.
     pub fn run_slice<P: bytemuck::NoUninit>(
         &mut self,
         pass: &Pass,

@@ -1,4 +1,4 @@
-//! What a Vulkan call's error is to the user: memory that ran out, a device that was lost, or one that does not work.
+//! The user's view of a Vulkan call's error: memory that ran out, a device that was lost, or one that does not work.
 
 use std::fmt::Display;
 
@@ -6,7 +6,7 @@ use ash::vk;
 
 use crate::error::{DeviceError, Error, MemoryError};
 
-/// `what` says what has failed, such as "image mean could not be made".
+/// `what` names the operation that has failed, as in "image mean could not be made".
 pub(super) fn failure(error: vk::Result, what: impl Display) -> Error {
     let what = what.to_string();
     match error {

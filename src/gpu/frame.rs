@@ -1,8 +1,8 @@
-//! The recording scope: what is recorded in one [`Frame::run`] is one submission; what can be
-//! recorded is in `dispatch.rs` and `transfer.rs`.
+//! The recording scope: the commands recorded in one [`Frame::run`] are one submission; `dispatch.rs` and
+//! `transfer.rs` have the commands.
 //!
-//! Recording a command gives it its barrier, its label and its timestamps. Barriers are global and sit
-//! in front of every command, because images stay in one layout and passes run one after another.
+//! Recording a command gives it its barrier, its label and its timestamps. Barriers are global and sit in front of
+//! every command, because images stay in one layout and passes run one after another.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock};
@@ -178,8 +178,8 @@ impl Frame {
         failure(error, format!("{} failed{last}", self.device.summary.name))
     }
 
-    /// Everything before is visible to what follows at `stage`. A test leaves barriers out, to see that
-    /// validation misses them.
+    /// Makes the effects of everything before visible to the commands that follow at `stage`. A test leaves barriers
+    /// out, to see that validation misses them.
     fn barrier(&self, stage: vk::PipelineStageFlags2, access: vk::AccessFlags2) {
         if self.leave_out_barriers {
             return;
@@ -194,7 +194,7 @@ impl Frame {
         unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
     }
 
-    /// Barrier, label, timestamp, commands, timestamp.
+    /// Records a command with its barrier, label and timestamps.
     pub(super) fn timed(
         &mut self,
         name: &'static str,
@@ -222,7 +222,7 @@ impl Frame {
         Ok(())
     }
 
-    /// States the work of what was recorded last.
+    /// Sets the work of the command that was recorded last.
     pub fn state_work(&mut self, work: Work) {
         if let Some((_, stated)) = self.recorded.last_mut() {
             *stated = work;

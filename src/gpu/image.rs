@@ -1,7 +1,7 @@
 //! 2D and 3D images with one view over all of them, always in the GENERAL layout.
 //!
 //! A new image is in no layout, and its texels are undefined. The first command that uses it brings it into the
-//! GENERAL layout and, where its description says so, clears it: nobody has to keep a list of images to begin.
+//! GENERAL layout and, where its description says so, clears it: there is no list of images to begin.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,32 +17,32 @@ use crate::error::{MemoryError, Result};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageDesc {
     pub name: &'static str,
-    /// Texels; a depth of 1 still makes a 3D image if `volumetric`.
+    /// In texels; a depth of 1 still makes a 3D image if `volumetric`.
     pub extent: [u32; 3],
     pub volumetric: bool,
     /// Whether shaders write it, as a storage image.
     pub written: bool,
-    /// Its texels are zero when it is first used. Otherwise they are undefined, and the first command that uses it
-    /// has to write all of them.
+    /// Whether its texels are zero when it is first used. Otherwise they are undefined, and the first command that
+    /// uses it has to write all of them.
     pub zeroed: bool,
     pub format: vk::Format,
 }
 
-/// Usable as sampled image, source and destination of copies, and storage image if `written` or if that is
-/// how the device reads images.
+/// An image that can be a sampled image and source and destination of copies, and also a storage image if it is
+/// `written` or if the device reads images in that way.
 pub struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     pub desc: ImageDesc,
-    /// No command has used it yet. The mark is shared with the frame that begins it, which takes that back if its
-    /// submission fails.
+    /// Whether no command has used it yet. The mark is shared with the frame that begins the image, which restores it
+    /// if its submission fails.
     is_new: Arc<AtomicBool>,
     // Last: the memory goes after the image.
     holding: Holding,
 }
 
 impl ImageDesc {
-    /// `loads_texels`: shaders read it as a storage image, too.
+    /// `loads_texels`: whether shaders read it as a storage image, too.
     fn info(&self, loads_texels: bool) -> vk::ImageCreateInfo<'static> {
         let [width, height, depth] = self.extent;
         vk::ImageCreateInfo::default()
@@ -87,7 +87,7 @@ impl ImageDesc {
         }
     }
 
-    /// Bytes of all texels, without what a device pads.
+    /// Bytes of all texels, without a device's padding.
     pub fn bytes(&self) -> u64 {
         let texels: u64 = self.extent.iter().map(|&n| n as u64).product();
         texels * self.texel_bytes() as u64
@@ -157,8 +157,8 @@ impl Image {
         Ok(image)
     }
 
-    /// Takes another extent and forgets the texels. The old memory goes first, so that both together
-    /// are never needed.
+    /// Changes the extent; the texels are lost. The old memory is freed first, so that both together are never
+    /// needed.
     pub fn resize(&mut self, extent: [u32; 3]) -> Result<()> {
         let desc = ImageDesc {
             extent,

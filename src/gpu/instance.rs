@@ -1,7 +1,7 @@
-//! The Vulkan instance, and what the validation layers say to it.
+//! The Vulkan instance, and the messages of its validation layers.
 //!
-//! Messages are kept for whoever asks. Messages that nobody has asked for when the instance is destroyed are printed:
-//! those that came on the way to another error, and, since the messenger outlives the device, the objects and memory
+//! Messages are kept until they are read. Those still unread when the instance is destroyed are printed: those that
+//! came on the way to another error, and, since the messenger outlives the device, those about objects and memory
 //! that were left alive when the device was destroyed. A device that is itself never destroyed is silent.
 
 use std::ffi::{CStr, c_char, c_void};
@@ -28,7 +28,7 @@ pub(super) struct Instance {
     pub raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     messages: Box<Messages>,
-    /// How many of them were asked for.
+    /// How many of the messages have been read.
     heard: AtomicUsize,
     pub entry: ash::Entry,
 }
@@ -36,7 +36,7 @@ pub(super) struct Instance {
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 impl Instance {
-    /// `extensions` are names that live as long as the program, as of a window system.
+    /// `extensions` are names that live as long as the program, as those of a window system do.
     pub fn new(validation: Validation, extensions: &[*const c_char]) -> Result<Instance> {
         // SAFETY: the loader is only used through this entry, which the instance keeps alive.
         let entry =

@@ -1,11 +1,10 @@
-//! The one gate through which all GPU memory goes: it knows the budget, what is used, and the peak.
+//! The one gate through which all GPU memory goes: it knows the budget, the bytes in use, and the peak.
 //!
-//! Every resource gets a dedicated allocation of exactly the size that Vulkan requires. There are
-//! few resources and they are large, so nothing is gained by sharing blocks, and what is planned is
-//! what is allocated, to the byte.
+//! Every resource gets a dedicated allocation of exactly the size that Vulkan requires. There are few resources and
+//! they are large, so nothing is gained by sharing blocks, and exactly what is planned is allocated, to the byte.
 //!
-//! A gate can be a *dry run*: resources made through it are null, but counted. The plan is the dry
-//! run of the very code that allocates, so the two cannot drift apart.
+//! A gate can be a *dry run*: resources made through it are null, but counted. The plan is the dry run of the very
+//! code that allocates, so the two cannot drift apart.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
@@ -56,14 +55,14 @@ impl Ledger {
     }
 }
 
-/// A resource's share of the memory behind the gate, which is given back when this is dropped.
+/// A resource's share of the gate's memory, which is given back when this is dropped.
 pub(super) struct Holding {
     memory: Arc<Memory>,
     entry: ResourceBytes,
     allocation: Option<Allocation>,
 }
 
-/// What a dedicated allocation is for.
+/// The resource that a dedicated allocation is for.
 pub(super) enum Owner {
     Image(vk::Image),
     Buffer(vk::Buffer),
@@ -92,8 +91,8 @@ impl Memory {
         }))
     }
 
-    /// A gate that counts and allocates nothing. It knows no budget, and keeps to `limits`, which may
-    /// be those of another device.
+    /// A gate that counts and allocates nothing. It has no budget, and checks sizes against `limits`, which may be
+    /// those of another device.
     pub fn dry_run(device: &Arc<Device>, limits: DeviceSummary) -> Arc<Memory> {
         Arc::new(Memory {
             device: device.clone(),
@@ -138,7 +137,7 @@ impl Memory {
             .unwrap_or_else(|broken| broken.into_inner())
     }
 
-    /// Enters `requirements.size` bytes in the ledger, or refuses.
+    /// Enters `requirements.size` bytes in the ledger; fails where they exceed the budget or the device's limit.
     pub(super) fn reserve(
         self: &Arc<Self>,
         name: &'static str,
@@ -182,7 +181,7 @@ impl Memory {
 }
 
 impl Holding {
-    /// Allocates what was reserved, for its one owner.
+    /// Allocates the reserved bytes for their one owner.
     pub fn allocate(
         &mut self,
         requirements: vk::MemoryRequirements,
@@ -239,7 +238,7 @@ impl Holding {
 }
 
 impl Holding {
-    /// Gives everything back; nothing is held from then on.
+    /// Gives everything back; the holding is empty from then on.
     pub fn release(&mut self) {
         if let (Some(allocation), Some(allocator)) =
             (self.allocation.take(), self.memory.allocator.as_ref())
@@ -266,8 +265,8 @@ impl Drop for Holding {
     }
 }
 
-/// `ISOLUME_FAIL_ALLOCATION=n` lets the process's allocation n, counted from 0, fail as if the driver
-/// had no memory left: a test sees what each of them leaves behind.
+/// `ISOLUME_FAIL_ALLOCATION=n` lets the process's allocation n, counted from 0, fail as if the driver had no memory
+/// left: a test sees what each failure leaves behind.
 fn shall_fail() -> bool {
     static WHICH: LazyLock<Option<usize>> =
         LazyLock::new(|| std::env::var("ISOLUME_FAIL_ALLOCATION").ok()?.parse().ok());

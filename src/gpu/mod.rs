@@ -1,10 +1,9 @@
-//! The only place that talks to Vulkan, and the only one with `unsafe`. It has never heard of
-//! volumes: it offers a device, memory behind a budget, images, buffers, shaders, passes and a frame
-//! that records them.
+//! The only module that talks to Vulkan, and the only one with `unsafe`. It knows nothing of volumes: it offers a
+//! device, memory within a budget, images, buffers, shaders, passes and a frame that records them.
 //!
-//! Ownership is RAII throughout: a handle is null until it is filled, and `Drop` accepts null, so
-//! that every `?` on the way cleans up. Images live in the GENERAL layout from their first use, and
-//! barriers are global: a frame puts one between any two passes.
+//! Ownership is RAII throughout: a handle is null until it is filled, and `Drop` accepts null, so that every `?` on
+//! the way cleans up. Images live in the GENERAL layout from their first use, and barriers are global: a frame puts
+//! one between any two passes.
 
 mod buffer;
 mod compiled;

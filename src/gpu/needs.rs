@@ -1,38 +1,38 @@
-//! What Isolume asks of a device: one table, each row with its reason. A row without a fallback is a requirement, and a
-//! device that does not meet it cannot be used. `survey.rs` reads it to choose a device, and `isolume info` and
-//! `isolume doctor` print it.
+//! The requirements that Isolume has of a device: one table, each row with its reason. A row without a fallback is
+//! mandatory, and a device that does not meet it cannot be used. `survey.rs` reads the table to choose a device, and
+//! `isolume info` and `isolume doctor` print it.
 
 use ash::{ext, vk};
 
 use super::instance::Instance;
 use super::survey::queue_families;
 
-/// Threads of a workgroup, storage buffers, storage images and sampled images that a shader may have. Vulkan promises 128,
-/// 4, 4 and 16; SwiftShader, the narrowest driver that Isolume has run on, grants 256, 16, 16 and 16.
-/// `Pass::new` holds the shaders to it, so that the table cannot fall behind them.
+/// The most threads of a workgroup, storage buffers, storage images and sampled images that a shader may have. Vulkan
+/// promises 128, 4, 4 and 16; SwiftShader, the narrowest driver that Isolume has run on, grants 256, 16, 16 and 16.
+/// `Pass::new` enforces these limits on the shaders, so that the table always covers them.
 pub(super) const GROUP_THREADS: u32 = 64;
 pub(super) const STORAGE_BUFFERS: u32 = 16;
 pub(super) const STORAGE_IMAGES: u32 = 8;
 pub(super) const SAMPLED_IMAGES: u32 = 16;
-/// Storage images of a shader that reads images as such, too (`glsl/include/texels.glsl`).
+/// The most storage images of a shader where all images are read as storage images (`glsl/include/texels.glsl`).
 pub(super) const LOADED_IMAGES: u32 = 16;
 
 /// A row of the table, with what one device offers.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Need {
-    /// Vulkan's name for it.
+    /// Vulkan's name for the feature or limit.
     pub name: &'static str,
     pub needed: String,
     pub found: String,
     pub holds: bool,
-    /// What it is for.
+    /// What Isolume uses it for.
     pub reason: &'static str,
     /// What happens without it; `None`: the device cannot be used.
     pub fallback: Option<&'static str>,
 }
 
 impl Need {
-    /// In words, what the device lacks, if it cannot be used without this.
+    /// A description of what the device lacks, if it cannot be used without this.
     pub(super) fn shortcoming(&self) -> Option<String> {
         let Need {
             name,
@@ -256,7 +256,7 @@ fn formats(instance: &Instance, physical: vk::PhysicalDevice) -> Vec<Need> {
     FORMATS.map(row).to_vec()
 }
 
-/// What images of a format can be used for, in words.
+/// The possible uses of images with these features, in words.
 fn uses(features: vk::FormatFeatureFlags) -> String {
     let all = [
         (SAMPLED, "sampled"),
@@ -271,7 +271,7 @@ fn uses(features: vk::FormatFeatureFlags) -> String {
     }
 }
 
-/// Whether all images can be read as storage images, and any pass can bind so many.
+/// Whether all images can be read as storage images, and a pass can bind [`LOADED_IMAGES`] of them.
 pub(super) fn can_load_texels(instance: &Instance, physical: vk::PhysicalDevice) -> bool {
     // SAFETY: `physical` belongs to the live instance.
     let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;

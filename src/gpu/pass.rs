@@ -1,5 +1,5 @@
-//! A compute pipeline whose layout and workgroup size come from its SPIR-V. Resources are bound by
-//! the names that the shader gives them, so that a swap cannot go unnoticed.
+//! A compute pipeline whose layout and workgroup size come from its SPIR-V. Resources are bound by the names that the
+//! shader gives them, so that swapped resources cannot go unnoticed.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -21,9 +21,9 @@ use crate::error::{DeviceError, Error, Result};
 #[derive(Clone, Copy)]
 pub enum Binding<'a> {
     Buffer(&'a Buffer),
-    /// A storage image, or one read texel by texel.
+    /// A storage image, or an image that is read texel by texel.
     Image(&'a Image),
-    /// Sampled with linear filtering, clamped at the border.
+    /// An image that is sampled with linear filtering, clamped at the border.
     Filtered(&'a Image),
 }
 
@@ -51,7 +51,7 @@ fn unfit(pass: &str, problem: String) -> Error {
 }
 
 impl Pass {
-    /// The error for using the pass in another way than its shader declares.
+    /// The error for using the pass otherwise than its shader declares.
     pub(super) fn unfit(&self, problem: String) -> Error {
         unfit(self.name, problem)
     }
@@ -92,7 +92,7 @@ impl Pass {
     }
 }
 
-/// Keeps the shaders to what the table of needs has asked of the device.
+/// Fails for a shader that exceeds the limits in the table of needs.
 fn check_resources(slots: &[Slot], workgroup: [u32; 3], loads_texels: bool) -> Result<(), String> {
     let count = |kind| slots.iter().filter(|slot| slot.kind == kind).count() as u32;
     let images = match loads_texels {

@@ -14,7 +14,8 @@ pub(super) struct Pipeline {
 }
 
 impl Pipeline {
-    /// A pipeline whose `stages` take these bindings and so many bytes of push constants; `make` knows the rest.
+    /// A pipeline whose `stages` take these bindings and `push_bytes` of push constants; `make` creates it from its
+    /// layout.
     pub fn new(
         device: &Arc<Device>,
         stages: vk::ShaderStageFlags,

@@ -1,26 +1,26 @@
 //! The driver's own cache of pipelines, kept from one start to the next (`compiled.rs`).
 //!
-//! Drivers of desktops keep such a cache by themselves; those of phones and MoltenVK do not. lavapipe and SwiftShader
-//! have nothing to keep: their data are a header.
+//! Drivers of desktops keep a cache by themselves; those of phones and MoltenVK do not. lavapipe and SwiftShader have
+//! nothing to keep: their data are only a header.
 
 use ash::vk;
 
 use super::compiled::Compiled;
 
-/// What every driver's data begin with (`VkPipelineCacheHeaderVersionOne`).
+/// Bytes of the header with which every driver's data begin (`VkPipelineCacheHeaderVersionOne`).
 const HEADER_BYTES: usize = 32;
 
 pub(super) struct PipelineCache {
-    /// Null if the driver has not made one: pipelines then know of none.
+    /// Null if the driver has not made one: pipelines are then made without a cache.
     pub raw: vk::PipelineCache,
     compiled: Compiled,
-    /// By driver and device.
+    /// Name of the kept file, from driver and device.
     name: String,
     kept: Vec<u8>,
 }
 
 impl PipelineCache {
-    /// With what is kept for this driver and device, if that is there and theirs.
+    /// The cache with the data kept for this driver and device, if there are any and they are valid.
     pub fn load(
         device: &ash::Device,
         properties: &vk::PhysicalDeviceProperties,
@@ -47,22 +47,22 @@ impl PipelineCache {
         }
     }
 
-    /// Keeps what has come to it since, and ends it.
+    /// Keeps the data that the cache has by now, and destroys it.
     pub fn end(&self, device: &ash::Device) {
         if self.raw == vk::PipelineCache::null() {
             return;
         }
-        // SAFETY: the cache is the device's, and nobody makes pipelines any more.
+        // SAFETY: the cache is the device's, and no pipelines are made any more.
         let data = unsafe { device.get_pipeline_cache_data(self.raw) }.unwrap_or_default();
         if data.len() > HEADER_BYTES && data != self.kept {
             self.compiled.store(&self.name, &data);
         }
-        // SAFETY: likewise.
+        // SAFETY: as above.
         unsafe { device.destroy_pipeline_cache(self.raw, None) };
     }
 }
 
-/// Whether the header names this device and driver. Drivers look as well, but not all of them well.
+/// Whether the header names this device and driver. Drivers check that themselves, but not all of them check well.
 fn is_for(properties: &vk::PhysicalDeviceProperties, data: &[u8]) -> bool {
     let words = [
         HEADER_BYTES as u32,

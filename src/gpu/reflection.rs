@@ -1,8 +1,8 @@
-//! What a compute shader asks for, read from its SPIR-V: resources by name, push constants, workgroup size.
+//! The interface of a compute shader, read from its SPIR-V: resources by name, push constants, workgroup size.
 //!
-//! Only what the shaders of this program contain is understood, and anything else is an error: storage
-//! buffers, storage images and sampled images in descriptor set 0, and push constants made of 32-bit
-//! scalars, vectors and structs.
+//! Only what the shaders of this program contain is understood, and anything else is an error: storage buffers,
+//! storage images and sampled images in descriptor set 0, and push constants made of 32-bit scalars, vectors and
+//! structs.
 
 use std::collections::HashMap;
 
@@ -49,9 +49,9 @@ impl Reflection {
     }
 }
 
-/// Gives resources the binding numbers 0, 1, … in the order in which the module declares them. GLSL does not state any,
-/// since passes bind by name. The compiler numbers only those that `main` reaches and leaves the others at 0, but the
-/// layout of a pass's descriptors holds everything that its shader declares.
+/// Gives resources the binding numbers 0, 1, … in the order in which the module declares them. GLSL does not state
+/// any, since passes bind by name. The compiler numbers only the resources that `main` reaches and leaves the others
+/// at 0, but the layout of a pass's descriptors holds everything that its shader declares.
 pub(super) fn number_resources(code: &mut [u32]) -> Result<(), String> {
     let variables: Vec<Variable> = Module::read(code)?.variables().collect::<Result<_, _>>()?;
     let resources = variables.iter().filter(|v| is_resource(v.class));
@@ -177,8 +177,8 @@ impl<'a> Module<'a> {
         })
     }
 
-    /// Bytes from the start of a push constant to its end. Types stand behind those that they are made of, so that one walk
-    /// finds them all, and one that claims to hold itself has no size.
+    /// Bytes from the start of a push constant to its end. Types are declared after their components, so one walk
+    /// finds all sizes, and a type that claims to hold itself has none.
     fn bytes(&self, id: u32) -> Result<u32, String> {
         let offsets = self.offsets();
         let mut sizes: HashMap<u32, u32> = HashMap::new();

@@ -1,4 +1,4 @@
-//! Compiles the GLSL in `glsl/`, which the program carries inside itself, and keeps the SPIR-V for the next start
+//! Compiles the GLSL in `glsl/`, which is embedded in the program, and keeps the SPIR-V for the next start
 //! (`compiled.rs`).
 //!
 //! `ISOLUME_GLSL=DIR` reads it from disk instead, so that a shader can be changed without a rebuild.
@@ -24,7 +24,7 @@ static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/glsl");
 /// milliseconds a shader.
 static COMPILER: LazyLock<shaderc::Result<Compiler>> = LazyLock::new(Compiler::new);
 
-/// What a pass is made from.
+/// The description from which a pass is made.
 pub struct PassDesc<'a> {
     /// The shader's file name without `.comp`; also the name in timings and messages.
     pub name: &'static str,
@@ -32,16 +32,16 @@ pub struct PassDesc<'a> {
     pub specialization: &'a [u32],
     /// `Shared::PUSH` of the struct that it takes as push constants.
     pub push: &'static str,
-    /// Macros, and what they stand for.
+    /// Macros and their definitions.
     pub macros: &'a [(&'static str, &'static str)],
 }
 
-/// The shaders' text, and what compiling it takes.
+/// The shaders' text, and the state of their compilation.
 pub struct Shaders {
-    /// The text that `#include "shared.glsl"` stands for: what the CPU and the GPU share.
+    /// The text for which `#include "shared.glsl"` stands: the data that CPU and GPU share.
     shared: String,
     folder: Option<PathBuf>,
-    /// Files beside those of `glsl/`, by name: a test's own passes.
+    /// Files beside those of `glsl/`, or in their place, by name: a test's own passes.
     added: HashMap<String, String>,
     /// The time spent on all passes so far.
     spent: Mutex<Duration>,
@@ -112,7 +112,7 @@ impl Shaders {
         push: &str,
         macros: &[(&str, &str)],
     ) -> Result<Vec<u32>> {
-        // Text that is not the program's own may change at any time.
+        // Text that is not embedded in the program may change at any time, so its SPIR-V is not kept.
         if self.folder.is_some() || !self.added.is_empty() {
             return self.compile_text(file, kind, push, macros);
         }
@@ -180,8 +180,8 @@ impl Shaders {
     }
 }
 
-/// The compiled shaders that are kept for this version of the shaders, and for this version of the program, which
-/// decides how they are compiled.
+/// The SPIR-V that is kept for this version of the shaders, and for this version of the program, which decides how
+/// they are compiled.
 pub(super) fn compiled() -> Compiled {
     static VERSION: LazyLock<u128> = LazyLock::new(|| {
         let mut hash = Xxh3::new();

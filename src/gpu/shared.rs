@@ -1,5 +1,5 @@
-//! One definition of everything that CPU and GPU share: the Rust struct. The macros emit its GLSL
-//! text, and scalar block layout makes the bytes agree: every member is a multiple of four bytes.
+//! One definition of all data that CPU and GPU share: the Rust struct. The macros emit its GLSL text, and scalar
+//! block layout makes the bytes agree: every member is a multiple of four bytes.
 
 /// GLSL's names for the types that shared structs are made of.
 #[allow(non_camel_case_types)]
@@ -19,18 +19,18 @@ pub mod types {
 pub trait Shared: bytemuck::Pod {
     /// `struct Name { … };`
     const GLSL: &'static str;
-    /// A block of push constants with the same members, called `push`: what `#include "push.glsl"` stands for in the
+    /// A block of push constants with the same members, called `push`: the text of `#include "push.glsl"` in the
     /// shader of a pass that takes them.
     const PUSH: &'static str;
 }
 
-/// What a pass without push constants takes.
+/// The push constants of a pass that has none.
 impl Shared for () {
     const GLSL: &'static str = "";
     const PUSH: &'static str = "";
 }
 
-/// A struct of specialization constants: what a shader is compiled for.
+/// A struct of specialization constants, for which a shader is compiled.
 pub trait Specialization {
     /// `layout(constant_id = …) const …;` for each field, in order.
     fn glsl() -> String;

@@ -1,4 +1,4 @@
-//! What devices there are, what each can do, and which to take.
+//! Lists the devices and their abilities, and chooses one.
 
 use std::ffi::CStr;
 use std::fmt;
@@ -9,7 +9,7 @@ use super::instance::{Instance, Validation};
 use super::needs::{Need, has_timestamps, needs};
 use crate::error::{DeviceError, Result};
 
-/// What kind of hardware a driver stands for, best first.
+/// The kind of hardware behind a driver, best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 pub enum DeviceKind {
     #[serde(rename = "discrete GPU")]
@@ -44,7 +44,7 @@ impl fmt::Display for DeviceKind {
     }
 }
 
-/// What `isolume info` says of a device.
+/// What `isolume info` shows of a device.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct DeviceSummary {
     pub index: usize,
@@ -151,7 +151,7 @@ pub(super) fn queue_families(
     }
 }
 
-/// The family to compute with: one that writes timestamps, if there is one, and that can draw as well, as a window does.
+/// The queue family for computing: preferably one that writes timestamps and that can also draw, as a window does.
 pub(super) fn compute_queue(instance: &Instance, physical: vk::PhysicalDevice) -> Option<u32> {
     let families = queue_families(instance, physical);
     let computes = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);

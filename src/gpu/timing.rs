@@ -1,5 +1,5 @@
-//! GPU times by pass name, gathered by the frame; passes never mention timing. What they do mention is the work that a
-//! run has done, where it is known: only with that does a time say how far the device is from its limit.
+//! GPU times by pass name, gathered by the frame; passes never mention timing. They state the work that a run has
+//! done, where it is known: only with that does a time say how far the device is from its limit.
 
 use std::time::Instant;
 
@@ -35,8 +35,8 @@ impl Work {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
     pub pass: &'static str,
-    /// Since the timings began. Vulkan's clocks are not calibrated against the host's here: the
-    /// first pass of a frame is put where the host submitted it.
+    /// Microseconds since the timings began. Vulkan's clocks are not calibrated against the host's here: the first
+    /// pass of a frame is put where the host submitted it.
     pub start_us: f64,
     pub duration_us: f64,
     pub work: Work,
@@ -54,14 +54,14 @@ pub struct PassTotal {
 /// The most spans that are kept: a few megabytes.
 const MOST_SPANS: usize = 1 << 16;
 
-/// Everything that has run since the timings began: sums of all runs, and single runs in order. In a render that goes
-/// on for hours, only every second run of each pass is kept, then every fourth, and so on, so that its times take no
-/// more memory.
+/// Everything that has run since the timings began: sums over all runs, and single runs in order. In a render that
+/// goes on for hours, only every second run of each pass is kept, then every fourth, and so on, so that the kept
+/// times need no more memory.
 pub struct Timings {
     pub began: Instant,
     spans: Vec<Span>,
     passes: Vec<PassTotal>,
-    /// Each pass's first run is kept, and every so many after it.
+    /// Of each pass, the first run is kept, and then every `stride`-th.
     stride: u64,
 }
 
@@ -117,7 +117,7 @@ impl Timings {
         self.passes.iter().position(|total| total.pass == pass)
     }
 
-    /// States the work of the last run of `pass`, which only the device could count.
+    /// Sets the work of the last run of `pass`, where only the device could count it.
     pub fn state_work(&mut self, pass: &str, work: Work) {
         let Some(index) = self.index_of(pass) else {
             return;
@@ -152,7 +152,7 @@ impl Timings {
         runs as f64 / runs.div_ceil(self.stride).max(1) as f64
     }
 
-    /// Hands out the runs that are kept, and begins anew.
+    /// Returns the runs that are kept, and begins anew.
     pub fn take(&mut self) -> Vec<Span> {
         self.passes.clear();
         self.stride = 1;

@@ -8,7 +8,7 @@ use super::image::{COLOR, COLOR_LAYER, Image};
 use super::timing::Work;
 use crate::error::Result;
 
-/// A box [`low`, `low` + `extent`) of texels, and where a buffer holds them, x fastest.
+/// A box [`low`, `low` + `extent`) of texels, and its offset in a buffer, x fastest.
 #[derive(Debug, Clone, Copy)]
 pub struct Piece {
     pub offset: u64,
@@ -17,8 +17,8 @@ pub struct Piece {
 }
 
 impl Frame {
-    /// Brings those images that no command has used yet into the GENERAL layout, and clears those that are to
-    /// begin with zeros.
+    /// Brings those images that no command has used yet into the GENERAL layout, and clears those that begin with
+    /// zeros.
     pub(super) fn begin_images<'a>(
         &mut self,
         images: impl Iterator<Item = &'a Image>,
@@ -173,7 +173,7 @@ impl Frame {
         })
     }
 
-    /// A transfer of some kind, which copies so many bytes; `record` records it.
+    /// Records a transfer with `record`, under `name`, as one that copies `copied_bytes`.
     pub(super) fn transfer(
         &mut self,
         name: &'static str,

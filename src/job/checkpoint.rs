@@ -1,4 +1,4 @@
-//! Keeps a render's state on disk while it works: every so often, when SIGUSR1 asks for it, and at its end.
+//! Keeps a render's state on disk while it works: at intervals, when SIGUSR1 asks for it, and at its end.
 
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
@@ -13,14 +13,14 @@ use crate::output::{Outputs, Parts};
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{About, CacheFile, Found, Identity, Named, RunOf, Settings, State};
 
-/// What is rendered.
+/// The render whose state is kept.
 pub struct Subject<'a> {
     pub args: &'a RenderArgs,
     pub opened: &'a Opened,
     pub views: &'a [View],
 }
 
-/// A checkpoint, and how it is kept.
+/// A checkpoint and the state of keeping it.
 pub struct Keeper<'a> {
     path: &'a Path,
     subject: Subject<'a>,
@@ -31,26 +31,25 @@ pub struct Keeper<'a> {
     filling: Filling,
     runs: Vec<RunOf>,
     began: Instant,
-    /// When it was written last.
+    /// When the checkpoint was last written.
     written: Instant,
 }
 
-/// How far the cache is; a variant without one needs none.
+/// The state of the cache's filling; a variant without a cache needs none.
 #[derive(Clone, Copy, PartialEq)]
 enum Filling {
     UnderWay,
-    /// Some nodes have had a batch and some not, so that there is nothing to continue from.
+    /// Some nodes have had a batch and some not, so the cache cannot be continued.
     Interrupted,
     Done,
 }
 
 impl<'a> Keeper<'a> {
-    /// Takes up the checkpoint, if there is one, and brings the cache to its state. `volume` is the volume's
-    /// fingerprint.
+    /// Continues from the checkpoint, if there is one, and restores the cache. `volume` is the volume's fingerprint.
     ///
     /// # Errors
     ///
-    /// The checkpoint belongs to something else, or is damaged.
+    /// If the checkpoint belongs to another render, or is damaged.
     pub fn begin(
         path: &'a Path,
         subject: Subject<'a>,
@@ -118,7 +117,7 @@ impl<'a> Keeper<'a> {
         number.saturating_sub(1) as usize
     }
 
-    /// The time that has been spent on that picture.
+    /// The time that has been spent on the picture under way.
     pub fn seconds(&self) -> Duration {
         let seconds = self.found.state().map_or(0.0, |state| state.seconds);
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
@@ -128,12 +127,12 @@ impl<'a> Keeper<'a> {
         self.filling == Filling::Done
     }
 
-    /// Brings the picture under way to where it was. The engine must look at it.
+    /// Restores the picture under way. The engine's scene must be that of the picture.
     pub fn restore_picture(&self, engine: &mut Engine) -> Result<()> {
         self.found.restore_picture(engine)
     }
 
-    /// To be called when the filling of the cache has ended, with whether it is enough.
+    /// To be called when the filling of the cache has ended; `is_enough` says whether the cache is good enough.
     pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
         self.filling = match is_enough {
             true => Filling::Done,
@@ -145,8 +144,8 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// To be called whenever there is something to continue from: writes the checkpoint, if it is time. A disk that
-    /// is full now may have room the next time.
+    /// To be called whenever the state could be continued: writes the checkpoint, if it is time. An error of the file
+    /// is only reported: a disk that is full now may have room the next time.
     pub fn step(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         let is_asked = interrupt::takes_request();
         let is_last = self.filling == Filling::UnderWay && interrupt::is_interrupted();
@@ -164,7 +163,7 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// Writes the state of the render, unless there is nothing to continue from.
+    /// Writes the state of the render, unless it cannot be continued.
     pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         match self.filling {
             Filling::Interrupted => return Ok(()),

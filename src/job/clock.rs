@@ -1,4 +1,4 @@
-//! What the CPU did, stage by stage, and the profile that shows it beside what the GPU did.
+//! The CPU's work, stage by stage, and the profile that shows it beside the GPU's.
 
 use std::time::{Duration, Instant};
 
@@ -82,7 +82,7 @@ impl Clock {
     }
 }
 
-/// Stages of the CPU, passes of the GPU, and memory, from the run's beginning on.
+/// The profile: stages of the CPU, passes of the GPU, and memory, from the run's beginning on.
 pub fn trace(
     clock: &Clock,
     timings: &Timings,

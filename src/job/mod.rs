@@ -1,4 +1,4 @@
-//! Carries out what the command line asks for: a function a command, each with the exit status.
+//! Carries out the commands of the command line: one function for each, which returns the exit status.
 
 mod bench;
 mod checkpoint;
@@ -130,7 +130,7 @@ pub fn clean(args: &CleanArgs) -> Result<u8> {
     ))
 }
 
-/// Prints to stdout; a reader that has gone away is no error.
+/// Prints to stdout; a reader that has closed the pipe is no error.
 fn print(text: &str) -> Result<u8> {
     use std::io::Write;
     match writeln!(std::io::stdout(), "{}", text.trim_end()) {

@@ -1,4 +1,4 @@
-//! `isolume plan`: what a render would take of the GPU's memory, which variant it would be, and why.
+//! `isolume plan`: the GPU memory that a render would take, its variant, and the reason for that variant.
 
 use serde::Serialize;
 
@@ -21,7 +21,7 @@ struct Printed<'a> {
     planned_bytes: u64,
     #[serde(flatten)]
     plan: &'a Plan,
-    /// Only present where the volume does not fit.
+    /// `None` unless the volume does not fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     bricks: Option<Bricks>,
     /// What the next better variant would need.
@@ -35,7 +35,7 @@ struct Bricks {
     total: u32,
     /// Bricks in which the medium scatters or a surface shows.
     needed: u32,
-    /// Bricks for which there is room on the GPU, and the share of the needed ones that this is.
+    /// Bricks for which there is room on the GPU, and their share of the needed ones.
     resident: u32,
     share: f64,
     /// Bytes of the host's memory for bricks.

@@ -1,4 +1,4 @@
-//! `isolume render`: open, plan, render until it is enough, write.
+//! `isolume render`: opens, plans, renders until the stop is reached, and writes.
 
 use std::num::NonZeroU32;
 use std::panic::resume_unwind;
@@ -51,7 +51,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     Ok(interrupt::status())
 }
 
-/// The scene, while the device starts.
+/// Opens the scene while the device starts.
 fn open(args: &RenderArgs, clock: &mut Clock) -> Result<(Opened, Host)> {
     thread::scope(|scope| {
         let host = scope.spawn(|| Host::open(&args.gpu.host_options()));
@@ -70,20 +70,20 @@ struct Render<'a> {
     clock: Clock,
     progress: Progress,
     engine: Engine,
-    /// Time spent on the picture under way; on the first one with the filling of the cache.
+    /// Time spent on the picture under way; for the first picture it includes the filling of the cache.
     watch: Stopwatch,
-    /// Present with `--checkpoint`.
+    /// `Some` with `--checkpoint`.
     keeper: Option<Keeper<'a>>,
     /// Fingerprint of the volume, for shards without a checkpoint.
     volume: Option<String>,
-    /// Index of the picture to begin with; it is not 0 where a checkpoint of an orbit is taken up.
+    /// Index of the first picture to render; not 0 where a checkpoint of an orbit is continued.
     first: usize,
     /// Index of the picture that was begun last.
     last: usize,
 }
 
 impl<'a> Render<'a> {
-    /// Plans, makes the engine, and takes up what a checkpoint holds.
+    /// Plans, makes the engine, and restores the state of a checkpoint.
     fn begin(
         args: &'a RenderArgs,
         host: &Host,
@@ -198,8 +198,8 @@ impl<'a> Render<'a> {
         }
     }
 
-    /// Takes one picture after another, until all are there or an interruption has come. An orbit's files have their
-    /// final names then; those of a single picture are still temporary.
+    /// Takes one picture after another, until all are done or an interruption has come. An orbit's files have their
+    /// final names then; those of a single picture still have temporary ones.
     fn take_pictures(&mut self) -> Result<(Outputs, Vec<Outcome>)> {
         let origin = match self.volume.take() {
             Some(volume) => Some(Origin::of(&mut self.engine, volume)?),
@@ -270,7 +270,7 @@ impl<'a> Render<'a> {
         Ok(outcome)
     }
 
-    /// Writes a picture's files under temporary names. `origin` is that of shards without a checkpoint.
+    /// Writes a picture's files under temporary names. `origin` is set for shards without a checkpoint.
     fn stage(&mut self, view: &View, origin: Option<&Origin>, outputs: &mut Outputs) -> Result<()> {
         let Render { engine, opened, .. } = self;
         let kept = self.keeper.as_ref().filter(|_| self.args.samples.is_some());

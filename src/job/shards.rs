@@ -1,4 +1,4 @@
-//! What a render adds to its EXRs if they are shards.
+//! The header and sums that a render adds to its EXRs if they are shards.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use crate::render::{Sums, Variant};
 use crate::scene::Scene;
 use crate::shard::{Fingerprint, Header, Identity};
 
-/// What is the same in all pictures of a run.
+/// Fingerprints that all pictures of a run have in common.
 pub struct Origin {
     /// Fingerprint of the volume.
     pub volume: String,
@@ -46,7 +46,7 @@ fn fill(engine: &mut Engine) -> Result<Option<String>> {
     Ok(Some(fingerprint.text()))
 }
 
-/// Fails for the variant whose samples have no numbers.
+/// Fails for `published`, whose samples have no numbers.
 pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
     match variant {
         Variant::Published => Err(Error::input(
@@ -57,7 +57,7 @@ pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
     }
 }
 
-/// A header as text.
+/// A header as JSON.
 pub fn to_json(header: &impl Serialize) -> Result<String> {
     serde_json::to_string(header).map_err(|error| Error::value(format!("a header: {error}")))
 }

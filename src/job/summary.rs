@@ -1,4 +1,4 @@
-//! What a render reports at its end: the files of `--stats` and `--profile`, and the last line.
+//! The report of a render at its end: the files of `--stats` and `--profile`, and the last line.
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -16,7 +16,7 @@ use crate::scene::Variant;
 
 pub struct Summary<'a> {
     args: &'a RenderArgs,
-    /// The variant that was asked for.
+    /// The variant that the user asked for.
     asked: Variant,
     stats: Stats,
     timings: Timings,
@@ -44,9 +44,10 @@ impl<'a> Summary<'a> {
         }
     }
 
-    /// Holds the passes against the device's peak, for which the engine has given back its memory, and writes the files.
+    /// Compares the passes with the device's peak, for which the engine has given back its memory, and writes the
+    /// files.
     pub fn stage(&mut self, outputs: &mut Outputs, host: &Host, clock: &Clock) -> Result<()> {
-        // Where the peak cannot be measured, shares of it are unknown, and all else is still told.
+        // If the peak cannot be measured, shares of it are unknown; everything else is still reported.
         let peak = self.is_asked_for().then(|| host.peak().ok()).flatten();
         self.stats.passes = figures::passes(&self.timings, peak.as_ref());
         if let Some(path) = &self.args.stats {
@@ -73,7 +74,7 @@ impl<'a> Summary<'a> {
     }
 }
 
-/// All statistics but those of the passes, which are held against the device's peak once the engine has given back
+/// All statistics but those of the passes, which are compared with the device's peak once the engine has given back
 /// its memory.
 fn stats(
     args: &RenderArgs,
@@ -109,7 +110,7 @@ fn stats(
     }
 }
 
-/// Why this variant, where the program has picked it.
+/// The reason for the variant, where the program has picked it.
 fn why_variant(asked: Variant, reason: &str) -> String {
     match asked {
         Variant::Auto => format!(", because {reason}"),

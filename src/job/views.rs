@@ -1,4 +1,4 @@
-//! The pictures of a render: whose they are, and their way into files.
+//! The pictures of a render: their scenes, and their way into files.
 
 use std::path::{Path, PathBuf};
 
@@ -46,7 +46,7 @@ pub fn views(args: &RenderArgs, opened: &Opened) -> Vec<View> {
     (1..=count.get()).map(view).collect()
 }
 
-/// Where a picture comes from; `scene` is the resolved scene as text.
+/// The origin of a picture, for its header; `scene` is the resolved scene as text.
 pub fn provenance(scene: String, host: &Host, seed: u32) -> Provenance {
     Provenance {
         scene,
@@ -61,11 +61,11 @@ pub fn software() -> String {
     concat!("isolume ", env!("CARGO_PKG_VERSION")).into()
 }
 
-/// A picture with what its EXR says of it.
+/// A picture with the data for its EXR.
 pub struct Saved {
     pub picture: Picture,
     pub provenance: Provenance,
-    /// What the EXR holds besides, if it is a shard.
+    /// Header and sums of a shard.
     pub parts: Option<(Header, Sums)>,
 }
 

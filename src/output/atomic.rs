@@ -1,10 +1,9 @@
 //! Files that appear whole or not at all.
 //!
-//! Each output is first written to a temporary file next to its final name, because only a rename
-//! within one file system is atomic. All outputs of a run, or of one view of an orbit, are written before
-//! the first is renamed: a disk that fills up half way leaves none of them. Dropping [`Outputs`] removes
-//! what was not committed. A process that is about to end without that calls
-//! [`temporary::remove_all`].
+//! Each output is first written to a temporary file next to its final name, because only a rename within one file
+//! system is atomic. All outputs of a run, or of one view of an orbit, are written before the first is renamed: a
+//! disk that fills up half way leaves none of them. Dropping [`Outputs`] removes those that were not committed. A
+//! process that is about to end without dropping them calls [`temporary::remove_all`].
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
@@ -22,7 +21,7 @@ use crate::temporary::{self, Listed};
 /// How the temporary names of outputs begin.
 const PREFIX: &str = ".isolume-output-";
 
-/// The outputs of one run, on their way to their final names.
+/// The outputs of a run before they get their final names.
 #[derive(Default)]
 pub struct Outputs {
     staged: Vec<Staged>,
@@ -123,8 +122,8 @@ impl Outputs {
     }
 }
 
-/// Whether outputs could be written there, each to a file of its own: to be asked before the long work, not
-/// after. What killed processes have left in those folders goes.
+/// Checks whether outputs could be written to these paths, each to a file of its own: to be called before the long
+/// work, not after. Removes temporary files that killed processes have left in those folders.
 pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
     let mut taken: Vec<PathBuf> = Vec::new();
     for path in paths {
@@ -135,7 +134,7 @@ pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Resul
         let (Target::File(file), Some(name)) = (target, path.file_name()) else {
             continue;
         };
-        // The folder is there, the file may not be.
+        // The folder exists; the file may not.
         let folder = temporary.path().parent().map(fs::canonicalize);
         let folder = folder.and_then(Result::ok).unwrap_or_default();
         let file = fs::canonicalize(&file).unwrap_or(folder.join(name));
@@ -155,7 +154,7 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
         Ok(existing) if existing.is_dir() => {
             return Err(Error::input(path, "it is a folder; name a file in it"));
         }
-        // Through a symbolic link: the link stays.
+        // The path may be a symbolic link: the link stays.
         Ok(existing) if existing.is_file() => {
             Target::File(fs::canonicalize(path).map_err(|error| Error::io(path, error))?)
         }
@@ -186,7 +185,7 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
     Ok((target, temporary, listed))
 }
 
-/// Asks the disk to keep a new name, where it can: without that the file may have its old content after a power cut.
+/// Asks the disk to keep a new name, where it can: without this the file may have its old content after a power cut.
 fn sync_folder(path: &Path) {
     let folder = path.parent().filter(|folder| *folder != Path::new(""));
     let folder = File::open(folder.unwrap_or(Path::new(".")));

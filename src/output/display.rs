@@ -1,4 +1,4 @@
-//! From linear radiance to what a display shows, for the PNG and for metrics on display values.
+//! Conversion from linear radiance to display values, for the PNG and for metrics on display values.
 
 use crate::scene::Tone;
 use crate::srgb;

@@ -1,7 +1,7 @@
-//! OpenEXR: everything a render knows about each pixel, without loss.
+//! OpenEXR: all that a render knows about each pixel, without loss.
 //!
-//! One part with dotted channel names, since every viewer and script reads that, and scan lines
-//! rather than tiles for the same reason.
+//! One part with dotted channel names, since every viewer and script reads that, and scan lines rather than tiles for
+//! the same reason.
 
 use std::io::{self, Seek, Write};
 
@@ -11,13 +11,14 @@ use super::{Parts, Provenance};
 use crate::engine::Picture;
 use crate::render::Sums;
 
-/// The attribute of the resolved scene.
+/// Name of the attribute that holds the resolved scene.
 pub const SCENE_ATTRIBUTE: &str = "isolume.scene";
-/// The attribute of a shard's header.
+/// Name of the attribute that holds a shard's header.
 pub const HEADER_ATTRIBUTE: &str = "isolume.shard";
 
-/// Attributes of our own are one of the picture and one of its layer: the crate keeps several in random order, and the
-/// same render must give the same bytes. The rest goes into the standard's "software" and "comments".
+/// Encodes a picture. There is one attribute of our own for the picture and one for its layer: the crate writes
+/// several in random order, and the same render must give the same bytes. The rest goes into the standard's
+/// "software" and "comments".
 pub(super) fn encode(
     file: &mut (impl Write + Seek),
     picture: &Picture,
@@ -91,7 +92,7 @@ fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
     channels
 }
 
-/// The sums behind the picture that are not its mean.
+/// Channels for the sums behind the picture, except its mean.
 fn sums(sums: &Sums) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
     let channel = |name, texels: &[[f32; 4]], component: usize| {
         let samples = texels.iter().map(|texel| texel[component]).collect();
@@ -103,8 +104,8 @@ fn sums(sums: &Sums) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
     squares.chain([channel("coverage", &sums.mean, 3)])
 }
 
-/// The crate's own conversions panic beyond Latin-1, but header text is by custom UTF-8: a scene
-/// may name its volume in any script.
+/// The crate's own conversions panic beyond Latin-1, but header text is UTF-8 by custom: a scene may name its volume
+/// in any script.
 fn utf8(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }

@@ -1,7 +1,7 @@
-//! What a render leaves behind: the picture, its statistics, a trace of where the time went, and
-//! progress on the way there.
+//! The outputs of a render: the picture, its statistics, a trace of where the time went, and progress on the way
+//! there.
 //!
-//! Every file goes through [`Outputs`], so that a name a user sees always holds a whole file.
+//! Every file goes through [`Outputs`], so that a name that a user sees always holds a whole file.
 
 mod atomic;
 pub mod display;
@@ -45,7 +45,7 @@ impl Format {
     }
 }
 
-/// Where a picture comes from, for its header.
+/// The origin of a picture, for its header.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Provenance {
     /// The resolved scene.
@@ -56,13 +56,13 @@ pub struct Provenance {
     pub software: String,
 }
 
-/// What an EXR holds besides the picture so that another run can continue it.
+/// Additional contents of an EXR with which another run can continue the picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Parts<'a> {
     /// The header as JSON.
     pub header: &'a str,
     pub sums: &'a Sums,
-    /// Whether the file is written in less time and takes more room.
+    /// Whether the file is written fast and large.
     pub is_quick: bool,
 }
 

@@ -1,4 +1,4 @@
-//! PNG: the picture to look at, 8 bits a channel.
+//! PNG: the picture for viewing, 8 bits a channel.
 
 use std::io::{self, Write};
 
@@ -42,7 +42,7 @@ pub(super) fn encode(
         })
 }
 
-/// PNG stores colours as if fully covered. Where nothing is covered there is no colour.
+/// PNG stores colours as if fully covered. A pixel without coverage has no colour.
 fn unpremultiply(rgb: &[f32; 3], alpha: f32) -> [f64; 3] {
     rgb.map(|v| {
         if alpha > 0.0 {

@@ -1,9 +1,9 @@
-//! Where the time of a run went, as tables for a terminal: what the CPU did one thing after another,
-//! and what the GPU did meanwhile.
+//! The time of a run as tables for a terminal: the stages of the CPU one after another, and the GPU's passes
+//! meanwhile.
 
 use super::stats::Stats;
 
-/// The stages add up to the wall time, with a row for the time that none of them covers.
+/// Tables of stages and passes. The stages add up to the wall time, with a row for the time that none of them covers.
 pub fn table(stats: &Stats) -> String {
     let wall_ms = 1e3 * stats.wall_s;
     let share = |ms: f64| 100.0 * ms / wall_ms;

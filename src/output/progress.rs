@@ -9,7 +9,7 @@ use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 use crate::engine::{self, Stop};
 use crate::scene::volume::Copying;
 
-/// Seconds still to go, as far as can be told from what is done.
+/// Seconds until the stop is reached, estimated from the progress so far.
 pub fn remaining(stop: &Stop, spp: u64, seconds: f64, relative_error: f64) -> Option<f64> {
     let by_spp = stop
         .count()
@@ -63,7 +63,7 @@ impl Progress {
         }
     }
 
-    /// Progress as a line now and then, as it is shown where stderr is not a terminal.
+    /// Progress as a line now and then, for a stderr that is not a terminal.
     pub fn log(stop: Stop, log: Box<dyn Write + Send>) -> Progress {
         Progress {
             stop,
@@ -74,7 +74,7 @@ impl Progress {
         }
     }
 
-    /// Shows what the engine tells.
+    /// Shows the engine's progress.
     pub fn show(&mut self, progress: engine::Progress) {
         match progress {
             engine::Progress::Filled {
@@ -108,7 +108,7 @@ impl Progress {
         }
     }
 
-    /// Shows how far the cache is filled, before the first sample.
+    /// Shows the progress of the cache's filling, before the first sample.
     pub fn filled(&mut self, updates: u32, relative_error: f64) {
         let mut status = format!("cache: {updates} paths a cell in sight");
         if relative_error.is_finite() {
@@ -121,7 +121,7 @@ impl Progress {
         }
     }
 
-    /// Leaves the terminal as it was.
+    /// Removes the bar from the terminal.
     pub fn finish(self) {
         if let Shown::Bar(bar) = self.shown {
             bar.finish_and_clear();
@@ -129,7 +129,7 @@ impl Progress {
     }
 }
 
-/// Shows how far copies of volumes are, one after another.
+/// Shows the progress of copies of volumes, one after another.
 pub fn copying(quiet: bool) -> impl Fn(&Copying) + Send + Sync {
     let is_terminal = io::stderr().is_terminal();
     // The bar, and when a line was printed last.

@@ -10,7 +10,7 @@ use crate::engine::figures::{BrickStats, CacheStats, MemoryStats, PassStats};
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Stats {
     pub variant: String,
-    /// Why that variant was taken.
+    /// The reason for the variant.
     pub reason: String,
     pub device: String,
     pub driver: String,
@@ -24,10 +24,10 @@ pub struct Stats {
     pub paths: u64,
     pub lookups_per_path: f64,
     pub relative_error: f64,
-    /// Only present for a variant with a cache.
+    /// `None` for a variant without a cache.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cache: Option<CacheStats>,
-    /// Only present where the volume does not fit.
+    /// `None` unless the volume does not fit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bricks: Option<BrickStats>,
     /// The views one by one; the first one includes the filling of the cache.
@@ -38,7 +38,7 @@ pub struct Stats {
 pub struct ViewStats {
     pub spp: u64,
     pub wall_s: f64,
-    /// Of all cores.
+    /// CPU time of all cores.
     pub cpu_s: f64,
     pub relative_error: f64,
 }
@@ -54,14 +54,14 @@ impl ViewStats {
     }
 }
 
-/// One stage of the work, as the CPU sees it: loading, planning, compiling, writing.
+/// One stage of the CPU's work: loading, planning, compiling, writing.
 #[derive(Debug, Clone, Serialize)]
 pub struct StageStats {
     pub name: String,
     pub ms: f64,
     /// Milliseconds during which the GPU worked.
     pub gpu_ms: f64,
-    /// Parts of it that are known in more detail; they do not add up to the whole.
+    /// Parts of the stage that are known in more detail; they do not add up to the whole.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<PartStats>,
 }

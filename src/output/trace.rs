@@ -113,7 +113,7 @@ impl Trace {
         });
     }
 
-    /// Adds the device memory that is allocated from that moment on.
+    /// Adds the amount of device memory that is allocated from that moment on.
     pub fn add_memory(&mut self, at_us: f64, bytes: u64) {
         let args = Bytes { bytes };
         self.events.push(Event::Counter {

@@ -10,10 +10,10 @@ use crate::shared;
 
 shared! {
     pub struct AccumulatePush {
-        /// Samples in each unit, and in all units before.
+        /// Samples in each unit, and samples of each pixel in all units before.
         pub samples: uint,
         pub samples_before: uint,
-        /// The first pixel in the order of work, and the first that has to wait.
+        /// The first pixel, in the order of work, whose units are folded, and the first behind them.
         pub first: uint,
         pub end: uint,
     }

@@ -31,7 +31,7 @@ impl BrickLayout {
         BrickLayout::with_side(BrickLayout::SIDE, dims, places, limits)
     }
 
-    /// Such a layout with bricks of another size, which must be a power of two.
+    /// A layout as from [`new`](BrickLayout::new), with bricks of another size, which must be a power of two.
     pub fn with_side(
         side: u32,
         dims: [u32; 3],
@@ -53,12 +53,12 @@ impl BrickLayout {
         }
     }
 
-    /// This layout with so many bytes of bricks in the host's memory.
+    /// This layout with `host_bytes` of bricks in the host's memory.
     pub fn with_host_bytes(self, host_bytes: u64) -> BrickLayout {
         BrickLayout { host_bytes, ..self }
     }
 
-    /// All bricks of the volume.
+    /// Number of bricks in the volume.
     pub fn total(&self) -> u32 {
         product(self.bricks) as u32
     }
@@ -68,7 +68,7 @@ impl BrickLayout {
         product(self.places) as u32
     }
 
-    /// Texels of the image.
+    /// Texels of the image along each axis.
     pub fn extent(&self) -> [u32; 3] {
         self.places.map(|n| n * self.pitch())
     }

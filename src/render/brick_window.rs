@@ -1,32 +1,33 @@
 //! Which invocations of a dispatch may work while bricks of the volume are missing.
 //!
-//! Usually all may. Where too many want too much at once, none of them finds all that it needs: then only those in a
-//! window of their indices work, which shrinks until somebody comes further, in the end to a single one.
+//! Usually all may. Where too many invocations need too many bricks at once, none of them finds all that it needs.
+//! Then only those work whose index is in a window, which shrinks until one of them makes progress, in the end to a
+//! single invocation.
 
 use super::shared::Streaming;
 
-/// What invocations are.
+/// What the invocations of a dispatch work on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Order {
-    /// Slots with a path each, which are never done before the queue is empty: any of them may come further.
+    /// Slots with a path each, which are not done before the queue is empty: any of them may make progress.
     Slots,
-    /// Pixels or the like, each of which is done at once, and whose neighbours need the same bricks: they are gone through
-    /// in order of their indices.
+    /// Pixels or the like. Each is done in one dispatch, and neighbours need the same bricks, so the window moves
+    /// through them in order of their indices.
     Pixels,
 }
 
-/// Which items (see `bundle.rs`) may be worked on.
+/// The items (see `bundle.rs`) that may be worked on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Items {
-    /// Units that are done together.
+    /// Units in the bundle.
     pub units: u32,
     pub first: u32,
-    /// Those from here on have to wait.
+    /// Items from this one on have to wait.
     pub end: u32,
 }
 
 impl Items {
-    /// For work that is not made of items.
+    /// No restriction, for work that is not made of items.
     pub const NONE: Items = Items {
         units: 1,
         first: 0,
@@ -37,9 +38,9 @@ impl Items {
 /// What the host did about bricks that were missed.
 #[derive(Debug, Clone, Copy)]
 pub struct Loads {
-    /// Bricks that somebody has asked for.
+    /// Bricks that invocations have asked for.
     pub wanted: usize,
-    /// Those of them that are there now.
+    /// Those of them that have been loaded.
     pub loaded: usize,
 }
 
@@ -51,11 +52,11 @@ pub struct NoRoom;
 pub struct Window {
     order: Order,
     pub first: u32,
-    /// `ALL` is the whole dispatch.
+    /// Invocations in the window; `ALL` stands for the whole dispatch.
     pub count: u32,
-    /// Dispatches since somebody came further.
+    /// Dispatches without progress since the last progress, or since the window shrank.
     stalled: u32,
-    /// With which count pixels begin: that which was enough before.
+    /// The count with which new work on pixels begins, adapted to the dispatches before.
     enough: u32,
 }
 
@@ -74,7 +75,7 @@ impl Window {
         }
     }
 
-    /// Begins a piece of work.
+    /// Starts the window for new work of this order.
     pub fn begin(&mut self, order: Order) {
         self.order = order;
         self.first = 0;
@@ -89,7 +90,7 @@ impl Window {
         self.count == ALL
     }
 
-    /// Moves on after a dispatch.
+    /// Moves the window after a dispatch.
     pub fn follow(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
         if told.advanced > 0 {
             self.stalled = 0;
@@ -128,10 +129,10 @@ impl Window {
         Ok(())
     }
 
-    /// All pixels of the window are done.
+    /// Moves past the window, all of whose pixels are done.
     fn pass(&mut self, told: &Streaming) {
         if told.advanced == 0 {
-            // Nobody was left there: the next dispatch looks at all, and mostly finds nothing to do.
+            // No pixel was left there: the next dispatch covers all of them, and mostly finds nothing to do.
             (self.first, self.count) = (0, ALL);
             return;
         }

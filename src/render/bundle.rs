@@ -1,43 +1,43 @@
 //! Units of samples that are worked off together.
 //!
-//! Where the volume is whole, a unit is done for all pixels before the next one begins. Where it streams, that would
-//! bring every brick onto the device once a unit, which takes far longer than its paths. So several units of the same
-//! size are done together, pixel after pixel: a pixel's paths, and its neighbours', need the same bricks, and the more of
-//! them there are, the more of them a brick serves. An *item* is a unit of a pixel, and what slots take from their queue.
-//! Each pixel still gets its units one after another, with the same random numbers, into its mean: the picture stays the
-//! same to the last bit.
+//! Where the whole volume is on the device, a unit is done for all pixels before the next one begins. Where the
+//! volume streams, that would bring every brick onto the device once a unit, which takes far longer than the unit's
+//! paths. So several units of the same size are done together, pixel after pixel: the paths of a pixel and of its
+//! neighbours need the same bricks, and the more paths there are, the more of them each loaded brick serves. An
+//! *item* is a unit of a pixel, and what slots take from their queue. Each pixel still gets its units one after
+//! another, with the same random numbers, into its mean: the picture stays the same to the last bit.
 //!
-//! The sums of units have no more room than those of a single unit of all pixels. Items take it in turn: those of later
-//! pixels begin once earlier pixels have all of their units, and these are in the mean.
+//! The sums of all units in a bundle share the memory of a single unit's sums. So items are done in turn: those of
+//! later pixels begin once the earlier pixels have all of their units, and these are in the mean.
 
 use super::brick_window::Items;
 
-/// Units that are done together at most: the more there are, the fewer pixels have room for their sums at once.
+/// The most units in a bundle: the more there are, the fewer pixels have room for their sums at once.
 pub const MOST_TOGETHER: u32 = 64;
 
-/// A number of units of the same number of samples for every pixel.
+/// Several units, each with the same number of samples for every pixel.
 #[derive(Debug, Clone, Copy)]
 pub struct Bundle {
-    /// Of a unit.
+    /// Samples in a unit.
     pub samples: u32,
     pub units: u32,
-    /// Index of the first sample of all.
+    /// Index of the first sample of the first unit.
     pub first_sample: u32,
-    /// Whether it begins now, or goes on.
+    /// Whether the bundle begins now, or goes on.
     pub begins: bool,
 }
 
-/// How far a bundle has come.
+/// The progress of a bundle.
 #[derive(Debug, Clone, Copy)]
 pub struct Sampled {
-    /// Pixels, in the order of work, whose sums of all units are in `unit_sum`.
+    /// Pixels, in the order of work, all of whose units have their sums in `unit_sum`.
     pub pixels: u32,
-    /// Reads of the volume by tracking since the last look.
+    /// Reads of the volume by tracking in this step.
     pub lookups: u32,
 }
 
 impl Bundle {
-    /// One sample, which nobody keeps.
+    /// One sample, which is not kept.
     pub const TRIAL: Bundle = Bundle {
         samples: 1,
         units: 1,
@@ -45,7 +45,7 @@ impl Bundle {
         begins: true,
     };
 
-    /// The items whose sums have room in a picture of so many pixels, once all before `pixels` are in the mean.
+    /// The items whose sums have room in a picture of this size, once all pixels before `pixels` are in the mean.
     pub fn items_from(&self, pixels: u32, size: [u32; 2]) -> Items {
         let all = size[0] * size[1];
         let first = pixels * self.units;

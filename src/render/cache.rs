@@ -1,9 +1,9 @@
-//! The caching variant's state: how many paths each node has had, and how far the picture that the
-//! cache shows still is from what more paths would make of it (`cache_error.rs`).
+//! The caching variant's state: how many paths each node has had, and how far the picture that the cache shows still
+//! is from what more paths would make of it (`cache_error.rs`).
 //!
-//! Where a picture takes its light from what it sees, nodes get paths by how much they are seen
-//! (`focus.rs`); *updates* are those of nodes that get most. Batches double, as a rule: each gives a node
-//! as many new paths as it has had.
+//! Where a picture takes its light from what it sees, nodes get paths according to how much they are seen
+//! (`focus.rs`); *updates* are those of the nodes that get most. Batches double, as a rule: each gives a node as many
+//! new paths as it has had.
 
 use std::time::{Duration, Instant};
 
@@ -31,26 +31,27 @@ pub struct Cache {
     at_rest: AtRest,
     tracking: CellTracking,
     ray_march: RayMarch,
-    /// Only where surfaces stop light.
+    /// `None` where no surface stops light.
     cut_cells: Option<CutCells>,
     pub(super) focus: Focus,
-    /// Bricks are weighed in every so many pixels along both axes, at most. `None`: all get the same.
+    /// The largest distance, in pixels along both axes, between the rays by which bricks are weighed. `None`: bricks
+    /// are not weighed, and all get the same number of paths.
     focus_stride: Option<u32>,
     /// All nodes get the same number of paths, since pictures will be taken from everywhere.
     pub(super) is_wide: bool,
     /// The camera is about to move: no node is left without a path for long.
     roams: bool,
-    /// What nodes hold that have had no path.
+    /// The texel that stands for the light of a node that has had no path.
     guess: [f32; 4],
-    /// No batch has ended since the images were made: none of their light is of an older scene.
+    /// No batch has ended since the images were made: they hold no light of an older scene.
     pub(super) is_blank: bool,
-    /// Whether the bricks have been weighed in the view at hand.
+    /// Whether the bricks have been weighed in the current view.
     pub(super) has_looked: bool,
     /// Paths that the nodes in sight have had.
     pub updates: u32,
     /// Batches that have ended.
     pub batches: u32,
-    /// Paths traced and reads of the volume in all.
+    /// Paths traced, and reads of the volume by them, in all batches.
     pub paths: u64,
     pub lookups: u64,
     /// Relative error of the picture that the cache shows: rms(standard error)/mean. Infinite until there are two
@@ -63,13 +64,13 @@ pub struct Cache {
     pub(super) tracing: Pace,
     /// Paths that the nodes in sight get in the batch under way.
     under_way: Option<u32>,
-    /// The last measurement.
+    /// The picture by which the error was last measured.
     pub(super) shown: Vec<[f32; 4]>,
 }
 
-/// How a picture at rest gets its samples from the cache.
+/// How the picture at rest gets its samples from the cache.
 enum AtRest {
-    /// By a march, where light is all that can be seen.
+    /// By a march, where all that can be seen is light of the cache's nodes.
     March(CameraMarch),
     /// By paths that end in the cache.
     Tracking(DeltaTracking),
@@ -149,13 +150,13 @@ impl Cache {
         self.memory.upload_pages(frame, &mut r.staging)
     }
 
-    /// Fills a cache that knows nothing with one texel everywhere, so that there is something to see until paths
+    /// Fills a cache without light with one guessed texel everywhere, so that there is something to see until paths
     /// have replaced it.
     pub fn guess(&self, frame: &mut Frame) -> Result<()> {
         frame.run(|f| f.clear_to(&[&self.memory.light], self.guess))
     }
 
-    /// How long a dispatch should take from now on.
+    /// Sets the time that a dispatch should take from now on.
     pub fn take_slices_of(&mut self, ms: f64) {
         self.tracking.queue.target_ms = ms;
         match &mut self.at_rest {
@@ -169,7 +170,8 @@ impl Cache {
         matches!(self.at_rest, AtRest::March(_))
     }
 
-    /// Whether a sample of a picture at rest has next to no noise of its own: it is marched, and leaves nothing to paths.
+    /// Whether a sample of the picture at rest has next to no noise of its own: it is marched, and leaves nothing to
+    /// paths.
     pub fn samples_are_smooth(&self) -> bool {
         self.is_marched() && self.memory.tails.is_none()
     }
@@ -202,20 +204,20 @@ impl Cache {
         self.under_way = None;
     }
 
-    /// From elsewhere, the error has to be measured anew; until then the last one stands.
+    /// Adapts to another view: the error has to be measured anew; until then the last one stands.
     pub fn look_elsewhere(&mut self, scene: &GpuScene) {
         self.focus_stride = focus_stride(scene);
         self.has_looked = false;
         self.shown.clear();
     }
 
-    /// From now on all nodes get the same: for whoever looks from everywhere.
+    /// Gives all nodes the same number of paths from now on, as pictures from many sides need it.
     pub fn widen_focus(&mut self) {
         self.is_wide = true;
         self.has_looked = false;
     }
 
-    /// From now on no node is left without a path for long: for whoever moves the camera.
+    /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
     pub fn roam(&mut self) {
         self.roams = true;
     }
@@ -225,17 +227,17 @@ impl Cache {
         self.focus.mean_paths()
     }
 
-    /// Paths that all nodes have had since the light was last forgotten, about.
+    /// Paths that all nodes together have had since the light was last forgotten, approximately.
     pub fn paths_in_light(&self) -> u64 {
         self.focus.paths()
     }
 
-    /// Whether the picture that it shows is known to a relative error.
+    /// Whether the picture that the cache shows is known to within this relative error.
     pub fn is_known_to(&self, error: f64) -> bool {
         self.updates > GATHERED && self.relative_error <= error
     }
 
-    /// Seconds that an update of the next batch will take, as far as one can tell.
+    /// Seconds that an update of the next batch will take, estimated from the batches so far.
     pub fn seconds_per_update(&self) -> f64 {
         let samples = doubling(self.updates);
         let gathers = gathers(self.updates, samples);
@@ -247,13 +249,13 @@ impl Cache {
         expected.seconds_per_path() * paths as f64 / f64::from(samples)
     }
 
-    /// Whether all that is in sight is known to have had its updates.
+    /// Whether it is known what is in sight, and no node lacks a path.
     pub fn is_caught_up(&self) -> bool {
         let is_filled = self.updates > 0 && self.under_way.is_none();
         is_filled && self.has_looked && !self.focus.lags(self.updates)
     }
 
-    /// Runs a few steps of a first batch and of a first unit, which the next ones begin anew.
+    /// Runs a few steps of a batch and of a unit for a trial; the next ones begin anew.
     pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.look(frame, r)?;
         self.begin_batch(frame, r, 1)?;
@@ -264,9 +266,9 @@ impl Cache {
         self.sample(frame, r, Bundle::TRIAL).map(drop)
     }
 
-    /// Goes on with a batch for about as long as the slots aim at, or begins one of `samples` paths for
-    /// the nodes in sight; none: one in which they catch up, or two. Returns whether it has ended, and been
-    /// measured.
+    /// Goes on with a batch for about the target time of a dispatch, or begins one of `samples` paths for the nodes
+    /// in sight. With 0 samples, nodes get the paths that they lack, in one batch or two. Returns whether the batch
+    /// has ended and its error has been measured.
     pub fn advance(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<bool> {
         let began = Instant::now();
         if self.under_way.is_none() {
@@ -297,7 +299,7 @@ impl Cache {
         Ok(!progress.under_way && is_over)
     }
 
-    /// Decides who gets how many paths.
+    /// Decides how many paths the nodes of each brick get.
     fn begin_batch(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<()> {
         if self.is_blank {
             self.guess(frame)?;
@@ -375,7 +377,7 @@ impl AtRest {
     }
 }
 
-/// Only a march reads the cache where it is seen, and nowhere else.
+/// `None` unless the picture at rest is marched: only then is the cache read where it is seen, and nowhere else.
 fn focus_stride(scene: &GpuScene) -> Option<u32> {
     focus::longest_stride(scene).filter(|_| scene.features().is_marched())
 }

@@ -1,12 +1,12 @@
 //! How far the picture that the cache shows still is from what more paths would make of it.
 //!
-//! With a history of n paths and a batch of N, what is shown changes by N/(n + N) of the difference between two
-//! independent estimates, and n/N of the square of that change is the variance of what is shown then. So the error is
-//! measured where it matters: in the picture of the camera at hand, where averaging over many cells along a ray is part
-//! of the answer. (Nodes with the least share change from the sixteenth update on; before, the little that they add is
-//! left out.) What nodes gather at first (`gathering.glsl`), an eighth of them for all (`coarse.glsl`), has errors in
-//! common with what they gathered before: it counts for less, and the estimate holds once a batch of whole paths has
-//! been laid beside it.
+//! With a history of n paths and a batch of N, the picture changes by N/(n + N) of the difference between two
+//! independent estimates, and n/N of the square of that change is the variance of the new picture. So the error is
+//! measured where it matters: in the picture of the current camera, where averaging over many cells along a ray is
+//! part of the answer. (Nodes with the least share change from the sixteenth update on; before, the little that they
+//! add is left out.) The light that nodes gather at first (`gathering.glsl`), an eighth of them for all
+//! (`coarse.glsl`), shares errors with what they gathered before: it counts for less, and the estimate holds once a
+//! batch of whole paths has been compared with it.
 
 use super::cache_memory::CacheMemory;
 use super::copy;
@@ -15,15 +15,15 @@ use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::Frame;
 
-/// The error is measured on about so many pixels along the picture's longer side.
+/// Pixels along the picture's longer side on which the error is measured, approximately.
 const MEASURED_PIXELS: u32 = 64;
 
-/// The pixels on which the error is measured are so many apart.
+/// Distance along both axes between the pixels on which the error is measured.
 pub fn measured_stride(r: &Resources) -> u32 {
     r.size[0].max(r.size[1]).div_ceil(MEASURED_PIXELS)
 }
 
-/// What the cache shows on these pixels; `unit_sum` is overwritten.
+/// The picture that the cache shows on these pixels; `unit_sum` is overwritten.
 pub fn shown(
     frame: &mut Frame,
     r: &Resources,
@@ -37,7 +37,7 @@ pub fn shown(
     copy::download_corner(frame, &r.staging, &r.unit_sum, corner)
 }
 
-/// rms(standard error)/mean of what is shown now, after nodes that had had `history` paths have got `batch` more.
+/// rms(standard error)/mean of the picture `now`, after nodes with `history` paths have got `batch` more.
 pub fn relative_error(before: &[[f32; 4]], now: &[[f32; 4]], history: u32, batch: u32) -> f64 {
     (f64::from(history) / f64::from(batch)).sqrt() * relative_difference(before, now)
 }

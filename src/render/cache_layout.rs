@@ -25,11 +25,11 @@ pub struct CacheLayout {
     pub is_f16: bool,
     /// Nodes along each axis.
     pub nodes: [u32; 3],
-    /// From node to node, grid units.
+    /// Distance from node to node in grid units.
     pub step: [f32; 3],
     /// Bricks along each axis.
     pub bricks: [u32; 3],
-    /// Lattice positions of the bricks that have memory, packed.
+    /// Lattice positions of the bricks that have memory, packed: ten bits for each axis.
     pub active: Vec<u32>,
     /// Places for bricks along each axis of the images.
     pub places: [u32; 3],
@@ -71,8 +71,8 @@ impl CacheLayout {
         })
     }
 
-    /// This layout, if it has memory wherever another occupancy needs it and little where that does not;
-    /// the light in it stays in sight then until there is better.
+    /// This layout, if it has memory wherever another occupancy needs it and little elsewhere, so that its light
+    /// stays in sight until there is better; else a new one of the same scale.
     pub fn refitted(
         &self,
         dims: [u32; 3],
@@ -106,7 +106,7 @@ impl CacheLayout {
         }
     }
 
-    /// For each brick of the lattice its place, packed; `NO_PLACE` for those without memory.
+    /// The place of each brick of the lattice, packed; `NO_PLACE` for bricks without memory.
     pub fn pages(&self) -> Vec<u32> {
         let mut pages = vec![NO_PLACE; self.lattice_bricks()];
         for (place, &brick) in self.active.iter().enumerate() {
@@ -118,7 +118,7 @@ impl CacheLayout {
         pages
     }
 
-    /// Those of the bricks with memory, in order of their places, that are marked or next to one that is.
+    /// For each brick with memory, in order of places, whether it or a neighbour of it is marked.
     pub fn with_neighbours(&self, marked: &[bool]) -> Vec<bool> {
         let mut lattice = vec![false; self.lattice_bricks()];
         for (&brick, &is_marked) in self.active.iter().zip(marked) {
@@ -145,8 +145,8 @@ impl CacheLayout {
         (z as usize * height + y as usize) * width + x as usize
     }
 
-    /// The places of all bricks in an order in which those that come one after another lie close to each other: that
-    /// of Morton's curve.
+    /// The places of all bricks in the order of Morton's curve: bricks that follow one another lie close to each
+    /// other.
     pub fn turns(&self) -> Vec<u32> {
         let mut turns: Vec<u32> = (0..self.active.len() as u32).collect();
         turns.sort_unstable_by_key(|&place| along_curve(unpack(self.active[place as usize])));
@@ -193,7 +193,8 @@ fn along_curve(position: [u32; 3]) -> u32 {
     (0..30).map(|n| bit(n) << n).sum()
 }
 
-/// A node is read as far as its neighbours, and near the faces half a cell further.
+/// Lattice positions of the bricks that need memory. A node is read as far as its neighbours, and near the faces half
+/// a cell further.
 fn active_bricks(bricks: [u32; 3], step: [f32; 3], occupancy: &Occupancy) -> Vec<u32> {
     let reach = |a: usize| {
         let of_brick = |brick: u32| {
@@ -216,7 +217,7 @@ fn active_bricks(bricks: [u32; 3], step: [f32; 3], occupancy: &Occupancy) -> Vec
     slices.flat_map_iter(slice).collect()
 }
 
-/// The smallest box of places for so many bricks with no side longer than `most`, near a cube.
+/// The smallest box of places for `bricks` bricks with no side longer than `most`, near a cube.
 fn places(bricks: u32, most: u32) -> Option<[u32; 3]> {
     let bricks = bricks.max(1);
     let cube = (bricks as f64).cbrt().ceil() as u32;

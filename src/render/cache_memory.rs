@@ -14,18 +14,18 @@ use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, M
 pub struct CacheMemory {
     /// Light without the suns' own; in alpha, the suns' share.
     pub light: Image,
-    /// Only in an anisotropic medium.
+    /// Flux of the light; `None` in an isotropic medium.
     pub flux: Option<Image>,
-    /// For each brick of the lattice, its place in the images.
+    /// The place of each brick of the lattice in the images.
     pub pages: Image,
-    /// For each place, its brick.
+    /// The brick in each place.
     bricks: Buffer,
     pub layout: CacheLayout,
-    /// For each place, a bit a cell; only where surfaces stop light.
+    /// For each place, a bit a cube: whether a surface cuts it; `None` where no surface stops light.
     pub cuts: Option<Buffer>,
-    /// What the slots are working on.
+    /// The node that each slot is working on.
     pub work: Buffer,
-    /// For each pixel, what a march leaves to paths; only where surfaces are marched to.
+    /// For each pixel, the light that a march leaves to paths; `None` unless surfaces are marched to.
     pub tails: Option<Buffer>,
 }
 
@@ -111,7 +111,7 @@ impl CacheMemory {
         self.layout.active.len() as u32
     }
 
-    /// Makes room for a picture of another size, and for paths from so many slots.
+    /// Makes room for a picture of another size, and for paths in `slots` slots.
     pub fn resize_work(&mut self, size: [u32; 2], slots: u32) -> Result<()> {
         if let Some(tails) = &mut self.tails {
             tails.resize(tail_bytes(size))?;
@@ -123,7 +123,7 @@ impl CacheMemory {
         std::iter::once(&self.light).chain(&self.flux)
     }
 
-    /// In order of their places.
+    /// The bricks that have memory, in order of their places.
     pub fn bricks(&self) -> &[Brick] {
         bytemuck::cast_slice(self.bricks.mapped().unwrap_or_default())
     }
@@ -132,7 +132,8 @@ impl CacheMemory {
         bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default())
     }
 
-    /// For a pass with a workgroup for each brick: the bricks, and those in a row of workgroups; and its threads.
+    /// For a pass with a workgroup for each brick: the number of bricks and how many form a row of workgroups; and
+    /// the pass's threads.
     pub fn for_each_brick(&self) -> ([u32; 2], [u32; 3]) {
         // Vulkan promises no more than 65535 rows of workgroups, and there may be millions of bricks.
         const ROW: u32 = 1024;
@@ -141,12 +142,12 @@ impl CacheMemory {
         ([bricks, ROW], [ROW * BRICK, rows * BRICK, BRICK])
     }
 
-    /// The resource that filling the cache and weighing its bricks take besides those for reading it.
+    /// The resource that filling the cache and weighing its bricks need, besides those for reading the cache.
     pub fn brick_binding(&self) -> (&'static str, Binding<'_>) {
         ("bricks", Binding::Buffer(&self.bricks))
     }
 
-    /// The resources that reading the cache takes. What a scene does without is bound to something that is there.
+    /// The resources that reading the cache needs. In place of one that the scene does without, another is bound.
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 4] {
         [
             ("cache_light", Binding::Image(&self.light)),
@@ -159,7 +160,7 @@ impl CacheMemory {
         ]
     }
 
-    /// What a march leaves to paths; bound to something that is there where it leaves nothing.
+    /// The resource for the light that a march leaves to paths; another is bound in its place where nothing is left.
     pub fn tails_binding(&self) -> (&'static str, Binding<'_>) {
         let tails = self.tails.as_ref().unwrap_or(&self.work);
         ("tails", Binding::Buffer(tails))
@@ -170,7 +171,7 @@ impl CacheMemory {
         ("cuts", Binding::Buffer(cuts))
     }
 
-    /// What stays when the cache is filled.
+    /// Bytes that the cache needs once it is filled.
     pub fn bytes(&self) -> u64 {
         let images = self.images().map(|i| i.desc.bytes());
         let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
@@ -211,7 +212,7 @@ fn tail_bytes([width, height]: [u32; 2]) -> u64 {
     bytes_of::<Tail>(1) * u64::from(width) * u64::from(height)
 }
 
-/// A bit for each cell that has memory.
+/// A bit for each cube whose lowest node has memory.
 fn cut_bytes(layout: &CacheLayout) -> u64 {
     let cells = layout.extent().iter().map(|&n| n as u64).product::<u64>();
     cells / 8

@@ -1,8 +1,8 @@
 //! The cache's state between two batches, on its way to a file and back: another renderer of the same scene continues
 //! from it as if nothing had happened.
 //!
-//! What is large streams through the staging buffer, piece by piece: first the light, then what each brick has had, then
-//! the last measurement. Its size follows from the cache's layout and from what [`CacheState`] says.
+//! Large parts stream through the staging buffer, piece by piece: first the light, then what each brick has had, then
+//! the last measurement. Their size follows from the cache's layout and from [`CacheState`].
 
 use std::time::Duration;
 
@@ -16,11 +16,11 @@ use super::focus::Focus;
 use super::pace::Pace;
 use crate::error::{Error, Result};
 
-/// Takes the next bytes, or fills them.
+/// A `Sink` takes the next bytes, a `Source` fills the next bytes.
 pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<()> + 'a;
 pub type Source<'a> = dyn FnMut(&mut [u8]) -> Result<()> + 'a;
 
-/// What is known of a cache besides its light.
+/// What a file keeps of a cache besides its light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CacheState {
     updates: u32,
@@ -66,7 +66,7 @@ impl Cache {
 }
 
 impl CacheState {
-    /// Bytes that stream, in a cache with so many bytes of light.
+    /// Bytes that stream, in a cache with `light` bytes of light.
     fn bytes(&self, light: u64) -> Option<u64> {
         let bricks = (self.bricks as u64).checked_mul(5)?;
         let shown = (self.shown as u64).checked_mul(16)?;
@@ -88,7 +88,7 @@ impl Caching<'_> {
         Ok(())
     }
 
-    /// Streams what follows the light in the cache's state, which must not be in the middle of a batch.
+    /// Streams what follows the light in the cache's state. The cache must not be in the middle of a batch.
     pub fn save_rest(&mut self, sink: &mut Sink<'_>) -> Result<CacheState> {
         let cache = &self.cache;
         sink(&cache.focus.halvings)?;
@@ -97,7 +97,7 @@ impl Caching<'_> {
         Ok(cache.state())
     }
 
-    /// Bytes that [`restore`](Caching::restore) reads; `None` if the state is none of a cache of this layout.
+    /// Bytes that [`restore`](Caching::restore) reads; `None` if the state does not belong to a cache of this layout.
     pub fn bytes_of(&self, state: &CacheState) -> Option<u64> {
         let bricks = self.cache.memory.active_bricks() as usize;
         let pixels = self.r.size[0] as usize * self.r.size[1] as usize;
@@ -105,12 +105,12 @@ impl Caching<'_> {
         fits.then(|| state.bytes(self.cache.light_bytes()))?
     }
 
-    /// Goes on with a state that [`save_light`](Caching::save_light) and [`save_rest`](Caching::save_rest) have
+    /// Continues from a state that [`save_light`](Caching::save_light) and [`save_rest`](Caching::save_rest) have
     /// streamed.
     ///
     /// # Errors
     ///
-    /// The state is one of another layout, or the source fails. The cache knows nothing then.
+    /// If the state is that of another layout, or if the source fails. The cache is empty then.
     pub fn restore(&mut self, state: &CacheState, source: &mut Source<'_>) -> Result<()> {
         self.cache.clear();
         if self.bytes_of(state).is_none() {

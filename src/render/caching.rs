@@ -1,4 +1,4 @@
-//! What a renderer can do because it has a cache: fill it, and march through it.
+//! Operations that a renderer offers where it has a cache: filling it, and marching through it.
 
 use super::brick_window::Order;
 use super::bundle::Bundle;
@@ -22,7 +22,7 @@ pub struct Caching<'a> {
 
 impl Caching<'_> {
     /// Gives the nodes in sight `samples` more paths, the others their share, and measures the error; with 0 samples,
-    /// all of them get what they lack of those before. False if `until` comes before the last path: some nodes
+    /// nodes get the paths of earlier batches that they lack. False if `until` comes before the last path: some nodes
     /// have had the batch then, some not, and it does not count.
     pub fn batch<'a>(&mut self, samples: u32, until: impl Into<Until<'a>>) -> Result<bool> {
         let until = until.into();
@@ -42,18 +42,17 @@ impl Caching<'_> {
         self.cache.advance(self.frame, self.r, samples)
     }
 
-    /// Fills a cache that knows nothing with a guess, so that there is something to see until paths have replaced
-    /// it.
+    /// Fills a cache without light with a guess, so that there is something to see until paths have replaced it.
     pub fn guess_light(&mut self) -> Result<()> {
         self.cache.guess(self.frame)
     }
 
-    /// From now on all nodes get the same number of paths, as pictures from all sides need it.
+    /// Gives all nodes the same number of paths from now on, as pictures from all sides need it.
     pub fn widen_focus(&mut self) {
         self.cache.widen_focus();
     }
 
-    /// From now on no node is left without a path for long: for whoever moves the camera.
+    /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
     pub fn roam(&mut self) {
         self.cache.roam();
     }
@@ -69,25 +68,25 @@ impl Caching<'_> {
         copy::download(self.frame, &self.r.staging, &self.r.unit_sum)
     }
 
-    /// Makes that picture and leaves it on the GPU.
+    /// Marches that picture and leaves it on the GPU.
     pub fn march_in_place(&mut self) -> Result<()> {
         let mut slices = Slices::new(SLICE_MS);
         while !self.advance_march(&mut slices)? {}
         Ok(())
     }
 
-    /// Makes a slice of that picture. Returns whether it was the last. A unit of samples under way is lost.
+    /// Marches a slice of that picture. Returns whether it was the last. A unit of samples under way is lost.
     pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
         *self.under_way = None;
         self.cache.march(self.frame, self.r, slices)
     }
 
-    /// Makes all of it in one piece of work and encodes it for display: for pictures of few pixels.
+    /// Marches all of it in one piece of work and encodes it for display: for pictures of few pixels.
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         *self.under_way = None;
         let (r, cache, tone_map) = (&*self.r, &self.cache, self.tone_map);
         if let Some(bricks) = &r.bricks {
-            // All pixels at once: those that miss bricks show what is there.
+            // All pixels at once: those that miss bricks of the volume are shown with other voxels in their place.
             bricks.begin(self.frame, Order::Slots)?;
         }
         self.frame.run(|f| {

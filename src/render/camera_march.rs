@@ -1,4 +1,4 @@
-//! The picture at rest by marching, where the cache holds all that is seen.
+//! The picture at rest by marching, where the cache holds all light that is seen in the medium.
 
 use super::brick_window::Items;
 use super::bundle::{Bundle, Sampled};
@@ -20,21 +20,21 @@ shared! {
 
 pub struct CameraMarch {
     pass: Pass,
-    /// Only where there are surfaces.
+    /// `None` where there are no surfaces.
     tails: Option<TailTracking>,
     slices: Slices,
-    /// How long a piece of work should take.
+    /// The time that a piece of work should take.
     slice_ms: f64,
     /// Pixels, in the order of work, that have all of their units.
     pixels: u32,
-    /// Whether those under way have been marched, and what was left to paths traced.
+    /// Whether the pixels under way have been marched, and the light that was left to paths has been traced.
     is_marched: bool,
     is_traced: bool,
 }
 
 impl CameraMarch {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        // Paths take longer to compile than a march.
+        // The shader of paths takes longer to compile than that of the march.
         let (tails, pass) = rayon::join(
             || match passes.features.has_tails() {
                 true => TailTracking::new(passes).map(Some),
@@ -53,7 +53,7 @@ impl CameraMarch {
         })
     }
 
-    /// How long a piece of work should take from now on.
+    /// Sets the time that a piece of work should take from now on.
     pub fn take_slices_of(&mut self, ms: f64) {
         self.slice_ms = ms;
         if let Some(tails) = &mut self.tails {
@@ -61,8 +61,8 @@ impl CameraMarch {
         }
     }
 
-    /// Takes a bundle of units of one sample a slice further, or begins it: as many pixels with all of their units as
-    /// `unit_sum` has room for, and then the next.
+    /// Advances a bundle of units of one sample by a slice, or begins it: first as many pixels, with all of their
+    /// units, as `unit_sum` has room for, and then the next.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
@@ -91,7 +91,7 @@ impl CameraMarch {
         })
     }
 
-    /// Goes on with the pixels behind so many.
+    /// Goes on with the pixels behind the first `pixels`.
     fn begin_sheet(&mut self, pixels: u32) {
         self.pixels = pixels;
         self.slices.restart(self.slice_ms);

@@ -19,7 +19,7 @@ shared! {
         pub slots: uint,
         /// Bricks that have memory.
         pub bricks: uint,
-        /// Which half of the nodes is filled: the sum of their indices is even (0) or odd (1).
+        /// Parity of the nodes that are filled: the sum of a node's indices is even (0) or odd (1).
         pub nodes_half: uint,
     }
 }
@@ -48,7 +48,7 @@ impl CellTracking {
         self.queue.restart(frame, r, Items::NONE)
     }
 
-    /// Takes all paths of the batch that stands in `cache.bricks` further.
+    /// Advances all paths of the batch that `cache.bricks` describes.
     pub fn advance(
         &mut self,
         frame: &mut Frame,

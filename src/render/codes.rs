@@ -21,13 +21,13 @@ codes! {
     pub const STAGE_ARRIVAL: u32 = 3;
     /// The page table's entry of a brick without memory. Its bits for a place are those of the first place.
     pub const NO_PLACE: u32 = 0x8000_0000;
-    /// The page of a brick of the volume that is on the GPU, and of one that has been read there lately.
+    /// The page of a volume brick that is on the GPU, and of one that has been read there lately.
     pub const PAGE_RESIDENT: u32 = 0x8000_0000;
     pub const PAGE_READ: u32 = 0x4000_0000;
-    /// The first paths of a node, which end where they can gather cached light (gathering.glsl). In most bricks they are
-    /// those of the coarse lattice (coarse.glsl).
+    /// The number of a node's first paths that end where they can gather cached light (gathering.glsl). In most
+    /// bricks they are paths of the coarse lattice (coarse.glsl).
     pub const GATHERED: u32 = 32;
-    /// So many gathered paths count for one that was traced. They share the errors of what they read with all their
+    /// Gathered paths that count as much as one traced path. They share the errors of what they read with all their
     /// neighbours; the sooner these are forgotten, the better. (`transport caching::gathering` prints the noise that
     /// would be left if one counted for one.)
     pub const GATHERED_FOR_ONE: u32 = 4;

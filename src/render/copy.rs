@@ -39,7 +39,7 @@ pub fn upload_pieces(
     Ok(())
 }
 
-/// Hands on the bytes of all texels, in x, y, z order.
+/// Passes the bytes of all texels to `sink`, in x, y, z order.
 pub fn download_pieces(
     frame: &mut Frame,
     staging: &Buffer,
@@ -60,7 +60,7 @@ pub fn download(frame: &mut Frame, staging: &Buffer, image: &Image) -> Result<Ve
     download_corner(frame, staging, image, image.desc.extent)
 }
 
-/// The texels of its lowest `extent`.
+/// The texels of an RGBA32F image in the box of size `extent` at its lowest corner, in x, y, z order.
 pub fn download_corner(
     frame: &mut Frame,
     staging: &Buffer,

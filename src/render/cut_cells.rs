@@ -1,4 +1,4 @@
-//! Which of the cache's cells are cut by a surface; whenever the volume or an isovalue changes.
+//! Finds the cubes of the cache that a surface cuts; whenever the volume or an isovalue changes.
 
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;

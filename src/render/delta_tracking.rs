@@ -14,7 +14,7 @@ shared! {
     pub struct TrackPush {
         /// Samples that each pixel gets before the queue is empty.
         pub samples: uint,
-        /// Index of the first of them.
+        /// Index of the first of these samples.
         pub first_sample: uint,
         /// Loop iterations after which a slot leaves its path to the next dispatch.
         pub work: uint,
@@ -45,8 +45,8 @@ impl DeltaTracking {
         })
     }
 
-    /// Takes all paths of a bundle further, or begins it. `cache` is what reading the cache takes; it is empty for paths
-    /// that do not.
+    /// Advances all paths of a bundle, or begins it. `cache` has the resources for reading the cache; it is empty for
+    /// paths that do not read it.
     pub fn advance(
         &mut self,
         frame: &mut Frame,

@@ -1,5 +1,5 @@
-//! A variant at work: its passes together with the GPU memory that only it takes, so that neither can be there
-//! without the other.
+//! A variant at work: its passes together with the GPU memory that only it takes, so that neither exists without the
+//! other.
 
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ impl Estimator {
         }
     }
 
-    /// How long a dispatch should take from now on.
+    /// Sets the time that a dispatch should take from now on.
     pub fn take_slices_of(&mut self, ms: f64) {
         match self {
             Estimator::NonCaching(tracking) => tracking.queue.target_ms = ms,

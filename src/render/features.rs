@@ -1,4 +1,5 @@
-//! What a scene needs of the shaders: a pipeline is compiled with these constants, and what they switch off is not in it.
+//! Which features of the shaders a scene needs: a pipeline is compiled with these constants, and what they switch off
+//! is not in it.
 
 #![allow(non_camel_case_types)]
 
@@ -6,7 +7,7 @@ use crate::gpu::types::*;
 use crate::specialization;
 
 specialization! {
-    /// What a scene needs; the rest is compiled away.
+    /// The features that a scene needs; the rest is compiled away.
     pub struct Features {
         pub has_medium: bool,
         /// All points of the transfer function have the same colour.
@@ -40,8 +41,8 @@ specialization! {
 }
 
 impl Features {
-    /// What a specialization constant cannot say: formats of the images that exist in several, as GLSL's layout
-    /// qualifiers, and buffers that are not there.
+    /// Features that a specialization constant cannot express: formats of the images that exist in several, as GLSL's
+    /// layout qualifiers, and buffers that are absent.
     pub fn macros(&self) -> Vec<(&'static str, &'static str)> {
         let volume = match self.volume_bits {
             8 => "r8",

@@ -1,5 +1,5 @@
-//! What a renderer has to show: the picture with its standard error, and what the pixels' centres see; and the sums
-//! behind a picture, with which another renderer can continue it.
+//! The results of a renderer: the picture with its standard error, and the surfaces that the pixels' centres see; and
+//! the sums behind a picture, with which another renderer can continue it.
 
 use super::copy;
 use super::estimator::Estimator;
@@ -17,7 +17,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// The film of a march, which does not know its error.
+    /// The film of a march, whose error is unknown.
     pub fn marched(mean: Vec<[f32; 4]>) -> Film {
         Film {
             stderr: vec![[f32::INFINITY; 3]; mean.len()],
@@ -36,8 +36,9 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Standard error of each pixel's mean after so many samples in so many units; infinite while there is a single
-    /// unit. `cache_error` is the relative error of what the cache shows, which is in all samples alike; 0 without one.
+    /// Standard error of each pixel's mean after `samples` samples in `units` units; infinite while there is a single
+    /// unit. `cache_error` is the relative error of the picture that the cache shows, which all samples share; 0
+    /// without a cache.
     pub fn standard_error(&self, samples: u32, units: u32, cache_error: f64) -> Vec<[f32; 3]> {
         let divisor = units.saturating_sub(1) as f32 * samples as f32;
         let shared = self.shared_error(cache_error);
@@ -51,8 +52,8 @@ impl Sums {
         stderr.collect()
     }
 
-    /// The cache's own error as a share of what each pixel covers: so large that its rms over the picture is what was
-    /// measured.
+    /// The cache's own error as a share of each pixel's coverage: scaled so that its rms over the picture equals the
+    /// measured error.
     fn shared_error(&self, cache_error: f64) -> f32 {
         if cache_error == 0.0 {
             return 0.0;
@@ -71,7 +72,7 @@ impl Sums {
     }
 }
 
-/// What the pixels' centres see of surfaces, row 0 on top.
+/// The first surfaces behind the pixels' centres, row 0 on top.
 pub struct FirstHits {
     /// Normal and, in w, distance along the ray; +∞ without a surface.
     pub normal_depth: Vec<[f32; 4]>,
@@ -105,7 +106,7 @@ impl Renderer {
         })
     }
 
-    /// Continues a picture of the current size, of which a renderer of the same scene has taken so many samples.
+    /// Continues a picture of the current size from sums that a renderer of the same scene had after `totals`.
     pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
         self.begin_picture();
         self.is_stale = false;

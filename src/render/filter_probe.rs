@@ -1,10 +1,10 @@
 //! Is the device's own filter good enough for a volume of this format?
 //!
-//! The field is *defined* as the trilinear interpolant, and filters differ: GPUs round the weights to
-//! 1/256 of a voxel, which no picture shows; lavapipe interpolates 8-bit texels in 8 bits, which
-//! every narrow transfer function shows. So it is measured, on a checkerboard of eight texels, and
-//! where it is too coarse the shaders interpolate themselves, at about twice the cost. (On a CPU's driver
-//! they always do, which is faster there: `glsl/include/texels.glsl`.)
+//! The field is *defined* as the trilinear interpolant, and filters differ: GPUs round the weights to 1/256 of a
+//! voxel, which no picture shows; lavapipe interpolates 8-bit texels in 8 bits, which every narrow transfer function
+//! shows. So the filter's error is measured, on a checkerboard of eight texels, and where it is too large the shaders
+//! interpolate themselves, at about twice the cost. (On a CPU's driver they always do, which is faster there:
+//! `glsl/include/texels.glsl`.)
 
 use std::sync::Arc;
 
@@ -23,9 +23,9 @@ shared! {
     }
 }
 
-/// Largest tolerable error, as a share of the texels' difference: half of 1/256 of a voxel, and a
-/// little. Along one axis at a time: along three, a GPU may err by as much as lavapipe, whose 8 bits
-/// of weight and 8 of result make a tent over two values out of 100 a sixth wider than it is.
+/// Largest tolerable error, as a share of the texels' difference: half of 1/256 of a voxel, and a little. It is
+/// measured along one axis at a time: along three, a GPU may err by as much as lavapipe, whose 8 bits of weight and 8
+/// of result make a tent over two values out of 100 a sixth wider than it is.
 const TOLERANCE: f32 = 1.0 / 512.0 + 1e-4;
 
 /// A budget that exceeds what the probe's few resources take.
@@ -36,7 +36,8 @@ pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format
     Ok(error.is_some_and(|error| error <= TOLERANCE))
 }
 
-/// The largest error of the device's filter, as a share of the texels' difference; `None` if it has none for this format.
+/// The largest error of the device's filter, as a share of the texels' difference; `None` if it has no filter for
+/// this format.
 pub fn filter_error(
     device: &Arc<Device>,
     shaders: &Shaders,

@@ -1,5 +1,5 @@
-//! A scene as the GPU has it: its parts, the variant that renders it, and what shaders are compiled for and read
-//! because of both.
+//! A scene as the GPU has it: its parts, the variant that renders it, and the features and constants of the shaders
+//! that follow from both.
 
 use std::sync::Arc;
 
@@ -45,7 +45,7 @@ impl GpuScene {
         })
     }
 
-    /// The scene without a probe of the device's filter, which decides no size: for a plan.
+    /// The scene for a plan: without a probe of the device's filter, on which no size depends.
     pub fn unprobed(scene: &Scene, volume: &Volume) -> GpuScene {
         GpuScene {
             parts: Parts::new(scene, volume, 0, false),
@@ -62,7 +62,7 @@ impl GpuScene {
         GpuScene { variant, ..self }
     }
 
-    /// This scene with its volume whole, or in bricks.
+    /// This scene with its volume whole (`None`), or in bricks.
     pub fn with_bricks(self, bricks: Option<BrickLayout>) -> GpuScene {
         GpuScene { bricks, ..self }
     }
@@ -81,7 +81,7 @@ impl GpuScene {
         }
     }
 
-    /// This scene with a cache layout, if it has one, that fits what has changed.
+    /// This scene with its cache layout, if it has one, fitted to the scene's parts.
     pub fn refitted(self, volume: &Volume, most_texels: u32) -> Result<GpuScene> {
         let Variant::Caching(layout) = &self.variant else {
             return Ok(self);
@@ -91,7 +91,7 @@ impl GpuScene {
         Ok(self.with_cache(layout))
     }
 
-    /// This scene with another number of pixels.
+    /// This scene with a picture of another size.
     pub fn reduced_to(&self, size: [u32; 2]) -> GpuScene {
         let mut other = self.clone();
         other.parts.view = other.parts.view.with_size(size);
@@ -112,15 +112,15 @@ impl GpuScene {
         self.variant == other.variant && !other.changes_from(self).spoil(Derived::CachedLight)
     }
 
-    /// Whether the passes and images made for `self` serve `other`, which has the same volume: those of another
-    /// sky image do not, since it has another size, or of features that were compiled away.
+    /// Whether the passes and images made for `self` also serve `other`, which has the same volume. They do not if
+    /// the sky's image is another, since its size may differ, or if `other` needs other features.
     pub fn passes_serve(&self, other: &GpuScene) -> bool {
         let has_same_sky = !other.changes_from(self).has(Part::Lights)
             || self.parts.lights.sky == other.parts.lights.sky;
         has_same_sky && self.features() == other.features()
     }
 
-    /// What shaders are compiled for.
+    /// The features that shaders are compiled with.
     pub fn features(&self) -> Features {
         let Parts {
             field,
@@ -161,7 +161,7 @@ impl GpuScene {
         }
     }
 
-    /// What shaders read of the scene.
+    /// The constants of the scene that shaders read.
     pub fn constants(&self) -> SceneConstants {
         let Parts {
             field,
@@ -205,7 +205,7 @@ impl GpuScene {
         }
     }
 
-    /// Shaders interpolate between voxels themselves: for the device's filter, bricks have no neighbours.
+    /// Whether shaders interpolate between voxels themselves: the device's filter knows no neighbours of a brick.
     pub fn filters_in_shader(&self) -> bool {
         self.parts.field.filter_in_shader || self.bricks.is_some()
     }
@@ -218,14 +218,14 @@ impl GpuScene {
         }
     }
 
-    /// Cubes with a majorant each, along each axis.
+    /// Blocks along each axis; each has a majorant.
     pub fn majorant_cells(&self) -> [u32; 3] {
         let Parts { field, medium, .. } = &self.parts;
         field.cells_of(medium.majorant_size)
     }
 
-    /// A texel of the cache for light that has not been traced yet: all light, dimmed by the same factor everywhere. Its
-    /// alpha is negative, which marks it (glsl/include/cache.glsl).
+    /// A texel of the cache for light that has not been traced yet: all light, dimmed by the same factor everywhere.
+    /// Its alpha is negative, which marks it as a guess (glsl/include/cache.glsl).
     pub fn guessed_light(&self) -> [f32; 4] {
         const ARRIVES: f32 = 0.6;
         let lights = &self.parts.lights;
@@ -247,9 +247,9 @@ impl Field {
     }
 }
 
-/// The share of a direction's memory, |g| to the power of collisions, that may be left where light is read from the
-/// cache. A lattice with two moments of the light cannot hold what a narrow phase function sees of it. With ¼
-/// instead, a slab of g = .85 reflects 1.2 % too much.
+/// How much of a path's direction may be left, as the mean cosine |g|^m after m collisions, where the path reads
+/// light from the cache. A lattice with two moments of the light cannot hold what a narrow phase function sees of it.
+/// With ¼ instead, a slab of g = .85 reflects 1.2 % too much.
 const MOST_MEMORY: f32 = 0.15;
 
 /// The smallest m ≥ 1 with |g|^m ≤ `MOST_MEMORY`.

@@ -1,9 +1,9 @@
-//! Bricks in the host's memory, as they go to the GPU: what has been read from a file once is not read again while there
-//! is room.
+//! Volume bricks in the host's memory, in the form in which they go to the GPU: what has been read from a file once
+//! is not read again while there is room.
 //!
-//! A brick of a plain file is a thousand short runs of bytes, and a call of the system for each takes longer than all
-//! else that happens to a brick. So a whole row of bricks is read, slice by slice in one piece each, and those of it that
-//! matter are kept for later.
+//! A brick of a plain file is a thousand short runs of bytes, and a system call for each takes longer than everything
+//! else that is done with a brick. So a whole row of bricks is read, slice by slice in one piece each, and those of
+//! its bricks that matter are kept for later.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 
@@ -13,31 +13,32 @@ use super::brick_layout::BrickLayout;
 use crate::error::Result;
 use crate::scene::volume::{Region, Volume};
 
-/// Rows of bricks are read in pieces of about this size.
+/// Size of the pieces in which rows of bricks are read, approximately.
 const ROW_BYTES: usize = 8 << 20;
-/// So many bricks are read together where not all have room: those that nobody asks for soon would be gone again.
+/// Bricks that are read together where there is no room for all that matter: those not asked for soon would be
+/// evicted before they are used.
 const FEW_TOGETHER: u32 = 4;
 
 pub struct HostBricks {
     volume: Volume,
     layout: BrickLayout,
-    /// Bricks that anybody may ask for, as far as one knew at the beginning.
+    /// For each brick, whether shaders may ask for it, as far as the scene at the beginning tells.
     matters: Vec<bool>,
     /// Bricks that are read together along x.
     together: u32,
     held: HashMap<u32, Vec<u8>>,
-    /// In the order in which they came.
+    /// The bricks in `held`, oldest first.
     order: VecDeque<u32>,
     bytes: u64,
     most_bytes: u64,
     pub bytes_read: u64,
 }
 
-/// A brick as it was read.
+/// A brick's index and its voxels, as read from the volume.
 type Read = (u32, Vec<u8>);
 
 impl HostBricks {
-    /// Holds at most as many bytes as the layout says. A volume that is compressed is copied to its store first.
+    /// Holds at most as many bytes as the layout says. A compressed volume is copied to its store first.
     pub fn new(volume: &Volume, layout: BrickLayout, matters: Vec<bool>) -> Result<HostBricks> {
         let volume = volume.in_any_order()?;
         let all = matters.iter().filter(|&&matters| matters).count();
@@ -60,12 +61,12 @@ impl HostBricks {
         })
     }
 
-    /// The voxels of a brick, and those behind it.
+    /// The voxels of a brick, and the first ones behind it along each axis.
     pub fn region(&self, brick: u32) -> Region {
         self.region_of(self.layout.brick(brick), 1)
     }
 
-    /// The same of so many bricks in a row.
+    /// The voxels of `count` bricks in a row along x, and the first ones behind them along each axis.
     fn region_of(&self, first: [u32; 3], count: u32) -> Region {
         let low = first.map(|i| i * self.layout.side);
         let dims = self.volume.dims;
@@ -80,7 +81,7 @@ impl HostBricks {
         }
     }
 
-    /// Fills a room in `rooms`, each of `room` bytes, with each brick.
+    /// Writes each brick into its own chunk of `room` bytes of `rooms`.
     pub fn fill(&mut self, bricks: &[u32], rooms: &mut [u8], room: usize) -> Result<()> {
         let wanted: HashMap<u32, usize> = bricks.iter().copied().zip(0..).collect();
         rooms
@@ -109,13 +110,13 @@ impl HostBricks {
         Ok(())
     }
 
-    /// The first of the bricks that are read together with this one, as z, y, x: in the file's order.
+    /// Position of the first brick of those that are read together with this one, as z, y, x: in the file's order.
     fn row_of(&self, brick: u32) -> [u32; 3] {
         let [x, y, z] = self.layout.brick(brick);
         [z, y, x - x % self.together]
     }
 
-    /// Those bricks of a row that are wanted, or will be.
+    /// Reads a row of bricks and returns those that are wanted now or may be later.
     fn read_row(&self, [z, y, x]: [u32; 3], wanted: &HashMap<u32, usize>) -> Result<Vec<Read>> {
         let [width, height, _] = self.layout.bricks;
         let end = (x + self.together).min(width);
@@ -134,7 +135,7 @@ impl HostBricks {
             .collect())
     }
 
-    /// A brick out of a row of them.
+    /// Copies one brick out of a row of bricks.
     fn cut(&self, brick: u32, row: Region, voxels: &[u8]) -> Vec<u8> {
         let region = self.region(brick);
         let size = self.volume.stored.bytes();

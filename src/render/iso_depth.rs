@@ -13,7 +13,7 @@ pub struct IsoDepth {
     pub memory: FirstSurface,
 }
 
-/// What the pass writes.
+/// The images that the pass writes.
 pub struct FirstSurface {
     /// Normal and, in w, distance; +∞ where there is no surface.
     pub normal_depth: Image,

@@ -1,4 +1,5 @@
-//! How near and how far is what rays from the camera can meet, patch by patch of the picture; once a view.
+//! The nearest and the farthest distance at which the camera's rays can meet anything, patch by patch of the picture;
+//! once a view.
 
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;

@@ -1,9 +1,9 @@
 //! A queue of paths, worked off by slots, dispatch after dispatch.
 //!
-//! A slot is a thread's place for a path in flight; it takes the next pixel or node from the queue when its path has
-//! ended. One dispatch takes each slot's path a bounded amount of work further. The host sizes that amount so that a
-//! dispatch stays far below the two seconds after which Windows resets a GPU, and looks in between whether anything
-//! is left to do.
+//! A slot is a thread's room for a path in flight; it takes the next pixel or node from the queue when its path has
+//! ended. One dispatch advances each slot's path by a bounded amount of work. The host sizes that amount so that a
+//! dispatch stays far below the two seconds after which Windows resets a GPU, and checks between dispatches whether
+//! anything is left to do.
 
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ use super::shared::Counters;
 use crate::error::Result;
 use crate::gpu::{Frame, Pass, Work};
 
-/// A dispatch should take about this long where nobody is waiting for a frame.
+/// The time that a dispatch should take where no frame of a window is due.
 const TARGET_MS: f64 = 70.0;
 const LEAST_WORK: u32 = 16;
 /// lavapipe ends loops silently after 65535 iterations of a group of eight threads, whose iterations may add
@@ -26,10 +26,10 @@ const MOST_WORK: u32 = 4096;
 pub struct PathQueue {
     /// Loop iterations that a slot makes in the next dispatch.
     work: u32,
-    /// Loop iterations when most slots last had a path under way; the next queue begins with them. The last few paths
-    /// of a queue say nothing about what all slots take together.
+    /// The value of `work` when most slots last had a path under way; the next queue begins with it. The last few
+    /// paths of a queue say nothing about the time that all slots take together.
     work_of_all: u32,
-    /// How long a dispatch should take.
+    /// The time that a dispatch should take.
     pub target_ms: f64,
     /// The first item of the queue.
     first_item: u32,
@@ -40,20 +40,20 @@ pub struct PathQueue {
     reads_one_texel: bool,
 }
 
-/// What a dispatch did.
+/// The results of a dispatch.
 pub struct Progress {
     /// Reads of the volume by tracking.
     pub lookups: u32,
-    /// Paths from cells that have ended.
+    /// Paths from the cache's nodes that have ended.
     pub finished: u32,
-    /// Some path is still on its way.
+    /// Whether some path is still on its way.
     pub under_way: bool,
     /// Where the volume streams, all items before this one have ended.
     pub first_item: u32,
 }
 
 impl PathQueue {
-    /// For a pass that `passes` compiles.
+    /// The queue of a pass that `passes` compiles.
     pub fn new(passes: &PassCompiler<'_>) -> PathQueue {
         PathQueue {
             work: LEAST_WORK,
@@ -80,7 +80,7 @@ impl PathQueue {
         })
     }
 
-    /// Takes all paths further by what `record` records of `pass`, given the amount of work.
+    /// Advances all paths by the dispatch of `pass` that `record` records, given the amount of work.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
@@ -114,7 +114,7 @@ impl PathQueue {
             first_item = told.oldest_item.min(self.first_item + counted.next);
         }
         let most_had_work = 2 * unfinished.saturating_sub(waiting) >= r.slots();
-        // Paths that wait for bricks say nothing about what work takes.
+        // Paths that wait for bricks say nothing about the time that work takes.
         if most_had_work || !waits {
             self.adapt(took_ms, most_had_work);
         }

@@ -1,11 +1,11 @@
-//! The most that a device can do of each kind of work that rendering consists of: what the time of a pass is held
-//! against. `peak_rate.rs` measures it.
+//! The most that a device can do of each kind of work that rendering consists of, as a standard for the time of a
+//! pass. `peak_rate.rs` measures it.
 //!
-//! A pass's share of the peak is the least time in which the device can do the pass's work, by [`Peak`], divided by the
-//! time that the pass took. Work is what is counted ([`Work`]): reads of the volume by tracking, texels of a picture that
-//! a pass reads and writes once each, copied bytes. Random numbers, walks through cells and shading are not, so a share
-//! below 1 is not all waste. Rates are those of a volume that fits the caches: what a larger one costs in locality counts
-//! as the pass's loss.
+//! A pass's share of the peak is the least time in which the device can do the pass's work, by [`Peak`], divided by
+//! the time that the pass took. Only counted work ([`Work`]) enters: reads of the volume by tracking, texels of a
+//! picture that a pass reads and writes once each, copied bytes. Random numbers, walks through cells and shading do
+//! not, so a share below 1 is not all waste. Rates are those of a volume that fits the caches: what a larger one
+//! costs in locality counts as the pass's loss.
 
 use serde::Serialize;
 
@@ -14,8 +14,8 @@ use crate::gpu::Work;
 /// The most that a device does in a second of each kind of work that passes count.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Peak {
-    /// Trilinear samples of a volume that fits the caches, in the way in which the device takes them in a render:
-    /// through its filter, or by eight reads.
+    /// Trilinear samples of a volume that fits the caches, taken in the same way as in a render: through the device's
+    /// filter, or by eight reads.
     pub samples_cached: f64,
     /// Reads of single voxels of the same volume.
     pub reads_cached: f64,
@@ -28,8 +28,9 @@ pub struct Peak {
 }
 
 impl Peak {
-    /// The least time in which the device can do that work: that of the kind of it that takes longest by itself, since
-    /// the others can go on meanwhile (the roofline model of Williams, Waterman and Patterson, CACM 52(4), 2009).
+    /// The least time in which the device can do that work: the time of the one kind of it that takes longest by
+    /// itself, since the others can go on meanwhile (the roofline model of Williams, Waterman and Patterson, CACM
+    /// 52(4), 2009).
     pub fn seconds(&self, work: &Work) -> f64 {
         let kinds = [
             (work.samples, self.samples_cached),

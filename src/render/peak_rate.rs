@@ -1,9 +1,9 @@
-//! The most that a device can do of each kind of work that rendering consists of: what the time of a pass is held
-//! against.
+//! Measures the most that a device can do of each kind of work that rendering consists of ([`Peak`]).
 //!
 //! Each rate is measured by a shader that does one kind of work alone (`glsl/peak_rate.comp`). The first dispatch is
-//! tiny; it grows until it takes long enough to be timed, so that no device is kept busy for long. Dispatches are short
-//! and many, and the fastest counts: on a CPU that others use as well, some of them have it for themselves.
+//! tiny; it grows until it takes long enough to be timed, so that no device is kept busy for long. Dispatches are
+//! short and many, and the fastest counts: on a CPU that other programs use as well, some of the dispatches have it
+//! for themselves.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -27,15 +27,15 @@ shared! {
     }
 }
 
-/// How fast a device is, in more detail.
+/// The rates of a device in more detail.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PeakRates {
     #[serde(flatten)]
     pub peak: Peak,
-    /// Samples and reads a second of a volume that does not fit the caches.
+    /// Samples and reads per second of a volume that does not fit the caches.
     pub samples: f64,
     pub reads: f64,
-    /// Seconds from the submission of a dispatch that does almost nothing to its end, as the host sees it.
+    /// Seconds from the submission of a nearly empty dispatch to its end, as the host sees it.
     pub dispatch_s: f64,
     /// A long dispatch by the device's timestamps and by the host's clock, in seconds.
     pub longest_by_timestamps_s: f64,
@@ -44,11 +44,11 @@ pub struct PeakRates {
     pub volume_bytes: u64,
 }
 
-/// A dispatch is long enough if it takes so many seconds; the best of [`RUNS`] counts.
+/// The least time of a dispatch that is timed, in seconds; the best of [`RUNS`] counts.
 const LONG_ENOUGH_S: f64 = 0.002;
 const RUNS: usize = 16;
 const LATENCY_RUNS: usize = 50;
-/// The seconds of a dispatch by which two clocks are compared, and how many are tried.
+/// Length of the dispatch by which two clocks are compared, in seconds, and how many of them are tried.
 const LONG_S: f64 = 0.02;
 const CLOCK_RUNS: usize = 5;
 /// The most copies in one submission.
@@ -58,17 +58,17 @@ const SMALL: u32 = 16;
 /// Pixels a side of the picture that is written.
 const PICTURE: u32 = 1024;
 const STAGING_BYTES: u64 = 16 << 20;
-/// A budget that exceeds what [`peak`] has on the device at any time.
+/// A budget that exceeds the memory that [`peak`] has on the device at any time.
 const PEAK_BUDGET: u64 = 64 << 20;
 
-/// Where the measurements run.
+/// The device's memory and queue on which the measurements run.
 struct Bench {
     memory: Arc<Memory>,
     frame: Frame,
     threads: u32,
 }
 
-/// Measures the rates that passes are held against, in one or two tenths of a second.
+/// Measures the rates that passes are compared with, in one or two tenths of a second.
 pub fn peak(device: &Arc<Device>, shaders: &Shaders) -> Result<Peak> {
     let mut bench = Bench::new(device, PEAK_BUDGET)?;
     let kernels = Kernels::new(device, shaders)?;
@@ -130,7 +130,7 @@ impl Kernels {
     }
 }
 
-/// More than the caches hold: 256 MiB on a GPU and 64 MiB on a CPU, or a sixteenth of the memory.
+/// Extent of a volume larger than the caches: 256 MiB on a GPU and 64 MiB on a CPU, or a sixteenth of the memory.
 fn large_extent(budget: u64, is_software: bool) -> [u32; 3] {
     let mut extent = match is_software {
         true => [256, 512, 512],
@@ -152,7 +152,7 @@ impl Bench {
         })
     }
 
-    /// Measures the rates that passes are held against; `small` fits the caches.
+    /// Measures the rates that passes are compared with; `small` fits the caches.
     fn peak(&mut self, kernels: &Kernels, small: &Image) -> Result<Peak> {
         Ok(Peak {
             samples_cached: self.reading(&kernels.samples, small)?,
@@ -246,8 +246,8 @@ impl Bench {
         Ok(STAGING_BYTES as f64 / seconds)
     }
 
-    /// Seconds of a dispatch that is much longer than its submission, by the device's timestamps and by the host's clock:
-    /// of a few, the one for which the host was the least late.
+    /// Seconds of a dispatch that is much longer than its submission, by the device's timestamps and by the host's
+    /// clock: of a few dispatches, the one for which the host was the least late.
     fn clocks(&mut self, kernels: &Kernels, volume: &Image, peak: &Peak) -> Result<[f64; 2]> {
         let sums = self.sums()?;
         let bindings = [
@@ -284,8 +284,8 @@ impl Bench {
         Ok(waits[LATENCY_RUNS / 2])
     }
 
-    /// Seconds that a step of `record` takes, at best, in dispatches of as many steps as take long enough to be timed,
-    /// or of `most`.
+    /// The least time of a step of `record`, in seconds. Its dispatches have as many steps as take long enough to be
+    /// timed, or `most`.
     fn fastest(
         &mut self,
         most: u32,
@@ -310,7 +310,7 @@ impl Bench {
         Ok(best)
     }
 
-    /// Seconds that what is recorded takes, by the device's timestamps and by the host's clock.
+    /// The time of the recorded work in seconds, by the device's timestamps and by the host's clock.
     fn time(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<[f64; 2]> {
         self.frame.timings.take();
         let began = Instant::now();

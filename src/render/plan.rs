@@ -70,13 +70,13 @@ pub(super) fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
     scales.into_iter().flat_map(with_formats).collect()
 }
 
-/// Cells that a CPU should fill: as many as the picture has pixels, since a cell's path costs as much as a pixel's,
-/// or few. A GPU is some hundred times as fast. Only `auto` keeps to this: a scale that is asked for by name is
+/// Cells that a CPU should fill at most, unless the picture has more pixels: a cell's path costs as much as a
+/// pixel's. A GPU is some hundred times as fast. The limit holds for `auto` alone: a scale that is set by name is
 /// granted.
 const FEW_CELLS: u64 = 1 << 18;
 const COARSEST: f64 = 0.125;
 
-/// The number of the cache's cells, if they are more than the device should fill.
+/// The number of the cache's cells, if the device should not fill so many.
 pub(super) fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<u64> {
     let layout = plan.variant.cache()?;
     let pixels = scene.render.size.iter().map(|&n| n as u64).product::<u64>();
@@ -86,7 +86,7 @@ pub(super) fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene)
     Some(layout.active_nodes()).filter(|&cells| minds && cells > FEW_CELLS.max(pixels))
 }
 
-/// Why a cache is of no use to the scene, if so.
+/// The reason why a cache is of no use to the scene, if there is one.
 pub(super) fn useless(scene: &Scene) -> Option<&'static str> {
     let medium = scene.medium.as_ref();
     if scene.render.max_bounces > 0 {
@@ -228,7 +228,7 @@ fn no_cache(without: &Plan, budget: u64, caching: &[String]) -> Error {
     .into()
 }
 
-/// Says what is in the way and what would fit.
+/// The error that says what is in the way and what would fit.
 fn too_small(without_cache: &Plan, budget: u64, caching: Vec<String>) -> Error {
     let largest = without_cache.resources.iter().max_by_key(|r| r.bytes);
     let largest = largest.expect("a plan has a picture at least");

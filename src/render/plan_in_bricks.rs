@@ -1,8 +1,8 @@
-//! The plan for a volume that does not fit: a part of its bricks is on the device at a time.
+//! The plan for a volume that does not fit: some of its bricks are on the device at a time.
 //!
-//! A picture does not depend on which; the time that it takes does. So a cache is given up for bricks where less than a
-//! quarter of those that matter would be there at once: each path of the cache then waits for about as many bricks as it
-//! saves.
+//! A picture does not depend on which bricks those are; the time that it takes does. So the cache is given up to make
+//! room for bricks where less than a quarter of the bricks that matter would be there at once: each path of the cache
+//! then waits for about as many bricks as it saves.
 
 use std::sync::Arc;
 
@@ -17,11 +17,11 @@ use crate::gpu::{Device, DeviceSummary};
 use crate::scene::volume::{MACROCELL, Volume};
 use crate::scene::{Scene, Variant};
 
-/// The share of the bricks that matter for which a cache is given up.
+/// The share of the bricks that matter below which a cache is given up.
 const ENOUGH: f64 = 0.25;
 
-/// The best variant that stays within `budget` bytes with the volume in bricks; `why` it is not whole ends a sentence.
-/// `None` if none fits.
+/// The best variant that stays within `budget` bytes with the volume in bricks; `why` ends a sentence that says why
+/// it is not whole. `None` if none fits.
 pub fn choose(
     device: &Arc<Device>,
     limits: &DeviceSummary,
@@ -77,7 +77,7 @@ fn share(plan: &Plan, needed: u32) -> f64 {
     f64::from(capacity(plan)) / f64::from(needed.max(1))
 }
 
-/// A plan with as many bricks as the budget has room for. `None` if that is too few for a ray.
+/// A plan with as many bricks as the budget has room for. `None` if they are too few for a ray.
 fn fill(
     device: &Arc<Device>,
     limits: &DeviceSummary,
@@ -104,7 +104,7 @@ fn fill(
     let mut places = (1 + left / brick_bytes)
         .min(most_image)
         .min(layout.total().into());
-    // A ray meets no more, and a path reads along one ray at a time.
+    // A ray meets at most this many bricks, and a path reads along one ray at a time.
     let least: u32 = layout.bricks.iter().sum();
     let least = u64::from(least.min(layout.total()));
     while places >= least {
@@ -117,13 +117,13 @@ fn fill(
     Ok(None)
 }
 
-/// How many bricks have a place where the medium scatters or a surface shows: the others are never read.
+/// Number of bricks in which the medium scatters or a surface shows: the others are never read.
 pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
     let matter = bricks_that_matter(scene, volume, BrickLayout::SIDE);
     matter.into_iter().filter(|&matters| matters).count() as u32
 }
 
-/// For each brick of so many voxels a side, x fastest, whether it has such a place.
+/// For each brick of `side` voxels a side, x fastest, whether the medium scatters or a surface shows in it.
 pub fn bricks_that_matter(scene: &GpuScene, volume: &Volume, side: u32) -> Vec<bool> {
     let shown = Occupancy::with_surfaces(&scene.parts, volume);
     let bricks = volume.dims.map(|n| n.div_ceil(side));

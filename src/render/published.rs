@@ -1,10 +1,10 @@
-//! The `published` variant: Šmajdek et al., "Combined volume and surface rendering with global
-//! illumination caching" (2023), as it stands, to be measured against. It has a dense cache of one cell
-//! a voxel, with a path under way in each; `published_transport.comp` and `published_march.comp` say
-//! what it estimates instead of our transport model.
+//! The `published` variant: Šmajdek et al., "Combined volume and surface rendering with global illumination caching"
+//! (2023), unchanged, as a baseline for measurements. It has a dense cache of one cell a voxel, with a path under way
+//! in each; `published_transport.comp` and `published_march.comp` say what it estimates instead of our transport
+//! model.
 //!
-//! Its unit of work is a round: a few steps of every cell's path. A sample is a path that has ended in every cell, on
-//! average. It does not know how noisy its picture is.
+//! Its unit of work is a round: a few steps of every cell's path. A sample is complete when, on average, one path has
+//! ended in every cell. The variant does not estimate the noise of its picture.
 
 use bytemuck::Zeroable;
 
@@ -21,8 +21,8 @@ use crate::gpu::Frame;
 
 /// Steps that a path takes in one round.
 const STEPS: u32 = 8;
-/// The paper keeps each pixel's depth from frame to frame and goes on with it. A picture after so many
-/// rounds has had the iterations that it would have had then, up to a limit for pictures at rest.
+/// The paper keeps each pixel's depth from frame to frame and refines it. A picture after n rounds gets as many
+/// iterations as n frames would have made, up to a limit for pictures at rest.
 const DEPTH_ITERATIONS_PER_ROUND: u32 = 100;
 const MOST_DEPTH_ITERATIONS: u32 = 1000;
 /// Stands for a majorant of zero: a flight then leaves any volume, and no number overflows.
@@ -55,7 +55,7 @@ impl Published {
         })
     }
 
-    /// Takes every cell's path a few steps further.
+    /// Advances every cell's path by a few steps.
     pub fn round(&mut self, frame: &mut Frame, r: &Resources, totals: &mut Totals) -> Result<()> {
         if self.rounds == 0 {
             frame.run(|f| f.zero(&r.counters))?;
@@ -81,7 +81,7 @@ impl Published {
         Ok(())
     }
 
-    /// Runs a round and forgets all light and all paths of it.
+    /// Runs a round and forgets its light and its paths.
     pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.round(frame, r, &mut Totals::default())?;
         self.rounds = 0;

@@ -28,7 +28,7 @@ impl PublishedTransport {
         ))
     }
 
-    /// Takes each cell's path a few steps further.
+    /// Advances each cell's path by a few steps.
     pub fn run(
         &self,
         frame: &mut Frame,

@@ -10,18 +10,18 @@ use crate::shared;
 
 shared! {
     pub struct MarchPush {
-        /// Every so many pixels along both axes are marched.
+        /// Every `stride`-th pixel along both axes is marched.
         pub stride: uint,
-        /// A transmittance behind which nothing is looked at.
+        /// Transmittance below which a march ends.
         pub opaque_below: float,
-        /// How many times as long as usual steps may be.
+        /// Factor on the length of steps.
         pub step_scale: float,
-        /// 1: instead of the picture, the part of it that a picture at rest takes from the cache as
-        /// well, and in alpha the picture's mean over channels.
+        /// 1: the result is not the picture, but the part of it that the picture at rest takes from the cache as
+        /// well, and in alpha the whole picture's mean over channels.
         pub measures: uint,
-        /// 1: bricks are weighed.
+        /// 1: bricks get their weights.
         pub weighs: uint,
-        /// 1: a pixel that misses bricks of the volume shows what is there.
+        /// 1: a pixel that misses bricks of the volume is shown all the same, with other voxels in their place.
         pub keeps_void: uint,
     }
 }
@@ -29,7 +29,7 @@ shared! {
 /// Transmittance below which nothing behind can be seen in eight bits.
 const OPAQUE_BELOW: f32 = 1e-3;
 
-/// How many times as long as usual the steps of a picture in motion are.
+/// Factor on the length of steps for a picture in motion.
 const STEP_SCALE: f32 = 2.0;
 
 pub struct RayMarch(Pass);
@@ -39,8 +39,7 @@ impl RayMarch {
         Ok(RayMarch(passes.compile::<MarchPush>("ray_march")?))
     }
 
-    /// Leaves a picture of few pixels in `unit_sum`, in a submission under way. Their rays take longer
-    /// steps.
+    /// Marches a picture of few pixels into `unit_sum`, in a submission under way. Rays take longer steps.
     pub fn record(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         let [width, height] = r.size;
         let push = MarchPush {
@@ -51,7 +50,7 @@ impl RayMarch {
         frame.pass(&self.0, &bindings(r, cache), &push, [width, height, 1])
     }
 
-    /// Leaves the next slice of the picture in `unit_sum`. Returns whether it was the last.
+    /// Marches the next slice of the picture into `unit_sum`. Returns whether it was the last.
     pub fn advance(
         &self,
         frame: &mut Frame,
@@ -65,8 +64,8 @@ impl RayMarch {
         r.run_slice(frame, &self.0, &bindings(r, cache), &push, threads, slices)
     }
 
-    /// Looks at few pixels for what `question` asks (`for_error`, `for_weights`); its answer is in the
-    /// corner of `unit_sum`, or in the bricks.
+    /// Marches every `stride`-th pixel for `question` (`for_error`, `for_weights`); the answer is in the corner of
+    /// `unit_sum`, or in the bricks.
     pub fn ask(
         &self,
         frame: &mut Frame,
@@ -80,7 +79,8 @@ impl RayMarch {
     }
 }
 
-/// What the cache's error is measured by (`MarchPush::measures`), in every `stride`-th pixel along both axes.
+/// The question from which the cache's error is measured (`MarchPush::measures`), in every `stride`-th pixel along
+/// both axes.
 pub fn for_error(stride: u32) -> MarchPush {
     MarchPush {
         measures: 1,
@@ -88,7 +88,7 @@ pub fn for_error(stride: u32) -> MarchPush {
     }
 }
 
-/// What the bricks weigh in every `stride`-th pixel along both axes; `unit_sum` is overwritten.
+/// The question for the weights of bricks in every `stride`-th pixel along both axes; `unit_sum` is overwritten.
 pub fn for_weights(stride: u32) -> MarchPush {
     MarchPush {
         weighs: 1,

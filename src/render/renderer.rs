@@ -1,5 +1,5 @@
-//! A scene on the GPU: everything is allocated and loaded once, and worked out again where the scene changes. `units.rs`
-//! goes on from there.
+//! A scene on the GPU: everything is allocated and loaded once, and computed again where the scene changes.
+//! `units.rs` renders samples of it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -31,7 +31,7 @@ use crate::scene::volume::Volume;
 
 pub struct Renderer {
     pub(super) frame: Frame,
-    /// What the GPU has been told.
+    /// The scene as the GPU has it.
     scene: GpuScene,
     pub(super) resources: Resources,
     pub(super) estimator: Estimator,
@@ -39,15 +39,15 @@ pub struct Renderer {
     patches: Patches,
     pub(super) accumulate: Accumulate,
     pub(super) tone_map: ToneMap,
-    /// Only in a scene with surfaces.
+    /// `None` in a scene without surfaces.
     pub(super) iso_depth: Option<IsoDepth>,
     pub(super) totals: Totals,
     pub(super) under_way: Option<Bundle>,
-    /// Pixels, in the order of work, that have all of its units in the mean.
+    /// Pixels, in the order of work, all of whose units under way are in the mean.
     pub(super) folded: u32,
-    /// The picture before it, if pixels have its units one after another.
+    /// The picture before the units under way, if pixels get these one after another.
     pub(super) kept: Option<Sums>,
-    /// The picture so far is that of another scene.
+    /// Whether the picture so far is that of another scene.
     pub(super) is_stale: bool,
     compiling: Duration,
 }
@@ -58,7 +58,7 @@ impl Renderer {
         Renderer::with_shaders(memory, &shaders, volume, scene)
     }
 
-    /// With passes compiled by `shaders`: a test may have put other text in the place of a file.
+    /// A renderer whose passes `shaders` compiles: a test may have replaced the text of a file.
     pub fn with_shaders(
         memory: &Arc<Memory>,
         shaders: &Shaders,
@@ -116,12 +116,12 @@ impl Renderer {
         Ok(renderer)
     }
 
-    /// What the compiling of all passes took.
+    /// Time that compiling all passes took.
     pub fn compiling(&self) -> Duration {
         self.compiling
     }
 
-    /// How long the GPU's passes took, one after another.
+    /// Times of the GPU's passes, one after another.
     pub fn timings(&self) -> &Timings {
         &self.frame.timings
     }
@@ -134,12 +134,12 @@ impl Renderer {
         self.totals
     }
 
-    /// Pixels of the picture.
+    /// Size of the picture in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.resources.size
     }
 
-    /// What the GPU has been told.
+    /// The scene as the GPU has it.
     pub fn scene(&self) -> &GpuScene {
         &self.scene
     }
@@ -160,12 +160,12 @@ impl Renderer {
         }
     }
 
-    /// What streaming has come to; `None` where the volume is whole.
+    /// Figures of the streaming so far; `None` where the volume is whole.
     pub fn brick_figures(&self) -> Option<BrickFigures> {
         self.resources.bricks.as_ref().map(VolumeBricks::figures)
     }
 
-    /// What can be done with the cache, in the variant that has one.
+    /// The operations on the cache, in the variant that has one.
     pub fn caching(&mut self) -> Option<Caching<'_>> {
         match &mut self.estimator {
             Estimator::Caching(cache) => Some(Caching {
@@ -179,13 +179,13 @@ impl Renderer {
         }
     }
 
-    /// What a pass of a test's own records on, and reads.
+    /// The frame on which a test's own pass records, and the resources that it reads.
     #[doc(hidden)]
     pub fn probed(&mut self) -> (&mut Frame, &mut Resources) {
         (&mut self.frame, &mut self.resources)
     }
 
-    /// Works out what follows from those parts of the scene that have changed.
+    /// Recomputes what depends on those parts of the scene that have changed.
     fn prepare(&mut self, changes: Changes) -> Result<()> {
         let (frame, r) = (&mut self.frame, &mut self.resources);
         let blocks = self.scene.majorant_cells();
@@ -204,8 +204,8 @@ impl Renderer {
         Ok(())
     }
 
-    /// Goes on with another scene that the same passes serve (`GpuScene::passes_serve`), of the same volume and
-    /// variant, and with a picture that its images have room for. Returns whether the cache's light is still right;
+    /// Continues with another scene that the same passes serve (`GpuScene::passes_serve`), of the same volume and
+    /// variant, and with a picture that the images have room for. Returns whether the cache's light is still right;
     /// if not, it is gone.
     pub fn change(&mut self, next: &GpuScene) -> Result<bool> {
         let changes = next.changes_from(&self.scene);
@@ -225,8 +225,8 @@ impl Renderer {
         Ok(lasts)
     }
 
-    /// Runs each pass for a moment and forgets what it did: some drivers finish compiling only then, and
-    /// whoever measures does not want to measure that.
+    /// Runs each pass for a moment and forgets the results: some drivers finish compiling only then, and measurements
+    /// should not include that.
     pub fn warm_up(&mut self) -> Result<()> {
         let (frame, r) = (&mut self.frame, &self.resources);
         self.estimator.warm_up(frame, r)?;
@@ -241,7 +241,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Makes room for pictures of another size; `change` then tells the size.
+    /// Makes room for pictures of another size; `change` then sets the size.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         self.resources.resize(size)?;
         if let Some(iso_depth) = &mut self.iso_depth {
@@ -255,7 +255,7 @@ impl Renderer {
         Ok(())
     }
 
-    /// Pictures begin with the sample that has this index in the whole picture.
+    /// Sets the index that the first sample of this picture has in the whole picture.
     pub fn begin_at_sample(&mut self, first: u32) {
         self.totals.first_sample = first;
         self.begin_picture();
@@ -270,7 +270,7 @@ impl Renderer {
         self.is_stale = true;
     }
 
-    /// How long a piece of work may take from now on, while somebody is waiting for a frame.
+    /// Sets the time that a piece of work may take from now on, while a window waits for its next frame.
     pub fn take_slices_of(&mut self, ms: f64) {
         self.estimator.take_slices_of(ms);
     }
@@ -299,7 +299,7 @@ impl Renderer {
         self.totals.paths + self.cache().map_or(0, |cache| cache.paths)
     }
 
-    /// Reads of the volume by them.
+    /// Reads of the volume by these paths.
     pub fn lookups(&self) -> u64 {
         self.totals.lookups + self.cache().map_or(0, |cache| cache.lookups)
     }

@@ -6,8 +6,8 @@ use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
 
 impl Resources {
-    /// The next slice of a pass that reads the volume: again and again, until none of its invocations has missed a brick.
-    /// Returns whether it was the last.
+    /// Runs the next slice of a pass that reads the volume: again and again, until none of its invocations has missed
+    /// a brick. Returns whether it was the last slice.
     pub fn run_slice<P: bytemuck::NoUninit>(
         &self,
         frame: &mut Frame,
@@ -33,7 +33,7 @@ impl Resources {
         Ok(is_last)
     }
 
-    /// All of such a pass.
+    /// Runs all slices of a pass that reads the volume.
     pub fn run_in_slices<P: bytemuck::NoUninit>(
         &self,
         frame: &mut Frame,

@@ -23,24 +23,24 @@ const STAGING_BYTES: u64 = 4 << 20;
 const SLOTS_GPU: u32 = 1 << 18;
 const SLOTS_CPU: u32 = 1 << 10;
 
-/// Paths in flight for each place of a brick: those that wait share the bricks that are loaded, and memory for a brick
-/// is as well spent on them. But each that waits takes a CPU's time in every dispatch.
+/// Paths in flight for each place of a brick. Waiting paths share the bricks that are loaded, so memory for a brick
+/// is as well spent on them. But each path that waits takes a CPU's time in every dispatch.
 const SLOTS_A_PLACE: u32 = 128;
 const SLOTS_CPU_IN_BRICKS: u32 = 1 << 12;
 
 pub struct Resources {
-    /// The device's filter reads the volume.
+    /// Whether the device's filter reads the volume.
     filtered: bool,
-    /// Pixels of the picture, which may be fewer than its images hold: those from the upper left corner.
+    /// Pixels of the picture. Its images may hold more; the picture is in their upper left corner.
     pub size: [u32; 2],
-    /// All voxels, or as many bricks of them as there is room for.
+    /// All voxels, or as many bricks of them as have places.
     pub volume: Image,
     /// The page table and other state of the bricks, if the volume is cut into bricks.
     pub bricks: Option<VolumeBricks>,
     /// For each macrocell, the smallest and the largest stored value.
     pub ranges: Image,
-    /// The largest extinction of each cube of cells. There is room for the smallest cubes, so that an edit of the
-    /// medium needs no memory.
+    /// The largest extinction in each block. There is room for the smallest blocks, so that an edit of the medium
+    /// needs no memory.
     pub majorants: Image,
     /// Two texels for each patch of the picture, and a row for the whole picture.
     pub patches: Image,
@@ -140,7 +140,7 @@ impl Resources {
         self.clips.rewrite(&parts.clips)
     }
 
-    /// Makes room for a transfer function of so many points.
+    /// Makes room for a transfer function of `points` points.
     pub fn resize_transfer(&mut self, points: usize) -> Result<()> {
         self.transfer.resize(transfer_desc(points).extent)
     }

@@ -1,10 +1,11 @@
-//! What the CPU and the shaders share: the only definition of each struct. The GLSL text is made from it, from the named
-//! integers in `codes.rs` and from the switches in `features.rs`, and stands behind `#include "shared.glsl"`.
+//! Data that the CPU and the shaders share: the only definition of each struct. The GLSL text is made from it, from
+//! the named integers in `codes.rs` and from the switches in `features.rs`, and stands behind
+//! `#include "shared.glsl"`.
 //!
-//! *Grid space*: g = p / spacing + ½ with p from the box's low corner, so that voxel i's centre is at
-//! g = i + 1, the box is [½, n + ½], and the trilinear cell floor(g) has the voxels floor(g) − 1 and
-//! floor(g) as corners, clamped at the border. *Stored values* are what the GPU holds; transfer
-//! points and isovalues are converted to them, so that no shader knows slope or intercept.
+//! *Grid space*: g = p / spacing + ½ with p from the box's low corner, so that voxel i's centre is at g = i + 1, the
+//! box is [½, n + ½], and the trilinear cell floor(g) has the voxels floor(g) − 1 and floor(g) as corners, clamped at
+//! the border. *Stored values* are what the GPU holds; transfer points and isovalues are converted to them, so that
+//! no shader knows slope or intercept.
 
 #![allow(non_camel_case_types)]
 
@@ -33,7 +34,7 @@ shared! {
         pub dims: uvec3,
         /// Macrocells along each axis.
         pub macrocells: uvec3,
-        /// Blocks with a majorant each.
+        /// Blocks along each axis; each has a majorant.
         pub majorant_cells: uvec3,
         /// Sides of those blocks in trilinear cells: macrocells times a power of two.
         pub majorant_size: float,
@@ -66,7 +67,7 @@ shared! {
         /// From the picture's centre to its right edge, at distance 1 (perspective) or in world
         /// units (orthographic).
         pub right: vec3,
-        /// From the picture's centre to its top edge, likewise.
+        /// From the picture's centre to its top edge, in the same unit.
         pub up: vec3,
         /// Constant part of the environment.
         pub environment: vec3,
@@ -75,7 +76,7 @@ shared! {
         pub image_probability: float,
         /// Cells of the environment's sampling table along u and v.
         pub image_cells: uvec2,
-        /// Seen by rays that meet nothing if `background_is_color`.
+        /// Radiance of rays that meet nothing if `background_is_color`.
         pub background: vec3,
         /// Σ over the suns of the mean of irradiance/cache_unit over channels.
         pub suns_grey: float,
@@ -83,18 +84,17 @@ shared! {
         pub cache_nodes: uvec3,
         /// Distance from node to node, in grid units.
         pub cache_step: vec3,
-        /// Bricks of nodes.
+        /// Bricks of nodes along each axis.
         pub cache_bricks: uvec3,
-        /// Places for bricks in the cache's images.
+        /// Places for bricks in the cache's images along each axis.
         pub cache_places: uvec3,
-        /// Voxels from node to node: steps of a march for which light is read once.
+        /// Voxels from node to node: the number of a march's steps for which light is read once.
         pub cache_stride: uint,
-        /// Bricks of the volume along each axis, if it is cut into such.
+        /// Bricks of the volume along each axis, if it is cut into bricks.
         pub volume_bricks: uvec3,
-        /// Log2 of the voxels along a side of such a brick.
+        /// Log2 of the voxels along a side of a volume brick.
         pub brick_shift: uint,
-        /// Radiance that the cache's images hold as 1: as much as all lights together shine, channel by
-        /// channel.
+        /// Radiance that the cache's images hold as 1: as much as all lights together shine, channel by channel.
         pub cache_unit: vec3,
     }
 
@@ -136,14 +136,14 @@ shared! {
 
     /// A cell of the environment's sampling table (Walker's alias method).
     pub struct EnvironmentCell {
-        /// Keep this cell below it, take `alias` above.
+        /// Threshold of a random number: below it the cell itself is taken, above it `alias`.
         pub keep: float,
         pub alias: uint,
         /// Probability per solid angle, 1/sr, of the cell itself.
         pub density: float,
     }
 
-    /// A path on its way, between two dispatches.
+    /// A path in flight, between two dispatches.
     pub struct Path {
         pub pixel: uint,
         /// Samples of this pixel still to begin.
@@ -164,9 +164,9 @@ shared! {
         pub direction: vec3,
         pub t: float,
         pub t_end: float,
-        /// The block of cells at `t` that has one majorant.
+        /// The block at `t`.
         pub cell: ivec3,
-        /// What stands at `t_end`: a surface's index, nothing (−1) or a collision (−2).
+        /// The event at `t_end`: a surface's index, nothing (−1) or a collision (−2).
         pub surface: int,
         /// The collision's stored value.
         pub value: float,
@@ -178,11 +178,11 @@ shared! {
         pub shadow_direction: vec3,
         pub shadow_t: float,
         pub shadow_t_end: float,
-        /// The block of cells at `shadow_t` that has one majorant.
+        /// The block at `shadow_t`.
         pub shadow_cell: ivec3,
         /// Transmittance of the shadow ray up to `shadow_t`.
         pub shadow_transmittance: float,
-        /// Radiance that the shadow ray brings if nothing is in between, times the path's throughput.
+        /// Radiance that the shadow ray brings if nothing is in its way, times the path's throughput.
         pub shadow_radiance: vec3,
         /// Sum of the samples of this pixel; coverage in w.
         pub sum: vec4,
@@ -192,8 +192,8 @@ shared! {
         pub missing: uint,
     }
 
-    /// What a march through a pixel leaves to paths: light from a surface or, where nodes may lie behind one, from the
-    /// medium.
+    /// The light that a march through a pixel leaves to paths: from a surface or, where nodes may lie behind one,
+    /// from the medium.
     pub struct Tail {
         /// Distance along the march's ray.
         pub t: float,
@@ -213,10 +213,11 @@ shared! {
         pub samples: uint,
         /// Paths that each of its nodes has had before.
         pub first_sample: uint,
-        /// Σw² over the rays of a picture in whose colour its light weighs w; 2³¹ is a weight of 1 in all.
+        /// Mean of w² over the rays of a picture, times 2³¹, with w the weight of the brick's light in a ray's
+        /// colour.
         pub weight: uint,
-        /// Where the volume streams, the place of the brick whose turn comes when this one's would otherwise: bricks
-        /// that lie close to one another come one after another.
+        /// Where the volume streams: the place of the brick that comes at this brick's index in the order of work.
+        /// Bricks that lie close to one another come one after another.
         pub turn: uint,
     }
 
@@ -229,7 +230,7 @@ shared! {
         pub first_direction: vec3,
         /// The first shadow ray of the path under way went to a sun.
         pub shadow_is_sun: uint,
-        /// Paths end where they may gather.
+        /// Whether paths end where they may gather.
         pub gathers: uint,
         /// Sums over the paths of this batch, as in the cache's images.
         pub light: vec4,
@@ -245,29 +246,29 @@ shared! {
         pub unfinished: uint,
         /// Reads of the volume by tracking: tentative collisions.
         pub lookups: uint,
-        /// Paths from cells that have ended.
+        /// Paths from nodes that have ended; in `published`, from cells.
         pub finished: uint,
     }
 
-    /// What host and shaders tell each other of bricks of the volume that are not there.
+    /// What host and shaders tell each other about volume bricks that are not on the GPU.
     pub struct Streaming {
-        /// Invocations that have missed one in this dispatch.
+        /// Invocations that have missed a brick in this dispatch.
         pub missed: uint,
         /// The least index of such an invocation.
         pub first_missed: uint,
-        /// Invocations that have come further.
+        /// Invocations that have made progress.
         pub advanced: uint,
         /// The least index of an invocation that may work, and how many may.
         pub first: uint,
         pub count: uint,
-        /// Number of the piece of work: what bears it has been done.
+        /// Number of the current piece of work; a pixel or brick marked with it is done.
         pub work: uint,
         /// Units of samples that are worked off together.
         pub units: uint,
         /// The first item to be worked on, and the first that has to wait.
         pub first_item: uint,
         pub end_item: uint,
-        /// The least item that a slot was left with.
+        /// The least item that a slot is still working on.
         pub oldest_item: uint,
     }
 }

@@ -1,4 +1,4 @@
-//! What nodes of the cache get that lie between those of the coarse lattice.
+//! Interpolated light for the cache's nodes that lie between those of the coarse lattice.
 
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
@@ -14,7 +14,7 @@ shared! {
         pub bricks: uint,
         /// Bricks in a row of workgroups.
         pub row: uint,
-        /// Along which light is interpolated.
+        /// Axis along which light is interpolated.
         pub axis: uint,
     }
 }

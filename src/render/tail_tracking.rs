@@ -1,4 +1,5 @@
-//! Paths that take on what a march of the picture at rest leaves to them: the light of surfaces.
+//! Paths for the light that a march of the picture at rest leaves to them: that of surfaces, and of the medium near
+//! surfaces that stop light.
 
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
@@ -11,7 +12,7 @@ use crate::shared;
 
 shared! {
     pub struct TailPush {
-        /// Paths for a tail that weighs 1.
+        /// Paths for a tail of weight 1.
         pub paths: uint,
         /// Index of the sample that has been marched.
         pub sample_index: uint,
@@ -21,8 +22,8 @@ shared! {
     }
 }
 
-/// Paths for the light of a surface that is all that a pixel shows. With more of them, where surfaces fill the picture,
-/// paths would take longer than the march before them.
+/// Paths for the light of a surface that fills a pixel. With more of them, where surfaces fill the picture, paths
+/// would take longer than the march before them.
 const PATHS: u32 = 4;
 
 pub struct TailTracking {
@@ -38,7 +39,7 @@ impl TailTracking {
         })
     }
 
-    /// Takes all paths further that belong to the sample which has just been marched; they add to `unit_sum`.
+    /// Advances all paths of the sample that has just been marched; they add to `unit_sum`.
     pub fn advance(
         &mut self,
         frame: &mut Frame,

@@ -1,5 +1,5 @@
-//! What a display shows of a picture: exposed, tone-mapped, encoded, and stretched to the size that is
-//! shown, since a moving picture has fewer pixels.
+//! The picture as a display shows it: exposed, tone-mapped, encoded, and stretched to the size that is shown, since a
+//! moving picture has fewer pixels.
 
 use std::sync::Arc;
 

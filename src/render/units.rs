@@ -1,4 +1,4 @@
-//! The frame: unit after unit of samples, each folded into the picture once it has ended.
+//! Unit after unit of samples, each folded into the picture once it has ended.
 //!
 //! Pictures are only taken at the end of a unit: stopping a pixel in the middle of its work would favour its short
 //! paths.
@@ -18,7 +18,7 @@ impl Renderer {
         self.units(samples, 1, until)
     }
 
-    /// Gives every pixel so many units of `samples` more samples, together where the volume streams. Returns false if
+    /// Gives every pixel `units` units of `samples` more samples, together where the volume streams. Returns false if
     /// `until` comes before the first of them have ended, and leaves out those that are under way then.
     pub fn units<'a>(
         &mut self,
@@ -28,7 +28,7 @@ impl Renderer {
     ) -> Result<bool> {
         let until = until.into();
         self.abandon()?;
-        // A march knows the spread between single samples, which are its units.
+        // In a march the units are single samples, since it knows the spread between these.
         let (samples, units) = match self.is_marched() {
             true => (1, samples * units),
             false => (samples, units),
@@ -97,7 +97,7 @@ impl Renderer {
         })
     }
 
-    /// Folds the units of pixels that have all of them into the picture. Returns whether those are all pixels.
+    /// Folds units into the picture: those of pixels that have all of them. Returns whether these are all pixels.
     fn accumulate(&mut self, bundle: Bundle, pixels: u32) -> Result<bool> {
         let has_ended = pixels == self.pixels();
         // A single unit can be dropped until it has ended.

@@ -1,4 +1,4 @@
-//! When work that takes many dispatches has to stop.
+//! The condition on which work that takes many dispatches stops.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! The three ways to render: what a plan decides on. `estimator.rs` gives each its passes and its memory.
+//! The three ways to render, between which a plan decides. `estimator.rs` gives each its passes and its memory.
 
 use super::cache_layout::CacheLayout;
 
@@ -7,14 +7,14 @@ use super::cache_layout::CacheLayout;
 pub enum Variant {
     /// Paths from the camera.
     NonCaching,
-    /// Paths from the nodes of a cache, which pictures read.
+    /// Paths from the nodes of a cache; pictures read the cache.
     Caching(CacheLayout),
     /// The method of the paper that Isolume started from, as a baseline.
     Published,
 }
 
 impl Variant {
-    /// The word by which users ask for it.
+    /// The word that selects the variant in scene files and on the command line.
     pub fn word(&self) -> &'static str {
         match self {
             Variant::NonCaching => "non-caching",

@@ -1,11 +1,11 @@
-//! Bricks of a volume that does not fit, on their way onto the GPU when somebody has asked for them.
+//! Bricks of a volume that does not fit, loaded onto the GPU when invocations ask for them.
 //!
-//! Shaders find voxels through a page table (`glsl/include/volume_bricks.glsl`). One that misses a brick counts its
-//! question in the brick's page, and what it has computed is void: it does the same again once the brick is there. So
-//! the host only has to see to it that somebody comes further: after a dispatch that has missed bricks it loads those
-//! asked for most, in the places of those that nobody has read since it last looked. If all have been read and nobody
-//! comes further, too many want too much at once, and only a part of the invocations may work for a while; in the end a
-//! single one, which needs the bricks along one ray.
+//! Shaders find voxels through a page table (`glsl/include/volume_bricks.glsl`). An invocation that misses a brick
+//! counts its request in the brick's page, and what it has computed is void: it repeats its work once the brick is
+//! there. So the host only has to ensure that some invocation makes progress: after a dispatch that has missed bricks
+//! it loads those requested most, in the places of bricks that have not been read since the host last looked. If all
+//! have been read and no invocation makes progress, too many invocations need too many bricks at once, and only some
+//! of them may work for a while (`brick_window.rs`); in the end a single one, which needs the bricks along one ray.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -23,7 +23,7 @@ use crate::error::{Error, MemoryError, Result};
 use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Piece, Placement};
 use crate::scene::volume::Volume;
 
-/// Bricks are brought onto the GPU through a buffer of this size, or of a quarter of all places.
+/// Size of the buffer through which bricks are brought onto the GPU, unless a quarter of all places is less.
 const STAGING_BYTES: u64 = 8 << 20;
 /// Offsets in a buffer at which every device copies to every format.
 const ALIGNMENT: usize = 16;
@@ -37,7 +37,7 @@ pub struct VolumeBricks {
     state: RefCell<State>,
 }
 
-/// What may have been done: pixels, or bricks of the cache.
+/// Sizes of the marks of finished work: one for each pixel, or for each brick of the cache.
 #[derive(Debug, Clone, Copy)]
 struct Marks {
     size: [u32; 2],
@@ -59,35 +59,35 @@ struct State {
     staging: Buffer,
     /// Bytes of a brick in the staging buffer.
     room: usize,
-    /// Once the volume is known.
+    /// `None` until the volume is known.
     host: Option<HostBricks>,
     /// The brick in each place.
     held: Vec<Option<u32>>,
-    /// When each place was last read, or got its brick, in rounds.
+    /// The round in which each place was last read, or got its brick.
     read: Vec<u64>,
     round: u64,
     window: Window,
     items: Items,
-    /// What the last dispatch has told.
+    /// The report of the last dispatch.
     told: Streaming,
-    /// `host_pages` says what the device does not know yet.
+    /// Whether `host_pages` has changes that the device does not know yet.
     has_news: bool,
     /// Number of the piece of work under way.
     work: u32,
     figures: BrickFigures,
 }
 
-/// What has been done so far.
+/// Figures of the streaming so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct BrickFigures {
     /// Bricks of the whole volume, and those on the GPU.
     pub total: u32,
     pub resident: u32,
-    /// Those that anybody may ask for, as far as one knew at the beginning.
+    /// Bricks that shaders may ask for, as far as the scene at the beginning tells.
     pub matter: u32,
     pub loads: u64,
     pub bytes_read: u64,
-    /// While the device waited for bricks.
+    /// Time for which the device waited for bricks.
     pub waited: Duration,
 }
 
@@ -144,7 +144,7 @@ impl VolumeBricks {
         }))
     }
 
-    /// Begins with no brick on the GPU.
+    /// Opens the volume; no brick is on the GPU yet.
     pub fn open(&mut self, frame: &mut Frame, volume: &Volume, scene: &GpuScene) -> Result<()> {
         let state = self.state.get_mut();
         let matters = bricks_that_matter(scene, volume, state.layout.side);
@@ -191,7 +191,7 @@ impl VolumeBricks {
         self.state.borrow().figures
     }
 
-    /// Begins a piece of work, of which nothing is done.
+    /// Begins a new piece of work, of which nothing is done.
     pub fn begin(&self, frame: &mut Frame, order: Order) -> Result<()> {
         let mut state = self.state.borrow_mut();
         state.window.begin(order);
@@ -213,12 +213,12 @@ impl VolumeBricks {
         state.write_streaming();
     }
 
-    /// What the last dispatch has told.
+    /// The report of the last dispatch.
     pub fn told(&self) -> Streaming {
         self.state.borrow().told
     }
 
-    /// Records, before a dispatch, what it has to know.
+    /// Records, before a dispatch, the copies that tell it which bricks are there and which invocations may work.
     pub fn record_news(&self, frame: &mut Frame) -> Result<()> {
         let mut state = self.state.borrow_mut();
         if std::mem::take(&mut state.has_news) {
@@ -227,16 +227,16 @@ impl VolumeBricks {
         frame.copy(&state.host_streaming, &self.streaming)
     }
 
-    /// Records, behind a dispatch, what [`VolumeBricks::serve`] reads.
+    /// Records, after a dispatch, the copies that [`VolumeBricks::serve`] reads.
     pub fn record_told(&self, frame: &mut Frame) -> Result<()> {
         let state = self.state.borrow();
         frame.copy(&self.streaming, &state.host_streaming)?;
         frame.copy(&self.pages, &state.host_pages)
     }
 
-    /// Brings bricks that the last dispatch has missed onto the GPU; [`VolumeBricks::record_told`] was recorded behind it.
-    /// Returns whether the dispatch has to be repeated, because something was missed or because not all invocations
-    /// worked.
+    /// Brings bricks that the last dispatch has missed onto the GPU; [`VolumeBricks::record_told`] must have been
+    /// recorded after it. Returns whether the dispatch has to be repeated, because bricks were missed or because not
+    /// all invocations worked.
     ///
     /// # Errors
     ///
@@ -260,7 +260,7 @@ impl VolumeBricks {
             _ => state.load(frame, image, &mut words),
         };
         if loads.is_err() {
-            // Some places hold others than the page table says.
+            // Some places do not hold the brick that the page table names.
             state.held.fill(None);
             words.fill(0);
         }
@@ -275,7 +275,7 @@ impl VolumeBricks {
 }
 
 impl State {
-    /// What the next dispatch is to be told of bricks, and which invocations may work.
+    /// Prepares what the next dispatch has to know: the page table, and which invocations may work.
     fn tell(&mut self, pages: &[u32]) {
         self.host_pages.write(pages);
         self.has_news = true;
@@ -296,7 +296,7 @@ impl State {
         }]);
     }
 
-    /// The page table as the last dispatch has left it. Who was read by it is noted, and nobody has been read since.
+    /// The page table as the last dispatch has left it. Its marks of bricks that were read are moved to `read`.
     fn take_reads(&mut self) -> Vec<u32> {
         let bytes = 4 * self.layout.total() as usize;
         let mapped = &self.host_pages.mapped().unwrap_or_default()[..bytes];
@@ -313,7 +313,7 @@ impl State {
         words
     }
 
-    /// Loads the bricks that were asked for most, and notes in the page table where they are then.
+    /// Loads the bricks that were asked for most, and enters their places in the page table.
     fn load(&mut self, frame: &mut Frame, image: &Image, words: &mut [u32]) -> Result<Loads> {
         let mut wanted: Vec<(u32, u32)> = Vec::new();
         for (brick, word) in words.iter_mut().enumerate() {
@@ -340,9 +340,9 @@ impl State {
         })
     }
 
-    /// Places for other bricks, in the order in which they are given up: those without a brick, and those that nobody has
-    /// read in the last dispatch, those first that have not been read for longest. A brick that was read serves paths
-    /// that come further, and whoever waits gets its place once they have left it.
+    /// Places that may get other bricks, in order: first those without a brick, then those whose brick was not read
+    /// in the last dispatch, beginning with the one that has not been read for longest. A brick that was read serves
+    /// paths that make progress; invocations that wait get its place once those paths have left it.
     fn places_to_give(&self) -> Vec<usize> {
         let is_unread =
             |&place: &usize| self.held[place].is_none() || self.read[place] < self.round;

@@ -66,7 +66,7 @@ pub enum View {
 }
 
 impl View {
-    /// The default view: from the front of a patient, or else as axes are drawn on paper.
+    /// The default view: from the front of a patient, or else the usual view of axes on paper.
     pub fn default_for(axes: Option<Axes>) -> View {
         match axes {
             Some(_) => View::Anterior,
@@ -95,8 +95,9 @@ impl View {
     }
 }
 
-/// The direction that is up by default: superior, or +y where the anatomy is unknown. Looking along that, anterior is
-/// up, as in radiology, or the horizontal axis that a tilted head would see.
+/// The direction that is up by default: superior, or +y where the anatomy is unknown. For a view along that
+/// direction, anterior is up, as in radiology, or else the horizontal axis that the tilted head of a viewer would see
+/// on top.
 pub fn default_up(towards_eye: [f64; 3], axes: Option<Axes>) -> [f64; 3] {
     let (first, second) = match axes {
         Some(axes) => (
@@ -119,8 +120,8 @@ pub fn parallel(a: [f64; 3], b: [f64; 3]) -> bool {
 }
 
 impl Camera {
-    /// Looks at `target` from the given side, just far enough away that the whole box (centred on
-    /// the origin) is in the picture, with a little air around it.
+    /// A camera that looks at `target` from the given side, just far enough away that the whole box (centred on the
+    /// origin) is in the picture, with a little margin around it.
     pub fn framing(
         extent: [f64; 3],
         target: [f64; 3],

@@ -25,12 +25,12 @@ pub struct DirectionalLight {
     pub irradiance: [f64; 3],
 }
 
-/// All environments of the scene added up.
+/// The sum of all environments of the scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Environment {
     /// The constant part, per channel, ≥ 0.
     pub radiance: [f64; 3],
-    /// The images' sum, if there are any, already multiplied by their radiance.
+    /// The sum of the images, already multiplied by their radiance; `None` if there are none.
     pub image: Option<EnvironmentImage>,
 }
 
@@ -45,7 +45,7 @@ pub struct EnvironmentImage {
     pub texels: Arc<[[f32; 3]]>,
 }
 
-/// Clones are recognised without a look at their texels.
+/// Clones are recognised without comparing their texels.
 impl PartialEq for EnvironmentImage {
     fn eq(&self, other: &EnvironmentImage) -> bool {
         self.size() == other.size()
@@ -54,7 +54,8 @@ impl PartialEq for EnvironmentImage {
 }
 
 impl EnvironmentImage {
-    /// EXR and HDR hold radiance; a PNG is taken to be sRGB. The error is what is wrong with the file.
+    /// Reads an image: EXR and HDR hold radiance; a PNG is taken to be sRGB. The error says what is wrong with the
+    /// file.
     pub fn load(path: &Path) -> Result<EnvironmentImage, String> {
         let name = path.display();
         let decoded = read_image(path, None).map_err(|why| format!("{name}: {why}"))?;
@@ -103,7 +104,7 @@ impl EnvironmentImage {
         }
     }
 
-    /// The sum on a grid as fine as the finer of the two, each way.
+    /// The sum of two images on a grid as fine as the finer of the two, along each axis.
     pub fn plus(&self, other: &EnvironmentImage) -> EnvironmentImage {
         let (width, height) = (self.width.max(other.width), self.height.max(other.height));
         let (a, b) = (
@@ -135,7 +136,7 @@ impl EnvironmentImage {
         }
     }
 
-    /// Bilinear, wrapping in u, clamped in v.
+    /// The radiance at (u, v): bilinear, wrapping in u, clamped in v.
     pub fn at(&self, u: f64, v: f64) -> [f32; 3] {
         let (x, y) = (
             u * f64::from(self.width) - 0.5,

@@ -32,7 +32,7 @@ impl Medium {
         }
     }
 
-    /// The density by default: an optical depth of 50 along the box's longest side.
+    /// The default density: an optical depth of 50 along the box's longest side.
     pub fn default_density(extent: [f64; 3]) -> f64 {
         50.0 / extent.into_iter().fold(0.0, f64::max)
     }

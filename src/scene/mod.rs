@@ -1,8 +1,8 @@
-//! What is rendered: a resolved, complete and valid scene. Nothing here knows Vulkan.
+//! A resolved, complete and valid scene. Nothing here knows Vulkan.
 //!
-//! The scene *file* ([`file`]) is what the user wrote; a [`Scene`] is what it means once the volume
-//! is known and every default is filled in. Colours are linear Rec. 709, lengths are world units,
-//! values are the data's own (after slope and intercept).
+//! The scene *file* ([`file`]) is what the user wrote; a [`Scene`] is its meaning once the volume is known and every
+//! default is filled in. Colours are linear Rec. 709, lengths are world units, values are the data's own (after slope
+//! and intercept).
 
 pub mod camera;
 pub mod file;
@@ -27,7 +27,7 @@ pub use surface::{Disney, Isosurface, LightModel, Normals, Shading, Surfaces};
 pub struct ClipPlane {
     /// Unit length; the offset is scaled with it.
     pub normal: [f64; 3],
-    /// World units.
+    /// In world units.
     pub offset: f64,
 }
 
@@ -54,7 +54,7 @@ pub struct RenderSettings {
     pub cache_scale: CacheScale,
     pub cache_format: CacheFormat,
     pub background: Background,
-    /// Stops; PNG only.
+    /// In stops; for PNG only.
     pub exposure: f64,
     pub tone: Tone,
 }
@@ -95,7 +95,7 @@ impl CacheFormat {
     }
 }
 
-/// What a ray sees that meets nothing.
+/// The background that a ray sees if it meets nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "toml::Value", into = "toml::Value")]
 pub enum Background {
@@ -108,7 +108,7 @@ pub enum Background {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tone {
-    /// Clip and sRGB.
+    /// Clipping, then sRGB.
     Linear,
     Filmic,
 }

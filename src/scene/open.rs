@@ -1,4 +1,4 @@
-//! From the argument of a command, a scene file or a bare volume, to everything that a renderer needs.
+//! Opens the argument of a command, a scene file or a bare volume, and collects everything that a renderer needs.
 
 use std::path::Path;
 
@@ -14,17 +14,17 @@ pub fn is_scene(path: &Path) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
-/// A scene file, or a volume and a preset, up to everything that a renderer needs.
+/// Everything that a renderer needs, from a scene file, or from a volume and a preset.
 #[derive(Debug, Clone)]
 pub struct Opened {
     pub file: SceneFile,
     pub volume: Volume,
     pub scene: Scene,
-    /// What the user should know: one sentence each.
+    /// Remarks for the user: one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Opens the argument of `render` and its siblings. A preset means nothing to a scene file.
+/// Opens the argument of `render` and similar commands. A preset has no effect on a scene file.
 pub fn open(
     input: &Path,
     preset: Preset,

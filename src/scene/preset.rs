@@ -1,10 +1,10 @@
-//! A scene for a volume that came without one. A preset only writes what a user could have written,
-//! a [`SceneFile`], so that `--set` changes it and `isolume scene` prints it like any other.
+//! A scene for a volume without one. A preset only writes what a user could have written, a [`SceneFile`], so that
+//! `--set` changes it and `isolume scene` prints it like any other.
 //!
-//! Both presets show one material as a glassy medium and a denser one inside it as a surface. The
-//! medium is a film where the material begins, dense at grazing angles and clear from the front, and a
-//! haze behind it. Opacities are chosen for the default density, 50 over the longest side: a haze of
-//! α = 0.03 has optical depth 1.5 across the box, whatever the units are.
+//! Both presets show one material as a glassy medium and a denser one inside it as a surface. The medium is a film
+//! where the material begins, dense at grazing angles and clear from the front, and a haze behind it. Opacities are
+//! chosen for the default density, 50 over the longest side: a haze of α = 0.03 has optical depth 1.5 across the box,
+//! whatever the units are.
 
 use std::path::Path;
 
@@ -29,17 +29,17 @@ pub const ROUGHNESS: f64 = 0.45;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
-    /// `Ct` where the file says that values are Hounsfield units, or where it does not say what they are and
-    /// they are integers from −900 or less, as only those have; otherwise `Generic`.
+    /// `Ct` where the file says that values are Hounsfield units, or where it does not say what they are and they are
+    /// integers down to −900 or less, which only Hounsfield units reach; otherwise `Generic`.
     Auto,
     /// Soft tissue as medium, bone as surface.
     Ct,
-    /// Thresholds from the histogram.
+    /// Thresholds are taken from the histogram.
     Generic,
 }
 
 impl Preset {
-    /// The name by which messages call the scene, and the scene; its `volume` table is left open.
+    /// The scene's name in messages, and the scene; its `volume` table is left open.
     pub fn scene(self, path: &Path, volume: &Volume) -> Result<(String, SceneFile)> {
         let [low, high] = volume.range;
         if low == high {
@@ -77,8 +77,8 @@ fn ct(volume: &Volume) -> Look {
     ("ct", Some(medium(-450.0, -300.0, -150.0)), bone)
 }
 
-/// Four classes: empty, thin, dense and densest. The medium begins with the thin, the surface with the
-/// dense.
+/// Four classes: empty, thin, dense and densest. The medium begins with the thin class, the surface with the dense
+/// one.
 fn generic(volume: &Volume) -> Result<Look> {
     let thresholds = volume.histogram(256)?.otsu(4);
     let (medium, dense) = match thresholds[..] {

@@ -1,4 +1,4 @@
-//! Isosurfaces V = value and what they are made of.
+//! Isosurfaces V = value and their materials.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 pub struct Surfaces {
     pub light: LightModel,
     pub normals: Normals,
-    /// Values differ from each other.
+    /// Their values differ from each other.
     pub iso: Vec<Isosurface>,
 }
 
@@ -33,7 +33,7 @@ pub enum Normals {
 pub struct Isosurface {
     /// The isovalue, in the data's units.
     pub value: f64,
-    /// Probability of reflecting; absent otherwise. In [0, 1].
+    /// Probability of reflection, in [0, 1]; a ray that is not reflected passes as if the surface were absent.
     pub opacity: f64,
     pub color: [f64; 3],
     pub shading: Shading,

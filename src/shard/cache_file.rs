@@ -1,7 +1,8 @@
 //! The cache's state beside a checkpoint: `FILE.exr.cache`.
 //!
-//! The file begins with a line that says what it is; then come the state's bytes (`render::CacheState`), then a header
-//! as JSON and the number of its bytes (eight of them, little-endian), then a fingerprint of all that (sixteen).
+//! The file begins with a line that identifies its format; then come the state's bytes (`render::CacheState`), then a
+//! header as JSON and the number of its bytes (eight of them, little-endian), then a fingerprint of all that
+//! (sixteen).
 
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -16,9 +17,9 @@ use crate::output::Outputs;
 use crate::render::CacheState;
 
 const MAGIC: &[u8] = b"isolume cache 1\n";
-/// After the header: the number of its bytes, and the fingerprint.
+/// Bytes after the header: the header's length, and the fingerprint.
 const TAIL: u64 = 8 + 16;
-/// More than any header has.
+/// An upper bound of a header's length.
 const MOST_HEADER_BYTES: u64 = 1 << 20;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,7 +35,7 @@ pub struct CacheHeader {
     state: CacheState,
 }
 
-/// A file that is whole and whose header is known.
+/// A file that is known to be complete, with its header.
 pub struct CacheFile {
     path: PathBuf,
     pub header: CacheHeader,
@@ -42,7 +43,7 @@ pub struct CacheFile {
     bytes: u64,
 }
 
-/// What the header says besides the state.
+/// The fields of the header besides the state.
 pub struct About<'a> {
     pub identity: &'a Identity,
     pub scene: &'a str,
@@ -64,7 +65,7 @@ impl CacheFile {
         let mut light = Fingerprint::default();
         let path = beside(checkpoint, "cache");
         let mut outputs = Outputs::default();
-        // The device's own faults are no fault of the file.
+        // An error of the device is kept apart from errors of the file.
         let mut fault = None;
         let written = outputs.stage(&path, |file| {
             let mut fingerprint = Fingerprint::default();
@@ -109,7 +110,7 @@ impl CacheFile {
     ///
     /// # Errors
     ///
-    /// It cannot be read, or it is damaged.
+    /// If it cannot be read, or is damaged.
     pub fn open(checkpoint: &Path) -> Result<Option<CacheFile>> {
         let path = beside(checkpoint, "cache");
         let read = |error| Error::io(&path, error);
@@ -147,11 +148,11 @@ impl CacheFile {
         self.path.display().to_string()
     }
 
-    /// Goes on with the state.
+    /// Restores the state in an engine.
     ///
     /// # Errors
     ///
-    /// The engine's cache has another layout, or the file cannot be read any more.
+    /// If the engine's cache has another layout, or the file cannot be read any more.
     pub fn restore(&self, engine: &mut Engine) -> Result<()> {
         let read = |error| Error::io(&self.path, error);
         let state = &self.header.state;
@@ -170,7 +171,7 @@ impl CacheFile {
     }
 }
 
-/// Whether a file begins and ends as it has to.
+/// Whether a file begins and ends as this format requires.
 fn is_whole(file: &mut (impl Read + Seek), length: u64) -> io::Result<bool> {
     if length < MAGIC.len() as u64 + TAIL {
         return Ok(false);

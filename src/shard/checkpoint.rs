@@ -1,7 +1,8 @@
-//! A render's state on disk: `FILE.exr` shows the picture so far and holds its sums, `FILE.exr.cache` holds the cache.
+//! A render's state on disk: `FILE.exr` shows the picture so far and holds its sums, `FILE.exr.cache` holds the
+//! cache.
 //!
-//! Samples are only kept that have read a cache which was filled: where a filling is under way, the picture is what the
-//! cache shows, and none of its samples count.
+//! Samples are only kept if they have read a filled cache: while a filling is under way, the picture is the one that
+//! the cache shows, and none of its samples count.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +18,7 @@ use crate::error::{Error, Place, Result};
 use crate::render::{Totals, Variant};
 use crate::scene::{self, CacheFormat, CacheScale, Scene};
 
-/// What a checkpoint's header says.
+/// The header of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     #[serde(flatten)]
@@ -36,14 +37,14 @@ pub struct State {
 pub struct RunOf {
     pub host: String,
     pub device: String,
-    /// When it began, in seconds since 1970.
+    /// Its start, in seconds since 1970.
     pub began: u64,
     pub seconds: f64,
-    /// What the picture under way had at its end.
+    /// Samples of the picture under way at the end of the run.
     pub samples: u32,
 }
 
-/// What was picked where the scene says "auto".
+/// The settings that were picked where the scene says "auto".
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     variant: scene::Variant,
@@ -66,7 +67,7 @@ impl Settings {
     }
 }
 
-/// What there is of a checkpoint when a render begins.
+/// The parts of a checkpoint that exist when a render begins.
 pub struct Found {
     path: PathBuf,
     state: Option<(State, String)>,
@@ -79,7 +80,7 @@ impl Found {
     ///
     /// # Errors
     ///
-    /// Another process works with it, or it is damaged.
+    /// If another process works with it, or it is damaged.
     pub fn open(path: &Path, restart: bool) -> Result<Found> {
         let lock = Lock::take(path)?;
         if restart {
@@ -113,7 +114,7 @@ impl Found {
         self.cache.as_ref().is_some_and(|c| c.header.is_filled)
     }
 
-    /// The scene with the variant that was picked before, where it leaves that open.
+    /// The scene with the variant that was picked before, where the scene leaves it open.
     pub fn settle(&self, scene: &Scene) -> Scene {
         let mut settled = scene.clone();
         let before = self.state().map(|state| state.settings);
@@ -134,8 +135,8 @@ impl Found {
         cache.map(|cache| cache.header.fill.clone())
     }
 
-    /// Fails if it belongs to something else, and says what differs. `picture` is what the picture under way should be
-    /// of, `whole` what the cache should be of; there are so many `pictures`.
+    /// Fails if the checkpoint belongs to another render, and says what differs. `picture` is the identity that the
+    /// picture under way should have, `whole` that of the cache; there are `pictures` pictures.
     pub fn check(
         &self,
         picture: &Named<'_>,
@@ -194,7 +195,7 @@ impl Found {
         self.check_fill()
     }
 
-    /// Fails if the samples have read another filling than the one that is there.
+    /// Fails if the samples have read another filling than that of the cache file.
     fn check_fill(&self) -> Result<()> {
         let Some(fill) = self.state().and_then(|state| state.header.fills.first()) else {
             return Ok(());
@@ -214,7 +215,7 @@ impl Found {
         }
     }
 
-    /// Goes on with the cache, if there is one.
+    /// Restores the cache in the engine, if there is one.
     pub fn restore_cache(&self, engine: &mut Engine) -> Result<()> {
         match &self.cache {
             Some(cache) => cache.restore(engine),
@@ -222,7 +223,7 @@ impl Found {
         }
     }
 
-    /// Goes on with the picture, if it has samples. The engine must be at that picture.
+    /// Restores the picture in the engine, if it has samples. The engine must be at that picture.
     pub fn restore_picture(&self, engine: &mut Engine) -> Result<()> {
         let Some(state) = self
             .state()

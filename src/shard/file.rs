@@ -20,11 +20,11 @@ pub struct Shard {
     pub sums: Sums,
 }
 
-/// The header and the resolved scene of a shard. `T` is [`Header`] or has more in it.
+/// The header and the resolved scene of a shard. `T` is [`Header`] or has further fields.
 ///
 /// # Errors
 ///
-/// The file cannot be read, or it is no shard.
+/// If the file cannot be read, or is not a shard.
 pub fn read_header<T: serde::de::DeserializeOwned>(path: &Path) -> Result<(T, String)> {
     let wrong = |why: &str| Error::input(path, why);
     let meta = meta_data(path)?;
@@ -49,11 +49,11 @@ pub fn read_header<T: serde::de::DeserializeOwned>(path: &Path) -> Result<(T, St
 }
 
 impl Shard {
-    /// Reads the shard that `header` is of.
+    /// Reads the shard with this header.
     ///
     /// # Errors
     ///
-    /// The file cannot be read, or it is not what its header says.
+    /// If the file cannot be read, or does not agree with its header.
     pub fn read(path: &Path, header: &Header) -> Result<Shard> {
         let wrong = |why: &str| Error::input(path, why);
         header.check().map_err(|why| wrong(&why))?;
@@ -125,7 +125,7 @@ fn meta_data(path: &Path) -> Result<MetaData> {
     exr_meta_data(path).map_err(|why| Error::input(path, why))
 }
 
-/// Fails for a file of another size than its header says.
+/// Fails for a file of another size than that in its header.
 fn check_size(path: &Path, meta: &MetaData, size: [u32; 2]) -> Result<()> {
     let [width, height] = size.map(|n| n as usize);
     let is_whole = |header: &::exr::meta::header::Header| header.layer_size == Vec2(width, height);

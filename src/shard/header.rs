@@ -1,4 +1,4 @@
-//! What a shard's EXR says of itself, as JSON in the attribute `isolume.shard`.
+//! The header of a shard's EXR, as JSON in the attribute `isolume.shard`.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,20 +12,20 @@ pub struct Header {
     pub identity: Identity,
     /// The samples that every pixel has had, in ascending order.
     pub samples: Vec<SampleRange>,
-    /// Units that the spread between samples is known from.
+    /// Units from which the spread between samples is known.
     pub units: u32,
     pub paths: u64,
     /// Reads of the volume by those samples.
     pub lookups: u64,
     /// The cache's fillings that the samples have read.
     pub fills: Vec<Fill>,
-    /// What rendered it: device and driver.
+    /// The devices and drivers that have rendered it.
     pub devices: Vec<String>,
     /// Checksum of the sums.
     pub checksum: String,
 }
 
-/// A filling of the cache. Its error is in all samples that read it.
+/// A filling of the cache. All samples that read it share its error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fill {
     /// Fingerprint of its light.
@@ -71,8 +71,8 @@ impl Header {
         counts.fold(0, u32::saturating_add)
     }
 
-    /// Relative error of what the fillings show, as far as all samples have it in common. Fillings of one seed share
-    /// random numbers, so that their errors add up.
+    /// Relative error of the fillings' pictures, as far as all samples share it. Fillings of one seed share random
+    /// numbers, so their errors add up.
     pub fn cache_error(&self) -> f64 {
         let count = f64::from(self.count().max(1));
         let errors = self.fills.iter().map(|fill| {
@@ -81,7 +81,7 @@ impl Header {
         errors.sum()
     }
 
-    /// Whether a file may have such a header. The error says what is wrong with it.
+    /// Whether a file may have this header. The error says what is wrong with it.
     pub(super) fn check(&self) -> Result<(), String> {
         let ranges = &self.samples;
         let is_in_order = ranges.windows(2).all(|pair| pair[0].end <= pair[1].first);

@@ -1,4 +1,4 @@
-//! What a picture is of: two files with the same identity hold parts of one picture.
+//! The identity of a picture: two files with the same identity hold parts of one picture.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ const PIECE_BYTES: u64 = 16 << 20;
 pub struct Identity {
     /// Fingerprint of the keys of the resolved scene that decide the picture, and of the texels of its sky.
     pub scene: String,
-    /// Fingerprint of the stored values and what they mean.
+    /// Fingerprint of the stored values and their meaning.
     pub volume: String,
     pub size: [u32; 2],
     pub seed: u32,
@@ -30,7 +30,7 @@ pub struct Identity {
     pub transport: String,
 }
 
-/// An identity, for sentences: of which file, and of which resolved scene.
+/// An identity with the name of its file and its resolved scene, for messages.
 #[derive(Debug, Clone, Copy)]
 pub struct Named<'a> {
     pub name: &'a str,
@@ -67,7 +67,8 @@ impl Identity {
 }
 
 impl Named<'_> {
-    /// What differs, as the end of a sentence: "the seed is 1 in a.exr and 2 in b.exr". `None`: nothing.
+    /// The differences, as the end of a sentence: "the seed is 1 in a.exr and 2 in b.exr". `None` if there is
+    /// none.
     pub fn difference(&self, other: &Named<'_>) -> Result<Option<String>> {
         let (a, b) = (self.identity, other.identity);
         let [first, second] = [self.name, other.name];
@@ -120,8 +121,8 @@ impl Named<'_> {
     }
 }
 
-/// The keys of a resolved scene that decide the picture, and their values. The volume and the sky's image count by what
-/// they hold, and the variant by what was picked.
+/// The keys of a resolved scene that decide the picture, and their values. The volume and the sky's image count by
+/// their contents, and the variant by the one that was picked.
 fn deciding_keys(scene: &str) -> Result<BTreeMap<String, String>> {
     let table: toml::Table = scene
         .parse()
@@ -166,11 +167,11 @@ fn flatten(name: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
     }
 }
 
-/// Fingerprint of a volume's stored values and what they mean. It takes a walk through all voxels.
+/// Fingerprint of a volume's stored values and their meaning. It reads all voxels.
 ///
 /// # Errors
 ///
-/// The volume cannot be read any more.
+/// If the volume cannot be read any more.
 pub fn volume_fingerprint(volume: &Volume) -> Result<String> {
     let mut fingerprint = Fingerprint::default()
         .with(bytemuck::cast_slice(&volume.dims))

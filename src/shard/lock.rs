@@ -1,7 +1,7 @@
-//! One process at a time works with a checkpoint.
+//! A lock, so that one process at a time works with a checkpoint.
 //!
-//! The lock is a file of its own beside it, since writing replaces the checkpoint. The system lets go of it when the
-//! process ends, however that ends.
+//! The lock is a file of its own beside the checkpoint, since writing replaces the checkpoint. The system releases it
+//! when the process ends, however that ends.
 
 use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
@@ -24,7 +24,7 @@ impl Lock {
             let file = File::create(&path).map_err(|error| Error::io(&path, error))?;
             match file.try_lock() {
                 Ok(()) => {}
-                // Not every file system has locks: there it is up to the user that processes do not meet.
+                // Not every file system has locks: there the user has to ensure that processes do not collide.
                 Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
                 Err(TryLockError::WouldBlock) => {
                     return Err(Error::input(
@@ -44,7 +44,7 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // A file that stays is no lock.
+        // A leftover file does not lock anything.
         let _ = fs::remove_file(&self.path);
     }
 }
@@ -58,7 +58,7 @@ fn is_at(file: &File, path: &Path) -> bool {
     held.is_some() && held == fs::metadata(path).map(number).ok()
 }
 
-/// Elsewhere a file that is open cannot be replaced.
+/// On other systems, an open file cannot be replaced.
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &Path) -> bool {
     true

@@ -1,8 +1,8 @@
-//! One picture of shards: `isolume merge`.
+//! Merges shards into one picture: `isolume merge`.
 //!
 //! Shards are folded in order of their samples, so that the result does not depend on the order of the arguments; in
-//! double precision, by the formulas of Chan, Golub and LeVeque (1979), so that it is that of a single run but for
-//! rounding.
+//! double precision, by the formulas of Chan, Golub and LeVeque (1979), so that it equals that of a single run apart
+//! from rounding.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ pub struct Merged {
     pub header: Header,
     /// The resolved scene of the shard with the first samples.
     pub scene: String,
-    /// What the user should know: one sentence each.
+    /// Remarks for the user: one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -35,7 +35,7 @@ struct Part<'a> {
 ///
 /// # Errors
 ///
-/// A file is none or damaged, two are of different pictures, or two hold the same samples.
+/// If a file is no shard or is damaged, if two are of different pictures, or if two hold the same samples.
 pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
     let mut parts = paths
         .iter()
@@ -113,7 +113,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// The samples of all parts, where ranges that touch have become one.
+/// The samples of all parts; ranges that touch become one.
 fn joined(parts: &[Part<'_>]) -> Result<Vec<SampleRange>> {
     let ranges = |part: &'_ Part<'_>| part.header.samples.clone();
     let mut all: Vec<(SampleRange, &str)> = parts
@@ -149,7 +149,7 @@ fn joined(parts: &[Part<'_>]) -> Result<Vec<SampleRange>> {
     Ok(joined.into_iter().map(|(range, _)| range).collect())
 }
 
-/// The mean of all samples, and the spread of all units around it. All but the mean is that of the first part.
+/// The mean of all samples, and the spread of all units around it. Everything else is that of the first part.
 fn fold(parts: &[Part<'_>]) -> Result<(Picture, Sums)> {
     let mut first = None;
     let mut count = 0.0;

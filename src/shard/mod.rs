@@ -1,8 +1,8 @@
-//! Pictures in parts: shards of a picture's samples, which merge to what one run would have rendered, and checkpoints,
-//! from which a render goes on.
+//! Pictures in parts: shards of a picture's samples, which merge to the picture that one run would have rendered, and
+//! checkpoints, from which a render continues.
 //!
-//! Both are EXR files that show a picture and hold the sums behind it, in the precision that they have. A header says
-//! what they are of ([`Identity`]) and which samples they hold: parts of different pictures are never put together.
+//! Both are EXR files that show a picture and hold the sums behind it at full precision. A header says which picture
+//! they belong to ([`Identity`]) and which samples they hold: parts of different pictures are never put together.
 
 mod cache_file;
 mod checkpoint;
@@ -23,7 +23,7 @@ pub use header::{Fill, Header};
 pub use identity::{Identity, Named, volume_fingerprint};
 pub use merge::{Merged, merge};
 
-/// The file of some kind beside a checkpoint: `FILE.exr.cache`.
+/// The file of this kind beside a checkpoint: `FILE.exr.cache`.
 fn beside(checkpoint: &Path, extension: &str) -> PathBuf {
     let mut name = checkpoint.as_os_str().to_owned();
     name.push(".");

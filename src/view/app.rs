@@ -18,7 +18,7 @@ use crate::cli::ViewArgs;
 use crate::error::{DeviceError, Error, Result};
 use crate::output::Outputs;
 
-/// How often figures are updated while work goes on.
+/// Time between two updates of the figures while work goes on.
 const FIGURES: Duration = Duration::from_millis(250);
 
 pub struct App<'a> {
@@ -32,13 +32,13 @@ pub struct App<'a> {
     pub(super) hud: Hud,
     pub(super) shows_panels: bool,
     pub(super) message: Option<Message>,
-    /// Where the picture is, in pixels: low and high corner.
+    /// The picture's rectangle in the window, in pixels: low and high corner.
     pub(super) place: [[u32; 2]; 2],
-    /// The size there, when the picture's was chosen.
+    /// The size of that rectangle for which the picture's size was chosen.
     pub(super) fitted: [u32; 2],
-    /// When the interface is to be run next, if nothing happens before.
+    /// When the interface has to run next, unless an event comes first.
     pub(super) interface_due: Option<Instant>,
-    /// What ended the session, if it did not end well.
+    /// The error that ended the session, if one did.
     pub(super) failure: Option<Error>,
 }
 
@@ -62,8 +62,8 @@ impl<'a> App<'a> {
         }
     }
 
-    /// Does everything from what has arrived to what is shown. Work on the GPU is in slices, so that none of it takes
-    /// long.
+    /// Runs one frame: takes in what has arrived, works, and shows the picture. Work on the GPU is in slices, so that
+    /// none of it takes long.
     pub(super) fn frame(&mut self) -> Result<()> {
         self.take_opened()?;
         self.take_built()?;
@@ -98,8 +98,7 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// Runs panels, mouse and keys. They change the scene by themselves; what else they ask for is returned as
-    /// wishes.
+    /// Runs panels, mouse and keys. They change the scene directly; everything else is returned as wishes.
     fn run_interface(&mut self) -> Result<Vec<Wish>> {
         let is_waiting = self.is_waiting();
         let App {
@@ -166,8 +165,8 @@ impl<'a> App<'a> {
         Ok(asked)
     }
 
-    /// Makes pictures of the size that there is room for on the screen, or, where memory is short, of a
-    /// half or a quarter of it.
+    /// Makes pictures of the size for which the window has room or, where memory is short, of a half or a quarter of
+    /// it.
     fn fit_picture(&mut self) -> Result<()> {
         let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session) else {
             return Ok(());
@@ -219,7 +218,7 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// Makes the window's own images anew where that is due, once a smaller picture has made room.
+    /// Makes the window's own images anew if necessary, once a smaller picture has made room.
     fn fit_window(&mut self) -> Result<()> {
         let has_old_images = self.has_old_images();
         let Some(stage) = self.stage.as_mut().filter(|_| has_old_images) else {
@@ -315,7 +314,7 @@ impl<'a> App<'a> {
         self.interface_due = Some(Instant::now());
     }
 
-    /// Writes the statistics and says how it ended.
+    /// Writes the statistics and returns the exit status, or the error that ended the session.
     pub fn finish(mut self) -> Result<u8> {
         if let Some(error) = self.failure.take() {
             return Err(error);

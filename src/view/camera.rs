@@ -5,7 +5,8 @@ use glam::{DQuat, DVec3};
 use crate::scene::volume::Axes;
 use crate::scene::{Camera, Projection, View};
 
-/// How near the eye gets to the axis: a camera that looks along it does not know which way is up.
+/// The least angle between the view direction and the axis: a camera that looks along the axis has no direction that
+/// is up.
 const POLE_DEGREES: f64 = 1.0;
 
 /// Turns the camera by a drag to the right and down, as a share of the picture's height. The whole height is half a
@@ -27,7 +28,7 @@ pub fn orbit(camera: &Camera, drag: [f64; 2]) -> Camera {
     }
 }
 
-/// Shifts the camera so that what lies at the target follows the pointer.
+/// Shifts the camera so that the point at the target follows the pointer.
 pub fn pan(camera: &Camera, drag: [f64; 2]) -> Camera {
     let [_, right, up] = camera.basis();
     let shift = (up * drag[1] - right * drag[0]) * height_at_target(camera);
@@ -80,7 +81,7 @@ pub fn named_views(axes: Option<Axes>) -> [View; 6] {
     }
 }
 
-/// World units that the picture is high where the target is.
+/// Height of the picture in world units at the target's distance.
 pub fn height_at_target(camera: &Camera) -> f64 {
     let distance = DVec3::from(camera.eye).distance(DVec3::from(camera.target));
     match camera.projection {
@@ -89,8 +90,8 @@ pub fn height_at_target(camera: &Camera) -> f64 {
     }
 }
 
-/// Where a point of the world is in the picture: from its centre, in shares of its height, to the right
-/// and down. `None` behind the eye.
+/// Position of a point of the world in the picture: from its centre, as shares of its height, to the right and down.
+/// `None` behind the eye.
 pub fn project(camera: &Camera, point: DVec3) -> Option<[f64; 2]> {
     let [forward, right, up] = camera.basis();
     let from_eye = point - DVec3::from(camera.eye);

@@ -12,8 +12,7 @@ const RADIUS: f32 = 7.0;
 /// The arrow's length, as a share of the picture's height.
 const ARROW: f64 = 0.12;
 
-/// Cuts away the half that faces the viewer, or takes that plane out again. Planes of the scene file
-/// stay.
+/// Cuts away the half that faces the viewer, or removes the plane that did so. Planes of the scene file stay.
 pub fn toggle(session: &mut Session) {
     let clips = &mut session.scene.clips;
     if let Some(i) = session.chosen.clip.take().filter(|i| *i < clips.len()) {
@@ -28,7 +27,7 @@ pub fn toggle(session: &mut Session) {
     session.chosen.clip = Some(clips.len() - 1);
 }
 
-/// The handle of the plane at hand.
+/// The handle of the plane that [`toggle`] has made.
 pub fn handle(ui: &mut Ui, rect: Rect, session: &mut Session) {
     let camera = session.scene.camera;
     let chosen = session.chosen.clip;
@@ -51,7 +50,7 @@ pub fn handle(ui: &mut Ui, rect: Rect, session: &mut Session) {
     draw(ui, from, to, response.hovered() || response.dragged());
 }
 
-/// World units along the normal for a drag on the screen, where the normal is seen as `arrow`. One that
+/// World units along the normal for a drag on the screen, where the normal is seen as `arrow`. A plane whose normal
 /// points at the viewer follows the drag upwards.
 fn slide(drag: Vec2, arrow: Vec2, camera: &crate::scene::Camera, rect: Rect) -> f64 {
     let world_per_point = height_at_target(camera) / rect.height() as f64;

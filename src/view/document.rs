@@ -1,4 +1,4 @@
-//! An opened scene with what the window shows of its volume.
+//! An opened scene with the data that the window shows of its volume.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use crate::scene::{Edit, Opened};
 
 pub struct Document {
     pub path: PathBuf,
-    /// What it was opened with, on top of what is written at the path.
+    /// The changes with which it was opened, beside the text at the path.
     pub edits: Vec<Edit>,
     pub opened: Opened,
     pub histogram: Histogram,

@@ -1,4 +1,4 @@
-//! The event loop: what arrives from the window system, and when the next frame is due.
+//! The event loop: events from the window system, and when the next frame is due.
 
 use std::time::Instant;
 
@@ -19,7 +19,7 @@ impl ApplicationHandler<()> for App<'_> {
             return;
         }
         self.report.window_opened();
-        // First, since it goes on beside the device's opening.
+        // First, since it runs in parallel with opening the device.
         self.open(self.args.scene.input.clone());
         match Stage::open(event_loop, self.args) {
             Ok(stage) => self.stage = Some(stage),

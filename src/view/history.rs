@@ -58,7 +58,7 @@ fn step(from: &mut Vec<Scene>, to: &mut Vec<Scene>, settled: &mut Scene, scene: 
     }
 }
 
-/// `scene` seen as `other` is, in a picture of that size.
+/// `scene` with the camera and the picture's size of `other`.
 fn like(scene: &Scene, other: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.camera = other.camera;

@@ -1,4 +1,4 @@
-//! Words and figures over the picture.
+//! Text and figures over the picture.
 
 use std::time::{Duration, Instant};
 
@@ -15,10 +15,10 @@ use crate::bytes::human;
 use crate::gpu::Memory;
 use crate::render::{BrickFigures, Choice};
 
-/// Points that a sentence is wide before it is broken.
+/// Width in points at which a sentence is broken.
 const LONGEST_LINE: f32 = 330.0;
 
-/// Which of them are open.
+/// The overlays that are open.
 #[derive(Default)]
 pub struct Hud {
     pub shows_times: bool,
@@ -33,7 +33,7 @@ pub struct Message {
     since: Instant,
 }
 
-/// A message that is no error goes away by itself.
+/// Time after which a message disappears unless it is an error.
 const LIFETIME: Duration = Duration::from_secs(5);
 
 impl Message {
@@ -50,7 +50,7 @@ impl Message {
     }
 }
 
-/// Frames a second, what the picture is doing, and the variant, in the upper left corner.
+/// Frames a second, the picture's state, and the variant, in the upper left corner.
 pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &MemoryNow) {
     let mut lines = Vec::new();
     if let Some(live) = &session.live {
@@ -98,7 +98,7 @@ fn headline(live: &Live, report: &Report) -> String {
     }
 }
 
-/// How far the cache is filled.
+/// The progress of the cache's filling.
 fn light(live: &Live) -> Option<String> {
     let cache = live.engine.renderer().cache()?;
     let cells = cache.memory.layout.active_nodes();
@@ -112,7 +112,7 @@ fn light(live: &Live) -> Option<String> {
     ))
 }
 
-/// How much of a volume that does not fit is there.
+/// The share of a volume that does not fit which is on the device.
 fn streaming(live: &Live) -> Option<String> {
     let BrickFigures {
         resident, matter, ..
@@ -174,7 +174,7 @@ fn table(ui: &mut Ui, name: &str, rows: &[[String; 2]], above: &[String]) {
     });
 }
 
-/// What is taken and planned at the moment, for M and the status.
+/// Memory used and planned at the moment, for M and the status.
 pub struct MemoryNow {
     used: u64,
     peak: u64,
@@ -196,7 +196,7 @@ impl MemoryNow {
         }
     }
 
-    /// Why this variant, what the next better one would take, and who sets the budget.
+    /// The reason for this variant, the needs of the next better one, and the source of the budget.
     fn sentences(&self, live: Option<&Live>) -> Vec<String> {
         let choice = live.map(|live| live.engine.choice()).into_iter();
         let why = |c: &Choice| format!("{}, because {}.", c.plan.variant.word(), c.reason);
@@ -219,7 +219,7 @@ impl MemoryNow {
     }
 }
 
-/// A bar for what is under way.
+/// A bar for the load under way.
 pub fn progress<T: Send + 'static>(ui: &Ui, rect: Rect, load: &Load<T>) {
     overlay(ui, "progress", rect, Align2::CENTER_CENTER, |ui| {
         ui.label(RichText::new(&load.what).size(14.0));

@@ -1,8 +1,8 @@
-//! The keyboard: one table, which is also the help that H shows.
+//! The keyboard: one table, from which the help that H shows is made, too.
 
 use egui::{Key, Modifiers, Ui};
 
-/// What the user asks for, that is not a change of the scene's values.
+/// A request of the user that is not a change of the scene's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wish {
     Home,
@@ -18,7 +18,7 @@ pub enum Wish {
     Panels,
     Undo,
     Redo,
-    /// Another of the volumes that the open folder holds.
+    /// Opens another of the volumes in the open folder.
     Series(u32),
 }
 
@@ -26,7 +26,7 @@ struct Binding {
     key: Key,
     modifiers: Modifiers,
     wish: Wish,
-    /// Key and effect, for the help; empty where another line says it.
+    /// Key and effect, for the help; empty where another line covers them.
     help: [&'static str; 2],
 }
 
@@ -90,7 +90,7 @@ const MOUSE: [[&str; 2]; 6] = [
     ["drop a file", "open it"],
 ];
 
-/// What the keys of this frame ask for; nothing while the user types into a field.
+/// The wishes of the keys pressed in this frame; none while the user types into a field.
 pub fn wishes(ui: &Ui) -> Vec<Wish> {
     if ui.ctx().egui_wants_keyboard_input() {
         return Vec::new();
@@ -104,7 +104,7 @@ pub fn wishes(ui: &Ui) -> Vec<Wish> {
     })
 }
 
-/// The lines of the help: what to do, and what happens then.
+/// The lines of the help: input and effect.
 pub fn help() -> impl Iterator<Item = [&'static str; 2]> {
     let keys = BINDINGS.iter().map(|b| b.help);
     MOUSE.into_iter().chain(keys.filter(|h| *h != BY_VIEW))

@@ -1,4 +1,4 @@
-//! The scene on the GPU: the engine, what it was last told, and the picture that it makes.
+//! The scene on the GPU: the engine, the scene that it has, and the picture that it makes.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use crate::error::{Error, Place, Result};
 use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};
 
-/// What an engine is made for.
+/// The description from which an engine is made.
 pub struct Order {
     pub host: Host,
-    /// The gate that the window's own images go through as well.
+    /// The memory gate, which the window's own images use as well.
     pub memory: Arc<Memory>,
     /// Its size is that of the picture.
     pub scene: Scene,
     pub seed: u32,
     /// The most samples of each pixel in a picture at rest.
     pub samples: u32,
-    /// Bytes that the window takes.
+    /// Bytes that the window needs.
     pub for_window: u64,
 }
 
@@ -28,7 +28,7 @@ pub struct Live {
     pub picture: Picture,
 }
 
-/// What became of the cache when the scene changed.
+/// What happened to the cache when the scene changed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Followed {
     Kept,
@@ -68,7 +68,7 @@ impl Live {
         })
     }
 
-    /// Brings the engine up to `scene`, whose picture has the size of now.
+    /// Brings the engine up to date with `scene`, whose picture has the current size.
     pub fn follow(&mut self, scene: &Scene) -> Result<Followed> {
         Ok(match self.engine.change_in_place(scene)? {
             None => Followed::Impossible,
@@ -88,7 +88,8 @@ impl Live {
         })
     }
 
-    /// Makes pictures of another size from now on, if the budget allows it beside what the window takes then.
+    /// Makes pictures of another size from now on, if the budget allows it beside the bytes that the window needs
+    /// then.
     pub fn resize(&mut self, size: [u32; 2], for_window: u64) -> Result<bool> {
         self.engine.reserve(for_window);
         let mut scene = self.engine.scene().clone();
@@ -103,7 +104,7 @@ impl Live {
         self.picture.advance(&mut self.engine, shown)
     }
 
-    /// Bytes planned for all that there is, the window included.
+    /// Bytes planned for everything, the window included.
     pub fn planned_bytes(&self) -> u64 {
         self.engine.choice().plan.bytes() + self.engine.reserved()
     }

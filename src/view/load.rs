@@ -1,5 +1,5 @@
-//! What takes longer than a frame, on a thread of its own: opening a scene, and compiling and loading what it takes
-//! on the GPU. A result that is no longer wanted is ignored by dropping its receiver.
+//! Work that takes longer than a frame, on a thread of its own: opening a scene, and compiling its passes and loading
+//! it onto the GPU. A result that is no longer wanted is ignored by dropping its receiver.
 
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -26,7 +26,7 @@ static BUILDS: Mutex<Vec<JoinHandle<()>>> = Mutex::new(Vec::new());
 pub fn wait_for_builds() {
     let builds = std::mem::take(&mut *BUILDS.lock().unwrap_or_else(PoisonError::into_inner));
     for build in builds {
-        // A thread that has panicked has said so.
+        // A panic of the thread has been reported already.
         let _ = build.join();
     }
 }
@@ -35,7 +35,7 @@ pub fn wait_for_builds() {
 pub struct Load<T> {
     pub what: String,
     began: Instant,
-    /// How far the file has been read, where there is one to read.
+    /// The progress of reading the file, if a file is read.
     reading: Option<Arc<Reading>>,
     receiver: Receiver<Result<T>>,
 }
@@ -50,7 +50,7 @@ impl<T: Send + 'static> Load<T> {
         let (sender, receiver) = channel();
         let proxy = proxy.clone();
         let thread = thread::spawn(move || {
-            // The receiver may be gone: the window was closed, or wants something else.
+            // The receiver may be gone: the window was closed, or waits for something else.
             let _ = sender.send(work());
             let _ = proxy.send_event(());
         });
@@ -67,12 +67,12 @@ impl<T: Send + 'static> Load<T> {
         self.began.elapsed()
     }
 
-    /// How much of the file is read.
+    /// The share of the file that has been read.
     pub fn share(&self) -> Option<f64> {
         self.reading.as_ref().map(|reading| reading.share())
     }
 
-    /// What is read is no longer wanted.
+    /// Stops reading a file that is no longer wanted.
     pub fn stop(&self) {
         if let Some(reading) = &self.reading {
             reading.stop();
@@ -117,7 +117,7 @@ pub fn open_document(
     load
 }
 
-/// Looks which volumes a folder or file holds.
+/// Lists the volumes of a folder or file.
 pub fn list_series(path: PathBuf, proxy: &EventLoopProxy<()>) -> Load<Vec<Preview>> {
     let what = "Listing the series".into();
     let (load, _) = Load::begin(what, proxy, None, move || Volume::previews(&path));

@@ -1,9 +1,9 @@
 //! The window: `isolume view`.
 //!
-//! One thread runs the event loop ([`events`]), and [`app`] holds its frame from top to bottom: panels and
-//! mouse change the scene, [`live`] brings the GPU up to it, and [`picture`] spends the frame's slice of time
-//! on whatever the picture needs most. Opening a volume and compiling a scene's passes take longer than a
-//! frame and happen on a thread of their own ([`load`]).
+//! One thread runs the event loop ([`events`]), and [`app`] holds its frame from top to bottom: panels and mouse
+//! change the scene, [`live`] brings the GPU up to date with it, and [`picture`] spends the frame's slice of time on
+//! whatever the picture needs most. Opening a volume and compiling a scene's passes take longer than a frame and
+//! happen on a thread of their own ([`load`]).
 
 mod app;
 mod camera;
@@ -40,7 +40,7 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
     check_writable(&args.stats)?;
     let event_loop = EventLoop::with_user_event().build().map_err(|e| {
         let input = args.scene.input.display();
-        // What winit puts in front of the reason is a line of its own source.
+        // winit puts a line of its own source in front of the reason.
         let text = e.to_string();
         let reason = text.rsplit(": ").next().unwrap_or_default();
         let reason = reason.trim_end_matches('.');

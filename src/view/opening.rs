@@ -29,8 +29,8 @@ impl App<'_> {
                 self.set_title(&document);
                 let volume = document.opened.file.volume_path()?;
                 let listing = Some(list_series(volume, &self.proxy));
-                // The renderer of the scene before has to make room. Its list stays until the same folder's
-                // new one is there, so that nothing jumps when somebody picks from it.
+                // The previous scene's renderer is dropped first to make room. The list of volumes stays until the
+                // same folder's new list is there, so that the panel does not jump when the user picks from it.
                 let before = self.session.take();
                 let before = before.filter(|b| b.document.path == document.path);
                 let series = before.map(|b| b.series).unwrap_or_default();
@@ -138,7 +138,8 @@ impl App<'_> {
         self.interface_due = Some(Instant::now());
     }
 
-    /// What the command line changes is its own scene, as often as that is opened or read, and no other.
+    /// The changes of the command line: for the scene that it names, whenever that is opened or read, and for no
+    /// other.
     fn edits_of(&self, path: &Path) -> Vec<Edit> {
         let named = &self.args.scene.input;
         let is_named = path == named

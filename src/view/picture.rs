@@ -1,10 +1,9 @@
-//! What the picture does with its slice of each frame.
+//! The use of the picture's slice of each frame.
 //!
-//! While anything moves, a picture of fewer pixels is made whole in every frame, so many as there is
-//! time for: a march through the cache, or a sample a pixel where there is none. At rest a march with all
-//! pixels follows, slice by slice; then the cache gets paths until it has converged, looked at again now
-//! and then; then the picture is refined by samples, which replace the march once there are enough of
-//! them. After that there is nothing left to do, and nothing is done.
+//! While anything moves, a whole picture is made in every frame, with as many pixels as there is time for: a march
+//! through the cache, or a sample a pixel where there is none. At rest a march with all pixels follows, slice by
+//! slice; then the cache gets paths until it has converged, and is marched again now and then; then the picture is
+//! refined by samples, which replace the march once there are enough of them. After that nothing is left to do.
 
 use std::time::{Duration, Instant};
 
@@ -15,22 +14,22 @@ use crate::gpu::{Image, Slices};
 use crate::render::{ToneMapPush, doubling};
 use crate::scene::Tone;
 
-/// A picture in motion should take about this long.
+/// Time that a picture in motion should take.
 const MOVING_MS: f64 = 28.0;
-/// The least share of the pixels along an axis: with fewer, nothing can be recognised.
+/// The least share of the pixels along an axis: with fewer, the picture is not recognisable.
 const LEAST_SCALE: f64 = 0.15;
-/// The milliseconds that the cache gets of a frame in motion.
+/// Milliseconds of a frame in motion for filling the cache.
 const FILLING_MS: f64 = 12.0;
-/// A piece of work at rest; a frame has one, so that it answers soon.
+/// Milliseconds of a piece of work at rest; a frame has one piece, so that it responds soon.
 const RESTING_MS: f64 = 30.0;
-/// Motion is over when nothing has changed for so long.
+/// Motion is over when nothing has changed for this time.
 const REST_AFTER: Duration = Duration::from_millis(180);
 
-/// The cache counts as converged at this relative error of the picture that it shows, or after so long at
-/// this picture's expense.
+/// The cache counts as converged at this relative error of the picture that it shows, or after `LONGEST_FILLING` spent
+/// on filling it.
 pub const CACHE_ERROR: f64 = 0.006;
 const LONGEST_FILLING: Duration = Duration::from_secs(30);
-/// Filling is watched by a new march when it has taken so many times as long as the last.
+/// The cache is marched again when filling has taken this many times as long as the last march.
 const MARCH_SHARE: f64 = 3.0;
 /// Samples look better than a march from this relative error on.
 const ERROR_TO_SHOW: f64 = 0.05;
@@ -42,7 +41,7 @@ pub struct Picture {
     /// Pixels along an axis while moving, as a share of those at rest.
     pub scale: f64,
     last_motion: Instant,
-    /// Batches that the cache had had when the last march with all pixels ended.
+    /// Number of the cache's batches when the last march with all pixels ended.
     marched_batches: Option<u32>,
     marched_in: Duration,
     /// When the last march ended.
@@ -88,7 +87,7 @@ impl Picture {
         }
     }
 
-    /// Notes that something moves: whatever was done for the picture at rest is void.
+    /// Notes that something moves: all work for the picture at rest is void.
     pub fn restart(&mut self) {
         self.last_motion = Instant::now();
         self.doing = Doing::Moving;
@@ -103,7 +102,7 @@ impl Picture {
         matches!(self.doing, Doing::Nothing)
     }
 
-    /// For the status line.
+    /// The text of the status line.
     pub fn doing(&self) -> &'static str {
         match self.doing {
             Doing::Moving => "moving",
@@ -114,7 +113,7 @@ impl Picture {
         }
     }
 
-    /// Pixels take time in proportion to their number, the square of the scale.
+    /// Adapts the scale: pixels take time in proportion to their number, the square of the scale.
     fn adapt(&mut self, took_ms: f64) {
         let wanted = self.scale * (MOVING_MS / took_ms).sqrt();
         let calmed = 0.75 * self.scale + 0.25 * wanted;
@@ -137,7 +136,8 @@ impl Picture {
         }
     }
 
-    /// What was refined is still there and is shown at once; a march is not, and is made anew.
+    /// Encodes the picture again. A refined picture is still on the GPU and is shown at once; a march is not, and is
+    /// made anew.
     fn tone_again(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
         let is_there = is_refined && self.shows_samples(engine);
@@ -156,7 +156,7 @@ impl Picture {
         }
     }
 
-    /// A whole picture, of as many pixels as there is time for, and a little light.
+    /// Makes a whole picture with as many pixels as there is time for, and fills the cache for a moment.
     fn move_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
         if self.is_shown && self.last_motion.elapsed() >= REST_AFTER {
             self.rest(engine)?;
@@ -177,7 +177,7 @@ impl Picture {
         Ok(true)
     }
 
-    /// A march, or a sample for each pixel.
+    /// Makes a whole picture: a march, or a sample for each pixel.
     fn make_whole(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let push = Picture::tone_map_push(engine, shown);
         let renderer = engine.renderer_mut();
@@ -261,7 +261,7 @@ impl Picture {
         Ok(shows)
     }
 
-    /// Encodes for display what was made last.
+    /// Encodes the latest picture for display.
     fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
         let push = Picture::tone_map_push(engine, shown);
@@ -287,7 +287,7 @@ impl Picture {
         engine.renderer().cache().map(|cache| cache.batches)
     }
 
-    /// Paths that a node in sight gets in a batch: as many as it has had, or what it lacks of that.
+    /// Paths that a node in sight gets in a batch: as many as it has had, or 0 for those that it lacks.
     fn next_batch(engine: &Engine) -> u32 {
         let cache = engine.renderer().cache();
         match cache.map_or(0, |cache| cache.updates) {
@@ -297,7 +297,7 @@ impl Picture {
         }
     }
 
-    /// Whether the cache is good enough in some view.
+    /// Whether the cache is good enough in the view for which its error was last measured.
     fn cache_is_good(engine: &Engine) -> bool {
         engine
             .renderer()

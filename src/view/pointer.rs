@@ -6,9 +6,9 @@ use glam::{DQuat, DVec3};
 use super::camera::{orbit, pan, zoom};
 use super::session::Session;
 
-/// A step of the wheel moves an isovalue by so much of the data's range.
+/// Share of the data's range by which a step of the wheel moves an isovalue.
 const ISOVALUE_STEP: f64 = 0.005;
-/// Dragged over the picture's height, a window is so many times as wide.
+/// Factor on the width of a window that is dragged over the picture's height.
 const WIDTH_PER_HEIGHT: f64 = 4.0;
 
 /// Senses the picture's rectangle and turns, shifts, zooms or re-windows what it shows.
@@ -87,7 +87,7 @@ fn window_and_level(session: &mut Session, drag: [f64; 2]) {
     }
 }
 
-/// The light's source follows the pointer as if it lay on a ball.
+/// Turns the sun: its source follows the pointer as if it lay on a ball.
 fn turn_sun(session: &mut Session, drag: [f64; 2]) {
     let [_, right, up] = session.scene.camera.basis();
     if let Some(sun) = session.scene.lights.suns.get_mut(session.chosen.sun) {

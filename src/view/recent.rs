@@ -1,4 +1,4 @@
-//! Figures of something that happens again and again, in a memory that does not grow.
+//! Figures of a recurring event, in memory that does not grow.
 
 use std::collections::VecDeque;
 

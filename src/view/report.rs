@@ -1,4 +1,4 @@
-//! What the session tells: a line on stderr for what a log should have, and figures at its end.
+//! The report of a session: lines on stderr for a log, and figures at its end.
 
 use std::time::{Duration, Instant};
 
@@ -27,11 +27,11 @@ pub struct Report {
     builds: u32,
     resizes: u32,
     pictures_finished: u32,
-    /// Most bytes that were planned.
+    /// The most bytes that were planned at any time.
     planned: u64,
 }
 
-/// What `--stats` writes.
+/// The contents of the `--stats` file.
 #[derive(Serialize)]
 pub struct SessionStats {
     variant: String,
@@ -42,11 +42,11 @@ pub struct SessionStats {
     /// Seconds from the window's opening to the first picture in it.
     first_picture_s: Option<f64>,
     frames: u64,
-    /// Between frames while something moves: median and 95th percentile.
+    /// Milliseconds between frames while something moves: median and 95th percentile.
     moving_frame_ms_median: f64,
     moving_frame_ms_p95: f64,
     moving_scale: f64,
-    /// From an input to the first frame that shows what it has changed.
+    /// The response from an input to the first frame that shows its effect.
     response: ResponseStats,
     cache_clears: u32,
     builds: u32,

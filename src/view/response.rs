@@ -1,4 +1,4 @@
-//! How soon an input is seen: from its arrival to the first frame that shows what it has changed.
+//! How soon an input is seen: the time from its arrival to the first frame that shows its effect.
 
 use std::time::Instant;
 
@@ -10,9 +10,9 @@ use super::recent::Recent;
 pub struct Response {
     /// Frames so far.
     presented: u64,
-    /// The first input that the interface has not dealt with.
+    /// The first input that the interface has not processed yet.
     heard: Option<Arrival>,
-    /// The first input whose effect has not been shown.
+    /// The first input whose effect has not been shown yet.
     awaited: Option<Arrival>,
     frames: Recent,
     ms: Recent,
@@ -21,12 +21,12 @@ pub struct Response {
 #[derive(Clone, Copy)]
 struct Arrival {
     at: Instant,
-    /// Frames presented before.
+    /// Frames presented before the input arrived.
     presented: u64,
 }
 
-/// In frames, 1 is the next one that was presented after the input's arrival. Of inputs that came together
-/// the first counts, and changes that passes had to be compiled for do not.
+/// Latency in frames and milliseconds; 1 frame is the next one presented after the input's arrival. Of several inputs
+/// together, the first counts. Changes for which passes had to be compiled do not count.
 #[derive(Serialize)]
 pub struct ResponseStats {
     inputs: usize,
@@ -44,7 +44,7 @@ impl Response {
         });
     }
 
-    /// Notes that the interface has dealt with all that was heard.
+    /// Notes that the interface has processed all inputs that were heard.
     pub fn dealt_with(&mut self, changes_picture: bool) {
         let heard = self.heard.take().filter(|_| changes_picture);
         self.awaited = self.awaited.or(heard);

@@ -1,4 +1,4 @@
-//! Files that the window leaves: the picture, and the scene. Neither ever takes an old one's place.
+//! Files that the window writes: the picture and the scene. They never replace existing files.
 
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,7 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// Writes the scene so that `render` makes this picture of it, and returns its name.
+/// Writes the scene so that `render` makes this picture from it, and returns the file's name.
 pub fn scene(session: &Session) -> Result<PathBuf> {
     let path = free_name(&session.document.path, ["toml"])?;
     let mut outputs = Outputs::default();
@@ -37,7 +37,8 @@ pub fn scene(session: &Session) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// `head.1.png` here, or the next number of which no such file exists; the name has the first extension.
+/// `head.1.png` here, or the next number for which no file exists with any of the extensions; the name has the first
+/// extension.
 fn free_name<const N: usize>(document: &Path, extensions: [&str; N]) -> Result<PathBuf> {
     let stem = document.file_stem().unwrap_or_default().to_string_lossy();
     let name = |n: u32, extension: &str| PathBuf::from(format!("{stem}.{n}.{extension}"));

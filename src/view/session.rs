@@ -1,4 +1,4 @@
-//! The open scene: as the panels have it, as the GPU has it, and how the one follows the other.
+//! The open scene: its state in the panels, its state on the GPU, and how the latter follows the former.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::scene::{Camera, Scene, SceneFile, describe};
 
 pub struct Session {
     pub document: Arc<Document>,
-    /// The scene's file as it was read last.
+    /// The scene's file as last read.
     file: SceneFile,
     /// The scene to show; panels change it as they like.
     pub scene: Scene,
@@ -25,10 +25,10 @@ pub struct Session {
     pub building: Option<Load<Live>>,
     /// The list of `series` while it is being made.
     pub listing: Option<Load<Vec<Preview>>>,
-    /// What the document's folder holds, where that is several volumes.
+    /// The volumes of the document's folder, if there are several.
     pub series: Vec<Preview>,
     pub history: History,
-    /// Where the camera begins.
+    /// The camera at the beginning.
     pub home: Camera,
     /// The last scene that the GPU has shown.
     shown: Option<Scene>,
@@ -41,7 +41,7 @@ pub struct Chosen {
     pub point: usize,
     pub surface: usize,
     pub sun: usize,
-    /// The plane that C has made.
+    /// The plane that the key C has made.
     pub clip: Option<usize>,
     /// A drag on the picture turns the sun instead of the camera.
     pub aims_sun: bool,
@@ -65,7 +65,7 @@ impl Session {
         }
     }
 
-    /// Brings the GPU up to the scene: at once, or by compiling anew. Returns whether the next picture is
+    /// Brings the GPU up to date with the scene: at once, or by compiling anew. Returns whether the next picture is
     /// another one.
     pub fn follow(
         &mut self,
@@ -78,7 +78,8 @@ impl Session {
             Some(live) if *live.engine.scene() == self.scene => return Ok(false),
             Some(live) => match live.follow(&self.scene) {
                 Err(Error::Device(why)) => return Err(Error::Device(why)),
-                // It may have stopped half way; what stands in the way of a new one is reported when that fails.
+                // The change may have stopped half way; if a new renderer fails for the same reason, that is
+                // reported.
                 Err(_) => Followed::Impossible,
                 Ok(followed) => followed,
             },
@@ -89,7 +90,7 @@ impl Session {
             Followed::Kept => {}
             Followed::Cleared => report.cache_cleared(),
             Followed::Impossible => {
-                // The old renderer has to make room first.
+                // The old renderer is dropped first to make room.
                 self.live = None;
                 self.building = Some(self.begin_build(stage, proxy, args)?);
             }
@@ -114,8 +115,8 @@ impl Session {
         Ok(build(order, self.document.clone(), proxy))
     }
 
-    /// Takes the renderer that was built, if it is there. A scene that could not be built gives way to
-    /// the last one that could, and what is wrong with it is returned.
+    /// Takes the renderer that was built, if it is ready. A scene that could not be built is replaced by the last one
+    /// that could, and the error is returned.
     pub fn take_built(&mut self, report: &mut Report) -> Result<Option<Error>> {
         let Some(result) = self.building.as_ref().and_then(Load::result) else {
             return Ok(None);
@@ -140,7 +141,7 @@ impl Session {
         }
     }
 
-    /// Takes over a file that has been edited on disk.
+    /// Adopts a file that has been edited on disk.
     pub fn reread(&mut self, file: SceneFile, scene: Scene) {
         self.scene = scene;
         self.file = file;

@@ -1,5 +1,5 @@
-//! What is on the screen: the window, its images, the picture as it is shown, and the user interface
-//! over it. All its memory goes through the same gate as the renderer's.
+//! The screen: the window, its images, the picture as it is shown, and the user interface over it. All its memory
+//! goes through the same gate as the renderer's.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -30,7 +30,7 @@ pub struct Stage {
     surface: Arc<Surface>,
     input: egui_winit::State,
     images: WindowImages,
-    /// The window has changed since its images were made.
+    /// Whether the window has changed since its images were made.
     is_outdated: bool,
 }
 
@@ -114,7 +114,7 @@ impl Stage {
         self.memory.device()
     }
 
-    /// Pixels of the picture as it is shown.
+    /// Size in pixels of the picture as it is shown.
     pub fn picture_size(&self) -> [u32; 2] {
         let [width, height, _] = self.images.shown.desc.extent;
         [width, height]
@@ -124,8 +124,7 @@ impl Stage {
         &self.images.shown
     }
 
-    /// Bytes that the window takes with a picture of this size, once its images have the size that
-    /// it has now.
+    /// Bytes that the window needs with a picture of this size, once its images have the window's current size.
     pub fn bytes_ahead(&self, picture: [u32; 2]) -> Result<u64> {
         let size = self.window.inner_size().into();
         let mut shape = self.surface.shape(size)?;
@@ -133,7 +132,7 @@ impl Stage {
         self.planned_bytes(shape, picture)
     }
 
-    /// Bytes that the window takes as it is: it may have got another size between a plan and its images.
+    /// Bytes that the window needs as it is: its size may have changed between a plan and its images.
     pub fn bytes_now(&self) -> Result<u64> {
         self.planned_bytes(self.images.swapchain.shape, self.picture_size())
     }
@@ -144,7 +143,7 @@ impl Stage {
         Ok(dry_run.resources().iter().map(|r| r.bytes).sum())
     }
 
-    /// Makes the window's images anew, at its size of now.
+    /// Makes the window's images anew, at its current size.
     pub fn fit_window(&mut self) -> Result<()> {
         self.is_outdated = false;
         self.images
@@ -152,12 +151,12 @@ impl Stage {
             .resize(self.window.inner_size().into())
     }
 
-    /// Shows pictures of another size from now on; the one so far is gone.
+    /// Shows pictures of another size from now on; the current one is lost.
     pub fn resize_picture(&mut self, [width, height]: [u32; 2]) -> Result<()> {
         self.images.shown.resize([width, height, 1])
     }
 
-    /// Hands an event to the user interface. Returns whether it wants to be drawn again.
+    /// Passes an event to the user interface. Returns whether the interface has to be drawn again.
     pub fn hear(&mut self, event: &winit::event::WindowEvent) -> bool {
         if matches!(event, winit::event::WindowEvent::Resized(_)) {
             self.is_outdated = true;
@@ -165,13 +164,13 @@ impl Stage {
         self.input.on_window_event(&self.window, event).repaint
     }
 
-    /// A window without a pixel, as when it is minimised.
+    /// Whether the window has no pixels, as when it is minimised.
     pub fn is_hidden(&self) -> bool {
         let size = self.window.inner_size();
         size.width == 0 || size.height == 0
     }
 
-    /// Runs the user interface and readies it to be drawn. Returns when it wants to be run again.
+    /// Runs the user interface and prepares its drawing. Returns the time after which it has to run again.
     pub fn run_interface(&mut self, contents: impl FnMut(&mut Ui)) -> Result<Duration> {
         let input = self.input.take_egui_input(&self.window);
         let mut output = self.egui.run_ui(input, contents);
@@ -208,8 +207,8 @@ impl Stage {
         )
     }
 
-    /// Shows the picture in the rectangle [low, high), in pixels, and the user interface over it. Returns
-    /// whether that was presented: a window that has just changed has no image to show it with.
+    /// Shows the picture in the rectangle [low, high), in pixels, and the user interface over it. Returns whether
+    /// that was presented: a window that has just changed has no image for it.
     pub fn show(&mut self, [low, high]: [[u32; 2]; 2]) -> Result<bool> {
         let WindowImages {
             swapchain,
@@ -235,7 +234,7 @@ impl Stage {
         Ok(true)
     }
 
-    /// Whether the window has other images to be made before the next frame.
+    /// Whether the window's images have to be made anew before the next frame.
     pub fn is_outdated(&self) -> bool {
         self.is_outdated
     }

@@ -21,8 +21,8 @@ impl Watch {
         }
     }
 
-    /// Whether the file is another one since the last time. A file that is gone for a moment, as some
-    /// editors have it, is not.
+    /// Whether the file has changed since the last call. A file that is gone for a moment, as while some editors
+    /// save, has not.
     pub fn has_changed(&mut self) -> bool {
         if self.looked.elapsed() < INTERVAL {
             return false;

@@ -1,4 +1,4 @@
-//! What keys and buttons ask for, carried out.
+//! Carries out the wishes of keys and buttons.
 
 use std::time::Instant;
 
@@ -25,7 +25,7 @@ impl App<'_> {
         }
     }
 
-    /// Carries out one wish, and returns what to say about it.
+    /// Carries out one wish, and returns a message about it.
     fn carry_out_one(&mut self, wish: Wish) -> Result<Option<String>> {
         match wish {
             Wish::PassTimes => self.hud.shows_times ^= true,

@@ -1,7 +1,8 @@
-//! Textured triangles over an image: what a user interface is drawn with.
+//! Textured triangles over an image, with which a user interface is drawn.
 //!
-//! Its memory is of fixed size, so that a plan can count it before anyone has drawn anything: a texture of
-//! [`ATLAS_SIDE`]² texels, and so many vertices and indices. Whatever exceeds them is not drawn.
+//! Their memory is of fixed size, so that a plan can count it before anything has been drawn: a texture of
+//! [`ATLAS_SIDE`]² texels, `MOST_VERTICES` vertices and `MOST_INDICES` indices. Whatever exceeds them is not
+//! drawn.
 
 use std::sync::Arc;
 
@@ -28,16 +29,16 @@ const MOST_INDICES: usize = 1 << 18;
 
 shared! {
     pub struct CanvasVertex {
-        /// Pixels from the upper left corner.
+        /// In pixels from the upper left corner.
         pub position: vec2,
-        /// Place in the texture; 1 is the end of the used part.
+        /// Position in the texture; 1 is the end of the used part.
         pub uv: vec2,
         /// Eight bits a channel, red lowest; premultiplied, encoded for display.
         pub color: uint,
     }
 
     pub struct CanvasPush {
-        /// Pixels.
+        /// In pixels.
         pub size: vec2,
         /// The used part of the texture, as a share of its sides.
         pub uv_scale: vec2,
@@ -46,14 +47,14 @@ shared! {
 
 /// Triangles that are drawn inside one rectangle.
 pub struct Patch {
-    /// Low and high corner, pixels.
+    /// Low and high corner in pixels.
     pub clip: [[u32; 2]; 2],
     pub vertices: Vec<CanvasVertex>,
     pub indices: Vec<u32>,
 }
 
 pub struct Canvas {
-    /// None in a dry run.
+    /// `None` in a dry run.
     pipeline: Option<Pipeline>,
     vertices: Buffer,
     indices: Buffer,
@@ -106,7 +107,7 @@ impl Canvas {
         })
     }
 
-    /// Writes texels, RGBA in rows, from `low` on; `used` is what is used of the texture from now on.
+    /// Writes texels, RGBA in rows, from `low` on; `used` is the size of the used part of the texture from now on.
     pub fn write_atlas(
         &mut self,
         frame: &mut Frame,
@@ -127,7 +128,7 @@ impl Canvas {
         })
     }
 
-    /// What to draw from now on.
+    /// Sets the triangles that are drawn from now on.
     pub fn fill(&mut self, patches: &[Patch]) {
         let (mut vertices, mut indices) = (Vec::new(), Vec::new());
         self.draws.clear();
@@ -153,7 +154,7 @@ impl Canvas {
     }
 }
 
-/// The macros that stand for the resources' binding numbers in the shaders, 0, 1, …, and what they are.
+/// The macros by which the shaders name the resources' binding numbers 0, 1, …, and the resources' types.
 const RESOURCES: [(&str, vk::DescriptorType); 3] = [
     ("VERTICES", vk::DescriptorType::STORAGE_BUFFER),
     ("INDICES", vk::DescriptorType::STORAGE_BUFFER),
@@ -271,7 +272,7 @@ fn rectangle([low, high]: [[u32; 2]; 2]) -> vk::Rect2D {
 }
 
 impl Frame {
-    /// Draws what the canvas was filled with over the target.
+    /// Draws the canvas's triangles over the target.
     pub fn draw(&mut self, canvas: &Canvas, target: &Target) -> Result<()> {
         self.timed(
             "interface",

@@ -1,4 +1,4 @@
-//! What only a window needs of a device: its images, and drawing a user interface into them.
+//! The parts of a device that only a window needs: its images, and drawing a user interface into them.
 
 mod canvas;
 mod surface;

@@ -1,8 +1,8 @@
-//! A window as something to show images in.
+//! A window's surface and the images that it shows.
 //!
-//! Images are acquired with a fence and shown after the frame's own fence, so that no semaphore is
-//! needed: what is shown is never older than the frame that drew it. The driver allocates them; the
-//! ledger counts what images of that kind take.
+//! Images are acquired with a fence and shown after the frame's own fence, so that no semaphore is needed: an image
+//! is never shown before the frame that drew it has ended. The driver allocates them; the ledger counts the bytes
+//! that images of that kind take.
 
 use std::any::Any;
 use std::fmt::Display;
@@ -24,7 +24,7 @@ const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8
 const PATIENCE_NS: u64 = 500_000_000;
 
 impl Device {
-    /// Opens the wanted device, or the best, for windows of a display.
+    /// Opens the wanted device, or the best, for the windows of a display.
     pub fn open_for_display(
         choice: &DeviceChoice,
         display: RawDisplayHandle,
@@ -37,7 +37,7 @@ impl Device {
     }
 }
 
-/// The window's side of it; lives as long as the window.
+/// The side of the window system; it lives as long as the window.
 pub struct Surface {
     pub(in crate::gpu) device: Arc<Device>,
     loader: khr::surface::Instance,
@@ -94,8 +94,8 @@ impl Surface {
             .ok_or_else(|| shows_nothing(&self.device, "it has no format of eight bits a channel"))
     }
 
-    /// The shape that its images have to have now, a moment later perhaps another; `wanted` are its pixels
-    /// where the window system leaves them to us.
+    /// The shape that the window's images must have now; it may change at any moment. `wanted` is the size in pixels
+    /// that is used where the window system leaves it to the program.
     pub fn shape(&self, wanted: [u32; 2]) -> Result<Shape> {
         let capabilities = self.capabilities()?;
         let extent = match capabilities.current_extent {
@@ -133,12 +133,12 @@ impl Drop for Surface {
     }
 }
 
-/// What the images of a window are like.
+/// Size and other properties of a window's images.
 #[derive(Clone, Copy)]
 pub struct Shape {
-    /// Pixels.
+    /// In pixels.
     pub extent: [u32; 2],
-    /// How many images: as many as are asked for, and once made, as many as the driver made.
+    /// Number of images: first as many as are asked for, then as many as the driver has made.
     pub images: u32,
     transform: vk::SurfaceTransformFlagsKHR,
     alpha: vk::CompositeAlphaFlagsKHR,
@@ -166,7 +166,7 @@ pub struct Target {
 }
 
 impl Swapchain {
-    /// Images of a shape that must be the surface's of now if they are really made.
+    /// Makes images of this shape; unless this is a dry run, it must be the surface's current shape.
     pub fn new(memory: &Arc<Memory>, surface: &Arc<Surface>, shape: Shape) -> Result<Swapchain> {
         let device = memory.device();
         let mut swapchain = Swapchain {
@@ -203,7 +203,7 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// Takes the window's size of now. The old images go first.
+    /// Adapts to the window's current size. The old images go first.
     pub fn resize(&mut self, wanted: [u32; 2]) -> Result<()> {
         let (memory, surface) = (self.holding.memory(), self.surface.clone());
         self.destroy();
@@ -314,7 +314,7 @@ const USAGE: vk::ImageUsageFlags = vk::ImageUsageFlags::from_raw(
     vk::ImageUsageFlags::COLOR_ATTACHMENT.as_raw() | vk::ImageUsageFlags::TRANSFER_DST.as_raw(),
 );
 
-/// Enters the images in the ledger.
+/// Enters the bytes of the images in the ledger.
 fn reserve(memory: &Arc<Memory>, surface: &Surface, shape: Shape) -> Result<Holding> {
     let info = vk::ImageCreateInfo::default()
         .image_type(vk::ImageType::TYPE_2D)

@@ -1,5 +1,5 @@
-//! What a frame records on an image of a window. Unlike all others, such an image changes its layout, since the
-//! window system needs one of its own.
+//! Commands of a frame on an image of a window. Unlike all others, such an image changes its layout, since the window
+//! system needs one of its own.
 
 use ash::vk;
 
@@ -9,7 +9,7 @@ use super::surface::Target;
 use crate::error::Result;
 
 impl Frame {
-    /// Readies an image of the window to be drawn on, in one colour.
+    /// Prepares an image of the window for drawing, in one colour.
     pub fn open_target(&mut self, target: &Target, rgb: [f32; 3]) -> Result<()> {
         let [r, g, b] = rgb;
         let color = vk::ClearColorValue {
@@ -31,7 +31,7 @@ impl Frame {
         })
     }
 
-    /// Hands a finished image over to be shown.
+    /// Prepares a finished image for being shown.
     pub fn close_target(&mut self, target: &Target) {
         let to = vk::ImageLayout::PRESENT_SRC_KHR;
         self.change_layout(target, vk::ImageLayout::GENERAL, to);
@@ -53,7 +53,8 @@ impl Frame {
         unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
     }
 
-    /// Copies the lowest `extent` of an image into the rectangle [low, high) of the target, stretched.
+    /// Copies the part of an image from its lowest corner to `extent` into the rectangle [low, high) of the target,
+    /// stretched.
     pub fn place(
         &mut self,
         from: &Image,

@@ -1,6 +1,6 @@
-//! What coarser cells and shorter floats lose: the paper's Table 1. The same view is marched through
-//! each cache, which adds no noise of its own, and compared with that of the whole cache in 32 bits.
-//! Paths of a few seconds leave more noise than a coarser cache loses, so each cache is filled twice.
+//! The loss by coarser cells and shorter floats: the paper's Table 1. The same view is marched through each cache,
+//! which adds no noise of its own, and compared with that of the whole cache in 32 bits. Paths of a few seconds leave
+//! more noise than a coarser cache loses, so each cache is filled twice.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::render::doubling;
 use crate::scene::CacheFormat::{F16, F32};
 
-/// The setting that the others are measured against.
+/// The setting with which the others are compared.
 const WHOLE: BenchVariant = BenchVariant::caching(1.0, F32);
 /// A cache that gets the same paths, so that it differs by rounding alone.
 const ROUNDED: BenchVariant = BenchVariant::caching(1.0, F16);
@@ -108,7 +108,7 @@ impl Settings<'_> {
         self.subject.entrant(host, volume, variant)
     }
 
-    /// What two caches show that have been filled for as long as time allows.
+    /// The pictures of two caches that have been filled for the longest of the bench's times.
     fn shown_twice(&self, entrant: &Entrant, first_seed: u32) -> Result<[Shown; 2]> {
         let fill = |engine: &mut Engine| fill_for(self.bench.longest(), engine);
         let first = self.shown(entrant, first_seed, fill)?;

@@ -1,5 +1,5 @@
-//! How long an edit of the transfer function takes to be ready for its first picture: what the window
-//! does between a point's move and the passes that show it.
+//! The time from an edit of the transfer function until its first picture can begin: what the window does between a
+//! point's move and the passes that show it.
 
 use super::report::Edit;
 use crate::engine::figures::quantile;
@@ -11,8 +11,8 @@ const EDITS: usize = 16;
 /// The factor by which every second edit dims opacities; the others undo it.
 const DIMMED: f64 = 0.75;
 
-/// Edits the scene that is loaded and leaves it as it was, the cache empty. `None` where there is no
-/// medium, or nothing that the window shows.
+/// Edits the loaded scene and leaves it as it was, with an empty cache. `None` where there is no medium, and in
+/// `published`, which the window does not show.
 pub fn measure(engine: &mut Engine) -> Result<Option<Edit>> {
     let scene = engine.scene().clone();
     if scene.render.variant == Variant::Published || scene.medium.is_none() {

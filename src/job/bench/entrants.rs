@@ -1,4 +1,4 @@
-//! What is measured: each shading model of the scene, and for each the variants that are possible.
+//! The subjects of a bench: each shading model of the scene, and for each the variants that are possible.
 
 use crate::cli::{BenchArgs, BenchVariant};
 use crate::engine::{Engine, Host};
@@ -9,7 +9,7 @@ use crate::scene::file::{SceneFile, ShadingModel};
 use crate::scene::volume::Volume;
 use crate::scene::{CacheFormat, Scene, Variant, describe, resolve};
 
-/// The variants that are measured where none is named, as far as they fit.
+/// The variants that are measured if the user names none, as far as they fit.
 const DEFAULT: [BenchVariant; 5] = [
     BenchVariant::without_cache(Variant::NonCaching),
     BenchVariant::caching(1.0, CacheFormat::F16),
@@ -22,11 +22,11 @@ const DEFAULT: [BenchVariant; 5] = [
 pub struct Subject {
     /// The shading model; `None` leaves it as the scene has it.
     pub shading: Option<ShadingModel>,
-    /// Prefix of its files' names where there are several subjects, as in `phong.`.
+    /// Prefix of the names of its files where there are several subjects, as in `phong.`.
     pub prefix: String,
     file: SceneFile,
     pub entrants: Vec<Entrant>,
-    /// Variants that were not named and are not possible here, and why.
+    /// Variants that the user has not named and that are not possible here, with the reasons.
     pub skipped: Vec<String>,
 }
 
@@ -136,7 +136,7 @@ impl Entrant {
         self.choice.plan.variant == render::Variant::NonCaching
     }
 
-    /// The variant as a part of a file's name, in which a colon has no place.
+    /// The variant as a part of a file's name, which must not contain a colon.
     pub fn file_word(&self) -> String {
         self.word.replace(':', "-")
     }

@@ -1,4 +1,4 @@
-//! report.md: what report.json holds, for people.
+//! report.md: the contents of report.json for people.
 
 use super::plots::{ERROR_TIME, PSNR_TIME, SIMILARITY_TIME};
 use super::report::{CacheSetting, Point, Report, RunReport, SubjectReport};
@@ -6,7 +6,7 @@ use super::table::{Table, by_time, decibels, number};
 use crate::bytes::human;
 use crate::compare::{Comparison, WithoutNoise};
 
-/// The paper's 14 floats.
+/// Bytes of the paper's 14 floats.
 const PAPER_BYTES_PER_VOXEL: f64 = 56.0;
 
 pub fn page(report: &Report) -> String {
@@ -158,7 +158,7 @@ fn over_time(report: &Report, subject: &SubjectReport) -> String {
     table.text()
 }
 
-/// A remark on a picture that could not be had in time.
+/// A remark on a picture that came late.
 fn late(point: &Point) -> String {
     match point.is_late() {
         true => format!(" (at {:.2} s)", point.seconds),
@@ -357,7 +357,7 @@ fn skipped(subject: &SubjectReport) -> String {
     }
 }
 
-/// Nothing where the table is empty.
+/// A section with the table, or nothing if the table is empty.
 fn section(title: &str, what: &str, table: Table) -> String {
     match table.rows {
         0 => String::new(),

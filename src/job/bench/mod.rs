@@ -1,9 +1,9 @@
 //! `isolume bench`: how fast each variant gets how close to the right picture.
 //!
-//! Each variant renders once, without a break, and is looked at when the times asked for have passed:
-//! what looking takes does not count. A cache goes on being filled as the times go up, with the same
-//! share of each span as in a render of that length. A picture at t seconds is therefore not quite as
-//! good as that of `isolume render --time t`, which has filled its cache before the first sample.
+//! Each variant renders once, without a break; pictures are taken at the given times, and taking them does not count.
+//! A cache goes on being filled as the times go up, with the same share of each span as in a render of that length. A
+//! picture at t seconds is therefore not quite as good as that of `isolume render --time t`, which has filled its
+//! cache before the first sample.
 
 mod cache_settings;
 mod edits;
@@ -34,15 +34,15 @@ use reference::{Rays, Reference};
 use report::{Report, RunReport, SubjectReport};
 use run::References;
 
-/// What all measurements of a bench share.
+/// The state that all measurements of a bench share.
 struct Bench<'a> {
     args: &'a BenchArgs,
     host: Host,
-    /// `None` where it cannot be measured.
+    /// The device's peak rates; `None` if they cannot be measured.
     peak: Option<Peak>,
     volume: &'a Volume,
     folder: Folder,
-    /// When to look, in ascending order.
+    /// The times at which pictures are taken, in ascending order.
     seconds: Vec<Duration>,
     outputs: Outputs,
 }
@@ -82,8 +82,8 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     Ok(interrupt::status())
 }
 
-/// A run that is late rather than without a picture: a first batch of paths may take longer than the first time asked
-/// for.
+/// A run that is rather late than without a picture: a first batch of paths may take longer than the first of the
+/// given times.
 fn patient_run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
     Run {
         waits: true,
@@ -91,7 +91,7 @@ fn patient_run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
     }
 }
 
-/// Flags that other commands share, and that mean nothing here.
+/// Fails for flags that other commands share, and that mean nothing here.
 fn check_words(args: &BenchArgs) -> Result<()> {
     let scene = &args.scene;
     let singular = [&scene.variant, &scene.cache_scale, &scene.cache_format];
@@ -166,7 +166,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Writes everything, and says where.
+    /// Writes all files, and says where.
     fn finish(self, opened: &Opened, subjects: Vec<SubjectReport>) -> Result<()> {
         let Bench {
             args,
@@ -190,8 +190,8 @@ impl Bench<'_> {
         Ok(())
     }
 
-    /// Whether each cell of a cache can have a path before all is over, at the speed of the caches so far,
-    /// or of whatever has run; if not, why not.
+    /// Whether each cell of a cache can have a path before the last of the given times, at the speed of the caches so
+    /// far, or else of any run; if not, the reason.
     fn in_time(&self, entrant: &Entrant, runs: &[RunReport]) -> Result<(), String> {
         let layout = entrant.choice.plan.variant.cache();
         let fastest = |cached: bool| {

@@ -1,4 +1,4 @@
-//! Error against time as SVG, in tones that read on a light page and on a dark one.
+//! Plots of the error against time as SVG, in tones that are legible on a light page and on a dark one.
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
@@ -33,7 +33,7 @@ struct Curve {
     is_dashed: bool,
 }
 
-/// The plots of a subject: their names and what is in them. Those without a point are left out.
+/// The plots of a subject: their names and their SVG. Those without a point are left out.
 pub fn all(subject: &SubjectReport) -> Result<Vec<(&'static str, String)>> {
     let mse = curves(subject, |p| p.error.mse);
     let psnr = curves(subject, |p| p.error.psnr);
@@ -109,7 +109,7 @@ fn curves(subject: &SubjectReport, value: impl Fn(&Point) -> f64) -> Vec<Curve> 
 /// One picture; time runs on a logarithmic axis.
 struct Plot {
     is_logarithmic: bool,
-    /// What the values are.
+    /// Name of the values.
     what: &'static str,
     curves: Vec<Curve>,
     /// The level of the reference's noise.
@@ -224,7 +224,7 @@ where
     key(area, named.chain(noise))
 }
 
-/// What each colour means, to the right of the axes.
+/// The legend of the colours, to the right of the axes.
 fn key<'a>(
     area: &DrawingArea<SVGBackend<'_>, Shift>,
     names: impl Iterator<Item = (&'a str, RGBColor, bool)>,

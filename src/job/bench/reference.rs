@@ -1,5 +1,5 @@
-//! The picture that all others are measured against, and how noisy it is itself; and one of the same rays for the picture
-//! that a cache shows at once, whose rays go through the middle of each pixel.
+//! The picture with which all others are compared, and its own noise; and one of the same rays for the picture that a
+//! cache shows at once, whose rays go through the middle of each pixel.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use crate::job::views::provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Scene, Variant};
 
-/// A reference is rendered for this many times the longest time that is measured.
+/// Factor on the longest time that is measured, for which a reference is rendered.
 const TIMES_AS_LONG: u32 = 4;
 
 pub struct Reference {
@@ -106,7 +106,7 @@ fn render_for(time: Duration, bench: &Bench<'_>, engine: &mut Engine) -> Result<
 }
 
 /// The metrics of a picture that differs from the reference by as much noise as the reference states for itself.
-/// `None` where it has none.
+/// `None` if the reference states none.
 fn own_noise(reference: &LinearImage, exposure: f64) -> Result<Option<Comparison>> {
     let Some(stderr) = &reference.stderr else {
         return Ok(None);

@@ -1,5 +1,5 @@
-//! What a bench found, as report.json holds it. Field names are a contract with scripts; numbers that
-//! are unknown or infinite are null.
+//! The results of a bench, as report.json holds them. Field names are a contract with scripts; numbers that are
+//! unknown or infinite are null.
 
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub struct Report {
     /// Width and height of the pictures.
     pub size: [u32; 2],
     pub seed: u32,
-    /// When pictures were looked at.
+    /// The times at which pictures are taken.
     pub seconds: Vec<f64>,
     /// One for each shading model; a single one, as the scene has it, where none was named.
     pub subjects: Vec<SubjectReport>,
@@ -32,7 +32,7 @@ pub struct Report {
 pub struct SubjectReport {
     /// The shading model; null where it is as the scene has it.
     pub shading: Option<ShadingModel>,
-    /// Prefix of its files' names.
+    /// Prefix of the names of its files.
     #[serde(skip)]
     pub prefix: String,
     pub reference: ReferenceReport,
@@ -53,8 +53,8 @@ pub struct ReferenceReport {
     /// How long it was rendered; null where it was given as a file.
     pub seconds: Option<f64>,
     pub samples: Option<u32>,
-    /// The metrics of a picture that differs from the reference by as much noise as its standard error states;
-    /// null where it says nothing of it.
+    /// The metrics of a picture that differs from the reference by as much noise as its standard error states; null
+    /// if it states none.
     pub noise: Option<Comparison>,
 }
 
@@ -62,7 +62,7 @@ pub struct ReferenceReport {
 pub struct RunReport {
     /// The variant as it is written on the command line.
     pub variant: String,
-    /// The plan that was made for it, and why.
+    /// The plan that was made for the variant, and the reason.
     pub plan: String,
     pub reason: String,
     /// The time until the first path could start, without the reading of the volume.
@@ -80,10 +80,10 @@ pub struct RunReport {
     pub bytes_per_active_cell: Option<f64>,
     pub bytes_per_voxel: Option<f64>,
     pub orbit: Option<Orbit>,
-    /// The same view, with the cache that the run left once it has been made as good for all views (in a
-    /// time that is not counted).
+    /// The same view, with the cache that the run left once it has been made as good for all views (in a time that is
+    /// not counted).
     pub new_view: Vec<Point>,
-    /// The first picture of it, against a reference of the same rays: one through the middle of each pixel.
+    /// The first picture of that view, against a reference of the same rays: one through the middle of each pixel.
     pub same_rays: Option<Comparison>,
     /// Null without a medium, and in `published`.
     pub edit: Option<Edit>,
@@ -95,9 +95,9 @@ pub struct RunReport {
 #[derive(Debug, Clone, Serialize)]
 pub struct Point {
     pub asked_s: f64,
-    /// A picture can only be had between two units of work, so it may be late.
+    /// The time of the picture, which may be late: a picture can only be taken between two units of work.
     pub seconds: f64,
-    /// CPU time of all cores, in seconds: it is what counts where the device is a busy CPU.
+    /// CPU time of all cores, in seconds: it is the measure where the device is a busy CPU.
     pub cpu_s: f64,
     pub file: Option<String>,
     pub samples: u32,
@@ -107,7 +107,7 @@ pub struct Point {
     pub error: Comparison,
     /// Efficiency, 1/(MSE·s).
     pub efficiency: f64,
-    /// The MSE is at most twice that of the reference's noise: it says little of the picture.
+    /// Whether the MSE is at most twice that of the reference's noise: it says little about the picture then.
     pub within_reference_noise: bool,
 }
 
@@ -144,7 +144,7 @@ pub struct Edit {
 /// An isovalue is dragged to the scene's own while the cache is warm.
 #[derive(Debug, Serialize)]
 pub struct IsovalueEdit {
-    /// The frame that shows it, and later ones.
+    /// Pictures of the first frame that shows it, and of later ones.
     pub points: Vec<Point>,
     pub seconds_to_40_db: Option<f64>,
 }
@@ -167,12 +167,12 @@ pub struct CacheSetting {
     pub variant: String,
     /// Paths that the cells in sight have had.
     pub paths_per_cell: u32,
-    /// The cache's own estimate: what the figures beside it can be trusted to.
+    /// The cache's own estimate of its error: it limits how far the other figures can be trusted.
     pub relative_error: f64,
     /// Null for the whole cache itself.
     pub psnr: Option<f64>,
     pub ssim: Option<f64>,
-    /// Absent where the paths are the same, so that there is no noise to leave out.
+    /// `None` where the paths are the same, so that there is no noise to leave out.
     #[serde(flatten)]
     pub without_noise: Option<WithoutNoise>,
     pub bytes: u64,
@@ -205,8 +205,8 @@ impl Report {
     }
 }
 
-/// When a run gets to so many dB: PSNR is taken as linear in the time's logarithm between two points,
-/// as it is where the error falls as a power of the time. The first point's time, if that is there.
+/// The time at which a run reaches `psnr` dB. PSNR is taken as linear in the time's logarithm between two points, as
+/// it is where the error falls as a power of the time. It is the first point's time if that one has reached it.
 pub fn seconds_to(psnr: f64, points: &[Point]) -> Option<f64> {
     let after = points.iter().position(|p| p.error.psnr >= psnr)?;
     let later = &points[after];

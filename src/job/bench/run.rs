@@ -1,4 +1,4 @@
-//! One variant, from its first path to the last time asked for.
+//! One variant, from its first path to the last of the given times.
 
 use std::time::{Duration, Instant};
 
@@ -21,19 +21,19 @@ use crate::scene::{LightModel, Scene};
 
 /// Views of the orbit.
 const VIEWS: u32 = 24;
-/// What a warm cache shows is looked at until this share of the longest time is over: it is soon good enough.
+/// Share of the longest time during which pictures of a warm cache are taken: they are soon good enough.
 const WARM_SHARE: f64 = 0.25;
-/// Isovalues are dragged from so far beside, as a share of the range of all values.
+/// Distance from which isovalues are dragged, as a share of the range of all values.
 const DRAGGED: f64 = 0.02;
 
-/// A picture at one of the times asked for.
+/// A picture at one of the given times.
 pub struct Look {
     pub asked: Duration,
     is_late: bool,
     pub image: LinearImage,
 }
 
-/// What a run is measured against.
+/// The references with which a run is compared.
 #[derive(Clone, Copy)]
 pub struct References<'a> {
     pub picture: &'a Reference,
@@ -41,7 +41,7 @@ pub struct References<'a> {
     pub centres: Option<&'a Reference>,
 }
 
-/// The run's figures and what it looked like.
+/// The run's figures and its pictures.
 pub fn measure(
     bench: &mut Bench<'_>,
     subject: &Subject,
@@ -131,12 +131,12 @@ pub fn similarity(
     })
 }
 
-/// A render that is looked at now and then.
+/// A render of which pictures are taken at the given times.
 struct Run<'a> {
     engine: Engine,
     watch: Stopwatch,
     entrant: &'a Entrant,
-    /// Prefix of its files' names.
+    /// Prefix of the names of its files.
     prefix: String,
     references: References<'a>,
 }
@@ -147,7 +147,7 @@ impl Run<'_> {
         let mut progress = Progress::new(bench.args.quiet, Stop::after(longest));
         let mut looks = Vec::new();
         for asked in bench.seconds.clone() {
-            // A first batch for a large cache may take longer than the first times asked for.
+            // A first batch for a large cache may take longer than the first of the given times.
             if self.watch.elapsed() >= asked {
                 continue;
             }
@@ -166,8 +166,8 @@ impl Run<'_> {
         Ok(looks)
     }
 
-    /// Fills the cache with its share of the time, then goes on with the picture. Where a sample has little noise of
-    /// its own, a better cache is worth a new picture; elsewhere the samples so far are worth more.
+    /// Fills the cache with its share of the time, then continues the picture. Where a sample has little noise of its
+    /// own, a better cache is worth a new picture; elsewhere the samples so far are worth more.
     fn render_until(&mut self, asked: Duration, progress: &mut Progress) -> Result<()> {
         let mut show = |step| progress.show(step);
         let mut run = patient_run(Stop::after(asked), &mut show);
@@ -183,7 +183,7 @@ impl Run<'_> {
         outcome.map(drop)
     }
 
-    /// Compares what there is now with the reference; a picture with a name is kept.
+    /// Compares the current picture with the reference; a picture with a name is kept.
     fn look(
         &mut self,
         bench: &mut Bench<'_>,
@@ -224,8 +224,8 @@ impl Run<'_> {
         ))
     }
 
-    /// Makes the cache as good for all views as it is for the scene's own.
-    /// False if there is none or Ctrl-C came before.
+    /// Makes the cache as good for all views as it is for the scene's own. False if there is no cache, or if Ctrl-C
+    /// came before the end.
     fn fill_everywhere(&mut self) -> Result<bool> {
         match self.engine.renderer_mut().caching() {
             Some(mut caching) => {
@@ -271,8 +271,8 @@ impl Run<'_> {
         })
     }
 
-    /// Comes back to the scene's own view, which the cache knows no better than others. Also compares the march with a
-    /// reference of the same rays.
+    /// Returns to the scene's own view, which the cache does not know better than others. Also compares the march
+    /// with a reference of the same rays.
     fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<(Vec<Point>, Option<Comparison>)> {
         let name = format!("{}.new-view.exr", self.prefix);
         let Some((marched, points)) = self.come_back(bench, Some(name))? else {
@@ -284,8 +284,8 @@ impl Run<'_> {
         Ok((points, same_rays.transpose()?))
     }
 
-    /// Drags the isovalues to where the scene has them. `None` where that is not done in place: without a surface, or
-    /// in `full` light, whose cache begins anew.
+    /// Drags the isovalues to those of the scene. `None` where that is not done in place: without a surface, or in
+    /// `full` light, whose cache begins anew.
     fn dragged_isovalue(&mut self, bench: &mut Bench<'_>) -> Result<Option<IsovalueEdit>> {
         let mut beside = self.entrant.scene.clone();
         if beside.surfaces.iso.is_empty() || beside.surfaces.light == LightModel::Full {
@@ -303,8 +303,8 @@ impl Run<'_> {
         }))
     }
 
-    /// Comes back from elsewhere to the scene itself: first what a march shows at once, then what samples make of it.
-    /// `None` without a cache.
+    /// Returns from an edited scene to the scene itself: first the march that is shown at once, then the picture from
+    /// samples. `None` without a cache.
     fn come_back(
         &mut self,
         bench: &mut Bench<'_>,
@@ -344,7 +344,7 @@ impl Run<'_> {
         Ok(Some((look, points)))
     }
 
-    /// Marches an edited scene through the cache that there is.
+    /// Marches an edited scene through the existing cache.
     fn show_at_once(&mut self, scene: &Scene) -> Result<()> {
         self.engine.change_in_place(scene)?;
         match self.engine.renderer_mut().caching() {

@@ -49,7 +49,7 @@ pub fn decibels(psnr: f64) -> String {
     }
 }
 
-/// Three digits that count.
+/// A number with three significant digits.
 pub fn number(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),

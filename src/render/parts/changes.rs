@@ -1,7 +1,7 @@
-//! Which parts of a scene an edit has changed, and what becomes stale by that.
+//! Which parts of a scene an edit has changed, and what becomes stale as a result.
 //!
-//! `Derived::depends_on` is the only table of dependencies. A test changes every key of the scene file and
-//! compares the picture with that of a new renderer, so a dependency that is missing there does not go unseen.
+//! `Derived::depends_on` is the only table of dependencies. A test changes every key of the scene file and compares
+//! the picture with that of a new renderer, so a dependency that is missing there does not go unseen.
 
 use super::Parts;
 
@@ -14,7 +14,7 @@ pub enum Part {
     /// Any property of a light.
     Lights,
     /// The share that a light has in all light, or where it comes from. A brightness that all lights take on alike
-    /// is no such change.
+    /// does not change shares.
     LightShares,
     Surfaces,
     /// Surfaces that stop light on its way: those of `full` light.
@@ -28,14 +28,14 @@ pub enum Part {
     Seed,
 }
 
-/// Something that is worked out from a scene once, and again when a part that it depends on changes.
+/// A result that is computed from a scene once, and again when a part that it depends on changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Derived {
     /// The variant and its cache's resolution.
     Plan,
-    /// The largest extinction of each cube of cells.
+    /// The largest extinction in each block.
     Majorants,
-    /// How near and how far the camera's rays meet anything.
+    /// The nearest and farthest distances at which the camera's rays can meet anything.
     Patches,
     /// Where the cache needs memory.
     CacheLayout,

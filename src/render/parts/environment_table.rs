@@ -83,7 +83,7 @@ fn overlapped(i: usize, texels: usize, cells: u32) -> std::ops::Range<usize> {
     i * cells / texels..((i + 1) * cells).div_ceil(texels)
 }
 
-/// For each outcome: the probability of keeping it, and what to take otherwise.
+/// For each outcome: the probability of keeping it, and the outcome to take otherwise.
 fn alias_method(probabilities: &[f64]) -> (Vec<f64>, Vec<usize>) {
     let n = probabilities.len();
     let mut scaled: Vec<f64> = probabilities.iter().map(|p| p * n as f64).collect();

@@ -62,13 +62,13 @@ impl Lights {
         }
     }
 
-    /// What shaders are compiled for because of them.
+    /// Sets the features that shaders are compiled with because of the lights.
     pub fn require(&self, features: &mut Features) {
         features.sun_count = self.suns.len() as u32;
         features.has_environment_image = self.sky.is_some();
     }
 
-    /// What shaders read of them, apart from lists and the sky's image.
+    /// Writes the constants of the lights, apart from lists and the sky's image.
     pub fn write(&self, constants: &mut SceneConstants) {
         constants.environment = self.environment;
         constants.image_probability = self.image_probability();
@@ -77,7 +77,7 @@ impl Lights {
         constants.cache_unit = self.unit();
     }
 
-    /// The lists of lights that shaders read, each by the name of its buffer.
+    /// The lists of lights that shaders read, each with the name of its buffer.
     pub fn lists(&self) -> Vec<(&'static str, Vec<u8>)> {
         vec![("suns", list(&self.suns))]
     }
@@ -119,8 +119,8 @@ impl Lights {
         self.suns.iter().map(grey).sum()
     }
 
-    /// Whether each light has the same share in all light, apart from rounding. The cache holds shares alone, so it
-    /// outlives a brightness or a colour that all lights take on alike.
+    /// Whether each light has the same share in all light as in `other`, apart from rounding. The cache holds shares
+    /// alone, so it outlives a brightness or a colour that all lights take on alike.
     pub fn have_shares_of(&self, other: &Lights) -> bool {
         let directions =
             |lights: &Lights| lights.suns.iter().map(|s| s.direction).collect::<Vec<_>>();
@@ -141,7 +141,7 @@ impl Lights {
             .chain([(self.environment, other.environment)])
             .all(|(a, b)| is_scaled(a, b))
             && images.into_iter().all(|(a, b)| match Arc::ptr_eq(a, b) {
-                // One image need not be looked at texel by texel: it is scaled by 1, or not at all.
+                // An image shared by both is not compared texel by texel: it is scaled by 1, or not at all.
                 true => is_scaled(a.mean, b.mean),
                 false => {
                     let mut texels = a.image.texels.iter().zip(b.image.texels.iter());
@@ -169,7 +169,7 @@ fn suns(lights: &[DirectionalLight]) -> Vec<Sun> {
         .collect()
 }
 
-/// The bytes of a list; an empty one gets an element, which shaders may read and not use.
+/// The bytes of a list; an empty one gets an element, since shaders may read it, although they do not use it.
 fn list<T: Pod>(elements: &[T]) -> Vec<u8> {
     match elements {
         [] => bytemuck::bytes_of(&T::zeroed()).to_vec(),

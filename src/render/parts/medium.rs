@@ -17,9 +17,9 @@ pub struct Medium {
     pub g: f32,
     /// Non-decreasing in value; empty in vacuum.
     pub transfer: Vec<TransferPoint>,
-    /// Opacity at stored value 0 and what it gains per unit, if one straight line holds for all voxels.
+    /// Opacity at stored value 0 and its slope, if one straight line holds for all voxels.
     pub linear_opacity: Option<[f32; 2]>,
-    /// Sides of the cubes that have a majorant each, in trilinear cells.
+    /// Sides of the blocks, in trilinear cells.
     pub majorant_size: u32,
 }
 
@@ -52,7 +52,7 @@ impl Medium {
         }
     }
 
-    /// What shaders are compiled for because of it.
+    /// Sets the features that shaders are compiled with because of the medium.
     pub fn require(&self, features: &mut Features) {
         features.has_medium = !self.is_vacuum();
         features.has_one_color = self.has_one_color();
@@ -60,7 +60,7 @@ impl Medium {
         features.is_anisotropic = self.is_anisotropic();
     }
 
-    /// What shaders read of it, apart from the transfer function's image.
+    /// Writes the constants of the medium, apart from the transfer function's image.
     pub fn write(&self, constants: &mut SceneConstants) {
         constants.majorant_size = self.majorant_size as f32;
         constants.density = self.density;
@@ -97,10 +97,10 @@ impl Medium {
         (segments + usize::from(steps_at_end)) as u32
     }
 
-    /// The texels of the transfer function's image, in [`TRANSFER_ROWS`] rows. The first one has a column for each point,
-    /// of which the last stands twice: value, 1 / (distance to the next value), opacity and the next point's opacity. The
-    /// second row has the colours and, in its last component, the integral of opacity over values from the first point to
-    /// this one; the third the integral of opacity times colour.
+    /// The texels of the transfer function's image, in [`TRANSFER_ROWS`] rows. The first row has a column for each
+    /// point, of which the last stands twice: value, 1 / (distance to the next value), opacity and the next point's
+    /// opacity. The second row has the colours and, in its last component, the integral of opacity over values from
+    /// the first point to this one; the third row has the integral of opacity times colour.
     pub fn transfer_texels(&self) -> Vec<[f32; 4]> {
         let points = || self.transfer.iter().chain(self.transfer.last());
         let next = points().skip(1).chain(self.transfer.last());
@@ -160,9 +160,9 @@ fn largest_opacity(transfer: &[TransferPoint]) -> f32 {
     opacities.fold(0.0, f32::max)
 }
 
-/// A step from cube to cube costs a path about as much as a tentative collision does. So cubes are macrocells in
-/// small volumes, and grow as long as a ray meets few collisions in one (`densest` is the largest extinction
-/// anywhere) and there are enough of them to keep empty space apart.
+/// Sides of the blocks in trilinear cells. A step from block to block costs a path about as much as a tentative
+/// collision does. So blocks are single macrocells in small volumes, and grow as long as a ray meets few collisions
+/// in one (`densest` is the largest extinction anywhere) and there are enough of them to keep empty space apart.
 fn majorant_size(volume: &Volume, densest: f32) -> u32 {
     const MOST_COLLISIONS: f32 = 4.0;
     const LEAST_CUBES: u32 = 32;

@@ -49,9 +49,9 @@ pub struct Field {
     pub spacing: [f32; 3],
     /// Half the box's sides, in world units.
     pub half_extent: [f32; 3],
-    /// What a voxel is on the GPU.
+    /// The type of a voxel on the GPU.
     pub stored: StoredType,
-    /// Shaders interpolate between voxels themselves, because the device's filter is too coarse.
+    /// Whether shaders interpolate between voxels themselves, because the device's filter is too coarse.
     pub filter_in_shader: bool,
 }
 
@@ -63,10 +63,10 @@ pub struct Request {
     pub cache_format: CacheFormat,
 }
 
-/// How radiance becomes what a display shows.
+/// How radiance is mapped to a display.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Display {
-    /// Stops.
+    /// In stops.
     pub exposure: f64,
     pub tone: Tone,
 }
@@ -128,12 +128,12 @@ impl Field {
         }
     }
 
-    /// What shaders are compiled for because of it.
+    /// Sets the features that shaders are compiled with because of the field.
     pub fn require(&self, features: &mut Features) {
         features.volume_bits = 8 * self.stored.bytes() as u32;
     }
 
-    /// What shaders read of it.
+    /// Writes the constants of the field.
     pub fn write(&self, constants: &mut SceneConstants) {
         constants.dims = self.dims;
         constants.macrocells = self.macrocells();

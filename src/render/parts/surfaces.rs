@@ -24,7 +24,7 @@ impl Surfaces {
         }
     }
 
-    /// What shaders are compiled for because of them.
+    /// Sets the features that shaders are compiled with because of surfaces.
     pub fn require(&self, features: &mut Features) {
         features.surface_count = self.iso.len() as u32;
         features.full_light = self.is_full_light();
@@ -33,7 +33,7 @@ impl Surfaces {
         features.has_disney = self.any_shaded(SHADING_DISNEY);
     }
 
-    /// Every ray sees surfaces, not the camera's alone.
+    /// Whether every ray sees surfaces, and not the camera's alone.
     pub fn is_full_light(&self) -> bool {
         !self.iso.is_empty() && self.light == LightModel::Full
     }

@@ -9,18 +9,18 @@ use crate::scene::{Camera, Projection};
 /// The camera's frame, scaled to the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Pixels.
+    /// In pixels.
     pub size: [u32; 2],
     pub eye: [f32; 3],
-    /// Unit, into the picture.
+    /// Unit direction into the picture.
     pub forward: [f32; 3],
     /// From the picture's centre to its right edge, at distance 1 (perspective) or in world units
     /// (orthographic).
     pub right: [f32; 3],
-    /// From the picture's centre to its top edge, likewise.
+    /// From the picture's centre to its top edge, in the same unit.
     pub up: [f32; 3],
     pub is_orthographic: bool,
-    /// Rays go through the middle of each pixel, and not anywhere in it.
+    /// Whether rays go through the middle of each pixel, and not anywhere in it.
     pub through_centres: bool,
 }
 
@@ -43,12 +43,12 @@ impl View {
         }
     }
 
-    /// What shaders are compiled for because of it.
+    /// Sets the features that shaders are compiled with because of the view.
     pub fn require(&self, features: &mut Features) {
         features.is_orthographic = self.is_orthographic;
     }
 
-    /// What shaders read of it.
+    /// Writes the constants of the view.
     pub fn write(&self, constants: &mut SceneConstants) {
         constants.size = self.size;
         constants.through_centres = self.through_centres as u32;
@@ -58,8 +58,8 @@ impl View {
         constants.up = self.up;
     }
 
-    /// What the same picture shows with fewer pixels or more. Its proportions stay, although rounding may have
-    /// changed those of `size` a little.
+    /// The same view in a picture with fewer or more pixels. Its proportions stay, although rounding may have changed
+    /// those of `size` a little.
     pub fn with_size(self, size: [u32; 2]) -> View {
         View { size, ..self }
     }

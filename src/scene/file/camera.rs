@@ -1,4 +1,4 @@
-//! The `[camera]` table: what may be written in it, what that means, and how it is printed.
+//! The `[camera]` table: its keys, their meaning, and how they are printed.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

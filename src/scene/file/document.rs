@@ -1,8 +1,8 @@
-//! The TOML as typed by the user, before it means anything: keys, values, and where each came from.
+//! The TOML as typed by the user, before it is interpreted: keys, values, and their origins.
 //!
-//! `--set` and its shorthands change this document, so that whatever they say passes the same checks
-//! as a line in the file. Every key remembers its line or its flag; an error about a key names that
-//! place without anyone having to carry it along.
+//! `--set` and its shorthands change this document, so that their values pass the same checks as a line in the file.
+//! Every key remembers its line or its flag; an error about a key names that place without any code having to pass it
+//! along.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -16,8 +16,8 @@ use super::{SceneFile, mismatch};
 use crate::error::{Error, Origin, Place, Result};
 use crate::scene::View;
 
-/// More names than any key has: a document that holds a deeper one is dropped by recursion, for which the stack may
-/// be too small.
+/// An upper bound of the names in a key: a document with a deeper one is dropped by recursion, for which the stack
+/// may be too small.
 const MOST_STEPS: usize = 8;
 
 #[derive(Debug, Clone)]
@@ -31,7 +31,7 @@ pub struct Document {
 pub struct Origins {
     /// The file's name, which stands for the whole scene.
     name: String,
-    /// Relative paths start here.
+    /// The folder at which relative paths start.
     folder: PathBuf,
     /// The origin of each dotted key, such as `light.0.direction`.
     places: BTreeMap<String, Origin>,
@@ -48,12 +48,12 @@ impl Origins {
         format!("{}{problem}", self.place(key).with_key(key))
     }
 
-    /// A path as written in the scene, from where this process stands.
+    /// A path as written in the scene, relative to the current directory.
     pub fn path(&self, written: &Path) -> PathBuf {
         self.folder.join(written)
     }
 
-    /// A key that was not written is looked for where its table was.
+    /// The origin of a key, or of its table if the key was not written.
     fn place(&self, key: &str) -> Place {
         match self.places.get(key) {
             Some(origin) => origin.clone().into(),
@@ -106,7 +106,7 @@ impl Document {
         Document::parse(&text, path)
     }
 
-    /// `path` gives the messages their file name and relative paths their folder.
+    /// `path` gives messages their file name, and relative paths their folder.
     pub fn parse(text: &str, path: &Path) -> Result<Document> {
         let name = path.display().to_string();
         let syntax = |error: toml::de::Error| {
@@ -126,7 +126,7 @@ impl Document {
         Ok(document)
     }
 
-    /// A scene that no one wrote down; relative paths start where this process stands.
+    /// A scene that was not read from a file; relative paths start in the current directory.
     pub fn made(scene: &SceneFile, name: String) -> Document {
         let root = Value::try_from(scene).expect("a scene file is representable as TOML");
         Document::new(root, name, PathBuf::new())
@@ -189,7 +189,7 @@ impl Document {
         let inside = format!("{key}.");
         let places = &mut self.origins.places;
         places.retain(|other, _| !other.starts_with(&inside));
-        // The tables that this made were written by the flag as well.
+        // Tables that this has added were written by the flag as well.
         for n in first_new..=steps.len() {
             places.insert(steps[..n].join("."), Origin::Flag(edit.flag.clone()));
         }
@@ -217,7 +217,7 @@ fn find<'a>(root: &'a Value, key: &str) -> Option<&'a Value> {
     })
 }
 
-/// Puts `value` where `steps` lead, making tables and arrays on the way.
+/// Puts `value` at the key `steps`, adding tables and arrays on the way.
 fn put(place: &mut Value, steps: &[&str], value: Value) -> Result<(), String> {
     let Some((step, rest)) = steps.split_first() else {
         *place = value;
@@ -296,7 +296,7 @@ impl Edit {
         Edit { flag, change }
     }
 
-    /// Whether it concerns the volume, which is read before a preset can look at it.
+    /// Whether it concerns the volume, which is read before a preset can use it.
     pub(in crate::scene) fn is_about_volume(&self) -> bool {
         matches!(&self.change, Change::Set { key, .. } if key.split('.').next() == Some("volume"))
     }

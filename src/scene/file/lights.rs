@@ -1,5 +1,5 @@
-//! The `[[light]]` table: what may be written in it, what that means, and how it is printed. Constant
-//! environments add up, and so do images.
+//! The `[[light]]` table: its keys, their meaning, and how they are printed. Constant environments are added up, and
+//! so are images.
 
 use std::path::PathBuf;
 
@@ -41,7 +41,7 @@ impl LightKind {
 }
 
 impl LightTable {
-    /// A light of which nothing but its type is given.
+    /// A light for which only the type is given.
     pub fn new(kind: LightKind) -> LightTable {
         LightTable {
             kind,
@@ -60,7 +60,7 @@ impl SceneFile {
         Ok(lights)
     }
 
-    /// The lights without images, for which no file has to be opened.
+    /// The lights without images: no file has to be opened for them.
     pub(super) fn lights_without_images(&self) -> Result<Lights> {
         self.refuse_foreign_keys()?;
         let suns = self.lights_of(LightKind::Directional);
@@ -75,7 +75,7 @@ impl SceneFile {
         })
     }
 
-    /// A key that only lights of another type have is a mistake.
+    /// Fails for a key that only lights of another type have.
     fn refuse_foreign_keys(&self) -> Result<()> {
         for (i, light) in self.light.iter().enumerate() {
             let given = Table::try_from(light).expect("a light is representable as TOML");
@@ -163,8 +163,8 @@ impl SceneFile {
     }
 }
 
-/// The constant environments were added up, so one stands for all. Without any light at all it has to be
-/// said that it is dark, since that is not the default.
+/// Prints the lights. The constant environments were added up, so one stands for all. A scene without any light must
+/// be printed as dark, since that is not the default.
 pub(super) fn describe_lights(page: &mut Page, file: &SceneFile, lights: &Lights) {
     for sun in &lights.suns {
         page.table("[[light]]");

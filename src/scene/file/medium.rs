@@ -1,4 +1,4 @@
-//! The `[medium]` table: what may be written in it, what that means, and how it is printed.
+//! The `[medium]` table: its keys, their meaning, and how they are printed.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
-//! Turns serde's complaints about a value into sentences in the user's words.
+//! Turns serde's errors about a value into sentences in the user's words.
 //!
-//! serde says what it wanted only in prose ("invalid type: string \"abc\", expected f64"). The prose
-//! is stable and tested here; what was *found* is looked up in the document, which shows it as typed.
+//! serde says what it expected only in prose ("invalid type: string \"abc\", expected f64"). The prose is stable and
+//! tested here; what was *found* is looked up in the document, which shows it as typed.
 
 use serde_path_to_error::Segment;
 use toml::Value;
@@ -44,7 +44,7 @@ pub fn explain<'a>(
     }
 }
 
-/// The known name that is nearest to what was found, if any is near, and all of them.
+/// The known name that is most similar to the one found, if any is similar, and all known names.
 fn suggestion(found: &str, known: &[&str]) -> String {
     let nearness = |name: &&&str| strsim::jaro_winkler(found, name);
     let nearest = known

@@ -1,9 +1,9 @@
-//! The scene file: what the user wrote, typed, with every default still open.
+//! The scene file: the user's text with types, and every default still open.
 //!
-//! A file for each table says what may be written in it, what that means, and how it is printed. Three steps lead from text to a [`Scene`](super::Scene). A `Document` is the TOML with the command line's
-//! changes, where each key knows its line or flag; a [`SceneFile`] is that with types; [`resolve`]
-//! fills in what depends on the volume. All checks that need no volume run before it is read, so
-//! that a typo in a scene of many gigabytes is told at once.
+//! There is a file for each table: its keys, their meaning, and how they are printed. Three steps lead from text to a
+//! [`Scene`](super::Scene). A `Document` is the TOML with the command line's changes, where each key knows its line
+//! or flag; a [`SceneFile`] is that with types; [`resolve`] fills in what depends on the volume. All checks that need
+//! no volume run before it is read, so that a typo in a scene of many gigabytes is reported at once.
 
 mod camera;
 mod clips;
@@ -37,7 +37,7 @@ pub use resolve::resolve;
 pub use surfaces::{IsoTable, ShadingModel, SurfacesTable};
 pub use volume::{Endianness, VolumeTable};
 
-/// The whole file. Its keys are the contract's; `None` means that the user left it to us.
+/// The whole file. Its keys are the contract's; `None` means that the user has not set the key.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneFile {
@@ -60,7 +60,7 @@ impl SceneFile {
         document.typed()
     }
 
-    /// `path` gives the messages their file name and relative paths their folder.
+    /// `path` gives messages their file name, and relative paths their folder.
     pub fn parse(text: &str, path: &Path, edits: &[Edit]) -> Result<SceneFile> {
         let mut document = Document::parse(text, path)?;
         document.apply(edits)?;
@@ -74,7 +74,7 @@ impl SceneFile {
         document.typed()
     }
 
-    /// A bare volume: everything else is left to a preset.
+    /// A scene with only a volume: everything else is filled in by a preset.
     pub(super) fn bare(volume: &Path, edits: &[Edit]) -> Result<SceneFile> {
         let name = volume.display().to_string();
         if volume.to_str().is_none() {

@@ -1,4 +1,4 @@
-//! What a number, a direction or a word in a scene file may be: the checks that all tables share.
+//! The allowed numbers, directions and words in a scene file: the checks that all tables share.
 
 use std::fmt::Display;
 use std::str::FromStr;
@@ -8,8 +8,8 @@ use glam::DVec3;
 use super::SceneFile;
 use crate::error::{Error, Result};
 
-/// Which numbers are right, and how a message calls them. The GPU computes in single precision, so
-/// what overflows there is wrong everywhere.
+/// A test of numbers, and the name of its range in messages. The GPU computes in single precision, so numbers that
+/// overflow there are wrong everywhere.
 pub(super) type Expected = (fn(f64) -> bool, &'static str);
 
 pub(super) const FINITE: Expected = (|_| true, "a finite number within ±3e38");
@@ -42,8 +42,8 @@ impl SceneFile {
         Ok(value)
     }
 
-    /// A vector that points somewhere, at unit length, and its length. One that has unit length
-    /// already stays as it is to the last bit, so that a printed scene reads back as the same scene.
+    /// The unit vector of a vector that is not zero, and its length. A vector that has unit length already stays as
+    /// it is to the last bit, so that a printed scene reads back as the same scene.
     pub(super) fn direction(&self, key: &str, vector: [f64; 3]) -> Result<([f64; 3], f64)> {
         self.triple(key, vector, FINITE)?;
         let length = DVec3::from(vector).length();

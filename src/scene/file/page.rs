@@ -1,5 +1,5 @@
-//! Prints a resolved scene as a scene file: every key, its unit in a comment. Reading it again gives
-//! the same scene to the last bit, so it is also what an EXR's header carries.
+//! Prints a resolved scene as a scene file: every key, with its unit in a comment. Reading it again gives the same
+//! scene to the last bit, so it is also stored in an EXR's header.
 
 use serde::Serialize;
 use toml::Value;
@@ -15,8 +15,8 @@ use super::volume::describe_volume;
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 
-/// `file` still knows the paths, which a resolved scene has no need of. They are printed as seen from
-/// where this process stands.
+/// Prints a scene. `file` has the paths, which a resolved scene does not need. They are printed relative to the
+/// current directory.
 pub fn describe(file: &SceneFile, volume: &Volume, scene: &Scene) -> String {
     let mut page = Page::default();
     page.comment(
@@ -59,7 +59,7 @@ impl Page {
         }
     }
 
-    /// Writes a key that the user gave, or else a comment that shows what the volume's own file says.
+    /// Writes a key that the user has set, or else a comment with the value from the volume's own file.
     pub fn line_or_comment<T: Serialize>(
         &mut self,
         key: &str,

@@ -1,4 +1,4 @@
-//! The `[render]` table: what may be written in it, what that means, and how it is printed.
+//! The `[render]` table: its keys, their meaning, and how they are printed.
 
 use serde::{Deserialize, Serialize};
 use toml::Value;
@@ -57,7 +57,7 @@ impl SceneFile {
     }
 }
 
-/// Far more than any picture needs, and 2^exposure stays representable.
+/// A range far larger than any picture needs, in which 2^exposure stays representable.
 const EXPOSURE: Expected = (
     |stops| stops.abs() <= 100.0,
     "a number of stops from -100 to 100",

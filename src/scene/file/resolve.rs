@@ -1,14 +1,14 @@
-//! From what the user wrote to what is rendered: fills in every default, checks every value.
+//! Resolves a scene file into a scene: fills in every default and checks every value.
 //!
-//! The file of each table has one method that builds its part of the scene and is its only check. [`SceneFile::check`]
-//! calls those that need no volume and drops what they build.
+//! The file of each table has one method that builds its part of the scene and is its only check.
+//! [`SceneFile::check`] calls those that need no volume and drops what they build.
 
 use super::SceneFile;
 use crate::error::Result;
 use crate::scene::volume::Volume;
 use crate::scene::{Medium, Scene};
 
-/// The scene, and what the user should know about it: one sentence each.
+/// The scene, and remarks for the user: one sentence each.
 pub fn resolve(file: &SceneFile, volume: &Volume) -> Result<(Scene, Vec<String>)> {
     let extent = volume.extent();
     let mut notes = Vec::new();
@@ -28,7 +28,7 @@ pub fn resolve(file: &SceneFile, volume: &Volume) -> Result<(Scene, Vec<String>)
 }
 
 impl SceneFile {
-    /// Finds everything that is wrong whatever the volume is.
+    /// Finds all errors that do not depend on the volume.
     pub(super) fn check(&self) -> Result<()> {
         self.volume_overrides()?;
         self.medium(1.0)?;

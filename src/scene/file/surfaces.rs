@@ -1,4 +1,4 @@
-//! The `[surfaces]` table: what may be written in it, what that means, and how it is printed.
+//! The `[surfaces]` table: its keys, their meaning, and how they are printed.
 
 use serde::{Deserialize, Serialize};
 
@@ -116,7 +116,7 @@ impl SceneFile {
         })
     }
 
-    /// Parameters that the chosen shading does not have.
+    /// Adds a note for each parameter that the chosen shading does not have.
     pub(super) fn note_idle_parameters(&self, notes: &mut Vec<String>) {
         for (i, table) in self.surfaces.iso.iter().enumerate() {
             let shading = table.shading.unwrap_or_default();
@@ -131,7 +131,7 @@ impl SceneFile {
     }
 }
 
-/// The parameters that are given, each with the shadings that it has an effect on.
+/// The parameters that are set, each with the shadings on which it has an effect.
 fn parameters(table: &IsoTable) -> Vec<(&'static str, &'static [ShadingModel])> {
     use ShadingModel::{Disney, Phong};
     [

@@ -1,12 +1,12 @@
-//! Is there anything to see? A picture of nothing is a puzzle; a sentence about why is not.
+//! Checks whether there is anything to see: an empty picture is a puzzle; a sentence about its cause is not.
 
 use super::SceneFile;
 use crate::error::Result;
 use crate::scene::{Medium, Scene};
 
 impl SceneFile {
-    /// An isovalue that the data never reach, or a medium that is clear wherever there are data, is
-    /// an error; what might be meant that way is a note.
+    /// Fails for an isovalue that the data never reach, or a medium that is clear wherever there are data; anything
+    /// that may be intended is only a note.
     pub(super) fn check_visible(
         &self,
         scene: &Scene,
@@ -44,7 +44,7 @@ impl SceneFile {
     }
 }
 
-/// Why no value between `low` and `high` has an opacity; `None` if one has.
+/// The reason why no value between `low` and `high` has an opacity; `None` if one has.
 fn why_clear(medium: &Medium, [low, high]: [f64; 2]) -> Option<String> {
     let points = &medium.transfer;
     // Opacity is linear in between, so it is positive at one of these if it is anywhere.

@@ -1,4 +1,4 @@
-//! The `[volume]` table: what may be written in it, what that means, and how it is printed.
+//! The `[volume]` table: its keys, their meaning, and how they are printed.
 
 use std::path::PathBuf;
 
@@ -13,7 +13,7 @@ use crate::scene::volume::{Endian, Pick, Volume, VolumeOverrides};
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct VolumeTable {
-    /// The path as it is written, relative to the scene file. [`SceneFile::volume_path`] is the one to open.
+    /// The path as written, relative to the scene file. [`SceneFile::volume_path`] is the path to open.
     pub path: Option<PathBuf>,
     pub dims: Option<[u32; 3]>,
     #[serde(rename = "type")]

@@ -2,8 +2,8 @@
 //! where the file's axes are left-handed.
 //!
 //! To read all of them, take [`Volume::pieces`](super::Volume::pieces), which come in the order in which the source
-//! is read fastest, and read one after another through one [`Reader`]. A volume larger than memory passes through a
-//! small buffer like that, and a compressed file is inflated only once. If the source can give any region at once,
+//! is read fastest, and read one after another through one [`Reader`]. In this way a volume larger than memory passes
+//! through a small buffer, and a compressed file is inflated only once. If the source can give any region at once,
 //! all cores read a share of each piece.
 
 use rayon::prelude::*;
@@ -15,21 +15,21 @@ use super::source::{Cursor, Source};
 use super::stored::{Conversion, StoredType, Voxels};
 use crate::error::{Error, Place, Result};
 
-/// Bytes read at a time where they have to be converted: they stay in the processor's cache.
+/// Bytes read at a time where they have to be converted, so that they stay in the processor's cache.
 const CHUNK: usize = 256 << 10;
 /// Stored bytes that a core reads before it takes the next share.
 const SHARE: usize = 1 << 20;
 
-/// The stored values of a volume, and the way to them.
+/// The stored values of a volume, and how to read them.
 #[derive(Debug)]
 pub(super) struct Grid {
     pub source: Box<dyn Source>,
-    /// The part of the source's voxels that the volume has, as the source counts them.
+    /// The part of the source's voxels that the volume has, in the source's own coordinates.
     pub region: Region,
     /// Whether slice 0 is the source's last.
     pub is_mirrored: bool,
     pub conversion: Conversion,
-    /// Takes the place of values that are not finite, if there are any.
+    /// The value in place of those that are not finite, if there are any.
     pub filler: Option<f32>,
     /// The file, for messages.
     pub name: String,
@@ -66,14 +66,14 @@ impl Grid {
         }
     }
 
-    /// All voxels, if they are in memory as they are.
+    /// All voxels, if they are in memory in this form.
     pub fn resident(&self) -> Option<&Voxels> {
         let is_whole = self.region.low == [0; 3] && !self.is_mirrored;
         let is_same = self.conversion.is_none() && self.filler.is_none();
         self.source.resident().filter(|_| is_whole && is_same)
     }
 
-    /// A box of the volume as the source's order of slices has it, and the other way round.
+    /// Converts a box between the volume's order of slices and the source's.
     fn turned(&self, region: Region) -> Region {
         match self.is_mirrored {
             true => region.mirrored(self.dims()[2]),
@@ -81,8 +81,7 @@ impl Grid {
         }
     }
 
-    /// Puts voxels as the source has them where a region needs them. Returns the largest change that
-    /// rounding made.
+    /// Converts voxels as the source has them into stored values. Returns the largest change by rounding.
     fn place(&self, voxels: &[u8], stored: &mut [u8]) -> Parsed<f64> {
         let rounding = match self.conversion.is_none() {
             true => {
@@ -106,7 +105,7 @@ impl Grid {
         }
     }
 
-    /// All cores at once, as chunks lie. Returns the largest change that rounding made.
+    /// Reads a region chunk by chunk with all cores. Returns the largest change by rounding.
     fn read_chunks(&self, chunked: &Chunked, region: Region, stored: &mut [u8]) -> Parsed<f64> {
         let wanted = self.turned(region).within(&self.region);
         let place = |voxels: &[u8], stored: &mut [u8]| self.place(voxels, stored);
@@ -117,7 +116,7 @@ impl Grid {
         Ok(rounding)
     }
 
-    /// Returns the largest change that rounding made.
+    /// Reads a region through a cursor. Returns the largest change by rounding.
     fn read(&self, cursor: &mut dyn Cursor, region: Region, stored: &mut [u8]) -> Parsed<f64> {
         let mut rounding: f64 = 0.0;
         let wanted = self.turned(region).within(&self.region);
@@ -146,7 +145,7 @@ impl Grid {
 /// Reads regions of a volume, fastest in the order of [`Volume::pieces`](super::Volume::pieces).
 pub struct Reader<'a> {
     grid: &'a Grid,
-    /// The place to go on from, if the source is best read from front to back.
+    /// The position from which to continue, if the source is best read from front to back.
     cursor: Option<Box<dyn Cursor + 'a>>,
     /// The largest change that rounding to f32 has made.
     pub(super) rounding: f64,
@@ -157,8 +156,8 @@ impl Reader<'_> {
     ///
     /// # Errors
     ///
-    /// The file cannot be read any more or has changed, the region leaves the volume, or `bytes` has
-    /// another length.
+    /// If the file cannot be read any more or has changed, if the region leaves the volume, or if `bytes` has another
+    /// length.
     pub fn read(&mut self, region: Region, bytes: &mut [u8]) -> Result<()> {
         let grid = self.grid;
         let fits = region.lies_within(grid.dims())
@@ -185,7 +184,7 @@ impl Reader<'_> {
             (None, None) => {
                 let shares = shares_mut(region, bytes, grid.stored().bytes());
                 let read = |(region, bytes)| grid.read(&mut *grid.source.cursor(), region, bytes);
-                // All results are collected, so that the fault that is reported is always the first one.
+                // All results are collected, so that the first fault is always the one that is reported.
                 let changes: Vec<Parsed<f64>> = shares.into_par_iter().map(read).collect();
                 let largest = |a: f64, b: Parsed<f64>| Ok::<f64, String>(a.max(b?));
                 changes.into_iter().try_fold(0.0, largest)?

@@ -1,4 +1,4 @@
-//! How often each value occurs: what presets take their thresholds from, and what `info` prints.
+//! A histogram of values, from which presets take their thresholds, and which `info` prints.
 
 /// Bins of equal width from the smallest to the largest value.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,7 +11,7 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// A histogram of which nothing has been counted yet.
+    /// A histogram without counts.
     pub(super) fn empty(low: f64, width: f64, bins: usize) -> Histogram {
         let counts = vec![0; bins];
         Histogram { low, width, counts }
@@ -28,7 +28,7 @@ impl Histogram {
         self.counts[bin.min(last)] += count;
     }
 
-    /// Adds what another one with the same bins has.
+    /// Adds the counts of another histogram with the same bins.
     pub(super) fn add_all(&mut self, other: &Histogram) {
         for (sum, count) in self.counts.iter_mut().zip(&other.counts) {
             *sum += count;
@@ -40,10 +40,10 @@ impl Histogram {
         self.low + (bin as f64 + 0.5) * self.width
     }
 
-    /// The values that split the bins into `classes` with the least variance inside each (Otsu
-    /// 1979). A bin counts with the square root of its voxels: most volumes are mostly empty, and
-    /// emptiness would draw every threshold to itself. Fewer than `classes` occupied bins: as many
-    /// classes as there are.
+    /// The values that split the bins into `classes` with the least variance inside each (Otsu 1979). A bin counts
+    /// with the square root of its voxels: most volumes are mostly empty, and the empty voxels would draw every
+    /// threshold to themselves. If fewer bins than `classes` are occupied, there are as many classes as occupied
+    /// bins.
     pub fn otsu(&self, classes: usize) -> Vec<f64> {
         let occupied: Vec<usize> = (0..self.counts.len())
             .filter(|&bin| self.counts[bin] > 0)
@@ -91,8 +91,8 @@ impl Sums {
         Sums { weight, moment }
     }
 
-    /// What the class of bins `low..high` adds to the variance between classes, up to a constant:
-    /// the sum is largest where the variance inside is least.
+    /// The contribution of the class of bins `low..high` to the variance between classes, up to a constant: the sum
+    /// is largest where the variance inside is least.
     fn score(&self, low: usize, high: usize) -> f64 {
         let weight = self.weight[high] - self.weight[low];
         let moment = self.moment[high] - self.moment[low];

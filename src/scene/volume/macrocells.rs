@@ -1,8 +1,8 @@
-//! The smallest and largest stored value in each macrocell: what majorants are made of, and what tells
-//! where there is anything to see.
+//! The smallest and largest stored value in each macrocell, from which majorants are made, and which tells where
+//! there is anything to see.
 //!
-//! They are found while a volume is opened, piece by piece and in the order of the source, since
-//! they have to be known before anything is on the GPU.
+//! They are found while a volume is opened, piece by piece and in the order of the source, since they have to be
+//! known before anything is on the GPU.
 
 use std::ops::Range;
 
@@ -16,11 +16,10 @@ pub const MACROCELL: u32 = 8;
 const SIZE: usize = MACROCELL as usize;
 const EMPTY: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
-/// Macrocells of a source as far as its voxels have been seen.
+/// Macrocells of a source, as far as its voxels have been seen.
 ///
-/// Where the volume has the source's slices in reverse, macrocells are those of the volume all the same;
-/// here they are numbered in the order of the source. Counted like that, a macrocell begins elsewhere:
-/// `lead` says where.
+/// Where the volume has the source's slices in reverse, macrocells are nevertheless those of the volume; here they
+/// are numbered in the order of the source. A macrocell then begins at another voxel, according to `lead`.
 pub(super) struct Macrocells {
     dims: [u32; 3],
     is_mirrored: bool,
@@ -110,7 +109,7 @@ impl Macrocells {
         (low - 1) / SIZE..(high - 1) / SIZE + 1
     }
 
-    /// The voxels that macrocell m of axis `a` needs, as the region counts those that are in it.
+    /// The voxels that macrocell m of axis `a` needs, in the region's coordinates and as far as they are in it.
     fn voxels(&self, region: Region, a: usize, m: usize) -> Range<usize> {
         let low = region.low[a] as usize + self.lead[a];
         let begin = (m * SIZE).saturating_sub(low);
@@ -119,8 +118,8 @@ impl Macrocells {
     }
 }
 
-/// The ranges in columns of voxels. Rows are folded into one before macrocells are told apart, which is
-/// most of the work and what a processor does many at a time.
+/// The ranges in columns of voxels. Rows are folded into one before macrocells are told apart: this is most of the
+/// work, and a processor does it for many values at a time.
 struct Columns<T> {
     low: Vec<T>,
     high: Vec<T>,
@@ -136,7 +135,7 @@ impl<T> Default for Columns<T> {
 }
 
 impl<T: Stored> Columns<T> {
-    /// Forgets what was before.
+    /// Folds new rows; earlier ones are forgotten.
     fn fold<'a>(&mut self, mut rows: impl Iterator<Item = &'a [T]>)
     where
         T: 'a,

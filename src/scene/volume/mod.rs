@@ -1,9 +1,9 @@
-//! A volume: what its voxels mean, and a source from which they are read on demand.
+//! A volume: the meaning of its voxels, and a source from which they are read on demand.
 //!
-//! Nothing needs all voxels in memory. A format's module parses a header (`format`) and says where the
-//! voxels come from (`source`); one walk through them finds what can only be known of all of them
-//! (`settle`); from then on a [`Reader`] gives the stored values of any region, cropped, converted
-//! and in the volume's order, the same way for every format (`grid`).
+//! Nothing needs all voxels in memory. A format's module parses a header (`format`) and provides the source of the
+//! voxels (`source`); one walk through them finds what depends on all of them (`settle`); from then on a [`Reader`]
+//! gives the stored values of any region, cropped, converted and in the volume's order, the same way for every format
+//! (`grid`).
 
 mod format;
 mod grid;
@@ -52,10 +52,10 @@ pub use stored::{StoredType, Voxels};
 pub use thumbnail::Thumbnail;
 pub use voxel_type::{Endian, VoxelType};
 
-/// Copied at a time from a source that is read from front to back.
+/// Bytes copied at a time from a source that is read from front to back.
 const SPOOLED_BYTES: u64 = 32 << 20;
 
-/// What is known of a volume, and the way to its voxels.
+/// The properties of a volume, and access to its voxels.
 ///
 /// Voxel (i, j, k) sits at the cell centre (i+½, j+½, k+½)·spacing from the box's low corner.
 ///
@@ -73,21 +73,21 @@ pub struct Volume {
     pub offset: f64,
     /// Smallest and largest value present.
     pub range: [f64; 2],
-    /// Where i, j and k grow, if the header or the user says so.
+    /// The anatomical directions in which i, j and k grow, if the header or the user says so.
     pub axes: Option<Axes>,
     /// The file's own type.
     pub voxel_type: VoxelType,
-    /// How the file holds it, for users to read.
+    /// How the file stores it, as information for users.
     pub storage: Storage,
-    /// What the user should know about the loading: one sentence each.
+    /// Remarks on the loading for the user: one sentence each.
     pub notes: Vec<String>,
-    /// What else its file says: a name and a value each, for `isolume info`.
+    /// Further facts from the file: a name and a value each, for `isolume info`.
     pub facts: Vec<(&'static str, String)>,
     /// Whether the values are Hounsfield units, where the file says what they are.
     pub is_hounsfield: Option<bool>,
     grid: Arc<Grid>,
     statistics: Arc<Statistics>,
-    /// Where to keep it for the next run, and what has been found out about its values.
+    /// The place of its store, and what has been found out about its values.
     keeping: Option<Arc<Keeping>>,
 }
 
@@ -146,13 +146,14 @@ impl Volume {
         self.reader().read(region, bytes)
     }
 
-    /// The same volume with a source of which small regions are read as fast as large ones, in any order: if its own has
-    /// to decode more than the region, its store, which is written if there is none yet, or, without a place for one, a
-    /// copy of its stored values in a temporary file.
+    /// The same volume with a source from which small regions are read as fast as large ones, in any order. If its
+    /// own source has to decode more than the region, this is its store, which is written if there is none yet, or,
+    /// without a place for one, a copy of its stored values in a temporary file.
     ///
     /// # Errors
     ///
-    /// The same as for [`Reader::read`]; or the copy has no room; or [`Stores`] has told somebody who wants no more.
+    /// The same as for [`Reader::read`]; or there is no room for the copy; or the callback of [`Stores`] has ended
+    /// it.
     pub fn in_any_order(&self) -> Result<Volume> {
         match &self.keeping {
             Some(keeping) if self.grid.source.resident().is_none() => self.kept(keeping),
@@ -175,12 +176,12 @@ impl Volume {
     fn kept(&self, keeping: &Keeping) -> Result<Volume> {
         let fault = |fault: String| Error::input(Place::file(&self.grid.name), fault);
         let is_enough = |known: &Known| known.voxels.is_some() || self.is_direct();
-        // One that is damaged is replaced.
+        // A damaged store is replaced.
         let found = keeping.place.find(self.stored).unwrap_or(None);
         let mut known = found.filter(is_enough);
         if known.is_none() {
             match keeping.write(self) {
-                // What is found out again by a walk is not worth an error.
+                // Failing to keep what a walk can find again is not worth an error.
                 Err(error) if error.is_about_input() && self.is_direct() => {
                     return Ok(self.clone());
                 }
@@ -208,7 +209,7 @@ impl Volume {
         Ok(self.with_source(Box::new(spool)))
     }
 
-    /// The same with another source of its stored values.
+    /// The same volume with another source of its stored values.
     fn with_source(&self, source: Box<dyn Source>) -> Volume {
         Volume {
             grid: Arc::new(Grid {

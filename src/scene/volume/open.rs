@@ -1,5 +1,5 @@
-//! From a header to a [`Volume`]: what the user says counts more than what the file says, one walk
-//! through the voxels settles what they mean, and left-handed axes become right-handed.
+//! From a header to a [`Volume`]: the user's settings override those of the file, one walk through the voxels settles
+//! what they mean, and left-handed axes become right-handed.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use super::stored::{Conversion, Voxels};
 use crate::error::{Error, Place, Result};
 
 impl Volume {
-    /// Opens a volume of any format, told by the file's name, and walks through its voxels once.
+    /// Opens a volume of any format, recognised by the file's name, and walks through its voxels once.
     ///
     /// # Errors
     ///
@@ -33,8 +33,8 @@ impl Volume {
         Volume::load_watched(path, overrides, &Reading::default(), None)
     }
 
-    /// [`Volume::load`] for someone who waits on another thread: `reading` tells them how far it is, and
-    /// lets them stop it. What `stores` has of the volume takes the place of the walk.
+    /// [`Volume::load`] while another thread waits: `reading` reports the progress to it, and lets it stop the
+    /// reading. If `stores` knows the volume, there is no walk.
     ///
     /// # Errors
     ///
@@ -51,7 +51,7 @@ impl Volume {
         format::read(path, overrides)
             .and_then(|header| match version_at(path) == version {
                 true => open(header, overrides, &name, reading, stores),
-                // The header may not be that of the voxels.
+                // The header may belong to other voxels.
                 false => Err(HAS_CHANGED.into()),
             })
             .map_err(|fault| Error::input(Place::file(&name), fault))
@@ -61,29 +61,29 @@ impl Volume {
     ///
     /// # Errors
     ///
-    /// It holds no volume.
+    /// If it holds no volume.
     pub fn series(path: &Path) -> Result<Vec<Series>> {
         let name = path.display().to_string();
         format::series(path).map_err(|fault| Error::input(Place::file(&name), fault))
     }
 
-    /// The same volumes with pictures of their middle slices, for somebody to choose from; none where there is
-    /// only one. It reads all headers and one slice of each volume.
+    /// The same volumes with pictures of their middle slices, for the user to choose from; none if there is only one.
+    /// It reads all headers and one slice of each volume.
     ///
     /// # Errors
     ///
-    /// The folder or file can no longer be read.
+    /// If the folder or file can no longer be read.
     pub fn previews(path: &Path) -> Result<Vec<Preview>> {
         let name = path.display().to_string();
         format::previews(path).map_err(|fault| Error::input(Place::file(&name), fault))
     }
 
-    /// A volume made in memory; its values are the voxels as they are.
+    /// A volume made in memory; its values are the voxels themselves.
     ///
     /// # Errors
     ///
-    /// The number of voxels is not the product of `dims`, or 0; a spacing is no length above 0; no
-    /// value is finite.
+    /// If the number of voxels is not the product of `dims`, or 0; if a spacing is no length above 0; if no value is
+    /// finite.
     pub fn from_values(dims: [u32; 3], spacing: [f64; 3], voxels: Voxels) -> Result<Volume> {
         let expected = dims.iter().map(|size| u128::from(*size)).product::<u128>();
         if expected == 0 || voxels.len() as u128 != expected {
@@ -131,7 +131,7 @@ fn open(
             None
         })
     });
-    // The voxels are walked through in the source's order, and only read in the volume's from then on.
+    // The voxels are walked through in the source's order; later they are read in the volume's.
     let mut grid = Grid {
         source: header.source,
         region,

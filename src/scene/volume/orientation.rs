@@ -1,8 +1,8 @@
-//! Where i, j and k grow in the body, and whether they form a right-handed system.
+//! The directions in which i, j and k grow in the body, and whether they form a right-handed system.
 //!
-//! A header says it with a direction matrix, with letters, or not at all. The world axes are the
-//! index axes whatever it says, so all that is kept of a matrix is the voxel size, the nearest letter
-//! for each axis, and the handedness, which decides whether the volume would be seen as its mirror image.
+//! A header gives them as a direction matrix, as letters, or not at all. The world axes are the index axes in any
+//! case, so all that is kept of a matrix is the voxel size, the nearest letter for each axis, and the handedness,
+//! which decides whether the volume would be seen as its mirror image.
 
 use std::fmt;
 use std::str::FromStr;
@@ -55,7 +55,7 @@ impl Anatomical {
         NAMES[self as usize].1
     }
 
-    /// The unit vector in left-posterior-superior coordinates, as DICOM has them: right-handed.
+    /// The unit vector in DICOM's left-posterior-superior coordinates, which are right-handed.
     fn direction(self) -> [f64; 3] {
         match self {
             Left => [1.0, 0.0, 0.0],
@@ -149,7 +149,7 @@ impl Frame {
     }
 }
 
-/// What is kept of a header's orientation.
+/// The part of a header's orientation that is kept.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Orientation {
     pub axes: Option<Axes>,
@@ -206,8 +206,8 @@ impl From<Axes> for Orientation {
     }
 }
 
-/// The letters that point most nearly where the axes do, among all that have their handedness.
-/// Choosing all three at once keeps them distinct for any obliqueness.
+/// The letters nearest to the axes' directions, among all that have their handedness. Choosing all three at once
+/// keeps them distinct for any obliqueness.
 fn nearest(units: [[f64; 3]; 3], world: Axes, left_handed: bool) -> Axes {
     let opposite = world.opposite();
     let score = |letters: [Anatomical; 3]| -> f64 {

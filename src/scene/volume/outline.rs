@@ -1,5 +1,5 @@
-//! A volume that nobody has at hand: how large it is and between which values it lies, which is all that a plan asks of
-//! one. Its voxels cannot be read.
+//! A volume without voxels: its size and the range of its values, which is all that a plan needs of one. Its voxels
+//! cannot be read.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::statistics::Statistics;
 use super::stored::{Conversion, StoredType};
 use super::{MACROCELL, Storage, Volume};
 
-/// Voxels that are not there.
+/// A source of no voxels.
 #[derive(Debug)]
 struct Nowhere;
 

@@ -1,9 +1,9 @@
-//! What the user says about a volume's file.
+//! The user's settings for a volume's file.
 
 use super::orientation::Axes;
 use super::voxel_type::{Endian, VoxelType};
 
-/// What the user says takes precedence over what the file says.
+/// The user's settings, which override those of the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct VolumeOverrides {
     /// Raw files only, x fastest.
@@ -13,12 +13,12 @@ pub struct VolumeOverrides {
     /// Raw files only; little if absent.
     pub endian: Option<Endian>,
     pub spacing: Option<[f64; 3]>,
-    /// Which one of several, counted from 0; the first if absent. TIFF and OME-Zarr only.
+    /// Index of the channel, counted from 0; the first if absent. TIFF and OME-Zarr only.
     pub channel: Option<u32>,
     pub time: Option<u32>,
-    /// Which resolution, counted from 0, the finest; that one if absent. TIFF and OME-Zarr only.
+    /// Index of the resolution, counted from 0, the finest; the finest if absent. TIFF and OME-Zarr only.
     pub level: Option<u32>,
-    /// Where the file's i, j and k grow: left-handed ones are reversed like a header's.
+    /// The directions in which the file's i, j and k grow: left-handed ones are reversed like a header's.
     pub axes: Option<Axes>,
     /// The file's voxels [low, high) along i, j and k; only these are kept.
     pub crop: Option<[[u32; 3]; 2]>,
@@ -28,10 +28,10 @@ pub struct VolumeOverrides {
     pub fill_gaps: bool,
 }
 
-/// How one of several volumes is named.
+/// How the user names one of several volumes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pick {
-    /// As `isolume info` counts them, from 1 on.
+    /// Its number in `isolume info`, from 1 on.
     Number(u32),
     /// DICOM's SeriesInstanceUID.
     Uid(String),

@@ -1,5 +1,4 @@
-//! How far a volume has been read and what that took, for someone who waits on another thread and may
-//! lose patience.
+//! The progress of reading a volume and the time that it took, for another thread that waits and may stop it.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
@@ -8,7 +7,7 @@ use super::parsed::Parsed;
 
 #[derive(Debug, Default)]
 pub struct Reading {
-    /// Decompressed bytes of the wanted voxels that have been read, and of all wanted voxels.
+    /// Decompressed bytes of the wanted voxels: those that have been read, and all.
     done: AtomicU64,
     all: AtomicU64,
     took_ns: AtomicU64,
@@ -22,7 +21,7 @@ impl Reading {
         done / (self.all.load(Ordering::Relaxed) as f64).max(1.0)
     }
 
-    /// The voxels are no longer wanted: reading them ends with an error.
+    /// Stops the reading with an error: the voxels are no longer wanted.
     pub fn stop(&self) {
         self.is_stopped.store(true, Ordering::Relaxed);
     }

@@ -75,7 +75,7 @@ impl Region {
         self
     }
 
-    /// The box inside this one, as the volume counts voxels that this one is a part of.
+    /// The box inside `outer` in the coordinates of the whole volume.
     pub(super) fn within(mut self, outer: &Region) -> Region {
         for (low, offset) in self.low.iter_mut().zip(outer.low) {
             *low += offset;
@@ -83,7 +83,7 @@ impl Region {
         self
     }
 
-    /// The same box, as one inside `outer` counts it.
+    /// The box in the coordinates of `outer`, in which it lies.
     pub(super) fn outside(mut self, outer: &Region) -> Region {
         for (low, offset) in self.low.iter_mut().zip(outer.low) {
             *low -= offset;
@@ -100,8 +100,7 @@ impl Region {
         (0..z).flat_map(move |slice| (0..y).map(move |row| first(row, slice)))
     }
 
-    /// Where a volume of `whole` voxels, x fastest, holds these: the first voxel and the length of
-    /// each run.
+    /// The runs of these voxels in a volume of `whole` voxels, x fastest: the first voxel and the length of each.
     pub(super) fn runs(self, whole: [u32; 3]) -> impl Iterator<Item = (u64, usize)> {
         let [x, y, z] = self.dims.map(|size| size as usize);
         let has_whole_rows = self.dims[0] == whole[0];

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::thumbnail::Thumbnail;
 
-/// One volume of a folder, as its headers describe it. Field names are a contract with scripts.
+/// One volume of a folder, described by its headers. Field names are a contract with scripts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Series {
     /// Its number, from 1 on, the largest volume first: the scene's `volume.series`.
@@ -15,14 +15,14 @@ pub struct Series {
     pub modality: String,
     /// Slices in the files, doubles left out.
     pub slices: u32,
-    /// Voxels along each axis, as they would be loaded.
+    /// Voxels along each axis once it is loaded.
     pub dims: [u32; 3],
     pub spacing: [f64; 3],
-    /// What is done to load it, or why it cannot be: one sentence each.
+    /// What is done to load it, or why it cannot be loaded: one sentence each.
     pub notes: Vec<String>,
 }
 
-/// One volume of a folder, as a list in a window shows it.
+/// One volume of a folder, for a list in a window.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preview {
     pub series: Series,

@@ -1,12 +1,11 @@
-//! What can be said of a volume only once all of its voxels have been seen: the range of values, what
-//! stands for those that are not finite, the macrocells' ranges, and how often each value occurs.
+//! The properties of a volume that depend on all of its voxels: the range of values, the value in place of those that
+//! are not finite, the macrocells' ranges, and how often each value occurs.
 //!
-//! All of it is found on one walk through the source, and no voxel is kept for it: voxels pass
-//! through a buffer. Behind compression, where a header could promise anything, what is allocated grows
-//! with the voxels that really arrive.
+//! All of it is found on one walk through the source, and no voxel is kept for it: voxels pass through a buffer.
+//! Behind compression, where a header could promise anything, allocations grow with the voxels that really arrive.
 //!
-//! A small compressed file is the exception: its voxels are kept, because whoever opens a volume
-//! reads it once more at least, and inflating takes longer than all the rest.
+//! A small compressed file is the exception: its voxels are kept, because an opened volume is read at least once
+//! more, and inflating takes longer than all the rest.
 
 use std::time::Instant;
 
@@ -24,14 +23,14 @@ use super::stored::{Stored, StoredType, Voxels};
 const PIECE: usize = 8 << 20;
 /// Bytes of a piece of a compressed file, whose header may promise more than the file holds.
 const PIECE_OF_STREAM: usize = 256 << 10;
-/// The least voxels that are worth a core's attention.
+/// The least number of voxels that is worth a core's attention.
 const SHARE: usize = 32 << 10;
-/// The most cores that look at a piece at once, since each has counts of its own.
+/// The most cores that work on a piece at once, since each has counts of its own.
 const MOST_SHARES: usize = 16;
 /// Bytes up to which the voxels of a compressed file stay in memory.
 const MOST_KEPT: u64 = 32 << 20;
 
-/// What was found, in terms of stored values.
+/// The results of the walk, in terms of stored values.
 #[derive(Debug)]
 pub(super) struct Settled {
     pub facts: Facts,
@@ -43,13 +42,13 @@ pub(super) struct Settled {
     pub kept: Option<Voxels>,
 }
 
-/// The plain numbers among what was found.
+/// The plain numbers among the results.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Facts {
     pub range: [f32; 2],
     /// Voxels whose value is not finite; the lowest of `range` takes its place.
     pub infinite: u64,
-    /// The largest change that storing a value as f32 made.
+    /// The largest change by storing a value as f32.
     pub rounding: f64,
 }
 
@@ -63,11 +62,11 @@ pub(super) fn settle(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parse
     }
 }
 
-/// What one core has found in its shares.
+/// The results of one core for its shares.
 struct Tally {
     counts: Vec<u64>,
     infinite: u64,
-    /// The least of the finite values beside infinite ones.
+    /// The least of the finite values in shares that hold values that are not finite, too.
     least: f32,
 }
 
@@ -114,7 +113,7 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
     })
 }
 
-/// All cores at once, each at a share of its own.
+/// Tallies a region with all cores, each of which has a share of its own.
 fn look<T: Stored>(
     region: Region,
     values: &[T],
@@ -164,8 +163,8 @@ impl Tally {
         }
     }
 
-    /// Where a value occurs again and again, as in empty space, counting one by one would make each
-    /// count wait for the one before.
+    /// Counts eight values at a time. Where a value occurs again and again, as in empty space, counting one by one
+    /// would make each count wait for the one before.
     fn count<T: Stored>(&mut self, values: &[T]) {
         const RUN: usize = 8;
         let (runs, rest) = values.as_chunks::<RUN>();
@@ -200,8 +199,8 @@ impl Tally {
     }
 }
 
-/// The range of all values, of which `least` is one. Its low end takes the place of what is not finite
-/// in the macrocells' ranges.
+/// The range of all values, of which `least` is one. Its low end replaces values that are not finite in the
+/// macrocells' ranges.
 fn fill_gaps(ranges: &mut [[f32; 2]], least: f32) -> Parsed<[f32; 2]> {
     let lows = ranges.iter().map(|range| range[0]);
     let low = lows.filter(|low| low.is_finite()).fold(least, f32::min);

@@ -1,4 +1,4 @@
-//! What stays known of a volume's stored values once all of them have been seen.
+//! The statistics of a volume's stored values, which are kept once all of them have been seen.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -24,7 +24,7 @@ pub(super) struct Statistics {
 }
 
 impl Statistics {
-    /// `histogram` is one of floats that is known already.
+    /// `histogram` is a known histogram of floats.
     pub fn new(
         macrocell_ranges: Vec<[f32; 2]>,
         counts: Vec<u64>,
@@ -43,8 +43,8 @@ impl Statistics {
         last.unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Fills an empty histogram with what stored values mean. Integers have been counted; floats are
-    /// counted now, unless the same bins were asked for before.
+    /// Fills an empty histogram over the meaning of stored values. Integers have been counted; floats are counted
+    /// now, unless the same bins were asked for before.
     pub fn fill(
         &self,
         mut empty: Histogram,

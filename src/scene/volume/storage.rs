@@ -1,12 +1,12 @@
-//! How a file holds a volume, for users to read: nothing is decided by it.
+//! How a file stores a volume, as information for users: nothing depends on it.
 
 use serde::Serialize;
 
-/// A field is empty or `None` where a format has no such thing.
+/// A field is empty or `None` where a format does not have it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Storage {
     pub format: &'static str,
-    /// `None`: plain.
+    /// `None` if there is none.
     pub compression: Option<String>,
     /// The unit of the spacing.
     pub unit: Option<String>,
@@ -29,7 +29,7 @@ pub struct Level {
 }
 
 impl Storage {
-    /// One line for each thing that there is.
+    /// One line for each known property.
     pub fn lines(&self) -> Vec<(&'static str, String)> {
         let of = |chosen: Option<u32>, count: usize| format!("{} of {count}", chosen.unwrap_or(0));
         let mut lines = vec![("format", self.format.to_string())];
@@ -61,7 +61,7 @@ impl Storage {
         lines
     }
 
-    /// What the user should know of channels and times that are not the volume.
+    /// Remarks for the user on channels and times that are not the volume.
     pub fn notes(&self) -> Vec<String> {
         let channels = self.channels.len() as u32;
         let of = |key: &str, chosen: Option<u32>, count: u32| {
@@ -79,7 +79,7 @@ impl Storage {
     }
 }
 
-/// The power of ten by which a unit of length is a metre, by the names and signs that files use.
+/// The power of ten of a unit of length in metres, by the names and signs that files use.
 fn decimal(unit: &str) -> Option<i32> {
     Some(match unit.trim() {
         "angstrom" | "Å" => -10,
@@ -92,12 +92,12 @@ fn decimal(unit: &str) -> Option<i32> {
     })
 }
 
-/// Lengths along x, y and z, each in a unit of its own, in the unit of x: one world unit is one length. Where
-/// a unit is unknown, or is the same, a length stays as it is.
+/// Lengths along x, y and z, given in a unit each, in the unit of x, which is the world unit. If a unit is unknown or
+/// the same, its length is unchanged.
 pub fn in_one_unit(lengths: [f64; 3], units: [Option<&str>; 3]) -> [f64; 3] {
     let power = |unit: Option<&str>| Some(decimal(unit?)? - decimal(units[0]?)?);
     std::array::from_fn(|a| match power(units[a]).unwrap_or(0) {
-        // Both are exact, and a negative power of ten is not.
+        // Both are exact; a negative power of ten would not be.
         power @ 0.. => lengths[a] * 10f64.powi(power),
         power => lengths[a] / 10f64.powi(-power),
     })

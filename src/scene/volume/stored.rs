@@ -1,9 +1,8 @@
-//! The width in which voxels are kept, and the way there from the type that a file has.
+//! The width in which voxels are kept, and the conversion from the type that a file has.
 //!
-//! A GPU samples 8 and 16 bits as they are, so small integers keep their width, and a rescaling only
-//! gives stored values another meaning. Signed ones are shifted by half their range, which is a flip of
-//! their top bit. Everything else becomes f32, and so do integers with a negative slope: stored values
-//! and values must have the same order.
+//! A GPU samples 8 and 16 bits directly, so small integers keep their width, and a rescaling only gives stored values
+//! another meaning. Signed ones are shifted by half their range, which flips their top bit. Everything else becomes
+//! f32, and so do integers with a negative slope: stored values and values must have the same order.
 
 use bytemuck::{Pod, cast_slice, cast_slice_mut};
 
@@ -28,7 +27,7 @@ impl StoredType {
         }
     }
 
-    /// How many different values are counted one by one; 0 where there are too many.
+    /// Number of different values if they are counted one by one; 0 if they are too many.
     pub(super) fn counted(self) -> usize {
         match self {
             StoredType::U8 => u8::COUNTED,
@@ -103,13 +102,13 @@ impl Voxels {
 
 /// A stored value, for code that is the same for all three types.
 pub(super) trait Stored: Pod + PartialOrd + Send + Sync + Into<f32> {
-    /// How many different values there are, where each can be counted; 0 where there are too many.
+    /// Number of different values, if each can be counted; 0 if they are too many.
     const COUNTED: usize;
 
     /// The value as an index into counts.
     fn index(self) -> usize;
 
-    /// The value, or what is less than all others for one that is not finite.
+    /// The value, or one less than all others in place of a value that is not finite.
     fn or_lowest(self) -> Self;
 
     fn collect(values: Vec<Self>) -> Voxels;
@@ -166,22 +165,22 @@ impl Stored for f32 {
     }
 }
 
-/// Integers of 64 bits are taken where 32 would have been enough: the type is then a habit of the program
-/// that wrote it. A larger one is an identifier or a counter, which f32 would garble.
+/// The 64-bit integers that are accepted: those for which 32 bits would have been enough. The type is then a habit of
+/// the program that wrote the file. A larger one is an identifier or a counter, which f32 would garble.
 const FITTING: std::ops::RangeInclusive<i128> = i32::MIN as i128..=u32::MAX as i128;
 
-/// How values become stored ones.
+/// How values in a file are converted to stored values.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conversion {
     pub from: VoxelType,
     pub endian: Endian,
-    /// A voxel's value is intercept + slope · what the file holds.
+    /// A voxel's value is intercept + slope · the number in the file.
     pub slope: f64,
     pub intercept: f64,
 }
 
 impl Conversion {
-    /// For voxels that are stored values already.
+    /// The conversion for voxels that are stored values already.
     pub fn none(stored: StoredType) -> Conversion {
         Conversion {
             from: match stored {
@@ -203,7 +202,7 @@ impl Conversion {
         }
     }
 
-    /// What a stored value means: scale and offset.
+    /// The meaning of a stored value: scale and offset.
     pub fn meaning(&self) -> (f64, f64) {
         let shift = match self.from {
             VoxelType::I8 => -128.0,

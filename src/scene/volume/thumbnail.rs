@@ -1,4 +1,4 @@
-//! A small grey picture of a slice, by which users tell one series from another.
+//! A small grey picture of a slice, by which users tell series apart.
 
 /// Pixels along the longer side.
 const SIDE: u32 = 48;
@@ -51,7 +51,7 @@ impl Thumbnail {
     }
 }
 
-/// The values along one axis that a pixel stands for, at least one.
+/// The range of values along one axis that a pixel covers, at least one.
 fn covered(pixel: u32, pixels: u32, values: u32) -> [usize; 2] {
     let border = |n: u32| (u64::from(n) * u64::from(values) / u64::from(pixels)) as usize;
     let first = border(pixel);

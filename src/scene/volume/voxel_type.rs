@@ -56,7 +56,7 @@ impl VoxelType {
         (VoxelType::F64, "float64"),
     ];
 
-    /// An integer of so many bits.
+    /// The type of an integer with `bits` bits.
     pub fn integer(bits: u32, is_signed: bool) -> Option<VoxelType> {
         Some(match (bits, is_signed) {
             (8, false) => VoxelType::U8,
@@ -71,7 +71,7 @@ impl VoxelType {
         })
     }
 
-    /// A floating-point number of so many bits.
+    /// The type of a floating-point number with `bits` bits.
     pub fn float(bits: u32) -> Option<VoxelType> {
         match bits {
             32 => Some(VoxelType::F32),

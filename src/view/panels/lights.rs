@@ -50,7 +50,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// A light's colour and how bright it is, apart.
+/// Controls for a light's colour and, separately, its brightness.
 fn brightness(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], most: f64) {
     let bright = rgb.iter().copied().fold(0.0, f64::max);
     let mut hue = match bright > 0.0 {

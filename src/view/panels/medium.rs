@@ -1,4 +1,4 @@
-//! How dense the medium is, and where it scatters.
+//! Controls for the medium's density, and for where it scatters.
 
 use egui::Ui;
 
@@ -6,7 +6,7 @@ use super::slider;
 use crate::scene::{Medium, TransferPoint};
 use crate::view::session::Session;
 
-/// Densities go to so many times the one that a scene has by default.
+/// Highest density, as a multiple of a scene's default.
 const DENSEST: f64 = 40.0;
 
 pub fn show(ui: &mut Ui, session: &mut Session) {
@@ -27,7 +27,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// Clear at the low end of the data, a little opaque at the high end.
+/// A medium that is clear at the low end of the data and a little opaque at the high end.
 fn ramp(low: f64, high: f64, density: f64) -> Medium {
     let point = |value, opacity| TransferPoint {
         value,

@@ -1,5 +1,5 @@
-//! The panels beside the picture. Each changes the session's scene as it likes; the frame brings the GPU
-//! up to it afterwards.
+//! The panels beside the picture. Each changes the session's scene directly; the frame then brings the GPU up to date
+//! with it.
 
 mod lights;
 mod medium;
@@ -14,13 +14,12 @@ use egui::{CollapsingHeader, Color32, Panel, ScrollArea, Ui};
 use super::keys::Wish;
 use super::session::Session;
 
-/// Points that the panels are wide.
+/// Width of the panels in points.
 const WIDTH: f32 = 256.0;
 /// Width of a slider's rail, so that its figure and its name have room beside it.
 const RAIL: f32 = 76.0;
 
-/// Shows the panels to the right of what `ui` has left for the picture; returns what their buttons ask
-/// for.
+/// Shows the panels at the right side of `ui`; returns the wishes of their buttons.
 pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Wish> {
     let mut wishes = Vec::new();
     let panel = Panel::right("panels").exact_size(WIDTH).resizable(false);
@@ -79,7 +78,7 @@ fn section(ui: &mut Ui, title: &str, is_open: bool, contents: impl FnOnce(&mut U
         });
 }
 
-/// Two surfaces of one value are an error in a scene: the one at hand gives way.
+/// Moves the selected isovalue away from any equal one, since two surfaces of one value are an error in a scene.
 fn separate_isovalues(session: &mut Session) {
     let [low, high] = session.document.opened.volume.range;
     let chosen = session.chosen.surface;
@@ -112,7 +111,7 @@ fn color(ui: &mut Ui, rgb: &mut [f64; 3]) -> bool {
     changed
 }
 
-/// A linear colour as egui has it.
+/// A linear colour in egui's format.
 fn display(rgb: [f64; 3]) -> Color32 {
     let [r, g, b] = rgb.map(|c| c as f32);
     egui::Rgba::from_rgb(r, g, b).into()

@@ -1,5 +1,5 @@
-//! Looks to begin with: a transfer function and surfaces, by the data's own units where they have some,
-//! by shares of the range otherwise. Light and camera stay.
+//! Presets to start from: a transfer function and surfaces, in the data's own units where they are known, as shares
+//! of the range otherwise. Light and camera stay.
 
 use egui::Ui;
 
@@ -9,13 +9,13 @@ use crate::view::session::Session;
 
 struct Look {
     name: &'static str,
-    /// Values are Hounsfield units; otherwise shares of the data's range.
+    /// Whether values are Hounsfield units; otherwise they are shares of the data's range.
     is_ct: bool,
     /// The density, as a multiple of a scene's default.
     density: f64,
     /// Points: value, opacity and colour.
     transfer: &'static [(f64, f64, [f64; 3])],
-    /// Value and colour.
+    /// Value and colour of the surface.
     surface: Option<(f64, [f64; 3])>,
 }
 
@@ -129,7 +129,7 @@ impl Look {
     }
 }
 
-/// What a surface is made of to begin with.
+/// The material of a preset's surface, and of one that is switched to Disney's BRDF.
 pub fn glossy() -> Shading {
     Shading::Disney(Disney {
         roughness: ROUGHNESS,

@@ -1,4 +1,4 @@
-//! How the picture is made and shown.
+//! Controls for how the picture is made and shown.
 
 use egui::{ComboBox, Ui};
 
@@ -6,7 +6,7 @@ use super::slider;
 use crate::scene::{CacheFormat, CacheScale, Tone, Variant};
 use crate::view::session::Session;
 
-/// In the order that V goes through them.
+/// The variants in the order in which the key V selects them.
 pub const VARIANTS: [(&str, Variant); 3] = [
     ("auto", Variant::Auto),
     ("caching", Variant::Caching),

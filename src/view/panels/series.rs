@@ -1,8 +1,8 @@
-//! The volumes that the open folder holds, to pick from. Nothing here says who the patient is: a series'
-//! description, which a technician types, is left out.
+//! The volumes of the open folder, to pick from. Nothing here identifies the patient: a series' description, which a
+//! technician types, is left out.
 //!
-//! The canvas draws with one texture, which is the fonts'. A thumbnail is therefore a mesh with a coloured
-//! corner for each of its pixels, and only rows in sight are drawn.
+//! The canvas draws with one texture, which holds the fonts. A thumbnail is therefore a mesh with a coloured corner
+//! for each of its pixels, and only rows in sight are drawn.
 
 use egui::{Align2, Color32, FontId, Mesh, Rect, Response, ScrollArea, Sense, Ui, pos2, vec2};
 
@@ -17,7 +17,7 @@ const ROW: f32 = SIDE + 2.0 * MARGIN;
 /// Rows in sight at once.
 const MOST_ROWS: f32 = 3.5;
 
-/// Returns the wish for the one that has been clicked.
+/// Shows the list; returns the wish for the volume that has been clicked.
 pub fn show(ui: &mut Ui, session: &Session) -> Option<Wish> {
     let series = &session.series;
     let shown = shown(session);
@@ -37,7 +37,7 @@ pub fn show(ui: &mut Ui, session: &Session) -> Option<Wish> {
     wish
 }
 
-/// The number of the open one.
+/// The number of the open volume.
 fn shown(session: &Session) -> Option<u32> {
     match &session.document.opened.file.volume.series {
         None => Some(1),

@@ -1,4 +1,4 @@
-//! The isosurfaces: a list, and what the one at hand is made of.
+//! The isosurfaces: a list, and the material of the selected one.
 
 use egui::{ComboBox, Ui};
 

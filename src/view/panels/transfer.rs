@@ -1,8 +1,8 @@
-//! The transfer function over the histogram: points to drag, a double click for a new one, a right click
-//! or Delete to take one away.
+//! The transfer function over the histogram: points to drag, a double click for a new point, a right click or Delete
+//! to remove one.
 //!
-//! Opacities that matter reach from 0.003 to 1, so the axis shows their square root; counts of voxels
-//! differ by more, so theirs is logarithmic.
+//! Useful opacities range from 0.003 to 1, so the axis shows their square root; counts of voxels differ by more, so
+//! theirs is logarithmic.
 
 use egui::{Color32, Key, Mesh, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
 
@@ -13,7 +13,7 @@ use crate::view::session::{Chosen, Session};
 
 const HEIGHT: f32 = 120.0;
 const POINT: f32 = 5.0;
-/// Around the plot, so that points at its border can be seen whole.
+/// Margin around the plot, so that points at its border are wholly visible.
 const MARGIN: f32 = 6.0;
 const BARS: Color32 = Color32::from_gray(74);
 
@@ -35,7 +35,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     chosen_point(ui, medium, &mut session.chosen);
 }
 
-/// The data's range, and whatever points lie outside it.
+/// The data's range, extended to points outside it.
 fn shown_range(medium: &Medium, [low, high]: [f64; 2]) -> [f64; 2] {
     let values = medium.transfer.iter().map(|p| p.value);
     let low = values.clone().fold(low, f64::min);
@@ -59,7 +59,7 @@ pub fn histogram(
     }
 }
 
-/// Values to the right, opacities upwards.
+/// A plot with values to the right and opacities upwards.
 struct Plot {
     area: Rect,
     range: [f64; 2],
@@ -133,7 +133,7 @@ impl Plot {
             .add(Shape::line(line, Stroke::new(1.5, Color32::from_gray(200))));
     }
 
-    /// Straight in opacity is bent on this axis.
+    /// A segment between two points: linear in opacity, and thus curved on this axis.
     fn curve(&self, pair: &[TransferPoint]) -> impl Iterator<Item = Pos2> + '_ {
         const STEPS: u32 = 8;
         let (a, b) = (pair[0], pair[1]);
@@ -145,7 +145,7 @@ impl Plot {
     }
 }
 
-/// Points that can be dragged between their neighbours, made and taken away.
+/// Points that can be dragged between their neighbours, added and removed.
 fn edit(ui: &mut Ui, plot: &Plot, medium: &mut Medium, chosen: &mut Chosen) {
     let points = &mut medium.transfer;
     let mut removed = None;

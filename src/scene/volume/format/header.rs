@@ -1,10 +1,10 @@
-//! What every format boils down to: the shape, meaning and source of the voxels.
+//! The result of every format: the shape, meaning and source of the voxels.
 //!
-//! A format's module only fills in a [`Header`]; what is done with voxels is written once, for all of
-//! them. Messages made here do not name the file: whoever knows the path adds it, once.
+//! A format's module only fills in a [`Header`]; all further steps are written once, for all formats. Messages made
+//! here do not name the file, which is added once by the code that knows the path.
 //!
-//! Headers of medical files carry names and birthdays. Nothing but the fields below leaves a parser,
-//! and messages quote only values of fields that are needed.
+//! Headers of medical files carry names and birthdays. Nothing but the fields below leaves a parser, and messages
+//! quote only values of fields that are needed.
 
 use std::collections::HashMap;
 use std::io::Read;
@@ -26,28 +26,28 @@ pub struct Header {
     pub endian: Endian,
     pub spacing: [f64; 3],
     pub orientation: Orientation,
-    /// A voxel's value is intercept + slope · what the source holds.
+    /// A voxel's value is intercept + slope · the number in the source.
     pub slope: f64,
     pub intercept: f64,
     pub storage: Storage,
-    /// What the user should know: one sentence each.
+    /// Remarks for the user: one sentence each.
     pub notes: Vec<String>,
-    /// Gives `dims` voxels of the type and byte order above.
+    /// The source of `dims` voxels of the type and byte order above.
     pub source: Box<dyn Source>,
     pub about: About,
 }
 
-/// What a file says beside the shape and meaning of its voxels.
+/// Further contents of a file beside the shape and meaning of its voxels.
 #[derive(Debug, Default)]
 pub struct About {
-    /// What `isolume info` shows: a name and a value each.
+    /// Facts for `isolume info`: a name and a value each.
     pub facts: Vec<(&'static str, String)>,
     /// Whether the values are Hounsfield units, where the file says what they are.
     pub is_hounsfield: Option<bool>,
 }
 
 impl Header {
-    /// Plain voxels from byte `start` of a file that says nothing of where they are in the world.
+    /// The header of plain voxels from byte `start` of a file that does not say where they are in the world.
     pub fn bare(
         path: &Path,
         start: u64,
@@ -65,7 +65,7 @@ impl Header {
         Ok(Header::of_source(source, dims, voxel_type, endian))
     }
 
-    /// Voxels of which no more is known than how to read them.
+    /// The header of voxels of which only the source is known.
     pub fn of_source(
         source: Box<dyn Source>,
         dims: [u32; 3],
@@ -98,7 +98,7 @@ pub fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A header that is lines of text ends within this many bytes, or is none.
+/// The most bytes of a header of text lines.
 pub const TEXT_LIMIT: u64 = 1 << 20;
 
 /// The lines of a text header, each with the offset of the byte after it.
@@ -139,7 +139,7 @@ impl Fields {
         self.get(key).map(parse).transpose()
     }
 
-    /// Exactly N numbers with blanks between them.
+    /// Exactly N numbers, separated by blanks.
     pub fn numbers<const N: usize, T: FromStr>(
         &self,
         key: &str,
@@ -180,7 +180,7 @@ pub fn unexpected(key: &str, value: &str, expected: &str) -> String {
     format!("`{key}` is `{shown}{more}`, expected {expected}")
 }
 
-/// Which of `count` channels, times or levels the user wants: the first, if they do not say.
+/// Index of the channel, time or level of `count` that the user wants: the first by default.
 pub fn pick(key: &str, wanted: Option<u32>, count: u32) -> Parsed<u32> {
     let wanted = wanted.unwrap_or(0);
     match (wanted < count, count) {
@@ -192,7 +192,7 @@ pub fn pick(key: &str, wanted: Option<u32>, count: u32) -> Parsed<u32> {
     }
 }
 
-/// A data file named in a header lies beside it.
+/// The path of a data file named in a header, which lies beside the header.
 pub fn beside(header: &Path, name: &str) -> PathBuf {
     header.parent().unwrap_or(Path::new("")).join(name)
 }

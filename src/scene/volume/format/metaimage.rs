@@ -46,7 +46,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
     })
 }
 
-/// All fields up to `ElementDataFile`, which is the last one, and the offset of what follows it.
+/// All fields up to `ElementDataFile`, which is the last one, and the offset of the data after it.
 fn fields(bytes: &[u8]) -> Parsed<(Fields, usize)> {
     let mut fields = Fields::default();
     for (number, (line, end)) in lines(bytes).enumerate() {

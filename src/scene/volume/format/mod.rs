@@ -1,8 +1,7 @@
-//! The file formats: which there are, and how each is told by a file's name or a folder's content.
+//! The file formats, and how each is recognised by a file's name or a folder's content.
 //!
-//! A format is one module, which makes a [`Header`] of a file, and one line in [`FORMATS`] or [`FOLDERS`].
-//! Voxels that do not lie in one file, plain or deflated, come with a [`Source`](super::source::Source) of
-//! their own.
+//! A format is one module, which makes a [`Header`] of a file, and one line in [`FORMATS`] or [`FOLDERS`]. Voxels
+//! that do not lie in one file, plain or deflated, come with a [`Source`](super::source::Source) of their own.
 
 mod dicom;
 pub mod header;
@@ -22,19 +21,19 @@ use super::series::{Preview, Series};
 use header::Header;
 
 enum Read {
-    /// The file says what its voxels are.
+    /// The file describes its voxels.
     Described(fn(&Path) -> Parsed<Header>),
-    /// It may hold several volumes, of which the user picks one.
+    /// The file may hold several volumes, of which the user picks one.
     Several(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
-    /// It may hold several volumes, too; the second function lists them, and the third does so with pictures.
+    /// The file may hold several volumes; the second function lists them, and the third does so with pictures.
     Listed(
         fn(&Path, &VolumeOverrides) -> Parsed<Header>,
         fn(&Path) -> Parsed<Vec<Series>>,
         fn(&Path) -> Parsed<Vec<Preview>>,
     ),
-    /// The user says what its voxels are.
+    /// The user describes the voxels.
     Bare(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
-    /// The format is known and not read: the sentence says what can be done instead.
+    /// The format is known but not read: the sentence says what the user can do instead.
     Refused(&'static str),
 }
 
@@ -65,7 +64,7 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
 /// How a folder of a format is recognised.
 type IsFolder = fn(&Path) -> bool;
 
-/// The first format that a folder is found to be of reads it.
+/// The kinds of folders. The first one that recognises a folder reads it.
 const FOLDERS: [(&str, IsFolder, Read); 3] = [
     ("OME-Zarr", zarr::is_folder, Several(zarr::read_folder)),
     ("TIFF pages", tiff::is_folder, Several(tiff::read_folder)),
@@ -102,7 +101,7 @@ pub(super) fn series(path: &Path) -> Parsed<Vec<Series>> {
     }
 }
 
-/// The volumes with pictures, where there are several to choose from.
+/// The volumes of a file or folder with pictures, if there are several to choose from.
 pub(super) fn previews(path: &Path) -> Parsed<Vec<Preview>> {
     match told(path)?.1 {
         Listed(_, _, previews) => previews(path),
@@ -141,7 +140,7 @@ fn folder(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     named.ok_or_else(|| "is a folder of no format that is read".into())
 }
 
-/// A key that a format has no use for is a mistake.
+/// Fails for a key of the user that the format does not use.
 fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
     let is_bare = matches!(read, Bare(_));
     let is_several = matches!(read, Several(_));
@@ -166,7 +165,7 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
     Ok(())
 }
 
-/// The extensions of what is read: ".nrrd, .nhdr or .raw".
+/// The extensions of the formats that are read: ".nrrd, .nhdr or .raw".
 fn readable() -> String {
     let is_read = |format: &&(&str, &[&str], Read)| !matches!(format.2, Refused(_));
     let names = FORMATS

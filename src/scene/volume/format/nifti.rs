@@ -1,8 +1,9 @@
 //! NIfTI-1 and NIfTI-2 in one file (`.nii`, `.nii.gz`): <https://nifti.nimh.nih.gov/nifti-1>,
-//! <https://nifti.nimh.nih.gov/nifti-2>. They say the same, the second in wider numbers and in other places.
+//! <https://nifti.nimh.nih.gov/nifti-2>. They have the same contents, the second in wider numbers and at other
+//! offsets.
 //!
-//! Of the header, only the fields below are read: `descrip`, `aux_file` and `intent_name` are free text,
-//! where patients' names live.
+//! Of the header, only the fields below are read: `descrip`, `aux_file` and `intent_name` are free text, where
+//! patients' names live.
 
 use std::io::Read;
 use std::path::Path;
@@ -16,13 +17,13 @@ use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-/// Where a version of the format has its fields, and how wide they are.
+/// The offsets of the fields in a version of the format, and their widths.
 #[derive(Debug, PartialEq, Eq)]
 struct Places {
-    /// Bytes of the header, which are its first number.
+    /// Bytes of the header, which the header's first number states.
     size: usize,
     magic: usize,
-    /// What stands there for voxels in the same file.
+    /// The magic word of files that also hold the voxels.
     magic_word: &'static [u8],
     /// Sizes, and bytes of each.
     dim: (usize, usize),
@@ -36,7 +37,7 @@ struct Places {
     quatern: usize,
     srow: usize,
     xyzt_units: usize,
-    /// Bytes of a number that need not be whole.
+    /// Bytes of a floating-point number.
     real: usize,
 }
 
@@ -166,14 +167,14 @@ impl Fields {
         }
     }
 
-    /// A whole number of so many bytes.
+    /// An integer of `size` bytes.
     fn int(&self, offset: usize, size: usize) -> i64 {
         let number = self.endian.number(&self.bytes[offset..offset + size]);
         let unused = 64 - 8 * size;
         (number << unused) as i64 >> unused
     }
 
-    /// What kind a field's value is of.
+    /// A field with a code of the format.
     fn code(&self, offset: usize) -> i64 {
         self.int(offset, self.places.real / 2)
     }

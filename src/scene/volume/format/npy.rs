@@ -17,7 +17,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
     Header::bare(path, end as u64, dims, voxel_type, endian)
 }
 
-/// The header's text and the offset of what follows it.
+/// The header's text and the offset of the data after it.
 fn dictionary(bytes: &[u8]) -> Parsed<(String, usize)> {
     let (begin, length) = match bytes {
         [0x93, b'N', b'U', b'M', b'P', b'Y', 1, _, a, b, ..] => {
@@ -37,7 +37,7 @@ fn dictionary(bytes: &[u8]) -> Parsed<(String, usize)> {
     ))
 }
 
-/// What follows a key, up to the dictionary's end.
+/// The text after a key, up to the dictionary's end.
 fn value<'a>(text: &'a str, key: &str) -> Parsed<&'a str> {
     [format!("'{key}'"), format!("\"{key}\"")]
         .iter()

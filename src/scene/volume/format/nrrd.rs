@@ -35,7 +35,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
     })
 }
 
-/// All fields, and where an attached header ends: after the first empty line.
+/// All fields, and the offset of an attached header's end: after the first empty line.
 fn fields(bytes: &[u8]) -> Parsed<(Fields, Option<usize>)> {
     let mut fields = Fields::default();
     if !bytes.starts_with(b"NRRD000") {
@@ -132,7 +132,8 @@ fn vectors(text: &str) -> Parsed<[[f64; 3]; 3]> {
         .ok_or_else(|| unexpected("space directions", text, "three vectors (x,y,z)"))
 }
 
-/// Directions without a `space` are taken as right-handed: nothing is known that says otherwise.
+/// The coordinates of the directions. Without a `space` they are taken as right-handed: nothing is known to the
+/// contrary.
 fn frame(fields: &Fields) -> Parsed<Frame> {
     let Some(space) = fields.get("space") else {
         return Ok(Frame::RightHanded);
@@ -188,7 +189,7 @@ fn data(path: &Path, fields: &Fields, end: Option<usize>) -> Parsed<Data> {
     })
 }
 
-/// Where the data begin, `count` lines after `begin`.
+/// Offset of the data, `count` lines after `begin`.
 fn after_lines(file: &Path, begin: u64, count: u64) -> Parsed<u64> {
     if count == 0 {
         return Ok(begin);

@@ -1,9 +1,9 @@
 //! Voxels in equal boxes, each compressed on its own: strips and tiles of TIFF pages, chunks of Zarr arrays.
 //!
-//! No voxel is to be had without all others of its chunk. So a region is read chunk by chunk, a batch at
-//! a time: all cores decode, and then all cores put rows where they belong. Whoever reads a whole volume is
-//! handed pieces that end where chunks do ([`pieces`](Chunked::pieces)), and decodes each chunk once.
-//! Chunks that a region has cut are kept for a while, since the next region is likely to need them.
+//! A voxel can only be read with all others of its chunk. So a region is read chunk by chunk, a batch at a time: all
+//! cores decode, and then all cores copy rows to their places. A whole volume is read in pieces that end where chunks
+//! do ([`pieces`](Chunked::pieces)), so that each chunk is decoded once. Chunks that a region has cut are kept for a
+//! while, since the next region is likely to need them.
 
 use std::collections::{HashMap, VecDeque};
 use std::fmt;
@@ -23,18 +23,17 @@ const MOST_AT_ONCE: usize = 4096;
 /// Decoded bytes that are kept for later. A volume that is no larger is kept whole.
 const KEPT: usize = 32 << 20;
 
-/// The way to one chunk.
+/// Access to single chunks.
 pub trait Chunks: fmt::Debug + Send + Sync {
-    /// The voxels of the chunk at `at`, counted in chunks along x, y and z. They are x fastest, in rows as
-    /// long as a chunk is, and as many as lie within the volume at least.
+    /// The voxels of the chunk at `at`, counted in chunks along x, y and z. They are x fastest, in rows as long as a
+    /// chunk's, and include at least those within the volume.
     fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>>;
 
     /// All files that chunks are read from.
     fn files(&self) -> Vec<PathBuf>;
 }
 
-/// Puts a run of voxels, as they are decoded, into its place. Returns a measure of what that lost, of
-/// which the largest counts.
+/// Converts a run of decoded voxels into its place. Returns a measure of the loss, of which the largest counts.
 pub type Place<'a> = dyn Fn(&[u8], &mut [u8]) -> Parsed<f64> + Sync + 'a;
 
 #[derive(Debug)]
@@ -63,8 +62,8 @@ impl Chunked {
         }
     }
 
-    /// Boxes of at most `most` voxels (at least one) that cover a region: layers of chunks, or else rows
-    /// of them, or else some of one row, or else parts of one.
+    /// Boxes of at most `most` voxels (at least one) that cover a region: layers of chunks, or else rows of chunks,
+    /// or else some chunks of one row, or else parts of one chunk.
     pub fn pieces(&self, region: Region, most: usize) -> impl Iterator<Item = Region> + use<> {
         let [x, y, z] = self.chunk;
         let [width, height, _] = region.dims;
@@ -100,7 +99,7 @@ impl Chunked {
         })
     }
 
-    /// Fills `bytes` with a region, `placed_bytes` for each voxel. Returns the largest of what `place` did.
+    /// Fills `bytes` with a region, `placed_bytes` for each voxel. Returns the largest result of `place`.
     pub fn read(
         &self,
         region: Region,
@@ -119,14 +118,14 @@ impl Chunked {
                 return Ok(largest);
             }
             let decoded = batch.into_par_iter().map(|at| self.chunk(at, region));
-            // All results are collected, so that the fault that is reported is always the first one.
+            // All results are collected, so that the first fault is always the one that is reported.
             let decoded: Vec<Parsed<Chunk>> = decoded.collect();
             let decoded: Vec<Chunk> = decoded.into_iter().collect::<Parsed<_>>()?;
             largest = largest.max(put(&decoded, region, bytes, placed_bytes, place)?);
         }
     }
 
-    /// The chunks that a region needs any voxel of, in its order.
+    /// The chunks that hold voxels of a region, in the region's order.
     fn touched(&self, region: Region) -> impl Iterator<Item = [u32; 3]> {
         let along = move |a: usize| -> Range<u32> {
             let last = region.low[a] + (region.dims[a] - 1);
@@ -215,7 +214,7 @@ impl Cursor for &Chunked {
     }
 }
 
-/// Chunks that were decoded lately, the oldest of which go first.
+/// Chunks that were decoded lately; the oldest are removed first.
 #[derive(Debug, Default)]
 struct Kept {
     chunks: HashMap<[u32; 3], Arc<Vec<u8>>>,
@@ -240,7 +239,7 @@ impl Kept {
     }
 }
 
-/// A decoded chunk, as far as it lies within the volume.
+/// A decoded chunk, cut off at the volume's end.
 struct Chunk {
     inside: Region,
     row_bytes: usize,
@@ -250,7 +249,7 @@ struct Chunk {
     voxels: Arc<Vec<u8>>,
 }
 
-/// Puts what chunks have of a region into its place, a slice of the region on each core.
+/// Copies the parts of a region from chunks to their places, a slice of the region on each core.
 fn put(
     chunks: &[Chunk],
     region: Region,

@@ -1,15 +1,14 @@
 //! Voxels in one file, plain or compressed.
 //!
-//! The file stays open, and each cursor reads it from a position of its own: by then it may have been
-//! renamed or deleted, and still is what its header was read for. If its length or its time of
-//! modification changes, reading ends with an error: what has been found out about the voxels no longer
-//! holds for them. (Mapping the file instead would make a file that shrinks end the process.)
+//! The file stays open, and each cursor reads it from a position of its own: even if the file is renamed or deleted
+//! by then, it still is the one whose header was read. If its length or its time of modification changes, reading
+//! ends with an error: what has been found out about the voxels no longer holds. (Mapping the file instead would let
+//! a file that shrinks end the process.)
 //!
-//! Lengths are checked before anybody allocates for them: a plain file must hold every voxel, and
-//! compressed data at least as many bytes as could possibly expand to them.
+//! Lengths are checked before memory is allocated for them: a plain file must hold every voxel, and compressed data
+//! at least as many bytes as could possibly expand to them.
 //!
-//! A compressed stream can only be read from its beginning, so that a cursor which is sent back
-//! begins again.
+//! A compressed stream can only be read from its beginning, so a cursor that is sent back begins again.
 
 use std::fs::{File, Metadata};
 use std::io::{self, Read};
@@ -25,7 +24,7 @@ use crate::scene::volume::region::Region;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::VoxelType;
 
-/// Where a header says that the voxels are.
+/// The place of the voxels according to a header.
 #[derive(Debug)]
 pub struct Data {
     pub path: PathBuf,
@@ -39,7 +38,7 @@ pub struct Data {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     At(u64),
-    /// The last voxel is the end of the file.
+    /// The last voxel is at the end of the file.
     FromEnd,
 }
 
@@ -52,7 +51,7 @@ pub enum Encoding {
 }
 
 impl Encoding {
-    /// What people are told of it.
+    /// The storage that users are told about.
     pub fn storage(self) -> Storage {
         let name = match self {
             Encoding::Raw => None,
@@ -66,7 +65,7 @@ impl Encoding {
         }
     }
 
-    /// How much longer than its compressed bytes the voxels can be at most.
+    /// The largest possible ratio of the voxels' bytes to their compressed bytes.
     fn max_ratio(self) -> u64 {
         match self {
             Encoding::Raw => 1,
@@ -79,8 +78,7 @@ impl Encoding {
 }
 
 impl Data {
-    /// Opens the file, which need not be the one with the `header`, and checks that it may hold so
-    /// many voxels.
+    /// Opens the file, which need not be the one with the `header`, and checks that it may hold these voxels.
     pub fn open(
         self,
         header: &Path,
@@ -135,8 +133,8 @@ impl Data {
     }
 }
 
-/// Opens a file and tells its length. Anything but a regular file is refused: a header may name a
-/// pipe or a device, and reading that could wait for ever.
+/// Opens a file and returns its length. Anything but a regular file is refused: a header may name a pipe or a device,
+/// and reading that could wait for ever.
 pub fn open_file(path: &Path) -> Parsed<(File, Metadata)> {
     let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
     if !metadata.is_file() {
@@ -170,7 +168,7 @@ struct DataFile {
     path: PathBuf,
     file: File,
     version: Version,
-    /// Stands before what is wrong with a file that the user has not named.
+    /// Text before the fault of a file that the user has not named.
     prefix: String,
     /// Bytes of the file before the data, compressed or not.
     start: u64,
@@ -223,7 +221,7 @@ impl DataFile {
         metadata.is_ok_and(|metadata| version(&metadata) == self.version)
     }
 
-    /// What is wrong with data of which `found` decoded bytes are there.
+    /// The fault of data of which only `found` decoded bytes exist.
     fn truncated(&self, found: u64) -> String {
         format!(
             "holds {} bytes of voxels, expected {} for {}: the file is truncated, or its header wrong",
@@ -237,7 +235,7 @@ impl DataFile {
 struct Position<'a> {
     source: &'a DataFile,
     stream: Stream<'a>,
-    /// Bytes left behind.
+    /// Decoded bytes before the cursor.
     decoded: u64,
 }
 
@@ -316,8 +314,8 @@ impl Position<'_> {
         }
     }
 
-    /// Decompresses up to the stream's checksum, which tells whether the voxels are what was written;
-    /// where a crop ends before the last voxel, the rest is not worth reading.
+    /// Decompresses up to the stream's checksum, which verifies the voxels; where a crop ends before the last voxel,
+    /// the rest is not worth reading.
     fn check_end(&mut self) -> Parsed<()> {
         let Stream::Inflated(stream) = &mut self.stream else {
             return Ok(());
@@ -343,7 +341,7 @@ impl Position<'_> {
     }
 }
 
-/// Reads a file from an offset on, whoever else reads it.
+/// Reads a file from an offset on, independently of other readers.
 pub struct FileAt<'a> {
     pub file: &'a File,
     pub offset: u64,

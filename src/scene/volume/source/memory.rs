@@ -1,5 +1,5 @@
-//! Voxels that are in memory already: those of a volume that a program has made, or of a small
-//! compressed file that has been read once.
+//! Voxels that are already in memory: those of a volume that a program has made, or of a small compressed file that
+//! has been read once.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,4 @@
-//! Where voxels come from. A format answers with one of these, and everything that is done to voxels is
-//! done the same way to all of them.
+//! The sources of voxels. Every format provides one of these, and all further steps are the same for all of them.
 
 pub mod chunked;
 pub mod codec;
@@ -23,7 +22,8 @@ pub trait Source: fmt::Debug + Send + Sync {
     /// is fastest from the first voxel to the last.
     fn is_random(&self) -> bool;
 
-    /// Whether a region costs no more than its own voxels, however small it is: nothing around it is decoded as well.
+    /// Whether a region costs no more than its own voxels, however small it is: no voxels around it are decoded as
+    /// well.
     fn is_direct(&self) -> bool {
         false
     }
@@ -31,22 +31,22 @@ pub trait Source: fmt::Debug + Send + Sync {
     /// All files that voxels are read from; none for voxels in memory.
     fn files(&self) -> Vec<PathBuf>;
 
-    /// A position from which to read. There may be many at once.
+    /// A new position from which to read. There may be many at once.
     fn cursor(&self) -> Box<dyn Cursor + '_>;
 
-    /// All voxels, if they are in memory as they are.
+    /// All voxels, if they are in memory in this form.
     fn resident(&self) -> Option<&Voxels> {
         None
     }
 
-    /// The chunks, if voxels lie in such: they are not read in regions of any shape, but by chunks.
+    /// The chunks, if voxels are stored in chunks: they are then not read in regions of any shape, but by chunks.
     fn chunked(&self) -> Option<&Chunked> {
         None
     }
 }
 
 pub trait Cursor: Send {
-    /// Fills `bytes` with the voxels of a region that lies within the source, x fastest. A fault is a
-    /// sentence that names no file but one that the user did not name.
+    /// Fills `bytes` with the voxels of a region that lies within the source, x fastest. A fault is a sentence that
+    /// names a file only if the user has not named it.
     fn read(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()>;
 }

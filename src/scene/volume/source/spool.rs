@@ -1,5 +1,5 @@
-//! Voxels in a file of our own without a name, for reading small regions in any order from a source that has to
-//! decode more than those. The system removes the file with the program, however that ends.
+//! Voxels in an unnamed temporary file, for reading small regions in any order from a source that has to decode more
+//! than those. The system removes the file when the program ends, however that happens.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -19,7 +19,7 @@ pub struct Spool {
 }
 
 impl Spool {
-    /// An empty one where the system keeps temporary files.
+    /// An empty spool in the system's folder for temporary files.
     pub fn new(dims: [u32; 3], voxel_bytes: usize) -> Parsed<Spool> {
         let file = tempfile::tempfile().map_err(|e| no_room(&e))?;
         Ok(Spool {
@@ -29,7 +29,7 @@ impl Spool {
         })
     }
 
-    /// Takes the voxels of a region.
+    /// Writes the voxels of a region.
     pub fn write(&mut self, region: Region, bytes: &[u8]) -> Parsed<()> {
         let mut rest = bytes;
         for (first, count) in region.runs(self.dims) {

@@ -1,5 +1,5 @@
-//! A file of which parts are read again and again, and that must stay what it was when it was opened: what
-//! has been found out about its voxels holds for no other.
+//! A file of which parts are read again and again, and which must not change after it was opened: what has been found
+//! out about its voxels holds for no other state.
 
 use std::fs::{File, Metadata};
 use std::io;
@@ -9,7 +9,8 @@ use std::time::SystemTime;
 use super::file::open_file;
 use crate::scene::volume::parsed::Parsed;
 
-/// Tells whether a file has been written to. The time is `None` where the system keeps none.
+/// Length and time of modification, by which a change of a file is noticed. The time is `None` where the system keeps
+/// none.
 pub type Version = (u64, Option<SystemTime>);
 
 pub fn version(metadata: &Metadata) -> Version {
@@ -29,7 +30,7 @@ pub const HAS_CHANGED: &str = "the file has changed since it was opened; open it
 pub struct WatchedFile {
     path: PathBuf,
     version: Version,
-    /// `None` for one of many, which is opened whenever it is read: a process may not hold thousands.
+    /// `None` for one of many files, which is opened whenever it is read: a process may not hold thousands open.
     file: Option<File>,
 }
 
@@ -43,7 +44,7 @@ impl WatchedFile {
         })
     }
 
-    /// This file, which from now on is only open while it is read.
+    /// The same file, which from now on is only open while it is read.
     pub fn closed(self) -> WatchedFile {
         WatchedFile { file: None, ..self }
     }
@@ -60,7 +61,8 @@ impl WatchedFile {
         self.version.0
     }
 
-    /// The `count` bytes from `offset` on, which must all be in the file before any is allocated.
+    /// The `count` bytes from `offset` on. They must all be in the file; that is checked before memory is allocated
+    /// for them.
     pub fn read(&self, offset: u64, count: u64) -> Parsed<Vec<u8>> {
         let end = offset.checked_add(count);
         if end.is_none_or(|end| end > self.bytes()) {
@@ -96,7 +98,7 @@ impl WatchedFile {
     }
 }
 
-/// Reads at a place of the file, whoever else reads it.
+/// Reads at a position of the file, independently of other readers.
 pub fn read_at(file: &File, bytes: &mut [u8], offset: u64) -> io::Result<usize> {
     #[cfg(unix)]
     return std::os::unix::fs::FileExt::read_at(file, bytes, offset);

@@ -15,11 +15,12 @@ pub struct Removed {
     pub bytes: u64,
 }
 
-/// Removes all stores of a folder, and what killed processes have left of some. No other file is touched.
+/// Removes all stores of a folder, and temporary files of stores that killed processes have left. No other file is
+/// touched.
 ///
 /// # Errors
 ///
-/// The folder or a file in it cannot be looked at or removed; a folder that does not exist is empty.
+/// If the folder or a file in it cannot be examined or removed; a folder that does not exist counts as empty.
 pub fn clean(folder: &Path) -> Result<Removed> {
     let mut removed = Removed::default();
     let entries = match fs::read_dir(folder) {

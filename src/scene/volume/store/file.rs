@@ -1,7 +1,8 @@
-//! The file of a store: chunks in any order, then all the rest, which is compressed as one, then its length and checksum.
+//! The file of a store: chunks in any order, then the rest, which is compressed as a whole, then its length and
+//! checksum.
 //!
-//! The end is the last that is written, and has to be whole for a store to be one. A chunk has its checksum in the rest, and
-//! is held against it whenever it is read.
+//! The end is written last, and has to be complete for the store to be valid. A chunk's checksum is in the rest, and
+//! is checked whenever the chunk is read.
 
 use std::mem::size_of;
 use std::path::{Path, PathBuf};
@@ -21,12 +22,12 @@ use crate::scene::volume::stored::StoredType;
 
 const MAGIC: [u8; 8] = *b"isostore";
 
-/// What a store knows of a volume.
+/// The contents of a store.
 pub struct Known {
     pub settled: Settled,
     /// The last histogram of floats.
     pub histogram: Option<Histogram>,
-    /// `None` if the volume can be read in any order as it is.
+    /// `None` if the volume itself can be read in any order.
     pub voxels: Option<Store>,
 }
 
@@ -38,7 +39,7 @@ pub struct Store {
     index: Vec<Entry>,
 }
 
-/// Where a chunk is in the file.
+/// The place of a chunk in the file.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Entry {
@@ -78,7 +79,7 @@ struct End {
 
 const END_BYTES: u64 = size_of::<End>() as u64;
 
-/// All of a store but its chunks.
+/// Everything in a store but its chunks.
 pub struct Rest<'a> {
     pub identity: u128,
     pub facts: Facts,
@@ -124,7 +125,7 @@ impl Rest<'_> {
     }
 }
 
-/// `None` if the store is of another volume, or of what the volume was.
+/// `None` if the store is of another volume, or of an earlier state of this one.
 pub fn open(
     path: &Path,
     identity: u128,
@@ -185,7 +186,7 @@ pub fn open(
     }))
 }
 
-/// Whether there are counts of all voxels, or none at all.
+/// Whether there are counts for all voxels, or none at all.
 fn adds_up(counts: &[u64], dims: [u32; 3]) -> bool {
     let counted: u128 = counts.iter().map(|count| u128::from(*count)).sum();
     counts.is_empty() || counted == dims.map(u128::from).iter().product::<u128>()
@@ -245,7 +246,7 @@ impl Store {
         }
     }
 
-    /// Copies what a chunk has of a region.
+    /// Copies the part of a region that lies in a chunk.
     fn put(&self, at: [u32; 3], part: Region, region: Region, bytes: &mut [u8]) -> Parsed<()> {
         let voxels = self.chunk(at)?;
         let size = self.layout.voxel_bytes;

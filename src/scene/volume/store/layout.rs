@@ -1,7 +1,8 @@
 //! How voxels are cut into chunks.
 //!
-//! A chunk repeats the first voxels of those behind it, as a brick on the GPU does, and begins where one does. So one chunk
-//! gives the voxels of a brick; without the repetition it would be eight, nearly all of them decoded for nothing.
+//! A chunk repeats the first voxels of the chunks behind it, as a brick on the GPU does, and begins where a brick
+//! does. So one chunk gives the voxels of a brick; without the repetition it would take eight, nearly all of them
+//! decoded for nothing.
 
 use crate::scene::volume::region::Region;
 
@@ -18,7 +19,7 @@ pub struct Layout {
     pub step: [u32; 3],
 }
 
-/// What a chunk has of a region along one axis.
+/// The part of a region in a chunk, along one axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Span {
     pub chunk: u32,
@@ -64,12 +65,12 @@ impl Layout {
         }
     }
 
-    /// The fewest chunks that have a region along an axis.
+    /// The fewest chunks that hold a region along an axis.
     pub fn spans(&self, region: Region, a: usize) -> Vec<Span> {
         let step = self.step[a];
         let [low, end] = [region.low[a], region.low[a] + region.dims[a]];
         let first = low / step;
-        // The last voxel may be one that the chunk before its own repeats.
+        // The last voxel may be one that the previous chunk repeats.
         let last = first.max((end - 1).saturating_sub(1) / step);
         let span = |chunk: u32| Span {
             chunk,

@@ -1,17 +1,18 @@
 //! Copies of volumes that last from one run to the next.
 //!
-//! A volume that streams is read brick by brick, in any order. A file that cannot be read like that (gzip, DICOM, strips of
-//! TIFF) is copied once into a *store*: one file in a folder for such files, with the stored values in chunks that are
-//! compressed each on its own ([`file`]), and with all that takes a walk through the voxels to find out. So a second run
-//! neither walks nor copies. Of a volume that can be read in any order as it is, only the latter is kept.
+//! A volume that streams is read brick by brick, in any order. A file that cannot be read in this way (gzip, DICOM,
+//! strips of TIFF) is copied once into a *store*: one file in a folder for stores, with the stored values in chunks
+//! that are each compressed on their own ([`file`]), and with everything that would take a walk through the voxels to
+//! find out. So a second run neither walks nor copies. If the volume itself can be read in any order, only the
+//! results of the walk are kept.
 //!
-//! A store has its name from the volume's path and from what the user says of it, so that a file that has changed gets its
-//! store replaced. Whether it is the volume's is told by its identity: the lengths and times of modification of all files,
-//! and everything else that decides on a stored value.
+//! A store has its name from the volume's path and from the user's settings for it, so that a file that has changed
+//! gets its store replaced. Whether a store belongs to the volume is decided by its identity: the lengths and times
+//! of modification of all files, and everything else that affects a stored value.
 //!
-//! A store is written under a temporary name and gets its own by a rename once it is whole and on the disk ([`write`]). Two
+//! A store is written under a temporary name and renamed once it is complete and on the disk ([`write`]). Two
 //! processes that copy one volume at a time write two files, and the later rename replaces a file by its equal. A
-//! temporary file is locked as long as somebody writes it; one without a lock is what a killed process has left.
+//! temporary file is locked while it is written; one without a lock is left over from a killed process.
 
 pub mod clean;
 pub mod file;
@@ -36,7 +37,7 @@ use super::voxel_type::Endian;
 use crate::error::Result;
 use file::Known;
 
-/// Raised by whatever changes the bytes of a store or the values in it.
+/// Raised with every change of a store's bytes or of the values in it.
 const FORMAT: u32 = 1;
 /// How the name of a store ends.
 const SUFFIX: &str = ".isolume-store";
@@ -50,10 +51,10 @@ pub struct Stores {
     tell: Arc<Tell>,
 }
 
-/// Is told about a copy at its beginning, now and then, and at its end; an error of it ends the copy.
+/// A callback that is told about a copy at its beginning, at intervals, and at its end; its error ends the copy.
 pub type Tell = dyn Fn(&Copying) -> Result<()> + Send + Sync;
 
-/// A copy on its way.
+/// A copy in progress.
 #[derive(Debug, Clone, Copy)]
 pub struct Copying<'a> {
     /// The file's name, as the user has given it.
@@ -83,7 +84,7 @@ impl Stores {
         }
     }
 
-    /// The place for a volume. `None` if a file of it cannot be looked at.
+    /// The place for a volume. `None` if one of its files cannot be examined.
     pub(super) fn place(
         &self,
         path: &Path,
@@ -93,7 +94,7 @@ impl Stores {
         is_mirrored: bool,
     ) -> Option<Place> {
         let path = path.canonicalize().ok()?;
-        // A voxel's size changes no voxel.
+        // The size of voxels does not affect their values.
         let overrides = VolumeOverrides {
             spacing: None,
             ..overrides.clone()
@@ -131,11 +132,11 @@ impl Place {
         self.stores.folder.join(self.name.clone() + SUFFIX)
     }
 
-    /// What the store knows of a volume with such values; `None` if there is none of it as it is now.
+    /// The contents of the store for a volume with this stored type; `None` if there is none for its current state.
     ///
     /// # Errors
     ///
-    /// There is one, and it is damaged.
+    /// If there is a store, but it is damaged.
     pub(super) fn find(&self, stored: StoredType) -> Parsed<Option<Known>> {
         let path = self.path();
         match path.is_file() {
@@ -146,7 +147,7 @@ impl Place {
     }
 }
 
-/// A place, and what there is to be kept in it beside the volume's statistics.
+/// A place, and what is kept there beside the volume's statistics.
 #[derive(Debug)]
 pub(super) struct Keeping {
     pub place: Place,

@@ -1,6 +1,7 @@
-//! Copies a volume into its store, or only what has been found out about it.
+//! Copies a volume into its store, or only the results of the walk through it.
 //!
-//! One layer of chunks is compressed by all cores while the next one is read: a compressed file is inflated by a single core.
+//! One layer of chunks is compressed by all cores while the next one is read: a compressed file is inflated by a
+//! single core.
 
 use std::fs;
 use std::io::{BufWriter, Write};
@@ -22,11 +23,11 @@ use crate::temporary::{self, Listed};
 pub const LEVEL: i32 = 1;
 
 impl Keeping {
-    /// Writes the store, with the voxels if they cannot be read in any order as they are.
+    /// Writes the store, with the voxels if the volume itself cannot be read in any order.
     ///
     /// # Errors
     ///
-    /// The volume cannot be read, the folder cannot be written or is full, or whoever is told has an error.
+    /// If the volume cannot be read, if the folder cannot be written or is full, or if the callback returns an error.
     pub fn write(&self, volume: &Volume) -> Result<()> {
         let layout = Layout::new(volume.dims, volume.stored.bytes());
         let (mut file, _listed) = self.place.create().map_err(|e| self.no_room(volume, &e))?;
@@ -98,7 +99,7 @@ impl Stores {
 }
 
 impl Place {
-    /// A temporary file, in the place of those that killed processes have left.
+    /// Makes a temporary file, after removing those that killed processes have left.
     fn create(&self) -> std::io::Result<(NamedTempFile, Listed)> {
         let folder = &self.stores.folder;
         fs::create_dir_all(folder)?;
@@ -137,7 +138,7 @@ struct Layers<'a> {
     /// In the order of reading.
     rest: Box<dyn Iterator<Item = u32> + Send>,
     is_mirrored: bool,
-    /// The slice that the layer read last shares with the next one.
+    /// The slice that the last layer read shares with the next one.
     shared: Vec<u8>,
 }
 
@@ -166,7 +167,8 @@ impl<'a> Layers<'a> {
         self.rest.next().map(|k| self.read(k))
     }
 
-    /// Reads a layer but for the slice that it shares with the one before, which a stream does not give twice.
+    /// Reads a layer except for the slice that it shares with the previous layer, since a stream does not give it
+    /// twice.
     fn read(&mut self, k: u32) -> Result<Layer> {
         let [width, height, _] = self.layout.dims;
         let column = self.layout.region([0, 0, k]);

@@ -1,11 +1,11 @@
 //! DICOM's elements: a tag, a length, a value, nested in sequences of items.
 //!
-//! Only the elements in [`tags`] are kept. All others, and with them everything that says who the patient
-//! is, are stepped over by their length and never become a value in this program.
+//! Only the elements in [`tags`] are kept. All others, and with them everything that identifies the patient, are
+//! skipped by their length and never become a value in this program.
 //!
-//! The crate `dicom-object` reads all of this too. It allocates what an element's length says before it
-//! has read it (4 GB for a file of 200 bytes), it does not tell where in the file the pixels are, which is
-//! what reading them in place needs, and it brings 25 crates. The part that a volume needs is this file.
+//! The crate `dicom-object` reads all of this too. It allocates an element's stated length before it has read it (4
+//! GB for a file of 200 bytes), it does not tell where in the file the pixels are, which is needed for reading them
+//! in place, and it brings 25 crates. This file is the part of it that a volume needs.
 
 use crate::scene::volume::parsed::Parsed;
 
@@ -14,11 +14,11 @@ use super::tags::{self, Tag};
 
 /// The most levels of nested sequences; real files have four or five.
 const MOST_NESTED: u32 = 16;
-/// The longest value that is kept. The longest there is need for is a table of frames' places.
+/// The longest value that is kept. The longest one needed is a table of the frames' offsets.
 const LONGEST: u64 = 64 << 20;
 const UNDEFINED: u32 = u32::MAX;
 
-/// How elements are written.
+/// The encoding of elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Syntax {
     /// Whether each element names its type.
@@ -69,13 +69,13 @@ enum Value {
     Items(Vec<DataSet>),
 }
 
-/// Where the pixels are.
+/// The place of the pixels.
 #[derive(Debug, Clone, Copy)]
 pub struct Pixels {
     pub tag: Tag,
-    /// Their first byte, counted as the data set's stream does.
+    /// Offset of their first byte in the data set's stream.
     pub at: u64,
-    /// `None`: they come in fragments.
+    /// `None` if they come in fragments.
     pub length: Option<u64>,
 }
 
@@ -96,7 +96,7 @@ impl DataSet {
         self.value(tag).is_some()
     }
 
-    /// The items of a sequence; none where there is no such sequence.
+    /// The items of a sequence; none if there is no sequence with this tag.
     pub fn items(&self, tag: Tag) -> &[DataSet] {
         match self.value(tag) {
             Some(Value::Items(items)) => items,
@@ -109,7 +109,7 @@ impl DataSet {
         self.items(tag).first()
     }
 
-    /// Text without what pads it; `None` where it is missing or empty.
+    /// Text without padding; `None` if it is missing or empty.
     pub fn text(&self, tag: Tag) -> Option<String> {
         let (bytes, _) = self.plain(tag)?;
         let text = String::from_utf8_lossy(bytes);
@@ -117,15 +117,14 @@ impl DataSet {
         (!text.is_empty()).then(|| text.to_string())
     }
 
-    /// Several values of text, with backslashes between them.
+    /// Several texts, which backslashes separate.
     pub fn texts(&self, tag: Tag) -> Vec<String> {
         let text = self.text(tag).unwrap_or_default();
         let parts = text.split('\\').map(|part| part.trim().to_string());
         parts.filter(|_| !text.is_empty()).collect()
     }
 
-    /// Decimal numbers written as text; `None` where they are missing, and a fault where they are no
-    /// finite numbers.
+    /// Decimal numbers written as text; `None` if they are missing, and a fault if they are no finite numbers.
     pub fn decimals<const N: usize>(&self, tag: Tag, name: &str) -> Parsed<Option<[f64; N]>> {
         let Some(text) = self.text(tag) else {
             return Ok(None);
@@ -147,7 +146,7 @@ impl DataSet {
         Ok(self.decimals::<1>(tag, name)?.map(|[number]| number))
     }
 
-    /// All decimal numbers of a list; whatever is not a number is left out.
+    /// All decimal numbers of a list; other entries are left out.
     pub fn decimal_list(&self, tag: Tag) -> Vec<f64> {
         let parts = self.texts(tag).into_iter();
         parts.filter_map(|part| part.parse().ok()).collect()
@@ -168,7 +167,7 @@ impl DataSet {
         }
     }
 
-    /// A double, or text that is a number.
+    /// A double, or a number written as text.
     pub fn double(&self, tag: Tag) -> Option<f64> {
         let (bytes, syntax) = self.plain(tag)?;
         let Ok(mut bytes) = <[u8; 8]>::try_from(bytes) else {
@@ -193,7 +192,7 @@ impl DataSet {
     }
 }
 
-/// The part of a text that should be numbers which a message may quote: in a damaged file it might be a name.
+/// The part of a text that should be numbers which a message may quote: in a damaged file the rest might be a name.
 pub fn numeric(text: &str) -> String {
     let is_numeric = |c: &char| c.is_ascii_digit() || "+-.,eE\\ ".contains(*c);
     let shown = text.chars().take(60);
@@ -213,8 +212,8 @@ pub fn read(stream: &mut Stream, at: u64, syntax: Syntax) -> Parsed<(DataSet, Op
     Ok((data_set, walk.pixels))
 }
 
-/// Reads the elements of one group that stand first, such as a file's meta information, and tells
-/// where they end.
+/// Reads the elements of one group at the beginning, such as a file's meta information, and returns them with their
+/// end.
 pub fn read_group(stream: &mut Stream, at: u64, group: u16) -> Parsed<(DataSet, u64)> {
     let mut walk = Walk {
         stream,
@@ -241,7 +240,7 @@ struct Walk<'a> {
 struct Head {
     tag: Tag,
     vr: [u8; 2],
-    /// `None`: up to a delimiter.
+    /// `None` for a value that ends with a delimiter.
     length: Option<u64>,
 }
 
@@ -262,7 +261,7 @@ impl Walk<'_> {
         }
     }
 
-    /// One element; false if nothing of this data set follows it.
+    /// Reads one element; false if it was the last of this data set.
     fn element(
         &mut self,
         data_set: &mut DataSet,
@@ -283,7 +282,7 @@ impl Walk<'_> {
             return Ok(false);
         }
         let is_kept = tags::is_kept(head.tag);
-        // A value without a type and without a length is written without types.
+        // A value of unknown type and without a length is written without types.
         let inner = match &head.vr {
             b"UN" => Syntax::IMPLICIT,
             _ => syntax,

@@ -1,7 +1,7 @@
-//! One file: whether it is DICOM at all, and its header up to the pixels.
+//! One file: whether it is DICOM, and its header up to the pixels.
 //!
-//! A header is a few kilobytes before pixels of any length, and only it is read here, so that a folder of
-//! thousands of files is known in a second.
+//! A header is a few kilobytes before pixels of any length, and only the header is read here, so that a folder of
+//! thousands of files is examined in a second.
 
 use std::fs::{File, Metadata};
 use std::io::{Read, Seek, SeekFrom};
@@ -31,20 +31,20 @@ pub struct Parsing {
     pub pixels: Option<Pixels>,
 }
 
-/// A file, and how to find its pixels again.
+/// A file, and the location of its pixels.
 #[derive(Debug, Clone)]
 pub struct Place {
     pub path: PathBuf,
-    /// The file as seen from the folder that the user has named; empty for a file that the user has named.
+    /// The file's path relative to the folder that the user has named; empty for a file that the user has named.
     pub name: String,
     pub length: u64,
     modified: Option<SystemTime>,
-    /// Where the data set begins.
+    /// Offset of the data set.
     begin: u64,
     pub is_deflated: bool,
 }
 
-/// How a file begins.
+/// The beginning of a file.
 enum Beginning {
     /// The meta information, at this byte.
     Meta(u64),
@@ -54,11 +54,11 @@ enum Beginning {
     Other,
 }
 
-/// Why a header could not be read.
+/// The reason why a header could not be read.
 pub enum Fault {
-    /// The system does not give its bytes: it may be anything, a slice of the volume as well.
+    /// The system does not return its bytes: the file may be anything, even a slice of the volume.
     System(String),
-    /// It is damaged, or of a kind that is not known.
+    /// It is damaged, or of an unknown kind.
     Content(String),
 }
 
@@ -70,7 +70,7 @@ impl From<Fault> for String {
     }
 }
 
-/// Reads a file's header; `None` if the file is no DICOM.
+/// Reads a file's header; `None` if the file is not DICOM.
 pub fn parse(path: &Path) -> Result<Option<Parsing>, Fault> {
     let (file, metadata) = open_file(path).map_err(Fault::System)?;
     let copy = file.try_clone();
@@ -82,7 +82,7 @@ pub fn parse(path: &Path) -> Result<Option<Parsing>, Fault> {
     }
 }
 
-/// The header of an open file, of which `stream` has the bytes.
+/// The header of an open file, whose bytes are in `stream`.
 fn parse_open(
     path: &Path,
     mut file: File,
@@ -159,7 +159,7 @@ fn beginning(stream: &mut Stream, length: u64) -> Parsed<Beginning> {
     })
 }
 
-/// Writers that leave the transfer syntax out mean the implicit or the explicit one.
+/// The transfer syntax. Writers that leave it out use the implicit or the explicit one.
 fn transfer_of(meta: &DataSet, stream: &mut Stream, end: u64) -> Parsed<TransferSyntax> {
     let uid = match meta.text(tags::TRANSFER_SYNTAX) {
         Some(uid) => uid,
@@ -181,7 +181,7 @@ fn transfer_of(meta: &DataSet, stream: &mut Stream, end: u64) -> Parsed<Transfer
 }
 
 impl Place {
-    /// The file, if it is still what its header was read of.
+    /// Opens the file, if it has not changed since its header was read.
     pub fn open(&self) -> Parsed<File> {
         let (file, metadata) = open_file(&self.path)?;
         match metadata.len() == self.length && metadata.modified().ok() == self.modified {
@@ -190,7 +190,7 @@ impl Place {
         }
     }
 
-    /// Fills `bytes` with what the data set has from `at` on.
+    /// Fills `bytes` with the bytes of the data set from `at` on.
     pub fn read(&self, at: u64, bytes: &mut [u8]) -> Parsed<()> {
         let mut file = self.open()?;
         let wanted = bytes.len();

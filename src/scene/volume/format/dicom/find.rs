@@ -1,4 +1,4 @@
-//! The files that a folder, a DICOMDIR or one file stands for, and what they turn out to be.
+//! Finds the files of a folder, a DICOMDIR or a single path, and classifies them.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -17,20 +17,20 @@ const MOST_NESTED: u32 = 32;
 /// The most names in one message.
 const MOST_NAMED: usize = 3;
 
-/// What was found.
+/// The result of a search.
 #[derive(Debug, Default)]
 pub struct Found {
     /// Images, in the order of their paths.
     pub images: Vec<Image>,
-    /// DICOM that is no part of a volume: how many of each kind.
+    /// Number of DICOM objects of each kind that are no part of a volume.
     pub others: BTreeMap<&'static str, usize>,
-    /// Files that should have been readable, and are not.
+    /// Files that should have been readable but are not.
     pub unreadable: Vec<String>,
-    /// Why a file is no image, where one was named.
+    /// The reason why a single named file is no image.
     why: Option<String>,
 }
 
-/// Looks at all files below a folder, at those that a DICOMDIR lists, or at one.
+/// Examines all files below a folder, those that a DICOMDIR lists, or a single file.
 pub fn find(path: &Path) -> Parsed<Found> {
     if path.is_dir() {
         let mut files = Vec::new();
@@ -86,7 +86,7 @@ fn list(folder: &Path, depth: u32, files: &mut Vec<PathBuf>) -> std::io::Result<
     Ok(())
 }
 
-/// A link that leads nowhere leads to no file.
+/// Whether a link leads to a file; a broken link does not.
 fn leads_to_file(link: &Path) -> std::io::Result<bool> {
     match std::fs::metadata(link) {
         Ok(metadata) => Ok(metadata.is_file()),
@@ -95,7 +95,7 @@ fn leads_to_file(link: &Path) -> std::io::Result<bool> {
     }
 }
 
-/// A file that a DICOMDIR names in capitals may be there in small letters.
+/// The path of a file in a DICOMDIR, which names it in capitals although the file's name may be in small letters.
 fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
     let mut path = folder.to_path_buf();
     for part in name {
@@ -113,8 +113,8 @@ fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
     path.is_file().then_some(path)
 }
 
-/// Fails if the system does not give a file's bytes: the volume could lack a slice, and where that is the first or the last,
-/// nobody would see it.
+/// Examines files. Fails if the system does not return a file's bytes: the volume could lack a slice, which would go
+/// unnoticed if it is the first or the last.
 fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
     let looked = files.into_par_iter().map(|path| {
         let content = file::parse(&path).and_then(|parsing| {
@@ -151,7 +151,7 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
 }
 
 impl Found {
-    /// Why there is no volume.
+    /// The reason why there is no volume.
     pub fn nothing(&self) -> String {
         if let Some(why) = &self.why {
             return why.clone();

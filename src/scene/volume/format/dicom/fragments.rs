@@ -1,8 +1,8 @@
-//! Where in a file the packed frames are.
+//! The places of packed frames in a file.
 //!
-//! Packed pixels come in fragments. A frame is one of them or several, and a table at the beginning, which
-//! may be empty, says where each frame begins. Where nobody says it, a frame begins with a fragment that
-//! begins with a codestream's first marker.
+//! Packed pixels come in fragments. A frame is one fragment or several, and a table at the beginning, which may be
+//! empty, says where each frame begins. Without the table, a frame begins with each fragment that begins with a
+//! codestream's first marker.
 
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
@@ -19,7 +19,7 @@ const JPEG_2000_BEGINS: [u8; 2] = [0xff, 0x4f];
 struct Fragment {
     at: u64,
     length: u64,
-    /// Whether it begins as a codestream does.
+    /// Whether it begins like a codestream.
     is_first: bool,
 }
 
@@ -27,7 +27,7 @@ struct Fragment {
 #[derive(Debug)]
 pub struct Fragments {
     all: Vec<Fragment>,
-    /// Which of them each frame begins with.
+    /// Index of the first fragment of each frame.
     firsts: Vec<usize>,
 }
 

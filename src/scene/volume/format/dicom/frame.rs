@@ -1,8 +1,8 @@
 //! A frame and its place in the patient.
 //!
-//! A classic file holds one slice. An enhanced one holds many, with groups of elements that belong to one
-//! frame or to all of them; what neither says stands in the object itself. Looking a value up in that
-//! order makes both kinds a list of the same frames.
+//! A classic file holds one slice. An enhanced one holds many, with groups of elements that belong to one frame or to
+//! all of them; all other elements are in the object itself. Looking a value up in that order turns both kinds into a
+//! list of the same frames.
 
 use crate::scene::volume::parsed::Parsed;
 
@@ -25,7 +25,7 @@ pub struct Frame {
     pub intercept: f64,
     pub image_type: String,
     pub acquisition: String,
-    /// Whatever else tells frames apart that lie at one place: echo, time, b-value, stack.
+    /// All other properties that distinguish frames at one place: echo, time, b-value, stack.
     pub kind: String,
 }
 
@@ -88,7 +88,7 @@ pub fn frames(data: &DataSet, image: &Image) -> Parsed<Vec<Frame>> {
     Ok((0..).zip(&offsets).map(at).collect())
 }
 
-/// A frame whose elements stand in the first of some data sets that has them, or in a sequence there.
+/// A frame. Each of its elements comes from the first of `places` that has it, or from a sequence there.
 fn frame(places: &[Option<&DataSet>], index: u32) -> Parsed<Frame> {
     let places: Vec<&DataSet> = places.iter().copied().flatten().collect();
     // The sequence's item where there is one, and the data set itself for a classic object.

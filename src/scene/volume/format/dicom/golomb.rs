@@ -1,12 +1,12 @@
 //! The bits of a JPEG-LS codestream, and the Golomb codes in them.
 
-/// Bits, of which the first one after a byte of ones is left out.
+/// Reads bits; the first bit after a byte of ones is skipped.
 pub struct Bits<'a> {
     bytes: &'a [u8],
     at: usize,
     buffer: u64,
     filled: u32,
-    /// Bits that were taken after the end.
+    /// Bits that were read beyond the end.
     missing: u32,
 }
 
@@ -25,7 +25,7 @@ impl Bits<'_> {
         self.missing > 0
     }
 
-    /// Up to 24 bits.
+    /// Reads up to 24 bits.
     pub fn take(&mut self, count: u32) -> u32 {
         while self.filled < count {
             let is_stuffed = self.at > 0 && self.bytes.get(self.at - 1) == Some(&0xff);
@@ -48,7 +48,7 @@ impl Bits<'_> {
         self.take(1)
     }
 
-    /// An error in a code of at most `limit` bits.
+    /// Reads an error in a code of at most `limit` bits.
     pub fn golomb(&mut self, k: u32, limit: u32, qbpp: u32) -> i32 {
         let most = limit.saturating_sub(qbpp + 1);
         let mut zeros = 0;
@@ -63,7 +63,7 @@ impl Bits<'_> {
             true => u64::from(zeros) << k | u64::from(self.take(k)),
             false => u64::from(self.take(qbpp)) + 1,
         };
-        // No error of 16 bits is longer; a damaged one must not overflow.
+        // No error of 16 bits is longer; a damaged code must not overflow.
         code.min(1 << 17) as i32
     }
 }

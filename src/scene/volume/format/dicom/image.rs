@@ -1,5 +1,5 @@
-//! What one file says: an image with its frames, and where each of them lies in the patient; or why it is
-//! no part of a volume.
+//! The contents of one file: an image with its frames, and where each of them lies in the patient; or the reason why
+//! it is no part of a volume.
 
 use crate::scene::volume::parsed::Parsed;
 
@@ -10,7 +10,7 @@ use super::other::{COLOUR_REMEDY, Other, colours, other};
 use super::syntax::{Packing, TransferSyntax};
 use super::tags::{self, Tag};
 
-/// What a file turned out to be.
+/// The kind of a file's contents.
 #[derive(Debug)]
 pub enum Content {
     Image(Box<Image>),
@@ -25,7 +25,7 @@ pub struct Image {
     pub place: Place,
     pub transfer: TransferSyntax,
     pub pixels: Pixels,
-    /// Where frames begin among the fragments, if a table says so.
+    /// Offsets of the frames among the fragments, if a table gives them.
     pub offsets: Vec<u64>,
     pub modality: String,
     pub series_uid: String,
@@ -36,24 +36,24 @@ pub struct Image {
     pub samples: Samples,
     /// Whether the smallest value is white.
     pub is_inverted: bool,
-    /// Stored values, both included, that stand for no measurement; turned where the image is inverted.
+    /// Range of stored values, both ends included, that stand for no measurement; inverted where the image is.
     pub padding: Option<[i64; 2]>,
     /// "HU", "BQML" and the like.
     pub units: Option<String>,
     /// Frames in the file, of which `frames` has those that can be placed.
     pub frame_count: u32,
     pub frames: Vec<Frame>,
-    /// What is wrong with its pixels, if that is known already.
+    /// The fault of its pixels, if one is known already.
     pub damage: Option<String>,
 }
 
-/// How a stored value is written.
+/// The encoding of a stored value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Samples {
     Integers {
         /// 8, 16 or 32.
         allocated: u32,
-        /// The bits that count, of which `high` is the top one.
+        /// The number of bits in use, of which `high` is the top one.
         stored: u32,
         high: u32,
         is_signed: bool,
@@ -72,7 +72,7 @@ impl Samples {
     }
 }
 
-/// Makes sense of a header. A fault is a sentence about the file.
+/// Interprets a header. A fault is a sentence about the file.
 pub fn understand(parsing: Parsing) -> Parsed<Content> {
     let data = &parsing.data_set;
     let records = data.items(tags::DIRECTORY_RECORDS);
@@ -201,7 +201,7 @@ fn padding(data: &DataSet, samples: Samples) -> Option<[i64; 2]> {
     else {
         return None;
     };
-    // Some writers give a padding of 16 bits to values of fewer: only those of the values count.
+    // Some writers give a padding of 16 bits for values of fewer bits: only the bits in use count.
     let value = |tag: Tag| {
         let bits = i64::from(data.whole(tag)?);
         let shift = 64 - stored.min(allocated);
@@ -249,7 +249,7 @@ fn frame_count(data: &DataSet) -> Parsed<u32> {
 }
 
 impl Image {
-    /// A fault of this file, with its name unless the user has given it.
+    /// A fault of this file, with its name unless the user has named the file.
     pub fn named(&self, fault: &str) -> String {
         match self.place.name.as_str() {
             "" => fault.to_string(),
@@ -257,7 +257,7 @@ impl Image {
         }
     }
 
-    /// How messages call one of its frames.
+    /// The name of one of its frames in messages.
     pub fn frame_name(&self, index: u32) -> String {
         match (self.place.name.as_str(), self.frame_count) {
             (name, 1) if !name.is_empty() => name.to_string(),
@@ -275,7 +275,7 @@ impl Image {
         self.frame_pixels() * self.samples.bytes()
     }
 
-    /// Plain pixels must all be there. Packed ones are counted when they are unpacked, but a file whose
+    /// Fails unless plain pixels are all there. Packed ones are counted when they are unpacked, but a file whose
     /// pixels begin after its end holds none.
     fn check_length(&self) -> Parsed<()> {
         let packing = self.transfer.packing.map_err(|remedy| {

@@ -1,15 +1,14 @@
 //! JPEG-LS, lossless and near-lossless, of one component: ITU-T T.87, whose names are used here.
 //!
-//! Only decoders in C++ were to be had. Each pixel is predicted from its neighbours a (left), b (above),
-//! c (above left) and d (above right), and what is left is written in a Golomb code whose parameter is
-//! learnt for each of 365 kinds of neighbourhoods. Where all four are the same, the length of the run is
-//! written instead.
+//! Only decoders in C++ were available. Each pixel is predicted from its neighbours a (left), b (above), c (above
+//! left) and d (above right), and the error is written in a Golomb code whose parameter is learnt for each of 365
+//! kinds of neighbourhoods. Where all four are the same, the length of the run is written instead.
 
 use crate::scene::volume::parsed::Parsed;
 
 use super::golomb::Bits;
 
-/// Bits of the length of a run that is coded, by how many runs went on.
+/// Bits of the coded length of a run, by the run index, which grows with each step of a run.
 const J: [u32; 32] = [
     0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7, 8, 9, 10, 11, 12, 13,
     14, 15,
@@ -20,7 +19,7 @@ const PARAMETERS: u8 = 0xf8;
 const SCAN: u8 = 0xda;
 const RESTART_INTERVAL: u8 = 0xdd;
 
-/// What a codestream says before its pixels.
+/// The parameters of a codestream.
 #[derive(Debug, Clone, Copy)]
 pub struct Header {
     pub width: u32,
@@ -31,7 +30,7 @@ pub struct Header {
     max: i32,
     thresholds: [i32; 3],
     reset: i32,
-    /// Where the pixels begin.
+    /// Offset of the pixels.
     begin: usize,
 }
 
@@ -87,7 +86,7 @@ impl Header {
         }
     }
 
-    /// The header with the given parameters, or else with the standard's own.
+    /// The header with the given parameters; for 0, with the standard's defaults.
     fn completed(mut self, [max, t1, t2, t3, reset]: [i32; 5]) -> Parsed<Header> {
         if !(2..=16).contains(&self.precision) {
             return Err(format!(
@@ -133,7 +132,7 @@ impl Header {
 pub fn decode(bytes: &[u8], header: &Header) -> Parsed<Vec<u16>> {
     let (width, height) = (header.width as usize, header.height as usize);
     let mut pixels = vec![0; width * height];
-    // A row with what stands beside it: the pixel before the first, and the one after the last.
+    // A row with the values beside it: the pixel before the first, and the one after the last.
     let mut above = vec![0; width + 2];
     let mut row = vec![0; width + 2];
     let mut decoder = Decoder::new(header, bytes.get(header.begin..).unwrap_or_default());
@@ -152,8 +151,8 @@ pub fn decode(bytes: &[u8], header: &Header) -> Parsed<Vec<u16>> {
     Ok(pixels)
 }
 
-/// What has been learnt of one kind of neighbourhood: the sum of the errors' sizes and of the errors, how many
-/// there were, and the correction that they call for.
+/// The state that is learnt for one kind of neighbourhood: the sum of the errors' sizes, the sum of the errors, their
+/// number, and the correction that follows.
 #[derive(Debug, Clone, Copy)]
 struct Context {
     a: i32,
@@ -165,7 +164,7 @@ struct Context {
 struct Decoder<'a> {
     header: Header,
     range: i32,
-    /// Bits of an error that is written as it is.
+    /// Bits of an error that is written directly.
     qbpp: u32,
     /// The longest code.
     limit: u32,
@@ -260,7 +259,7 @@ impl<'a> Decoder<'a> {
         gradient.signum() * class
     }
 
-    /// How many pixels are the same, of those that are left in the row.
+    /// Reads the length of a run of equal pixels, of those that are `left` in the row.
     fn run(&mut self, left: usize) -> usize {
         let mut length = 0;
         while length < left && self.bits.bit() == 1 {
@@ -273,7 +272,7 @@ impl<'a> Decoder<'a> {
         }
         if length < left {
             let rest = self.bits.take(J[self.run_index]) as usize;
-            // A run that ends with the row is not written like this.
+            // A run that ends with the row is not written in this way.
             length = (length + rest).min(left);
         }
         length

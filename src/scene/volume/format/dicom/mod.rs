@@ -1,12 +1,12 @@
 //! DICOM: a folder of slices, a DICOMDIR, or one file, as scanners write them.
 //!
-//! Each step is one file. [`find`] looks at every file; [`file`], [`data_set`] and [`image`] read what
-//! one says; [`series`] decides which frames belong together; [`stack`] puts them in order and says what
-//! has to be done to make a grid of them; [`values`] finds numbers for what they store; and [`source`]
-//! reads voxels whenever somebody wants them, through [`unpack`] where they are packed.
+//! Each step is one file. [`find`] examines every file; [`file`], [`data_set`] and [`image`] read the contents of
+//! one; [`series`] decides which frames belong together; [`stack`] puts them in order and plans how they become a
+//! grid; [`values`] converts stored values to numbers; and [`source`] reads voxels on demand, through [`unpack`]
+//! where they are packed.
 //!
-//! These files say who the patient is. The elements that do are never read ([`tags`]), and messages name
-//! files, sizes and places only.
+//! These files identify the patient. The elements that do so are never read ([`tags`]), and messages name files,
+//! sizes and places only.
 
 mod data_set;
 mod file;
@@ -51,7 +51,7 @@ use values::Values;
 /// The most other volumes that one message names.
 const MOST_NAMED: usize = 8;
 
-/// Whether a file begins as DICOM does, whatever its name is, or cannot be read at all, which is then said.
+/// Whether a file begins like DICOM, whatever its name is, or cannot be read at all, which is reported later.
 pub fn is_dicom(path: &Path) -> bool {
     !matches!(file::parse(path), Ok(None))
 }
@@ -141,7 +141,7 @@ pub fn previews(path: &Path) -> Parsed<Vec<Preview>> {
     Ok(groups.iter().zip(1..).map(preview).collect())
 }
 
-/// A volume as its headers describe it, and its frames, in their order if they have one.
+/// The description of a volume from its headers, and its frames, in their order if they have one.
 fn describe(images: &[Image], group: &Group, number: u32) -> (Series, Vec<At>) {
     let image = &images[group.frames[0].image];
     let mut series = Series {
@@ -188,7 +188,7 @@ fn incomplete(gaps: &str, found: &Found) -> String {
     )
 }
 
-/// The index of the group that the user wants.
+/// The index of the group that the user has picked, or of the largest.
 fn picked(found: &Found, groups: &[Group], pick: Option<&Pick>) -> Parsed<usize> {
     if groups.is_empty() {
         return Err(found.nothing());

@@ -3,12 +3,12 @@
 use super::data_set::DataSet;
 use super::tags;
 
-/// Why something is no part of a volume.
+/// The reason why an object is no part of a volume.
 #[derive(Debug, Clone)]
 pub struct Other {
-    /// One word or two, to be counted: "localizer".
+    /// One or two words for a count: "localizer".
     pub kind: &'static str,
-    /// A sentence's end, for somebody who has named the file: "is a localizer, expected …".
+    /// The end of a sentence for a user who has named the file: "is a localizer, expected …".
     pub why: String,
 }
 
@@ -31,7 +31,7 @@ const OTHER_CLASSES: [(&str, &str); 10] = [
 
 pub const COLOUR_REMEDY: &str = "expected one grey value a pixel (MONOCHROME1 or MONOCHROME2)";
 
-/// Why an object is no part of a volume, if its class or its type says so.
+/// The reason why an object is no part of a volume, if its class or its type gives one.
 pub fn other(data: &DataSet) -> Option<Other> {
     let class = data.text(tags::SOP_CLASS).unwrap_or_default();
     let is_of = |of: &str| match class.strip_prefix(of) {
@@ -60,7 +60,7 @@ pub fn other(data: &DataSet) -> Option<Other> {
     })
 }
 
-/// How a message calls the colours of an image that is not grey.
+/// The name of the colours of an image that is not grey, for messages.
 pub fn colours(data: &DataSet) -> Option<String> {
     let photometric = data.text(tags::PHOTOMETRIC).unwrap_or_default();
     let is_grey = ["MONOCHROME1", "MONOCHROME2", ""].contains(&photometric.as_str());

@@ -3,7 +3,7 @@
 
 use crate::scene::volume::parsed::Parsed;
 
-/// One replicated byte takes two, and stands for at most 128.
+/// A replicated byte takes two bytes, which stand for at most 128.
 pub const MAX_RATIO: u64 = 64;
 
 const HEADER: usize = 64;
@@ -40,7 +40,7 @@ pub fn unpack(packed: &[u8], count: usize, size: usize) -> Parsed<Vec<u8>> {
     Ok(pixels)
 }
 
-/// Unpacks one segment to every `size`-th byte from `first` on. Returns how many there are.
+/// Unpacks one segment to every `size`-th byte from `first` on. Returns the number of bytes.
 fn fill(mut packed: &[u8], pixels: &mut [u8], first: usize, size: usize) -> usize {
     let count = pixels.len() / size;
     let mut filled = 0;

@@ -1,11 +1,11 @@
-//! Which frames belong to one volume.
+//! Groups frames into volumes.
 //!
-//! A series is what a technician called one, and may hold several volumes and what was made on the way to
-//! them. Frames are one volume where series, size, voxel size, orientation, image type and acquisition are
-//! the same, and echo, time, b-value and stack where a file tells them.
+//! A series is a technician's choice, and may hold several volumes and images made on the way to them. Frames belong
+//! to one volume if series, size, voxel size, orientation, image type and acquisition are the same, and also echo,
+//! time, b-value and stack where a file states them.
 //!
-//! Some scanners count an acquisition for each slice. Where each acquisition has only one slice, that
-//! number tells no volumes apart, and is not looked at.
+//! Some scanners count an acquisition for each slice. If each acquisition has only one slice, its number does not
+//! distinguish volumes, and is ignored.
 
 use std::collections::HashMap;
 
@@ -25,10 +25,10 @@ pub struct Group {
     pub frames: Vec<At>,
 }
 
-/// Differences of direction cosines, and relative ones of voxel sizes, that are rounding.
+/// Differences of direction cosines, and relative differences of voxel sizes, that count as rounding.
 const ROUNDING: f64 = 1e-3;
 
-/// What has to be the same, apart from directions and voxel sizes.
+/// Properties that must be the same within a volume, apart from directions and voxel sizes.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Key<'a> {
     series: &'a str,
@@ -37,7 +37,7 @@ struct Key<'a> {
     image_type: &'a str,
     kind: &'a str,
     acquisition: Option<&'a str>,
-    /// Frames without a position in the patient belong to no other frames.
+    /// Set for a frame without a position in the patient, which belongs to no other frames.
     alone: Option<(usize, usize)>,
 }
 
@@ -48,7 +48,7 @@ pub fn group(images: &[Image]) -> Vec<Group> {
     let all: Vec<At> = (0..images.len()).flat_map(frames).collect();
     let is_placed = |at: &At| frame(images, *at).plane.is_some();
     let placed: Vec<At> = all.iter().copied().filter(is_placed).collect();
-    // A picture without a place is a volume of one slice where there is nothing better.
+    // If no frame has a position, each is a volume of one slice.
     let frames = if placed.is_empty() { all } else { placed };
 
     let by_acquisition = split(images, frames, true);

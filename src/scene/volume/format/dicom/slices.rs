@@ -1,17 +1,17 @@
-//! Slices at equal distances, made of slices at any.
+//! Makes slices at equal distances from slices at any distances.
 
 use crate::scene::volume::parsed::Parsed;
 
-/// Parts of a slice's distance: what is nearer than that to its place is there, and two slices that are
-/// nearer than that to each other are at one place.
+/// Tolerance as a part of a slice's distance: a frame nearer than this to a slice's place is that slice, and two
+/// frames nearer than this to each other are at one place.
 pub const EXACT: f64 = 0.01;
 /// A part of a slice's distance that is rounding, and needs no interpolation.
 const ROUNDING: f64 = 1e-6;
-/// Slices are missing where distances are multiples of the usual one to this part of it.
+/// Slices count as missing where distances are multiples of the usual one within this part of it.
 const MULTIPLE: f64 = 0.1;
 /// The most places that one message names.
 const MOST_NAMED: usize = 6;
-/// Interpolated slices for each real one; more would be inventing a volume.
+/// The most interpolated slices for each real one; with more of them a volume would be invented.
 pub const MOST_INVENTED: f64 = 10.0;
 
 /// A slice of the volume: (1 − share)·below + share·above, both indices of frames.
@@ -32,7 +32,7 @@ impl Slice {
     }
 }
 
-/// Places at equal distances, and what lies there.
+/// Places at equal distances, and the slice at each.
 pub struct Grid {
     pub spacing: f64,
     pub slices: Vec<Slice>,
@@ -133,7 +133,7 @@ fn missing(places: &[f64], distances: &[f64], steps: impl Fn(f64) -> f64) -> Opt
     })
 }
 
-/// What lies at a place: the frame that is not farther from it than `near`, or something between two.
+/// The slice at a place: the frame that is not farther from it than `near`, or an interpolation between two.
 fn between(places: &[f64], place: f64, near: f64) -> Slice {
     let above = places.partition_point(|other| *other < place - near);
     let last = places.len() - 1;

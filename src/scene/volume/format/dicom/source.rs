@@ -1,9 +1,9 @@
 //! Reads a stack's voxels: decodes the slices that a region touches, and no others.
 //!
-//! Plain pixels are read where they lie, row by row, by as many threads as ask for them. A packed frame
-//! can only be unpacked as a whole, and so can one that is interpolated with others; the last few of them
-//! are kept, since a region rarely ends where a frame does. Two threads that want the same frame at once
-//! wait for one of them to unpack it.
+//! Plain pixels are read in place, row by row, by any number of threads. A packed frame can only be unpacked as a
+//! whole, and so can one that is interpolated with others; the last few of these frames are kept, since a region
+//! rarely ends where a frame does. If two threads need the same frame at once, one of them unpacks it and the other
+//! waits.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -34,12 +34,12 @@ type Numbers = Arc<OnceLock<Parsed<Vec<u8>>>>;
 #[derive(Debug)]
 pub struct Slices {
     images: Vec<Image>,
-    /// The fragments of each image, once they have been asked for.
+    /// The fragments of each image, once they have been needed.
     fragments: Vec<OnceLock<Parsed<Fragments>>>,
     stack: Stack,
     maps: Vec<Map>,
     voxel_type: VoxelType,
-    /// The number that stands where nothing was measured.
+    /// The number in place of values that were not measured.
     filler: f64,
     /// The last frames, by their index in the stack; the newest at the end.
     kept: Mutex<VecDeque<(usize, Numbers)>>,
@@ -66,8 +66,8 @@ impl Slices {
         Ok(slices)
     }
 
-    /// Unpacks what claims more pixels than run-length packing could hold, so that nobody allocates for them before
-    /// it is known that they are there.
+    /// Unpacks frames that claim more pixels than run-length packing could hold, so that no memory is allocated for
+    /// their voxels before it is known that they are there.
     fn try_unlikely(&self) -> Parsed<()> {
         let is_unlikely = |at: &&At| {
             let image = &self.images[at.image];
@@ -81,7 +81,7 @@ impl Slices {
         })
     }
 
-    /// Frames at one place must be the same.
+    /// Fails unless frames at one place are the same.
     fn compare_doubles(&self) -> Parsed<()> {
         let compare = |(one, other): &(_, _)| {
             let name = |at: At, index| self.images[at.image].frame_name(index);
@@ -104,7 +104,7 @@ impl Slices {
         self.stack.doubles.par_iter().try_for_each(compare)
     }
 
-    /// The smallest number that stands for something.
+    /// The smallest number that stands for a measurement.
     fn smallest(&self) -> Parsed<f64> {
         let range = |n: usize| {
             let (at, index) = self.place(n);
@@ -139,7 +139,7 @@ impl Slices {
         }
     }
 
-    /// A frame's words as the file has them.
+    /// A frame's words as they are in the file.
     fn words(&self, image: usize, index: u32) -> Parsed<Unpacked> {
         let at = image;
         let image = &self.images[at];
@@ -162,7 +162,7 @@ impl Slices {
         packing.map_err(|remedy| image.named(remedy))
     }
 
-    /// Rows of a frame whose pixels are plain.
+    /// Reads rows of a frame with plain pixels.
     fn plain(&self, image: &Image, index: u32, first: u32, rows: u32) -> Parsed<Unpacked> {
         let row = u64::from(image.columns) * image.samples.bytes();
         let mut words = vec![0; (u64::from(rows) * row) as usize];
@@ -175,7 +175,7 @@ impl Slices {
         })
     }
 
-    /// A whole frame's numbers, which are kept for the next read.
+    /// The numbers of a whole frame, which is kept for the next read.
     fn numbers(&self, n: usize) -> Numbers {
         let numbers = {
             let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
@@ -206,7 +206,7 @@ impl Slices {
         numbers
     }
 
-    /// The part of one slice that a region asks for.
+    /// Reads the part of one slice that lies in a region.
     fn read_slice(&self, slice: Slice, region: Region, bytes: &mut [u8]) -> Parsed<()> {
         if slice.share != 0.0 || self.stack.is_sheared() {
             return self.interpolate(slice, region, bytes);
@@ -237,7 +237,8 @@ impl Slices {
         Ok(())
     }
 
-    /// Between rows where the gantry was tilted, between two frames where none lies at the place.
+    /// Interpolates between rows where the gantry was tilted, and between two frames where none lies at a slice's
+    /// place.
     fn interpolate(&self, slice: Slice, region: Region, bytes: &mut [u8]) -> Parsed<()> {
         let [width, height, _] = region.dims.map(|size| size as usize);
         let mut row: Vec<f64> = vec![0.0; width];
@@ -263,7 +264,7 @@ impl Slices {
         Ok(())
     }
 
-    /// Adds a frame's row at a place between two of its rows.
+    /// Adds a frame's row at a position between two of its rows.
     fn add_row(
         &self,
         n: usize,
@@ -338,7 +339,7 @@ pub fn add(numbers: &[u8], voxel_type: VoxelType, weight: f64, sums: &mut [f64])
     }
 }
 
-/// Integers stay integers: the nearest one is taken.
+/// Writes numbers; integers are rounded to the nearest.
 fn write(row: &[f64], voxel_type: VoxelType, bytes: &mut [u8]) {
     fn each<const N: usize>(row: &[f64], bytes: &mut [u8], number: impl Fn(f64) -> [u8; N]) {
         for (bytes, value) in bytes.as_chunks_mut().0.iter_mut().zip(row) {

@@ -1,14 +1,13 @@
-//! How frames become a grid of voxels: their order, and what is done where they do not form one.
+//! How frames become a grid of voxels: their order, and the steps where they do not form a grid.
 //!
-//! Where a slice lies is said by its position and its orientation alone. Numbers of instances, names of
-//! files and "slice locations" are often wrong. Slices are put in the order of their places along the
-//! normal of their planes, which makes rows, columns and slices right-handed axes whichever way the
-//! scanner went.
+//! The place of a slice is determined by its position and its orientation alone. Numbers of instances, names of files
+//! and "slice locations" are often wrong. Slices are put in the order of their places along the normal of their
+//! planes, which makes rows, columns and slices right-handed axes whichever way the scanner went.
 //!
-//! A grid has slices at equal distances, one straight behind the other. Slices that are not at equal
-//! distances are interpolated linearly between their neighbours; those of a tilted gantry, each a bit
-//! further down than the one before, are shifted back by interpolating between rows, on more rows than
-//! each has. Both are done when voxels are read, so that here is only decided what is to be done.
+//! A grid has slices at equal distances, one straight behind the other. Slices at other distances are interpolated
+//! linearly between their neighbours; those of a tilted gantry, each a bit further down than the one before, are
+//! shifted back by interpolating between rows, on more rows than each has. Both are done when voxels are read; here
+//! the steps are only planned.
 
 use crate::scene::volume::orientation::{Axes, Frame as Coordinates, Orientation};
 use crate::scene::volume::parsed::Parsed;
@@ -19,11 +18,11 @@ use super::series::{At, Group, frame};
 use super::slices::{EXACT, Grid, MOST_INVENTED, Slice, median};
 use super::vector::{cross, difference, dot, scaled, unit};
 
-/// A tangent from which axes count as sheared, as for all formats.
+/// Tangent from which axes count as sheared, as in all formats.
 const SHEAR: f64 = 1e-3;
-/// Voxels by which the last slice may lie beside the first in an upright stack: positions are rounded.
+/// Voxels by which the last slice of an upright stack may lie beside the first: positions are rounded.
 const STRAIGHT: f64 = 0.1;
-/// The most voxels by which a slice may lie beside the line of the others.
+/// The most voxels by which a slice may lie beside the line through the others.
 const ASTRAY: f64 = 0.5;
 
 /// The recipe for a volume.
@@ -39,9 +38,9 @@ pub struct Stack {
     pub slices: Vec<Slice>,
     /// Frames that lie where one of `frames` lies.
     pub doubles: Vec<(At, At)>,
-    /// A sentence on slices that are missing.
+    /// A sentence about missing slices.
     pub gaps: Option<String>,
-    /// What is done to make a grid, one sentence each.
+    /// The steps that make a grid, one sentence each.
     pub notes: Vec<String>,
 }
 
@@ -168,8 +167,8 @@ impl Placed {
             .collect()
     }
 
-    /// The rows by which each slice lies below the volume's first row. Nothing is shifted along rows: no
-    /// gantry tilts that way.
+    /// The rows by which each slice lies below the volume's first row. Nothing is shifted along rows: no gantry tilts
+    /// in that direction.
     fn shifts(
         &self,
         images: &[Image],

@@ -1,7 +1,7 @@
 //! A file's bytes from its beginning on, read as far as they are needed and no further: a header is a few thousand
 //! bytes before pixels of any length.
 //!
-//! What is allocated grows with the bytes that arrive, so that no length in a damaged header costs memory.
+//! Allocations grow with the bytes that arrive, so that no length in a damaged header costs memory.
 
 use std::io::Read;
 
@@ -9,13 +9,13 @@ use crate::scene::volume::parsed::Parsed;
 
 /// Bytes of the first read: most headers are shorter.
 const FIRST: u64 = 16 << 10;
-/// A header longer than this is none. That of a thousand frames takes a few megabytes.
+/// An upper bound of a header's length. The header of a thousand frames takes a few megabytes.
 const MOST: u64 = 256 << 20;
 
 pub struct Stream {
     reader: Box<dyn Read>,
     bytes: Vec<u8>,
-    /// The system's error, if it did not give bytes that were asked for: nothing is known of them then.
+    /// The system's error, if it did not return bytes that were requested: nothing is known of them then.
     pub failure: Option<String>,
 }
 
@@ -28,7 +28,7 @@ impl Stream {
         }
     }
 
-    /// The bytes from `at` on, as many as `count`; fewer where the data end.
+    /// The `count` bytes from `at` on; fewer where the data end.
     pub fn bytes(&mut self, at: u64, count: u64) -> Parsed<&[u8]> {
         let end = at.saturating_add(count);
         let have = self.bytes.len() as u64;
@@ -42,7 +42,7 @@ impl Stream {
             let more = end.max(2 * have).max(FIRST) - have;
             let mut part = self.reader.by_ref().take(more);
             let read = part.read_to_end(&mut self.bytes);
-            // What follows the wanted bytes may be damaged.
+            // The bytes after the wanted ones may be damaged.
             if (self.bytes.len() as u64) < end {
                 read.map_err(|e| {
                     let fault = e.to_string();

@@ -1,4 +1,4 @@
-//! The transfer syntaxes: how a file writes its elements, and how it packs its pixels.
+//! The transfer syntaxes: how a file encodes its elements, and how it packs its pixels.
 
 use super::data_set::Syntax;
 
@@ -12,7 +12,7 @@ pub enum Packing {
     JpegLs,
 }
 
-/// What a transfer syntax's UID stands for.
+/// The meaning of a transfer syntax's UID.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TransferSyntax {
     pub name: &'static str,
@@ -47,7 +47,7 @@ const fn refused(name: &'static str, remedy: &'static str) -> TransferSyntax {
 
 const GDCMCONV: &str = "unpack it first: `gdcmconv --raw IN OUT`";
 
-/// The known syntaxes, by what follows "1.2.840.10008.1.2" in the UID.
+/// The known syntaxes, by the end of the UID after "1.2.840.10008.1.2".
 const KNOWN: [(&str, TransferSyntax); 21] = [
     (
         "",
@@ -91,7 +91,8 @@ const KNOWN: [(&str, TransferSyntax); 21] = [
     (".5", packed("RLE", Packing::RunLength)),
 ];
 
-/// `None` for a UID that is not known. Many writers leave it out, and then it is the implicit little-endian one.
+/// The syntax of a UID; `None` if that is not known. Many writers leave it out, and then it is the implicit
+/// little-endian one.
 pub fn transfer_syntax(uid: &str) -> Option<TransferSyntax> {
     // GE's own, which is that of (.2) with little-endian elements, is not read.
     let kind = uid.strip_prefix("1.2.840.10008.1.2")?;

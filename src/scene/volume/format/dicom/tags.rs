@@ -1,6 +1,6 @@
 //! The elements that are read, and no others: what an image is, where it lies, and what its values mean.
 //!
-//! Nobody's name, number, birthday, physician or institution is among them.
+//! No name, number or birthday of a patient, and no physician or institution is among them.
 
 use std::fmt;
 
@@ -14,7 +14,7 @@ impl fmt::Display for Tag {
     }
 }
 
-/// Types whose length takes four bytes where types are written.
+/// Types with a length of four bytes, in files that write types.
 pub const LONG_TYPES: [&[u8; 2]; 13] = [
     b"OB", b"OD", b"OF", b"OL", b"OV", b"OW", b"SQ", b"SV", b"UC", b"UN", b"UR", b"UT", b"UV",
 ];
@@ -32,7 +32,7 @@ pub const SEQUENCE_END: Tag = Tag(0xfffe, 0xe0dd);
 
 pub const FLOAT_PIXELS: Tag = Tag(0x7fe0, 0x0008);
 pub const DOUBLE_PIXELS: Tag = Tag(0x7fe0, 0x0009);
-/// Everything before them is the header.
+/// Tags of the pixels; everything before them is the header.
 pub const PIXELS: [Tag; 3] = [FLOAT_PIXELS, DOUBLE_PIXELS, Tag(0x7fe0, 0x0010)];
 
 macro_rules! tags {
@@ -98,7 +98,7 @@ tags! {
     OFFSET_TABLE = (0x7fe0, 0x0001),
 }
 
-/// Sequences, told by their tags where types are not written.
+/// Tags of sequences, for files that do not write types.
 const SEQUENCES: [Tag; 13] = [
     DIRECTORY_RECORDS,
     MR_DIFFUSION,

@@ -1,7 +1,6 @@
 //! A picture of a volume's middle slice, for which no other slice is decoded.
 //!
-//! The slice is read as a volume of its own, so that whatever values and packings need is done as it is for
-//! whole volumes.
+//! The slice is read as a volume of its own, so that values and packings are handled as in whole volumes.
 
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
@@ -17,7 +16,7 @@ use super::values::Values;
 /// The most pixels of a slice: a picture of a larger one would take too long.
 const MOST_PIXELS: u64 = 1 << 23;
 
-/// `frames` are a volume's, in its order.
+/// `frames` are those of a volume, in its order.
 pub fn thumbnail(images: &[Image], frames: &[At]) -> Parsed<Thumbnail> {
     let middle = frames[frames.len() / 2];
     let image = Image {

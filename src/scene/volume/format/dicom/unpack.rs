@@ -1,10 +1,10 @@
-//! The pixels of one frame as they were before they were packed.
+//! Unpacks the pixels of one frame.
 //!
-//! Other people's decoders are fenced: what they may allocate is bounded beforehand by the file's length,
-//! a frame of another size is refused before it is decoded, and a panic inside becomes a sentence.
+//! Decoders from other crates are fenced: their allocations are bounded beforehand by the file's length, a frame of
+//! another size is refused before it is decoded, and a panic inside becomes a sentence.
 //!
-//! JPEG-LS and run lengths are unpacked here, JPEG is read by `jpeg-decoder`, and JPEG 2000 by
-//! `hayro-jpeg2000`, which forbids unsafe code. OpenJPEG, translated to Rust or not, is full of it.
+//! JPEG-LS and run lengths are unpacked here, JPEG is read by `jpeg-decoder`, and JPEG 2000 by `hayro-jpeg2000`,
+//! which forbids unsafe code. OpenJPEG, translated to Rust or not, is full of it.
 
 use hayro_jpeg2000::{DecodeSettings, DecoderContext};
 use jpeg_decoder::{Decoder, PixelFormat};
@@ -18,11 +18,11 @@ use super::jpeg_ls;
 use super::run_length;
 use super::syntax::Packing;
 
-/// Pixels that a byte may stand for. A JPEG's blocks of 64 take at least 2 bits; a picture of one value
-/// takes next to nothing in JPEG 2000.
+/// The most pixels for each byte. A JPEG's blocks of 64 take at least 2 bits; a picture of one value takes next to
+/// nothing in JPEG 2000.
 const MAX_JPEG_RATIO: u64 = 256;
 const MAX_JPEG_2000_RATIO: u64 = 1 << 15;
-/// A row takes a bit or more.
+/// The most pixels for each byte: a row takes a bit or more.
 const MAX_JPEG_LS_RATIO: u64 = 1 << 15;
 
 /// The words of a frame.
@@ -34,7 +34,7 @@ pub struct Unpacked {
 }
 
 impl Packing {
-    /// Pixels that a byte may stand for.
+    /// The most pixels for each byte.
     pub fn most_pixels(self) -> u64 {
         match self {
             Packing::Plain => 1,
@@ -104,7 +104,7 @@ fn jpeg(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
     })
 }
 
-/// What the image says of its bits, in words of another width.
+/// The samples with words of another width.
 fn allocated_anew(samples: Samples, allocated: u32) -> Parsed<Samples> {
     match samples {
         Samples::Integers {
@@ -186,7 +186,7 @@ fn jpeg_ls(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
     })
 }
 
-/// A codestream's bits a value, and whether they have a sign. The size marker stands first in it.
+/// The bits per value of a codestream, and whether they have a sign, from its first marker, that of the size.
 fn precision(packed: &[u8]) -> Option<(u32, bool)> {
     const BEGIN: [u8; 4] = [0xff, 0x4f, 0xff, 0x51];
     let begin = packed.windows(4).position(|bytes| bytes == BEGIN)?;

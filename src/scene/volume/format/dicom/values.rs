@@ -1,8 +1,8 @@
-//! From what a frame stores to the volume's numbers.
+//! Conversion from a frame's stored values to the volume's numbers.
 //!
-//! Each slice may have a slope and an intercept of its own. As long as they lead to whole numbers of one
-//! unit, such as Hounsfield units, the volume's numbers are integers, and the narrowest type that holds
-//! all that could be stored is taken, if need be with an offset. Otherwise they are floats.
+//! Each slice may have a slope and an intercept of its own. As long as they lead to whole numbers of one unit, such
+//! as Hounsfield units, the volume's numbers are integers, of the narrowest type that holds all values that could be
+//! stored, if need be with an offset. Otherwise they are floats.
 
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::voxel_type::VoxelType;
@@ -10,18 +10,18 @@ use crate::scene::volume::voxel_type::VoxelType;
 use super::frame::Frame;
 use super::image::{Image, Samples};
 
-/// What the numbers of a volume are: a value is `intercept` + `slope` · number.
+/// The meaning of a volume's numbers: a value is `intercept` + `slope` · number.
 #[derive(Debug)]
 pub struct Values {
     pub voxel_type: VoxelType,
     /// The slope, which is positive.
     pub slope: f64,
     pub intercept: f64,
-    /// How each frame gets there, in the stack's order.
+    /// The conversion of each frame, in the stack's order.
     pub maps: Vec<Map>,
 }
 
-/// From a stored value to a number.
+/// Conversion from a stored value to a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Map {
     Whole { factor: i64, offset: i64 },
@@ -95,7 +95,7 @@ fn whole(number: f64) -> Option<i64> {
     is_whole.then_some(rounded as i64)
 }
 
-/// The narrowest type for all whole numbers from `low` to `high`, and what is to be taken from them.
+/// The narrowest type for all whole numbers from `low` to `high`, and the offset to subtract from them.
 fn narrowest(low: i64, high: i64) -> Option<(VoxelType, i64)> {
     const TYPES: [(VoxelType, i64, i64); 6] = [
         (VoxelType::U8, 0, 0xff),
@@ -130,16 +130,16 @@ impl Samples {
     }
 }
 
-/// How the words of one frame become numbers.
+/// Conversion from the words of one frame to numbers.
 #[derive(Debug, Clone, Copy)]
 pub struct Conversion {
     pub samples: Samples,
     /// Whether the words' most significant bytes come first.
     pub is_big: bool,
     pub is_inverted: bool,
-    /// Stored values, turned where they are, both included.
+    /// Range of stored values that are padding, inverted where the image is, both ends included.
     pub padding: Option<[i64; 2]>,
-    /// What takes the place of padding.
+    /// The number in place of padding.
     pub filler: f64,
     pub map: Map,
     pub to: VoxelType,
@@ -223,7 +223,7 @@ impl Conversion {
         }
     }
 
-    /// A word's stored value: the bits that count, with their sign, and turned where white is 0.
+    /// A word's stored value: the bits in use, with their sign, inverted where 0 is white.
     fn stored<const N: usize>(&self) -> impl Fn([u8; N]) -> i64 + use<N> {
         let Samples::Integers {
             stored,
@@ -257,7 +257,7 @@ impl Conversion {
         }
     }
 
-    /// The smallest and largest numbers of a frame that stand for something.
+    /// The smallest and largest numbers of a frame that stand for measurements.
     pub fn range(&self, words: &[u8]) -> Option<[f64; 2]> {
         match self.samples {
             Samples::Integers { allocated: 8, .. } => self.range_of::<1>(words),
@@ -296,7 +296,7 @@ impl Conversion {
     }
 }
 
-/// The range of what is in one range or in the other.
+/// The union of two ranges.
 pub fn joined(range: Option<[f64; 2]>, other: [f64; 2]) -> [f64; 2] {
     let [low, high] = range.unwrap_or(other);
     [low.min(other[0]), high.max(other[1])]

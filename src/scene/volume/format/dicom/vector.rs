@@ -1,4 +1,4 @@
-//! Arithmetic of directions and places in the patient.
+//! Arithmetic of directions and positions in the patient.
 
 pub type Vector = [f64; 3];
 

@@ -1,8 +1,8 @@
 //! TIFF's directories: tags with values, as they lie in the file.
 //!
-//! The crate `tiff` reads these too. It sets 32 bytes aside for each number before it has looked whether the
-//! file is that long, and decodes pages through one reader, which each of many threads would need of its
-//! own, with every directory read again. What a volume needs of directories is this file.
+//! The crate `tiff` reads these too. It allocates 32 bytes for each number before it has checked whether the file is
+//! that long, and decodes pages through one reader, so that each of many threads would need its own, with every
+//! directory read again. This file is the part of it that a volume needs.
 
 use std::collections::BTreeMap;
 
@@ -37,12 +37,12 @@ pub enum Tag {
     ImageDepth = 32997,
 }
 
-/// The tags of one page, and where the next page's are; 0: nowhere.
+/// The tags of one page, and the offset of the next page's directory; 0 if there is none.
 #[derive(Debug)]
 pub struct Directory {
     fields: BTreeMap<u16, Field>,
     next: u64,
-    /// Its length in the file.
+    /// The directory's length in the file.
     bytes: u64,
 }
 
@@ -50,12 +50,12 @@ pub struct Directory {
 struct Field {
     kind: u16,
     count: u64,
-    /// Where the values begin.
+    /// Offset of the values.
     at: u64,
 }
 
 impl Field {
-    /// The size of one of its values.
+    /// The size of one of the field's values.
     fn size(&self) -> Option<u64> {
         match self.kind {
             1 | 2 | 6 | 7 => Some(1),
@@ -67,7 +67,7 @@ impl Field {
     }
 }
 
-/// A file's header, and the way to its directories.
+/// A file's header, from which its directories are found.
 pub struct Directories<'a> {
     file: &'a WatchedFile,
     pub endian: Endian,
@@ -102,8 +102,8 @@ impl<'a> Directories<'a> {
         })
     }
 
-    /// All pages' directories, one after another. Together they are no longer than the file is, since
-    /// each has a place of its own in it.
+    /// All pages' directories, one after another. Together they must not be longer than the file, since each has its
+    /// own place in it.
     pub fn pages(&self) -> Parsed<Vec<Directory>> {
         let (mut pages, mut bytes, mut next) = (Vec::new(), 0, self.first);
         while next != 0 {
@@ -121,7 +121,7 @@ impl<'a> Directories<'a> {
         }
     }
 
-    /// The directory at a place of the file.
+    /// The directory at an offset of the file.
     pub fn read(&self, at: u64) -> Parsed<Directory> {
         let (head, size, inline) = if self.is_big { (8, 20, 8) } else { (2, 12, 4) };
         let count = self.endian.number(&self.file.read(at, head)?);
@@ -177,7 +177,7 @@ impl<'a> Directories<'a> {
         number.ok_or_else(|| format!("has no `{tag:?}`"))
     }
 
-    /// A fraction; `None` where there is none, or where it is no number above 0.
+    /// A fraction; `None` if there is none, or if it is no number above 0.
     pub fn fraction(&self, directory: &Directory, tag: Tag) -> Parsed<Option<f64>> {
         let field = directory.fields.get(&(tag as u16));
         let Some(field) = field.filter(|field| field.kind == 5 && field.count == 1) else {
@@ -188,7 +188,7 @@ impl<'a> Directories<'a> {
         Ok(Some(above / below).filter(|fraction| fraction.is_normal()))
     }
 
-    /// Text without what follows its end; "" if there is none.
+    /// Text up to its terminator; "" if there is none.
     pub fn text(&self, directory: &Directory, tag: Tag) -> Parsed<String> {
         let field = directory.fields.get(&(tag as u16));
         let Some(field) = field.filter(|field| matches!(field.kind, 1 | 2 | 7)) else {

@@ -24,7 +24,7 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         page(file).map_err(|fault| format!("{name} {fault}"))
     });
-    // All results are collected, so that the fault that is reported is always the first one.
+    // All results are collected, so that the first fault is always the one that is reported.
     let pages: Vec<Parsed<Page>> = pages.collect();
     let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
     let layout = pages[0].layout;
@@ -34,8 +34,8 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     })
 }
 
-/// The TIFF files of a folder, in the order of their numbers. Hidden ones are not the user's: some systems
-/// put such beside each file.
+/// The TIFF files of a folder, in the order of their numbers. Hidden files are not the user's: some systems put one
+/// beside each file.
 fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| e.to_string())? {
@@ -96,7 +96,7 @@ fn by_number(a: &str, b: &str) -> Ordering {
     }
 }
 
-/// The digits at the beginning, without zeros that count nothing, and what follows them.
+/// The digits at the beginning, without leading zeros, and the text after them.
 fn leading_number(text: &str) -> (Option<&str>, &str) {
     let end = text.bytes().take_while(u8::is_ascii_digit).count();
     let (digits, rest) = text.split_at(end);

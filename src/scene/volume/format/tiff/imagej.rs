@@ -1,20 +1,19 @@
-//! What ImageJ writes into the description of the first page: `key=value` lines.
+//! ImageJ's description of the first page: `key=value` lines.
 //!
-//! Its pages come channel by channel, then slice by slice, then time by time. Of a stack without
-//! compression it may write only the first page's directory, and all pixels one after another: that is how
-//! it gets beyond 4 GB.
+//! ImageJ's pages come channel by channel, then slice by slice, then time by time. For a stack without compression it
+//! may write only the first page's directory, and all pixels one after another: that is how it gets beyond 4 GB.
 
 use super::Meaning;
 use crate::scene::volume::parsed::Parsed;
 
 pub const START: &str = "ImageJ=";
 
-/// Pages that the description speaks of; 1 if it does not.
+/// The number of pages according to the description; 1 if it does not say.
 pub fn images(description: &str) -> Parsed<u64> {
     count(description, "images")
 }
 
-/// `resolution` are the pixels in a unit of length along x and y.
+/// `resolution`: pixels per unit of length along x and y.
 pub fn meaning(
     description: &str,
     pages: usize,

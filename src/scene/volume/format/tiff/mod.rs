@@ -2,12 +2,12 @@
 //! <https://www.awaresystems.be/imaging/tiff/specification/TIFF6.pdf>, BigTIFF:
 //! <https://www.awaresystems.be/imaging/tiff/bigtiff.html>
 //!
-//! Each page is a slice, and its first row is y = 0. Programs for microscopes put more into a file than a
-//! stack, and say in the first page's description what its pages are ([`imagej`], [`ome`]). Nobody says
-//! where a slice is in a body: the axes stay unknown.
+//! Each page is a slice, and its first row is y = 0. Programs for microscopes put more than a stack into a file, and
+//! describe the pages in the first page's description ([`imagej`], [`ome`]). No file says where a slice is in a body:
+//! the axes stay unknown.
 //!
-//! Strips and tiles are decoded one by one, by all cores at once; pixels that lie plainly one after another
-//! are read like those of any other format.
+//! Strips and tiles are decoded one by one, by all cores at once; pixels that lie plainly one after another are read
+//! like those of any other format.
 
 mod directory;
 mod folder;
@@ -32,16 +32,16 @@ use crate::scene::volume::source::file::{Data, Encoding, Start, shape, voxel_byt
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::storage::{Level, Storage};
 
-/// What a file's pages are.
+/// The meaning of a file's pages.
 struct Meaning {
     spacing: [f64; 3],
     unit: Option<String>,
     /// Slices of each channel at each time.
     depth: usize,
-    /// Names, or "". The samples of one pixel are channels, too.
+    /// The channels' names, or "". The samples of one pixel are channels, too.
     channels: Vec<String>,
     times: u32,
-    /// How many planes further the next channel, slice and time are.
+    /// Distance, in planes, to the next channel, slice and time.
     order: [usize; 3],
     /// The page of each plane.
     places: Vec<usize>,
@@ -50,7 +50,7 @@ struct Meaning {
 }
 
 impl Meaning {
-    /// Every page is a slice.
+    /// The meaning of pages that are all slices.
     fn stack(pages: usize, samples: u32) -> Meaning {
         Meaning {
             spacing: [1.0; 3],
@@ -71,7 +71,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let all = directories.pages()?;
     let mut full: Vec<&Directory> = Vec::new();
     for directory in &all {
-        // Previews and coarser copies say so.
+        // Previews and coarser copies are marked.
         if directories
             .number(directory, Tag::NewSubfileType)?
             .unwrap_or(0)
@@ -303,7 +303,7 @@ fn check_alike(first: &Layout, page: &Page, z: usize, depth: usize) -> Parsed<()
     Ok(())
 }
 
-/// A file that promises more than its bytes can hold is refused before anything is decoded.
+/// Refuses a file that promises more than its bytes can hold, before anything is decoded.
 fn check_promise(packed: u64, layout: Layout, dims: [u32; 3]) -> Parsed<()> {
     let expected = voxel_bytes(dims, layout.voxel_type)?;
     match layout.codec {
@@ -316,7 +316,7 @@ fn check_promise(packed: u64, layout: Layout, dims: [u32; 3]) -> Parsed<()> {
     }
 }
 
-/// Where the voxels begin, if they lie plainly one after another in one file.
+/// Offset of the voxels, if they lie plainly one after another in one file.
 fn plain_start(pages: &[Page]) -> Option<u64> {
     let start = pages[0].plain_run()?;
     let bytes = pages[0].layout.page_bytes();
@@ -333,7 +333,7 @@ fn plain_start(pages: &[Page]) -> Option<u64> {
 struct Pages {
     pages: Vec<Page>,
     sample: u32,
-    /// Whether all pages have the same strips or tiles; otherwise a page is decoded at once.
+    /// Whether all pages have the same strips or tiles; otherwise pages are decoded as a whole.
     is_alike: bool,
 }
 

@@ -1,7 +1,7 @@
-//! OME-TIFF: XML in the first page's description says what each page is.
+//! OME-TIFF: XML in the first page's description describes each page.
 //! <https://docs.openmicroscopy.org/ome-model/latest/ome-tiff/specification.html>
 //!
-//! Only sizes, units and the order of pages are read. Who made the image, and of what, is not.
+//! Only sizes, units and the order of pages are read. The author and the subject of the image are not.
 
 use roxmltree::{Document, Node, ParsingOptions};
 
@@ -10,7 +10,7 @@ use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::storage::in_one_unit;
 
-/// Nodes for each page of the file, and for all that is not about pages.
+/// Nodes for each page of the file, and for everything that is not about pages.
 const NODES_FOR_PAGE: u32 = 64;
 const MORE_NODES: u32 = 100_000;
 
@@ -82,7 +82,7 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
     })
 }
 
-/// Names are told apart without their namespace, of which there is one for each year.
+/// Compares a name without its namespace, of which there is one for each year.
 fn is(node: &Node, name: &str) -> bool {
     node.is_element() && node.tag_name().name() == name
 }
@@ -93,7 +93,7 @@ fn size(pixels: &Node, key: &str) -> Parsed<u32> {
     size.ok_or_else(|| unexpected(key, text, "a whole number from 1 up"))
 }
 
-/// The voxel size, and its unit if the file knows any.
+/// The voxel size, and its unit if the file states one.
 fn spacing(pixels: &Node) -> Parsed<([f64; 3], Option<String>)> {
     let mut lengths = [1.0; 3];
     let mut units = [None; 3];
@@ -113,7 +113,7 @@ fn spacing(pixels: &Node) -> Parsed<([f64; 3], Option<String>)> {
     ))
 }
 
-/// How many pages further the next channel, slice and time are.
+/// Distance, in pages, to the next channel, slice and time.
 fn order(name: &str, sizes: [usize; 3]) -> Parsed<[usize; 3]> {
     let letters: Vec<usize> = name
         .strip_prefix("XY")

@@ -1,4 +1,4 @@
-//! One page: how its pixels are cut into strips or tiles, and what those decode to.
+//! One page: how its pixels are cut into strips or tiles, and how those are decoded.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-/// What pages of one stack have in common.
+/// The properties that all pages of one stack share.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layout {
     /// Pixels along x and y.
@@ -25,16 +25,16 @@ pub struct Layout {
     pub is_tiled: bool,
     pub codec: Codec,
     predictor: Predictor,
-    /// Whether small values are meant to be bright.
+    /// Whether small values are displayed bright.
     pub is_white_zero: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Predictor {
     None,
-    /// A value is its difference from the one on its left.
+    /// A value is stored as its difference from the one on its left.
     Horizontal,
-    /// The same for bytes, where those of one significance lie together in a row.
+    /// The same for bytes; those of one significance lie together in a row.
     Float,
 }
 
@@ -134,7 +134,7 @@ impl Page {
         counts.fold(0, u64::saturating_add)
     }
 
-    /// The same page `distance` bytes later in the file.
+    /// The same page, `distance` bytes later in the file.
     pub fn moved(&self, distance: u64) -> Page {
         let moved = |(offset, count): &(u64, u64)| (offset.saturating_add(distance), *count);
         Page {
@@ -143,7 +143,7 @@ impl Page {
         }
     }
 
-    /// Where the pixels are, row by row and as they are, if they lie in one place of the file.
+    /// Offset of the pixels, if they lie plainly, row by row, in one place of the file.
     pub fn plain_run(&self) -> Option<u64> {
         let layout = &self.layout;
         let is_plain = layout.codec == Codec::Plain
@@ -161,7 +161,7 @@ impl Page {
         (is_plain && self.chunks.iter().enumerate().all(follows)).then_some(first)
     }
 
-    /// One sample of the pixels of the strip or tile in this column and row of them.
+    /// One sample of the pixels of the strip or tile at this column and row.
     pub fn decode(&self, [column, row]: [u32; 2], sample: u32) -> Parsed<Vec<u8>> {
         let layout = &self.layout;
         let [across, down] = layout.grid();
@@ -216,8 +216,8 @@ impl Page {
 }
 
 impl Layout {
-    /// Sizes of which nothing in the file could be worth them are refused here, so that later they can
-    /// be multiplied without a thought.
+    /// Refuses sizes that no contents of the file could justify, so that they can be multiplied later without
+    /// overflow.
     fn check(&self) -> Parsed<()> {
         let product = |[width, height]: [u32; 2]| {
             let bytes = u64::from(self.samples) * self.voxel_type.bytes() as u64;
@@ -259,12 +259,12 @@ impl Layout {
         u64::from(self.chunk[0]) * pixel as u64
     }
 
-    /// Of one sample.
+    /// Bytes of a row of one sample.
     fn row_bytes(&self) -> u64 {
         u64::from(self.size[0]) * self.voxel_type.bytes() as u64
     }
 
-    /// Of one sample.
+    /// Bytes of a page of one sample.
     pub fn page_bytes(&self) -> u64 {
         self.row_bytes() * u64::from(self.size[1])
     }
@@ -314,7 +314,7 @@ fn add_up<const SIZE: usize>(
     }
 }
 
-/// Makes numbers of a row that has first their most significant bytes, then the next, and so on.
+/// Joins the bytes of a row's numbers, which are grouped by significance, the most significant first.
 fn join_bytes(row: &mut [u8], size: usize, endian: Endian) {
     let apart = row.to_vec();
     let count = row.len() / size;

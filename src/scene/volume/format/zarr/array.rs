@@ -1,11 +1,11 @@
-//! The metadata of one Zarr array, of version 2 or 3, and what they have in common.
+//! The metadata of one Zarr array, of version 2 or 3, in a form common to both.
 //!
 //! <https://zarr-specs.readthedocs.io/en/latest/v2/v2.0.html>,
 //! <https://zarr-specs.readthedocs.io/en/latest/v3/core/index.html>
 //!
-//! The crate `zarrs` reads these too. It takes 130 crates and several minutes of a first build for what is
-//! this folder's few hundred lines, since a volume needs neither writing, nor stores on the network, nor the
-//! many codecs and types that no volume has.
+//! The crate `zarrs` reads these too. It takes 130 crates and several minutes of a first build in place of this
+//! folder's few hundred lines, since a volume needs neither writing, nor stores on the network, nor the many codecs
+//! and types that no volume has.
 
 use std::path::{Path, PathBuf};
 
@@ -18,34 +18,34 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-/// The longest metadata that is read: a shape and a few codecs.
+/// The longest metadata that is read, in bytes: a shape and a few codecs.
 const LONGEST: u64 = 1 << 20;
-/// No file holds a larger chunk.
+/// An upper bound of the bytes of a chunk, which no file exceeds.
 const LARGEST_CHUNK: u64 = 1 << 40;
 
 #[derive(Debug)]
 pub struct Array {
     pub folder: PathBuf,
-    /// Slowest axis first, as are all that follow.
+    /// Slowest axis first, as are all the following.
     pub shape: Vec<u64>,
     /// The smallest boxes that are compressed as one.
     pub chunk: Vec<u64>,
     pub shard: Option<Shard>,
     pub voxel_type: VoxelType,
     pub endian: Endian,
-    /// The axes of a chunk as its voxels lie, the slowest first.
+    /// The axes of a chunk in the order in which its voxels lie, the slowest first.
     pub order: Vec<usize>,
     pub codec: Codec,
     /// Whether a checksum follows a chunk.
     pub has_checksum: bool,
-    /// A voxel of a chunk that was never written, as bytes of the array's order.
+    /// A voxel of a chunk that was never written, in the array's byte order.
     pub fill: Vec<u8>,
     pub keys: Keys,
     /// The compression's name, for users.
     pub compression: Option<String>,
 }
 
-/// A file that holds several chunks, and where each of them is.
+/// The form of a file that holds several chunks, and of its index.
 #[derive(Debug)]
 pub struct Shard {
     pub shape: Vec<u64>,
@@ -54,7 +54,7 @@ pub struct Shard {
     pub is_index_at_end: bool,
 }
 
-/// How files are named after the place of their chunk.
+/// How the name of a file is made from the position of its chunk.
 #[derive(Debug)]
 pub struct Keys {
     pub prefix: &'static str,
@@ -74,7 +74,7 @@ fn node_type(folder: &Path) -> Option<String> {
     Some(node.node_type)
 }
 
-/// A metadata file's content, as far as `T` names it.
+/// The contents of a metadata file, as far as `T` names them.
 pub fn json<T: for<'a> Deserialize<'a>>(path: &Path) -> Parsed<T> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let bytes = first_bytes(path, LONGEST).map_err(|fault| format!("{name}: {fault}"))?;

@@ -11,17 +11,17 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::Chunks;
 use crate::scene::volume::source::watched::{HAS_CHANGED, Version, WatchedFile};
 
-/// What an index says of a chunk that was never written.
+/// The index entry of a chunk that was never written.
 const MISSING: u64 = u64::MAX;
 /// Shards whose index is kept.
 const MOST_INDICES: usize = 256;
 
-/// What becomes of an array's axis.
+/// The role of an array's axis in the volume.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
     /// x, y or z: 0, 1 or 2.
     Space(usize),
-    /// Only this one is taken: of channels or times.
+    /// An axis of channels or times, of which only this index is taken.
     Fixed(u64),
 }
 
@@ -29,9 +29,9 @@ pub enum Axis {
 pub struct ArrayChunks {
     array: Array,
     axes: Vec<Axis>,
-    /// Voxels along x, y and z that are taken of a chunk.
+    /// Voxels of a chunk along x, y and z that are taken.
     dims: [u32; 3],
-    /// What files were when they were first read; `None`: there was none.
+    /// The versions of files when they were first read; `None` for a file that did not exist.
     versions: Mutex<HashMap<String, Option<Version>>>,
     indices: Mutex<HashMap<String, Arc<Vec<u8>>>>,
 }
@@ -47,7 +47,7 @@ impl ArrayChunks {
         }
     }
 
-    /// The bytes of a chunk as they were written, without their checksum; `None` if it never was.
+    /// The bytes of a chunk as they were written, without their checksum; `None` if it was never written.
     fn packed(&self, chunk: &[u64]) -> Parsed<Option<Vec<u8>>> {
         let packed = match &self.array.shard {
             None => match self.open(&self.key(chunk))? {
@@ -126,7 +126,7 @@ impl ArrayChunks {
         self.array.folder.join(key)
     }
 
-    /// The file of a chunk, if there is one, as it was when it was first read.
+    /// The file of a chunk, if there is one; it must not have changed since it was first read.
     fn open(&self, key: &str) -> Parsed<Option<WatchedFile>> {
         let path = self.path(key);
         let is_missing =

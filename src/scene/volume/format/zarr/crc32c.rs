@@ -25,7 +25,7 @@ fn checksum(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0, step)
 }
 
-/// The bytes before their checksum, if it is right.
+/// The bytes without the checksum at their end, if that is right.
 pub fn checked(mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     let (rest, sum) = bytes.split_last_chunk()?;
     let (length, is_right) = (rest.len(), checksum(rest) == u32::from_le_bytes(*sum));

@@ -1,9 +1,9 @@
-//! OME-Zarr 0.4 and 0.5: a folder of arrays, each the same image in another resolution, cut into chunks that
-//! are files. <https://ngff.openmicroscopy.org/0.4/>, <https://ngff.openmicroscopy.org/0.5/>
+//! OME-Zarr 0.4 and 0.5: a folder of arrays, each the same image in another resolution, cut into chunks that are
+//! files. <https://ngff.openmicroscopy.org/0.4/>, <https://ngff.openmicroscopy.org/0.5/>
 //!
-//! Axes may be time, channel, z, y and x, or some of them. One channel at one time in one resolution is
-//! the volume, with x fastest whatever the array's order is. A Zarr array without OME's metadata is read as
-//! z, y, x. Nobody says where a slice is in a body: the axes stay unknown.
+//! Axes may be time, channel, z, y and x, or some of them. One channel at one time in one resolution is the volume,
+//! with x fastest whatever the array's order is. A Zarr array without OME's metadata is read as z, y, x. No file says
+//! where a slice is in a body: the axes stay unknown.
 
 mod array;
 mod chunks;
@@ -25,7 +25,7 @@ use crate::scene::volume::source::codec::MAX_RATIO;
 use crate::scene::volume::source::file::{shape, voxel_bytes};
 use crate::scene::volume::storage::{Level, Storage, in_one_unit};
 
-/// Folders within the array's, at most: one for each axis and a prefix.
+/// The deepest nesting of folders within the array's: one for each axis and a prefix.
 const MOST_NESTED: usize = 8;
 
 #[derive(Deserialize)]
@@ -59,7 +59,7 @@ struct Multiscale {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum AxisEntry {
-    /// As version 0.3 had it.
+    /// As in version 0.3.
     Name(String),
     Described {
         name: String,
@@ -91,7 +91,7 @@ struct Channel {
     label: Option<String>,
 }
 
-/// An axis of all of an image's arrays.
+/// An axis that all of an image's arrays have.
 struct Dimension {
     name: String,
     unit: Option<String>,
@@ -265,7 +265,7 @@ fn volume(
     })
 }
 
-/// Channels of which names are kept.
+/// The most channels for which names are kept.
 const MOST_CHANNELS: u32 = 1 << 16;
 
 fn space(name: &str) -> Option<usize> {
@@ -309,8 +309,8 @@ fn level_of(dimensions: &[Dimension], resolution: &Resolution) -> Parsed<Level> 
     })
 }
 
-/// Chunks that are all the same need not be written, so that a few bytes may stand for a large volume. An array
-/// that promises more than its files could hold if all of them were compressed as far as can be is refused.
+/// Refuses an array that promises more than its files could hold, even if all of them were compressed as far as
+/// possible. Chunks with the same value everywhere need not be written, so a few bytes may stand for a large volume.
 fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
     let enough = expected / MAX_RATIO + 1;
     let found = bytes_within(&array.folder, enough, MOST_NESTED);
@@ -323,7 +323,7 @@ fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
     }
 }
 
-/// Bytes of the chunks in a folder, counted until they are enough.
+/// Bytes of the chunks in a folder; counting stops at `enough`.
 fn bytes_within(folder: &Path, enough: u64, nested: usize) -> u64 {
     let mut bytes = 0;
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {

@@ -1,4 +1,4 @@
-//! What is done to the voxels of a chunk, by the names that Zarr has for it.
+//! The steps by which the voxels of a chunk are encoded, by their names in Zarr.
 
 use serde::Deserialize;
 
@@ -8,7 +8,7 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::voxel_type::Endian;
 
-/// A name and what is set with it. A name alone may be written as such.
+/// A name and its settings. A name alone may be written as a string.
 #[derive(Deserialize)]
 #[serde(untagged)]
 pub enum Named {
@@ -20,7 +20,7 @@ pub enum Named {
     },
 }
 
-/// What any of the codecs, grids and encodings below may be set to.
+/// The settings of all codecs, grids and encodings below.
 #[derive(Deserialize, Default)]
 pub struct Configuration {
     pub chunk_shape: Option<Vec<u64>>,
@@ -75,7 +75,7 @@ pub fn sharding(
     Ok((chunk, shard, codecs))
 }
 
-/// What is done to the voxels of a chunk.
+/// The encoding of the voxels of a chunk.
 pub struct Pipeline {
     pub order: Vec<usize>,
     pub endian: Option<Endian>,
@@ -85,8 +85,8 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
-    /// Codecs come as they encode: axes may change places, numbers become bytes, bytes are compressed, and
-    /// a checksum follows.
+    /// Reads codecs in the order in which they encode: axes may change places, numbers become bytes, bytes are
+    /// compressed, and a checksum follows.
     pub fn new(codecs: Vec<Named>, axes: usize) -> Parsed<Pipeline> {
         let mut pipeline = Pipeline {
             order: (0..axes).collect(),
@@ -95,7 +95,7 @@ impl Pipeline {
             compression: None,
             has_checksum: false,
         };
-        // How far in this order the codecs are.
+        // The position of the codecs so far in this order.
         let mut stage = 0;
         for (name, configuration) in codecs.into_iter().map(Named::parts) {
             let next = match name.as_str() {

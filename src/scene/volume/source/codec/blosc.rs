@@ -1,8 +1,8 @@
 //! Blosc 1, the usual compressor of Zarr: <https://github.com/Blosc/c-blosc/blob/main/README_CHUNK_FORMAT.rst>.
 //!
-//! A buffer is cut into blocks, each block perhaps into as many streams as an element has bytes, and each
-//! stream is compressed with one of five codecs. Before that, the bytes or bits of a block's elements are
-//! put together by their significance.
+//! A buffer is cut into blocks, each block may be cut into as many streams as an element has bytes, and each stream
+//! is compressed with one of five codecs. Before that, the bytes or bits of a block's elements are grouped by their
+//! significance.
 
 use super::{Codec, blosclz};
 use crate::scene::volume::parsed::Parsed;
@@ -12,11 +12,11 @@ const BYTE_SHUFFLE: u8 = 1;
 const IS_PLAIN: u8 = 2;
 const BIT_SHUFFLE: u8 = 4;
 const IS_NOT_SPLIT: u8 = 16;
-/// Streams of a block are only made where elements are small and streams large enough.
+/// Blocks are only cut into streams where elements are small and streams large enough.
 const MOST_STREAMS: usize = 16;
 const LEAST_STREAM: usize = 128;
 
-/// What a buffer's header says.
+/// A buffer with the fields of its header.
 struct Buffer<'a> {
     bytes: &'a [u8],
     flags: u8,
@@ -80,7 +80,7 @@ impl<'a> Buffer<'a> {
         }
     }
 
-    /// The bytes of block `n` as they were shuffled.
+    /// The bytes of block `n`, still shuffled.
     fn block(&self, n: usize, length: usize) -> Parsed<Vec<u8>> {
         let begin = word(self.bytes, HEADER + 4 * n)?;
         let mut rest = self
@@ -139,7 +139,7 @@ fn word(bytes: &[u8], at: usize) -> Parsed<usize> {
     }
 }
 
-/// Bytes were put together by their place in an element; those after the last whole element were not.
+/// Ungroups bytes, which were grouped by their place in an element; those after the last whole element were not.
 fn unshuffle(block: &[u8], element: usize, decoded: &mut Vec<u8>) {
     let count = block.len() / element;
     let begin = decoded.len();
@@ -151,7 +151,7 @@ fn unshuffle(block: &[u8], element: usize, decoded: &mut Vec<u8>) {
     decoded.extend_from_slice(&block[count * element..]);
 }
 
-/// Bits were put together by their place in an element, where the elements' number is a multiple of 8;
+/// Ungroups bits, which were grouped by their place in an element if the number of elements is a multiple of 8;
 /// otherwise nothing was done.
 fn unshuffle_bits(block: &[u8], element: usize, decoded: &mut Vec<u8>) {
     let count = match block.len() / element {

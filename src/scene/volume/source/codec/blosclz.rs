@@ -1,8 +1,7 @@
 //! BloscLZ, Blosc's own codec: <https://github.com/Blosc/c-blosc/blob/main/blosc/blosclz.c>.
 //!
-//! A control byte below 32 is followed by as many bytes as it says, plus one, that are taken as they are.
-//! Any other says, in its upper three bits, how long a match is, and with its lower five and the bytes
-//! that follow, how far back it begins.
+//! A control byte below 32 is followed by literal bytes, one more than its value. Any other gives, in its upper three
+//! bits, the length of a match, and with its lower five and the bytes that follow, its distance.
 
 use crate::scene::volume::parsed::Parsed;
 
@@ -60,7 +59,7 @@ fn check_room(decoded: &[u8], more: usize, expected: usize) -> Parsed<()> {
     }
 }
 
-/// Appends `length` bytes from `distance` back on, which may reach into themselves.
+/// Appends `length` bytes from `distance` back on; the match may overlap with what it appends.
 fn repeat(decoded: &mut Vec<u8>, distance: usize, length: usize) -> Parsed<()> {
     let begin = decoded
         .len()

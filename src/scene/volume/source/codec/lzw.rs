@@ -1,7 +1,7 @@
-//! LZW as TIFF has it: the high bits first, and codes that grow one step early.
+//! LZW in TIFF's variant: the high bits first, and codes that grow one step early.
 //!
-//! A code stands for a string that was decoded before, and one byte more. Since that byte is the next one
-//! decoded, each string lies in what has been decoded as it is, and a table needs only its place.
+//! A code stands for an earlier decoded string and one more byte. Since that byte is the next one decoded, each
+//! string lies contiguously in the decoded data, and a table needs only its place.
 
 use crate::scene::volume::parsed::Parsed;
 
@@ -14,7 +14,7 @@ const LEAST_BITS: u32 = 9;
 /// Where a code's string begins, and its length.
 type Place = (u32, u32);
 
-/// Decodes up to `expected` bytes; fewer if there are no more.
+/// Decodes up to `expected` bytes; fewer if the data end before.
 pub fn decode(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
     let mut decoded = super::reserved(packed, expected);
     let mut table: Vec<Place> = vec![(0, 0); MOST_CODES];
@@ -46,7 +46,7 @@ pub fn decode(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
         } else if code < next {
             let (at, length) = table[code];
             let (at, end) = (at as usize, (at + length) as usize);
-            // The string that was defined just now ends with the byte that it begins with.
+            // A string that was defined just now ends with its own first byte.
             let known = end.min(begin);
             decoded.extend_from_within(at..known);
             if known < end {
@@ -64,7 +64,7 @@ pub fn decode(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
     Ok(decoded)
 }
 
-/// Numbers of some bits, one after another.
+/// A sequence of codes of changing width.
 struct Codes<'a> {
     rest: &'a [u8],
     /// Bits of the next code.

@@ -1,7 +1,7 @@
-//! What parts of a volume are compressed with.
+//! The codecs with which parts of a volume are compressed.
 //!
-//! A part is decoded whole, and how long it becomes is known beforehand. Memory grows with what really is
-//! decoded: a damaged file may promise anything. Decoders of other people are kept from ending the program
+//! A part is decoded as a whole, and its decoded length is known beforehand. Memory grows with the bytes that are
+//! really decoded: a damaged file may promise anything. Decoders from other crates are kept from ending the program
 //! should they panic on damaged data.
 
 pub mod blosc;
@@ -18,23 +18,23 @@ use zune_inflate::{DeflateDecoder, DeflateOptions};
 use crate::fence::fenced;
 use crate::scene::volume::parsed::Parsed;
 
-/// How much longer than its compressed bytes a part can be at most: Zstandard repeats one byte 128 Ki
-/// times in a block of 4 bytes. Headers that promise more are refused before anything is decoded.
+/// The largest possible ratio of a part's bytes to its compressed bytes: Zstandard repeats one byte 128 Ki times in a
+/// block of 4 bytes. Headers that promise more are refused before anything is decoded.
 pub const MAX_RATIO: u64 = 32 << 10;
-/// Bytes that are reserved for each compressed one. What needs more grows on the way.
+/// Bytes that are reserved for each compressed one. Parts that need more grow on the way.
 const RESERVED: usize = 8;
-/// Of Deflate, in bytes: so much may be decoded beyond what is wanted.
+/// The longest match of Deflate in bytes: a decoder may exceed the expected length by this much.
 const LONGEST_MATCH: usize = 258;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Codec {
     Plain,
-    /// Deflate in the dress of zlib.
+    /// Deflate in zlib's format.
     Zlib,
     Gzip,
     Zstd,
     Blosc,
-    /// As TIFF has it: the high bits first, and codes that grow one step early.
+    /// In TIFF's variant: the high bits first, and codes that grow one step early.
     Lzw,
     PackBits,
 }
@@ -53,8 +53,7 @@ impl Codec {
         }
     }
 
-    /// Decodes a part that is `expected` bytes long, and fails if it is shorter; what is behind them is
-    /// not looked at.
+    /// Decodes a part that is `expected` bytes long, and fails if it is shorter; bytes after those are not looked at.
     pub fn decode(self, mut packed: Vec<u8>, expected: usize) -> Parsed<Vec<u8>> {
         let decoded = match self {
             Codec::Plain => {
@@ -106,7 +105,7 @@ fn all_of(decoder: impl Read, packed: &[u8], expected: usize) -> Parsed<Vec<u8>>
     }
 }
 
-/// All at once, which is faster than a stream.
+/// Inflates the data at once, which is faster than as a stream.
 fn inflate(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
     let options = DeflateOptions::default()
         .set_size_hint(expected.min(packed.len().saturating_mul(RESERVED)))

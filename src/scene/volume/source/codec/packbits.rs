@@ -1,6 +1,6 @@
-//! PackBits: runs of one byte, and bytes as they are.
+//! PackBits: runs of one byte, and literal bytes.
 
-/// Decodes up to `expected` bytes; fewer if there are no more.
+/// Decodes up to `expected` bytes; fewer if the data end before.
 pub fn decode(packed: &[u8], expected: usize) -> Vec<u8> {
     let mut decoded = super::reserved(packed, expected);
     let mut rest = packed;
