@@ -8,10 +8,7 @@
 // nodes get paths of their own.
 //
 // A surface that stops light may lie between nodes: bricks that it cuts begin with the fine lattice. So do all bricks
-// where the coarse lattice would be so coarse that noise is the smaller error.
-
-// Widest step of the fine lattice, in voxels, where bricks begin with the coarse one.
-const float WIDEST_STEP = 2.5;
+// where the coarse lattice would be so coarse that noise is the smaller error (src/render/cache_layout.rs).
 
 bool is_coarse_node(ivec3 node) {
     return all(equal(node & 1, ivec3(0)));
@@ -30,5 +27,5 @@ bool is_young(Brick brick) {
 // Whether a batch fills a brick on the coarse lattice.
 bool is_coarse(Brick brick, uint place) {
     bool is_cut = full_light && (cuts.at[2u * place] | cuts.at[2u * place + 1u]) != 0u;
-    return is_young(brick) && !is_cut && all(lessThan(scene.cache_step, vec3(WIDEST_STEP)));
+    return is_young(brick) && !is_cut && scene.coarse_first != 0u;
 }

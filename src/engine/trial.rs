@@ -15,20 +15,23 @@ use std::time::Instant;
 use super::schedule::{Stop, UNITS_TO_TRUST, cache_goal};
 use super::{Engine, Host};
 use crate::error::Result;
-use crate::render::{Choice, doubling};
+use crate::render::shared::GATHERED;
+use crate::render::{Choice, doubling, worth};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
 /// Pixels of the pictures that are tried: a GPU needs many to be busy.
 const PIXELS_CPU: f64 = 8192.0;
 const PIXELS_GPU: f64 = 262_144.0;
+/// Samples of a pixel that are tried one by one, and then as many in one unit.
+const SAMPLES: u32 = 8;
 /// Paths a node that tell how fast a cache fills and how noisy its light is.
 const UPDATES: u32 = 8;
 /// A trial of the cache may take this share of what the work would take without one.
 const SHARE: f64 = 0.2;
 /// A cache is not tried where the work without one takes less than so many times what it has taken to find that out: to
 /// compile for a cache, to fill it a little and to go back takes about twice as long.
-const WORTH_A_TRIAL: f64 = 4.0;
+const WORTH_A_TRIAL: f64 = 3.0;
 
 /// What an engine is made for.
 #[derive(Debug, Clone, Copy)]
@@ -36,34 +39,58 @@ pub struct Work<'a> {
     pub stop: Stop,
     /// Pictures of the same light: the views of an orbit.
     pub pictures: u32,
-    /// Whoever raises it ends the trial; the engine that is there then goes on.
+    /// Setting this flag ends the trial; the engine that exists then goes on.
     pub interrupt: &'a AtomicBool,
 }
 
 /// What a variant is expected to take for a picture.
 #[derive(Debug, Clone, Copy)]
 struct Forecast {
-    /// Of a sample of every pixel.
+    /// Seconds that a sample of every pixel takes.
     seconds_per_sample: f64,
     /// Square of the relative error after one sample.
     variance: f64,
-    /// What is left of the variance of [`UNITS_TO_TRUST`] samples that are spread evenly over what they sample, at most 1.
+    /// The variance of [`SAMPLES`] samples that are spread evenly, as a share of that of independent samples.
     evenness: f64,
     cache: Option<Filling>,
 }
 
+/// What filling the cache is expected to take. Paths are counted by what they are worth ([`worth`]), since those that are
+/// gathered at first take less time and tell less than those that are traced.
 #[derive(Debug, Clone, Copy)]
 struct Filling {
-    seconds_per_update: f64,
-    /// Square of the relative error of what the cache shows after one update.
+    /// Seconds that the trial itself has taken.
+    trial: f64,
+    /// Seconds until the first [`GATHERED`] paths of all nodes are there, and for a traced path of all nodes after them.
+    gathering: f64,
+    per_traced_path: f64,
+    /// Square of the relative error of what the cache shows after paths that are worth 1.
     variance: f64,
+}
+
+impl Filling {
+    /// Until nodes have had paths of this worth.
+    fn seconds_to(&self, paths: f64) -> f64 {
+        let gathered = f64::from(worth(GATHERED));
+        self.gathering * paths.min(gathered) / gathered
+            + self.per_traced_path * (paths - gathered).max(0.0)
+    }
+
+    /// The worth of the paths that nodes have had after so many seconds.
+    fn worth_after(&self, seconds: f64) -> f64 {
+        let gathered = f64::from(worth(GATHERED));
+        match seconds < self.gathering {
+            true => gathered * seconds / self.gathering,
+            false => gathered + (seconds - self.gathering) / self.per_traced_path,
+        }
+    }
 }
 
 impl Forecast {
     /// Square of the relative error that is reported after so many samples. They come in units of a sixteenth of them, and
     /// only within a unit they are known to be spread evenly.
     fn variance_after(&self, samples: f64) -> f64 {
-        let known = f64::from(UNITS_TO_TRUST).log2();
+        let known = f64::from(SAMPLES).log2();
         let unit = (samples / 16.0).max(1.0).log2().min(known);
         self.variance * self.evenness.powf(unit / known) / samples
     }
@@ -83,18 +110,11 @@ impl Forecast {
             relative_error: Some(error),
             ..Stop::default()
         });
-        // What the cache has wrong is left in the picture.
-        let rest = match self.cache {
-            Some(_) => (error.powi(2) - goal.powi(2)).sqrt(),
-            None => error,
-        };
-        let samples = self.samples_to(rest);
+        let samples = self.samples_to(error);
         let fill = self.cache.map_or(0.0, |cache| {
-            let updates = (cache.variance / goal.powi(2)).max(f64::from(UPDATES));
-            // A fill takes no larger share of the time than the samples do.
-            (cache.seconds_per_update * updates)
-                .min(samples * self.seconds_per_sample * f64::from(pictures))
-                .max(cache.seconds_per_update * f64::from(UPDATES))
+            // The error is known once nodes trace whole paths, at the ends of batches, which double what there is.
+            let wanted = (cache.variance / goal.powi(2)).max(2.0 * f64::from(worth(GATHERED)));
+            cache.seconds_to(wanted.log2().ceil().exp2())
         });
         fill + f64::from(pictures) * samples * self.seconds_per_sample
     }
@@ -114,9 +134,9 @@ impl Forecast {
     /// Of each picture when so many seconds are over; the cache gets half of them at most.
     fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
         let fill = self.cache.map_or(0.0, |_| 0.5 * seconds);
-        let cached = self.cache.map_or(0.0, |cache| {
-            cache.variance * cache.seconds_per_update / fill
-        });
+        let cached = self
+            .cache
+            .map_or(0.0, |cache| cache.variance / cache.worth_after(fill));
         let samples = (seconds - fill) / (f64::from(pictures) * self.seconds_per_sample);
         (self.variance_after(samples) + cached).sqrt()
     }
@@ -199,7 +219,7 @@ impl Engine {
             cache: Some(filling),
             ..engine.try_samples(&work)?
         };
-        let head_start = making + filling.seconds_per_update * f64::from(UPDATES);
+        let head_start = making + filling.trial;
         let (is_worth_it, why) = verdict(&uncached, &cached, &work, head_start);
         if !is_worth_it {
             drop(engine);
@@ -222,7 +242,7 @@ impl Engine {
         self.reduce_to(small)?;
         self.renderer.unit(1, work.interrupt)?;
         self.begin_picture();
-        for _ in 0..UNITS_TO_TRUST {
+        for _ in 0..SAMPLES {
             self.renderer.unit(1, work.interrupt)?;
         }
         let samples = f64::from(self.totals().samples.max(1));
@@ -233,7 +253,7 @@ impl Engine {
         // One unit: small ones wait for their longest path, as only the first of a picture do.
         let units = self.totals().units;
         let began = Instant::now();
-        self.renderer.unit(UNITS_TO_TRUST, work.interrupt)?;
+        self.renderer.unit(SAMPLES, work.interrupt)?;
         let took = began.elapsed().as_secs_f64();
         let both = (self.relative_error()?.powi(2) - shared.powi(2)).max(0.0);
         let evenness = match self.totals().units - units {
@@ -243,7 +263,7 @@ impl Engine {
         self.reduce_to(size)?;
         self.begin_picture();
         Ok(Forecast {
-            seconds_per_sample: took / f64::from(UNITS_TO_TRUST) * pixels(size) / pixels(small),
+            seconds_per_sample: took / f64::from(SAMPLES) * pixels(size) / pixels(small),
             variance: samples * variance,
             evenness,
             cache: None,
@@ -266,10 +286,13 @@ impl Engine {
             }
         }
         Ok(self.renderer.cache().map(|cache| {
-            let updates = f64::from(cache.updates.max(1));
+            let took = cache.took.as_secs_f64();
+            let gathering = cache.seconds_to(GATHERED);
             Filling {
-                seconds_per_update: cache.took.as_secs_f64() / updates,
-                variance: cache.relative_error.powi(2) * updates,
+                trial: took,
+                gathering: took + gathering,
+                per_traced_path: (cache.seconds_to(2 * GATHERED) - gathering) / f64::from(GATHERED),
+                variance: cache.relative_error.powi(2) * f64::from(worth(cache.updates)),
             }
         }))
     }
@@ -283,7 +306,7 @@ impl Engine {
 /// mean and that of the unit.
 fn evenness(singles: f64, both: f64) -> f64 {
     const LEAST: f64 = 0.05;
-    let n = f64::from(UNITS_TO_TRUST);
+    let n = f64::from(SAMPLES);
     let squared_difference = 4.0 * n * both - 2.0 * (n - 1.0) * singles;
     let unit = squared_difference - singles;
     match singles > 0.0 {
@@ -308,7 +331,9 @@ mod tests {
         variance: 0.04,
         evenness: 1.0,
         cache: Some(Filling {
-            seconds_per_update: 1.0,
+            trial: 0.2,
+            gathering: 1.0,
+            per_traced_path: 0.1,
             variance: 1e-4,
         }),
     };
@@ -343,7 +368,7 @@ mod tests {
 
     #[test]
     fn even_samples_are_known_by_the_spread_between_units() {
-        let n = f64::from(UNITS_TO_TRUST);
+        let n = f64::from(SAMPLES);
         for left in [0.2, 1.0] {
             let (singles, unit) = (1.0 / n, left / n);
             let squares = n * (n - 1.0) * singles + 0.5 * n * (singles + unit);

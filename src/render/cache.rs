@@ -92,7 +92,7 @@ impl Cache {
                 true => Some(CutCells::new(passes)?),
                 false => None,
             },
-            focus: Focus::everywhere(0),
+            focus: Focus::everywhere(0, false),
             focus_stride: focus_stride(scene),
             is_wide: false,
             roams: false,
@@ -188,7 +188,7 @@ impl Cache {
 
     /// Forgets all light.
     pub fn clear(&mut self) {
-        self.focus = Focus::everywhere(0);
+        self.focus = Focus::everywhere(0, false);
         self.has_looked = false;
         self.updates = 0;
         self.relative_error = f64::INFINITY;
@@ -235,6 +235,18 @@ impl Cache {
     /// Whether the picture that the cache shows is known to within this relative error.
     pub fn is_known_to(&self, error: f64) -> bool {
         self.updates > GATHERED && self.relative_error <= error
+    }
+
+    /// Seconds in which the nodes in sight will have had so many paths, as far as one can tell.
+    pub fn seconds_to(&self, updates: u32) -> f64 {
+        let gathered = self.focus.paths_in_batches_to(updates.min(GATHERED));
+        let traced = self.focus.paths_in_batches_to(updates) - gathered;
+        let gathering = match self.gathering.is_known() {
+            true => &self.gathering,
+            false => &self.tracing,
+        };
+        gathering.seconds_per_path() * gathered as f64
+            + self.tracing.seconds_per_path() * traced as f64
     }
 
     /// Seconds that an update of the next batch will take, estimated from the batches so far.
@@ -318,7 +330,8 @@ impl Cache {
             return Ok(());
         }
         if self.updates == 0 {
-            self.focus = Focus::everywhere(self.memory.active_bricks());
+            let coarse_first = self.memory.layout.begins_coarse();
+            self.focus = Focus::everywhere(self.memory.active_bricks(), coarse_first);
             // The light of an older scene is not marked as a guess, and must not be read.
             self.focus.all_from = match self.is_blank {
                 true if !self.roams => None,

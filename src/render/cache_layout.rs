@@ -18,6 +18,9 @@ const MOST_PLACES: u32 = 1024;
 /// The share of bricks with memory that may be of no use before the others get smaller images.
 const MOST_IDLE: f64 = 0.4;
 
+/// The widest step from node to node, in voxels, where bricks begin with the coarse lattice of nodes.
+const WIDEST_STEP: f32 = 2.5;
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct CacheLayout {
     /// Nodes per voxel along an axis.
@@ -104,6 +107,11 @@ impl CacheLayout {
             true => CacheFormat::F16,
             false => CacheFormat::F32,
         }
+    }
+
+    /// Whether bricks begin with the coarse lattice of nodes (`coarse.glsl`).
+    pub fn begins_coarse(&self) -> bool {
+        self.step.iter().all(|&step| step < WIDEST_STEP)
     }
 
     /// The place of each brick of the lattice, packed; `NO_PLACE` for bricks without memory.

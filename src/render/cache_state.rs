@@ -119,7 +119,8 @@ impl Caching<'_> {
         for image in self.cache.memory.images() {
             copy::upload_pieces(self.frame, &mut self.r.staging, image, source)?;
         }
-        let mut focus = Focus::everywhere(state.bricks as u32);
+        let coarse_first = self.cache.memory.layout.begins_coarse();
+        let mut focus = Focus::everywhere(state.bricks as u32, coarse_first);
         focus.all_from = state.all_from;
         source(&mut focus.halvings)?;
         source(bytemuck::cast_slice_mut(&mut focus.had))?;

@@ -47,15 +47,18 @@ pub struct Focus {
     pub(super) had: Vec<u32>,
     /// From so many paths of those in sight on, the others get one as well. `None`: they get none.
     pub(super) all_from: Option<u32>,
+    /// Whether bricks begin with the coarse lattice of nodes. Those that a surface cuts are counted as if they did.
+    coarse_first: bool,
 }
 
 impl Focus {
     /// The same share for all bricks, none of which has had a path.
-    pub fn everywhere(bricks: u32) -> Focus {
+    pub fn everywhere(bricks: u32, coarse_first: bool) -> Focus {
         Focus {
             halvings: vec![0; bricks as usize],
             had: vec![0; bricks as usize],
             all_from: None,
+            coarse_first,
         }
     }
 
@@ -111,17 +114,24 @@ impl Focus {
         }
     }
 
-    /// Paths that all nodes lack together where the full share is `goal`. Bricks that begin with the fine lattice are
-    /// counted as if they did not.
+    /// Paths that all nodes get together in the next batch, where the full share is `goal`.
     pub fn paths_to(&self, goal: u32) -> u64 {
         let left = self.left(goal);
-        left.map(|[samples, had]| paths_of(had + samples) - paths_of(had))
+        left.map(|[samples, had]| self.paths_of(had + samples) - self.paths_of(had))
             .sum()
     }
 
-    /// Paths that all nodes have had, counted likewise.
+    /// Paths that all nodes get together in all batches until the full share is `goal`.
+    pub fn paths_in_batches_to(&self, goal: u32) -> u64 {
+        let left = |(&halvings, &had): (&u8, &u32)| {
+            self.paths_of(self.share(goal, halvings).max(had)) - self.paths_of(had)
+        };
+        self.halvings.iter().zip(&self.had).map(left).sum()
+    }
+
+    /// Paths that all nodes have had.
     pub fn paths(&self) -> u64 {
-        self.had.iter().map(|&had| paths_of(had)).sum()
+        self.had.iter().map(|&had| self.paths_of(had)).sum()
     }
 
     /// Whether some brick lacks paths.
@@ -137,17 +147,21 @@ impl Focus {
         }
     }
 
+    /// Paths that a brick's nodes have had together where each that had any has had `had`.
+    fn paths_of(&self, had: u32) -> u64 {
+        let [young, old] = [had.min(GATHERED), had.saturating_sub(GATHERED)].map(u64::from);
+        let first_nodes = match self.coarse_first {
+            true => COARSE_NODES,
+            false => NODES,
+        };
+        young * first_nodes + old * NODES
+    }
+
     /// Paths that a node has had, on average.
     pub fn mean_paths(&self) -> f64 {
         let sum: f64 = self.had.iter().map(|&had| f64::from(had)).sum();
         sum / self.had.len().max(1) as f64
     }
-}
-
-/// Paths that a brick's nodes have had where each that had any has had `had`.
-fn paths_of(had: u32) -> u64 {
-    let [coarse, fine] = [had.min(GATHERED), had.saturating_sub(GATHERED)].map(u64::from);
-    coarse * COARSE_NODES + fine * NODES
 }
 
 #[cfg(test)]
@@ -162,7 +176,7 @@ mod tests {
 
     #[test]
     fn without_a_view_all_bricks_get_the_same() {
-        let mut focus = Focus::everywhere(3);
+        let mut focus = Focus::everywhere(3, true);
         for goal in [1, 2, 4, 6] {
             fill(&mut focus, goal);
             assert_eq!(focus.had, [goal; 3]);
@@ -172,7 +186,7 @@ mod tests {
 
     #[test]
     fn what_is_seen_gets_more_and_nothing_in_sight_gets_none() {
-        let mut focus = Focus::everywhere(4);
+        let mut focus = Focus::everywhere(4, true);
         focus.narrow([10_000, 10_000, 625, 0].into_iter(), &[true; 4]);
         fill(&mut focus, 1);
         assert_eq!(focus.had, [1; 4]);
@@ -182,7 +196,7 @@ mod tests {
 
     #[test]
     fn another_view_makes_up_for_what_it_lacks() {
-        let mut focus = Focus::everywhere(2);
+        let mut focus = Focus::everywhere(2, true);
         focus.narrow([100, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 64);
         focus.narrow([0, 100].into_iter(), &[true; 2]);
@@ -197,7 +211,7 @@ mod tests {
     #[test]
     fn what_is_out_of_sight_gets_paths_only_where_the_camera_is_about_to_move() {
         for (all_from, had) in [(None, [0, 0]), (Some(1), [1, 1]), (Some(2), [0, 1])] {
-            let mut focus = Focus::everywhere(2);
+            let mut focus = Focus::everywhere(2, true);
             focus.all_from = all_from;
             focus.narrow([100, 0].into_iter(), &[true, false]);
             fill(&mut focus, 1);
@@ -210,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_view_of_nothing_prefers_nothing() {
-        let mut focus = Focus::everywhere(2);
+        let mut focus = Focus::everywhere(2, true);
         focus.narrow([0, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 8);
         assert_eq!(focus.had, [8, 8]);

@@ -107,7 +107,7 @@ pub use film::{Film, FirstHits, Sums};
 pub use filter_probe::{filter_error, filter_is_precise};
 pub use gpu_scene::GpuScene;
 pub use occupancy::Occupancy;
-pub use pace::{doubling, gathers};
+pub use pace::{doubling, gathers, worth};
 pub use parts::{Changes, Derived, Part, Parts};
 pub use peak::Peak;
 pub use peak_rate::{PeakRates, peak, peak_rates};

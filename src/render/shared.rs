@@ -90,6 +90,8 @@ shared! {
         pub cache_places: uvec3,
         /// Voxels from node to node: the number of a march's steps for which light is read once.
         pub cache_stride: uint,
+        /// Not 0: bricks begin with a coarse lattice of nodes, unless a surface that stops light cuts them.
+        pub coarse_first: uint,
         /// Bricks of the volume along each axis, if it is cut into bricks.
         pub volume_bricks: uvec3,
         /// Log2 of the voxels along a side of a volume brick.
