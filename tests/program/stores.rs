@@ -84,21 +84,27 @@ fn the_next_run_copies_nothing() {
     assert_eq!(folder.names_in("c"), ["mine.txt"]);
 }
 
+/// `ISOLUME_KILLS=20` kills more copies than three.
 #[test]
 fn a_copy_that_is_ended_leaves_nothing_that_looks_finished() {
+    let kills = std::env::var("ISOLUME_KILLS").ok();
+    let kills: u64 = kills.and_then(|kills| kills.parse().ok()).unwrap_or(3);
     let folder = folder();
-    for pause in [0, 20, 60] {
+    folder.succeed(&format!("{RENDER} -o whole.exr"));
+    let is_begun = |name: &String| name.starts_with('.');
+    for kill in 0..kills {
         let mut child = copying(&folder);
-        sleep(Duration::from_millis(pause));
+        sleep(Duration::from_millis(60 * kill / (kills - 1).max(1)));
         child.kill().expect("a process");
         wait(child);
-        assert!(
-            folder
-                .names_in("c")
-                .iter()
-                .all(|name| name.starts_with('.'))
-        );
+        let left = folder.names_in("c");
+        assert!(left.iter().all(is_begun), "{left:?}");
+        assert!(render(&folder, "a.exr").contains("copying"));
+        assert!(folder.read("a.exr") == folder.read("whole.exr"));
+        assert_eq!(folder.names_in("c").len(), 1);
+        folder.succeed("clean --cache-dir c");
     }
+    println!("{kills} copies were killed");
     #[cfg(unix)]
     {
         let child = copying(&folder);
@@ -108,10 +114,6 @@ fn a_copy_that_is_ended_leaves_nothing_that_looks_finished() {
         assert_eq!(wait(child).code(), Some(143));
         assert_eq!(folder.names_in("c"), [""; 0]);
     }
-    render(&folder, "a.exr");
-    folder.succeed(&format!("{RENDER} -o whole.exr"));
-    assert!(folder.read("a.exr") == folder.read("whole.exr"));
-    assert_eq!(folder.names_in("c").len(), 1);
 }
 
 /// A process that is about to copy, as its temporary file shows.
