@@ -131,8 +131,9 @@ vec3 albedo_of(float v) {
 // The largest extinction over a range of stored values. It is exact for non-monotone transfer functions, too: a
 // piecewise-linear function has its maximum at one of its points or at an end of the range.
 float largest_sigma_t(vec2 range) {
-    // Interpolation rounds: it may leave the voxels' range by some of their last digits.
-    float rounding = 1e-6 * max(abs(range.x), abs(range.y));
+    // Interpolation rounds: it may leave the voxels' range by some of their last digits. Where all are equal there is
+    // nothing to interpolate, and a background at which a ramp of opacity begins is empty.
+    float rounding = range.x < range.y ? 1e-6 * max(abs(range.x), abs(range.y)) : 0.0;
     range += vec2(-rounding, rounding);
     float opacity = max(transfer_opacity(range.x), transfer_opacity(range.y));
     for (int i = 0; i < size_in_texels(transfer).x; ++i) {

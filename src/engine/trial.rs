@@ -21,7 +21,7 @@ use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
 /// Pixels of the pictures that are tried: a GPU needs many to be busy.
-const PIXELS_CPU: f64 = 8192.0;
+const PIXELS_CPU: f64 = 4096.0;
 const PIXELS_GPU: f64 = 262_144.0;
 /// Samples of a pixel that are tried one by one, and then as many in one unit.
 const SAMPLES: u32 = 8;

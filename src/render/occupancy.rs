@@ -85,7 +85,10 @@ fn position(index: usize, macrocells: [u32; 3]) -> [u32; 3] {
 /// of the transfer function within it.
 fn scatters(range: [f32; 2], medium: &Medium) -> bool {
     let transfer = &medium.transfer;
-    let rounding = 1e-6 * range[0].abs().max(range[1].abs());
+    let rounding = match range[0] < range[1] {
+        true => 1e-6 * range[0].abs().max(range[1].abs()),
+        false => 0.0,
+    };
     let [low, high] = [range[0] - rounding, range[1] + rounding];
     let within = |p: &&TransferPoint| p.value >= low && p.value <= high;
     !medium.is_vacuum()

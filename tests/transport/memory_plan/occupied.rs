@@ -11,6 +11,7 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::memory_plan::{F32, Kind, empty, scene, volume};
+use crate::support::common::device;
 
 /// More than any volume here is long.
 const MOST_TEXELS: u32 = 2048;
@@ -268,4 +269,27 @@ fn macrocell_ranges_are_those_of_all_corners() {
         }
         assert_eq!(volume.macrocell_ranges(), expected, "{:?}", volume.dims);
     }
+}
+
+/// Air in a CT has the lowest value exactly, and a ramp of opacity often begins there.
+#[test]
+fn a_background_at_which_a_ramp_begins_needs_no_memory() {
+    let dims = [64; 3];
+    let voxels = (0..64u32.pow(3)).map(|n| {
+        let is_inside = [n % 64, n / 64 % 64, n / 4096].iter().all(|&i| i < 16);
+        if is_inside { 300.0 } else { -1024.0 }
+    });
+    let voxels = Voxels::F32(voxels.collect());
+    let volume = Volume::from_values(dims, [1.0; 3], voxels).expect("a volume");
+    let mut scene = scene();
+    let ramp = [(-1024.0, 0.0), (3000.0, 1.0)].map(|(value, opacity)| TransferPoint {
+        value,
+        opacity,
+        color: [0.9; 3],
+    });
+    scene.medium = Some(Medium::isotropic(0.7, ramp.to_vec()));
+    let scene = GpuScene::new(&device(), &scene, &volume, 1).expect("a scene");
+    let occupied = scene.occupancy(&volume).occupied;
+    let count = occupied.iter().filter(|&&is_occupied| is_occupied).count();
+    assert_eq!((occupied.len(), count), (9 * 9 * 9, 3 * 3 * 3));
 }
