@@ -192,9 +192,8 @@ void main() {
     for (uint turn = 0u; turn < turns && !is_void; ++turn) {
         front = look(ray, t_end, turn + 1u == turns ? push.weighs : 0u);
     }
-    bool is_lost = is_void && push.keeps_void == 0u;
-    report(index, is_void, !is_lost);
-    if (is_lost) {
+    report(index, is_void, !is_void);
+    if (is_void) {
         return;
     }
     vec3 background = background_is_color ? scene.background

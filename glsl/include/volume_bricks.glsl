@@ -3,7 +3,8 @@
 //
 // An invocation that reads a voxel of a missing brick asks for that brick and reads another voxel instead. Everything
 // that it computes from then on is void: it is discarded, and computed again, with the same random numbers, in a
-// later dispatch. So a picture does not depend on which bricks are there, to the last bit.
+// later dispatch. So a picture does not depend on which bricks are there, to the last bit. Only a preview keeps the
+// result: the picture of a camera that moves, which is soon replaced.
 
 #include "bundle.glsl"
 
@@ -34,6 +35,10 @@ bool is_needed() {
 }
 
 void ask_for(uint brick) {
+    if (streaming.now.previews != 0u) {
+        atomicAdd(volume_pages.at[brick], 1u);
+        return;
+    }
     if (is_needed()) {
         atomicAdd(volume_pages.at[brick], 1u);
     }

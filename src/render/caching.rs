@@ -86,7 +86,7 @@ impl Caching<'_> {
         *self.under_way = None;
         let (r, cache, tone_map) = (&*self.r, &self.cache, self.tone_map);
         if let Some(bricks) = &r.bricks {
-            // All pixels at once: those that miss bricks of the volume are shown with other voxels in their place.
+            bricks.begin_preview();
             bricks.begin(self.frame, Order::Slots)?;
         }
         self.frame.run(|f| {
@@ -94,10 +94,13 @@ impl Caching<'_> {
                 bricks.record_news(f)?;
             }
             cache.record_march(f, r)?;
+            if let Some(bricks) = &r.bricks {
+                bricks.record_told(f)?;
+            }
             tone_map.record(f, &r.unit_sum, to, push)
         })?;
         match &r.bricks {
-            Some(bricks) => bricks.serve(self.frame, &r.volume).map(drop),
+            Some(bricks) => bricks.end_preview(self.frame, &r.volume),
             None => Ok(()),
         }
     }

@@ -45,6 +45,7 @@
 mod accumulate;
 mod allocation;
 mod brick_layout;
+mod brick_places;
 mod brick_window;
 mod bundle;
 mod cache;
@@ -99,6 +100,7 @@ mod variant;
 mod volume_bricks;
 
 pub use brick_layout::BrickLayout;
+pub use brick_places::BrickFigures;
 pub use cache::Cache;
 pub use cache_layout::CacheLayout;
 pub use cache_state::{CacheState, Sink, Source};
@@ -119,4 +121,3 @@ pub use tone_map::ToneMapPush;
 pub use totals::Totals;
 pub use until::Until;
 pub use variant::Variant;
-pub use volume_bricks::BrickFigures;

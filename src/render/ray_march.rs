@@ -21,8 +21,6 @@ shared! {
         pub measures: uint,
         /// 1: bricks get their weights.
         pub weighs: uint,
-        /// 1: a pixel that misses bricks of the volume is shown all the same, with other voxels in their place.
-        pub keeps_void: uint,
     }
 }
 
@@ -44,7 +42,6 @@ impl RayMarch {
         let [width, height] = r.size;
         let push = MarchPush {
             step_scale: STEP_SCALE,
-            keeps_void: 1,
             ..push(1)
         };
         frame.pass(&self.0, &bindings(r, cache), &push, [width, height, 1])
@@ -103,7 +100,6 @@ fn push(stride: u32) -> MarchPush {
         step_scale: 1.0,
         measures: 0,
         weighs: 0,
-        keeps_void: 0,
     }
 }
 

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::accumulate::{Accumulate, AccumulatePush};
 use super::allocation::Allocation;
+use super::brick_places::BrickFigures;
 use super::bundle::Bundle;
 use super::cache::Cache;
 use super::caching::Caching;
@@ -24,7 +25,7 @@ use super::tone_map::{ToneMap, ToneMapPush};
 use super::totals::Totals;
 use super::upload;
 use super::variant::Variant;
-use super::volume_bricks::{BrickFigures, VolumeBricks};
+use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
 use crate::gpu::{Frame, Image, Memory, Shaders, Timings};
 use crate::scene::volume::Volume;
@@ -273,6 +274,9 @@ impl Renderer {
     /// Sets the time that a piece of work may take from now on, while a window waits for its next frame.
     pub fn take_slices_of(&mut self, ms: f64) {
         self.estimator.take_slices_of(ms);
+        if let Some(bricks) = &self.resources.bricks {
+            bricks.take_slices_of(ms);
+        }
     }
 
     /// Encodes the mean so far for display.

@@ -272,6 +272,8 @@ shared! {
         pub end_item: uint,
         /// The least item that a slot is still working on.
         pub oldest_item: uint,
+        /// Not 0: voxels of missing bricks are replaced with others for good.
+        pub previews: uint,
     }
 }
 

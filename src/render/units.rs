@@ -59,6 +59,22 @@ impl Renderer {
         self.advance_units(samples, 1)
     }
 
+    /// Makes a picture of one sample for a camera that moves. Where the volume streams, it does without bricks that are
+    /// missing, brings some of them for the next picture, and counts for nothing.
+    pub fn preview(&mut self) -> Result<()> {
+        self.begin_picture();
+        if let Some(bricks) = &self.resources.bricks {
+            bricks.begin_preview();
+        }
+        while !self.advance_unit(1)? {}
+        let r = &self.resources;
+        if let Some(bricks) = &r.bricks {
+            bricks.end_preview(&mut self.frame, &r.volume)?;
+            self.begin_picture();
+        }
+        Ok(())
+    }
+
     fn advance_units(&mut self, samples: u32, units: u32) -> Result<bool> {
         self.clear_if_stale()?;
         let bundle = match self.under_way {

@@ -9,18 +9,19 @@
 
 use std::cell::RefCell;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use bytemuck::Zeroable;
 
 use super::brick_layout::BrickLayout;
-use super::brick_window::{Items, Loads, NoRoom, Order, Window};
+use super::brick_places::{BrickFigures, BrickPlaces};
+use super::brick_window::{Items, NoRoom, Order, Window};
 use super::gpu_scene::GpuScene;
 use super::host_bricks::HostBricks;
 use super::plan_in_bricks::bricks_that_matter;
-use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
+use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};
-use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Piece, Placement};
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Placement};
 use crate::scene::volume::Volume;
 
 /// Size of the buffer through which bricks are brought onto the GPU, unless a quarter of all places is less.
@@ -34,7 +35,7 @@ pub struct VolumeBricks {
     streaming: Buffer,
     done: Buffer,
     marks: Marks,
-    state: RefCell<State>,
+    state: RefCell<BrickPlaces>,
 }
 
 /// Sizes of the marks of finished work: one for each pixel, or for each brick of the cache.
@@ -49,46 +50,6 @@ impl Marks {
         let [width, height] = self.size.map(u64::from);
         4 * (width * height).max(self.bricks as u64)
     }
-}
-
-struct State {
-    layout: BrickLayout,
-    /// Copies of `pages` and `streaming` that the host reads and writes.
-    host_pages: Buffer,
-    host_streaming: Buffer,
-    staging: Buffer,
-    /// Bytes of a brick in the staging buffer.
-    room: usize,
-    /// `None` until the volume is known.
-    host: Option<HostBricks>,
-    /// The brick in each place.
-    held: Vec<Option<u32>>,
-    /// The round in which each place was last read, or got its brick.
-    read: Vec<u64>,
-    round: u64,
-    window: Window,
-    items: Items,
-    /// The report of the last dispatch.
-    told: Streaming,
-    /// Whether `host_pages` has changes that the device does not know yet.
-    has_news: bool,
-    /// Number of the piece of work under way.
-    work: u32,
-    figures: BrickFigures,
-}
-
-/// Figures of the streaming so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct BrickFigures {
-    /// Bricks of the whole volume, and those on the GPU.
-    pub total: u32,
-    pub resident: u32,
-    /// Bricks that shaders may ask for, as far as the scene at the beginning tells.
-    pub matter: u32,
-    pub loads: u64,
-    pub bytes_read: u64,
-    /// Time for which the device waited for bricks.
-    pub waited: Duration,
 }
 
 impl VolumeBricks {
@@ -121,7 +82,7 @@ impl VolumeBricks {
             streaming: buffer("streaming", streaming_bytes, Placement::Device)?,
             done: buffer("done marks", marks.bytes(), Placement::Device)?,
             marks,
-            state: RefCell::new(State {
+            state: RefCell::new(BrickPlaces {
                 layout,
                 host_pages: buffer("volume pages, host", page_bytes, Placement::Readback)?,
                 host_streaming: buffer("streaming, host", streaming_bytes, Placement::Readback)?,
@@ -135,6 +96,8 @@ impl VolumeBricks {
                 items: Items::NONE,
                 told: Streaming::zeroed(),
                 has_news: false,
+                previews: false,
+                patience: Duration::MAX,
                 work: 0,
                 figures: BrickFigures {
                     total: layout.total(),
@@ -206,6 +169,24 @@ impl VolumeBricks {
         }
     }
 
+    /// Sets the time that bringing bricks may take between two dispatches from now on.
+    pub fn take_slices_of(&self, ms: f64) {
+        self.state.borrow_mut().patience = Duration::from_secs_f64(ms / 1e3);
+    }
+
+    /// Begins a preview: until its end, nothing waits for bricks, and others stand in for those that are missing.
+    pub fn begin_preview(&self) {
+        self.state.borrow_mut().previews = true;
+    }
+
+    /// Ends a preview, and brings bricks that it has missed; [`VolumeBricks::record_told`] must have been recorded after
+    /// its last dispatch.
+    pub fn end_preview(&self, frame: &mut Frame, image: &Image) -> Result<()> {
+        let mut state = self.state.borrow_mut();
+        state.previews = false;
+        state.load_missed(frame, image).map(drop)
+    }
+
     /// Decides which items the next dispatch works on.
     pub fn allow(&self, items: Items) {
         let mut state = self.state.borrow_mut();
@@ -246,136 +227,15 @@ impl VolumeBricks {
         let mapped = state.host_streaming.mapped().unwrap_or_default();
         let told: Streaming = bytemuck::pod_read_unaligned(&mapped[..size_of::<Streaming>()]);
         state.told = told;
-        if told.missed == 0 && state.window.is_whole() {
+        if state.previews || told.missed == 0 && state.window.is_whole() {
             state.write_streaming();
             return Ok(false);
         }
-        let began = Instant::now();
-        let mut words = state.take_reads();
-        let loads = match told.missed {
-            0 => Ok(Loads {
-                wanted: 0,
-                loaded: 0,
-            }),
-            _ => state.load(frame, image, &mut words),
-        };
-        if loads.is_err() {
-            // Some places do not hold the brick that the page table names.
-            state.held.fill(None);
-            words.fill(0);
-        }
-        let followed = loads.and_then(|loads| {
-            let followed = state.window.follow(&told, loads);
-            followed.map_err(|NoRoom| no_room(&state.layout))
-        });
-        state.tell(&words);
-        state.figures.waited += began.elapsed();
-        followed.map(|()| true)
-    }
-}
-
-impl State {
-    /// Prepares what the next dispatch has to know: the page table, and which invocations may work.
-    fn tell(&mut self, pages: &[u32]) {
-        self.host_pages.write(pages);
-        self.has_news = true;
-        self.write_streaming();
-    }
-
-    fn write_streaming(&mut self) {
-        self.host_streaming.write(&[Streaming {
-            first_missed: u32::MAX,
-            first: self.window.first,
-            count: self.window.count,
-            work: self.work,
-            units: self.items.units,
-            first_item: self.items.first,
-            end_item: self.items.end,
-            oldest_item: u32::MAX,
-            ..Streaming::zeroed()
-        }]);
-    }
-
-    /// The page table as the last dispatch has left it. Its marks of bricks that were read are moved to `read`.
-    fn take_reads(&mut self) -> Vec<u32> {
-        let bytes = 4 * self.layout.total() as usize;
-        let mapped = &self.host_pages.mapped().unwrap_or_default()[..bytes];
-        let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(mapped);
-        self.round += 1;
-        for (place, held) in self.held.iter().enumerate() {
-            if let Some(brick) = *held
-                && words[brick as usize] & PAGE_READ != 0
-            {
-                self.read[place] = self.round;
-                words[brick as usize] &= !PAGE_READ;
-            }
-        }
-        words
-    }
-
-    /// Loads the bricks that were asked for most, and enters their places in the page table.
-    fn load(&mut self, frame: &mut Frame, image: &Image, words: &mut [u32]) -> Result<Loads> {
-        let mut wanted: Vec<(u32, u32)> = Vec::new();
-        for (brick, word) in words.iter_mut().enumerate() {
-            if *word & PAGE_RESIDENT == 0 && *word > 0 {
-                wanted.push((std::mem::take(word), brick as u32));
-            }
-        }
-        wanted.sort_unstable_by_key(|&(count, brick)| (std::cmp::Reverse(count), brick));
-        let places = self.places_to_give();
-        let loads: Vec<(u32, usize)> = wanted.iter().map(|&(_, brick)| brick).zip(places).collect();
-        for &(brick, place) in &loads {
-            if let Some(old) = self.held[place].replace(brick) {
-                words[old as usize] = 0;
-            }
-            self.read[place] = self.round;
-            let [x, y, z] = self.layout.place(place as u32);
-            words[brick as usize] = PAGE_RESIDENT | x | y << 10 | z << 20;
-        }
-        self.bring(frame, image, &loads)?;
-        self.figures.resident = self.held.iter().flatten().count() as u32;
-        Ok(Loads {
-            wanted: wanted.len(),
-            loaded: loads.len(),
-        })
-    }
-
-    /// Places that may get other bricks, in order: first those without a brick, then those whose brick was not read
-    /// in the last dispatch, beginning with the one that has not been read for longest. A brick that was read serves
-    /// paths that make progress; invocations that wait get its place once those paths have left it.
-    fn places_to_give(&self) -> Vec<usize> {
-        let is_unread =
-            |&place: &usize| self.held[place].is_none() || self.read[place] < self.round;
-        let mut unread: Vec<usize> = (0..self.held.len()).filter(is_unread).collect();
-        unread.sort_by_key(|&place| (self.held[place].is_some(), self.read[place]));
-        unread
-    }
-
-    /// Copies bricks to their places.
-    fn bring(&mut self, frame: &mut Frame, image: &Image, loads: &[(u32, usize)]) -> Result<()> {
-        let (Some(host), room) = (&mut self.host, self.room) else {
-            return Ok(());
-        };
-        let at_once = (self.staging.desc.bytes as usize / room).max(1);
-        for loads in loads.chunks(at_once) {
-            let bricks: Vec<u32> = loads.iter().map(|&(brick, _)| brick).collect();
-            if let Some(mapped) = self.staging.mapped_mut() {
-                host.fill(&bricks, mapped, room)?;
-            }
-            let piece = |(n, &(brick, place)): (usize, &(u32, usize))| Piece {
-                offset: (n * room) as u64,
-                low: self
-                    .layout
-                    .place(place as u32)
-                    .map(|i| i * self.layout.pitch()),
-                extent: host.region(brick).dims,
-            };
-            let pieces: Vec<Piece> = loads.iter().enumerate().map(piece).collect();
-            frame.run(|f| f.upload_pieces(&self.staging, image, &pieces))?;
-        }
-        self.figures.loads += loads.len() as u64;
-        self.figures.bytes_read = host.bytes_read;
-        Ok(())
+        let loads = state.load_missed(frame, image)?;
+        let followed = state.window.follow(&told, loads);
+        followed.map_err(|NoRoom| no_room(&state.layout))?;
+        state.write_streaming();
+        Ok(true)
     }
 }
 

@@ -162,11 +162,13 @@ impl Picture {
             self.rest(engine)?;
             return Ok(false);
         }
-        let began = Instant::now();
+        let (began, waited) = (Instant::now(), waited_for_bricks(engine));
         engine.reduce_to(self.moving_size(engine))?;
         self.make_whole(engine, shown)?;
         self.is_shown = true;
-        self.adapt(began.elapsed().as_secs_f64() * 1e3);
+        // Fewer pixels do not bring bricks sooner.
+        let took = began.elapsed() - (waited_for_bricks(engine) - waited);
+        self.adapt(took.as_secs_f64() * 1e3);
         if !Picture::cache_is_good(engine) {
             let batch = Picture::next_batch(engine);
             engine.renderer_mut().take_slices_of(FILLING_MS);
@@ -185,8 +187,7 @@ impl Picture {
             return caching.march_at_once(shown, &push);
         }
         renderer.take_slices_of(MOVING_MS);
-        renderer.begin_picture();
-        while !renderer.advance_unit(1)? {}
+        renderer.preview()?;
         self.show(engine, shown)
     }
 
@@ -328,4 +329,10 @@ impl Doing {
             began: Instant::now(),
         }
     }
+}
+
+/// The time that bringing bricks of the volume has taken; 0 where it is whole.
+fn waited_for_bricks(engine: &Engine) -> Duration {
+    let figures = engine.renderer().brick_figures();
+    figures.map_or(Duration::ZERO, |figures| figures.waited)
 }

@@ -219,6 +219,51 @@ fn interrupted_units_leave_the_picture_as_it_was() {
     assert_silent(&device);
 }
 
+/// As it is shown, whether or not it counts.
+fn mean_on_device(renderer: &mut Renderer) -> Vec<[f32; 4]> {
+    let (frame, r) = renderer.probed();
+    let [width, height] = r.size;
+    let run = frame.run(|f| f.download(&r.mean, &r.staging, [0; 3], [width, height, 1]));
+    run.expect("a download");
+    let mapped = r.staging.mapped().expect("staging is mapped");
+    bytemuck::cast_slice(mapped)[..(width * height) as usize].to_vec()
+}
+
+/// Some bricks are brought after each preview. Once all are there, a preview is as good as a sample, but counts for nothing.
+#[test]
+fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
+    let (device, volume) = (device(), waves());
+    let stop = AtomicBool::new(false);
+    let renderer = |layout| {
+        let memory = Memory::new(&device, BUDGET).expect("memory");
+        let scene = GpuScene::new(&device, &scene(0.0, None), &volume, 1).expect("a scene");
+        let scene = scene.with_bricks(layout);
+        Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer")
+    };
+    let mut whole = renderer(None);
+    assert!(whole.unit(1, &stop).expect("a unit"));
+    let exact = whole.sums().expect("sums").mean;
+
+    let layout = BrickLayout::with_side(8, volume.dims, 4000, &device.summary);
+    let mut streamed = renderer(Some(layout));
+    streamed.take_slices_of(0.0);
+    let mut loads = Vec::new();
+    let mut means = Vec::new();
+    while loads.len() < 2 || loads[loads.len() - 2] < loads[loads.len() - 1] {
+        streamed.preview().expect("a preview");
+        loads.push(streamed.brick_figures().expect("figures").loads);
+        means.push(mean_on_device(&mut streamed));
+        assert_eq!(streamed.totals().samples, 0);
+    }
+    println!("bricks after each preview: {loads:?}");
+    assert!(loads.len() > 3, "they were all brought at once");
+    assert!(means[0] != exact);
+    assert!(means[means.len() - 1] == exact);
+    assert!(streamed.unit(1, &stop).expect("a unit"));
+    assert!(streamed.sums().expect("sums").mean == exact);
+    assert_silent(&device);
+}
+
 #[test]
 fn too_few_bricks_for_a_ray_are_an_error() {
     let (device, volume) = (device(), waves());

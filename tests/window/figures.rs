@@ -3,6 +3,8 @@
 //! ```text
 //! cargo test --release --test window figures -- --nocapture --test-threads=1
 //! ```
+//!
+//! `ISOLUME_TURNED="cloud2048.toml --vram-budget 1GiB"` turns another volume or scene, with options.
 
 use std::time::{Duration, Instant};
 
@@ -19,12 +21,13 @@ const SIDE: usize = 256;
 const RESIZES: u32 = 1000;
 
 #[test]
-fn figures_of_turning_the_sample() {
+fn figures_of_turning() {
+    let turned = std::env::var("ISOLUME_TURNED").unwrap_or(SAMPLE.into());
     // Panels take 256 pixels of the width.
     for size in [[512, 512], [768, 512]] {
         let folder = Folder::new();
         let display = Display::new();
-        let mut program = folder.measure(&display, SAMPLE, size);
+        let mut program = folder.measure(&display, &turned, size);
         let window = display.window();
         program.wait_for("first picture");
         let (began, before) = (Instant::now(), program.cpu_seconds());
