@@ -61,15 +61,16 @@ struct Forecast {
 struct Filling {
     /// Seconds that the trial itself has taken.
     trial: f64,
-    /// Seconds until the first [`GATHERED`] paths of all nodes are there, and for a traced path of all nodes after them.
+    /// Seconds until nodes have had their first [`GATHERED`] paths.
     gathering: f64,
+    /// Seconds for each further path of all nodes.
     per_traced_path: f64,
     /// Square of the relative error of what the cache shows after paths that are worth 1.
     variance: f64,
 }
 
 impl Filling {
-    /// Until nodes have had paths of this worth.
+    /// Seconds until nodes have had paths of this worth.
     fn seconds_to(&self, paths: f64) -> f64 {
         let gathered = f64::from(worth(GATHERED));
         self.gathering * paths.min(gathered) / gathered

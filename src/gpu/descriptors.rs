@@ -10,8 +10,6 @@ use std::sync::Arc;
 use ash::vk;
 
 use super::device::Device;
-use super::frame::Frame;
-use super::pipeline::Pipeline;
 
 /// Capacity of a pool. A set of any pipeline fits into an empty one.
 const SETS: u32 = 64;
@@ -49,7 +47,10 @@ impl DescriptorSets {
     }
 
     /// A set whose descriptors are not written yet, valid until the next reset.
-    fn take(&mut self, layout: vk::DescriptorSetLayout) -> Result<vk::DescriptorSet, vk::Result> {
+    pub fn take(
+        &mut self,
+        layout: vk::DescriptorSetLayout,
+    ) -> Result<vk::DescriptorSet, vk::Result> {
         loop {
             let is_new = self.current == self.pools.len();
             if is_new {
@@ -97,29 +98,5 @@ impl Drop for DescriptorSets {
             // SAFETY: frames wait for what they submit, so no set is in use.
             unsafe { self.device.raw.destroy_descriptor_pool(pool, None) };
         }
-    }
-}
-
-impl Frame {
-    /// Binds the resources that `writes` describe for the commands that follow. They must be all that the pipeline
-    /// takes; their destination set is filled in here.
-    pub(super) fn bind_resources(
-        &mut self,
-        point: vk::PipelineBindPoint,
-        pipeline: &Pipeline,
-        writes: &mut [vk::WriteDescriptorSet<'_>],
-    ) -> Result<(), vk::Result> {
-        let set = self.sets.take(pipeline.set_layout)?;
-        for write in writes.iter_mut() {
-            write.dst_set = set;
-        }
-        let raw = &self.device.raw;
-        // SAFETY: the set is new, so no command uses it; the layout is the one that it was allocated for, and the
-        // resources outlive the submission, which `run` waits for.
-        unsafe {
-            raw.update_descriptor_sets(writes, &[]);
-            raw.cmd_bind_descriptor_sets(self.commands, point, pipeline.layout, 0, &[set], &[]);
-        }
-        Ok(())
     }
 }

@@ -8,13 +8,11 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use ash::{ext, khr, vk};
 
 use super::failure::failure;
-use super::instance::{Instance, Validation};
+use super::instance::{Instance, Validation, queue_families};
 use super::needs::{can_load_texels, has_timestamps};
 use super::pipeline_cache::PipelineCache;
 use super::shader;
-use super::survey::{
-    DeviceSummary, choose, compute_queue, device_local_heap, queue_families, survey,
-};
+use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
 use crate::error::{DeviceError, Result};
 
 /// Which device to open, and how closely it is watched.

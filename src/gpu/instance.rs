@@ -161,3 +161,15 @@ impl Drop for Instance {
         }
     }
 }
+
+pub(super) fn queue_families(
+    instance: &Instance,
+    physical: vk::PhysicalDevice,
+) -> Vec<vk::QueueFamilyProperties> {
+    // SAFETY: `physical` belongs to the live instance.
+    unsafe {
+        instance
+            .raw
+            .get_physical_device_queue_family_properties(physical)
+    }
+}

@@ -13,6 +13,7 @@ mod device;
 mod dispatch;
 mod failure;
 mod frame;
+mod frame_bindings;
 mod image;
 mod instance;
 mod memory;

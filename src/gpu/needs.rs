@@ -4,8 +4,7 @@
 
 use ash::{ext, vk};
 
-use super::instance::Instance;
-use super::survey::queue_families;
+use super::instance::{Instance, queue_families};
 
 /// The most threads of a workgroup, storage buffers, storage images and sampled images that a shader may have. Vulkan
 /// promises 128, 4, 4 and 16; SwiftShader, the narrowest driver that Isolume has run on, grants 256, 16, 16 and 16.

@@ -1,4 +1,4 @@
-//! A pipeline and the layouts that it was made for; `descriptors.rs` binds its resources.
+//! A pipeline and the layouts that it was made for; `frame_bindings.rs` binds its resources.
 
 use std::sync::Arc;
 

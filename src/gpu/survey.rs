@@ -5,7 +5,7 @@ use std::fmt;
 
 use ash::vk;
 
-use super::instance::{Instance, Validation};
+use super::instance::{Instance, Validation, queue_families};
 use super::needs::{Need, has_timestamps, needs};
 use crate::error::{DeviceError, Result};
 
@@ -137,18 +137,6 @@ pub(super) fn device_local_heap(memory: &vk::PhysicalDeviceMemoryProperties) -> 
         .filter(|&h| heaps[h].flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
         .max_by_key(|&h| heaps[h].size)
         .unwrap_or(0)
-}
-
-pub(super) fn queue_families(
-    instance: &Instance,
-    physical: vk::PhysicalDevice,
-) -> Vec<vk::QueueFamilyProperties> {
-    // SAFETY: `physical` belongs to the live instance.
-    unsafe {
-        instance
-            .raw
-            .get_physical_device_queue_family_properties(physical)
-    }
 }
 
 /// The queue family for computing: preferably one that writes timestamps and that can also draw, as a window does.

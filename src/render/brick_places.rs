@@ -11,7 +11,7 @@ use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
 use crate::error::Result;
 use crate::gpu::{Buffer, Frame, Image, Piece};
 
-/// Bricks that are brought between two looks at the clock, while somebody waits for a frame.
+/// The most bricks that are brought between two looks at the clock, while a window waits for its next frame.
 const PIECE: usize = 32;
 
 /// Figures of the streaming so far.
@@ -50,9 +50,9 @@ pub struct BrickPlaces {
     pub(super) told: Streaming,
     /// Whether `host_pages` has changes that the device does not know yet.
     pub(super) has_news: bool,
-    /// Whether what misses bricks does without them.
+    /// Whether invocations do without missing bricks instead of waiting for them.
     pub(super) previews: bool,
-    /// The time that bringing bricks may take between two dispatches; a piece of it always has to be done.
+    /// The time that bringing bricks may take between two dispatches; [`PIECE`] bricks are brought in any case.
     pub(super) patience: Duration,
     /// Number of the piece of work under way.
     pub(super) work: u32,

@@ -11,14 +11,10 @@ use serde::{Deserialize, Serialize};
 
 use super::cache::Cache;
 use super::caching::Caching;
-use super::copy;
+use super::copy::{self, Sink, Source};
 use super::focus::Focus;
 use super::pace::Pace;
 use crate::error::{Error, Result};
-
-/// A `Sink` takes the next bytes, a `Source` fills the next bytes.
-pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<()> + 'a;
-pub type Source<'a> = dyn FnMut(&mut [u8]) -> Result<()> + 'a;
 
 /// What a file keeps of a cache besides its light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,8 +1,11 @@
 //! Copies between host memory and images, through the one staging buffer, in whole rows.
 
-use super::cache_state::{Sink, Source};
 use crate::error::Result;
 use crate::gpu::{Buffer, Frame, Image};
+
+/// A `Sink` takes the next bytes, a `Source` fills the next bytes.
+pub type Sink<'a> = dyn FnMut(&[u8]) -> Result<()> + 'a;
+pub type Source<'a> = dyn FnMut(&mut [u8]) -> Result<()> + 'a;
 
 /// Fills an image with texels in x, y, z order.
 pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[u8]) -> Result<()> {

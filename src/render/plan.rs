@@ -10,7 +10,6 @@ use super::allocation::Allocation;
 use super::brick_layout::BrickLayout;
 use super::cache_layout::{self, CacheLayout};
 use super::gpu_scene::GpuScene;
-use super::plan_in_bricks;
 use super::variant::Variant;
 use crate::bytes::human;
 use crate::error::{Error, MemoryError, Result};
@@ -99,25 +98,8 @@ pub(super) fn useless(scene: &Scene) -> Option<&'static str> {
     }
 }
 
-/// The best variant that stays within `budget` bytes and the device's limits: with the volume whole, or else in bricks.
-pub fn choose(
-    device: &Arc<Device>,
-    limits: &DeviceSummary,
-    budget: u64,
-    volume: &Volume,
-    scene: &Scene,
-) -> Result<Choice> {
-    match choose_whole(device, limits, budget, volume, scene) {
-        Err(Error::Memory(why)) if scene.render.variant != scene::Variant::Published => {
-            let whole = "the whole volume does not fit";
-            let in_bricks = plan_in_bricks::choose(device, limits, budget, volume, scene, whole)?;
-            in_bricks.ok_or(Error::Memory(why))
-        }
-        other => other,
-    }
-}
-
-fn choose_whole(
+/// The best variant that stays within `budget` bytes and the device's limits with the volume whole.
+pub(super) fn choose_whole(
     device: &Arc<Device>,
     limits: &DeviceSummary,
     budget: u64,

@@ -272,7 +272,7 @@ shared! {
         pub end_item: uint,
         /// The least item that a slot is still working on.
         pub oldest_item: uint,
-        /// Not 0: voxels of missing bricks are replaced with others for good.
+        /// Not 0: other voxels stand in for those of missing bricks, and no invocation waits.
         pub previews: uint,
     }
 }

@@ -59,8 +59,8 @@ impl Renderer {
         self.advance_units(samples, 1)
     }
 
-    /// Makes a picture of one sample for a camera that moves. Where the volume streams, it does without bricks that are
-    /// missing, brings some of them for the next picture, and counts for nothing.
+    /// Makes a picture of one sample for a camera that moves. Where the volume streams, the picture does without missing
+    /// bricks, some of which are brought for the next one, and its sample does not count.
     pub fn preview(&mut self) -> Result<()> {
         self.begin_picture();
         if let Some(bricks) = &self.resources.bricks {

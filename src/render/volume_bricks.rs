@@ -18,7 +18,7 @@ use super::brick_places::{BrickFigures, BrickPlaces};
 use super::brick_window::{Items, NoRoom, Order, Window};
 use super::gpu_scene::GpuScene;
 use super::host_bricks::HostBricks;
-use super::plan_in_bricks::bricks_that_matter;
+use super::needed_bricks::bricks_that_matter;
 use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};
 use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Placement};
@@ -174,7 +174,7 @@ impl VolumeBricks {
         self.state.borrow_mut().patience = Duration::from_secs_f64(ms / 1e3);
     }
 
-    /// Begins a preview: until its end, nothing waits for bricks, and others stand in for those that are missing.
+    /// Begins a preview: until its end, no invocation waits for bricks, and other voxels stand in for missing ones.
     pub fn begin_preview(&self) {
         self.state.borrow_mut().previews = true;
     }

@@ -7,6 +7,7 @@
 
 mod camera;
 mod clips;
+mod description;
 mod document;
 mod lights;
 mod medium;
@@ -27,11 +28,11 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Place, Result};
 pub use camera::CameraTable;
 pub use clips::ClipTable;
+pub use description::describe;
 use document::Document;
 pub use document::{Edit, Origins};
 pub use lights::{LightKind, LightTable};
 pub use medium::{MediumTable, TransferTable};
-pub use page::describe;
 pub use render::RenderTable;
 pub use resolve::resolve;
 pub use surfaces::{IsoTable, ShadingModel, SurfacesTable};

@@ -14,7 +14,8 @@ use std::str::FromStr;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::Source;
-use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
+use crate::scene::volume::source::file::{Data, Encoding, Start};
+use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 

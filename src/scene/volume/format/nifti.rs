@@ -13,7 +13,8 @@ use flate2::read::MultiGzDecoder;
 use super::header::{About, Header, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
+use crate::scene::volume::source::file::{Data, Encoding, Start};
+use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 

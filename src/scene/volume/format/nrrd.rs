@@ -6,7 +6,8 @@ use std::path::Path;
 use super::header::{About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::file::{Data, Encoding, Start, open_file};
+use crate::scene::volume::source::file::{Data, Encoding, Start};
+use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path) -> Parsed<Header> {

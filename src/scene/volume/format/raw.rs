@@ -6,7 +6,8 @@ use std::path::Path;
 use super::header::Header;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::file::{open_file, shape, voxel_bytes};
+use crate::scene::volume::source::file::{shape, voxel_bytes};
+use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {

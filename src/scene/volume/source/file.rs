@@ -10,14 +10,14 @@
 //!
 //! A compressed stream can only be read from its beginning, so a cursor that is sent back begins again.
 
-use std::fs::{File, Metadata};
+use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use bzip2::read::MultiBzDecoder;
 use flate2::read::{MultiGzDecoder, ZlibDecoder};
 
-use super::watched::{HAS_CHANGED, Version, read_at, version};
+use super::watched::{HAS_CHANGED, Version, open_file, read_at, version};
 use super::{Cursor, Source};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
@@ -131,17 +131,6 @@ impl Data {
         }
         Ok(source)
     }
-}
-
-/// Opens a file and returns its length. Anything but a regular file is refused: a header may name a pipe or a device,
-/// and reading that could wait for ever.
-pub fn open_file(path: &Path) -> Parsed<(File, Metadata)> {
-    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
-    if !metadata.is_file() {
-        return Err("is not a regular file".into());
-    }
-    let file = File::open(path).map_err(|e| e.to_string())?;
-    Ok((file, metadata))
 }
 
 /// The size of all voxels.

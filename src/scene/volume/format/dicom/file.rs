@@ -11,8 +11,8 @@ use std::time::SystemTime;
 use flate2::read::DeflateDecoder;
 
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::file::open_file;
 use crate::scene::volume::source::watched::HAS_CHANGED;
+use crate::scene::volume::source::watched::open_file;
 
 use super::data_set::{self, DataSet, Pixels, Syntax, numeric};
 use super::stream::Stream;

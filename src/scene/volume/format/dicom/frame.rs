@@ -7,7 +7,6 @@
 use crate::scene::volume::parsed::Parsed;
 
 use super::data_set::DataSet;
-use super::image::Image;
 use super::tags::{self, Tag};
 use super::vector::{self, Vector};
 
@@ -38,13 +37,13 @@ pub struct Plane {
     pub along: [Vector; 2],
 }
 
-/// The frames of an image that can be placed.
-pub fn frames(data: &DataSet, image: &Image) -> Parsed<Vec<Frame>> {
+/// The frames that can be placed, of an image of so many, whose pixels take so many bytes in the file.
+pub fn frames(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Vec<Frame>> {
     let (shared, each) = (
         data.item(tags::SHARED_GROUPS),
         data.items(tags::FRAME_GROUPS),
     );
-    if each.len() as u64 == u64::from(image.frame_count) {
+    if each.len() as u64 == u64::from(frame_count) {
         let frames = each.iter().zip(0..);
         return frames
             .map(|(own, index)| frame(&[Some(own), shared, Some(data)], index))
@@ -53,25 +52,25 @@ pub fn frames(data: &DataSet, image: &Image) -> Parsed<Vec<Frame>> {
     if !each.is_empty() {
         return Err(format!(
             "it has {} frames and describes {} of them",
-            image.frame_count,
+            frame_count,
             each.len()
         ));
     }
     let detector = data.item(tags::DETECTORS);
     let first = frame(&[None, shared, Some(data), detector], 0)?;
-    if image.frame_count == 1 {
+    if frame_count == 1 {
         return Ok(vec![first]);
     }
     let Some(plane) = first.plane else {
         return Ok(Vec::new());
     };
     let offsets = match (data.decimal_list(tags::FRAME_OFFSETS), detector) {
-        (offsets, _) if offsets.len() as u64 == u64::from(image.frame_count) => offsets,
+        (offsets, _) if offsets.len() as u64 == u64::from(frame_count) => offsets,
         (_, Some(_)) => {
             let spacing = data.decimal(tags::SLICE_SPACING, "SpacingBetweenSlices")?;
             let spacing = spacing.ok_or("it has no SpacingBetweenSlices")?;
             // A frame has at least a byte.
-            let count = u64::from(image.frame_count).min(image.place.length);
+            let count = u64::from(frame_count).min(pixel_bytes);
             (0..count).map(|n| n as f64 * spacing).collect()
         }
         _ => return Ok(Vec::new()),

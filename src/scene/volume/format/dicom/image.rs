@@ -141,7 +141,7 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
         place: parsing.place,
     };
     image.damage = image.check_length().err();
-    image.frames = frames(data, &image)?;
+    image.frames = frames(data, image.frame_count, image.place.length)?;
     Ok(Content::Image(Box::new(image)))
 }
 

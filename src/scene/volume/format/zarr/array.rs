@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::Value;
 
-use super::pipeline::{Named, Pipeline, codec, in_words, separator, sharding};
+use super::pipeline::{Named, Pipeline, Shard, codec, in_words, separator, sharding};
 use crate::scene::volume::format::header::{first_bytes, unexpected};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::codec::Codec;
@@ -43,15 +43,6 @@ pub struct Array {
     pub keys: Keys,
     /// The compression's name, for users.
     pub compression: Option<String>,
-}
-
-/// The form of a file that holds several chunks, and of its index.
-#[derive(Debug)]
-pub struct Shard {
-    pub shape: Vec<u64>,
-    pub endian: Endian,
-    pub has_checksum: bool,
-    pub is_index_at_end: bool,
 }
 
 /// How the name of a file is made from the position of its chunk.

@@ -5,8 +5,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::array::{Array, Shard};
+use super::array::Array;
 use super::crc32c;
+use super::pipeline::Shard;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::Chunks;
 use crate::scene::volume::source::watched::{HAS_CHANGED, Version, WatchedFile};

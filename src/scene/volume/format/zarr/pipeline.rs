@@ -2,11 +2,19 @@
 
 use serde::Deserialize;
 
-use super::array::Shard;
 use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::voxel_type::Endian;
+
+/// The form of a file that holds several chunks, and of its index.
+#[derive(Debug)]
+pub struct Shard {
+    pub shape: Vec<u64>,
+    pub endian: Endian,
+    pub has_checksum: bool,
+    pub is_index_at_end: bool,
+}
 
 /// A name and its settings. A name alone may be written as a string.
 #[derive(Deserialize)]

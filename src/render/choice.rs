@@ -1,0 +1,28 @@
+//! The choice of what to render with.
+
+use std::sync::Arc;
+
+use super::plan::{Choice, choose_whole};
+use super::plan_in_bricks;
+use crate::error::{Error, Result};
+use crate::gpu::{Device, DeviceSummary};
+use crate::scene::volume::Volume;
+use crate::scene::{self, Scene};
+
+/// The best variant that stays within `budget` bytes and the device's limits: with the volume whole, or else in bricks.
+pub fn choose(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    volume: &Volume,
+    scene: &Scene,
+) -> Result<Choice> {
+    match choose_whole(device, limits, budget, volume, scene) {
+        Err(Error::Memory(why)) if scene.render.variant != scene::Variant::Published => {
+            let whole = "the whole volume does not fit";
+            let in_bricks = plan_in_bricks::choose(device, limits, budget, volume, scene, whole)?;
+            in_bricks.ok_or(Error::Memory(why))
+        }
+        other => other,
+    }
+}

@@ -1,0 +1,47 @@
+//! The sums behind a picture, with which another renderer can continue it.
+
+/// The sums of a picture after its last whole unit, in the GPU's own precision; row 0 on top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sums {
+    /// RGB and coverage.
+    pub mean: Vec<[f32; 4]>,
+    /// Weighted sum over units of squared differences from the mean.
+    pub squares: Vec<[f32; 4]>,
+}
+
+impl Sums {
+    /// Standard error of each pixel's mean after `samples` samples in `units` units; infinite while there is a single
+    /// unit. `cache_error` is the relative error of the picture that the cache shows, which all samples share; 0
+    /// without a cache.
+    pub fn standard_error(&self, samples: u32, units: u32, cache_error: f64) -> Vec<[f32; 3]> {
+        let divisor = units.saturating_sub(1) as f32 * samples as f32;
+        let shared = self.shared_error(cache_error);
+        let stderr = self.squares.iter().zip(&self.mean).map(|(s, m)| {
+            std::array::from_fn(|c| match units {
+                0 | 1 => f32::INFINITY,
+                _ if m[3] == 0.0 => (s[c] / divisor).max(0.0).sqrt(),
+                _ => (s[c] / divisor).max(0.0).sqrt().hypot(shared * m[c] * m[3]),
+            })
+        });
+        stderr.collect()
+    }
+
+    /// The cache's own error as a share of each pixel's coverage: scaled so that its rms over the picture equals the
+    /// measured error.
+    fn shared_error(&self, cache_error: f64) -> f32 {
+        if cache_error == 0.0 {
+            return 0.0;
+        }
+        let mean = &self.mean;
+        let covered = mean.iter().flat_map(|m| [0, 1, 2].map(|c| m[c] * m[3]));
+        let squares: f64 = covered.map(|x| f64::from(x).powi(2)).sum();
+        let rgb = mean.iter().flat_map(|m| [m[0], m[1], m[2]]);
+        let brightness: f64 = rgb.map(f64::from).sum();
+        let count = 3.0 * mean.len() as f64;
+        let rms = (squares / count).sqrt();
+        match rms > 0.0 {
+            true => (cache_error * brightness / count / rms) as f32,
+            false => 0.0,
+        }
+    }
+}
