@@ -20,6 +20,9 @@ use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::source::{Cursor, Source};
 use crate::scene::volume::stored::StoredType;
 
+/// Level of compression: the fastest that does not lose much in size.
+pub const LEVEL: i32 = 1;
+
 const MAGIC: [u8; 8] = *b"isostore";
 
 /// The contents of a store.
@@ -114,7 +117,7 @@ impl Rest<'_> {
             cast_slice(self.macrocells),
             cast_slice(self.index),
         ];
-        let mut bytes = zstd::bulk::compress(&plain.concat(), super::write::LEVEL)?;
+        let mut bytes = zstd::bulk::compress(&plain.concat(), LEVEL)?;
         let end = End {
             magic: MAGIC,
             bytes: bytes.len() as u64,

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::file::{Entry, Rest};
+use super::file::{Entry, LEVEL, Rest};
 use super::layout::Layout;
 use super::{Copying, Keeping, PREFIX, Place, Stores};
 use crate::error::{Error, Origin, Result};
@@ -18,9 +18,6 @@ use crate::scene::volume::Volume;
 use crate::scene::volume::grid::Reader;
 use crate::scene::volume::region::Region;
 use crate::temporary::{self, Listed};
-
-/// Level of compression: the fastest that does not lose much in size.
-pub const LEVEL: i32 = 1;
 
 impl Keeping {
     /// Writes the store, with the voxels if the volume itself cannot be read in any order.
