@@ -241,11 +241,7 @@ impl Cache {
     pub fn seconds_to(&self, updates: u32) -> f64 {
         let gathered = self.focus.paths_in_batches_to(updates.min(GATHERED));
         let traced = self.focus.paths_in_batches_to(updates) - gathered;
-        let gathering = match self.gathering.is_known() {
-            true => &self.gathering,
-            false => &self.tracing,
-        };
-        gathering.seconds_per_path() * gathered as f64
+        self.pace_of_gathering().seconds_per_path() * gathered as f64
             + self.tracing.seconds_per_path() * traced as f64
     }
 
@@ -253,12 +249,20 @@ impl Cache {
     pub fn seconds_per_update(&self) -> f64 {
         let samples = doubling(self.updates);
         let gathers = gathers(self.updates, samples);
-        let expected = match gathers && self.gathering.is_known() {
-            true => &self.gathering,
+        let expected = match gathers {
+            true => self.pace_of_gathering(),
             false => &self.tracing,
         };
         let paths = self.focus.paths_to(self.updates + samples);
         expected.seconds_per_path() * paths as f64 / f64::from(samples)
+    }
+
+    /// The pace of batches in which nodes gather; that of the others as long as there was none.
+    fn pace_of_gathering(&self) -> &Pace {
+        match self.gathering.is_known() {
+            true => &self.gathering,
+            false => &self.tracing,
+        }
     }
 
     /// Whether it is known what is in sight, and no node lacks a path.
