@@ -83,9 +83,13 @@ fn headline(live: &Live, report: &Report) -> String {
     let doing = picture.doing();
     match picture.is_moving() {
         true => {
-            let fps = 1e3 / report.moving_ms().max(1e-3);
+            // No frame has been timed yet where the mean is 0.
+            let pace = match report.moving_ms() {
+                0.0 => doing.into(),
+                ms => format!("{:.0} frames/s", 1e3 / ms),
+            };
             format!(
-                "{fps:.0} frames/s at {:.0} % of the pixels",
+                "{pace} at {:.0} % of the pixels",
                 100.0 * picture.scale.powi(2)
             )
         }
