@@ -185,13 +185,12 @@ vec3 missed_light(Ray ray, Front front, inout Random random) {
 
 // Marches along the ray through everything that it meets.
 void march(Ray ray, float t_end, inout Front front, inout Random random) {
-    Crossing crossing = Crossing(0.0, NOTHING, 0u);
-    int known = NOTHING;
-    bool fresh = true;
+    Search search = begin_search(ray, 0.0, NOTHING, 0u);
     float t = 0.0;
     LOOP {
+        Crossing crossing = NO_CROSSING;
         if (surface_count > 0u) {
-            find_crossing(ray, t_end, known, fresh, crossing);
+            crossing = find_crossing(ray, t_end, search);
         }
         bool hits = crossing.surface >= 0;
         march_segment(ray, t, hits ? crossing.t : t_end, front, random);
@@ -207,7 +206,7 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
         leave(front, Tail(crossing.t, weight, crossing.surface, crossing.inside), random);
         front.transmittance -= weight;
         t = crossing.t;
-        pass_through(crossing, known, fresh);
+        pass_through(ray, crossing, search);
     }
 }
 

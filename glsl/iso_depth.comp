@@ -25,15 +25,14 @@ void main() {
     ask_ahead();
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + 0.5, entry, t_end);
-    Crossing crossing = Crossing(0.0, -1, 0u);
-    int known = -1;
-    bool fresh = true;
+    Search search = begin_search(ray, 0.0, NOTHING, 0u);
+    Crossing crossing;
     LOOP {
-        find_crossing(ray, t_end, known, fresh, crossing);
+        crossing = find_crossing(ray, t_end, search);
         if (crossing.surface < 0 || surface_at(uint(crossing.surface)).opacity > 0.0) {
             break;
         }
-        pass_through(crossing, known, fresh);
+        pass_through(ray, crossing, search);
     }
     vec4 normal = vec4(0.0, 0.0, 0.0, uintBitsToFloat(0x7f800000u));
     vec4 color = vec4(0.0);

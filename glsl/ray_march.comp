@@ -147,13 +147,12 @@ vec3 shade(Ray ray, Crossing crossing, uint weighs) {
 // The light of the ray through a pixel; with `weighs`, bricks get their weights.
 Front look(Ray ray, float t_end, uint weighs) {
     Front front = Front(vec3(0.0), vec3(0.0), 1.0);
-    Crossing crossing = Crossing(0.0, -1, 0u);
-    int known = -1;
-    bool fresh = true;
+    Search search = begin_search(ray, 0.0, NOTHING, 0u);
     float t = 0.0;
     LOOP {
+        Crossing crossing = NO_CROSSING;
         if (surface_count > 0u) {
-            find_crossing(ray, t_end, known, fresh, crossing);
+            crossing = find_crossing(ray, t_end, search);
         }
         bool hits = crossing.surface >= 0;
         march_segment(ray, t, hits ? crossing.t : t_end, weighs, front);
@@ -167,7 +166,7 @@ Front look(Ray ray, float t_end, uint weighs) {
             break;
         }
         t = crossing.t;
-        pass_through(crossing, known, fresh);
+        pass_through(ray, crossing, search);
     }
     return front;
 }

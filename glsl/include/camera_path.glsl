@@ -48,7 +48,7 @@ void begin_sample(inout Path path) {
     path.origin = ray.origin;
     begin_flight(path, ray, 0.0, t_end);
     if (surface_count > 0u && path.t_end > 0.0) {
-        find_surface(path, ray, NOTHING, true, random);
+        find_surface(path, ray, NOTHING, random);
     }
     path.dimension = random.dimension;
 }

@@ -15,6 +15,8 @@ bool collect(inout Path path, inout Random random);
 // Whether the suns' light at the point where the path scatters now has been found by other means.
 bool knows_suns(Path path);
 
+#include "path_search.glsl"
+
 Random random_of(Path path) {
     return Random(path.pixel, path.sample_index, path.dimension);
 }
@@ -28,16 +30,11 @@ vec4 numbers_for_direction(Path path, inout Random random) {
                              : unit_intervals(even_words(random, direction_pairs(path.bounces)));
 }
 
-// A surface on which the path starts, or −1: surfaces exist beyond the camera's segment only in
-// `full` light.
-int starting_surface(Path path) {
-    return full_light ? path.surface : NOTHING;
-}
-
 // A new path at path.origin, with nothing behind it.
 void begin_path(inout Path path) {
     path.dimension = 0u;
     path.stage = STAGE_FLIGHT;
+    path.searches = 0u;
     path.bounces = 0u;
     path.collisions = 0u;
     path.throughput = vec3(1.0);
@@ -55,24 +52,6 @@ void begin_flight(inout Path path, Ray ray, float t, float t_end) {
     path.cell = track.cell;
 }
 
-// Follows `ray` through its surfaces: each reflects with its opacity. Leaves path.t_end at the first
-// that does, or at the end.
-void find_surface(inout Path path, Ray ray, int known, bool fresh, inout Random random) {
-    Crossing crossing = Crossing(path.t, known, path.inside);
-    LOOP {
-        find_crossing(ray, path.t_end, known, fresh, crossing);
-        bool through = crossing.surface >= 0
-                    && random_numbers(random).x >= surface_at(uint(max(crossing.surface, 0))).opacity;
-        if (!through) {
-            break;
-        }
-        pass_through(crossing, known, fresh);
-    }
-    path.surface = crossing.surface;
-    path.inside = crossing.inside;
-    path.t_end = crossing.surface >= 0 ? crossing.t : path.t_end;
-}
-
 // Turns the path into `direction` at path.origin; `known` is the surface it starts on, or −1.
 void turn(inout Path path, vec3 direction, int known, inout Random random) {
     Ray ray = make_ray(path.origin, direction);
@@ -80,12 +59,8 @@ void turn(inout Path path, vec3 direction, int known, inout Random random) {
     begin_flight(path, ray, span.x, span.y);
     path.surface = NOTHING;
     if (full_light) {
-        find_surface(path, ray, known, true, random);
+        find_surface(path, ray, known, random);
     }
-}
-
-float brightest(vec3 color) {
-    return max(color.x, max(color.y, color.z));
 }
 
 // Russian roulette (Arvo and Kirk 1990): 0 if the path ends, or the factor by which a surviving one becomes brighter,
@@ -119,10 +94,33 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
     path.shadow_cell = track.cell;
     path.shadow_transmittance = 1.0;
     path.shadow_radiance = radiance;
-    if (full_light) {
-        path.shadow_radiance *= surface_transmittance(ray, span.x, span.y, known, path.inside);
-    }
     path.stage = STAGE_SHADOW;
+    if (full_light) {
+        Search search = begin_search(ray, span.x, known, path.inside);
+        if (is_in_bricks) {
+            hold_search(path, search);
+            path.searches = SEARCH_SHADOW;
+        } else {
+            search_shadow(path, ray, search);
+        }
+    }
+}
+
+// Whether the path continues after an event, with Russian roulette where nothing else ends it.
+bool survives(inout Path path, inout Random random) {
+    const float LEAST = 0.4;
+    if (scene.max_bounces == 0u) {
+        path.throughput *= roulette(brightest(path.throughput), LEAST, random);
+    }
+    return brightest(path.throughput) > 0.0;
+}
+
+// Ends a path while its shadow ray is on its way: the flight that follows meets nothing.
+void end_path(inout Path path) {
+    path.throughput = vec3(0.0);
+    path.t = 0.0;
+    path.t_end = -1.0;
+    path.surface = NOTHING;
 }
 
 // The surface or medium that scatters light where a segment ends.
@@ -195,24 +193,11 @@ void deflect(inout Path path, inout Random random) {
         aim_shadow_ray(path, light.direction, worth_a_ray(radiance, random), known);
     }
     vec3 direction = sample_direction(path, s, numbers_for_direction(path, random).xyz);
-    turn(path, direction, known, random);
-}
-
-// Whether the path continues after an event, with Russian roulette where nothing else ends it.
-bool survives(inout Path path, inout Random random) {
-    const float LEAST = 0.4;
-    if (scene.max_bounces == 0u) {
-        path.throughput *= roulette(brightest(path.throughput), LEAST, random);
+    if (survives(path, random)) {
+        turn(path, direction, known, random);
+    } else {
+        end_path(path);
     }
-    return brightest(path.throughput) > 0.0;
-}
-
-// Ends a path while its shadow ray is on its way: the flight that follows meets nothing.
-void end_path(inout Path path) {
-    path.throughput = vec3(0.0);
-    path.t = 0.0;
-    path.t_end = -1.0;
-    path.surface = NOTHING;
 }
 
 void scatter(inout Path path, inout Random random) {
@@ -229,9 +214,6 @@ void scatter(inout Path path, inout Random random) {
         return;
     }
     deflect(path, random);
-    if (!survives(path, random)) {
-        end_path(path);
-    }
 }
 
 // Advances the path's shadow ray, if it has one, and then its flight.
@@ -291,6 +273,11 @@ void fly(inout Path path, inout Random random) {
 // Advances the path, and handles the event at its end.
 void advance_once(inout Path path) {
     Random random = random_of(path);
+    if (is_in_bricks && surface_count > 0u && path.searches != 0u) {
+        continue_search(path, random);
+        path.dimension = random.dimension;
+        return;
+    }
     if (path.stage != STAGE_IDLE) {
         fly(path, random);
     }
@@ -306,9 +293,10 @@ void advance_once(inout Path path) {
 }
 
 // Advances the path, twice where there are surfaces: finding a new path's first surface is expensive, and cheaper if
-// several lanes whose paths have ended do it together. (A loop of a single turn would still be a loop to a driver.)
+// several lanes whose paths have ended do it together. Where the volume streams, searches are put off anyhow. (A loop of
+// a single turn would still be a loop to a driver.)
 void advance(inout Path path) {
-    if (surface_count == 0u) {
+    if (surface_count == 0u || is_in_bricks) {
         advance_once(path);
         return;
     }

@@ -31,6 +31,8 @@ struct Crossing {
     uint inside; // sides just before the crossing: bit s is V ≥ value of surface s
 };
 
+const Crossing NO_CROSSING = Crossing(0.0, NOTHING, 0u);
+
 // Coefficients of the cell's field along p(u) = a + u·e, u ∈ [0, 1].
 vec4 cell_cubic(Cell k, vec3 a, vec3 e) {
     float x = k.x + a.y * (k.xy + a.z * k.xyz) + a.z * k.xz;
@@ -200,28 +202,47 @@ uint sides_at(vec3 g) {
     return sides_of(vec2(volume_value(g)));
 }
 
-// Whether a ray crosses a surface between t and t_end, and in which passage first. Cells without a crossing are
+// A search for crossings along a ray, which has come to t.
+struct Search {
+    float t;
+    ivec3 macrocell; // at t
+    int known;       // as in Passage
+    bool fresh;      // the same; otherwise `inside` holds the sides
+    uint inside;
+};
+
+ivec3 macrocell_at(Ray ray, float t) {
+    return cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells));
+}
+
+Search begin_search(Ray ray, float t, int known, uint inside) {
+    return Search(t, macrocell_at(ray, t), known, true, inside);
+}
+
+// Whether a ray crosses a surface between search.t and t_end, and in which passage first. Cells without a crossing are
 // passed in a loop of their own: threads then solve cubics together.
-bool cross_cells(Ray ray, float t, float t_end, inout int known, inout bool fresh, inout uint inside,
-                 inout Passage passage) {
+bool cross_cells(Ray ray, inout Search search, float t_end, inout Passage passage) {
     ivec3 cells = ivec3(scene.dims) + 1;
+    float t = search.t;
     Walk walk = begin_walk(ray, t, 1.0, cells);
     bool found;
     LOOP {
         bool more, may;
         LOOP {
-            passage = Passage(volume_corners(walk.cell), walk.cell, t, max(t, min(walk.exit, t_end)), known, fresh);
+            passage = Passage(volume_corners(walk.cell), walk.cell, t, max(t, min(walk.exit, t_end)),
+                              search.known, search.fresh);
             t = passage.t1;
             may = t > passage.t0
-               && (known >= 0 || fresh || may_cross(corner_range(passage.corners), inside, false));
+               && (search.known >= 0 || search.fresh
+                   || may_cross(corner_range(passage.corners), search.inside, false));
             more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
             if (may || !more || is_void) {
                 break;
             }
         }
-        found = may && crosses(ray, passage, inside);
-        known = may ? -1 : known;
-        fresh = fresh && !may;
+        found = may && crosses(ray, passage, search.inside);
+        search.known = may ? NOTHING : search.known;
+        search.fresh = search.fresh && !may;
         if (found || !more || is_void) {
             break;
         }
@@ -229,25 +250,24 @@ bool cross_cells(Ray ray, float t, float t_end, inout int known, inout bool fres
     return found && !is_void;
 }
 
-// The first crossing after crossing.t and before t_end. With `fresh`, the ray's sides are found where it starts;
-// otherwise crossing.inside holds them. `known` as in Passage. Cells are searched along the ray's part in a row of
-// macrocells, and the root is refined at the end, so that threads wait for each other less often.
-void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing crossing) {
-    const uint MACROCELLS_PER_SEARCH = 2u;
-    crossing.surface = -1;
-    float t = crossing.t;
+// The first crossing from search.t to t_end. Cells are searched along the ray's part in a row of macrocells, and the
+// root is refined at the end, so that threads wait for each other less often. If a brick is missing, the search stays
+// in front of the row that needs it.
+Crossing find_crossing(Ray ray, float t_end, inout Search search) {
+    const uint MACROCELLS_PER_ROW = 2u;
     ivec3 macrocells = ivec3(scene.macrocells);
-    Walk walk = begin_walk(ray, t, float(MACROCELL), macrocells);
-    bool more = t < t_end;
+    Walk walk = walk_from(ray, search.macrocell, float(MACROCELL));
+    bool more = search.t < t_end;
     Passage passage;
     bool found;
     LOOP {
-        float exit = t;
+        Search before = search;
+        float exit = search.t;
         uint searched = 0u;
         LOOP {
             vec2 range = macrocell_range(walk.cell);
             bool is_first = searched == 0u;
-            bool may = is_first && known >= 0 || may_cross(range, crossing.inside, fresh || !is_first);
+            bool may = is_first && search.known >= 0 || may_cross(range, search.inside, search.fresh || !is_first);
             if (!more || !is_first && !may) {
                 break;
             }
@@ -255,42 +275,42 @@ void find_crossing(Ray ray, float t_end, int known, bool fresh, inout Crossing c
             if (may) {
                 ++searched;
             } else {
-                crossing.inside = fresh ? sides_of(range) : crossing.inside;
-                fresh = false;
-                t = exit;
+                search.inside = search.fresh ? sides_of(range) : search.inside;
+                search.fresh = false;
+                search.t = exit;
             }
             more = walk.exit < t_end && step_walk(walk, ray, float(MACROCELL), macrocells);
-            if (!more || searched == MACROCELLS_PER_SEARCH) {
+            if (!more || searched == MACROCELLS_PER_ROW) {
                 break;
             }
         }
-        found = searched > 0u && cross_cells(ray, t, exit, known, fresh, crossing.inside, passage);
-        t = exit;
+        found = searched > 0u && cross_cells(ray, search, exit, passage);
+        search.t = exit;
+        search.macrocell = walk.cell;
+        if (is_void) {
+            search = before;
+        }
         if (found || !more || is_void) {
             break;
         }
     }
+    Crossing crossing = Crossing(t_end, NOTHING, search.inside);
     if (found) {
         find_in(ray, passage, crossing);
-    } else {
-        crossing.t = max(t_end, crossing.t);
     }
+    return crossing;
 }
 
 // Continues behind a crossing.
-void pass_through(inout Crossing crossing, out int known, out bool fresh) {
-    known = crossing.surface;
-    fresh = false;
-    crossing.inside ^= 1u << crossing.surface;
+void pass_through(Ray ray, Crossing crossing, inout Search search) {
+    uint inside = crossing.inside ^ 1u << crossing.surface;
+    search = Search(crossing.t, macrocell_at(ray, crossing.t), crossing.surface, false, inside);
 }
 
-// Product of 1 − opacity over the crossings of `ray` in [t, t_end].
-float surface_transmittance(Ray ray, float t, float t_end, int known, uint inside) {
-    Crossing crossing = Crossing(t, NOTHING, inside);
-    float transmittance = 1.0;
-    bool fresh = true;
+// Multiplies `transmittance` by 1 − opacity of each crossing from search.t to t_end.
+void attenuate(Ray ray, float t_end, inout Search search, inout float transmittance) {
     LOOP {
-        find_crossing(ray, t_end, known, fresh, crossing);
+        Crossing crossing = find_crossing(ray, t_end, search);
         if (crossing.surface < 0) {
             break;
         }
@@ -298,8 +318,15 @@ float surface_transmittance(Ray ray, float t, float t_end, int known, uint insid
         if (transmittance <= 0.0) {
             break;
         }
-        pass_through(crossing, known, fresh);
+        pass_through(ray, crossing, search);
     }
+}
+
+// Product of 1 − opacity over the crossings of `ray` in [t, t_end].
+float surface_transmittance(Ray ray, float t, float t_end, int known, uint inside) {
+    Search search = begin_search(ray, t, known, inside);
+    float transmittance = 1.0;
+    attenuate(ray, t_end, search, transmittance);
     return transmittance;
 }
 

@@ -19,6 +19,9 @@ codes! {
     pub const STAGE_SHADOW: u32 = 2;
     /// A flight has ended: the collision, surface or sky at its end is handled next.
     pub const STAGE_ARRIVAL: u32 = 3;
+    /// Searches for surfaces that a path has put off: its shadow ray's, which comes first, and its flight's.
+    pub const SEARCH_SHADOW: u32 = 1;
+    pub const SEARCH_FLIGHT: u32 = 2;
     /// The page table's entry of a brick without memory. Its bits for a place are those of the first place.
     pub const NO_PLACE: u32 = 0x8000_0000;
     /// The page of a volume brick that is on the GPU, and of one that has been read there lately.

@@ -186,6 +186,14 @@ shared! {
         pub shadow_transmittance: float,
         /// Radiance that the shadow ray brings if nothing is in its way, times the path's throughput.
         pub shadow_radiance: vec3,
+        /// `SEARCH_*`, where the volume streams.
+        pub searches: uint,
+        /// The first of these searches, as in `Search` of surface.glsl.
+        pub search_t: float,
+        pub search_macrocell: ivec3,
+        pub search_known: int,
+        pub search_is_fresh: uint,
+        pub search_inside: uint,
         /// Sum of the samples of this pixel; coverage in w.
         pub sum: vec4,
         /// Where the volume streams: the item that the slot works on and the brick that it waits for, both counted from

@@ -158,11 +158,15 @@ fn an_anisotropic_cache_waits_for_bricks() {
 }
 
 /// The picture of 16 units of one sample, and how many bricks were brought for it.
-fn sixteen_units(together: u32, places: Option<u64>) -> (Vec<[f32; 4]>, Vec<[f32; 3]>, u64) {
+fn sixteen_units(
+    scene: &Scene,
+    together: u32,
+    places: Option<u64>,
+) -> (Vec<[f32; 4]>, Vec<[f32; 3]>, u64) {
     let (device, volume) = (device(), waves());
     let memory = Memory::new(&device, BUDGET).expect("memory");
     let layout = places.map(|n| BrickLayout::with_side(8, volume.dims, n, &device.summary));
-    let scene = GpuScene::new(&device, &scene(0.0, None), &volume, 1).expect("a scene");
+    let scene = GpuScene::new(&device, scene, &volume, 1).expect("a scene");
     let scene = scene.with_bricks(layout);
     let mut renderer =
         Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
@@ -178,16 +182,27 @@ fn sixteen_units(together: u32, places: Option<u64>) -> (Vec<[f32; 4]>, Vec<[f32
 /// One by one, each unit brings the bricks anew that the one before it has driven out.
 #[test]
 fn units_together_need_few_loads() {
-    let (mean, stderr, _) = sixteen_units(1, None);
+    let scene = scene(0.0, None);
+    let (mean, stderr, _) = sixteen_units(&scene, 1, None);
     let places = Some(40);
-    let (mean_together, stderr_together, loads_together) = sixteen_units(16, places);
-    let (_, _, loads) = sixteen_units(1, places);
+    let (mean_together, stderr_together, loads_together) = sixteen_units(&scene, 16, places);
+    let (_, _, loads) = sixteen_units(&scene, 1, places);
     println!("{loads_together} loads together, {loads} one by one");
     assert!(mean == mean_together && stderr == stderr_together);
     assert!(
         2 * loads_together < loads,
         "{loads_together} of {loads} loads"
     );
+}
+
+/// A ray that looks for surfaces may pass 13 bricks, more than there is room for.
+#[test]
+fn searches_for_surfaces_go_on_brick_by_brick() {
+    let scene = scene(0.0, Some(LightModel::Full));
+    let (mean, stderr, _) = sixteen_units(&scene, 16, None);
+    let (mean_streamed, stderr_streamed, loads) = sixteen_units(&scene, 16, Some(9));
+    println!("{loads} loads");
+    assert!(mean == mean_streamed && stderr == stderr_streamed);
 }
 
 /// Units that are interrupted are dropped, even if some pixels have had theirs.

@@ -19,6 +19,10 @@ const PATH: File = File {
     path: "include/path.glsl",
     text: include_str!("../../glsl/include/path.glsl"),
 };
+const PATH_SEARCH: File = File {
+    path: "include/path_search.glsl",
+    text: include_str!("../../glsl/include/path_search.glsl"),
+};
 const MAJORANTS: File = File {
     path: "include/medium.glsl",
     text: include_str!("../../glsl/include/medium.glsl"),
@@ -213,9 +217,9 @@ fn behind_half_transparent_surfaces() {
     };
     let opacity = Fault {
         name: "1 − o missing in shadow rays",
-        file: PATH,
-        right: "*= surface_transmittance(ray, span.x, span.y, known, path.inside);",
-        wrong: "*= 1.0;",
+        file: PATH_SEARCH,
+        right: "path.shadow_radiance *= path.shadow_transmittance;",
+        wrong: "",
     };
     assert_noticed(&trial, &[opacity]);
 }

@@ -19,18 +19,14 @@ void main() {
     }
     TestRay r = inputs.at[id];
     Ray ray = Ray(r.origin, r.step, normalize(r.step * scene.spacing));
-    Crossing crossing = Crossing(0.0, -1, r.inside);
-    int known = r.known;
-    bool fresh = true;
+    Search search = begin_search(ray, 0.0, r.known, r.inside);
     for (uint i = 0u; i < push.crossings; ++i) {
-        find_crossing(ray, r.t_end, known, fresh, crossing);
+        Crossing crossing = find_crossing(ray, r.t_end, search);
         Found found = Found(crossing.t, crossing.surface, crossing.inside, vec3(0.0), vec3(0.0));
         if (crossing.surface >= 0) {
             found.position = ray.origin + crossing.t * ray.step;
             found.geometric = hit_at(ray, crossing).geometric;
-            known = crossing.surface;
-            fresh = false;
-            crossing.inside ^= 1u << crossing.surface;
+            pass_through(ray, crossing, search);
         }
         outputs.at[id * push.crossings + i] = found;
     }
