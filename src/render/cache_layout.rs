@@ -157,7 +157,7 @@ impl CacheLayout {
     /// other.
     pub fn turns(&self) -> Vec<u32> {
         let mut turns: Vec<u32> = (0..self.active.len() as u32).collect();
-        turns.sort_unstable_by_key(|&place| along_curve(unpack(self.active[place as usize])));
+        turns.sort_by_cached_key(|&place| along_curve(unpack(self.active[place as usize])));
         turns
     }
 
@@ -197,8 +197,13 @@ fn unpack(word: u32) -> [u32; 3] {
 
 /// The bits of ten-bit coordinates, interleaved.
 fn along_curve(position: [u32; 3]) -> u32 {
-    let bit = |n: u32| position[n as usize % 3] >> (n / 3) & 1;
-    (0..30).map(|n| bit(n) << n).sum()
+    let [x, y, z] = position.map(|bits| {
+        let bits = (bits | bits << 16) & 0x0300_00FF;
+        let bits = (bits | bits << 8) & 0x0300_F00F;
+        let bits = (bits | bits << 4) & 0x030C_30C3;
+        (bits | bits << 2) & 0x0924_9249
+    });
+    x | y << 1 | z << 2
 }
 
 /// Lattice positions of the bricks that need memory. A node is read as far as its neighbours, and near the faces half

@@ -61,12 +61,7 @@ impl CacheMemory {
                 false => None,
             },
             pages: Image::new(memory, pages_desc(layout))?,
-            bricks: Buffer::with_data_in(
-                memory,
-                "cache: bricks",
-                Placement::Readback,
-                &bricks(layout),
-            )?,
+            bricks: brick_buffer(memory, layout)?,
             layout: layout.clone(),
             cuts: match is_full_light {
                 true => Some(cuts()?),
@@ -177,6 +172,20 @@ impl CacheMemory {
         let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
         images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + cuts
     }
+}
+
+/// The bricks that have memory. A dry run only counts them: a plan looks at several layouts.
+fn brick_buffer(memory: &Arc<Memory>, layout: &CacheLayout) -> Result<Buffer> {
+    let desc = BufferDesc {
+        name: "cache: bricks",
+        bytes: bytes_of::<Brick>(layout.active.len().max(1) as u32),
+        placement: Placement::Readback,
+    };
+    let mut buffer = Buffer::new(memory, desc)?;
+    if buffer.mapped().is_some() {
+        buffer.write(&bricks(layout));
+    }
+    Ok(buffer)
 }
 
 /// The bricks that have memory. None of their nodes has had a path.
