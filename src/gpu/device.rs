@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use ash::{ext, khr, vk};
 
 use super::failure::failure;
-use super::instance::{Instance, Validation, queue_families};
+use super::instance::{Instance, Validation, one_at_a_time, queue_families};
 use super::needs::{can_load_texels, has_timestamps};
 use super::pipeline_cache::PipelineCache;
 use super::shader;
@@ -113,9 +113,11 @@ impl Device {
             .enabled_features(&features)
             .push_next(&mut twelve)
             .push_next(&mut thirteen);
+        let making = one_at_a_time();
         // SAFETY: the chain outlives the call, and the survey found every feature present.
-        let raw = unsafe { instance.raw.create_device(physical, &info, None) }
-            .map_err(|e| failure(e, format!("{} could not be opened", summary.name)))?;
+        let raw = unsafe { instance.raw.create_device(physical, &info, None) };
+        drop(making);
+        let raw = raw.map_err(|e| failure(e, format!("{} could not be opened", summary.name)))?;
         // SAFETY: the family and index are the ones that the device was created with.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         // SAFETY: `physical` belongs to the live instance.
@@ -221,6 +223,7 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
+        let _ending = one_at_a_time();
         // SAFETY: the last `Arc` is gone, and with it every object made from the device.
         unsafe {
             let _ = self.raw.device_wait_idle();

@@ -5,8 +5,8 @@
 //! that were left alive when the device was destroyed. A device that is itself never destroyed is silent.
 
 use std::ffi::{CStr, c_char, c_void};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard};
 
 use ash::{ext, vk};
 
@@ -35,6 +35,18 @@ pub(super) struct Instance {
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
+/// Held while an instance or a device is made or destroyed.
+///
+/// The validation layer finds its records by the address of the driver's tables, and forgets them after the tables are
+/// freed. A table that another thread makes in between may get the same address: the layer then forgets the new record,
+/// and crashes at the next call.
+pub(super) fn one_at_a_time() -> MutexGuard<'static, ()> {
+    static LIFETIMES: Mutex<()> = Mutex::new(());
+    LIFETIMES
+        .lock()
+        .unwrap_or_else(|broken| broken.into_inner())
+}
+
 impl Instance {
     /// `extensions` are names that live as long as the program, as those of a window system do.
     pub fn new(validation: Validation, extensions: &[*const c_char]) -> Result<Instance> {
@@ -60,8 +72,11 @@ impl Instance {
         if validation == Validation::On {
             info = info.push_next(&mut features);
         }
+        let making = one_at_a_time();
         // SAFETY: every pointer in `info` outlives the call.
-        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
+        let raw = unsafe { entry.create_instance(&info, None) };
+        drop(making);
+        let raw = raw.map_err(|e| match e {
             vk::Result::ERROR_LAYER_NOT_PRESENT => DeviceError::NoValidation.into(),
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => DeviceError::NoDriver.into(),
             vk::Result::ERROR_EXTENSION_NOT_PRESENT => DeviceError::Display(
@@ -148,6 +163,7 @@ unsafe extern "system" fn keep_message(
 
 impl Drop for Instance {
     fn drop(&mut self) {
+        let ending = one_at_a_time();
         // SAFETY: everything made from the instance holds the device, which is gone by now.
         unsafe {
             if let Some((debug, messenger)) = self.messenger.take() {
@@ -155,6 +171,7 @@ impl Drop for Instance {
             }
             self.raw.destroy_instance(None);
         }
+        drop(ending);
         let heard = self.heard.load(Ordering::Relaxed);
         for message in &self.messages()[heard..] {
             eprintln!("Vulkan validation: {message}");

@@ -65,6 +65,11 @@ impl Caching<'_> {
     /// The picture that the cache shows at once, row 0 on top.
     pub fn march(&mut self) -> Result<Vec<[f32; 4]>> {
         self.march_in_place()?;
+        self.marched()
+    }
+
+    /// The picture that has just been marched.
+    pub fn marched(&mut self) -> Result<Vec<[f32; 4]>> {
         copy::download(self.frame, &self.r.staging, &self.r.unit_sum)
     }
 

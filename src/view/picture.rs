@@ -31,8 +31,6 @@ pub const CACHE_ERROR: f64 = 0.006;
 const LONGEST_FILLING: Duration = Duration::from_secs(30);
 /// The cache is marched again when filling has taken this many times as long as the last march.
 const MARCH_SHARE: f64 = 3.0;
-/// Samples look better than a march from this relative error on.
-const ERROR_TO_SHOW: f64 = 0.05;
 /// The picture counts as finished at this relative error, or when it has had all its samples.
 const PICTURE_ERROR: f64 = 0.01;
 
@@ -46,6 +44,9 @@ pub struct Picture {
     marched_in: Duration,
     /// When the last march ended.
     filled_since: Instant,
+    /// The last march with all pixels, until samples are better.
+    march: Vec<[f32; 4]>,
+    samples_excel: bool,
     /// Samples a pixel, at rest.
     most_samples: u32,
     /// Relative error of the picture at rest; not finite while it is unknown.
@@ -80,6 +81,8 @@ impl Picture {
             marched_batches: None,
             marched_in: Duration::ZERO,
             filled_since: Instant::now(),
+            march: Vec::new(),
+            samples_excel: false,
             most_samples,
             relative_error: f64::INFINITY,
             is_shown: false,
@@ -91,6 +94,7 @@ impl Picture {
     pub fn restart(&mut self) {
         self.last_motion = Instant::now();
         self.doing = Doing::Moving;
+        self.march = Vec::new();
         self.relative_error = f64::INFINITY;
     }
 
@@ -151,9 +155,13 @@ impl Picture {
     fn shows_samples(&self, engine: &Engine) -> bool {
         let samples = engine.totals().samples;
         match engine.renderer().cache() {
-            Some(_) => self.relative_error <= ERROR_TO_SHOW || samples >= self.most_samples,
+            Some(_) => self.samples_excel || self.is_good_enough(samples),
             None => samples > 0,
         }
+    }
+
+    fn is_good_enough(&self, samples: u32) -> bool {
+        self.relative_error <= PICTURE_ERROR || samples >= self.most_samples
     }
 
     /// Makes a whole picture with as many pixels as there is time for, and fills the cache for a moment.
@@ -210,6 +218,8 @@ impl Picture {
         if !caching.advance_march(slices)? {
             return Ok(false);
         }
+        self.march = caching.marched()?;
+        self.samples_excel = false;
         self.marched_in = began.elapsed();
         self.filled_since = Instant::now();
         self.marched_batches = Picture::batches(engine);
@@ -252,11 +262,15 @@ impl Picture {
         if totals.units >= UNITS_TO_TRUST {
             self.relative_error = engine.relative_error()?;
         }
+        if !self.samples_excel && engine.samples_excel(&self.march)? {
+            self.samples_excel = true;
+            self.march = Vec::new();
+        }
         let shows = self.shows_samples(engine);
         if shows {
             self.show(engine, shown)?;
         }
-        if self.relative_error <= PICTURE_ERROR || totals.samples >= self.most_samples {
+        if self.is_good_enough(totals.samples) {
             self.doing = Doing::Nothing;
         }
         Ok(shows)

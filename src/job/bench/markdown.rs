@@ -215,7 +215,8 @@ fn new_views(subject: &SubjectReport) -> String {
     section(
         "A new view from a warm cache",
         "The camera comes from elsewhere to the scene's view, with the cache that the run left, made as \
-         good for all views: first what a march shows at once, then what samples make of it. A march sees one \
+         good for all views: first what a march shows at once, then what samples make of it as soon as they are \
+         better. A march sees one \
          ray a pixel: the same rays, converged without a cache, tell its errors apart from the edges that it misses.",
         table,
     )

@@ -303,8 +303,8 @@ impl Run<'_> {
         }))
     }
 
-    /// Returns from an edited scene to the scene itself: first the march that is shown at once, then the picture from
-    /// samples. `None` without a cache.
+    /// Returns from an edited scene to the scene itself: first the march that is shown at once, then, as in the window,
+    /// the picture from samples as soon as it is better. `None` without a cache.
     fn come_back(
         &mut self,
         bench: &mut Bench<'_>,
@@ -319,6 +319,7 @@ impl Run<'_> {
         };
         let (first, look) = self.look(bench, &marched, Duration::ZERO, file)?;
         let mut points = vec![first];
+        let mut is_better = false;
         for asked in bench.seconds.clone() {
             if asked > most && points.len() > 1 {
                 break;
@@ -338,8 +339,12 @@ impl Run<'_> {
             if is_interrupted() {
                 break;
             }
-            let picture = self.engine.picture()?;
-            points.push(self.look(bench, &picture, asked, None)?.0);
+            is_better = is_better || self.engine.samples_excel(&marched.rgb)?;
+            let samples = is_better.then(|| self.engine.picture()).transpose()?;
+            points.push(
+                self.look(bench, samples.as_ref().unwrap_or(&marched), asked, None)?
+                    .0,
+            );
         }
         Ok(Some((look, points)))
     }
