@@ -247,7 +247,8 @@ impl Program {
         let status = status.expect("Linux");
         let line = status.lines().find(|line| line.starts_with("VmRSS"));
         let number = line.and_then(|line| line.split_whitespace().nth(1));
-        number.and_then(|n| n.parse().ok()).expect("a number")
+        let kib = number.and_then(|n| n.parse().ok());
+        kib.unwrap_or_else(|| panic!("it has ended and said {:?}", self.said))
     }
 
     pub fn id(&self) -> u32 {
