@@ -44,9 +44,8 @@ pub struct Picture {
     marched_in: Duration,
     /// When the last march ended.
     filled_since: Instant,
-    /// The last march with all pixels, until samples are better.
+    /// The last march with all pixels, until samples are better; empty without a cache.
     march: Vec<[f32; 4]>,
-    samples_excel: bool,
     /// Samples a pixel, at rest.
     most_samples: u32,
     /// Relative error of the picture at rest; not finite while it is unknown.
@@ -82,7 +81,6 @@ impl Picture {
             marched_in: Duration::ZERO,
             filled_since: Instant::now(),
             march: Vec::new(),
-            samples_excel: false,
             most_samples,
             relative_error: f64::INFINITY,
             is_shown: false,
@@ -155,7 +153,7 @@ impl Picture {
     fn shows_samples(&self, engine: &Engine) -> bool {
         let samples = engine.totals().samples;
         match engine.renderer().cache() {
-            Some(_) => self.samples_excel || self.is_good_enough(samples),
+            Some(_) => self.march.is_empty() || self.is_good_enough(samples),
             None => samples > 0,
         }
     }
@@ -219,7 +217,6 @@ impl Picture {
             return Ok(false);
         }
         self.march = caching.marched()?;
-        self.samples_excel = false;
         self.marched_in = began.elapsed();
         self.filled_since = Instant::now();
         self.marched_batches = Picture::batches(engine);
@@ -262,8 +259,7 @@ impl Picture {
         if totals.units >= UNITS_TO_TRUST {
             self.relative_error = engine.relative_error()?;
         }
-        if !self.samples_excel && engine.samples_excel(&self.march)? {
-            self.samples_excel = true;
+        if !self.march.is_empty() && engine.samples_excel(&self.march)? {
             self.march = Vec::new();
         }
         let shows = self.shows_samples(engine);
