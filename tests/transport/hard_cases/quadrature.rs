@@ -34,8 +34,14 @@ pub fn expect_transmittance(what: &str, scene: &Scene, volume: &Volume) {
     expect(what, scene, volume, [transmittance(scene, volume, RAYS); 3]);
 }
 
-/// Mean over `rays` × `rays` rays through the middles of equal parts of the picture.
+/// Mean of `transmittances`.
 pub fn transmittance(scene: &Scene, volume: &Volume, rays: u32) -> f64 {
+    let each = transmittances(scene, volume, rays);
+    each.iter().sum::<f64>() / each.len() as f64
+}
+
+/// Along `rays` × `rays` rays through the middles of equal parts of the picture, row by row from its top.
+pub fn transmittances(scene: &Scene, volume: &Volume, rays: u32) -> Vec<f64> {
     let camera = &scene.camera;
     let Projection::Orthographic { height } = camera.projection else {
         panic!("only for orthographic cameras");
@@ -46,10 +52,10 @@ pub fn transmittance(scene: &Scene, volume: &Volume, rays: u32) -> f64 {
     let up = right.cross(forward);
     let across = |i: u32| height * ((f64::from(i) + 0.5) / f64::from(rays) - 0.5);
     let ray = |i: u32| {
-        let origin = eye + across(i % rays) * right + across(i / rays) * up;
+        let origin = eye + across(i % rays) * right - across(i / rays) * up;
         (-optical_depth(scene, volume, origin, forward)).exp()
     };
-    (0..rays * rays).map(ray).sum::<f64>() / f64::from(rays * rays)
+    (0..rays * rays).map(ray).collect()
 }
 
 fn optical_depth(scene: &Scene, volume: &Volume, origin: DVec3, direction: DVec3) -> f64 {
