@@ -211,7 +211,7 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
 }
 
 void main() {
-    ivec2 texel = own_pixel();
+    ivec2 texel = own_pixel(scene.size.y);
     uint place = uint(texel.y) * scene.size.x + uint(texel.x);
     uint item = first_item() + place;
     if (any(greaterThanEqual(texel, ivec2(scene.size))) || place >= items_at_once() || item >= item_count()) {

@@ -14,7 +14,7 @@ layout(rgba32f) writeonly uniform image2D normal_depth;
 layout(rgba32f) writeonly uniform image2D albedo;
 
 void main() {
-    ivec2 pixel = own_pixel();
+    ivec2 pixel = own_pixel(scene.size.y);
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }

@@ -54,7 +54,7 @@ vec3 shade(Ray ray, float t) {
 }
 
 void main() {
-    ivec2 pixel = own_pixel();
+    ivec2 pixel = own_pixel(scene.size.y);
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }

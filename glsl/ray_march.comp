@@ -172,8 +172,9 @@ Front look(Ray ray, float t_end, uint weighs) {
 }
 
 void main() {
-    ivec2 pixel = own_pixel();
-    if (any(greaterThanEqual(pixel * int(push.stride), ivec2(scene.size)))) {
+    uvec2 rays = (scene.size + push.stride - 1u) / push.stride;
+    ivec2 pixel = own_pixel(rays.y);
+    if (any(greaterThanEqual(pixel, ivec2(rays)))) {
         return;
     }
     uint index = uint(pixel.y) * scene.size.x + uint(pixel.x);
