@@ -34,6 +34,11 @@ struct Front {
     float transmittance;
 };
 
+// Number of rays along both axes of the picture.
+uvec2 rays() {
+    return (scene.size + push.stride - 1u) / push.stride;
+}
+
 // The brick of the node that is nearest to a point.
 ivec3 nearest_brick(Cube cube) {
     ivec3 node = cube.low + ivec3(greaterThan(cube.p, vec3(0.5)));
@@ -45,8 +50,8 @@ ivec3 nearest_brick(Cube cube) {
 void weigh(Cube cube, float weight) {
     ivec3 brick = nearest_brick(cube);
     if (page_of(brick) != NO_PLACE) {
-        uvec2 rays = (scene.size + push.stride - 1u) / push.stride;
-        float share = weight * weight / float(rays.x * rays.y);
+        uvec2 count = rays();
+        float share = weight * weight / float(count.x * count.y);
         Random random = Random(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, floatBitsToUint(weight));
         uint rounded = uint(share * exp2(31.0) + random_numbers(random).x);
         atomicAdd(bricks.at[place_of(brick)].weight, rounded);
@@ -172,9 +177,8 @@ Front look(Ray ray, float t_end, uint weighs) {
 }
 
 void main() {
-    uvec2 rays = (scene.size + push.stride - 1u) / push.stride;
-    ivec2 pixel = own_pixel(rays.y);
-    if (any(greaterThanEqual(pixel, ivec2(rays)))) {
+    ivec2 pixel = own_pixel(rays().y);
+    if (any(greaterThanEqual(pixel, ivec2(rays())))) {
         return;
     }
     uint index = uint(pixel.y) * scene.size.x + uint(pixel.x);

@@ -38,10 +38,11 @@ Ray camera_ray(vec2 p, out float entry, out float t_end) {
 // The pixel of a thread, in groups of 8×8: in Morton order, so that threads that run together, be it 4 lanes or 32,
 // see a square of the picture and not a row. Rays of a square meet more of the same cells.
 //
-// Rows of groups are taken seven at a time in a picture of `height` pixels: lavapipe gives each core one run of groups,
-// and a run of neighbouring rows may hold most of what there is to see.
+// Each row of groups is followed by the seventh below it, round and round a picture of `height` pixels: lavapipe gives
+// each core one run of groups, and a run of neighbouring rows may hold most of what there is to see.
 ivec2 own_pixel(uint height) {
-    const uint STRIDE = 7u; // prime, so that it visits each row once if the rows are no multiple of it
+    // A prime: every row is visited once. Where it divides the number of rows, each round begins a row further down.
+    const uint STRIDE = 7u;
     uint i = gl_LocalInvocationIndex;
     uvec2 inner = uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);
     uint rows = (height + 7u) / 8u;

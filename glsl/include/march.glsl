@@ -31,7 +31,7 @@ struct March {
     float exit;     // where the stretch ends
     bool goes_on;   // whether steps of the stretch are left, from t on
     float longest;  // length of its longest step, in world units
-    Walk cells;     // through the cells whose sides end steps, if sides do; stands at t
+    Walk cells;     // through the cells whose sides end steps; stands at t; unused if is_linear
     Classified end; // where the next step begins
 };
 

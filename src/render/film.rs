@@ -26,9 +26,9 @@ impl Film {
         }
     }
 
-    /// Whether samples are closer to the truth than a march of the same view, of N ≥ 3 channels. What the cache has wrong is in both
-    /// alike; apart from that, the square of their difference is on average the march's squared error and the
-    /// samples' noise together. Not if that noise is unknown.
+    /// Whether samples are closer to the truth than a march of the same view, of N ≥ 3 channels. What the cache has
+    /// wrong is in both alike; apart from that, the square of their difference is on average the march's squared error
+    /// and the samples' noise together. False if that noise is unknown.
     pub fn excels<const N: usize>(&self, march: &[[f32; N]]) -> bool {
         let square = |v: f32| f64::from(v).powi(2);
         let noise: f64 = self.stderr.as_flattened().iter().map(|&v| square(v)).sum();
