@@ -162,12 +162,13 @@ void finish_node() {
         light = mix(texel_at(cache_light, texel), light, share);
     }
     imageStore(light_out, texel, rounded(light));
-    if (is_anisotropic) {
+    if (flux_step == 1u || flux_step == 2u && is_coarse_node(node_work.node)) {
+        ivec3 at = flux_texel(node_work.node);
         vec3 flux = node_work.flux / samples;
         if (share < 1.0) {
-            flux = mix(texel_at(cache_flux, texel).rgb, flux, share);
+            flux = mix(texel_at(cache_flux, at).rgb, flux, share);
         }
-        imageStore(flux_out, texel, rounded(vec4(flux, 0.0)));
+        imageStore(flux_out, at, rounded(vec4(flux, 0.0)));
     }
 }
 

@@ -1,7 +1,7 @@
 // The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre, marched front
-// to back. Surfaces are exact hits. The light of the suns on them is marched to as well (sunlit.glsl); for all other
-// light, the mean that the cache holds there stands for the light that arrives around the normal. Where the cache
-// holds none, far from the medium, that is the sky's.
+// to back. Surfaces are exact hits. The light of the suns on them is marched to as well (sunlit.glsl); they reflect all
+// other light by the two moments of it that the cache holds (reflectance.glsl). Where the cache holds none, far from the
+// medium, that is the sky's light.
 
 #version 460
 #include "scene.glsl"
@@ -18,6 +18,7 @@
 #include "cells.glsl"
 #include "cache.glsl"
 #include "scattered.glsl"
+#include "reflectance.glsl"
 #include "camera.glsl"
 #include "march.glsl"
 #include "sunlit.glsl"
@@ -115,9 +116,9 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
     }
 }
 
-// All light except the suns' that arrives at a surface, on average. Nodes behind a surface that stops light are dark:
-// the light is then looked for in front of the surface.
-vec3 mean_light_on(vec3 g, vec3 geometric, uint weighs) {
+// All light except the suns' that arrives at a surface. Nodes behind a surface that stops light are dark: the light is
+// then looked for in front of the surface.
+CachedLight light_on(vec3 g, vec3 geometric, uint weighs) {
     const float FARTHEST = 4.0; // nodes
     vec3 to_next = scene.cache_step * geometric / scene.spacing;
     to_next *= 1.0 / length(to_next / scene.cache_step);
@@ -135,18 +136,22 @@ vec3 mean_light_on(vec3 g, vec3 geometric, uint weighs) {
         if (weighs != 0u) {
             note_reading(cube);
         }
-        return read_cache(cube).mean * scene.cache_unit;
+        CachedLight light = read_cache(cube);
+        if (flux_step == 2u) {
+            light.flux = flux_between_even_nodes(cube);
+        }
+        return light;
     }
-    return escaping_radiance(geometric, ALONE);
+    return CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, vec3(0.0), true);
 }
 
 vec3 shade(Ray ray, Crossing crossing, uint weighs) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
     vec3 g = ray.origin + crossing.t * ray.step;
-    vec3 radiance = material.surface.color * mean_light_on(g, hit.geometric, weighs)
-                  + sunlight_reflected(ray, crossing, hit, material, push.opaque_below);
-    return radiance;
+    CachedLight light = light_on(g, hit.geometric, weighs);
+    vec3 reflected = reflected_light(uint(crossing.surface), material, hit.shading, -ray.direction, light);
+    return reflected * scene.cache_unit + sunlight_reflected(ray, crossing, hit, material, push.opaque_below);
 }
 
 // The light of the ray through a pixel; with `weighs`, bricks get their weights.

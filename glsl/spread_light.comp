@@ -31,7 +31,7 @@ Light light_of(ivec3 node) {
     ivec3 texel = node_texel(node);
     Light r = Light(vec4(0.0), vec3(0.0), true);
     r.light = light_at(texel, r.known);
-    if (is_anisotropic) {
+    if (flux_step == 1u) {
         r.flux = texel_at(cache_flux, texel).rgb;
     }
     if (!r.known) {
@@ -74,7 +74,7 @@ void main() {
     ivec3 texel = node_texel(node);
     vec4 light = inner * b.light + next * c.light + outer * (a.light + d.light);
     imageStore(light_out, texel, rounded(max(light, 0.0)));
-    if (is_anisotropic) {
+    if (flux_step == 1u) {
         vec3 flux = inner * b.flux + next * c.flux + outer * (a.flux + d.flux);
         imageStore(flux_out, texel, rounded(vec4(flux, 0.0)));
     }

@@ -2,8 +2,9 @@
 //
 // A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB), and the share of
 // the suns' light that arrives unscattered (A, the mean over suns by brightness). Suns are kept apart because their
-// light has edges: the share read from the cache is corrected by a shadow ray at rest. With an anisotropic medium a
-// second image holds the flux of the same light, grey (RGB).
+// light has edges: the share read from the cache is corrected by a shadow ray at rest. A second image holds the flux of
+// the same light, grey (RGB): in an anisotropic medium at every node, and in an isotropic one, where only surfaces ask
+// for the direction of light, at those whose indices are even.
 //
 // Nodes that have had no path hold a guess, marked by a negative A. Where none of the view's rays reads a node, it
 // keeps the guess (src/render/focus.rs): a path that comes there continues as if there were no cache.
@@ -29,6 +30,11 @@ bool has_memory(Cube cube) {
 // Position of a node's texel in the images.
 ivec3 node_texel(ivec3 node) {
     return BRICK * unpacked(page_of(node / BRICK)) + node % BRICK;
+}
+
+// Position of a node's texel in the image of the flux.
+ivec3 flux_texel(ivec3 node) {
+    return node_texel(node) / int(flux_step);
 }
 
 // Index of a brick's place, counted along the images' x, y and z.
@@ -82,7 +88,7 @@ CachedLight read_cache(Cube cube) {
                + far.w * light_at(texels[7], known);
     light = max(light, 0.0); // extrapolation may become negative
     CachedLight r = CachedLight(light.rgb, light.a, vec3(0.0), known);
-    if (is_anisotropic) {
+    if (flux_step == 1u) {
         r.flux = near.x * texel_at(cache_flux, texels[0]).rgb
                + near.y * texel_at(cache_flux, texels[1]).rgb
                + near.z * texel_at(cache_flux, texels[2]).rgb

@@ -21,6 +21,7 @@ use super::pace::{Pace, doubling, gathers, worth};
 use super::parts::{Changes, Derived};
 use super::pass_compiler::PassCompiler;
 use super::ray_march::{self, RayMarch};
+use super::reflectance::SurfaceReflectance;
 use super::resources::Resources;
 use super::shared::GATHERED;
 use crate::error::Result;
@@ -33,6 +34,8 @@ pub struct Cache {
     ray_march: RayMarch,
     /// `None` where no surface stops light.
     cut_cells: Option<CutCells>,
+    /// `None` where surfaces need no table of their reflectance.
+    reflectance: Option<SurfaceReflectance>,
     pub(super) focus: Focus,
     /// The largest distance, in pixels along both axes, between the rays by which bricks are weighed. `None`: bricks
     /// are not weighed, and all get the same number of paths.
@@ -92,6 +95,10 @@ impl Cache {
                 true => Some(CutCells::new(passes)?),
                 false => None,
             },
+            reflectance: match passes.features.has_reflectance_table() {
+                true => Some(SurfaceReflectance::new(passes)?),
+                false => None,
+            },
             focus: Focus::everywhere(0, false),
             focus_stride: focus_stride(scene),
             is_wide: false,
@@ -125,6 +132,16 @@ impl Cache {
         if changes.spoil(Derived::CellPaths) {
             self.abandon();
         }
+        if let Some(pass) = &self.reflectance
+            && changes.spoil(Derived::Reflectance)
+        {
+            pass.run(
+                frame,
+                r,
+                &self.memory,
+                scene.parts.surfaces.iso.len() as u32,
+            )?;
+        }
         if !changes.spoil(Derived::CachedLight) {
             return Ok(());
         }
@@ -153,7 +170,10 @@ impl Cache {
     /// Fills a cache without light with one guessed texel everywhere, so that there is something to see until paths
     /// have replaced it.
     pub fn guess(&self, frame: &mut Frame) -> Result<()> {
-        frame.run(|f| f.clear_to(&[&self.memory.light], self.guess))
+        frame.run(|f| {
+            f.clear_to(&[&self.memory.light], self.guess)?;
+            f.clear(&self.memory.flux.iter().collect::<Vec<_>>())
+        })
     }
 
     /// Sets the time that a dispatch should take from now on.

@@ -6,7 +6,7 @@ use super::cache_layout::CacheLayout;
 use super::copy;
 use super::gpu_scene::GpuScene;
 use super::resources::{bytes_of, slots};
-use super::shared::{BRICK, Brick, NodeWork, Tail};
+use super::shared::{BRICK, Brick, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
 
@@ -14,8 +14,10 @@ use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, M
 pub struct CacheMemory {
     /// Light without the suns' own; in alpha, the suns' share.
     pub light: Image,
-    /// Flux of the light; `None` in an isotropic medium.
+    /// Flux of the light; `None` in an isotropic medium without surfaces.
     pub flux: Option<Image>,
+    /// Nodes from one texel of the flux to the next along each axis, as in [`Features`](super::features::Features).
+    flux_step: u32,
     /// The place of each brick of the lattice in the images.
     pub pages: Image,
     /// The brick in each place.
@@ -25,6 +27,8 @@ pub struct CacheMemory {
     pub cuts: Option<Buffer>,
     /// The node that each slot is working on.
     pub work: Buffer,
+    /// A table for each surface; `None` where there are only Lambert surfaces, which need none.
+    reflectance: Option<Buffer>,
     /// For each pixel, the light that a march leaves to paths; `None` unless surfaces are marched to.
     pub tails: Option<Buffer>,
 }
@@ -35,9 +39,10 @@ impl CacheMemory {
         layout: &CacheLayout,
         scene: &GpuScene,
     ) -> Result<CacheMemory> {
-        let nodes = |name| ImageDesc {
+        let features = scene.features();
+        let nodes = |name, extent| ImageDesc {
             name,
-            extent: layout.extent(),
+            extent,
             volumetric: true,
             written: true,
             zeroed: true,
@@ -54,12 +59,19 @@ impl CacheMemory {
         let is_full_light = scene.parts.surfaces.is_full_light();
         let slots = slots(&memory.limits, scene);
         let cuts = || Buffer::new(memory, on_device("cut cells", cut_bytes(layout)));
+        let flux_extent = flux_extent(layout, features.flux_step);
+        let flux = flux_extent.map(|extent| Image::new(memory, nodes("cache: flux", extent)));
+        let reflectance = || {
+            let angles = features.surface_count * REFLECTANCE_ANGLES;
+            Buffer::new(
+                memory,
+                on_device("reflectance", bytes_of::<Reflectance>(angles)),
+            )
+        };
         Ok(CacheMemory {
-            light: Image::new(memory, nodes("cache: light"))?,
-            flux: match scene.parts.medium.is_anisotropic() {
-                true => Some(Image::new(memory, nodes("cache: flux"))?),
-                false => None,
-            },
+            light: Image::new(memory, nodes("cache: light", layout.extent()))?,
+            flux: flux.transpose()?,
+            flux_step: features.flux_step,
             pages: Image::new(memory, pages_desc(layout))?,
             bricks: brick_buffer(memory, layout)?,
             layout: layout.clone(),
@@ -71,7 +83,11 @@ impl CacheMemory {
                 memory,
                 on_device("cache: work", bytes_of::<NodeWork>(slots)),
             )?,
-            tails: match scene.features().has_tails() {
+            reflectance: match features.has_reflectance_table() {
+                true => Some(reflectance()?),
+                false => None,
+            },
+            tails: match features.has_tails() {
                 true => Some(Buffer::new(
                     memory,
                     on_device("tails", tail_bytes(scene.parts.view.size)),
@@ -84,8 +100,9 @@ impl CacheMemory {
     /// Takes another layout of the same format; what the images held is gone.
     pub(super) fn lay_out(&mut self, layout: &CacheLayout) -> Result<()> {
         self.light.resize(layout.extent())?;
-        if let Some(flux) = &mut self.flux {
-            flux.resize(layout.extent())?;
+        let flux_extent = flux_extent(layout, self.flux_step);
+        if let (Some(flux), Some(extent)) = (&mut self.flux, flux_extent) {
+            flux.resize(extent)?;
         }
         self.pages.resize(pages_desc(layout).extent)?;
         self.bricks.rewrite(&bricks(layout))?;
@@ -161,6 +178,12 @@ impl CacheMemory {
         ("tails", Binding::Buffer(tails))
     }
 
+    /// The resource by which surfaces reflect cached light; another is bound in its place where there is no table.
+    pub fn reflectance_binding(&self) -> (&'static str, Binding<'_>) {
+        let reflectance = self.reflectance.as_ref().unwrap_or(&self.bricks);
+        ("reflectances", Binding::Buffer(reflectance))
+    }
+
     pub fn cuts_binding(&self) -> (&'static str, Binding<'_>) {
         let cuts = self.cuts.as_ref().unwrap_or(&self.bricks);
         ("cuts", Binding::Buffer(cuts))
@@ -203,6 +226,11 @@ fn bricks(layout: &CacheLayout) -> Vec<Brick> {
         .zip(layout.turns())
         .map(brick)
         .collect()
+}
+
+/// Texels of the flux.
+fn flux_extent(layout: &CacheLayout, flux_step: u32) -> Option<[u32; 3]> {
+    (flux_step > 0).then(|| layout.extent().map(|n| n / flux_step))
 }
 
 /// A texel for each brick of the cache's lattice.

@@ -36,6 +36,8 @@ codes! {
     pub const GATHERED_FOR_ONE: u32 = 4;
     /// Height of the strips in which pixels are worked off where the volume streams.
     pub const STRIP_HEIGHT: u32 = 32;
+    /// Angles of view, evenly spaced in their cosine, for which a surface's reflectance is in a table.
+    pub const REFLECTANCE_ANGLES: u32 = 32;
     /// Positions at which the device's filter is probed.
     pub const PROBE_POSITIONS: u32 = 4096;
 }

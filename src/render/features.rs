@@ -33,6 +33,8 @@ specialization! {
         /// The collision from which a path reads the cache: 1 is the first, 0 means never.
         pub cache_order: uint,
         pub cache_is_f16: bool,
+        /// The cache holds the flux of light at every node (1), at those whose indices are even (2), or not at all (0).
+        pub flux_step: uint,
         /// Bits of a voxel on the GPU.
         pub volume_bits: uint,
         /// The volume is cut into bricks, and not all of them are on the GPU.
@@ -64,6 +66,11 @@ impl Features {
     /// Whether a picture at rest is marched, and not traced: `camera_march.comp` says why.
     pub fn is_marched(&self) -> bool {
         self.cache_order == 1 && self.has_medium
+    }
+
+    /// Whether surfaces find in a table how they reflect cached light (`reflectance.glsl`).
+    pub fn has_reflectance_table(&self) -> bool {
+        self.cache_order > 0 && (self.has_phong || self.has_disney)
     }
 
     /// Whether such a march leaves light to paths (`tail_tracking.comp`).

@@ -150,6 +150,12 @@ impl GpuScene {
         lights.require(&mut features);
         surfaces.require(&mut features);
         view.require(&mut features);
+        features.flux_step = match (features.is_anisotropic, features.surface_count) {
+            _ if features.cache_order == 0 => 0,
+            (true, _) => 1,
+            (false, 0) => 0,
+            (false, _) => 2,
+        };
         features
     }
 

@@ -87,6 +87,7 @@ mod published_cells;
 mod published_march;
 mod published_transport;
 mod ray_march;
+mod reflectance;
 mod renderer;
 mod repeated_pass;
 mod resources;

@@ -110,6 +110,7 @@ fn bindings<'a>(r: &'a Resources, cache: &'a CacheMemory) -> Vec<(&'static str, 
         &cache.bindings(),
         &[
             cache.brick_binding(),
+            cache.reflectance_binding(),
             r.camera_binding(),
             ("unit_sum", Binding::Image(&r.unit_sum)),
         ],

@@ -122,6 +122,16 @@ shared! {
         pub clearcoat_gloss: float,
     }
 
+    /// Integrals of a BRDF over the directions of light (`glsl/include/reflectance.glsl`).
+    pub struct Reflectance {
+        /// ρ₀, the directional albedo.
+        pub mean: vec3,
+        /// ρₙ.
+        pub along_normal: vec3,
+        /// ρₜ.
+        pub along_tangent: vec3,
+    }
+
     pub struct Sun {
         /// Unit direction in which the light travels.
         pub direction: vec3,

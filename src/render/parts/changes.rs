@@ -17,6 +17,8 @@ pub enum Part {
     /// does not change shares.
     LightShares,
     Surfaces,
+    /// What surfaces do with light, apart from where they are.
+    Materials,
     /// Surfaces that stop light on its way: those of `full` light.
     Obstacles,
     Clips,
@@ -41,6 +43,8 @@ pub enum Derived {
     CacheLayout,
     /// The light in the cache.
     CachedLight,
+    /// The table of how surfaces reflect cached light.
+    Reflectance,
     /// Paths on their way from the cache's nodes; they carry radiance and not shares of it.
     CellPaths,
     /// The samples of the picture.
@@ -58,6 +62,7 @@ impl Derived {
             Derived::Patches => &[Field, Medium, Surfaces, Clips, View],
             Derived::CacheLayout => &[Field, Medium, Obstacles, Clips],
             Derived::CachedLight => &[Field, Medium, LightShares, Obstacles, Clips],
+            Derived::Reflectance => &[Materials],
             Derived::CellPaths => &[Field, Medium, Lights, Obstacles, Clips],
             Derived::Picture => &[
                 Field, Medium, Lights, Surfaces, Clips, View, Background, MaxBounces, Request, Seed,
@@ -96,6 +101,10 @@ impl Changes {
             (Part::Lights, *lights != after.lights),
             (Part::LightShares, !lights.have_shares_of(&after.lights)),
             (Part::Surfaces, *surfaces != after.surfaces),
+            (
+                Part::Materials,
+                !surfaces.have_materials_of(&after.surfaces),
+            ),
             (
                 Part::Obstacles,
                 surfaces.obstacles() != after.surfaces.obstacles(),

@@ -43,6 +43,15 @@ impl Surfaces {
         Some(self).filter(|surfaces| surfaces.is_full_light())
     }
 
+    /// Whether all but the isovalues is the same.
+    pub fn have_materials_of(&self, other: &Surfaces) -> bool {
+        let materials = |surfaces: &Surfaces| -> Vec<Surface> {
+            let iso = surfaces.iso.iter();
+            iso.map(|s| Surface { value: 0.0, ..*s }).collect()
+        };
+        materials(self) == materials(other)
+    }
+
     pub fn any_shaded(&self, shading: u32) -> bool {
         self.iso.iter().any(|surface| surface.shading == shading)
     }

@@ -8,5 +8,6 @@ mod closed_form;
 mod focus;
 mod gathering;
 mod lifetime;
+mod reflection;
 mod surfaces;
 mod texels;

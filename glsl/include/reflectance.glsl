@@ -1,0 +1,66 @@
+// Reflection of light of which the cache knows two moments, the mean φ and the flux F. To first order the radiance that
+// arrives from a direction l is φ − 3 F·l (F points where light travels), and a BRDF f reflects towards v
+//
+//   ∫ f (n·l) (φ − 3 F·l) dl = φ ρ₀ − 3 (F·n ρₙ + F·t ρₜ),
+//   ρ₀ = ∫ f (n·l) dl,  ρₙ = ∫ f (n·l)² dl,  ρₜ = ∫ f (n·l)(t·l) dl,
+//
+// with t the unit tangent on the side of v. A Lambert surface of reflectance ρ reflects ρ (φ − 2 F·n): of the cosine's
+// expansion in spherical harmonics that leaves out the second order and above (Ramamoorthi and Hanrahan, "An Efficient
+// Representation for Irradiance Environment Maps", SIGGRAPH 2001). The integrals of other BRDFs are in a table
+// (reflectance.comp).
+
+layout(scalar) readonly buffer ReflectanceBlock { Reflectance at[]; } reflectances;
+
+// The flux, interpolated between nodes whose indices are even. Those without memory do not count.
+vec3 flux_between_even_nodes(Cube cube) {
+    ivec3 last = (ivec3(scene.cache_nodes) - 1) & ~1;
+    ivec3 low = min(cube.low & ~1, max(last - 2, 0));
+    vec3 p = clamp((vec3(cube.low - low) + cube.p) / 2.0, 0.0, 1.0);
+    vec3 flux = vec3(0.0);
+    float known = 0.0;
+    int k = 0;
+    LOOP {
+        ivec3 corner = ivec3(k, k >> 1, k >> 2) & 1;
+        vec3 q = mix(1.0 - p, p, vec3(corner));
+        ivec3 node = min(low + 2 * corner, last);
+        if (page_of(node / BRICK) != NO_PLACE) {
+            float weight = q.x * q.y * q.z;
+            flux += weight * texel_at(cache_flux, flux_texel(node)).rgb;
+            known += weight;
+        }
+        ++k;
+        if (k == 8) {
+            break;
+        }
+    }
+    return known > 0.0 ? flux / known : vec3(0.0);
+}
+
+// Interpolated between the angles of the table.
+Reflectance reflectance_of(uint surface, Material material, float n_v) {
+    if (!has_phong && !has_disney) {
+        return Reflectance(material.surface.color, (2.0 / 3.0) * material.surface.color, vec3(0.0));
+    }
+    float at = clamp(n_v * float(REFLECTANCE_ANGLES) - 0.5, 0.0, float(REFLECTANCE_ANGLES - 1u));
+    uint low = min(uint(at), REFLECTANCE_ANGLES - 2u);
+    Reflectance a = reflectances.at[surface * REFLECTANCE_ANGLES + low];
+    Reflectance b = reflectances.at[surface * REFLECTANCE_ANGLES + low + 1u];
+    float t = at - float(low);
+    return Reflectance(mix(a.mean, b.mean, t), mix(a.along_normal, b.along_normal, t),
+                       mix(a.along_tangent, b.along_tangent, t));
+}
+
+// The light that a surface with normal n reflects towards v.
+vec3 reflected_light(uint surface, Material material, vec3 n, vec3 v, CachedLight light) {
+    float n_v = clamp(dot(n, v), 0.0, 1.0);
+    Reflectance reflectance = reflectance_of(surface, material, n_v);
+    // The flux's colour is that of the mean, beside that of the lights.
+    float grey = dot(light.mean, vec3(1.0 / 3.0));
+    vec3 flux = grey > 0.0 ? light.flux / grey : vec3(0.0);
+    vec3 across = v - n_v * n;
+    float sine = length(across);
+    float along_tangent = sine > 0.0 ? dot(flux, across) / sine : 0.0;
+    vec3 reflected = reflectance.mean - 3.0 * (dot(flux, n) * reflectance.along_normal
+                                               + along_tangent * reflectance.along_tangent);
+    return light.mean * max(vec3(0.0), reflected);
+}

@@ -1,0 +1,117 @@
+//! The light that surfaces reflect in a picture for a moving camera, where the cache knows only two moments of it.
+
+use std::f64::consts::PI;
+
+use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::*;
+
+use crate::support::common::*;
+
+const SIZE: u32 = 48;
+
+/// The distance from the surface of a ball in voxels, 10 in its middle.
+fn ball() -> Volume {
+    const SIDE: u32 = 20;
+    let value = |i: u32| {
+        let voxel = [i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)];
+        let square = |n: u32| (f64::from(n) + 0.5 - 0.5 * f64::from(SIDE)).powi(2);
+        (10.0 - voxel.map(square).iter().sum::<f64>().sqrt()) as f32
+    };
+    let values = (0..SIDE.pow(3)).map(value).collect();
+    Volume::from_values([SIDE; 3], [1.0; 3], Voxels::F32(values)).expect("a volume")
+}
+
+/// Its radiance is linear in direction: brightest above, almost black below.
+fn linear_sky() -> EnvironmentImage {
+    let (width, height) = (64, 128);
+    let row = |y: u32| {
+        let polar = PI * (f64::from(y) + 0.5) / f64::from(height);
+        [1.0 + 0.9 * polar.cos() as f32; 3]
+    };
+    let texels = (0..height).flat_map(|y| (0..width).map(move |_| row(y)));
+    EnvironmentImage {
+        width,
+        height,
+        texels: texels.collect(),
+    }
+}
+
+/// A ball of radius 7 in a haze that hardly changes the sky's light.
+fn scene(shading: Shading) -> Scene {
+    let camera = Camera {
+        eye: [0.0, 0.0, 60.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 16.0 },
+    };
+    let mut scene = empty_scene([SIZE; 2], camera);
+    scene.medium = Some(uniform_medium(1e-3, 0.9, 0.0));
+    scene.surfaces.normals = Normals::Analytic;
+    scene.surfaces.iso = vec![Isosurface {
+        value: 3.0,
+        opacity: 1.0,
+        color: [0.8, 0.5, 0.3],
+        shading,
+    }];
+    scene.lights.environment.image = Some(linear_sky());
+    scene
+}
+
+/// The mean over rows of pixels.
+fn mean(picture: &[[f32; 4]], rows: std::ops::Range<u32>) -> f64 {
+    let pixels = &picture[(rows.start * SIZE) as usize..(rows.end * SIZE) as usize];
+    let sum: f64 = pixels.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum();
+    sum / pixels.len() as f64
+}
+
+/// Two moments are all that there is of such a sky, so whatever the material is, nothing may be missing: not from above,
+/// not from the side, and not from below.
+#[test]
+fn light_that_is_linear_in_direction_is_reflected_exactly() {
+    let shadings = [
+        Shading::Lambert,
+        Shading::Phong {
+            specular: 0.4,
+            shininess: 20.0,
+        },
+        Shading::Disney(Disney {
+            metallic: 0.0,
+            roughness: 0.45,
+            specular: 0.5,
+            specular_tint: 0.0,
+            sheen: 0.0,
+            sheen_tint: 0.5,
+            subsurface: 0.0,
+            clearcoat: 1.0,
+            clearcoat_gloss: 0.5,
+        }),
+        Shading::Disney(Disney {
+            metallic: 0.8,
+            roughness: 0.3,
+            specular: 0.5,
+            specular_tint: 0.3,
+            sheen: 0.7,
+            sheen_tint: 0.5,
+            subsurface: 0.4,
+            clearcoat: 0.0,
+            clearcoat_gloss: 1.0,
+        }),
+    ];
+    let volume = ball();
+    for shading in shadings {
+        let mut cached = cached(&scene(shading), &volume, 0.5, CacheFormat::F16, 512, 1);
+        let moving = cached.march();
+        let mut centred = cached.renderer.scene().clone();
+        centred.parts.view.through_centres = true;
+        cached.renderer.change(&centred).expect("the same scene");
+        let resting = cached.at_rest(4, 32).mean;
+        for rows in [4..16, 16..32, 32..44] {
+            let [a, b] = [&moving, &resting].map(|picture| mean(picture, rows.clone()));
+            println!(
+                "{shading:?}, rows {rows:?}: {:+.2} %",
+                100.0 * (a / b - 1.0)
+            );
+            assert!((a / b - 1.0).abs() < 0.01, "{shading:?}: {a}, not {b}");
+        }
+    }
+}
