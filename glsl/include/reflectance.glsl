@@ -54,9 +54,7 @@ Reflectance reflectance_of(uint surface, Material material, float n_v) {
 vec3 reflected_light(uint surface, Material material, vec3 n, vec3 v, CachedLight light) {
     float n_v = clamp(dot(n, v), 0.0, 1.0);
     Reflectance reflectance = reflectance_of(surface, material, n_v);
-    // The flux's colour is that of the mean, beside that of the lights.
-    float grey = dot(light.mean, vec3(1.0 / 3.0));
-    vec3 flux = grey > 0.0 ? light.flux / grey : vec3(0.0);
+    vec3 flux = flux_share(light);
     vec3 across = v - n_v * n;
     float sine = length(across);
     float along_tangent = sine > 0.0 ? dot(flux, across) / sine : 0.0;

@@ -1,15 +1,19 @@
 // The light of the cache (cache.glsl) that the medium scatters.
 
+// The flux over the mean. The flux's colour is that of the mean, beside that of the lights.
+vec3 flux_share(CachedLight light) {
+    float grey = dot(light.mean, vec3(1.0 / 3.0));
+    return grey > 0.0 ? light.flux / grey : vec3(0.0);
+}
+
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
-// light on its way out. The flux's colour is that of the mean, beside that of the lights.
+// light on its way out.
 vec3 scattered_light(CachedLight light, vec3 travel) {
     vec3 radiance = light.mean * scene.cache_unit;
     if (!is_anisotropic) {
         return radiance;
     }
-    float grey = dot(light.mean, vec3(1.0 / 3.0));
-    float share = grey > 0.0 ? 3.0 * scene.g * dot(light.flux, travel) / grey : 0.0;
-    return radiance * (1.0 + share);
+    return radiance * (1.0 + 3.0 * scene.g * dot(flux_share(light), travel));
 }
 
 // The suns' scattered light if all of it reached the point: Σ p(ω, ω_sun)·E.
