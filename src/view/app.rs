@@ -65,6 +65,7 @@ impl<'a> App<'a> {
     /// Runs one frame: takes in what has arrived, works, and shows the picture. Work on the GPU is in slices, so that
     /// none of it takes long.
     pub(super) fn frame(&mut self) -> Result<()> {
+        let began = Instant::now();
         self.take_opened()?;
         self.take_built()?;
         let has_interface =
@@ -79,6 +80,9 @@ impl<'a> App<'a> {
         let has_picture = self.advance_picture()?;
         if has_interface || has_picture {
             self.show(has_picture)?;
+        }
+        if self.is_improving() {
+            self.report.rested(began.elapsed());
         }
         Ok(())
     }
@@ -287,6 +291,12 @@ impl<'a> App<'a> {
         let is_moving = has_picture && live.is_some_and(|live| live.picture.is_moving());
         self.report.frame(is_moving, has_picture);
         Ok(())
+    }
+
+    /// Whether a picture at rest is shown that is not finished.
+    fn is_improving(&self) -> bool {
+        let live = self.session.as_ref().and_then(|s| s.live.as_ref());
+        live.is_some_and(|live| !live.picture.is_moving() && !live.picture.is_finished())
     }
 
     /// Whether there is something to do without waiting for an event.

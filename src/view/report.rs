@@ -20,6 +20,8 @@ pub struct Report {
     pub response: Response,
     /// Milliseconds between frames while something moves.
     moving: Recent,
+    /// Milliseconds of a frame at rest, of the work for it and the presenting.
+    resting: Recent,
     last_frame: Option<Instant>,
     first_picture: Option<Duration>,
     frames: u64,
@@ -42,9 +44,14 @@ pub struct SessionStats {
     /// Seconds from the window's opening to the first picture in it.
     first_picture_s: Option<f64>,
     frames: u64,
-    /// Milliseconds between frames while something moves: median and 95th percentile.
+    /// Milliseconds between frames while something moves: median, 95th percentile and longest.
     moving_frame_ms_median: f64,
     moving_frame_ms_p95: f64,
+    moving_frame_ms_max: Option<f64>,
+    /// Milliseconds that the window is busy at a time, and sees no input, while it improves a picture at rest.
+    resting_frame_ms_median: f64,
+    resting_frame_ms_p95: f64,
+    resting_frame_ms_max: Option<f64>,
     moving_scale: f64,
     /// The response from an input to the first frame that shows its effect.
     response: ResponseStats,
@@ -67,6 +74,7 @@ impl Report {
             passes: Vec::new(),
             response: Response::default(),
             moving: Recent::default(),
+            resting: Recent::default(),
             last_frame: None,
             first_picture: None,
             frames: 0,
@@ -136,6 +144,11 @@ impl Report {
         self.last_frame = is_moving.then_some(now);
     }
 
+    /// Notes how long a frame has taken whose picture is at rest and not finished.
+    pub fn rested(&mut self, took: Duration) {
+        self.resting.add(took.as_secs_f64() * 1e3);
+    }
+
     /// Takes the times that a frame has gathered.
     pub fn take_times(&mut self, timings: &mut Timings) {
         for span in timings.take() {
@@ -169,6 +182,10 @@ impl Report {
             frames: self.frames,
             moving_frame_ms_median: self.moving.quantile(0.5),
             moving_frame_ms_p95: self.moving.quantile(0.95),
+            moving_frame_ms_max: self.moving.highest,
+            resting_frame_ms_median: self.resting.quantile(0.5),
+            resting_frame_ms_p95: self.resting.quantile(0.95),
+            resting_frame_ms_max: self.resting.highest,
             moving_scale: live.map_or(f64::NAN, |live| live.picture.scale),
             response: self.response.stats(),
             cache_clears: self.cache_clears,
