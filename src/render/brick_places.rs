@@ -124,7 +124,13 @@ impl BrickPlaces {
         }
         wanted.sort_unstable_by_key(|&(count, brick)| (std::cmp::Reverse(count), brick));
         let places = self.places_to_give();
-        let loads: Vec<(u32, usize)> = wanted.iter().map(|&(_, brick)| brick).zip(places).collect();
+        let mut loads: Vec<(u32, usize)> =
+            wanted.iter().map(|&(_, brick)| brick).zip(places).collect();
+        if self.patience == Duration::MAX && self.host.as_ref().is_some_and(HostBricks::reads_rows)
+        {
+            // All of them will be brought: in the file's order, so that those in a row are read together.
+            loads.sort_unstable();
+        }
         let at_once = match self.patience {
             Duration::MAX => usize::MAX,
             _ => PIECE,

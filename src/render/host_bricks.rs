@@ -2,8 +2,9 @@
 //! is not read again while there is room.
 //!
 //! A brick of a plain file is a thousand short runs of bytes, and a system call for each takes longer than everything
-//! else that is done with a brick. So a whole row of bricks is read, slice by slice in one piece each, and those of
-//! its bricks that matter are kept for later.
+//! else that is done with a brick. So a whole row of bricks is read, slice by slice in one piece each. Those of its
+//! bricks that nobody has asked for, but that matter, are kept for later as long as there is free room: they do not
+//! drive out what was asked for.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
 
@@ -13,11 +14,10 @@ use super::brick_layout::BrickLayout;
 use crate::error::Result;
 use crate::scene::volume::{Region, Volume};
 
-/// Size of the pieces in which rows of bricks are read, approximately.
-const ROW_BYTES: usize = 8 << 20;
-/// Bricks that are read together where there is no room for all that matter: those not asked for soon would be
-/// evicted before they are used.
-const FEW_TOGETHER: u32 = 4;
+/// Bytes of a line of voxels that are read together, at most: to copy so many takes about as long as a system call.
+const LINE_BYTES: usize = 8 << 10;
+/// Rows of bricks that are read at a time, at most: each needs up to 9 MB.
+const ROWS_AT_ONCE: usize = 8;
 
 pub struct HostBricks {
     volume: Volume,
@@ -31,6 +31,9 @@ pub struct HostBricks {
     order: VecDeque<u32>,
     bytes: u64,
     most_bytes: u64,
+    /// Memory for the rows that are read at a time.
+    rows: Vec<Vec<u8>>,
+    /// Bytes read from the volume, those between bricks included.
     pub bytes_read: u64,
 }
 
@@ -41,13 +44,10 @@ impl HostBricks {
     /// Holds at most as many bytes as the layout says. A compressed volume is copied to its store first.
     pub fn new(volume: &Volume, layout: BrickLayout, matters: Vec<bool>) -> Result<HostBricks> {
         let volume = volume.in_any_order()?;
-        let all = matters.iter().filter(|&&matters| matters).count();
-        let brick_bytes = volume.stored.bytes() * (layout.pitch() as usize).pow(3);
-        let all_bytes = (all * brick_bytes) as u64;
+        let line_bytes = layout.side as usize * volume.stored.bytes();
         Ok(HostBricks {
             together: match volume.is_in_runs() {
-                true if all_bytes <= layout.host_bytes => (ROW_BYTES / brick_bytes).max(1) as u32,
-                true => FEW_TOGETHER,
+                true => (LINE_BYTES / line_bytes).max(1) as u32,
                 false => 1,
             },
             volume,
@@ -57,8 +57,14 @@ impl HostBricks {
             order: VecDeque::new(),
             bytes: 0,
             most_bytes: layout.host_bytes,
+            rows: vec![Vec::new(); rayon::current_num_threads().min(ROWS_AT_ONCE)],
             bytes_read: 0,
         })
+    }
+
+    /// Whether bricks in a row along x are read together.
+    pub fn reads_rows(&self) -> bool {
+        self.together > 1
     }
 
     /// The voxels of a brick, and the first ones behind it along each axis.
@@ -97,15 +103,34 @@ impl HostBricks {
             .filter(|&brick| !self.held.contains_key(brick));
         let rows: BTreeSet<[u32; 3]> = missing.map(|&brick| self.row_of(brick)).collect();
         let rows: Vec<_> = rows.into_iter().collect();
-        for rows in rows.chunks(rayon::current_num_threads()) {
-            let read = |&row| self.read_row(row, &wanted);
-            let read: Vec<Vec<Read>> = rows.par_iter().map(read).collect::<Result<_>>()?;
-            for (brick, bytes) in read.into_iter().flatten() {
-                if let Some(&n) = wanted.get(&brick) {
-                    rooms[n * room..][..bytes.len()].copy_from_slice(&bytes);
-                }
-                self.keep(brick, bytes);
+        let mut memory = std::mem::take(&mut self.rows);
+        let read = rows.chunks(memory.len()).try_for_each(|rows| {
+            let memory = &mut memory[..rows.len()];
+            self.fill_from(rows, memory, &wanted, rooms, room)
+        });
+        self.rows = memory;
+        read
+    }
+
+    /// Reads rows of bricks, each into memory of its own, and copies those that are wanted to their rooms.
+    fn fill_from(
+        &mut self,
+        rows: &[[u32; 3]],
+        memory: &mut [Vec<u8>],
+        wanted: &HashMap<u32, usize>,
+        rooms: &mut [u8],
+        room: usize,
+    ) -> Result<()> {
+        let read = |(&row, voxels)| self.read_row(row, wanted, voxels);
+        let read = rows.par_iter().zip(&mut *memory).map(read);
+        let read: Vec<Vec<Read>> = read.collect::<Result<_>>()?;
+        self.bytes_read += memory.iter().map(|row| row.len() as u64).sum::<u64>();
+        for (brick, bytes) in read.into_iter().flatten() {
+            let place = wanted.get(&brick);
+            if let Some(&n) = place {
+                rooms[n * room..][..bytes.len()].copy_from_slice(&bytes);
             }
+            self.keep(brick, bytes, place.is_some());
         }
         Ok(())
     }
@@ -116,22 +141,29 @@ impl HostBricks {
         [z, y, x - x % self.together]
     }
 
-    /// Reads a row of bricks and returns those that are wanted now or may be later.
-    fn read_row(&self, [z, y, x]: [u32; 3], wanted: &HashMap<u32, usize>) -> Result<Vec<Read>> {
+    /// Reads a row of bricks into `voxels` and returns those that are wanted now or may be later.
+    fn read_row(
+        &self,
+        [z, y, x]: [u32; 3],
+        wanted: &HashMap<u32, usize>,
+        voxels: &mut Vec<u8>,
+    ) -> Result<Vec<Read>> {
         let [width, height, _] = self.layout.bricks;
         let end = (x + self.together).min(width);
         let index = |x: u32| (z * height + y) * width + x;
+        let brick_bytes = self.layout.pitch().pow(3) as u64 * self.volume.stored.bytes() as u64;
+        let has_room = self.bytes + brick_bytes <= self.most_bytes;
         let is_of_use = |brick: &u32| {
-            let matters = wanted.contains_key(brick) || self.matters[*brick as usize];
-            matters && !self.held.contains_key(brick)
+            let matters = has_room && self.matters[*brick as usize];
+            (matters || wanted.contains_key(brick)) && !self.held.contains_key(brick)
         };
         let row = self.region_of([x, y, z], end - x);
         let size = self.volume.stored.bytes();
-        let mut voxels = vec![0; row.voxels() * size];
-        self.volume.read(row, &mut voxels)?;
+        voxels.resize(row.voxels() * size, 0);
+        self.volume.read(row, voxels)?;
         let bricks = (x..end).map(index).filter(is_of_use);
         Ok(bricks
-            .map(|brick| (brick, self.cut(brick, row, &voxels)))
+            .map(|brick| (brick, self.cut(brick, row, voxels)))
             .collect())
     }
 
@@ -147,10 +179,11 @@ impl HostBricks {
         bytes
     }
 
-    fn keep(&mut self, brick: u32, bytes: Vec<u8>) {
+    /// Keeps a brick: one that was asked for in the place of the oldest ones, another one only if there is free room.
+    fn keep(&mut self, brick: u32, bytes: Vec<u8>, is_wanted: bool) {
         let count = bytes.len() as u64;
-        self.bytes_read += count;
-        while self.bytes + count > self.most_bytes
+        while is_wanted
+            && self.bytes + count > self.most_bytes
             && let Some(oldest) = self.order.pop_front()
         {
             let gone = self.held.remove(&oldest).unwrap_or_default();

@@ -164,8 +164,7 @@ impl Volume {
 
     /// Whether a region is read in runs of a file, so that it takes longer the more of them there are.
     pub fn is_in_runs(&self) -> bool {
-        let source = &self.grid.source;
-        self.is_direct() && source.chunked().is_none() && source.resident().is_none()
+        self.grid.source.is_in_runs()
     }
 
     /// Whether small regions are read as fast as large ones, in any order.

@@ -178,6 +178,10 @@ impl Source for DataFile {
         self.encoding == Encoding::Raw
     }
 
+    fn is_in_runs(&self) -> bool {
+        self.encoding == Encoding::Raw
+    }
+
     fn files(&self) -> Vec<PathBuf> {
         vec![self.path.clone()]
     }

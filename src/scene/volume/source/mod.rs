@@ -28,6 +28,11 @@ pub trait Source: fmt::Debug + Send + Sync {
         false
     }
 
+    /// Whether a region is read in runs of a file, so that it takes longer the more of them there are.
+    fn is_in_runs(&self) -> bool {
+        false
+    }
+
     /// All files that voxels are read from; none for voxels in memory.
     fn files(&self) -> Vec<PathBuf>;
 

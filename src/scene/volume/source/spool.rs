@@ -60,6 +60,10 @@ impl Source for Spool {
         true
     }
 
+    fn is_in_runs(&self) -> bool {
+        true
+    }
+
     fn files(&self) -> Vec<PathBuf> {
         Vec::new()
     }
