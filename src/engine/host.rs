@@ -6,7 +6,7 @@ use super::budget::{self, Budget, Limit};
 use crate::error::{DeviceError, Error, Place, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
 use crate::render::shared::{self, MOST_SURFACES};
-use crate::render::{Choice, Peak, choose, peak};
+use crate::render::{Choice, Peak, caches, choose, peak};
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 
@@ -84,6 +84,24 @@ impl Host {
         let limits = &self.device.summary;
         let budget = self.budget.bytes.saturating_sub(reserved);
         choose(&self.device, limits, budget, volume, scene)
+    }
+
+    /// The caches that are worth a trial for a scene that leaves the variant open and has got this plan.
+    pub(crate) fn caches(
+        &self,
+        volume: &Volume,
+        scene: &Scene,
+        choice: &Choice,
+    ) -> Result<Vec<Choice>> {
+        let limits = &self.device.summary;
+        caches(
+            &self.device,
+            limits,
+            self.budget.bytes,
+            volume,
+            scene,
+            choice,
+        )
     }
 
     /// The device's peak rates, measured now, in a few tenths of a second and in at most 64 MiB of its memory. On a

@@ -4,6 +4,7 @@
 mod budget;
 mod change;
 pub mod figures;
+mod forecast;
 mod host;
 mod picture;
 mod run;

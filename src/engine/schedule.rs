@@ -206,7 +206,7 @@ pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
 
 /// How many times as many samples as the picture has already are taken together at most: if they are interrupted, they
 /// are lost.
-const MOST_AT_ONCE: u32 = 3;
+pub const MOST_AT_ONCE: u32 = 3;
 
 /// How many of the next units have the same size, where several of them together take less time than one by one.
 pub fn units_together(stop: &Stop, done: &Done) -> u32 {

@@ -19,10 +19,26 @@ pub fn choose(
 ) -> Result<Choice> {
     match choose_whole(device, limits, budget, volume, scene) {
         Err(Error::Memory(why)) if scene.render.variant != scene::Variant::Published => {
-            let whole = "the whole volume does not fit";
-            let in_bricks = plan_in_bricks::choose(device, limits, budget, volume, scene, whole)?;
+            let in_bricks = plan_in_bricks::choose(device, limits, budget, volume, scene)?;
             in_bricks.ok_or(Error::Memory(why))
         }
         other => other,
+    }
+}
+
+/// The caches that are worth comparing on the device where [`choose`] has chosen a plan: the one of that plan, or where
+/// the volume is in bricks, several.
+pub fn caches(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    volume: &Volume,
+    scene: &Scene,
+    chosen: &Choice,
+) -> Result<Vec<Choice>> {
+    match (chosen.plan.bricks, chosen.plan.variant.cache()) {
+        (Some(_), _) => plan_in_bricks::caches(device, limits, budget, volume, scene),
+        (None, Some(_)) => Ok(vec![chosen.clone()]),
+        (None, None) => Ok(Vec::new()),
     }
 }

@@ -109,7 +109,7 @@ pub use cache::Cache;
 pub use cache_layout::CacheLayout;
 pub use cache_state::CacheState;
 pub use caching::Caching;
-pub use choice::choose;
+pub use choice::{caches, choose};
 pub use copy::{Sink, Source};
 pub use film::{Film, FirstHits};
 pub use filter_probe::{filter_error, filter_is_precise};

@@ -2,7 +2,8 @@
 //!
 //! A picture does not depend on which bricks those are; the time that it takes does. So the cache is given up to make
 //! room for bricks where less than a quarter of the bricks that matter would be there at once: each path of the cache
-//! then waits for about as many bricks as it saves.
+//! then waits for about as many bricks as it saves. That is a rule of thumb. Where a render is long enough for a trial
+//! (`engine/trial.rs`), it compares the caches on the device.
 
 use std::sync::Arc;
 
@@ -20,53 +21,97 @@ use crate::scene::{Scene, Variant};
 /// The share of the bricks that matter below which a cache is given up.
 const ENOUGH: f64 = 0.25;
 
-/// The best variant that stays within `budget` bytes with the volume in bricks; `why` ends a sentence that says why
-/// it is not whole. `None` if none fits.
+/// A cache is worth comparing with a finer one if it leaves room for so many times as many bricks.
+const MORE: f64 = 1.25;
+
+/// The best variant that stays within `budget` bytes with the volume in bricks. `None` if none fits.
 pub fn choose(
     device: &Arc<Device>,
     limits: &DeviceSummary,
     budget: u64,
     volume: &Volume,
     scene: &Scene,
-    why: &str,
 ) -> Result<Option<Choice>> {
     let uncached = GpuScene::unprobed(scene, volume);
-    let occupancy = uncached.occupancy(volume);
     let needed = needed_bricks(&uncached, volume);
-    let caches = match (scene.render.variant, useless(scene)) {
-        (Variant::NonCaching, _) | (_, Some(_)) => Vec::new(),
-        _ => rungs(scene),
-    };
-    let layouts = caches.into_iter().filter_map(|(scale, format)| {
-        CacheLayout::new(volume.dims, &occupancy, scale, format, limits.max_image_3d).ok()
-    });
-    let cached = layouts.map(|layout| uncached.clone().with_cache(layout));
-    let is_last_cached = scene.render.variant == Variant::Caching;
-    let without = (!is_last_cached).then(|| uncached.clone());
     let mut best = None;
-    for candidate in cached.chain(without) {
-        let Some(plan) = fill(device, limits, budget, candidate)? else {
-            continue;
-        };
-        if too_many_cells(&plan, limits, scene).is_some() {
-            continue;
-        }
+    for plan in plans(device, limits, budget, volume, scene, uncached) {
+        let plan = plan?;
         let is_enough = share(&plan, needed) >= ENOUGH;
         best = Some(plan);
         if is_enough {
             break;
         }
     }
-    Ok(best.map(|plan| Choice {
+    Ok(best.map(|plan| choice(plan, needed)))
+}
+
+/// The caches that stay within `budget` bytes with the volume in bricks and leave it unlike numbers of them, the finest
+/// first.
+pub fn caches(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    volume: &Volume,
+    scene: &Scene,
+) -> Result<Vec<Choice>> {
+    let uncached = GpuScene::unprobed(scene, volume);
+    let needed = needed_bricks(&uncached, volume);
+    let mut caches = Vec::new();
+    let mut most = 0.0;
+    for plan in plans(device, limits, budget, volume, scene, uncached) {
+        let plan = plan?;
+        let share = share(&plan, needed).min(1.0);
+        if plan.variant.cache().is_some() && share >= MORE * most {
+            most = share;
+            caches.push(choice(plan, needed));
+        }
+    }
+    Ok(caches)
+}
+
+/// What fits with the volume in bricks: the finest cache first, no cache last.
+fn plans(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    volume: &Volume,
+    scene: &Scene,
+    uncached: GpuScene,
+) -> impl Iterator<Item = Result<Plan>> {
+    let occupancy = uncached.occupancy(volume);
+    let caches = match (scene.render.variant, useless(scene)) {
+        (Variant::NonCaching, _) | (_, Some(_)) => Vec::new(),
+        _ => rungs(scene),
+    };
+    let is_last_cached = scene.render.variant == Variant::Caching;
+    let without = (!is_last_cached).then(|| uncached.clone());
+    let most = limits.max_image_3d;
+    let cached = caches.into_iter().filter_map(move |(scale, format)| {
+        let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, most).ok();
+        layout.map(|layout| uncached.clone().with_cache(layout))
+    });
+    cached.chain(without).filter_map(move |candidate| {
+        let plan = fill(device, limits, budget, candidate).transpose()?;
+        match plan {
+            Ok(plan) if too_many_cells(&plan, limits, scene).is_some() => None,
+            plan => Some(plan),
+        }
+    })
+}
+
+fn choice(plan: Plan, needed: u32) -> Choice {
+    const WHY: &str = "the whole volume does not fit";
+    Choice {
         reason: format!(
-            "{} takes {} with the volume in bricks, {} of the {needed} that matter at a time: {why}",
+            "{} takes {} with the volume in bricks, {} of the {needed} that matter at a time: {WHY}",
             plan.variant.description(),
             human(plan.bytes()),
             capacity(&plan).min(needed),
         ),
-        next_better: why.into(),
+        next_better: WHY.into(),
         plan,
-    }))
+    }
 }
 
 fn capacity(plan: &Plan) -> u32 {

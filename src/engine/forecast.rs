@@ -1,0 +1,285 @@
+//! The arithmetic of a trial: how long a variant takes until pictures are good, or how good they are when time is over.
+//! Noise falls with the root of the number of samples, and the error of a cache with the root of what its paths are worth.
+
+use super::schedule::{MOST_AT_ONCE, Stop, UNITS_TO_TRUST, cache_goal};
+use super::trial::Work;
+use crate::render::shared::GATHERED;
+use crate::render::worth;
+
+/// Samples of a pixel that are tried one by one, and then as many in one unit.
+pub const SAMPLES: u32 = 8;
+/// Where the volume streams, so many samples are taken together, and then so many more, to tell what samples cost from what
+/// bricks cost.
+pub const FEW: u32 = 3;
+pub const MORE: u32 = 12;
+
+/// What a variant is expected to take for a picture.
+#[derive(Debug, Clone, Copy)]
+pub struct Forecast {
+    /// Seconds that a sample of every pixel takes.
+    pub seconds_per_sample: f64,
+    /// Seconds that bringing bricks takes for units that are done together; 0 where the volume is whole.
+    pub seconds_per_bundle: f64,
+    /// Square of the relative error after one sample.
+    pub variance: f64,
+    /// The variance of [`SAMPLES`] samples that are spread evenly, as a share of that of independent samples.
+    pub evenness: f64,
+    pub cache: Option<Filling>,
+}
+
+/// What filling the cache is expected to take. Paths are counted by what they are worth ([`worth`]), since those that are
+/// gathered at first take less time and tell less than those that are traced.
+#[derive(Debug, Clone, Copy)]
+pub struct Filling {
+    /// Seconds until nodes have had their first [`GATHERED`] paths.
+    pub gathering: f64,
+    /// Seconds for each further path of all nodes.
+    pub per_traced_path: f64,
+    /// Square of the relative error of what the cache shows after paths that are worth 1.
+    pub variance: f64,
+}
+
+impl Filling {
+    /// Seconds until nodes have had paths of this worth.
+    fn seconds_to(&self, paths: f64) -> f64 {
+        let gathered = f64::from(worth(GATHERED));
+        self.gathering * paths.min(gathered) / gathered
+            + self.per_traced_path * (paths - gathered).max(0.0)
+    }
+
+    /// The worth of the paths that nodes have had after so many seconds.
+    fn worth_after(&self, seconds: f64) -> f64 {
+        let gathered = f64::from(worth(GATHERED));
+        match seconds < self.gathering {
+            true => gathered * seconds / self.gathering,
+            false => gathered + (seconds - self.gathering) / self.per_traced_path,
+        }
+    }
+}
+
+impl Forecast {
+    /// Square of the relative error that is reported after so many samples. They come in units of a sixteenth of them, and
+    /// only within a unit they are known to be spread evenly.
+    fn variance_after(&self, samples: f64) -> f64 {
+        let known = f64::from(SAMPLES).log2();
+        let unit = (samples / 16.0).max(1.0).log2().min(known);
+        self.variance * self.evenness.powf(unit / known) / samples
+    }
+
+    /// Samples after which a relative error is reported.
+    fn samples_to(&self, error: f64) -> f64 {
+        let mut samples = f64::from(UNITS_TO_TRUST);
+        while samples.is_finite() && self.variance_after(samples) > error.powi(2) {
+            samples *= 1.05;
+        }
+        samples
+    }
+
+    /// For so many samples of a picture.
+    fn seconds_for(&self, samples: f64) -> f64 {
+        samples * self.seconds_per_sample + bundles(samples) * self.seconds_per_bundle
+    }
+
+    /// Samples of a picture in so many seconds.
+    fn samples_in(&self, seconds: f64) -> f64 {
+        let most = seconds / self.seconds_per_sample;
+        let left = seconds - bundles(most) * self.seconds_per_bundle;
+        (left / self.seconds_per_sample).max(1.0)
+    }
+
+    /// Until all pictures have a relative error.
+    fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
+        let goal = cache_goal(&Stop {
+            relative_error: Some(error),
+            ..Stop::default()
+        });
+        let samples = self.samples_to(error);
+        let fill = self.cache.map_or(0.0, |cache| {
+            // The error is known once nodes trace whole paths, at the ends of batches, which double what there is.
+            let wanted = (cache.variance / goal.powi(2)).max(2.0 * f64::from(worth(GATHERED)));
+            cache.seconds_to(wanted.log2().ceil().exp2())
+        });
+        fill + f64::from(pictures) * self.seconds_for(samples)
+    }
+
+    /// Until the work is done, or its time is over.
+    pub fn seconds_of(&self, work: &Work<'_>) -> f64 {
+        let to_error = work
+            .stop
+            .relative_error
+            .map(|error| self.seconds_to(error, work.pictures));
+        let time = work.stop.time.map(|time| time.as_secs_f64());
+        to_error
+            .unwrap_or(f64::INFINITY)
+            .min(time.unwrap_or(f64::INFINITY))
+    }
+
+    /// Of each picture when so many seconds are over; the cache gets half of them at most.
+    fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
+        let fill = self.cache.map_or(0.0, |_| 0.5 * seconds);
+        let cached = self
+            .cache
+            .map_or(0.0, |cache| cache.variance / cache.worth_after(fill));
+        let samples = self.samples_in((seconds - fill) / f64::from(pictures));
+        (self.variance_after(samples) + cached).sqrt()
+    }
+}
+
+/// Whether the cache is worth its filling, and why: the end of a sentence. To go on with it takes `head_start` seconds less
+/// than to begin with it, compared with going back.
+pub fn verdict(
+    uncached: &Forecast,
+    cached: &Forecast,
+    work: &Work<'_>,
+    head_start: f64,
+) -> (bool, String) {
+    let Work { stop, pictures, .. } = *work;
+    if let Some(error) = stop.relative_error {
+        let [without, with] = [uncached, cached].map(|f| f.seconds_to(error, pictures));
+        let time = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
+        if without.min(with) <= time {
+            let said = format!(
+                "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
+            );
+            return (with < without + head_start, said);
+        }
+    }
+    let seconds = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
+    let [without, with] = [uncached, cached].map(|f| f.error_after(seconds, pictures));
+    let said = format!(
+        "after {seconds} s a relative error of {with:.4} is expected with a cache and of {without:.4} without one"
+    );
+    (with < without, said)
+}
+
+/// How many times units are begun together until there are so many samples (`units_together` in `schedule.rs`).
+fn bundles(samples: f64) -> f64 {
+    1.0 + samples.max(1.0).ln() / f64::from(1 + MOST_AT_ONCE).ln()
+}
+
+/// Seconds that a sample takes, and that bricks take whenever samples are begun together, where [`FEW`] samples have taken
+/// `few` seconds, bricks included, and [`MORE`] have taken `more`.
+pub fn apart(few: f64, more: f64) -> (f64, f64) {
+    /// Samples take at least this share of the time: the clock is not exact.
+    const LEAST: f64 = 0.05;
+    let each = more / f64::from(MORE);
+    let per_sample = ((more - few) / f64::from(MORE - FEW)).clamp(LEAST * each, each);
+    (per_sample, more - f64::from(MORE) * per_sample)
+}
+
+/// What is left of the variance of n samples where they are one unit: `singles` is the variance of a mean of n units of one
+/// sample each, and `both` that which is reported once a unit of n samples has followed.
+///
+/// The sum of squared differences is n (n − 1) `singles` at first. A unit that differs by d from the mean adds n d²/2 to it
+/// (West's rule with equal weights), and the sum is then 2n · n `both`. The square of d is on average the variance of the
+/// mean and that of the unit.
+pub fn evenness(singles: f64, both: f64) -> f64 {
+    const LEAST: f64 = 0.05;
+    let n = f64::from(SAMPLES);
+    let squared_difference = 4.0 * n * both - 2.0 * (n - 1.0) * singles;
+    let unit = squared_difference - singles;
+    match singles > 0.0 {
+        true => (unit / singles).clamp(LEAST, 1.0),
+        false => 1.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicBool;
+    use std::time::Duration;
+
+    const UNCACHED: Forecast = Forecast {
+        seconds_per_sample: 0.1,
+        seconds_per_bundle: 0.0,
+        variance: 1.0,
+        evenness: 1.0,
+        cache: None,
+    };
+    const CACHED: Forecast = Forecast {
+        seconds_per_sample: 0.1,
+        seconds_per_bundle: 0.0,
+        variance: 0.04,
+        evenness: 1.0,
+        cache: Some(Filling {
+            gathering: 1.0,
+            per_traced_path: 0.1,
+            variance: 1e-4,
+        }),
+    };
+
+    static GOES_ON: AtomicBool = AtomicBool::new(false);
+
+    fn is_chosen(cached: Forecast, stop: Stop, pictures: u32, head_start: f64) -> bool {
+        let work = Work {
+            stop,
+            pictures,
+            interrupt: &GOES_ON,
+        };
+        verdict(&UNCACHED, &cached, &work, head_start).0
+    }
+
+    fn is_cached(stop: Stop, pictures: u32) -> bool {
+        is_chosen(CACHED, stop, pictures, 0.0)
+    }
+
+    #[test]
+    fn a_cache_is_for_pictures_that_have_to_be_good_or_many() {
+        let to = |error| Stop {
+            relative_error: Some(error),
+            ..Stop::default()
+        };
+        assert!(!is_cached(to(0.2), 1));
+        assert!(is_cached(to(0.2), 100));
+        assert!(is_cached(to(0.02), 1));
+        // Most of its filling is done.
+        assert!(is_chosen(CACHED, to(0.2), 1, 10.0));
+    }
+
+    #[test]
+    fn even_samples_are_known_by_the_spread_between_units() {
+        let n = f64::from(SAMPLES);
+        for left in [0.2, 1.0] {
+            let (singles, unit) = (1.0 / n, left / n);
+            let squares = n * (n - 1.0) * singles + 0.5 * n * (singles + unit);
+            let both = squares / (2.0 * n * n);
+            assert!((evenness(singles, both) - left).abs() < 1e-9);
+        }
+        let even = Forecast {
+            evenness: 0.25,
+            ..UNCACHED
+        };
+        assert!((UNCACHED.samples_to(0.05) / 400.0 - 1.0).abs() < 0.1);
+        let fewer = even.samples_to(0.05) / UNCACHED.samples_to(0.05);
+        assert!((0.25..0.6).contains(&fewer), "{fewer}");
+    }
+
+    /// Where the volume streams, what bricks take is paid a few times a picture, not for each sample.
+    #[test]
+    fn bricks_are_brought_for_all_units_that_are_done_together() {
+        let (per_sample, per_bundle) = apart(1.0 + 3.0 * 0.01, 1.0 + 12.0 * 0.01);
+        assert!((per_sample - 0.01).abs() < 1e-9 && (per_bundle - 1.0).abs() < 1e-9);
+        let streamed = Forecast {
+            seconds_per_sample: 0.01,
+            seconds_per_bundle: 1.0,
+            ..UNCACHED
+        };
+        assert!((streamed.seconds_for(256.0) - 7.56).abs() < 1e-9);
+        assert!((128.0..=256.0).contains(&streamed.samples_in(7.56)));
+    }
+
+    #[test]
+    fn where_the_time_ends_first_the_error_then_decides() {
+        let both = |seconds| Stop {
+            relative_error: Some(1e-4),
+            ..Stop::after(Duration::from_secs(seconds))
+        };
+        assert!(is_cached(both(60), 1));
+        let slow = Forecast {
+            seconds_per_sample: 3.0,
+            ..CACHED
+        };
+        assert!(!is_chosen(slow, both(60), 1, 0.0));
+    }
+}
