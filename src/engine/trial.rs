@@ -205,6 +205,9 @@ impl Engine {
         making: f64,
         most: f64,
     ) -> Result<Option<(Forecast, bool)>> {
+        if work.pictures > 1 {
+            self.look_from_everywhere();
+        }
         while self.renderer.cache().is_some_and(|c| c.updates < UPDATES) {
             if self.seconds_filled() > most || !self.fill_on(work)? {
                 return Ok(None);
