@@ -125,8 +125,8 @@ impl Forecast {
     }
 }
 
-/// Whether the cache is worth its filling, and why: the end of a sentence. To go on with it takes `head_start` seconds less
-/// than to begin with it, compared with going back.
+/// Whether the cache is worth its filling, compared with `uncached` or with another cache, and why: the end of a sentence. To
+/// go on with it takes `head_start` seconds less than to begin with it, compared with going back.
 pub fn verdict(
     uncached: &Forecast,
     cached: &Forecast,

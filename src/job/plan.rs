@@ -8,7 +8,7 @@ use crate::cli::PlanArgs;
 use crate::engine::Host;
 use crate::error::Result;
 use crate::info::to_json;
-use crate::render::{Choice, GpuScene, Plan, needed_bricks};
+use crate::render::{BrickLayout, Choice, GpuScene, Plan, needed_bricks};
 use crate::scene::Opened;
 
 #[derive(Serialize)]
@@ -40,6 +40,30 @@ struct Bricks {
     share: f64,
     /// Bytes of the host's memory for bricks.
     host_bytes: u64,
+    /// Bytes to be read from the volume by the first samples, and by later ones that are taken together, if they bring every
+    /// needed brick once.
+    first_read_bytes: u64,
+    later_read_bytes: u64,
+}
+
+impl Bricks {
+    fn of(layout: &BrickLayout, needed: u32, voxel_bytes: usize, host_bytes: u64) -> Bricks {
+        let brick_bytes = voxel_bytes as u64 * u64::from(layout.pitch()).pow(3);
+        let first_read_bytes = u64::from(needed) * brick_bytes;
+        Bricks {
+            side: layout.side,
+            total: layout.total(),
+            needed,
+            resident: layout.capacity(),
+            share: f64::from(layout.capacity().min(needed)) / f64::from(needed.max(1)),
+            host_bytes,
+            first_read_bytes,
+            later_read_bytes: match needed <= layout.capacity() {
+                true => 0,
+                false => first_read_bytes.saturating_sub(host_bytes),
+            },
+        }
+    }
 }
 
 pub fn plan(args: &PlanArgs) -> Result<u8> {
@@ -54,14 +78,7 @@ pub fn plan(args: &PlanArgs) -> Result<u8> {
     let budget = host.budget();
     let bricks = plan.bricks.map(|layout| {
         let needed = needed_bricks(&GpuScene::unprobed(scene, volume), volume);
-        Bricks {
-            side: layout.side,
-            total: layout.total(),
-            needed,
-            resident: layout.capacity(),
-            share: f64::from(layout.capacity().min(needed)) / f64::from(needed.max(1)),
-            host_bytes: host.ram_budget(),
-        }
+        Bricks::of(&layout, needed, volume.stored.bytes(), host.ram_budget())
     });
     let printed = Printed {
         bricks,
@@ -96,12 +113,17 @@ impl Printed<'_> {
                 resident,
                 share,
                 host_bytes,
+                first_read_bytes,
+                later_read_bytes,
             } = bricks;
             text += &format!(
                 "the volume streams: {total} bricks of {side} voxels a side, {needed} of them matter, and {resident} \
-                 are on the GPU at a time ({:.0} %); the host keeps {} of them\n",
+                 are on the GPU at a time ({:.0} %); the host keeps {} of them; the first samples read up to {}, and later ones \
+                 that are taken together up to {}\n",
                 100.0 * share,
                 human(*host_bytes),
+                human(*first_read_bytes),
+                human(*later_read_bytes),
             );
         }
         text += &format!("device: {}\n", self.device);

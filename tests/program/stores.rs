@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use serde_json::Value;
 
 use crate::{Folder, ended, text};
 
@@ -82,6 +83,27 @@ fn the_next_run_copies_nothing() {
     let said = text(&cleaned.stdout);
     assert!(said.starts_with("1 store was removed from c, "), "{said}");
     assert_eq!(folder.names_in("c"), ["mine.txt"]);
+}
+
+#[test]
+fn the_plan_says_how_much_will_be_read() {
+    let folder = folder();
+    let plan = |ram_budget: &str| {
+        let scene = RENDER.replace("render", "plan").replace("--spp 1", "");
+        let arguments = format!("{scene} {STREAMED} --ram-budget {ram_budget} --json");
+        let plan: Value = serde_json::from_slice(&folder.succeed(&arguments).stdout).expect("JSON");
+        ["first_read_bytes", "later_read_bytes"].map(|key| plan["bricks"][key].as_u64())
+    };
+    let [first, later] = plan("1GiB");
+    assert_eq!(later, Some(0));
+    folder.succeed(&format!("{RENDER} {STREAMED} -o a.exr --stats s.json"));
+    let read = folder.json("s.json")["bricks"]["bytes_read"].as_u64();
+    // A sample's paths go through a part of the bricks.
+    let least = first.map(|first| first / 8);
+    assert!(first >= read && read > least, "{first:?} {read:?}");
+    let brick = 2 * 33 * 33 * 33;
+    assert_eq!(plan("1MiB"), [first, first.map(|first| first - (1 << 20))]);
+    assert_eq!(first.map(|first| first % brick), Some(0));
 }
 
 /// `ISOLUME_KILLS=20` kills more copies than three.

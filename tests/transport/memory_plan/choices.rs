@@ -1,7 +1,7 @@
 //! Which variant a device, a budget and a scene get, row by row.
 
 use isolume::gpu::DeviceSummary;
-use isolume::render::choose;
+use isolume::render::{Choice, caches, choose};
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -100,6 +100,36 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
             (lavapipe, Below(NO_CACHE), Ok(QUARTER_F32), "with the volume in bricks, 80 of the 216 that matter"),
         ],
     );
+}
+
+/// The caches among which a trial decides.
+fn scales_and_bricks(budget: u64) -> Vec<(f64, u32)> {
+    let device = crate::support::common::device();
+    let (volume, limits, scene) = (dense(192, Kind::U8), nvidia_8(), scene());
+    let choice = choose(&device, &limits, budget, &volume, &scene).expect("a plan");
+    let caches = caches(&device, &limits, budget, &volume, &scene, &choice).expect("plans");
+    let look = |Choice { plan, .. }: Choice| {
+        let scale = plan.variant.cache().expect("a cache").scale;
+        (scale, plan.bricks.map_or(0, |bricks| bricks.capacity()))
+    };
+    caches.into_iter().map(look).collect()
+}
+
+#[test]
+fn a_coarser_cache_is_tried_where_it_leaves_room_for_more_bricks() {
+    let device = crate::support::common::device();
+    let bytes = |rung| {
+        let plan = plan(&device, &nvidia_8(), &dense(192, Kind::U8), &scene(), rung);
+        plan.expect("a plan").bytes()
+    };
+    // With the volume whole, it is the finest that fits.
+    assert_eq!(scales_and_bricks(bytes(HALF_F32)), [(0.5, 0)]);
+    let tried = scales_and_bricks(bytes(NO_CACHE) - 1);
+    assert!(tried.len() > 1, "{tried:?}");
+    for pair in tried.windows(2) {
+        let [(fine, few), (coarse, more)] = [pair[0], pair[1]];
+        assert!(coarse <= fine && more > few, "{tried:?}");
+    }
 }
 
 /// 2²⁴ nodes at scale 1: 256 MiB of light in f32, 128 MiB in f16, 32 MiB at half the scale.
