@@ -118,8 +118,8 @@ impl Printed<'_> {
             } = bricks;
             text += &format!(
                 "the volume streams: {total} bricks of {side} voxels a side, {needed} of them matter, and {resident} \
-                 are on the GPU at a time ({:.0} %); the host keeps {} of them; the first samples read up to {}, and later ones \
-                 that are taken together up to {}\n",
+                 are on the GPU at a time ({:.0} %); the host keeps {} of them; if each is \
+                 brought once, the first samples read up to {}, and later ones that are taken together up to {}\n",
                 100.0 * share,
                 human(*host_bytes),
                 human(*first_read_bytes),
