@@ -46,13 +46,13 @@ impl CacheLayout {
         scale: f64,
         format: CacheFormat,
         most_texels: u32,
-    ) -> Result<CacheLayout> {
+    ) -> Result<CacheLayout, MemoryError> {
         let nodes = dims.map(|n| (n as f64 * scale).ceil() as u32);
         let step = std::array::from_fn(|a| dims[a] as f32 / nodes[a] as f32);
         let bricks = nodes.map(|n| n.div_ceil(BRICK));
         if bricks.iter().any(|&n| n > MOST_PLACES) {
             let limit = MOST_PLACES * BRICK;
-            return Err(MemoryError::CacheNodes { nodes, limit }.into());
+            return Err(MemoryError::CacheNodes { nodes, limit });
         }
         let active = active_bricks(bricks, step, occupancy);
         let most_places = (most_texels / BRICK).min(MOST_PLACES - 1);
@@ -60,8 +60,7 @@ impl CacheLayout {
             return Err(MemoryError::CacheBricks {
                 bricks: active.len(),
                 texels: most_texels,
-            }
-            .into());
+            });
         };
         Ok(CacheLayout {
             scale,
@@ -72,6 +71,14 @@ impl CacheLayout {
             active,
             places,
         })
+    }
+
+    /// The same nodes with another format of their light.
+    pub fn with_format(self, format: CacheFormat) -> CacheLayout {
+        CacheLayout {
+            is_f16: format == CacheFormat::F16,
+            ..self
+        }
     }
 
     /// This layout, if it has memory wherever another occupancy needs it and little elsewhere, so that its light
@@ -218,13 +225,14 @@ fn active_bricks(bricks: [u32; 3], step: [f32; 3], occupancy: &Occupancy) -> Vec
         (0..bricks[a]).map(of_brick).collect::<Vec<_>>()
     };
     let spans = [reach(0), reach(1), reach(2)];
-    let is_active = |[x, y, z]: &[u32; 3]| {
-        let [i, j, k] = [x, y, z].map(|&n| n as usize);
-        occupancy.any([&spans[0][i], &spans[1][j], &spans[2][k]])
-    };
     let slice = |z: u32| {
-        let rows = (0..bricks[1]).flat_map(|y| (0..bricks[0]).map(move |x| [x, y, z]));
-        rows.filter(is_active).map(pack).collect::<Vec<_>>()
+        let mut active = Vec::new();
+        for y in 0..bricks[1] {
+            let row = occupancy.row(&spans[1][y as usize], &spans[2][z as usize]);
+            let is_active = |&x: &u32| row[spans[0][x as usize].clone()].contains(&true);
+            active.extend((0..bricks[0]).filter(is_active).map(|x| pack([x, y, z])));
+        }
+        active
     };
     let slices = (0..bricks[2]).into_par_iter();
     slices.flat_map_iter(slice).collect()

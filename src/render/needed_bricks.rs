@@ -26,7 +26,8 @@ pub fn bricks_that_matter(scene: &GpuScene, volume: &Volume, side: u32) -> Vec<b
     let mut matters = Vec::with_capacity(x.len() * y.len() * z.len());
     for z in z {
         for y in y {
-            matters.extend(x.iter().map(|x| shown.any([x, y, z])));
+            let row = shown.row(y, z);
+            matters.extend(x.iter().map(|x| row[x.clone()].contains(&true)));
         }
     }
     matters

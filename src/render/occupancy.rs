@@ -59,15 +59,20 @@ impl Occupancy {
         index(low)..=index(high)
     }
 
-    /// Whether any macrocell in the box of three spans is occupied.
-    pub fn any(&self, [x, y, z]: [&RangeInclusive<usize>; 3]) -> bool {
+    /// For each macrocell along x, whether any is occupied that has the same x and lies within two spans.
+    pub fn row(&self, y: &RangeInclusive<usize>, z: &RangeInclusive<usize>) -> Vec<bool> {
         let [width, height, _] = self.macrocells.map(|n| n as usize);
-        z.clone().any(|k| {
-            y.clone().any(|j| {
-                let row = (k * height + j) * width;
-                self.occupied[row + x.start()..=row + x.end()].contains(&true)
-            })
-        })
+        let mut row = vec![false; width];
+        for k in z.clone() {
+            for j in y.clone() {
+                let first = (k * height + j) * width;
+                let occupied = &self.occupied[first..first + width];
+                row.iter_mut()
+                    .zip(occupied)
+                    .for_each(|(any, &is)| *any |= is);
+            }
+        }
+        row
     }
 }
 

@@ -55,8 +55,21 @@ impl Plan {
     }
 }
 
-/// The cache's settings that the scene allows, best first.
-pub(super) fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
+/// A cache that the scene allows.
+pub(super) struct Rung {
+    pub scale: f64,
+    pub format: CacheFormat,
+    /// Fails where the device's images are too small.
+    pub layout: Result<CacheLayout, MemoryError>,
+}
+
+/// The caches that the scene allows, best first.
+pub(super) fn rungs(
+    uncached: &GpuScene,
+    volume: &Volume,
+    scene: &Scene,
+    limits: &DeviceSummary,
+) -> impl Iterator<Item = Rung> + use<> {
     let scales = match scene.render.cache_scale {
         CacheScale::Auto => vec![1.0, 0.5, 0.25, COARSEST],
         CacheScale::Fixed(scale) => vec![scale],
@@ -65,8 +78,17 @@ pub(super) fn rungs(scene: &Scene) -> Vec<(f64, CacheFormat)> {
         CacheFormat::Auto => vec![CacheFormat::F32, CacheFormat::F16],
         format => vec![format],
     };
-    let with_formats = |scale: f64| formats.iter().map(move |&format| (scale, format));
-    scales.into_iter().flat_map(with_formats).collect()
+    let occupancy = uncached.occupancy(volume);
+    let (dims, most) = (volume.dims, limits.max_image_3d);
+    scales.into_iter().flat_map(move |scale| {
+        // To look for the bricks takes time, and formats have the same.
+        let layout = CacheLayout::new(dims, &occupancy, scale, formats[0], most);
+        formats.clone().into_iter().map(move |format| Rung {
+            scale,
+            format,
+            layout: layout.clone().map(|layout| layout.with_format(format)),
+        })
+    })
 }
 
 /// Cells that a CPU should fill at most, unless the picture has more pixels: a cell's path costs as much as a
@@ -126,12 +148,10 @@ pub(super) fn choose_whole(
         }
         _ => {}
     }
-    let occupancy = uncached.occupancy(volume);
     let mut better = Vec::new();
-    for (scale, format) in rungs(scene) {
-        let most = limits.max_image_3d;
-        let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, most);
-        let name = cache_layout::description(scale, format);
+    for rung in rungs(&uncached, volume, scene, limits) {
+        let name = cache_layout::description(rung.scale, rung.format);
+        let layout = rung.layout.map_err(Error::from);
         let cached = layout.map(|layout| uncached.clone().with_cache(layout));
         match cached.and_then(|cached| plan(&cached)) {
             Ok(plan) if let Some(cells) = too_many_cells(&plan, limits, scene) => {

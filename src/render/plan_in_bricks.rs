@@ -8,7 +8,6 @@
 use std::sync::Arc;
 
 use super::brick_layout::BrickLayout;
-use super::cache_layout::CacheLayout;
 use super::gpu_scene::GpuScene;
 use super::needed_bricks::needed_bricks;
 use super::plan::{Choice, Plan, rungs, too_many_cells, useless};
@@ -79,18 +78,15 @@ fn plans(
     scene: &Scene,
     uncached: GpuScene,
 ) -> impl Iterator<Item = Result<Plan>> {
-    let occupancy = uncached.occupancy(volume);
-    let caches = match (scene.render.variant, useless(scene)) {
-        (Variant::NonCaching, _) | (_, Some(_)) => Vec::new(),
-        _ => rungs(scene),
-    };
+    let has_caches = scene.render.variant != Variant::NonCaching && useless(scene).is_none();
+    let caches = has_caches.then(|| rungs(&uncached, volume, scene, limits));
     let is_last_cached = scene.render.variant == Variant::Caching;
     let without = (!is_last_cached).then(|| uncached.clone());
-    let most = limits.max_image_3d;
-    let cached = caches.into_iter().filter_map(move |(scale, format)| {
-        let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, most).ok();
-        layout.map(|layout| uncached.clone().with_cache(layout))
-    });
+    let layouts = caches
+        .into_iter()
+        .flatten()
+        .filter_map(|rung| rung.layout.ok());
+    let cached = layouts.map(move |layout| uncached.clone().with_cache(layout));
     cached.chain(without).filter_map(move |candidate| {
         let plan = fill(device, limits, budget, candidate).transpose()?;
         match plan {
