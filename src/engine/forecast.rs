@@ -6,13 +6,6 @@ use super::trial::Work;
 use crate::render::shared::GATHERED;
 use crate::render::worth;
 
-/// Samples of a pixel that are tried one by one, and then as many in one unit.
-pub const SAMPLES: u32 = 8;
-/// Where the volume streams, so many samples are taken together, and then so many more, to tell what samples cost from what
-/// bricks cost.
-pub const FEW: u32 = 3;
-pub const MORE: u32 = 12;
-
 /// What a variant is expected to take for a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Forecast {
@@ -22,9 +15,25 @@ pub struct Forecast {
     pub seconds_per_bundle: f64,
     /// Square of the relative error after one sample.
     pub variance: f64,
-    /// The variance of [`SAMPLES`] samples that are spread evenly, as a share of that of independent samples.
-    pub evenness: f64,
+    pub evenness: Evenness,
     pub cache: Option<Filling>,
+}
+
+/// How much less noise samples have because they are spread evenly.
+#[derive(Debug, Clone, Copy)]
+pub struct Evenness {
+    /// So many samples, which are spread evenly, …
+    pub samples: u32,
+    /// … have this share of the variance of as many independent ones.
+    pub left: f64,
+}
+
+impl Evenness {
+    /// Samples that are independent, or not known to be better.
+    pub const NONE: Evenness = Evenness {
+        samples: 1,
+        left: 1.0,
+    };
 }
 
 /// What filling the cache is expected to take. Paths are counted by what they are worth ([`worth`]), since those that are
@@ -61,9 +70,9 @@ impl Forecast {
     /// Square of the relative error that is reported after so many samples. They come in units of a sixteenth of them, and
     /// only within a unit they are known to be spread evenly.
     fn variance_after(&self, samples: f64) -> f64 {
-        let known = f64::from(SAMPLES).log2();
+        let known = f64::from(self.evenness.samples).log2();
         let unit = (samples / 16.0).max(1.0).log2().min(known);
-        self.variance * self.evenness.powf(unit / known) / samples
+        self.variance * self.evenness.left.powf(unit / known.max(1.0)) / samples
     }
 
     /// Samples after which a relative error is reported.
@@ -157,29 +166,15 @@ fn bundles(samples: f64) -> f64 {
     1.0 + samples.max(1.0).ln() / f64::from(1 + MOST_AT_ONCE).ln()
 }
 
-/// Seconds that a sample takes, and that bricks take whenever samples are begun together, where [`FEW`] samples have taken
-/// `few` seconds, bricks included, and [`MORE`] have taken `more`.
-pub fn apart(few: f64, more: f64) -> (f64, f64) {
-    /// Samples take at least this share of the time: the clock is not exact.
-    const LEAST: f64 = 0.05;
-    let each = more / f64::from(MORE);
-    let per_sample = ((more - few) / f64::from(MORE - FEW)).clamp(LEAST * each, each);
-    (per_sample, more - f64::from(MORE) * per_sample)
-}
-
-/// What is left of the variance of n samples where they are one unit: `singles` is the variance of a mean of n units of one
-/// sample each, and `both` that which is reported once a unit of n samples has followed.
+/// What is left of the variance of n samples that are spread evenly: `independent` is the variance that a mean of n single
+/// samples is reported to have, and `change` is by how much it changes once n more have followed.
 ///
-/// The sum of squared differences is n (n − 1) `singles` at first. A unit that differs by d from the mean adds n d²/2 to it
-/// (West's rule with equal weights), and the sum is then 2n · n `both`. The square of d is on average the variance of the
-/// mean and that of the unit.
-pub fn evenness(singles: f64, both: f64) -> f64 {
+/// The mean moves by half the difference of two means of n samples. The square of that is on average half the variance of
+/// one of them.
+pub fn left_of(independent: f64, change: f64) -> f64 {
     const LEAST: f64 = 0.05;
-    let n = f64::from(SAMPLES);
-    let squared_difference = 4.0 * n * both - 2.0 * (n - 1.0) * singles;
-    let unit = squared_difference - singles;
-    match singles > 0.0 {
-        true => (unit / singles).clamp(LEAST, 1.0),
+    match independent > 0.0 {
+        true => (2.0 * change.powi(2) / independent).clamp(LEAST, 1.0),
         false => 1.0,
     }
 }
@@ -194,14 +189,14 @@ mod tests {
         seconds_per_sample: 0.1,
         seconds_per_bundle: 0.0,
         variance: 1.0,
-        evenness: 1.0,
+        evenness: Evenness::NONE,
         cache: None,
     };
     const CACHED: Forecast = Forecast {
         seconds_per_sample: 0.1,
         seconds_per_bundle: 0.0,
         variance: 0.04,
-        evenness: 1.0,
+        evenness: Evenness::NONE,
         cache: Some(Filling {
             gathering: 1.0,
             per_traced_path: 0.1,
@@ -238,16 +233,17 @@ mod tests {
     }
 
     #[test]
-    fn even_samples_are_known_by_the_spread_between_units() {
-        let n = f64::from(SAMPLES);
+    fn even_samples_are_known_by_how_little_more_of_them_change() {
         for left in [0.2, 1.0] {
-            let (singles, unit) = (1.0 / n, left / n);
-            let squares = n * (n - 1.0) * singles + 0.5 * n * (singles + unit);
-            let both = squares / (2.0 * n * n);
-            assert!((evenness(singles, both) - left).abs() < 1e-9);
+            let independent: f64 = 0.01;
+            let difference = (2.0 * left * independent).sqrt();
+            assert!((left_of(independent, 0.5 * difference) - left).abs() < 1e-9);
         }
         let even = Forecast {
-            evenness: 0.25,
+            evenness: Evenness {
+                samples: 8,
+                left: 0.25,
+            },
             ..UNCACHED
         };
         assert!((UNCACHED.samples_to(0.05) / 400.0 - 1.0).abs() < 0.1);
@@ -258,8 +254,6 @@ mod tests {
     /// Where the volume streams, what bricks take is paid a few times a picture, not for each sample.
     #[test]
     fn bricks_are_brought_for_all_units_that_are_done_together() {
-        let (per_sample, per_bundle) = apart(1.0 + 3.0 * 0.01, 1.0 + 12.0 * 0.01);
-        assert!((per_sample - 0.01).abs() < 1e-9 && (per_bundle - 1.0).abs() < 1e-9);
         let streamed = Forecast {
             seconds_per_sample: 0.01,
             seconds_per_bundle: 1.0,

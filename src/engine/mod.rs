@@ -4,6 +4,7 @@
 mod budget;
 mod change;
 pub mod figures;
+mod first_samples;
 mod forecast;
 mod host;
 mod picture;

@@ -63,3 +63,12 @@ pub fn relative_error(rgb: &[[f32; 3]], stderr: &[[f32; 3]]) -> f64 {
 pub(crate) fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
     texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
 }
+
+/// rms(after − before) / mean(after) of two pictures of RGB and coverage.
+pub(super) fn relative_change(before: &[[f32; 4]], after: &[[f32; 4]]) -> f64 {
+    let pairs = before.iter().zip(after);
+    let change: Vec<[f32; 3]> = pairs
+        .map(|(b, a)| std::array::from_fn(|c| a[c] - b[c]))
+        .collect();
+    relative_error(&rgb(after), &change)
+}

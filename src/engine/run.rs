@@ -64,8 +64,8 @@ pub struct Outcome {
     pub cpu: Duration,
     /// Infinite where there is a single unit, whose error is unknown.
     pub relative_error: f64,
-    /// When there was a picture to see; `None` if it had all its samples before.
-    pub first_frame: Option<Instant>,
+    /// When there was a picture to see.
+    pub first_frame: Instant,
     /// The reason why it stopped, as the end of a sentence: "stopped because …".
     pub why_stopped: String,
 }
@@ -144,8 +144,8 @@ impl Engine {
     /// Fails with [`Error::Interrupted`] if there is no picture yet, and with [`Error::Input`] if the time is too
     /// short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
-        let mut first_frame = None;
         let totals = self.renderer.totals();
+        let mut first_frame = (totals.units > 0).then(Instant::now);
         let mut done = Done {
             first_sample: totals.first_sample,
             samples: totals.samples,
@@ -191,9 +191,9 @@ impl Engine {
             });
             run.pause(self)?;
         };
-        if done.units == 0 {
+        let Some(first_frame) = first_frame else {
             return Err(Error::Interrupted);
-        }
+        };
         Ok(Outcome {
             samples: done.samples,
             took: done.took,

@@ -32,6 +32,11 @@ impl Stopwatch {
         watch
     }
 
+    /// Adds time that was counted elsewhere, by a clock that knew no CPU time.
+    pub fn add(&mut self, before: Duration) {
+        self.before += before;
+    }
+
     pub fn elapsed(&self) -> Duration {
         let now = self.running_since.map(|(wall, _)| wall.elapsed());
         self.before + now.unwrap_or_default()

@@ -11,23 +11,21 @@
 //! Where samples are counted, the plan's choice stands: the same command then gives the same bits.
 
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use super::forecast::{FEW, Filling, Forecast, MORE, SAMPLES, apart, evenness, verdict};
+use super::forecast::{Filling, Forecast, verdict};
 use super::schedule::{Stop, cache_goal};
-use super::{Engine, Host};
+use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
 use crate::render::shared::GATHERED;
-use crate::render::{Choice, doubling, worth};
+use crate::render::{Choice, Sums, Totals, Until, doubling, worth};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
-/// Pixels of the pictures that are tried: a GPU needs many to be busy.
-const PIXELS_CPU: f64 = 4096.0;
-const PIXELS_GPU: f64 = 262_144.0;
-/// Paths a node that tell for the first time how fast a cache fills and how noisy its light is.
+/// Paths a node that tell for the first time how fast a cache fills and how noisy its light is. How noisy is known well once
+/// nodes trace whole paths: those that gather share their light's errors, which the spread between batches does not show.
 const UPDATES: u32 = 8;
-/// Trials of caches may take this share of what the work would take without one.
+/// Trials of caches take this share of what the work would take without one, at most.
 const SHARE: f64 = 0.2;
 /// A cache is not tried where the work without one takes less than so many times what it has taken to find that out: to
 /// compile for a cache, to fill it a little and to go back takes about twice as long.
@@ -45,7 +43,8 @@ pub struct Work<'a> {
 
 impl Engine {
     /// Brings the scene onto the GPU in the variant that is expected to be the fastest for the work, of those that the
-    /// scene allows and that fit. What a trial has put into a cache stays there.
+    /// scene allows and that fit. What a trial has put into a cache stays there, and so do the first samples of a picture
+    /// where the volume streams: the stopwatch, which stands still, has what they have taken.
     ///
     /// # Errors
     ///
@@ -57,186 +56,195 @@ impl Engine {
         choice: Choice,
         seed: u32,
         work: Work<'_>,
-    ) -> Result<Engine> {
+    ) -> Result<(Engine, Stopwatch)> {
         let is_open = scene.render.variant == Variant::Auto && work.stop.count().is_none();
-        let caches = match is_open {
-            true => host.caches(volume, scene, &choice)?,
-            false => Vec::new(),
+        let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
+        let trial = Trial {
+            host,
+            volume,
+            scene,
+            seed,
+            work,
         };
-        if caches.is_empty() {
-            return Engine::with_plan(host, volume, scene, choice, seed);
+        match is_open && may_cache {
+            true => trial.choose(choice),
+            false => Ok((trial.engine(choice)?, Stopwatch::paused())),
         }
-        let mut without_cache = scene.clone();
+    }
+}
+
+/// What all engines of a trial are made for.
+struct Trial<'a> {
+    host: &'a Host,
+    volume: &'a Volume,
+    scene: &'a Scene,
+    seed: u32,
+    work: Work<'a>,
+}
+
+/// The picture that a trial has begun without a cache.
+struct Begun {
+    picture: Option<(Sums, Totals)>,
+    watch: Stopwatch,
+}
+
+const TOO_SHORT: &str = "the work is done before a cache would be filled";
+
+impl Trial<'_> {
+    fn engine(&self, choice: Choice) -> Result<Engine> {
+        Engine::with_plan(self.host, self.volume, self.scene, choice, self.seed)
+    }
+
+    /// Tries the variant without a cache, and, where the work takes long enough, the caches that `chosen` leaves open.
+    fn choose(&self, chosen: Choice) -> Result<(Engine, Stopwatch)> {
+        let mut without_cache = self.scene.clone();
         without_cache.render.variant = Variant::NonCaching;
-        let plain = host.plan(volume, &without_cache)?;
-        let without = |reason: &str| {
-            let choice = Choice {
-                reason: reason.into(),
-                ..plain.clone()
-            };
-            Engine::with_plan(host, volume, scene, choice, seed)
-        };
-        const TOO_SHORT: &str = "the work is done before a cache would be filled";
+        let mut plain = self.host.plan(self.volume, &without_cache)?;
         let began = Instant::now();
-        let mut engine = without(TOO_SHORT)?;
+        let mut engine = self.engine(plain.clone())?;
         let making = began.elapsed().as_secs_f64();
-        let uncached = engine.try_samples(&work)?;
-        let seconds = uncached.seconds_of(&work);
-        if seconds <= WORTH_A_TRIAL * began.elapsed().as_secs_f64() {
-            return Ok(engine);
+        let mut watch = Stopwatch::started();
+        let short = WORTH_A_TRIAL * making;
+        let tried = engine.try_samples(&self.work, short, self.work.interrupt.into())?;
+        watch.pause();
+        let begun = engine.begun(watch)?;
+        engine.choice.reason = TOO_SHORT.into();
+        let short = WORTH_A_TRIAL * began.elapsed().as_secs_f64();
+        let is_long = |uncached: &Forecast| uncached.seconds_of(&self.work) > short;
+        let Some(uncached) = tried.filter(is_long) else {
+            return Ok((engine, begun.watch));
+        };
+        let caches = self.host.caches(self.volume, self.scene, &chosen)?;
+        if caches.is_empty() {
+            engine.choice.reason = chosen.reason;
+            return Ok((engine, begun.watch));
         }
         drop(engine);
-        let mut left = SHARE * seconds;
+        match self.best_of(caches, &uncached, making)? {
+            Ok(engine) => Ok((engine, Stopwatch::paused())),
+            Err(why) => {
+                plain.reason = why;
+                self.go_on(plain, begun)
+            }
+        }
+    }
+
+    /// An engine with the best of these caches, if one is better than none; otherwise the reason why not. Caches that are
+    /// tried share a time that is short beside the work's.
+    fn best_of(
+        &self,
+        caches: Vec<Choice>,
+        uncached: &Forecast,
+        making: f64,
+    ) -> Result<std::result::Result<Engine, String>> {
+        let most = Duration::try_from_secs_f64(SHARE * uncached.seconds_of(&self.work));
+        let until = Until {
+            interrupt: self.work.interrupt,
+            deadline: most.ok().and_then(|most| Instant::now().checked_add(most)),
+        };
         let mut best: Option<(Choice, Forecast)> = None;
         let mut why = TOO_SHORT.to_string();
         let last = caches.len() - 1;
-        for (n, choice) in caches.into_iter().enumerate() {
-            let mut engine = Engine::with_plan(host, volume, scene, choice.clone(), seed)?;
-            let rival = best.as_ref().map_or(&uncached, |(_, forecast)| forecast);
-            let tried = engine.try_cache(rival, &work, making, left)?;
-            left -= engine.seconds_filled();
-            let Some((cached, is_better)) = tried else {
-                continue;
+        for (n, mut choice) in caches.into_iter().enumerate() {
+            let mut engine = self.engine(choice.clone())?;
+            let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
+            let Some((cached, is_better)) = engine.try_cache(rival, &self.work, making, until)?
+            else {
+                break;
             };
-            let said = verdict(&uncached, &cached, &work, 0.0).1;
+            let said = verdict(uncached, &cached, &self.work, 0.0).1;
             if is_better {
-                why = format!("{said}; {}", choice.reason);
+                choice.reason = format!("{said}; {}", choice.reason);
                 if n == last {
-                    engine.choice.reason = why;
-                    return Ok(engine);
+                    engine.choice = choice;
+                    return Ok(Ok(engine));
                 }
                 best = Some((choice, cached));
             } else if best.is_none() {
                 why = said;
             }
         }
-        let Some((choice, _)) = best else {
-            return without(&why);
-        };
-        let choice = Choice {
-            reason: why,
-            ..choice
-        };
-        Engine::with_plan(host, volume, scene, choice, seed)
+        match best {
+            Some((choice, _)) => self.engine(choice).map(Ok),
+            None => Ok(Err(why)),
+        }
     }
 
-    /// Takes a few samples, and forgets them.
-    fn try_samples(&mut self, work: &Work<'_>) -> Result<Forecast> {
-        let forecast = match self.renderer.brick_figures() {
-            Some(_) => self.try_in_bricks(work)?,
-            None => self.try_few_pixels(work)?,
-        };
-        self.begin_picture();
-        Ok(forecast)
+    /// Goes on with a picture.
+    fn go_on(&self, choice: Choice, begun: Begun) -> Result<(Engine, Stopwatch)> {
+        let mut engine = self.engine(choice)?;
+        if let Some((sums, totals)) = begun.picture {
+            engine.resume(&sums, totals)?;
+        }
+        Ok((engine, begun.watch))
     }
+}
 
-    /// Begins the picture with all its pixels: fewer would need as many bricks, and say little about the time.
-    fn try_in_bricks(&mut self, work: &Work<'_>) -> Result<Forecast> {
-        self.renderer.unit(1, work.interrupt)?;
-        let few = self.time_units(1, FEW, work)?;
-        let more = self.time_units(1, MORE, work)?;
-        let (seconds_per_sample, seconds_per_bundle) = apart(few, more);
-        Ok(Forecast {
-            seconds_per_sample,
-            seconds_per_bundle,
-            variance: f64::from(self.totals().samples) * self.variance_of_samples()?,
-            evenness: 1.0,
-            cache: None,
+impl Engine {
+    /// The picture so far, which `watch` has timed.
+    fn begun(&mut self, watch: Stopwatch) -> Result<Begun> {
+        Ok(match self.totals() {
+            totals if totals.samples > 0 => Begun {
+                picture: Some((self.sums()?, totals)),
+                watch,
+            },
+            _ => Begun {
+                picture: None,
+                watch: Stopwatch::paused(),
+            },
         })
-    }
-
-    /// Takes samples of few pixels.
-    fn try_few_pixels(&mut self, work: &Work<'_>) -> Result<Forecast> {
-        let size = self.scene.render.size;
-        let pixels = |size: [u32; 2]| f64::from(size[0]) * f64::from(size[1]);
-        let most = match self.host.summary().kind.is_software() {
-            true => PIXELS_CPU,
-            false => PIXELS_GPU,
-        };
-        let scale = (most / pixels(size)).sqrt().min(1.0);
-        let small = size.map(|n| ((f64::from(n) * scale) as u32).max(1));
-        self.reduce_to(small)?;
-        self.renderer.unit(1, work.interrupt)?;
-        self.begin_picture();
-        self.renderer.units(1, SAMPLES, work.interrupt)?;
-        let samples = f64::from(self.totals().samples.max(1));
-        let variance = self.variance_of_samples()?;
-        // One unit: small ones wait for their longest path, as only the first of a picture do.
-        let units = self.totals().units;
-        let took = self.time_units(SAMPLES, 1, work)?;
-        let evenness = match self.totals().units - units {
-            1 => evenness(variance, self.variance_of_samples()?),
-            _ => 1.0,
-        };
-        self.reduce_to(size)?;
-        Ok(Forecast {
-            seconds_per_sample: took / f64::from(SAMPLES) * pixels(size) / pixels(small),
-            seconds_per_bundle: 0.0,
-            variance: samples * variance,
-            evenness,
-            cache: None,
-        })
-    }
-
-    /// Square of the relative error of the samples so far. What a cache is wrong by is in all of them alike, and is counted
-    /// with its filling.
-    fn variance_of_samples(&mut self) -> Result<f64> {
-        let shared = self.renderer.cache().map(|cache| cache.relative_error);
-        let shared = shared.filter(|error| error.is_finite()).unwrap_or(0.0);
-        Ok((self.relative_error()?.powi(2) - shared.powi(2)).max(0.0))
-    }
-
-    /// Seconds that units of so many samples take, together where the volume streams.
-    fn time_units(&mut self, samples: u32, units: u32, work: &Work<'_>) -> Result<f64> {
-        let began = Instant::now();
-        self.renderer.units(samples, units, work.interrupt)?;
-        Ok(began.elapsed().as_secs_f64())
     }
 
     /// Tries the cache, and tells whether it is better than `rival`, which would have to be made again in `making` seconds.
-    /// `None` if its first paths take longer than `most` seconds.
+    /// `None` if `until` comes before that is known.
     ///
-    /// The error of a cache with few paths is a guess. So as long as the cache is the better one it is filled further, which
-    /// costs nothing if it stays so, until it is good enough or a trial must not take longer.
+    /// The error of a cache whose nodes have only gathered is a guess. So as long as the cache is the better one it is filled
+    /// further, which costs nothing if it stays so, until it is good enough, or its error is known and `until` comes.
     fn try_cache(
         &mut self,
         rival: &Forecast,
         work: &Work<'_>,
         making: f64,
-        most: f64,
+        until: Until<'_>,
     ) -> Result<Option<(Forecast, bool)>> {
         if work.pictures > 1 {
             self.look_from_everywhere();
         }
         while self.renderer.cache().is_some_and(|c| c.updates < UPDATES) {
-            if self.seconds_filled() > most || !self.fill_on(work)? {
+            if !self.fill_on(until)? {
                 return Ok(None);
             }
         }
-        let samples = self.try_samples(work)?;
+        let Some(samples) = self.try_samples(work, 0.0, until)? else {
+            return Ok(None);
+        };
+        self.begin_picture();
         loop {
             let cached = Forecast {
                 cache: self.filling(),
                 ..samples
             };
-            let took = self.seconds_filled();
-            let is_better = verdict(rival, &cached, work, making + took).0;
-            let goal = cache_goal(&work.stop);
-            let is_good = self
+            let head_start = making + self.seconds_filled();
+            let is_better = verdict(rival, &cached, work, head_start).0;
+            let goal = match until.is_over() {
+                true => f64::INFINITY,
+                false => cache_goal(&work.stop),
+            };
+            let is_known = self
                 .renderer
                 .cache()
                 .is_some_and(|cache| cache.is_known_to(goal));
-            if !is_better || is_good || took > most || !self.fill_on(work)? {
+            if !is_better || is_known || !self.fill_on(work.interrupt.into())? {
                 return Ok(Some((cached, is_better)));
             }
         }
     }
 
-    /// Doubles the paths of the cache's nodes. Returns false if that was interrupted.
-    fn fill_on(&mut self, work: &Work<'_>) -> Result<bool> {
+    /// Doubles the paths of the cache's nodes. Returns false if `until` comes before that is done.
+    fn fill_on(&mut self, until: Until<'_>) -> Result<bool> {
         let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
         match self.renderer.caching() {
-            Some(mut caching) => caching.batch(doubling(updates), work.interrupt),
+            Some(mut caching) => caching.batch(doubling(updates), until),
             None => Ok(false),
         }
     }

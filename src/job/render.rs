@@ -116,14 +116,14 @@ impl<'a> Render<'a> {
             pictures,
             interrupt: &interrupt::INTERRUPTED,
         };
-        let (mut engine, fingerprint) = clock.time("compile and upload", || {
+        let ((mut engine, mut watch), fingerprint) = clock.time("compile and upload", || {
             thread::scope(|scope| -> Result<_> {
                 let walks = args.samples.is_some() || args.checkpoint.is_some();
                 let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
-                let engine = Engine::for_work(host, volume, &settled, choice, args.seed, work)?;
+                let begun = Engine::for_work(host, volume, &settled, choice, args.seed, work)?;
                 let walked =
                     walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
-                Ok((engine, walked.transpose()?))
+                Ok((begun, walked.transpose()?))
             })
         })?;
         clock.part("compile", engine.compiling());
@@ -133,7 +133,9 @@ impl<'a> Render<'a> {
         if pictures > 1 {
             engine.look_from_everywhere();
         }
-        engine.begin_at_sample(stop.first_sample());
+        if let Some(shard) = stop.samples {
+            engine.begin_at_sample(shard.first);
+        }
         let keeper = match (&args.checkpoint, found, fingerprint.clone()) {
             (Some(path), Some(found), Some(volume)) => {
                 let subject = Subject {
@@ -147,7 +149,8 @@ impl<'a> Render<'a> {
             _ => None,
         };
         let first = keeper.as_ref().map_or(0, Keeper::picture);
-        let spent = keeper.as_ref().map_or(Duration::ZERO, Keeper::seconds);
+        watch.add(keeper.as_ref().map_or(Duration::ZERO, Keeper::seconds));
+        watch.go_on();
         Ok(Render {
             args,
             opened,
@@ -156,7 +159,7 @@ impl<'a> Render<'a> {
             clock,
             progress: Progress::new(args.quiet, stop),
             engine,
-            watch: Stopwatch::started_after(spent),
+            watch,
             volume: fingerprint.filter(|_| keeper.is_none()),
             keeper,
             first,

@@ -95,9 +95,7 @@ fn stats(
         spp: u64::from(engine.totals().samples),
         seed: u64::from(args.seed),
         wall_s,
-        first_frame_s: first
-            .first_frame
-            .map_or(f64::NAN, |at| at.duration_since(clock.began).as_secs_f64()),
+        first_frame_s: first.first_frame.duration_since(clock.began).as_secs_f64(),
         passes: Vec::new(),
         stages: clock.stages(engine.timings()),
         memory: engine.memory_stats(),
