@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::plan::{Choice, choose_whole};
+use super::plan::{self, Choice, choose_whole};
 use super::plan_in_bricks;
-use crate::error::{Error, Result};
+use crate::error::{Error, MemoryError, Result};
 use crate::gpu::{Device, DeviceSummary};
 use crate::scene::volume::Volume;
 use crate::scene::{self, Scene};
@@ -19,8 +19,9 @@ pub fn choose(
 ) -> Result<Choice> {
     match choose_whole(device, limits, budget, volume, scene) {
         Err(Error::Memory(why)) if scene.render.variant != scene::Variant::Published => {
-            let in_bricks = plan_in_bricks::choose(device, limits, budget, volume, scene)?;
-            in_bricks.ok_or(Error::Memory(why))
+            let better = whole(&why);
+            let chosen = plan_in_bricks::choose(device, limits, budget, volume, scene, &better)?;
+            chosen.ok_or(Error::Memory(why))
         }
         other => other,
     }
@@ -37,8 +38,27 @@ pub fn caches(
     chosen: &Choice,
 ) -> Result<Vec<Choice>> {
     match (chosen.plan.bricks, chosen.plan.variant.cache()) {
-        (Some(_), _) => plan_in_bricks::caches(device, limits, budget, volume, scene),
+        (Some(_), _) => {
+            let better = &chosen.next_better;
+            plan_in_bricks::caches(device, limits, budget, volume, scene, better)
+        }
         (None, Some(_)) => Ok(vec![chosen.clone()]),
         (None, None) => Ok(Vec::new()),
+    }
+}
+
+/// What a plan with the whole volume would need, of which the search for one says `why` there is none.
+fn whole(why: &MemoryError) -> String {
+    match why {
+        MemoryError::Plan {
+            variant, needed, ..
+        } => format!(
+            "{variant} with the whole volume needs {}",
+            plan::needs(*needed)
+        ),
+        MemoryError::Cache { smallest_cache, .. } => {
+            format!("with the whole volume, {smallest_cache}")
+        }
+        other => format!("the whole volume is impossible: {other}"),
     }
 }

@@ -201,7 +201,7 @@ fn reason(plan: &Plan, wanted: scene::Variant, better: &[String]) -> String {
     }
 }
 
-fn needs(bytes: u64) -> String {
+pub(super) fn needs(bytes: u64) -> String {
     format!("{} ({bytes} bytes)", human(bytes))
 }
 

@@ -30,6 +30,7 @@ pub fn choose(
     budget: u64,
     volume: &Volume,
     scene: &Scene,
+    next_better: &str,
 ) -> Result<Option<Choice>> {
     let uncached = GpuScene::unprobed(scene, volume);
     let needed = needed_bricks(&uncached, volume);
@@ -42,7 +43,7 @@ pub fn choose(
             break;
         }
     }
-    Ok(best.map(|plan| choice(plan, needed)))
+    Ok(best.map(|plan| choice(plan, needed, next_better)))
 }
 
 /// The caches that stay within `budget` bytes with the volume in bricks and leave it unlike numbers of them, the finest
@@ -53,6 +54,7 @@ pub fn caches(
     budget: u64,
     volume: &Volume,
     scene: &Scene,
+    next_better: &str,
 ) -> Result<Vec<Choice>> {
     let uncached = GpuScene::unprobed(scene, volume);
     let needed = needed_bricks(&uncached, volume);
@@ -63,7 +65,7 @@ pub fn caches(
         let share = share(&plan, needed).min(1.0);
         if plan.variant.cache().is_some() && share >= MORE * most {
             most = share;
-            caches.push(choice(plan, needed));
+            caches.push(choice(plan, needed, next_better));
         }
     }
     Ok(caches)
@@ -96,16 +98,15 @@ fn plans(
     })
 }
 
-fn choice(plan: Plan, needed: u32) -> Choice {
-    const WHY: &str = "the whole volume does not fit";
+fn choice(plan: Plan, needed: u32, next_better: &str) -> Choice {
     Choice {
         reason: format!(
-            "{} takes {} with the volume in bricks, {} of the {needed} that matter at a time: {WHY}",
+            "{} takes {} with the volume in bricks, {} of the {needed} that matter at a time: the whole volume does not fit",
             plan.variant.description(),
             human(plan.bytes()),
             capacity(&plan).min(needed),
         ),
-        next_better: WHY.into(),
+        next_better: next_better.into(),
         plan,
     }
 }

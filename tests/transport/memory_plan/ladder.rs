@@ -49,7 +49,11 @@ impl Ladder {
             &self.scene,
         ) {
             // A volume in bricks stands below the ladder.
-            Ok(choice) if choice.plan.bricks.is_some() => None,
+            Ok(choice) if choice.plan.bricks.is_some() => {
+                let needed = stated_bytes(&choice.next_better);
+                assert_eq!(needed, Some(self.needs["non-caching"]), "{choice:?}");
+                None
+            }
             Ok(choice) => Some(choice),
             Err(error) => {
                 assert_eq!(error.exit_status(), 4, "{error}");
