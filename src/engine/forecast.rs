@@ -46,6 +46,8 @@ pub struct Filling {
     pub per_traced_path: f64,
     /// Square of the relative error of what the cache shows after paths that are worth 1.
     pub variance: f64,
+    /// The share of the time that filling may take where the time is limited.
+    pub share_of_time: f64,
 }
 
 impl Filling {
@@ -123,9 +125,11 @@ impl Forecast {
             .min(time.unwrap_or(f64::INFINITY))
     }
 
-    /// Of each picture when so many seconds are over; the cache gets half of them at most.
+    /// Of each picture when so many seconds are over.
     fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
-        let fill = self.cache.map_or(0.0, |_| 0.5 * seconds);
+        let fill = self
+            .cache
+            .map_or(0.0, |cache| cache.share_of_time * seconds);
         let cached = self
             .cache
             .map_or(0.0, |cache| cache.variance / cache.worth_after(fill));
@@ -201,6 +205,7 @@ mod tests {
             gathering: 1.0,
             per_traced_path: 0.1,
             variance: 1e-4,
+            share_of_time: 0.5,
         }),
     };
 

@@ -125,15 +125,20 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
 const CACHE_SHARE_OF_ERROR: f64 = 0.5;
 /// Relative error at which the cache counts as converged where no error is asked for.
 const CACHE_ERROR: f64 = 0.002;
-/// The cache's share of the time, at most.
-const CACHE_SHARE_OF_TIME: f64 = 0.5;
-/// The cache's share of the time, at most, where a picture takes few samples, since they have next to no noise.
-const CACHE_SHARE_OF_TIME_SMOOTH: f64 = 0.8;
 
 /// The relative error at which the cache counts as converged.
 pub fn cache_goal(stop: &Stop) -> f64 {
     stop.relative_error
         .map_or(CACHE_ERROR, |goal| CACHE_SHARE_OF_ERROR * goal)
+}
+
+/// The cache's share of the time, at most; a larger one where a picture takes few samples, since they have next to no
+/// noise.
+pub fn cache_share_of_time(samples_are_smooth: bool) -> f64 {
+    match samples_are_smooth {
+        true => 0.9,
+        false => 0.5,
+    }
 }
 
 /// How far a cache has come.
@@ -164,10 +169,7 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
     let Some(time) = stop.time.filter(|_| filled.updates > 0) else {
         return Some(double);
     };
-    let share = match filled.samples_are_smooth {
-        true => CACHE_SHARE_OF_TIME_SMOOTH,
-        false => CACHE_SHARE_OF_TIME,
-    };
+    let share = cache_share_of_time(filled.samples_are_smooth);
     let left = time.mul_f64(share).saturating_sub(filled.took);
     let samples = (left.as_secs_f64() / filled.seconds_per_update) as u32;
     // A batch that is small beside what is there changes nothing that can be seen.

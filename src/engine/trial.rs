@@ -14,7 +14,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use super::forecast::{Filling, Forecast, verdict};
-use super::schedule::{Stop, cache_goal};
+use super::schedule::{Stop, cache_goal, cache_share_of_time};
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
 use crate::render::shared::GATHERED;
@@ -44,7 +44,7 @@ pub struct Work<'a> {
 impl Engine {
     /// Brings the scene onto the GPU in the variant that is expected to be the fastest for the work, of those that the
     /// scene allows and that fit. What a trial has put into a cache stays there, and so do the first samples of a picture
-    /// where the volume streams: the stopwatch, which stands still, has what they have taken.
+    /// where the volume streams. The stopwatch, which stands still, has the time that this work has taken.
     ///
     /// # Errors
     ///
@@ -121,7 +121,7 @@ impl Trial<'_> {
         }
         drop(engine);
         match self.best_of(caches, &uncached, making)? {
-            Ok(engine) => Ok((engine, Stopwatch::paused())),
+            Ok(tried) => Ok(tried),
             Err(why) => {
                 plain.reason = why;
                 self.go_on(plain, begun)
@@ -136,7 +136,7 @@ impl Trial<'_> {
         caches: Vec<Choice>,
         uncached: &Forecast,
         making: f64,
-    ) -> Result<std::result::Result<Engine, String>> {
+    ) -> Result<std::result::Result<(Engine, Stopwatch), String>> {
         let most = Duration::try_from_secs_f64(SHARE * uncached.seconds_of(&self.work));
         let until = Until {
             interrupt: self.work.interrupt,
@@ -148,8 +148,9 @@ impl Trial<'_> {
         for (n, mut choice) in caches.into_iter().enumerate() {
             let mut engine = self.engine(choice.clone())?;
             let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
-            let Some((cached, is_better)) = engine.try_cache(rival, &self.work, making, until)?
-            else {
+            let mut watch = Stopwatch::paused();
+            let tried = engine.try_cache(rival, &self.work, making, until, &mut watch)?;
+            let Some((cached, is_better)) = tried else {
                 break;
             };
             let said = verdict(uncached, &cached, &self.work, 0.0).1;
@@ -157,7 +158,7 @@ impl Trial<'_> {
                 choice.reason = format!("{said}; {}", choice.reason);
                 if n == last {
                     engine.choice = choice;
-                    return Ok(Ok(engine));
+                    return Ok(Ok((engine, watch)));
                 }
                 best = Some((choice, cached));
             } else if best.is_none() {
@@ -165,7 +166,7 @@ impl Trial<'_> {
             }
         }
         match best {
-            Some((choice, _)) => self.engine(choice).map(Ok),
+            Some((choice, _)) => Ok(Ok((self.engine(choice)?, Stopwatch::paused()))),
             None => Ok(Err(why)),
         }
     }
@@ -195,7 +196,7 @@ impl Engine {
         })
     }
 
-    /// Tries the cache, and tells whether it is better than `rival`, which would have to be made again in `making` seconds.
+    /// Tries the cache, whose filling `watch` times, and tells whether it is better than `rival`, which would have to be made again in `making` seconds.
     /// `None` if `until` comes before that is known.
     ///
     /// The error of a cache whose nodes have only gathered is a guess. So as long as the cache is the better one it is filled
@@ -206,12 +207,13 @@ impl Engine {
         work: &Work<'_>,
         making: f64,
         until: Until<'_>,
+        watch: &mut Stopwatch,
     ) -> Result<Option<(Forecast, bool)>> {
         if work.pictures > 1 {
             self.look_from_everywhere();
         }
         while self.renderer.cache().is_some_and(|c| c.updates < UPDATES) {
-            if !self.fill_on(until)? {
+            if !self.fill_on(until, watch)? {
                 return Ok(None);
             }
         }
@@ -234,19 +236,22 @@ impl Engine {
                 .renderer
                 .cache()
                 .is_some_and(|cache| cache.is_known_to(goal));
-            if !is_better || is_known || !self.fill_on(work.interrupt.into())? {
+            if !is_better || is_known || !self.fill_on(work.interrupt.into(), watch)? {
                 return Ok(Some((cached, is_better)));
             }
         }
     }
 
     /// Doubles the paths of the cache's nodes. Returns false if `until` comes before that is done.
-    fn fill_on(&mut self, until: Until<'_>) -> Result<bool> {
+    fn fill_on(&mut self, until: Until<'_>, watch: &mut Stopwatch) -> Result<bool> {
         let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
-        match self.renderer.caching() {
-            Some(mut caching) => caching.batch(doubling(updates), until),
-            None => Ok(false),
-        }
+        let Some(mut caching) = self.renderer.caching() else {
+            return Ok(false);
+        };
+        watch.go_on();
+        let is_done = caching.batch(doubling(updates), until);
+        watch.pause();
+        is_done
     }
 
     /// Time that filling the cache has taken so far.
@@ -268,6 +273,7 @@ impl Engine {
                 gathering: (gathering - per_traced_path * f64::from(traced)).max(0.0),
                 per_traced_path,
                 variance: cache.relative_error.powi(2) * f64::from(worth(cache.updates)),
+                share_of_time: cache_share_of_time(cache.samples_are_smooth()),
             }
         })
     }
