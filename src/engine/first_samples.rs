@@ -14,9 +14,9 @@ const PIXELS_CPU: f64 = 4096.0;
 const PIXELS_GPU: f64 = 262_144.0;
 /// Samples of these pixels that are taken one by one, and then as many in one unit.
 const SAMPLES: u32 = 8;
-/// Where the volume streams, so many units of one sample are taken together, one after another: those with which a picture
+/// Where the volume streams, so many units of one sample are taken together after the first one: those with which a picture
 /// begins ([`units_together`](super::schedule::units_together)).
-const TOGETHER: [u32; 3] = [1, 3, 12];
+const TOGETHER: [u32; 2] = [3, 12];
 
 /// What units that were begun together have taken.
 struct Taken {
@@ -49,6 +49,10 @@ impl Engine {
         short: f64,
         until: Until<'_>,
     ) -> Result<Option<Forecast>> {
+        // A first sample that is late is better than none.
+        if self.take(1, 1, until.interrupt.into())?.is_none() {
+            return Ok(None);
+        }
         let mut last = None;
         for units in TOGETHER {
             last = self.take(1, units, until)?;

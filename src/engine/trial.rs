@@ -105,7 +105,7 @@ impl Trial<'_> {
         let making = began.elapsed().as_secs_f64();
         let mut watch = Stopwatch::started();
         let short = WORTH_A_TRIAL * making;
-        let tried = engine.try_samples(&self.work, short, self.work.interrupt.into())?;
+        let tried = engine.try_samples(&self.work, short, self.until(self.work.stop.time))?;
         watch.pause();
         let begun = engine.begun(watch)?;
         engine.choice.reason = TOO_SHORT.into();
@@ -138,10 +138,7 @@ impl Trial<'_> {
         making: f64,
     ) -> Result<std::result::Result<(Engine, Stopwatch), String>> {
         let most = Duration::try_from_secs_f64(SHARE * uncached.seconds_of(&self.work));
-        let until = Until {
-            interrupt: self.work.interrupt,
-            deadline: most.ok().and_then(|most| Instant::now().checked_add(most)),
-        };
+        let until = self.until(most.ok());
         let mut best: Option<(Choice, Forecast)> = None;
         let mut why = TOO_SHORT.to_string();
         let last = caches.len() - 1;
@@ -171,6 +168,14 @@ impl Trial<'_> {
         }
     }
 
+    /// Until the interruption, or until so much time is over.
+    fn until(&self, time: Option<Duration>) -> Until<'_> {
+        Until {
+            interrupt: self.work.interrupt,
+            deadline: time.and_then(|time| Instant::now().checked_add(time)),
+        }
+    }
+
     /// Goes on with a picture.
     fn go_on(&self, choice: Choice, begun: Begun) -> Result<(Engine, Stopwatch)> {
         let mut engine = self.engine(choice)?;
@@ -196,8 +201,8 @@ impl Engine {
         })
     }
 
-    /// Tries the cache, whose filling `watch` times, and tells whether it is better than `rival`, which would have to be made again in `making` seconds.
-    /// `None` if `until` comes before that is known.
+    /// Tries the cache, whose filling `watch` times, and tells whether it is better than `rival`, which would have to be made
+    /// again in `making` seconds. `None` if `until` comes before that is known.
     ///
     /// The error of a cache whose nodes have only gathered is a guess. So as long as the cache is the better one it is filled
     /// further, which costs nothing if it stays so, until it is good enough, or its error is known and `until` comes.
