@@ -129,16 +129,15 @@ impl Trial<'_> {
         }
     }
 
-    /// An engine with the best of these caches, if one is better than none; otherwise the reason why not. Caches that are
-    /// tried share a time that is short beside the work's.
+    /// An engine with the best of these caches, if one is better than none; otherwise the reason why not. Apart from
+    /// compiling for them, caches that are tried share a time that is short beside the work's.
     fn best_of(
         &self,
         caches: Vec<Choice>,
         uncached: &Forecast,
         making: f64,
     ) -> Result<std::result::Result<(Engine, Stopwatch), String>> {
-        let most = Duration::try_from_secs_f64(SHARE * uncached.seconds_of(&self.work));
-        let until = self.until(most.ok());
+        let mut left = SHARE * uncached.seconds_of(&self.work);
         let mut best: Option<(Choice, Forecast)> = None;
         let mut why = TOO_SHORT.to_string();
         let last = caches.len() - 1;
@@ -146,7 +145,10 @@ impl Trial<'_> {
             let mut engine = self.engine(choice.clone())?;
             let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
             let mut watch = Stopwatch::paused();
+            let began = Instant::now();
+            let until = self.until(Duration::try_from_secs_f64(left.max(0.0)).ok());
             let tried = engine.try_cache(rival, &self.work, making, until, &mut watch)?;
+            left -= began.elapsed().as_secs_f64();
             let Some((cached, is_better)) = tried else {
                 break;
             };
