@@ -207,7 +207,8 @@ impl Engine {
     /// again in `making` seconds. `None` if `until` comes before that is known.
     ///
     /// The error of a cache whose nodes have only gathered is a guess. So as long as the cache is the better one it is filled
-    /// further, which costs nothing if it stays so, until it is good enough, or its error is known and `until` comes.
+    /// further, which costs nothing if it stays so, until it is good enough or `until` comes; where the volume streams, until
+    /// its error is known at least.
     fn try_cache(
         &mut self,
         rival: &Forecast,
@@ -235,15 +236,15 @@ impl Engine {
             };
             let head_start = making + self.seconds_filled();
             let is_better = verdict(rival, &cached, work, head_start).0;
-            let goal = match until.is_over() {
-                true => f64::INFINITY,
-                false => cache_goal(&work.stop),
-            };
-            let is_known = self
-                .renderer
-                .cache()
-                .is_some_and(|cache| cache.is_known_to(goal));
-            if !is_better || is_known || !self.fill_on(work.interrupt.into(), watch)? {
+            let streams = self.renderer.brick_figures().is_some();
+            let is_settled = self.renderer.cache().is_some_and(|cache| {
+                match until.is_over() {
+                    // To be wrong costs most where paths wait for bricks.
+                    true => !streams || cache.is_known_to(f64::INFINITY),
+                    false => cache.is_known_to(cache_goal(&work.stop)),
+                }
+            });
+            if !is_better || is_settled || !self.fill_on(work.interrupt.into(), watch)? {
                 return Ok(Some((cached, is_better)));
             }
         }
