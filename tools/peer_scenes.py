@@ -2,11 +2,8 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
-from peer_renderers import CLOUD, DENSITY, HEAD, ISOVALUE, SIZE, tool
-
-TOOLS = Path(__file__).resolve().parent
+from peer_renderers import CLOUD, DENSITY, HEAD, ISOVALUE, SIZE, TOOLS, tool
 
 MARCHED = """[volume]
 path = "cloud256.npy"

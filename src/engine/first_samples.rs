@@ -65,8 +65,7 @@ impl Engine {
         if first.seconds_of(work) <= short {
             return Ok(Some(first));
         }
-        let doubled = self.double(1, until)?;
-        Ok(doubled.map(|(taken, evenness)| self.forecast(&taken, variance, evenness)))
+        self.double(1, variance, until)
     }
 
     /// Takes samples of few pixels.
@@ -98,15 +97,18 @@ impl Engine {
         }
         let variance = self.variance_of_one()?;
         // One unit: small ones wait for their longest path, as only the first of a picture do.
-        let doubled = self.double(SAMPLES, until)?;
-        Ok(doubled.map(|(taken, evenness)| self.forecast(&taken, variance, evenness)))
+        self.double(SAMPLES, variance, until)
     }
 
-    /// Takes as many samples again as there are, in units of so many. Returns what they have taken, and how evenly they are
-    /// spread; `None` if `until` comes before.
-    fn double(&mut self, in_unit: u32, until: Until<'_>) -> Result<Option<(Taken, Evenness)>> {
+    /// Takes as many samples again as there are, in units of so many, which tells how evenly they are spread; `None` if `until`
+    /// comes before. `variance` is that of one sample.
+    fn double(
+        &mut self,
+        in_unit: u32,
+        variance: f64,
+        until: Until<'_>,
+    ) -> Result<Option<Forecast>> {
         let samples = self.totals().samples;
-        let variance = self.variance_of_samples()?;
         let before = self.renderer.film()?.mean;
         let Some(taken) = self.take(in_unit, samples / in_unit, until)? else {
             return Ok(None);
@@ -115,9 +117,13 @@ impl Engine {
         // The spread of single samples, which a march goes by, does not show how even they are.
         let left = match self.renderer.is_marched() {
             true => 1.0,
-            false => left_of(variance, relative_change(&before, &after)),
+            false => left_of(
+                variance / f64::from(samples),
+                relative_change(&before, &after),
+            ),
         };
-        Ok(Some((taken, Evenness { samples, left })))
+        let evenness = Evenness { samples, left };
+        Ok(Some(self.forecast(&taken, variance, evenness)))
     }
 
     /// Takes units of so many samples, together where the volume streams; `None` if `until` comes before.
@@ -153,16 +159,12 @@ impl Engine {
         }
     }
 
-    /// Square of the relative error after one sample.
+    /// Square of the relative error after one sample. What a cache is wrong by is in all samples alike, and is counted with its
+    /// filling.
     fn variance_of_one(&mut self) -> Result<f64> {
-        Ok(f64::from(self.totals().samples) * self.variance_of_samples()?)
-    }
-
-    /// Square of the relative error of the samples so far. What a cache is wrong by is in all of them alike, and is counted
-    /// with its filling.
-    fn variance_of_samples(&mut self) -> Result<f64> {
         let shared = self.renderer.cache().map(|cache| cache.relative_error);
         let shared = shared.filter(|error| error.is_finite()).unwrap_or(0.0);
-        Ok((self.relative_error()?.powi(2) - shared.powi(2)).max(0.0))
+        let variance = (self.relative_error()?.powi(2) - shared.powi(2)).max(0.0);
+        Ok(f64::from(self.totals().samples) * variance)
     }
 }

@@ -27,7 +27,7 @@ impl Stopwatch {
     /// A stopwatch that starts with time which was counted elsewhere.
     pub fn started_after(before: Duration) -> Stopwatch {
         let mut watch = Stopwatch::paused();
-        watch.before = before;
+        watch.add(before);
         watch.go_on();
         watch
     }

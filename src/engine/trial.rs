@@ -18,7 +18,7 @@ use super::schedule::{Stop, cache_goal, cache_share_of_time};
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
 use crate::render::shared::GATHERED;
-use crate::render::{Choice, Sums, Totals, Until, doubling, worth};
+use crate::render::{Choice, Until, doubling, worth};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
@@ -82,12 +82,6 @@ struct Trial<'a> {
     work: Work<'a>,
 }
 
-/// The picture that a trial has begun without a cache.
-struct Begun {
-    picture: Option<(Sums, Totals)>,
-    watch: Stopwatch,
-}
-
 const TOO_SHORT: &str = "the work is done before a cache would be filled";
 
 impl Trial<'_> {
@@ -107,24 +101,35 @@ impl Trial<'_> {
         let short = WORTH_A_TRIAL * making;
         let tried = engine.try_samples(&self.work, short, self.until(self.work.stop.time))?;
         watch.pause();
-        let begun = engine.begun(watch)?;
+        let totals = engine.totals();
+        if totals.samples == 0 {
+            watch = Stopwatch::paused();
+        }
         engine.choice.reason = TOO_SHORT.into();
         let short = WORTH_A_TRIAL * began.elapsed().as_secs_f64();
         let is_long = |uncached: &Forecast| uncached.seconds_of(&self.work) > short;
         let Some(uncached) = tried.filter(is_long) else {
-            return Ok((engine, begun.watch));
+            return Ok((engine, watch));
         };
         let caches = self.host.caches(self.volume, self.scene, &chosen)?;
         if caches.is_empty() {
             engine.choice.reason = chosen.reason;
-            return Ok((engine, begun.watch));
+            return Ok((engine, watch));
         }
+        let begun = match totals.samples {
+            0 => None,
+            _ => Some(engine.sums()?),
+        };
         drop(engine);
         match self.best_of(caches, &uncached, making)? {
             Ok(tried) => Ok(tried),
             Err(why) => {
                 plain.reason = why;
-                self.go_on(plain, begun)
+                let mut engine = self.engine(plain)?;
+                if let Some(sums) = begun {
+                    engine.resume(&sums, totals)?;
+                }
+                Ok((engine, watch))
             }
         }
     }
@@ -177,32 +182,9 @@ impl Trial<'_> {
             deadline: time.and_then(|time| Instant::now().checked_add(time)),
         }
     }
-
-    /// Goes on with a picture.
-    fn go_on(&self, choice: Choice, begun: Begun) -> Result<(Engine, Stopwatch)> {
-        let mut engine = self.engine(choice)?;
-        if let Some((sums, totals)) = begun.picture {
-            engine.resume(&sums, totals)?;
-        }
-        Ok((engine, begun.watch))
-    }
 }
 
 impl Engine {
-    /// The picture so far, which `watch` has timed.
-    fn begun(&mut self, watch: Stopwatch) -> Result<Begun> {
-        Ok(match self.totals() {
-            totals if totals.samples > 0 => Begun {
-                picture: Some((self.sums()?, totals)),
-                watch,
-            },
-            _ => Begun {
-                picture: None,
-                watch: Stopwatch::paused(),
-            },
-        })
-    }
-
     /// Tries the cache, whose filling `watch` times, and tells whether it is better than `rival`, which would have to be made
     /// again in `making` seconds. `None` if `until` comes before that is known.
     ///
