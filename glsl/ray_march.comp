@@ -1,5 +1,5 @@
 // The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre, marched front
-// to back. Surfaces are exact hits. The light of the suns on them is marched to as well (sunlit.glsl); they reflect all
+// to back; at rest, the mean of a few through other points as well. Surfaces are exact hits. The light of the suns on them is marched to as well (sunlit.glsl); they reflect all
 // other light by the two moments of it that the cache holds (reflectance.glsl). Where the cache holds none, far from the
 // medium, that is the sky's light.
 
@@ -25,7 +25,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "push.glsl"
-layout(rgba32f) writeonly uniform image2D unit_sum;
+layout(rgba32f) uniform image2D unit_sum;
 layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 
 // What a ray has collected so far.
@@ -193,7 +193,7 @@ void main() {
     step_scale = push.step_scale;
     ask_ahead();
     float entry, t_end;
-    Ray ray = camera_ray((vec2(pixel) + 0.5) * float(push.stride), entry, t_end);
+    Ray ray = camera_ray((vec2(pixel) + push.place) * float(push.stride), entry, t_end);
     Front front;
     // Weights are added up while the ray is marched, and cannot be taken back: where bricks of the volume may be
     // missing, they are added in a second march, once all that the ray meets is known to be there.
@@ -213,6 +213,9 @@ void main() {
     vec4 result = vec4(front.radiance, 1.0 - front.transmittance);
     if (push.measures != 0u) {
         result = vec4(front.lasting, dot(front.radiance, vec3(1.0 / 3.0)));
+    }
+    if (push.rays_before > 0u) {
+        result = mix(imageLoad(unit_sum, pixel), result, 1.0 / float(push.rays_before + 1u));
     }
     imageStore(unit_sum, pixel, result);
     set_done(index);

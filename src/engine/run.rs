@@ -233,14 +233,6 @@ impl Engine {
         let film = self.renderer.film()?;
         Ok(relative_error(&rgb(&film.mean), &film.stderr))
     }
-
-    /// Whether the samples so far are closer to the truth than a march of the same view; unknown, and so false, until
-    /// there are a few units of them.
-    pub fn samples_excel<const N: usize>(&mut self, march: &[[f32; N]]) -> Result<bool> {
-        const UNITS_TO_COMPARE: u32 = 4;
-        let is_known = self.renderer.totals().units >= UNITS_TO_COMPARE;
-        Ok(is_known && self.renderer.film()?.excels(march))
-    }
 }
 
 fn too_short(stop: &Stop, watch: &Stopwatch) -> Error {

@@ -31,7 +31,7 @@ pub struct Cache {
     pub memory: CacheMemory,
     at_rest: AtRest,
     tracking: CellTracking,
-    ray_march: RayMarch,
+    pub(super) ray_march: RayMarch,
     /// `None` where no surface stops light.
     cut_cells: Option<CutCells>,
     /// `None` where surfaces need no table of their reflectance.
@@ -198,6 +198,7 @@ impl Cache {
 
     /// Goes on with a bundle of units of the picture at rest, or begins one.
     pub fn sample(&mut self, frame: &mut Frame, r: &Resources, bundle: Bundle) -> Result<Sampled> {
+        self.ray_march.rays = 0;
         match &mut self.at_rest {
             AtRest::March(march) => march.advance(frame, r, &self.memory, bundle),
             AtRest::Tracking(tracking) => {
@@ -228,6 +229,7 @@ impl Cache {
     pub fn look_elsewhere(&mut self, scene: &GpuScene) {
         self.focus_stride = focus_stride(scene);
         self.has_looked = false;
+        self.ray_march.rays = 0;
         self.shown.clear();
     }
 
@@ -321,7 +323,7 @@ impl Cache {
         self.lookups += u64::from(progress.lookups);
         self.paths += finished;
         if !progress.under_way {
-            let now = shown(frame, r, &self.memory, &self.ray_march)?;
+            let now = shown(frame, r, &self.memory, &mut self.ray_march)?;
             self.end_batch(samples, now);
         }
         let took = began.elapsed();
@@ -394,13 +396,13 @@ impl Cache {
     }
 
     /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
-    pub fn record_march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    pub fn record_march(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.ray_march.record(frame, r, &self.memory)
     }
 
-    /// The next slice of the picture that the cache shows now, into `unit_sum`. Returns whether it was
+    /// The next slice of the picture that the cache shows now, added to the mean in `unit_sum`. Returns whether it was
     /// the last.
-    pub fn march(&self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {
+    pub fn march(&mut self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {
         self.ray_march.advance(frame, r, &self.memory, slices)
     }
 }

@@ -28,7 +28,7 @@ pub fn shown(
     frame: &mut Frame,
     r: &Resources,
     memory: &CacheMemory,
-    ray_march: &RayMarch,
+    ray_march: &mut RayMarch,
 ) -> Result<Vec<[f32; 4]>> {
     let stride = measured_stride(r);
     let [width, height] = r.size.map(|n| n.div_ceil(stride));

@@ -75,12 +75,24 @@ impl Caching<'_> {
 
     /// Marches that picture and leaves it on the GPU.
     pub fn march_in_place(&mut self) -> Result<()> {
+        self.cache.ray_march.rays = 0;
+        self.march_another_ray()
+    }
+
+    /// Marches another ray of each pixel, and adds it to the mean of those before.
+    pub fn march_another_ray(&mut self) -> Result<()> {
         let mut slices = Slices::new(SLICE_MS);
         while !self.advance_march(&mut slices)? {}
         Ok(())
     }
 
-    /// Marches a slice of that picture. Returns whether it was the last. A unit of samples under way is lost.
+    /// Number of rays of each pixel whose mean has been marched in this view.
+    pub fn rays(&self) -> u32 {
+        self.cache.ray_march.rays
+    }
+
+    /// Marches a slice of another ray of each pixel, and adds it to the mean of those before. Returns whether the slice
+    /// was the last. A unit of samples under way is lost.
     pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
         *self.under_way = None;
         self.cache.march(self.frame, self.r, slices)
@@ -89,7 +101,7 @@ impl Caching<'_> {
     /// Marches all of it in one piece of work and encodes it for display: for pictures of few pixels.
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         *self.under_way = None;
-        let (r, cache, tone_map) = (&*self.r, &self.cache, self.tone_map);
+        let (r, cache, tone_map) = (&*self.r, &mut *self.cache, self.tone_map);
         if let Some(bricks) = &r.bricks {
             bricks.begin_preview();
             bricks.begin(self.frame, Order::Slots)?;

@@ -25,19 +25,6 @@ impl Film {
             mean,
         }
     }
-
-    /// Whether samples are closer to the truth than a march of the same view, of N ≥ 3 channels. What the cache has
-    /// wrong is in both alike; apart from that, the square of their difference is on average the march's squared error
-    /// and the samples' noise together. False if that noise is unknown.
-    pub fn excels<const N: usize>(&self, march: &[[f32; N]]) -> bool {
-        let square = |v: f32| f64::from(v).powi(2);
-        let noise: f64 = self.stderr.as_flattened().iter().map(|&v| square(v)).sum();
-        let differences = self.mean.iter().zip(march);
-        let between: f64 = differences
-            .flat_map(|(a, b)| (0..3).map(move |c| square(a[c] - b[c])))
-            .sum();
-        between > 2.0 * noise
-    }
 }
 
 /// The first surfaces behind the pixels' centres, row 0 on top.
@@ -110,32 +97,5 @@ impl Renderer {
             normal_depth: copy::download(&mut self.frame, &r.staging, normal_depth)?,
             albedo: copy::download(&mut self.frame, &r.staging, albedo)?,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Two pixels whose samples have this noise, and a march that differs from them by so much.
-    fn excels(noise: f32, difference: f32) -> bool {
-        let film = Film {
-            mean: vec![[1.0, 2.0, 3.0, 1.0], [0.5, 0.5, 0.5, 0.0]],
-            stderr: vec![[noise; 3]; 2],
-        };
-        let march: Vec<[f32; 3]> = film
-            .mean
-            .iter()
-            .map(|&[r, g, b, _]| [r, g, b].map(|v| v + difference))
-            .collect();
-        film.excels(&march)
-    }
-
-    #[test]
-    fn samples_excel_where_they_differ_from_a_march_by_more_than_both_errors_alike() {
-        assert!(excels(0.1, 0.15));
-        assert!(!excels(0.1, 0.14));
-        assert!(!excels(0.0, 0.0));
-        assert!(!excels(f32::INFINITY, 1.0));
     }
 }

@@ -121,6 +121,7 @@ pub use parts::{Changes, Derived, Part, Parts};
 pub use peak::Peak;
 pub use peak_rate::{PeakRates, peak, peak_rates};
 pub use plan::{Choice, Plan};
+pub use ray_march::RAYS;
 pub use renderer::Renderer;
 pub use resources::Resources;
 pub use sums::Sums;

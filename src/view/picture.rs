@@ -2,16 +2,16 @@
 //!
 //! While anything moves, a whole picture is made in every frame, with as many pixels as there is time for: a march
 //! through the cache, or a sample a pixel where there is none. At rest a march with all pixels follows, slice by
-//! slice; then the cache gets paths until it has converged, and is marched again now and then; then the picture is
-//! refined by samples, which replace the march once there are enough of them. After that nothing is left to do.
+//! slice; then the cache gets paths until it has converged, and is marched again now and then; then a few more rays of
+//! each pixel are marched, and the picture is refined by samples (`refinement.rs`). After that nothing is left to do.
 
 use std::time::{Duration, Instant};
 
-use crate::engine::Engine;
 use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
+use crate::engine::{Engine, Refinement};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};
-use crate::render::{ToneMapPush, doubling};
+use crate::render::{RAYS, ToneMapPush, doubling};
 use crate::scene::Tone;
 
 /// Time that a picture in motion should take.
@@ -44,8 +44,8 @@ pub struct Picture {
     marched_in: Duration,
     /// When the last march ended.
     filled_since: Instant,
-    /// The last march with all pixels, until samples are better; empty without a cache.
-    march: Vec<[f32; 4]>,
+    /// The last march with all pixels, and what samples have made of it; `None` without a cache.
+    refinement: Option<Refinement>,
     /// Samples a pixel, at rest.
     most_samples: u32,
     /// Relative error of the picture at rest; not finite while it is unknown.
@@ -80,7 +80,7 @@ impl Picture {
             marched_batches: None,
             marched_in: Duration::ZERO,
             filled_since: Instant::now(),
-            march: Vec::new(),
+            refinement: None,
             most_samples,
             relative_error: f64::INFINITY,
             is_shown: false,
@@ -92,7 +92,7 @@ impl Picture {
     pub fn restart(&mut self) {
         self.last_motion = Instant::now();
         self.doing = Doing::Moving;
-        self.march = Vec::new();
+        self.refinement = None;
         self.relative_error = f64::INFINITY;
     }
 
@@ -138,24 +138,15 @@ impl Picture {
         }
     }
 
-    /// Encodes the picture again. A refined picture is still on the GPU and is shown at once; a march is not, and is
-    /// made anew.
+    /// Encodes the picture again. A refined picture is still there and is shown at once; others are made anew.
     fn tone_again(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
-        let is_there = is_refined && self.shows_samples(engine);
+        let is_there = is_refined && engine.totals().samples > 0;
         match is_there {
             true => self.show(engine, shown)?,
             false => self.restart(),
         }
         Ok(is_there)
-    }
-
-    fn shows_samples(&self, engine: &Engine) -> bool {
-        let samples = engine.totals().samples;
-        match engine.renderer().cache() {
-            Some(_) => self.march.is_empty() || self.is_good_enough(samples),
-            None => samples > 0,
-        }
     }
 
     fn is_good_enough(&self, samples: u32) -> bool {
@@ -216,12 +207,16 @@ impl Picture {
         if !caching.advance_march(slices)? {
             return Ok(false);
         }
-        self.march = caching.marched()?;
-        self.marched_in = began.elapsed();
-        self.filled_since = Instant::now();
-        self.marched_batches = Picture::batches(engine);
+        let rays = caching.rays();
+        self.refinement = Some(Refinement::of(caching.marched()?));
+        if rays == 1 {
+            self.marched_in = began.elapsed();
+            self.filled_since = Instant::now();
+            self.marched_batches = Picture::batches(engine);
+        }
         self.show(engine, shown)?;
         self.doing = match Picture::cache_is_converged(engine) {
+            true if rays < RAYS => Doing::marching(),
             true => Doing::Refining,
             false => Doing::Filling,
         };
@@ -259,24 +254,26 @@ impl Picture {
         if totals.units >= UNITS_TO_TRUST {
             self.relative_error = engine.relative_error()?;
         }
-        if !self.march.is_empty() && engine.samples_excel(&self.march)? {
-            self.march = Vec::new();
-        }
-        let shows = self.shows_samples(engine);
-        if shows {
-            self.show(engine, shown)?;
-        }
+        self.show(engine, shown)?;
+        self.refinement.take_if(|r| r.is_over(totals.samples));
         if self.is_good_enough(totals.samples) {
             self.doing = Doing::Nothing;
         }
-        Ok(shows)
+        Ok(true)
     }
 
     /// Encodes the latest picture for display.
     fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
         let push = Picture::tone_map_push(engine, shown);
+        let samples = engine.totals().samples;
         let renderer = engine.renderer_mut();
+        if is_refined && let Some(refinement) = &mut self.refinement {
+            let mean = renderer.film()?.mean;
+            refinement.compare(samples, &mean);
+            let picture = refinement.picture(samples, &mean);
+            return renderer.tone_map_texels(&picture, shown, &push);
+        }
         match renderer.caching() {
             Some(mut caching) if !is_refined => caching.tone_map(shown, &push),
             _ => renderer.tone_map(shown, &push),

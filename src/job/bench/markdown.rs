@@ -215,8 +215,8 @@ fn new_views(subject: &SubjectReport) -> String {
     section(
         "A new view from a warm cache",
         "The camera comes from elsewhere to the scene's view, with the cache that the run left, made as \
-         good for all views: first what a march shows at once, then what samples make of it as soon as they are \
-         better. A march sees one \
+         good for all views: first what a march shows at once, then what a few more rays of each pixel and samples \
+         make of it. The first march sees one \
          ray a pixel: the same rays, converged without a cache, tell its errors apart from the edges that it misses.",
         table,
     )

@@ -81,7 +81,7 @@ pub struct RunReport {
     pub bytes_per_voxel: Option<f64>,
     pub orbit: Option<Orbit>,
     /// The same view, with the cache that the run left once it has been made as good for all views (in a time that is
-    /// not counted): a march, and samples as soon as they are better.
+    /// not counted): a march, and what more of its rays and samples make of it.
     pub new_view: Vec<Point>,
     /// The first picture of that view, against a reference of the same rays: one through the middle of each pixel.
     pub same_rays: Option<Comparison>,

@@ -12,11 +12,12 @@ use super::{Bench, patient_run};
 use crate::compare::{Comparison, LinearImage, measure as compare};
 use crate::engine::figures::{self, CacheStats, quantile};
 use crate::engine::schedule::cache_goal;
-use crate::engine::{Engine, Picture, Stop, Stopwatch};
+use crate::engine::{Engine, Picture, Refinement, Stop, Stopwatch, rgb};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::job::views::provenance;
 use crate::output::progress::Progress;
+use crate::render::RAYS;
 use crate::scene::{LightModel, Scene};
 
 /// Views of the orbit.
@@ -304,7 +305,7 @@ impl Run<'_> {
     }
 
     /// Returns from an edited scene to the scene itself: first the march that is shown at once, then, as in the window,
-    /// the picture from samples as soon as it is better. `None` without a cache.
+    /// more rays of it and what samples make of them. `None` without a cache.
     fn come_back(
         &mut self,
         bench: &mut Bench<'_>,
@@ -314,12 +315,12 @@ impl Run<'_> {
         self.watch = Stopwatch::started();
         self.show_at_once(&self.entrant.scene)?;
         self.watch.pause();
-        let Some(marched) = self.engine.march()? else {
+        let Some(mut picture) = self.engine.march()? else {
             return Ok(None);
         };
-        let (first, look) = self.look(bench, &marched, Duration::ZERO, file)?;
+        let (first, look) = self.look(bench, &picture, Duration::ZERO, file)?;
         let mut points = vec![first];
-        let mut is_better = false;
+        let mut refinement = None;
         for asked in bench.seconds.clone() {
             if asked > most && points.len() > 1 {
                 break;
@@ -328,25 +329,58 @@ impl Run<'_> {
                 continue;
             }
             self.watch.go_on();
-            let mut silent = |_| {};
-            let mut run = patient_run(Stop::after(asked), &mut silent);
-            let outcome = self.engine.sample(&mut run, &self.watch);
+            let refined = self.refine_until(asked, &mut refinement);
             self.watch.pause();
-            match outcome {
+            match refined {
                 Err(Error::Interrupted) => break,
-                other => drop(other?),
+                other => picture.rgb = rgb(&other?),
             }
             if is_interrupted() {
                 break;
             }
-            is_better = is_better || self.engine.samples_excel(&marched.rgb)?;
-            let samples = is_better.then(|| self.engine.picture()).transpose()?;
-            points.push(
-                self.look(bench, samples.as_ref().unwrap_or(&marched), asked, None)?
-                    .0,
-            );
+            points.push(self.look(bench, &picture, asked, None)?.0);
         }
         Ok(Some((look, points)))
+    }
+
+    /// Marches more rays of each pixel, and then takes samples, until so much time is over. Returns the picture.
+    fn refine_until(
+        &mut self,
+        asked: Duration,
+        refinement: &mut Option<Refinement>,
+    ) -> Result<Vec<[f32; 4]>> {
+        while let Some(mut caching) = self.engine.renderer_mut().caching()
+            && refinement.is_none()
+        {
+            let has_time = self.watch.elapsed() < asked;
+            if !has_time {
+                return caching.marched();
+            }
+            caching.march_another_ray()?;
+            if caching.rays() == RAYS {
+                *refinement = Some(Refinement::of(caching.marched()?));
+            }
+        }
+        let mut compare = |engine: &mut Engine| {
+            let samples = engine.totals().samples;
+            match refinement {
+                Some(refinement) if refinement.is_due(samples) => {
+                    refinement.compare(samples, &engine.renderer_mut().film()?.mean);
+                    Ok(())
+                }
+                _ => Ok(()),
+            }
+        };
+        let mut silent = |_| {};
+        let mut run = patient_run(Stop::after(asked), &mut silent);
+        run.between = Some(&mut compare);
+        self.engine.sample(&mut run, &self.watch)?;
+        let samples = self.engine.totals().samples;
+        let mean = self.engine.renderer_mut().film()?.mean;
+        Ok(match refinement {
+            Some(refinement) => refinement.picture(samples, &mean),
+            None => mean,
+        })
     }
 
     /// Marches an edited scene through the existing cache.

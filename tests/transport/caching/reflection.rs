@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use isolume::render::RAYS;
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -114,4 +115,27 @@ fn light_that_is_linear_in_direction_is_reflected_exactly() {
             assert!((a / b - 1.0).abs() < 0.01, "{shading:?}: {a}, not {b}");
         }
     }
+}
+
+/// The edge of the ball becomes smooth, and nothing else changes.
+#[test]
+fn more_rays_of_each_pixel_smooth_edges() {
+    let (scene, volume) = (scene(Shading::Lambert), ball());
+    let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 512, 1);
+    let smooth = cached.at_rest(4, 64).mean;
+    let first = cached.march();
+    while cached.caching().rays() < RAYS {
+        cached.caching().march_another_ray().expect("a march");
+    }
+    let more = cached.caching().marched().expect("a picture");
+    let [one, many] = [&first, &more].map(|picture| {
+        let pairs = picture.iter().zip(&smooth);
+        pairs
+            .map(|(a, b)| f64::from(a[3] - b[3]).powi(2))
+            .sum::<f64>()
+    });
+    assert!(one > 1.0 && many < one / 12.0, "{one} {many}");
+    let [a, b] = [&more, &smooth].map(|picture| mean(picture, 0..SIZE));
+    assert!((a / b - 1.0).abs() < 0.005, "{a}, not {b}");
+    assert_eq!(cached.march(), first, "a march begins anew");
 }
