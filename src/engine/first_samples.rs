@@ -12,11 +12,16 @@ use crate::render::Until;
 /// Pixels of the pictures that are tried where the volume is whole: a GPU needs many to be busy.
 const PIXELS_CPU: f64 = 4096.0;
 const PIXELS_GPU: f64 = 262_144.0;
-/// Samples of these pixels that are taken one by one, and then as many in one unit.
+/// Pictures with up to so many times as many pixels are begun instead: few pixels would be a good part of the work.
+const FEW: f64 = 8.0;
+/// Samples of a picture of few pixels that are taken one by one, and then as many in one unit.
 const SAMPLES: u32 = 8;
-/// Where the volume streams, so many units of one sample are taken together after the first one: those with which a picture
-/// begins ([`units_together`](super::schedule::units_together)).
-const TOGETHER: [u32; 2] = [3, 12];
+/// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
+/// and as many as pictures begin with ([`units_together`](super::schedule::units_together)); fewer where the picture is
+/// marched, whose samples all take about the same time and have little noise.
+const UNITS_IN_BRICKS: &[u32] = &[3, 12];
+const UNITS: &[u32] = &[7];
+const UNITS_MARCHED: &[u32] = &[3];
 
 /// What units that were begun together have taken.
 struct Taken {
@@ -27,23 +32,39 @@ struct Taken {
 }
 
 impl Engine {
-    /// Takes a few samples; `None` if `until` comes before. They are the beginning of the picture where the volume streams,
-    /// and are forgotten otherwise. There, how evenly they are spread is not looked at if the work takes less than `short`
-    /// seconds even if they are not, because it takes as long as all of them.
+    /// Takes a few samples of the picture, which are its beginning, or of one with fewer pixels if it has many and the volume
+    /// is whole (otherwise fewer would need as many bricks, and say little about the time); `None` if `until` comes before.
+    /// How evenly samples are spread is not looked at if the work takes less than `short` seconds
+    /// even if they are not.
     pub(super) fn try_samples(
         &mut self,
         work: &Work<'_>,
         short: f64,
         until: Until<'_>,
     ) -> Result<Option<Forecast>> {
-        match self.renderer.brick_figures() {
-            Some(_) => self.try_in_bricks(work, short, until),
-            None => self.try_few_pixels(until),
+        match self.streams() || self.pixels() <= FEW * self.pixels_to_try() {
+            true => self.try_whole_picture(work, short, until),
+            false => self.try_few_pixels(until),
         }
     }
 
-    /// Begins the picture with all its pixels: fewer would need as many bricks, and say little about the time.
-    fn try_in_bricks(
+    pub(super) fn streams(&self) -> bool {
+        self.renderer.brick_figures().is_some()
+    }
+
+    fn pixels(&self) -> f64 {
+        let [width, height] = self.scene.render.size.map(f64::from);
+        width * height
+    }
+
+    fn pixels_to_try(&self) -> f64 {
+        match self.host.summary().kind.is_software() {
+            true => PIXELS_CPU,
+            false => PIXELS_GPU,
+        }
+    }
+
+    fn try_whole_picture(
         &mut self,
         work: &Work<'_>,
         short: f64,
@@ -54,7 +75,12 @@ impl Engine {
             return Ok(None);
         }
         let mut last = None;
-        for units in TOGETHER {
+        let units = match (self.streams(), self.renderer.is_marched()) {
+            (true, _) => UNITS_IN_BRICKS,
+            (false, true) => UNITS_MARCHED,
+            (false, false) => UNITS,
+        };
+        for &units in units {
             last = self.take(1, units, until)?;
         }
         let Some(last) = last else {
@@ -62,34 +88,29 @@ impl Engine {
         };
         let variance = self.variance_of_one()?;
         let first = self.forecast(&last, variance, Evenness::NONE);
-        if first.seconds_of(work) <= short {
-            return Ok(Some(first));
+        match self.renderer.is_marched() || first.seconds_of(work) <= short {
+            true => Ok(Some(first)),
+            false => self.double(1, variance, until),
         }
-        self.double(1, variance, until)
     }
 
     /// Takes samples of few pixels.
     fn try_few_pixels(&mut self, until: Until<'_>) -> Result<Option<Forecast>> {
         let size = self.scene.render.size;
-        let pixels = |size: [u32; 2]| f64::from(size[0]) * f64::from(size[1]);
-        let most = match self.host.summary().kind.is_software() {
-            true => PIXELS_CPU,
-            false => PIXELS_GPU,
-        };
-        let scale = (most / pixels(size)).sqrt().min(1.0);
+        let scale = (self.pixels_to_try() / self.pixels()).sqrt().min(1.0);
         let small = size.map(|n| ((f64::from(n) * scale) as u32).max(1));
         self.reduce_to(small)?;
-        let tried = self.try_whole(until)?;
+        let tried = self.try_small_picture(until)?;
         self.reduce_to(size)?;
         self.begin_picture();
-        let share = pixels(small) / pixels(size);
+        let share = small.map(f64::from).iter().product::<f64>() / self.pixels();
         Ok(tried.map(|small| Forecast {
             seconds_per_sample: small.seconds_per_sample / share,
             ..small
         }))
     }
 
-    fn try_whole(&mut self, until: Until<'_>) -> Result<Option<Forecast>> {
+    fn try_small_picture(&mut self, until: Until<'_>) -> Result<Option<Forecast>> {
         self.take(1, 1, until)?;
         self.begin_picture();
         if self.take(1, SAMPLES, until)?.is_none() {

@@ -22,14 +22,16 @@ use crate::render::{Choice, Until, doubling, worth};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
-/// Paths a node that tell for the first time how fast a cache fills and how noisy its light is. How noisy is known well once
-/// nodes trace whole paths: those that gather share their light's errors, which the spread between batches does not show.
+/// Paths a node that tell for the first time how fast a cache fills and how noisy its light is.
 const UPDATES: u32 = 8;
+/// How noisy is known well once nodes trace whole paths. Those that gather share their light's errors, which the spread
+/// between batches does not show: in clouds and CT volumes, the variance was 4 to 8 times what that says.
+const UNSEEN_WHILE_GATHERING: f64 = 5.0;
 /// Trials of caches take this share of what the work would take without one, at most.
 const SHARE: f64 = 0.2;
-/// A cache is not tried where the work without one takes less than so many times what it has taken to find that out: to
-/// compile for a cache, to fill it a little and to go back takes about twice as long.
-const WORTH_A_TRIAL: f64 = 3.0;
+/// A cache is not tried where the work without one takes less than so many times what compiling and loading for it have
+/// taken: to do the same for a cache, and to go back, takes three to four times as long.
+const WORTH_A_TRIAL: f64 = 10.0;
 
 /// What an engine is made for.
 #[derive(Debug, Clone, Copy)]
@@ -106,7 +108,6 @@ impl Trial<'_> {
             watch = Stopwatch::paused();
         }
         engine.choice.reason = TOO_SHORT.into();
-        let short = WORTH_A_TRIAL * began.elapsed().as_secs_f64();
         let is_long = |uncached: &Forecast| uncached.seconds_of(&self.work) > short;
         let Some(uncached) = tried.filter(is_long) else {
             return Ok((engine, watch));
@@ -121,7 +122,9 @@ impl Trial<'_> {
             _ => Some(engine.sums()?),
         };
         drop(engine);
-        match self.best_of(caches, &uncached, making)? {
+        // What is kept of the picture need not be sampled again.
+        let to_go_back = making - watch.elapsed().as_secs_f64();
+        match self.best_of(caches, &uncached, to_go_back)? {
             Ok(tried) => Ok(tried),
             Err(why) => {
                 plain.reason = why;
@@ -140,7 +143,7 @@ impl Trial<'_> {
         &self,
         caches: Vec<Choice>,
         uncached: &Forecast,
-        making: f64,
+        to_go_back: f64,
     ) -> Result<std::result::Result<(Engine, Stopwatch), String>> {
         let mut left = SHARE * uncached.seconds_of(&self.work);
         let mut best: Option<(Choice, Forecast)> = None;
@@ -152,7 +155,7 @@ impl Trial<'_> {
             let mut watch = Stopwatch::paused();
             let began = Instant::now();
             let until = self.until(Duration::try_from_secs_f64(left.max(0.0)).ok());
-            let tried = engine.try_cache(rival, &self.work, making, until, &mut watch)?;
+            let tried = engine.try_cache(rival, &self.work, to_go_back, until, &mut watch)?;
             left -= began.elapsed().as_secs_f64();
             let Some((cached, is_better)) = tried else {
                 break;
@@ -185,8 +188,8 @@ impl Trial<'_> {
 }
 
 impl Engine {
-    /// Tries the cache, whose filling `watch` times, and tells whether it is better than `rival`, which would have to be made
-    /// again in `making` seconds. `None` if `until` comes before that is known.
+    /// Tries the cache, whose filling `watch` times, and tells whether it is better than `rival`, which takes `to_go_back`
+    /// seconds more from now on than its forecast says: it has to be made again, but may have begun. `None` if `until` comes before that is known.
     ///
     /// The error of a cache whose nodes have only gathered is a guess. So as long as the cache is the better one it is filled
     /// further, which costs nothing if it stays so, until it is good enough or `until` comes; where the volume streams, until
@@ -195,7 +198,7 @@ impl Engine {
         &mut self,
         rival: &Forecast,
         work: &Work<'_>,
-        making: f64,
+        to_go_back: f64,
         until: Until<'_>,
         watch: &mut Stopwatch,
     ) -> Result<Option<(Forecast, bool)>> {
@@ -216,13 +219,12 @@ impl Engine {
                 cache: self.filling(),
                 ..samples
             };
-            let head_start = making + self.seconds_filled();
+            let head_start = to_go_back + self.seconds_filled();
             let is_better = verdict(rival, &cached, work, head_start).0;
-            let streams = self.renderer.brick_figures().is_some();
             let is_settled = self.renderer.cache().is_some_and(|cache| {
                 match until.is_over() {
                     // To be wrong costs most where paths wait for bricks.
-                    true => !streams || cache.is_known_to(f64::INFINITY),
+                    true => !self.streams() || cache.is_known_to(f64::INFINITY),
                     false => cache.is_known_to(cache_goal(&work.stop)),
                 }
             });
@@ -259,10 +261,14 @@ impl Engine {
             let traced = worth(cache.updates).saturating_sub(worth(GATHERED));
             let took = cache.took.as_secs_f64();
             let gathering = took + cache.seconds_to(GATHERED);
+            let unseen = match cache.updates <= GATHERED {
+                true => UNSEEN_WHILE_GATHERING,
+                false => 1.0,
+            };
             Filling {
                 gathering: (gathering - per_traced_path * f64::from(traced)).max(0.0),
                 per_traced_path,
-                variance: cache.relative_error.powi(2) * f64::from(worth(cache.updates)),
+                variance: unseen * cache.relative_error.powi(2) * f64::from(worth(cache.updates)),
                 share_of_time: cache_share_of_time(cache.samples_are_smooth()),
             }
         })
