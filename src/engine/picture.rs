@@ -59,8 +59,8 @@ pub fn relative_error(rgb: &[[f32; 3]], stderr: &[[f32; 3]]) -> f64 {
     }
 }
 
-/// The first three channels.
-pub(crate) fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
+/// The first three channels of each texel.
+pub fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
     texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
 }
 
