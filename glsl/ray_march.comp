@@ -1,7 +1,7 @@
 // The picture that the cache shows at once, for a moving camera: one ray through each pixel's centre, marched front
-// to back; at rest, the mean of a few through other points as well. Surfaces are exact hits. The light of the suns on them is marched to as well (sunlit.glsl); they reflect all
-// other light by the two moments of it that the cache holds (reflectance.glsl). Where the cache holds none, far from the
-// medium, that is the sky's light.
+// to back; at rest, the mean of a few through other points as well. Surfaces are exact hits. The light of the suns on
+// them is marched to as well (sunlit.glsl); they reflect all other light by the two moments of it that the cache holds
+// (reflectance.glsl). Where the cache holds none, far from the medium, that is the sky's light.
 
 #version 460
 #include "scene.glsl"

@@ -34,8 +34,7 @@ struct Taken {
 impl Engine {
     /// Takes a few samples of the picture, which are its beginning, or of one with fewer pixels if it has many and the volume
     /// is whole (otherwise fewer would need as many bricks, and say little about the time); `None` if `until` comes before.
-    /// How evenly samples are spread is not looked at if the work takes less than `short` seconds
-    /// even if they are not.
+    /// How evenly samples are spread is not looked at if the work takes less than `short` seconds even if they are not.
     pub(super) fn try_samples(
         &mut self,
         work: &Work<'_>,

@@ -65,7 +65,10 @@ impl Refinement {
     /// the noise that is left is change/(2ᵖ − 1): p is 1 for independent samples and up to 1.5 for evenly spread rays at
     /// edges (Mitchell, Consequences of Stratified Sampling in Graphics, 1996).
     fn noise_after(&self, change: f64) -> f64 {
-        let falls_by = self.change.map_or(2.0, |before| before / change);
+        let falls_by = match self.change {
+            Some(before) if change > 0.0 => before / change,
+            _ => 2.0,
+        };
         change / (falls_by.clamp(2.0, 1.5f64.exp2()) - 1.0)
     }
 
@@ -169,6 +172,16 @@ mod tests {
             "{}",
             refinement.worth
         );
+    }
+
+    #[test]
+    fn samples_without_noise_are_all_that_counts() {
+        let mut refinement = Refinement::of(vec![[TRUTH + 0.01; 4]; PIXELS]);
+        let exact = vec![[TRUTH; 4]; PIXELS];
+        for samples in [1, 2, 4, 8] {
+            refinement.compare(samples, &exact);
+        }
+        assert_eq!(refinement.picture(8, &exact), exact);
     }
 
     #[test]

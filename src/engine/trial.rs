@@ -189,7 +189,8 @@ impl Trial<'_> {
 
 impl Engine {
     /// Tries the cache, whose filling `watch` times, and tells whether it is better than `rival`, which takes `to_go_back`
-    /// seconds more from now on than its forecast says: it has to be made again, but may have begun. `None` if `until` comes before that is known.
+    /// seconds more from now on than its forecast says: it has to be made again, but may have begun. `None` if `until` comes
+    /// before that is known.
     ///
     /// The error of a cache whose nodes have only gathered is a guess. So as long as the cache is the better one it is filled
     /// further, which costs nothing if it stays so, until it is good enough or `until` comes; where the volume streams, until

@@ -44,7 +44,7 @@ pub struct Picture {
     marched_in: Duration,
     /// When the last march ended.
     filled_since: Instant,
-    /// The last march with all pixels, and what samples have made of it; `None` without a cache.
+    /// The march with all pixels and rays, while samples refine it.
     refinement: Option<Refinement>,
     /// Samples a pixel, at rest.
     most_samples: u32,
@@ -208,16 +208,13 @@ impl Picture {
             return Ok(false);
         }
         let rays = caching.rays();
-        self.refinement = Some(Refinement::of(caching.marched()?));
-        if rays == 1 {
-            self.marched_in = began.elapsed();
-            self.filled_since = Instant::now();
-            self.marched_batches = Picture::batches(engine);
-        }
+        self.marched_in = began.elapsed();
+        self.filled_since = Instant::now();
+        self.marched_batches = Picture::batches(engine);
         self.show(engine, shown)?;
         self.doing = match Picture::cache_is_converged(engine) {
             true if rays < RAYS => Doing::marching(),
-            true => Doing::Refining,
+            true => self.refining(engine)?,
             false => Doing::Filling,
         };
         Ok(true)
@@ -234,12 +231,18 @@ impl Picture {
         let is_new = Picture::batches(engine) != self.marched_batches;
         let filled_for = self.filled_since.elapsed();
         let is_done = ended && Picture::cache_is_converged(engine);
-        if is_new && (is_done || filled_for >= due) {
+        if is_done || is_new && filled_for >= due {
             self.doing = Doing::marching();
-        } else if is_done {
-            self.doing = Doing::Refining;
         }
         Ok(false)
+    }
+
+    /// Refines what has been marched.
+    fn refining(&mut self, engine: &mut Engine) -> Result<Doing> {
+        if let Some(mut caching) = engine.renderer_mut().caching() {
+            self.refinement = Some(Refinement::of(caching.marched()?));
+        }
+        Ok(Doing::Refining)
     }
 
     fn refine_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {

@@ -352,8 +352,7 @@ impl Run<'_> {
         while let Some(mut caching) = self.engine.renderer_mut().caching()
             && refinement.is_none()
         {
-            let has_time = self.watch.elapsed() < asked;
-            if !has_time {
+            if self.watch.elapsed() >= asked {
                 return caching.marched();
             }
             caching.march_another_ray()?;
