@@ -15,6 +15,7 @@ mod reference;
 mod report;
 mod run;
 mod table;
+mod warm;
 
 use std::time::Duration;
 

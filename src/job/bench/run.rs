@@ -5,27 +5,16 @@ use std::time::{Duration, Instant};
 use super::edits;
 use super::entrants::{Entrant, Subject};
 use super::reference::Reference;
-use super::report::{
-    IsovalueEdit, Orbit, Point, RunReport, Similarity, SimilarityPoint, seconds_to,
-};
+use super::report::{Point, RunReport, Similarity, SimilarityPoint, seconds_to};
 use super::{Bench, patient_run};
-use crate::compare::{Comparison, LinearImage, measure as compare};
-use crate::engine::figures::{self, CacheStats, quantile};
+use crate::compare::{LinearImage, measure as compare};
+use crate::engine::figures::{self, CacheStats};
 use crate::engine::schedule::cache_goal;
-use crate::engine::{Engine, Picture, Refinement, Stop, Stopwatch, rgb};
+use crate::engine::{Engine, Picture, Stop, Stopwatch};
 use crate::error::{Error, Result};
-use crate::interrupt::{INTERRUPTED, is_interrupted};
+use crate::interrupt::is_interrupted;
 use crate::job::views::provenance;
 use crate::output::progress::Progress;
-use crate::render::RAYS;
-use crate::scene::{LightModel, Scene};
-
-/// Views of the orbit.
-const VIEWS: u32 = 24;
-/// Share of the longest time during which pictures of a warm cache are taken: they are soon good enough.
-const WARM_SHARE: f64 = 0.25;
-/// Distance from which isovalues are dragged, as a share of the range of all values.
-const DRAGGED: f64 = 0.02;
 
 /// A picture at one of the given times.
 pub struct Look {
@@ -133,13 +122,13 @@ pub fn similarity(
 }
 
 /// A render of which pictures are taken at the given times.
-struct Run<'a> {
-    engine: Engine,
-    watch: Stopwatch,
-    entrant: &'a Entrant,
+pub(super) struct Run<'a> {
+    pub engine: Engine,
+    pub watch: Stopwatch,
+    pub entrant: &'a Entrant,
     /// Prefix of the names of its files.
-    prefix: String,
-    references: References<'a>,
+    pub prefix: String,
+    pub references: References<'a>,
 }
 
 impl Run<'_> {
@@ -185,7 +174,7 @@ impl Run<'_> {
     }
 
     /// Compares the current picture with the reference; a picture with a name is kept.
-    fn look(
+    pub(super) fn look(
         &mut self,
         bench: &mut Bench<'_>,
         picture: &Picture,
@@ -223,172 +212,6 @@ impl Run<'_> {
                 image,
             },
         ))
-    }
-
-    /// Makes the cache as good for all views as it is for the scene's own. False if there is no cache, or if Ctrl-C
-    /// came before the end.
-    fn fill_everywhere(&mut self) -> Result<bool> {
-        match self.engine.renderer_mut().caching() {
-            Some(mut caching) => {
-                caching.widen_focus();
-                caching.batch(0, &INTERRUPTED)
-            }
-            None => Ok(false),
-        }
-    }
-
-    /// Milliseconds that all marches so far have taken on the GPU.
-    fn marched_ms(&self) -> f64 {
-        let total = self.engine.timings().total("ray_march");
-        total.map_or(0.0, |total| total.duration_us / 1e3)
-    }
-
-    fn orbit(&mut self) -> Result<Orbit> {
-        let mut march_ms = Vec::new();
-        let mut frame_ms = Vec::new();
-        let mut cpu_ms = Vec::new();
-        for view in 1..=VIEWS {
-            let share = f64::from(view) / f64::from(VIEWS);
-            let watch = Stopwatch::started();
-            let before = self.marched_ms();
-            self.show_at_once(&Scene {
-                camera: self.entrant.scene.camera.orbited(share),
-                ..self.entrant.scene.clone()
-            })?;
-            frame_ms.push(watch.elapsed().as_secs_f64() * 1e3);
-            cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
-            march_ms.push(self.marched_ms() - before);
-        }
-        for times in [&mut march_ms, &mut frame_ms, &mut cpu_ms] {
-            times.sort_by(f64::total_cmp);
-        }
-        Ok(Orbit {
-            frames: march_ms.len(),
-            march_ms_median: quantile(&march_ms, 0.5),
-            march_ms_p99: quantile(&march_ms, 0.99),
-            frame_ms_median: quantile(&frame_ms, 0.5),
-            frame_ms_p99: quantile(&frame_ms, 0.99),
-            frame_cpu_ms_median: quantile(&cpu_ms, 0.5),
-        })
-    }
-
-    /// Returns to the scene's own view, which the cache does not know better than others. Also compares the march
-    /// with a reference of the same rays.
-    fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<(Vec<Point>, Option<Comparison>)> {
-        let name = format!("{}.new-view.exr", self.prefix);
-        let Some((marched, points)) = self.come_back(bench, Some(name))? else {
-            return Ok((Vec::new(), None));
-        };
-        let exposure = self.entrant.scene.render.exposure;
-        let centres = self.references.centres;
-        let same_rays = centres.map(|centres| compare(&centres.image, &marched.image, exposure));
-        Ok((points, same_rays.transpose()?))
-    }
-
-    /// Drags the isovalues to those of the scene. `None` where that is not done in place: without a surface, or in
-    /// `full` light, whose cache begins anew.
-    fn dragged_isovalue(&mut self, bench: &mut Bench<'_>) -> Result<Option<IsovalueEdit>> {
-        let mut beside = self.entrant.scene.clone();
-        if beside.surfaces.iso.is_empty() || beside.surfaces.light == LightModel::Full {
-            return Ok(None);
-        }
-        let [low, high] = bench.volume.range;
-        for iso in &mut beside.surfaces.iso {
-            iso.value += DRAGGED * (high - low);
-        }
-        self.show_at_once(&beside)?;
-        let points = self.come_back(bench, None)?.map(|(_, points)| points);
-        Ok(points.map(|points| IsovalueEdit {
-            seconds_to_40_db: seconds_to(40.0, &points),
-            points,
-        }))
-    }
-
-    /// Returns from an edited scene to the scene itself: first the march that is shown at once, then, as in the window,
-    /// more rays of it and what samples make of them. `None` without a cache.
-    fn come_back(
-        &mut self,
-        bench: &mut Bench<'_>,
-        file: Option<String>,
-    ) -> Result<Option<(Look, Vec<Point>)>> {
-        let most = bench.longest().mul_f64(WARM_SHARE);
-        self.watch = Stopwatch::started();
-        self.show_at_once(&self.entrant.scene)?;
-        self.watch.pause();
-        let Some(mut picture) = self.engine.march()? else {
-            return Ok(None);
-        };
-        let (first, look) = self.look(bench, &picture, Duration::ZERO, file)?;
-        let mut points = vec![first];
-        let mut refinement = None;
-        for asked in bench.seconds.clone() {
-            if asked > most && points.len() > 1 {
-                break;
-            }
-            if self.watch.elapsed() >= asked {
-                continue;
-            }
-            self.watch.go_on();
-            let refined = self.refine_until(asked, &mut refinement);
-            self.watch.pause();
-            match refined {
-                Err(Error::Interrupted) => break,
-                other => picture.rgb = rgb(&other?),
-            }
-            if is_interrupted() {
-                break;
-            }
-            points.push(self.look(bench, &picture, asked, None)?.0);
-        }
-        Ok(Some((look, points)))
-    }
-
-    /// Marches more rays of each pixel, and then takes samples, until so much time is over. Returns the picture.
-    fn refine_until(
-        &mut self,
-        asked: Duration,
-        refinement: &mut Option<Refinement>,
-    ) -> Result<Vec<[f32; 4]>> {
-        while let Some(mut caching) = self.engine.renderer_mut().caching()
-            && refinement.is_none()
-        {
-            if self.watch.elapsed() >= asked {
-                return caching.marched();
-            }
-            caching.march_another_ray()?;
-            if caching.rays() == RAYS {
-                *refinement = Some(Refinement::of(caching.marched()?));
-            }
-        }
-        let mut compare = |engine: &mut Engine| {
-            let samples = engine.totals().samples;
-            match refinement {
-                Some(refinement) if refinement.is_due(samples) => {
-                    refinement.compare(samples, &engine.renderer_mut().film()?.mean);
-                    Ok(())
-                }
-                _ => Ok(()),
-            }
-        };
-        let mut silent = |_| {};
-        let mut run = patient_run(Stop::after(asked), &mut silent);
-        run.between = Some(&mut compare);
-        self.engine.sample(&mut run, &self.watch)?;
-        let samples = self.engine.totals().samples;
-        let mean = self.engine.renderer_mut().film()?.mean;
-        Ok(match refinement {
-            Some(refinement) => refinement.picture(samples, &mean),
-            None => mean,
-        })
-    }
-
-    /// Marches an edited scene through the existing cache.
-    fn show_at_once(&mut self, scene: &Scene) -> Result<()> {
-        self.engine.change_in_place(scene)?;
-        match self.engine.renderer_mut().caching() {
-            Some(mut caching) => caching.march_in_place(),
-            None => Ok(()),
-        }
     }
 
     fn cache(&self) -> Option<CacheStats> {
