@@ -27,7 +27,7 @@ use figures::{BrickStats, CacheStats, MemoryStats};
 pub use budget::{Budget, Limit};
 pub use change::Changed;
 pub use host::{Host, HostOptions};
-pub use picture::{Picture, relative_error, rgb};
+pub use picture::{Picture, relative_error};
 pub use refinement::Refinement;
 pub use run::{Outcome, Progress, Run};
 pub use schedule::{SampleRange, Stop};

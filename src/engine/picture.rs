@@ -39,6 +39,14 @@ impl Picture {
         }
     }
 
+    /// Shows other texels, of RGB and coverage.
+    pub fn show(&mut self, texels: &[[f32; 4]]) {
+        self.rgb = rgb(texels);
+        if let Some(alpha) = &mut self.alpha {
+            *alpha = texels.iter().map(|t| t[3]).collect();
+        }
+    }
+
     pub fn relative_error(&self) -> f64 {
         relative_error(&self.rgb, &self.stderr)
     }
@@ -60,7 +68,7 @@ pub fn relative_error(rgb: &[[f32; 3]], stderr: &[[f32; 3]]) -> f64 {
 }
 
 /// The first three channels of each texel.
-pub fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
+pub(super) fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
     texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
 }
 

@@ -269,18 +269,27 @@ impl Picture {
     fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
         let push = Picture::tone_map_push(engine, shown);
-        let samples = engine.totals().samples;
-        let renderer = engine.renderer_mut();
-        if is_refined && let Some(refinement) = &mut self.refinement {
-            let mean = renderer.film()?.mean;
-            refinement.compare(samples, &mean);
-            let picture = refinement.picture(samples, &mean);
-            return renderer.tone_map_texels(&picture, shown, &push);
+        if let Some(picture) = self.refined(engine)? {
+            return engine
+                .renderer_mut()
+                .tone_map_texels(&picture, shown, &push);
         }
+        let renderer = engine.renderer_mut();
         match renderer.caching() {
             Some(mut caching) if !is_refined => caching.tone_map(shown, &push),
             _ => renderer.tone_map(shown, &push),
         }
+    }
+
+    /// The picture that is shown while samples refine a march; `None` otherwise.
+    pub fn refined(&mut self, engine: &mut Engine) -> Result<Option<Vec<[f32; 4]>>> {
+        let Some(refinement) = &mut self.refinement else {
+            return Ok(None);
+        };
+        let samples = engine.totals().samples;
+        let mean = engine.renderer_mut().film()?.mean;
+        refinement.compare(samples, &mean);
+        Ok(Some(refinement.picture(samples, &mean)))
     }
 
     fn tone_map_push(engine: &Engine, shown: &Image) -> ToneMapPush {

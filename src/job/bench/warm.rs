@@ -8,7 +8,7 @@ use super::run::{Look, Run};
 use super::{Bench, patient_run};
 use crate::compare::{Comparison, measure as compare};
 use crate::engine::figures::quantile;
-use crate::engine::{Engine, Refinement, Stop, Stopwatch, rgb};
+use crate::engine::{Engine, Refinement, Stop, Stopwatch};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::render::RAYS;
@@ -136,7 +136,7 @@ impl Run<'_> {
             self.watch.pause();
             match refined {
                 Err(Error::Interrupted) => break,
-                other => picture.rgb = rgb(&other?),
+                other => picture.show(&other?),
             }
             if is_interrupted() {
                 break;
