@@ -3,7 +3,7 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::process::{Child, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -62,14 +62,12 @@ fn the_next_run_copies_nothing() {
     let folder = folder();
     folder.succeed(&format!("{RENDER} -o whole.exr"));
     assert!(!folder.path("c").exists());
-    let mut first = folder.isolume(&format!("{RENDER} {STREAMED} -o a.exr"));
-    let beside = first.stderr(Stdio::piped()).spawn().expect("the program");
-    let second = render(&folder, "b.exr");
-    let first = beside.wait_with_output().expect("an end");
-    assert!(first.status.success());
-    // Either may have found the store that the other has made.
-    let said = format!("{second}{}", text(&first.stderr));
-    assert!(said.contains("copying v.nrrd to c"), "{said}");
+    // It stands still in the middle of its copy, so that the other finds no store.
+    let beside = copying(&folder);
+    send(&beside, "STOP");
+    assert!(render(&folder, "b.exr").contains("copying v.nrrd to c"));
+    send(&beside, "CONT");
+    assert!(wait(beside).success());
     assert!(!render(&folder, "d.exr").contains("copying"));
     for picture in ["a.exr", "b.exr", "d.exr"] {
         assert!(
@@ -154,9 +152,7 @@ fn a_copy_that_is_ended_leaves_nothing_that_looks_finished() {
     #[cfg(unix)]
     {
         let child = copying(&folder);
-        let pid = child.id().to_string();
-        let sent = std::process::Command::new("kill").arg(&pid).status();
-        assert!(sent.expect("kill").success());
+        send(&child, "TERM");
         assert_eq!(wait(child).code(), Some(143));
         assert_eq!(folder.names_in("c"), [""; 0]);
     }
@@ -182,6 +178,12 @@ fn names(folder: &Folder) -> Vec<String> {
         true => folder.names_in("c"),
         false => Vec::new(),
     }
+}
+
+fn send(child: &Child, signal: &str) {
+    let pid = child.id().to_string();
+    let sent = Command::new("kill").args(["-s", signal, &pid]).status();
+    assert!(sent.expect("kill").success());
 }
 
 fn wait(mut child: Child) -> std::process::ExitStatus {
