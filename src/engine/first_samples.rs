@@ -51,7 +51,7 @@ impl Engine {
         self.renderer.brick_figures().is_some()
     }
 
-    fn pixels(&self) -> f64 {
+    pub(super) fn pixels(&self) -> f64 {
         let [width, height] = self.scene.render.size.map(f64::from);
         width * height
     }
@@ -96,7 +96,7 @@ impl Engine {
     /// Takes samples of few pixels.
     fn try_few_pixels(&mut self, until: Until<'_>) -> Result<Option<Forecast>> {
         let size = self.scene.render.size;
-        let scale = (self.pixels_to_try() / self.pixels()).sqrt().min(1.0);
+        let scale = (self.pixels_to_try() / self.pixels()).sqrt();
         let small = size.map(|n| ((f64::from(n) * scale) as u32).max(1));
         self.reduce_to(small)?;
         let tried = self.try_small_picture(until)?;

@@ -138,8 +138,8 @@ impl Forecast {
     }
 }
 
-/// With a cache, an error is reached later than its forecast says, by so much or a little more on four CT volumes: whether it
-/// is good enough is looked at when its paths have doubled, and is uncertain itself.
+/// With a cache, an error is reached later than its forecast says: whether the cache is good enough is looked at when its
+/// paths have doubled, and is uncertain itself. So its time counts so many times.
 const LATE: f64 = 1.2;
 
 /// Whether the cache is worth its filling, compared with `uncached` or with another cache, and why: the end of a sentence. To

@@ -126,8 +126,7 @@ impl Engine {
         if cache.updates > 0 && !cache.is_caught_up() {
             return Some(0);
         }
-        let [width, height] = self.scene.render.size;
-        let pixels = f64::from(width) * f64::from(height) * f64::from(pictures);
+        let pixels = self.pixels() * f64::from(pictures);
         let filled = Filled {
             updates: cache.updates,
             took: cache.took,
@@ -164,9 +163,9 @@ impl Engine {
             }
             let until = self.until(run, &done, watch);
             let samples = next_unit(&run.stop, &done);
-            let units = match self.renderer.brick_figures() {
-                Some(_) => units_together(&run.stop, &done),
-                None => 1,
+            let units = match self.streams() {
+                true => units_together(&run.stop, &done),
+                false => 1,
             };
             if !self.renderer.units(samples, units, until)? {
                 match run.is_interrupted() {

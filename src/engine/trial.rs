@@ -25,7 +25,7 @@ use crate::scene::{Scene, Variant};
 /// Paths a node that tell for the first time how fast a cache fills and how noisy its light is.
 const UPDATES: u32 = 8;
 /// How noisy is known well once nodes trace whole paths. Those that gather share their light's errors, which the spread
-/// between batches does not show: in clouds and CT volumes, the variance was 4 to 8 times what that says.
+/// between batches does not show: their variance counts so many times.
 const UNSEEN_WHILE_GATHERING: f64 = 5.0;
 /// Trials of caches take this share of what the work would take without one, at most.
 const SHARE: f64 = 0.2;

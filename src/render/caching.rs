@@ -122,6 +122,22 @@ impl Caching<'_> {
         }
     }
 
+    /// Encodes another picture for display, row 0 on top, which takes the place of the last march. A unit of samples under
+    /// way is lost.
+    pub fn tone_map_texels(
+        &mut self,
+        picture: &[[f32; 4]],
+        to: &Image,
+        push: &ToneMapPush,
+    ) -> Result<()> {
+        *self.under_way = None;
+        self.cache.ray_march.rays = 0;
+        let texels = bytemuck::cast_slice(picture);
+        let r = &mut *self.r;
+        copy::upload(self.frame, &mut r.staging, &r.unit_sum, texels)?;
+        self.tone_map(to, push)
+    }
+
     /// Encodes the picture of the last march for display.
     pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         let (r, tone_map) = (&*self.r, self.tone_map);

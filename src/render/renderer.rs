@@ -10,7 +10,6 @@ use super::brick_places::BrickFigures;
 use super::bundle::Bundle;
 use super::cache::Cache;
 use super::caching::Caching;
-use super::copy;
 use super::estimator::Estimator;
 use super::gpu_scene::GpuScene;
 use super::iso_depth::IsoDepth;
@@ -284,21 +283,6 @@ impl Renderer {
     pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         let (r, tone_map) = (&self.resources, &self.tone_map);
         self.frame.run(|f| tone_map.record(f, &r.mean, to, push))
-    }
-
-    /// Encodes another picture for display, row 0 on top. A unit of samples under way is lost.
-    pub fn tone_map_texels(
-        &mut self,
-        picture: &[[f32; 4]],
-        to: &Image,
-        push: &ToneMapPush,
-    ) -> Result<()> {
-        self.under_way = None;
-        let (r, tone_map) = (&mut self.resources, &self.tone_map);
-        let texels = bytemuck::cast_slice(picture);
-        copy::upload(&mut self.frame, &mut r.staging, &r.unit_sum, texels)?;
-        self.frame
-            .run(|f| tone_map.record(f, &r.unit_sum, to, push))
     }
 
     /// Whether a picture at rest is marched.

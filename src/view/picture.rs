@@ -269,10 +269,10 @@ impl Picture {
     fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
         let push = Picture::tone_map_push(engine, shown);
-        if let Some(picture) = self.refined(engine)? {
-            return engine
-                .renderer_mut()
-                .tone_map_texels(&picture, shown, &push);
+        if let Some(picture) = self.refined(engine)?
+            && let Some(mut caching) = engine.renderer_mut().caching()
+        {
+            return caching.tone_map_texels(&picture, shown, &push);
         }
         let renderer = engine.renderer_mut();
         match renderer.caching() {

@@ -165,13 +165,12 @@ impl Run<'_> {
         }
         let mut compare = |engine: &mut Engine| {
             let samples = engine.totals().samples;
-            match refinement {
-                Some(refinement) if refinement.is_due(samples) => {
-                    refinement.compare(samples, &engine.renderer_mut().film()?.mean);
-                    Ok(())
-                }
-                _ => Ok(()),
+            if let Some(refinement) = refinement
+                && refinement.is_due(samples)
+            {
+                refinement.compare(samples, &engine.renderer_mut().film()?.mean);
             }
+            Ok(())
         };
         let mut silent = |_| {};
         let mut run = patient_run(Stop::after(asked), &mut silent);
