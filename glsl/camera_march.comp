@@ -7,7 +7,7 @@
 // replaces the suns' light that was read from the cache there. (A single point would cause most of a sample's noise.)
 //
 // On surfaces, the light of the suns is marched to as well (sunlit.glsl). The cache does not know the rest of the
-// light there, nor, where surfaces stop light, the light in cubes that a surface cuts: the march leaves both to paths
+// light there, nor that in cubes whose nodes do not tell it (`is_left_to_paths`): the march leaves both to paths
 // (tail_tracking.comp). Of all such points on a ray one is picked, in proportion to the weight of its light in the
 // pixel, and stands for the others.
 
@@ -61,9 +61,11 @@ void leave(inout Front front, Tail tail, inout Random random) {
     front.tail.weight = sum;
 }
 
+const vec4 QUARTERS = vec4(0.0, 0.25, 0.5, 0.75);
+
 // Which of the four picks move to a point of this weight, of `sum` so far; they are spread as evenly as possible.
 bvec4 picks(float weight, float sum, float u) {
-    return lessThan(fract(u + vec4(0.0, 0.25, 0.5, 0.75)) * sum, vec4(weight));
+    return lessThan(fract(u + QUARTERS) * sum, vec4(weight));
 }
 
 void march_segment(Ray ray, float t, float t_end, inout Front front, inout Random random) {
@@ -85,21 +87,23 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             mat4x3 picked_albedo = front.picked_albedo;
             float tail_t = 0.0;
             LOOP {
-                vec2 u = random_numbers(random).xy;
+                vec3 u = random_numbers(random).xyz;
                 MarchStep s = make_step(ray, march);
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, s.t);
                 bvec4 here = picks(weight, front.taken + taken.weight, u.x);
-                picked_t = mix(picked_t, vec4(s.t), here);
+                // Not their middles: the suns' light may fall steeply within a step.
+                vec4 points = absorption_in(s, fract(u.z + QUARTERS));
+                picked_t = mix(picked_t, points, here);
                 is_picked = mix(is_picked, here, here);
                 if (!has_one_color) {
                     for (uint k = 0u; k < 4u; ++k) {
                         picked_albedo[k] = mix(picked_albedo[k], s.albedo, bvec3(here[k]));
                     }
                 }
-                if (full_light) {
-                    tail_t = u.y * taken.weight < weight ? s.t : tail_t;
+                if (full_light || has_rim_cubes) {
+                    tail_t = u.y * taken.weight < weight ? points.x : tail_t;
                 }
                 is_opaque = front.transmittance < OPAQUE_BELOW;
                 if (is_opaque || !march.goes_on || is_due(taken)) {
@@ -107,7 +111,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                 }
             }
             Cube cube = cube_taken(taken, ray);
-            if (full_light && is_cut(cube)) {
+            if (is_left_to_paths(cube)) {
                 leave(front, Tail(tail_t, taken.weight, COLLISION, 0u), random);
             } else {
                 CachedLight light = read_cache(cube);
@@ -242,7 +246,7 @@ void main() {
         return;
     }
     imageStore(unit_sum, texel, vec4(front.radiance, 1.0 - front.transmittance));
-    if (surface_count > 0u) {
+    if (surface_count > 0u || has_rim_cubes) {
         tails.at[place] = front.tail;
     }
     set_done(place);

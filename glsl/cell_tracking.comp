@@ -78,7 +78,7 @@ bool collect(inout Path path, inout Random random) {
         return false;
     }
     Cube cube = cube_at(path.origin + path.t_end * path.direction / scene.spacing);
-    if (full_light && is_cut(cube)) {
+    if (is_left_to_paths(cube)) {
         return false;
     }
     CachedLight light = read_half(cube, 1 - int(push.nodes_half));

@@ -1,5 +1,5 @@
 // Paths for the light that a march of the picture at rest (camera_march.comp) leaves to them: the light of surfaces
-// without the suns' own, and the light of the medium close to surfaces that stop light. A path begins there, and ends
+// without the suns' own, and the light of the medium where the cache's nodes do not tell it. A path begins there, and ends
 // where it may read the cache.
 
 #version 460

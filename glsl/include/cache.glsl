@@ -18,6 +18,8 @@ LOADED_AS(CACHE_FORMAT) uniform texels3D cache_flux;
 LOADED_AS(r32ui) uniform utexels3D pages;
 // A bit for each cube of a brick: a surface cuts it. Two words a brick.
 layout(scalar) readonly buffer CutBlock { uint at[]; } cuts;
+// The same for cubes at the rim (rim_cubes.comp).
+layout(scalar) readonly buffer RimBlock { uint at[]; } rims;
 
 uint page_of(ivec3 brick) {
     return texel_at(pages, brick).x;
@@ -43,11 +45,27 @@ uint place_of(ivec3 brick) {
     return (at.z * scene.cache_places.y + at.y) * scene.cache_places.x + at.x;
 }
 
-bool is_cut(Cube cube) {
-    uint place = place_of(cube.low / BRICK);
+// The word and the bit of a cube among those of all bricks.
+uvec2 bit_of(Cube cube) {
     uvec3 inner = uvec3(cube.low % BRICK);
     uint bit = (inner.z * BRICK + inner.y) * BRICK + inner.x;
-    return (cuts.at[2u * place + bit / 32u] >> bit % 32u & 1u) != 0u;
+    return uvec2(2u * place_of(cube.low / BRICK) + bit / 32u, bit % 32u);
+}
+
+bool is_cut(Cube cube) {
+    uvec2 bit = bit_of(cube);
+    return (cuts.at[bit.x] >> bit.y & 1u) != 0u;
+}
+
+bool is_rim(Cube cube) {
+    uvec2 bit = bit_of(cube);
+    return (rims.at[bit.x] >> bit.y & 1u) != 0u;
+}
+
+// Whether the nodes around a cube do not tell the light in it: some may lie behind a surface, or light bends too much
+// between them. Paths go on there as if there were no cache.
+bool is_left_to_paths(Cube cube) {
+    return full_light && is_cut(cube) || has_rim_cubes && is_rim(cube);
 }
 
 struct CachedLight {

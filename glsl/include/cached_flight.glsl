@@ -1,10 +1,10 @@
-// Paths that end at a collision by reading the cache. Where a surface cuts a cube, its nodes may lie behind the
-// surface, and nodes out of sight may have had no path: there a path scatters as if there were no cache.
+// Paths that end at a collision by reading the cache. Where the nodes around a cube do not tell the light in it
+// (cache.glsl), or have had no path since they are out of sight, a path scatters as if there were no cache.
 
 // Whether the collision at path.t_end may take its light from the cache.
 bool reads_cache(Path path) {
     vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
-    return path.collisions + 1u >= cache_order && !(full_light && is_cut(cube_at(g)));
+    return path.collisions + 1u >= cache_order && !is_left_to_paths(cube_at(g));
 }
 
 // Ends a path at a collision, with a shadow ray for the suns.

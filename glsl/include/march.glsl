@@ -90,6 +90,7 @@ struct MarchStep {
     float absorbed; // 1 − exp(−optical depth)
     vec3 albedo;    // of what it meets
     float t;        // its middle
+    float extent;   // along the ray
 };
 
 MarchStep make_step(Ray ray, inout March march) {
@@ -103,7 +104,14 @@ MarchStep make_step(Ray ray, inout March march) {
     }
     march.end = classify(lookup(ray, march.t));
     Medium medium = mean_medium(begin, march.end);
-    return MarchStep(absorbed_by(medium.sigma_t * (march.t - from)), medium.albedo, 0.5 * (from + march.t));
+    float extent = march.t - from;
+    return MarchStep(absorbed_by(medium.sigma_t * extent), medium.albedo, from + 0.5 * extent, extent);
+}
+
+// Where in a step light is absorbed, for four numbers in [0, 1): the inverse of (1 − exp(−τx)) / (1 − exp(−τ)), to
+// second order in τ.
+vec4 absorption_in(MarchStep s, vec4 u) {
+    return s.t + s.extent * (u - 0.5 * s.absorbed * u * (1.0 - u) - 0.5);
 }
 
 // The transmittance of [t, t_end], or 0 where it is less than `least`.

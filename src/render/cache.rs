@@ -23,6 +23,7 @@ use super::pass_compiler::PassCompiler;
 use super::ray_march::{self, RayMarch};
 use super::reflectance::SurfaceReflectance;
 use super::resources::Resources;
+use super::rim_cubes::RimCubes;
 use super::shared::GATHERED;
 use crate::error::Result;
 use crate::gpu::{Frame, Slices};
@@ -34,6 +35,8 @@ pub struct Cache {
     pub(super) ray_march: RayMarch,
     /// `None` where no surface stops light.
     cut_cells: Option<CutCells>,
+    /// `None` where no cube can be at the rim.
+    rim_cubes: Option<RimCubes>,
     /// `None` where surfaces need no table of their reflectance.
     reflectance: Option<SurfaceReflectance>,
     pub(super) focus: Focus,
@@ -95,6 +98,10 @@ impl Cache {
                 true => Some(CutCells::new(passes)?),
                 false => None,
             },
+            rim_cubes: match passes.features.has_rim_cubes {
+                true => Some(RimCubes::new(passes)?),
+                false => None,
+            },
             reflectance: match passes.features.has_reflectance_table() {
                 true => Some(SurfaceReflectance::new(passes)?),
                 false => None,
@@ -146,6 +153,14 @@ impl Cache {
             return Ok(());
         }
         self.clear();
+        if let Some(pass) = &self.rim_cubes {
+            let rim = f64::from(pass.run(frame, r, &self.memory)?);
+            if let AtRest::March(march) = &mut self.at_rest
+                && scene.parts.surfaces.iso.is_empty()
+            {
+                march.left_share = rim / self.memory.layout.active_nodes() as f64;
+            }
+        }
         match &self.cut_cells {
             Some(pass) => pass.run(frame, r, &self.memory),
             None => Ok(()),
@@ -190,10 +205,14 @@ impl Cache {
         matches!(self.at_rest, AtRest::March(_))
     }
 
-    /// Whether a sample of the picture at rest has next to no noise of its own: it is marched, and leaves nothing to
-    /// paths.
+    /// Whether a sample of the picture at rest has next to no noise of its own: it is marched, and leaves next to nothing
+    /// to paths.
     pub fn samples_are_smooth(&self) -> bool {
-        self.is_marched() && self.memory.tails.is_none()
+        const NEXT_TO_NOTHING: f64 = 0.02;
+        match &self.at_rest {
+            AtRest::March(march) => march.left_share < NEXT_TO_NOTHING,
+            AtRest::Tracking(_) => false,
+        }
     }
 
     /// Goes on with a bundle of units of the picture at rest, or begins one.

@@ -36,6 +36,8 @@ pub struct CacheLayout {
     pub active: Vec<u32>,
     /// Places for bricks along each axis of the images.
     pub places: [u32; 3],
+    /// Light is read close to a face of the box.
+    pub meets_faces: bool,
 }
 
 impl CacheLayout {
@@ -70,6 +72,7 @@ impl CacheLayout {
             bricks,
             active,
             places,
+            meets_faces: occupancy.meets_faces(),
         })
     }
 
@@ -92,7 +95,10 @@ impl CacheLayout {
         let wanted = CacheLayout::new(dims, occupancy, self.scale, self.format(), most_texels)?;
         let idle = 1.0 - wanted.active.len() as f64 / self.active.len() as f64;
         Ok(match self.covers(&wanted) && idle <= MOST_IDLE {
-            true => self.clone(),
+            true => CacheLayout {
+                meets_faces: wanted.meets_faces,
+                ..self.clone()
+            },
             false => wanted,
         })
     }

@@ -25,11 +25,13 @@ pub struct CacheMemory {
     pub layout: CacheLayout,
     /// For each place, a bit a cube: whether a surface cuts it; `None` where no surface stops light.
     pub cuts: Option<Buffer>,
+    /// The same for cubes at the rim; `None` where there can be none.
+    rims: Option<Buffer>,
     /// The node that each slot is working on.
     pub work: Buffer,
     /// A table for each surface; `None` where there are only Lambert surfaces, which need none.
     reflectance: Option<Buffer>,
-    /// For each pixel, the light that a march leaves to paths; `None` unless surfaces are marched to.
+    /// For each pixel, the light that a march leaves to paths; `None` where it can leave none.
     pub tails: Option<Buffer>,
 }
 
@@ -58,7 +60,10 @@ impl CacheMemory {
         };
         let is_full_light = scene.parts.surfaces.is_full_light();
         let slots = slots(&memory.limits, scene);
-        let cuts = || Buffer::new(memory, on_device("cut cells", cut_bytes(layout)));
+        let bit_a_cube = |name, is_needed: bool| {
+            let desc = on_device(name, cube_bits(layout));
+            is_needed.then(|| Buffer::new(memory, desc)).transpose()
+        };
         let flux_extent = flux_extent(layout, features.flux_step);
         let flux = flux_extent.map(|extent| Image::new(memory, nodes("cache: flux", extent)));
         let reflectance = || {
@@ -75,10 +80,8 @@ impl CacheMemory {
             pages: Image::new(memory, pages_desc(layout))?,
             bricks: brick_buffer(memory, layout)?,
             layout: layout.clone(),
-            cuts: match is_full_light {
-                true => Some(cuts()?),
-                false => None,
-            },
+            cuts: bit_a_cube("cut cells", is_full_light)?,
+            rims: bit_a_cube("cache: rim", features.has_rim_cubes)?,
             work: Buffer::new(
                 memory,
                 on_device("cache: work", bytes_of::<NodeWork>(slots)),
@@ -106,8 +109,8 @@ impl CacheMemory {
         }
         self.pages.resize(pages_desc(layout).extent)?;
         self.bricks.rewrite(&bricks(layout))?;
-        if let Some(cuts) = &mut self.cuts {
-            cuts.resize(cut_bytes(layout))?;
+        for bits in self.cuts.iter_mut().chain(&mut self.rims) {
+            bits.resize(cube_bits(layout))?;
         }
         self.layout = layout.clone();
         Ok(())
@@ -160,7 +163,7 @@ impl CacheMemory {
     }
 
     /// The resources that reading the cache needs. In place of one that the scene does without, another is bound.
-    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 4] {
+    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 5] {
         [
             ("cache_light", Binding::Image(&self.light)),
             (
@@ -169,6 +172,7 @@ impl CacheMemory {
             ),
             ("pages", Binding::Image(&self.pages)),
             self.cuts_binding(),
+            self.rims_binding(),
         ]
     }
 
@@ -189,11 +193,17 @@ impl CacheMemory {
         ("cuts", Binding::Buffer(cuts))
     }
 
+    pub fn rims_binding(&self) -> (&'static str, Binding<'_>) {
+        let rims = self.rims.as_ref().unwrap_or(&self.bricks);
+        ("rims", Binding::Buffer(rims))
+    }
+
     /// Bytes that the cache needs once it is filled.
     pub fn bytes(&self) -> u64 {
         let images = self.images().map(|i| i.desc.bytes());
-        let cuts = self.cuts.as_ref().map_or(0, |b| b.desc.bytes);
-        images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + cuts
+        let bits = self.cuts.iter().chain(&self.rims).map(|b| b.desc.bytes);
+        let bits = bits.sum::<u64>();
+        images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + bits
     }
 }
 
@@ -249,8 +259,8 @@ fn tail_bytes([width, height]: [u32; 2]) -> u64 {
     bytes_of::<Tail>(1) * u64::from(width) * u64::from(height)
 }
 
-/// A bit for each cube whose lowest node has memory.
-fn cut_bytes(layout: &CacheLayout) -> u64 {
+/// Bytes for a bit for each cube whose lowest node has memory.
+fn cube_bits(layout: &CacheLayout) -> u64 {
     let cells = layout.extent().iter().map(|&n| n as u64).product::<u64>();
     cells / 8
 }

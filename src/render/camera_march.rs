@@ -20,8 +20,10 @@ shared! {
 
 pub struct CameraMarch {
     pass: Pass,
-    /// `None` where there are no surfaces.
+    /// `None` where no light can be left to paths.
     tails: Option<TailTracking>,
+    /// The share of the cache's nodes near which light is left to them; 1 where there are surfaces.
+    pub left_share: f64,
     slices: Slices,
     /// The time that a piece of work should take.
     slice_ms: f64,
@@ -44,6 +46,11 @@ impl CameraMarch {
         );
         Ok(CameraMarch {
             pass: pass?,
+            left_share: if passes.features.has_tails() {
+                1.0
+            } else {
+                0.0
+            },
             tails: tails?,
             slices: Slices::new(SLICE_MS),
             slice_ms: SLICE_MS,
@@ -96,7 +103,7 @@ impl CameraMarch {
         self.pixels = pixels;
         self.slices.restart(self.slice_ms);
         self.is_marched = false;
-        self.is_traced = self.tails.is_none();
+        self.is_traced = self.left_share == 0.0;
     }
 
     fn march(
@@ -132,7 +139,9 @@ impl CameraMarch {
             &mut self.slices,
         )?;
         match &mut self.tails {
-            Some(tails) if self.is_marched => tails.queue.restart(frame, r, items),
+            Some(tails) if self.is_marched && self.left_share > 0.0 => {
+                tails.queue.restart(frame, r, items)
+            }
             _ => Ok(()),
         }
     }

@@ -35,6 +35,8 @@ specialization! {
         pub cache_is_f16: bool,
         /// The cache holds the flux of light at every node (1), at those whose indices are even (2), or not at all (0).
         pub flux_step: uint,
+        /// A face of the box or a clip plane may end a dense medium (`rim_cubes.comp`).
+        pub has_rim_cubes: bool,
         /// Bits of a voxel on the GPU.
         pub volume_bits: uint,
         /// The volume is cut into bricks, and not all of them are on the GPU.
@@ -73,8 +75,8 @@ impl Features {
         self.cache_order > 0 && (self.has_phong || self.has_disney)
     }
 
-    /// Whether such a march leaves light to paths (`tail_tracking.comp`).
+    /// Whether such a march may leave light to paths (`tail_tracking.comp`).
     pub fn has_tails(&self) -> bool {
-        self.is_marched() && self.surface_count > 0
+        self.is_marched() && (self.surface_count > 0 || self.has_rim_cubes)
     }
 }

@@ -11,6 +11,7 @@ use super::features::Features;
 use super::filter_probe::filter_is_precise;
 use super::occupancy::Occupancy;
 use super::parts::{Changes, Derived, Field, Part, Parts};
+use super::rim_cubes;
 use super::shared::{self, SceneConstants};
 use super::variant::Variant;
 use crate::error::Result;
@@ -148,6 +149,10 @@ impl GpuScene {
         field.require(&mut features);
         medium.require(&mut features);
         lights.require(&mut features);
+        features.has_rim_cubes = match &self.variant {
+            Variant::Caching(layout) => rim_cubes::may_exist(&self.parts, layout),
+            Variant::NonCaching | Variant::Published => false,
+        };
         surfaces.require(&mut features);
         view.require(&mut features);
         features.flux_step = match (features.is_anisotropic, features.surface_count) {

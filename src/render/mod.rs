@@ -91,6 +91,7 @@ mod reflectance;
 mod renderer;
 mod repeated_pass;
 mod resources;
+mod rim_cubes;
 pub mod shared;
 mod spread_light;
 mod sums;

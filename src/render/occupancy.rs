@@ -50,6 +50,16 @@ impl Occupancy {
         }
     }
 
+    /// Whether a macrocell at a face of the box is occupied.
+    pub fn meets_faces(&self) -> bool {
+        let is_at_face = |n: usize| {
+            let cell = position(n, self.macrocells);
+            (0..3).any(|a| cell[a] == 0 || cell[a] + 1 == self.macrocells[a])
+        };
+        let mut occupied = self.occupied.iter().enumerate();
+        occupied.any(|(n, &is)| is && is_at_face(n))
+    }
+
     /// The macrocells along axis `a` that meet [low, high] (grid space).
     pub fn span(&self, a: usize, [low, high]: [f32; 2]) -> RangeInclusive<usize> {
         let index = |g: f32| {

@@ -100,8 +100,7 @@ impl PathQueue {
             f.copy(&r.counters, &r.staging)
         })?;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
-        let mapped = r.staging.mapped().unwrap_or_default();
-        let counted: Counters = bytemuck::pod_read_unaligned(&mapped[..size_of::<Counters>()]);
+        let counted = counted(r);
         let before = std::mem::replace(&mut self.counted, counted);
         let lookups = counted.lookups.wrapping_sub(before.lookups);
         frame.timings.state_work(pass.name, self.work_of(lookups));
@@ -150,4 +149,10 @@ impl PathQueue {
             self.work_of_all = self.work;
         }
     }
+}
+
+/// The counters that have been copied to the staging buffer.
+pub fn counted(r: &Resources) -> Counters {
+    let mapped = r.staging.mapped().unwrap_or_default();
+    bytemuck::pod_read_unaligned(&mapped[..size_of::<Counters>()])
 }

@@ -20,6 +20,8 @@ pub use super::codes::*;
 pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;
+/// The optical depth along a cube of the cache from which a medium is dense at its rim (rim_cubes.comp).
+pub const RIM_DEPTH: f32 = 0.15;
 /// Patches along either side of the picture, however many pixels it has.
 pub const PATCHES: u32 = 32;
 /// A path keeps its side of every surface in one word.
@@ -268,6 +270,8 @@ shared! {
         pub lookups: uint,
         /// Paths from nodes that have ended; in `published`, from cells.
         pub finished: uint,
+        /// Cubes of the cache at the rim (rim_cubes.comp).
+        pub rim_cubes: uint,
     }
 
     /// What host and shaders tell each other about volume bricks that are not on the GPU.
@@ -299,6 +303,7 @@ shared! {
 pub fn glsl() -> String {
     [
         format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
+        format!("const float RIM_DEPTH = {RIM_DEPTH};\n"),
         format!("const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"),
         codes::glsl(),
         Features::glsl(),

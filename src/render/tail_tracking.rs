@@ -1,5 +1,5 @@
-//! Paths for the light that a march of the picture at rest leaves to them: that of surfaces, and of the medium near
-//! surfaces that stop light.
+//! Paths for the light that a march of the picture at rest leaves to them: that of surfaces, and of the medium
+//! where the cache's nodes do not tell it.
 
 use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;

@@ -9,5 +9,6 @@ mod focus;
 mod gathering;
 mod lifetime;
 mod reflection;
+mod rim;
 mod surfaces;
 mod texels;
