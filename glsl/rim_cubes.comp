@@ -25,26 +25,33 @@ layout(scalar) buffer CounterBlock { Counters count; } counters;
 // The cubes from `first` to `last`, in grid space: from node to node, or out to the box's faces.
 struct Span {
     vec3 low, high;
-    bool meets_face;
+    bvec3 meets_face; // across each axis
 };
 
 Span span_of(ivec3 first, ivec3 last) {
+    ivec3 nodes = ivec3(scene.cache_nodes);
     bvec3 begins = equal(first, ivec3(0));
-    bvec3 ends = greaterThanEqual(last + 2, ivec3(scene.cache_nodes));
+    bvec3 ends = greaterThanEqual(last + 2, nodes);
+    // Of an axis with so few nodes, the middle of the box is in a cube at a face. Such a box is a slab of a medium
+    // without end, as a rule.
+    bvec3 is_long = greaterThan(nodes, ivec3(3));
     return Span(mix(node_position(first), vec3(0.5), begins),
                 mix(node_position(last + 1), vec3(scene.dims) + 0.5, ends),
-                any(begins) || any(ends));
+                mix(bvec3(false), mix(begins, bvec3(true), ends), is_long));
 }
 
-// Whether a face of the box or a clip plane ends what is in a span.
-bool meets_end(Span span) {
-    bool meets = span.meets_face;
+// The longest side of a cube across which a face of the box or a clip plane ends what is in a span; 0 if none does.
+float side_at_end(Span span) {
+    vec3 sides = scene.cache_step * scene.spacing;
+    vec3 at_faces = mix(vec3(0.0), sides, span.meets_face);
+    float side = max(at_faces.x, max(at_faces.y, at_faces.z));
     for (uint c = 0u; c < clip_count; ++c) {
         vec3 normal = clips.at[c].normal;
         vec3 farthest = mix(span.low, span.high, greaterThan(normal, vec3(0.0)));
-        meets = meets || dot(normal, to_world(farthest)) > clips.at[c].offset;
+        bool meets = dot(normal, to_world(farthest)) > clips.at[c].offset;
+        side = max(side, meets ? dot(abs(normal), sides) : 0.0);
     }
-    return meets;
+    return side;
 }
 
 // Smallest and largest stored value in the macrocells that a span meets.
@@ -65,8 +72,8 @@ vec2 range_in(Span span) {
 }
 
 bool is_rim(Span span) {
-    vec3 sides = scene.cache_step * scene.spacing;
-    return meets_end(span) && largest_sigma_t(range_in(span)) * max(sides.x, max(sides.y, sides.z)) > RIM_DEPTH;
+    float side = side_at_end(span);
+    return side > 0.0 && largest_sigma_t(range_in(span)) * side > RIM_DEPTH;
 }
 
 void main() {
@@ -76,7 +83,7 @@ void main() {
     }
     ivec3 first = BRICK * unpacked(bricks.at[brick].position);
     uint words[2] = uint[2](0u, 0u);
-    if (meets_end(span_of(first, first + BRICK - 1))) {
+    if (side_at_end(span_of(first, first + BRICK - 1)) > 0.0) {
         for (int inner = 0; inner < BRICK * BRICK * BRICK; ++inner) {
             ivec3 cube = first + ivec3(inner % BRICK, inner / BRICK % BRICK, inner / (BRICK * BRICK));
             words[inner / 32] |= (is_rim(span_of(cube, cube)) ? 1u : 0u) << inner % 32;

@@ -52,6 +52,7 @@ mod cache;
 mod cache_error;
 mod cache_layout;
 mod cache_memory;
+mod cache_progress;
 mod cache_state;
 mod caching;
 mod camera_march;

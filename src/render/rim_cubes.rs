@@ -21,9 +21,12 @@ shared! {
 /// Whether there may be any in a lattice: a dense medium meets a face of the box or a clip plane.
 pub fn may_exist(parts: &Parts, layout: &CacheLayout) -> bool {
     let steps = layout.step.iter().zip(&parts.field.spacing);
-    let longest = steps.map(|(step, voxel)| step * voxel).fold(0.0, f32::max);
+    let diagonal = steps
+        .map(|(step, voxel)| (step * voxel).powi(2))
+        .sum::<f32>()
+        .sqrt();
     let ends = layout.meets_faces || !parts.clips.is_empty();
-    ends && parts.medium.largest_extinction() * longest > RIM_DEPTH
+    ends && parts.medium.largest_extinction() * diagonal > RIM_DEPTH
 }
 
 pub struct RimCubes(Pass);
