@@ -77,7 +77,7 @@ bool is_rim(Span span) {
 }
 
 void main() {
-    uint brick = gl_GlobalInvocationID.x;
+    uint brick = gl_GlobalInvocationID.y * push.row + gl_GlobalInvocationID.x;
     if (brick >= push.bricks) {
         return;
     }

@@ -15,18 +15,24 @@ use crate::shared;
 shared! {
     pub struct RimPush {
         pub bricks: uint,
+        /// Bricks in a row of threads.
+        pub row: uint,
     }
 }
 
 /// Whether there may be any in a lattice: a dense medium meets a face of the box or a clip plane.
 pub fn may_exist(parts: &Parts, layout: &CacheLayout) -> bool {
     let steps = layout.step.iter().zip(&parts.field.spacing);
-    let diagonal = steps
-        .map(|(step, voxel)| (step * voxel).powi(2))
-        .sum::<f32>()
-        .sqrt();
-    let ends = layout.meets_faces || !parts.clips.is_empty();
-    ends && parts.medium.largest_extinction() * diagonal > RIM_DEPTH
+    let sides: Vec<f32> = steps.map(|(step, voxel)| step * voxel).collect();
+    let at_faces = match layout.meets_faces {
+        true => sides.iter().copied().fold(0.0, f32::max),
+        false => 0.0,
+    };
+    let at_clips = match parts.clips.is_empty() {
+        true => 0.0,
+        false => sides.iter().map(|side| side * side).sum::<f32>().sqrt(),
+    };
+    parts.medium.largest_extinction() * at_clips.max(at_faces) > RIM_DEPTH
 }
 
 pub struct RimCubes(Pass);
@@ -48,12 +54,12 @@ impl RimCubes {
             cache.rims_binding(),
         ];
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
-        let bricks = cache.active_bricks();
-        frame.run(|f| {
-            f.zero(&r.counters)?;
-            f.pass(&self.0, &bindings, &RimPush { bricks }, [bricks, 1, 1])?;
-            f.copy(&r.counters, &r.staging)
-        })?;
+        let ([bricks, row], _) = cache.for_each_brick();
+        let push = RimPush { bricks, row };
+        let threads = [row, bricks.div_ceil(row), 1];
+        frame.run(|f| f.zero(&r.counters))?;
+        frame.run_in_slices(&self.0, &bindings, &push, threads)?;
+        frame.run(|f| f.copy(&r.counters, &r.staging))?;
         Ok(path_queue::counted(r).rim_cubes)
     }
 }

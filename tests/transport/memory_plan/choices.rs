@@ -162,7 +162,10 @@ fn heaps_decide_about_a_large_volume() {
 #[test]
 #[rustfmt::skip] // a row a line
 fn a_large_picture_takes_what_a_cache_would_have() {
-    let large = |scene: &mut Scene| scene.render.size = [8192, 8192];
+    let large = |scene: &mut Scene| {
+        scene.render.size = [8192, 8192];
+        scene.medium.as_mut().expect("a medium").density = 0.05;
+    };
     assert_choices(
         (dense(256, Kind::U8), large),
         &[
@@ -172,6 +175,12 @@ fn a_large_picture_takes_what_a_cache_would_have() {
             (minimum, Heap, Err(()), "unit sum is 8192 texels long"),
             (tiny, Heap, Err(()), "allocates at most 128.0 MiB at once: lower --size, or set volume.crop"),
         ],
+    );
+    // Where the medium is dense at the box's faces, a cache leaves 16 bytes a pixel of light to paths.
+    let denser = |scene: &mut Scene| scene.render.size = [8192, 8192];
+    assert_choices(
+        (dense(256, Kind::U8), denser),
+        &[(amd_4, Heap, Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs")],
     );
     let absurd = |scene: &mut Scene| scene.render.size = [1 << 20, 1 << 20];
     assert_choices(
