@@ -54,21 +54,9 @@ float side_at_end(Span span) {
     return side;
 }
 
-// Smallest and largest stored value in the macrocells that a span meets.
 vec2 range_in(Span span) {
     ivec3 last = ivec3(scene.macrocells) - 1;
-    ivec3 low = min(ivec3(span.low) / MACROCELL, last);
-    ivec3 high = min(ivec3(span.high) / MACROCELL, last);
-    vec2 range = vec2(3.4e38, -3.4e38);
-    for (int z = low.z; z <= high.z; ++z) {
-        for (int y = low.y; y <= high.y; ++y) {
-            for (int x = low.x; x <= high.x; ++x) {
-                vec2 part = macrocell_range(ivec3(x, y, z));
-                range = vec2(min(range.x, part.x), max(range.y, part.y));
-            }
-        }
-    }
-    return range;
+    return range_between(min(ivec3(span.low) / MACROCELL, last), min(ivec3(span.high) / MACROCELL, last));
 }
 
 bool is_rim(Span span) {

@@ -1,6 +1,6 @@
 // Paths for the light that a march of the picture at rest (camera_march.comp) leaves to them: the light of surfaces
-// without the suns' own, and the light of the medium where the cache's nodes do not tell it. A path begins there, and ends
-// where it may read the cache.
+// without the suns' own, and that of the medium where the cache's nodes do not tell it. A path begins there, and ends where
+// it may read the cache.
 
 #version 460
 #include "scene.glsl"

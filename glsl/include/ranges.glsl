@@ -7,19 +7,24 @@ vec2 macrocell_range(ivec3 macrocell) {
     return texel_at(ranges, macrocell).rg;
 }
 
-// The smallest and largest stored value in a block. The field is continuous: it takes every value between the least
-// and the largest of the block's macrocells.
-vec2 range_of(ivec3 cell) {
-    int side = int(scene.majorant_size) / MACROCELL;
-    vec2 range = macrocell_range(side * cell);
-    for (int z = 0; z < side; ++z) {
-        for (int y = 0; y < side; ++y) {
-            for (int x = 0; x < side; ++x) {
-                ivec3 macrocell = side * cell + ivec3(x, y, z);
-                vec2 part = macrocell_range(min(macrocell, ivec3(scene.macrocells) - 1));
+// The smallest and largest stored value in the macrocells from `low` to `high`. The field is continuous: it takes every
+// value between them.
+vec2 range_between(ivec3 low, ivec3 high) {
+    vec2 range = macrocell_range(low);
+    for (int z = low.z; z <= high.z; ++z) {
+        for (int y = low.y; y <= high.y; ++y) {
+            for (int x = low.x; x <= high.x; ++x) {
+                vec2 part = macrocell_range(ivec3(x, y, z));
                 range = vec2(min(range.x, part.x), max(range.y, part.y));
             }
         }
     }
     return range;
+}
+
+// The same in a block.
+vec2 range_of(ivec3 cell) {
+    int side = int(scene.majorant_size) / MACROCELL;
+    ivec3 low = side * cell;
+    return range_between(low, min(low + side, ivec3(scene.macrocells)) - 1);
 }

@@ -80,7 +80,7 @@ fn assert_agrees(what: &str, scene: &Scene, volume: &Volume, seeds: u32, limits:
     }
 }
 
-/// Interpolated between nodes, up to a third of this light was missing.
+/// Interpolated between nodes, much of this light would be missing.
 #[test]
 fn light_behind_the_faces_of_the_box() {
     for depth in [0.1, 0.3, 1.5] {
@@ -92,8 +92,8 @@ fn light_behind_the_faces_of_the_box() {
     }
 }
 
-/// The sun's light is gone within a third of a step of a march, and little of it is scattered more than once. At the
-/// steps' middles, a fiftieth of all light was missing.
+/// The sun's light is gone within a third of a step of a march, and little of it is scattered more than once. A
+/// march that looks for it at the middles of its steps misses it.
 #[test]
 fn a_sun_that_grazes_a_clip_plane() {
     let mut scene = scene(0.14);

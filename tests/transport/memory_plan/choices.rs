@@ -162,12 +162,15 @@ fn heaps_decide_about_a_large_volume() {
 #[test]
 #[rustfmt::skip] // a row a line
 fn a_large_picture_takes_what_a_cache_would_have() {
-    let large = |scene: &mut Scene| {
+    fn large(scene: &mut Scene) {
         scene.render.size = [8192, 8192];
+    }
+    let large_and_thin = |scene: &mut Scene| {
+        large(scene);
         scene.medium.as_mut().expect("a medium").density = 0.05;
     };
     assert_choices(
-        (dense(256, Kind::U8), large),
+        (dense(256, Kind::U8), large_and_thin),
         &[
             (nvidia_8, Heap, Ok(ONE_F32), "nothing better"),
             (amd_4, Heap, Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
@@ -177,9 +180,8 @@ fn a_large_picture_takes_what_a_cache_would_have() {
         ],
     );
     // Where the medium is dense at the box's faces, a cache leaves 16 bytes a pixel of light to paths.
-    let denser = |scene: &mut Scene| scene.render.size = [8192, 8192];
     assert_choices(
-        (dense(256, Kind::U8), denser),
+        (dense(256, Kind::U8), large),
         &[(amd_4, Heap, Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs")],
     );
     let absurd = |scene: &mut Scene| scene.render.size = [1 << 20, 1 << 20];
@@ -188,7 +190,7 @@ fn a_large_picture_takes_what_a_cache_would_have() {
         &[(nvidia_141, Heap, Err(()), "unit sum is 1048576 texels long")],
     );
     let with_surface = |scene: &mut Scene| {
-        scene.render.size = [8192, 8192];
+        large(scene);
         crate::memory_plan::with_everything(scene);
     };
     assert_choices(
