@@ -21,8 +21,8 @@ bool collect(inout Path path, inout Random random) {
     vec3 throughput = path.throughput * albedo_of(path.value);
     // One axis, at random, stands for all three.
     uint axis = min(uint(3.0 * random_numbers(random).x), 2u);
-    light.mean += 3.0 * missed_along(axis, cube);
-    contribute(path, throughput * scattered_light(light, -path.direction));
+    vec3 missed = 3.0 * missed_along(axis, cube) * scene.cache_unit;
+    contribute(path, throughput * (scattered_light(light, -path.direction) + missed));
     path.origin = g;
     if (sun_count > 0u) {
         LightSample sun = sample_sun(random_numbers(random).x);

@@ -1,9 +1,12 @@
 // The light of the cache (cache.glsl) that the medium scatters.
 
 // The flux over the mean. The flux's colour is that of the mean, beside that of the lights.
+//
+// No light has more flux than mean. Noise and interpolation may make some that seems to, and in the dark the quotient
+// would overflow.
 vec3 flux_share(CachedLight light) {
     float grey = dot(light.mean, vec3(1.0 / 3.0));
-    return grey > 0.0 ? light.flux / grey : vec3(0.0);
+    return light.flux / max(max(grey, length(light.flux)), 1e-30);
 }
 
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of

@@ -5,6 +5,7 @@
 mod accumulation;
 mod agreement;
 mod closed_form;
+mod darkness;
 mod focus;
 mod gathering;
 mod lifetime;

@@ -8,7 +8,7 @@ use isolume::scene::*;
 use crate::support::common::*;
 
 /// A cube of side 16 of voxels of size 1, seen from a corner: three faces show.
-fn scene(optical_depth_of_a_voxel: f64) -> Scene {
+pub fn scene(optical_depth_of_a_voxel: f64) -> Scene {
     let camera = Camera {
         eye: [30.0, 40.0, 60.0],
         target: [0.0; 3],
@@ -26,7 +26,7 @@ fn full() -> Volume {
 }
 
 /// The same cube with four empty voxels around it.
-fn padded() -> Volume {
+pub fn padded() -> Volume {
     let is_inside = |i: u32| (4..20).contains(&i);
     let value = |n: u32| {
         [n % 24, n / 24 % 24, n / (24 * 24)]
@@ -37,12 +37,22 @@ fn padded() -> Volume {
     Volume::from_values([24; 3], [1.0; 3], Voxels::F32(values.collect())).expect("a volume")
 }
 
-fn sun(direction: [f64; 3]) -> DirectionalLight {
+pub fn sun(direction: [f64; 3]) -> DirectionalLight {
     let length = direction.iter().map(|d| d * d).sum::<f64>().sqrt();
     DirectionalLight {
         direction: direction.map(|d| d / length),
         irradiance: [2.0; 3],
     }
+}
+
+/// A medium of this density where the field is at least one half, and none elsewhere.
+pub fn step_at_half(density: f64, albedo: f64) -> Medium {
+    let step = [0.0, 1.0].map(|opacity| TransferPoint {
+        value: 0.5,
+        opacity,
+        color: [albedo; 3],
+    });
+    Medium::isotropic(density, step.to_vec())
 }
 
 fn sum(picture: &[[f32; 4]]) -> f64 {
@@ -112,12 +122,7 @@ fn a_sun_that_grazes_a_clip_plane() {
 fn light_behind_a_sharp_edge_within_the_volume() {
     for (depth, limits) in [(0.3, [0.005, 0.015]), (0.6, [0.02, 0.06])] {
         let mut scene = scene(depth);
-        let step = [0.0, 1.0].map(|opacity| TransferPoint {
-            value: 0.5,
-            opacity,
-            color: [0.8; 3],
-        });
-        scene.medium = Some(Medium::isotropic(depth, step.to_vec()));
+        scene.medium = Some(step_at_half(depth, 0.8));
         scene.lights.environment.radiance = [1.0; 3];
         scene.lights.suns = vec![sun([0.3, -0.8, -0.5])];
         let what = format!("a sharp edge, optical depth {depth} a voxel");
