@@ -30,13 +30,13 @@
 #include "path.glsl"
 #include "coarse.glsl"
 #include "gathering.glsl"
+#include "flux_out.glsl"
 
 layout(local_size_x = 64) in;
 #include "push.glsl"
 layout(scalar) buffer PathBlock { Path at[]; } paths;
 layout(scalar) buffer CounterBlock { Counters count; } counters;
 writeonly uniform image3D light_out;
-writeonly uniform image3D flux_out;
 layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
@@ -53,7 +53,11 @@ float grey(vec3 radiance) {
 void arrive(vec3 radiance, vec3 towards_light) {
     vec3 light = radiance / scene.cache_unit;
     node_work.light.rgb += light;
-    node_work.flux -= grey(light) * towards_light;
+    if (has_colored_flux) {
+        node_work.flux -= outerProduct(towards_light, light);
+    } else {
+        node_work.flux[0] -= grey(light) * towards_light;
+    }
 }
 
 void contribute(inout Path path, vec3 radiance) {
@@ -117,7 +121,7 @@ bool begin_node(inout Path path) {
     node_work.node = node;
     node_work.gathers = gathers(brick, push.nodes_half) ? 1u : 0u;
     node_work.light = vec4(0.0);
-    node_work.flux = vec3(0.0);
+    node_work.flux = mat3(0.0);
     return true;
 }
 
@@ -163,12 +167,12 @@ void finish_node() {
     }
     imageStore(light_out, texel, rounded(light));
     if (flux_step == 1u || flux_step == 2u && is_coarse_node(node_work.node)) {
-        ivec3 at = flux_texel(node_work.node);
-        vec3 flux = node_work.flux / samples;
+        ivec3 at = texel / int(flux_step);
+        mat3 flux = node_work.flux / samples;
         if (share < 1.0) {
-            flux = mix(texel_at(cache_flux, at).rgb, flux, share);
+            flux = (1.0 - share) * flux_at(at) + share * flux;
         }
-        imageStore(flux_out, at, rounded(vec4(flux, 0.0)));
+        store_flux(at, flux);
     }
 }
 

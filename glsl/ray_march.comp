@@ -138,11 +138,11 @@ CachedLight light_on(vec3 g, vec3 geometric, uint weighs) {
         }
         CachedLight light = read_cache(cube);
         if (flux_step == 2u) {
-            light.flux = flux_between_even_nodes(cube);
+            light.flux = flux_between_even_nodes(cube, light.mean);
         }
         return light;
     }
-    return CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, vec3(0.0), true);
+    return CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, mat3(0.0), true);
 }
 
 vec3 shade(Ray ray, Crossing crossing, uint weighs) {

@@ -8,31 +8,31 @@
 #include "cells.glsl"
 #include "cache.glsl"
 #include "coarse.glsl"
+#include "flux_out.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 #include "push.glsl"
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 writeonly uniform image3D light_out;
-writeonly uniform image3D flux_out;
 
 struct Light {
     vec4 light;
-    vec3 flux;
+    mat3 flux;
     bool known;
 };
 
 // `known` is false, and the light 0, where there is no node with memory, or the node has had no path.
 Light light_of(ivec3 node) {
-    const Light NONE = Light(vec4(0.0), vec3(0.0), false);
+    const Light NONE = Light(vec4(0.0), mat3(0.0), false);
     bool is_node = all(greaterThanEqual(node, ivec3(0))) && all(lessThan(node, ivec3(scene.cache_nodes)));
     if (!is_node || page_of(node / BRICK) == NO_PLACE) {
         return NONE;
     }
     ivec3 texel = node_texel(node);
-    Light r = Light(vec4(0.0), vec3(0.0), true);
+    Light r = Light(vec4(0.0), mat3(0.0), true);
     r.light = light_at(texel, r.known);
     if (flux_step == 1u) {
-        r.flux = texel_at(cache_flux, texel).rgb;
+        r.flux = flux_at(texel);
     }
     if (!r.known) {
         return NONE;
@@ -75,7 +75,6 @@ void main() {
     vec4 light = inner * b.light + next * c.light + outer * (a.light + d.light);
     imageStore(light_out, texel, rounded(max(light, 0.0)));
     if (flux_step == 1u) {
-        vec3 flux = inner * b.flux + next * c.flux + outer * (a.flux + d.flux);
-        imageStore(flux_out, texel, rounded(vec4(flux, 0.0)));
+        store_flux(texel, inner * b.flux + next * c.flux + outer * (a.flux + d.flux));
     }
 }

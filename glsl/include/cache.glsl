@@ -3,8 +3,9 @@
 // A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB), and the share of
 // the suns' light that arrives unscattered (A, the mean over suns by brightness). Suns are kept apart because their
 // light has edges: the share read from the cache is corrected by a shadow ray at rest. A second image holds the flux of
-// the same light, grey (RGB): in an anisotropic medium at every node, and in an isotropic one, where only surfaces ask
-// for the direction of light, at those whose indices are even.
+// the same light (RGB are its components): in an anisotropic medium at every node, and in an isotropic one, where only
+// surfaces ask for the direction of light, at those whose indices are even. It is grey unless an anisotropic medium
+// scatters light of several colours: each channel has a flux of its own then, in texels side by side.
 //
 // Nodes that have had no path hold a guess, marked by a negative A. Where none of the view's rays reads a node, it
 // keeps the guess (src/render/focus.rs): a path that comes there continues as if there were no cache.
@@ -32,11 +33,6 @@ bool has_memory(Cube cube) {
 // Position of a node's texel in the images.
 ivec3 node_texel(ivec3 node) {
     return BRICK * unpacked(page_of(node / BRICK)) + node % BRICK;
-}
-
-// Position of a node's texel in the image of the flux.
-ivec3 flux_texel(ivec3 node) {
-    return node_texel(node) / int(flux_step);
 }
 
 // Index of a brick's place, counted along the images' x, y and z.
@@ -68,10 +64,26 @@ bool is_left_to_paths(Cube cube) {
     return full_light && is_cut(cube) || has_rim_cubes && is_rim(cube);
 }
 
+// Position of a channel's flux, if `texel` is that of a node's light.
+ivec3 flux_texel(ivec3 texel, int channel) {
+    return ivec3(3 * texel.x + channel, texel.yz);
+}
+
+// The flux at a node whose light has this texel.
+mat3 flux_at(ivec3 texel) {
+    if (!has_colored_flux) {
+        vec3 flux = texel_at(cache_flux, texel).rgb;
+        return mat3(flux, flux, flux);
+    }
+    return mat3(texel_at(cache_flux, flux_texel(texel, 0)).rgb,
+                texel_at(cache_flux, flux_texel(texel, 1)).rgb,
+                texel_at(cache_flux, flux_texel(texel, 2)).rgb);
+}
+
 struct CachedLight {
     vec3 mean;  // radiance over all directions, without the suns' own, in cache_units
     float suns; // share of the suns that arrives
-    vec3 flux;  // mean of that radiance times direction of travel, grey
+    mat3 flux;  // mean of that radiance times direction of travel, a column for each channel
     bool known; // false if it is a guess, in part
 };
 
@@ -105,16 +117,16 @@ CachedLight read_cache(Cube cube) {
                + far.z * light_at(texels[6], known)
                + far.w * light_at(texels[7], known);
     light = max(light, 0.0); // extrapolation may become negative
-    CachedLight r = CachedLight(light.rgb, light.a, vec3(0.0), known);
+    CachedLight r = CachedLight(light.rgb, light.a, mat3(0.0), known);
     if (flux_step == 1u) {
-        r.flux = near.x * texel_at(cache_flux, texels[0]).rgb
-               + near.y * texel_at(cache_flux, texels[1]).rgb
-               + near.z * texel_at(cache_flux, texels[2]).rgb
-               + near.w * texel_at(cache_flux, texels[3]).rgb
-               + far.x * texel_at(cache_flux, texels[4]).rgb
-               + far.y * texel_at(cache_flux, texels[5]).rgb
-               + far.z * texel_at(cache_flux, texels[6]).rgb
-               + far.w * texel_at(cache_flux, texels[7]).rgb;
+        r.flux = near.x * flux_at(texels[0])
+               + near.y * flux_at(texels[1])
+               + near.z * flux_at(texels[2])
+               + near.w * flux_at(texels[3])
+               + far.x * flux_at(texels[4])
+               + far.y * flux_at(texels[5])
+               + far.z * flux_at(texels[6])
+               + far.w * flux_at(texels[7]);
     }
     return r;
 }

@@ -27,7 +27,7 @@ float history(Brick brick) {
 // the parity `nodes_half`. A loop, for drivers that take long to compile reads of images.
 CachedLight read_half(Cube cube, int nodes_half) {
     int mirrored = cube.low.x + cube.low.y + cube.low.z + nodes_half & 1;
-    CachedLight r = CachedLight(vec3(0.0), 0.0, vec3(0.0), true);
+    CachedLight r = CachedLight(vec3(0.0), 0.0, mat3(0.0), true);
     int k = 0;
     LOOP {
         ivec3 corner = ivec3((k ^ k >> 1 ^ mirrored) & 1, k & 1, k >> 1);
@@ -37,7 +37,7 @@ CachedLight read_half(Cube cube, int nodes_half) {
         r.mean += light.rgb;
         r.suns += light.a;
         if (is_anisotropic) {
-            r.flux += weight * texel_at(cache_flux, texel).rgb;
+            r.flux += weight * flux_at(texel);
         }
         ++k;
         if (k == 4) {

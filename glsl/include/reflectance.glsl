@@ -11,8 +11,8 @@
 
 layout(scalar) readonly buffer ReflectanceBlock { Reflectance at[]; } reflectances;
 
-// The flux, interpolated between nodes whose indices are even. Those without memory do not count.
-vec3 flux_between_even_nodes(Cube cube) {
+// The flux in the colour of `mean`, interpolated between nodes whose indices are even. Those without memory do not count.
+mat3 flux_between_even_nodes(Cube cube, vec3 mean) {
     ivec3 last = (ivec3(scene.cache_nodes) - 1) & ~1;
     ivec3 low = min(cube.low & ~1, max(last - 2, 0));
     vec3 p = clamp((vec3(cube.low - low) + cube.p) / 2.0, 0.0, 1.0);
@@ -25,7 +25,7 @@ vec3 flux_between_even_nodes(Cube cube) {
         ivec3 node = min(low + 2 * corner, last);
         if (page_of(node / BRICK) != NO_PLACE) {
             float weight = q.x * q.y * q.z;
-            flux += weight * texel_at(cache_flux, flux_texel(node)).rgb;
+            flux += weight * texel_at(cache_flux, node_texel(node) / 2).rgb;
             known += weight;
         }
         ++k;
@@ -33,7 +33,8 @@ vec3 flux_between_even_nodes(Cube cube) {
             break;
         }
     }
-    return known > 0.0 ? flux / known : vec3(0.0);
+    float grey = dot(mean, vec3(1.0 / 3.0));
+    return outerProduct(flux / max(known * grey, 1e-30), mean);
 }
 
 // Interpolated between the angles of the table.
@@ -54,11 +55,9 @@ Reflectance reflectance_of(uint surface, Material material, float n_v) {
 vec3 reflected_light(uint surface, Material material, vec3 n, vec3 v, CachedLight light) {
     float n_v = clamp(dot(n, v), 0.0, 1.0);
     Reflectance reflectance = reflectance_of(surface, material, n_v);
-    vec3 flux = flux_share(light);
     vec3 across = v - n_v * n;
     float sine = length(across);
-    float along_tangent = sine > 0.0 ? dot(flux, across) / sine : 0.0;
-    vec3 reflected = reflectance.mean - 3.0 * (dot(flux, n) * reflectance.along_normal
-                                               + along_tangent * reflectance.along_tangent);
-    return light.mean * max(vec3(0.0), reflected);
+    vec3 tangent = sine > 0.0 ? across / sine : vec3(0.0);
+    vec3 turned = n * light.flux * reflectance.along_normal + tangent * light.flux * reflectance.along_tangent;
+    return max(vec3(0.0), light.mean * reflectance.mean - 3.0 * turned);
 }

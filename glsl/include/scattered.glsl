@@ -1,22 +1,13 @@
 // The light of the cache (cache.glsl) that the medium scatters.
 
-// The flux over the mean. The flux's colour is that of the mean, beside that of the lights.
-//
-// No light has more flux than mean. Noise and interpolation may make some that seems to, and in the dark the quotient
-// would overflow.
-vec3 flux_share(CachedLight light) {
-    float grey = dot(light.mean, vec3(1.0 / 3.0));
-    return light.flux / max(max(grey, length(light.flux)), 1e-30);
-}
-
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
 // light on its way out.
 vec3 scattered_light(CachedLight light, vec3 travel) {
-    vec3 radiance = light.mean * scene.cache_unit;
-    if (!is_anisotropic) {
-        return radiance;
+    vec3 radiance = light.mean;
+    if (is_anisotropic) {
+        radiance += 3.0 * scene.g * (travel * light.flux);
     }
-    return radiance * (1.0 + 3.0 * scene.g * dot(flux_share(light), travel));
+    return radiance * scene.cache_unit;
 }
 
 // The suns' scattered light if all of it reached the point: Σ p(ω, ω_sun)·E.

@@ -13,6 +13,7 @@ pub mod types {
     pub type ivec3 = [i32; 3];
     pub type uvec2 = [u32; 2];
     pub type uvec3 = [u32; 3];
+    pub type mat3 = [[f32; 3]; 3];
 }
 
 /// A struct with a GLSL twin.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::cache_layout::CacheLayout;
 use super::copy;
+use super::features::Features;
 use super::gpu_scene::GpuScene;
 use super::resources::{bytes_of, slots};
 use super::shared::{BRICK, Brick, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail};
@@ -16,8 +17,8 @@ pub struct CacheMemory {
     pub light: Image,
     /// Flux of the light; `None` in an isotropic medium without surfaces.
     pub flux: Option<Image>,
-    /// Nodes from one texel of the flux to the next along each axis, as in [`Features`](super::features::Features).
-    flux_step: u32,
+    /// The features that decide what the images hold.
+    features: Features,
     /// The place of each brick of the lattice in the images.
     pub pages: Image,
     /// The brick in each place.
@@ -64,8 +65,8 @@ impl CacheMemory {
             let desc = on_device(name, cube_bits(layout));
             is_needed.then(|| Buffer::new(memory, desc)).transpose()
         };
-        let flux_extent = flux_extent(layout, features.flux_step);
-        let flux = flux_extent.map(|extent| Image::new(memory, nodes("cache: flux", extent)));
+        let flux = flux_extent(layout, &features)
+            .map(|extent| Image::new(memory, nodes("cache: flux", extent)));
         let reflectance = || {
             let angles = features.surface_count * REFLECTANCE_ANGLES;
             Buffer::new(
@@ -76,7 +77,7 @@ impl CacheMemory {
         Ok(CacheMemory {
             light: Image::new(memory, nodes("cache: light", layout.extent()))?,
             flux: flux.transpose()?,
-            flux_step: features.flux_step,
+            features,
             pages: Image::new(memory, pages_desc(layout))?,
             bricks: brick_buffer(memory, layout)?,
             layout: layout.clone(),
@@ -103,7 +104,7 @@ impl CacheMemory {
     /// Takes another layout of the same format; what the images held is gone.
     pub(super) fn lay_out(&mut self, layout: &CacheLayout) -> Result<()> {
         self.light.resize(layout.extent())?;
-        let flux_extent = flux_extent(layout, self.flux_step);
+        let flux_extent = flux_extent(layout, &self.features);
         if let (Some(flux), Some(extent)) = (&mut self.flux, flux_extent) {
             flux.resize(extent)?;
         }
@@ -238,9 +239,16 @@ fn bricks(layout: &CacheLayout) -> Vec<Brick> {
         .collect()
 }
 
-/// Texels of the flux.
-fn flux_extent(layout: &CacheLayout, flux_step: u32) -> Option<[u32; 3]> {
-    (flux_step > 0).then(|| layout.extent().map(|n| n / flux_step))
+/// Texels of the flux. Those of a node's channels lie side by side.
+fn flux_extent(layout: &CacheLayout, features: &Features) -> Option<[u32; 3]> {
+    let step = features.flux_step;
+    (step > 0).then(|| {
+        let [x, y, z] = layout.extent().map(|n| n / step);
+        match features.has_colored_flux {
+            true => [3 * x, y, z],
+            false => [x, y, z],
+        }
+    })
 }
 
 /// A texel for each brick of the cache's lattice.

@@ -35,6 +35,8 @@ specialization! {
         pub cache_is_f16: bool,
         /// The cache holds the flux of light at every node (1), at those whose indices are even (2), or not at all (0).
         pub flux_step: uint,
+        /// Each channel of the light has a flux of its own.
+        pub has_colored_flux: bool,
         /// A face of the box or a clip plane may end a dense medium (`rim_cubes.comp`).
         pub has_rim_cubes: bool,
         /// Bits of a voxel on the GPU.

@@ -10,7 +10,7 @@ use super::cache_layout::CacheLayout;
 use super::features::Features;
 use super::filter_probe::filter_is_precise;
 use super::occupancy::Occupancy;
-use super::parts::{Changes, Derived, Field, Part, Parts};
+use super::parts::{Changes, Derived, Field, Part, Parts, Surfaces};
 use super::rim_cubes;
 use super::shared::{self, SceneConstants};
 use super::variant::Variant;
@@ -161,6 +161,10 @@ impl GpuScene {
             (false, 0) => 0,
             (false, _) => 2,
         };
+        let is_grey = lights.have_one_color()
+            && medium.is_grey()
+            && surfaces.obstacles().is_none_or(Surfaces::are_grey);
+        features.has_colored_flux = features.flux_step == 1 && !is_grey;
         features
     }
 

@@ -254,9 +254,10 @@ shared! {
         pub shadow_is_sun: uint,
         /// Whether paths end where they may gather.
         pub gathers: uint,
-        /// Sums over the paths of this batch, as in the cache's images.
+        /// Sums over the paths of this batch, as in the cache's images. The flux has a column for each channel; the
+        /// first holds it where it is grey.
         pub light: vec4,
-        pub flux: vec3,
+        pub flux: mat3,
     }
 
     /// Counters that the shaders add to and the host reads after every dispatch, in `published` after every

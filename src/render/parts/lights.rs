@@ -26,6 +26,8 @@ pub struct Sky {
     pub table: EnvironmentTable,
     /// Mean of the texels.
     mean: [f32; 3],
+    /// Whether all texels have the colour of the mean.
+    has_one_color: bool,
 }
 
 impl PartialEq for Sky {
@@ -40,9 +42,12 @@ impl Sky {
             let texels = image.texels.iter().map(|texel| f64::from(texel[c]));
             (texels.sum::<f64>() / image.texels.len() as f64) as f32
         };
+        let mean = std::array::from_fn(mean);
+        let mut texels = image.texels.iter();
         Sky {
             table: environment_table::build(image),
-            mean: std::array::from_fn(mean),
+            mean,
+            has_one_color: texels.all(|&texel| is_grey(over(texel, mean))),
             image: image.clone(),
         }
     }
@@ -106,6 +111,15 @@ impl Lights {
     pub fn sky_radiance(&self) -> [f32; 3] {
         let image = self.mean_of_image();
         std::array::from_fn(|c| self.environment[c] + image[c])
+    }
+
+    /// Whether all lights have the same colour, apart from rounding.
+    pub fn have_one_color(&self) -> bool {
+        let unit = self.unit();
+        let suns = self.suns.iter().map(|sun| sun.irradiance);
+        let mut lights = suns.chain([self.environment, self.mean_of_image()]);
+        let sky = self.sky.as_ref();
+        lights.all(|light| is_grey(over(light, unit))) && sky.is_none_or(|sky| sky.has_one_color)
     }
 
     fn mean_of_image(&self) -> [f32; 3] {
@@ -175,6 +189,12 @@ fn list<T: Pod>(elements: &[T]) -> Vec<u8> {
         [] => bytemuck::bytes_of(&T::zeroed()).to_vec(),
         _ => bytemuck::cast_slice(elements).to_vec(),
     }
+}
+
+/// Whether all channels are the same, apart from rounding.
+pub(super) fn is_grey([r, g, b]: [f32; 3]) -> bool {
+    let is_close = |x: f32| (x - r).abs() <= 1e-6 * r.abs();
+    is_close(g) && is_close(b)
 }
 
 fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {

@@ -1,5 +1,6 @@
 //! The participating medium: its transfer function, and how finely its majorants are kept.
 
+use super::lights::is_grey;
 use super::stored;
 use crate::render::features::Features;
 use crate::render::shared::{MACROCELL, SceneConstants};
@@ -81,6 +82,11 @@ impl Medium {
     /// All points of the transfer function have the same colour.
     pub fn has_one_color(&self) -> bool {
         self.transfer.windows(2).all(|w| w[0].color == w[1].color)
+    }
+
+    /// Whether it scatters all channels of the light alike.
+    pub fn is_grey(&self) -> bool {
+        self.transfer.iter().all(|point| is_grey(point.color))
     }
 
     /// The largest extinction that the transfer function allows, per world unit.

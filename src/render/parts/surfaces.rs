@@ -2,6 +2,7 @@
 
 use bytemuck::Zeroable;
 
+use super::lights::is_grey;
 use super::stored;
 use crate::render::features::Features;
 use crate::render::shared::{SHADING_DISNEY, SHADING_LAMBERT, SHADING_PHONG, Surface};
@@ -41,6 +42,11 @@ impl Surfaces {
     /// The surfaces that stop light on its way through the medium.
     pub fn obstacles(&self) -> Option<&Surfaces> {
         Some(self).filter(|surfaces| surfaces.is_full_light())
+    }
+
+    /// Whether they reflect all channels of the light alike.
+    pub fn are_grey(&self) -> bool {
+        self.iso.iter().all(|surface| is_grey(surface.color))
     }
 
     /// Whether all but the isovalues is the same.

@@ -14,7 +14,7 @@ fn camera(y: f64) -> Camera {
     }
 }
 
-/// 1 above, 0 below. (Grey: with an anisotropic medium the cache holds the flux without its colour.)
+/// 1 above, 0 below.
 fn sky_above() -> EnvironmentImage {
     const ROWS: usize = 256;
     let row = |j| [if j < ROWS / 2 { 1.0 } else { 0.0 }; 3];

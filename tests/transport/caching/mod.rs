@@ -4,8 +4,8 @@
 
 mod accumulation;
 mod agreement;
+mod anisotropy;
 mod closed_form;
-mod darkness;
 mod focus;
 mod gathering;
 mod lifetime;

@@ -21,7 +21,7 @@ pub fn scene(optical_depth_of_a_voxel: f64) -> Scene {
     scene
 }
 
-fn full() -> Volume {
+pub fn full() -> Volume {
     constant_field(1.0, [16; 3], [1.0; 3])
 }
 

@@ -45,6 +45,45 @@ fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung
     assert_eq!(refused.exit_status(), 4, "{what}: {refused}");
 }
 
+/// In an anisotropic medium whose light is grey, the flux takes as much memory as the light, otherwise three times as
+/// much.
+#[test]
+fn only_colored_light_has_a_flux_for_each_channel() {
+    type Change = fn(&mut Scene);
+    let changes: [(f64, Change); 4] = [
+        (1.0, |_| ()),
+        (1.0, |scene| {
+            scene.lights.suns[0].irradiance = [3.0, 2.0, 1.0];
+        }),
+        (3.0, |scene| {
+            scene.lights.suns[0].irradiance = [3.0, 2.0, 1.0];
+            scene.lights.environment.radiance = [1.0; 3];
+        }),
+        (3.0, |scene| {
+            let medium = scene.medium.as_mut().expect("a medium");
+            medium.transfer[1].color = [0.9, 0.8, 0.7];
+        }),
+    ];
+    let device = crate::support::common::device();
+    for (expected, change) in changes {
+        let mut scene = scene();
+        scene.medium.as_mut().expect("a medium").g = 0.5;
+        change(&mut scene);
+        let volume = sparse(128, Kind::U8);
+        let plan = plan(&device, &device.summary, &volume, &scene, Some((1.0, F16)));
+        let resources = plan.expect("a plan").resources;
+        let [light, flux] = ["cache: light", "cache: flux"].map(|name| {
+            let resource = resources.iter().find(|resource| resource.name == name);
+            resource.expect("it is planned").bytes as f64
+        });
+        let share = flux / light;
+        assert!(
+            (share / expected - 1.0).abs() < 0.01,
+            "{share}, not {expected}"
+        );
+    }
+}
+
 #[test]
 fn a_render_takes_what_was_planned() {
     use LightModel::{Full, Local};

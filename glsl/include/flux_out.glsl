@@ -1,0 +1,13 @@
+// Stores what `flux_at` in cache.glsl reads.
+
+writeonly uniform image3D flux_out;
+
+void store_flux(ivec3 texel, mat3 flux) {
+    if (!has_colored_flux) {
+        imageStore(flux_out, texel, rounded(vec4(flux[0], 0.0)));
+        return;
+    }
+    imageStore(flux_out, flux_texel(texel, 0), rounded(vec4(flux[0], 0.0)));
+    imageStore(flux_out, flux_texel(texel, 1), rounded(vec4(flux[1], 0.0)));
+    imageStore(flux_out, flux_texel(texel, 2), rounded(vec4(flux[2], 0.0)));
+}
