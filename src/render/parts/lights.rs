@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bytemuck::Pod;
 
 use super::environment_table::{self, EnvironmentTable};
+use super::is_grey;
 use crate::render::features::Features;
 use crate::render::shared::{SceneConstants, Sun};
 use crate::scene::{self, DirectionalLight, EnvironmentImage};
@@ -189,12 +190,6 @@ fn list<T: Pod>(elements: &[T]) -> Vec<u8> {
         [] => bytemuck::bytes_of(&T::zeroed()).to_vec(),
         _ => bytemuck::cast_slice(elements).to_vec(),
     }
-}
-
-/// Whether all channels are the same, apart from rounding.
-pub(super) fn is_grey([r, g, b]: [f32; 3]) -> bool {
-    let is_close = |x: f32| (x - r).abs() <= 1e-6 * r.abs();
-    is_close(g) && is_close(b)
 }
 
 fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {

@@ -1,7 +1,6 @@
 //! The participating medium: its transfer function, and how finely its majorants are kept.
 
-use super::lights::is_grey;
-use super::stored;
+use super::{is_grey, stored};
 use crate::render::features::Features;
 use crate::render::shared::{MACROCELL, SceneConstants};
 use crate::scene::volume::Volume;

@@ -160,6 +160,12 @@ fn clip(plane: &ClipPlane) -> Clip {
     }
 }
 
+/// Whether all channels are the same, apart from rounding.
+fn is_grey([r, g, b]: [f32; 3]) -> bool {
+    let is_close = |x: f32| (x - r).abs() <= 1e-6 * r.abs();
+    is_close(g) && is_close(b)
+}
+
 /// A value in the data's units as a stored value.
 fn stored(volume: &Volume, value: f64) -> f32 {
     ((value - volume.offset) / volume.scale) as f32

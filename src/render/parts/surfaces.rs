@@ -2,8 +2,7 @@
 
 use bytemuck::Zeroable;
 
-use super::lights::is_grey;
-use super::stored;
+use super::{is_grey, stored};
 use crate::render::features::Features;
 use crate::render::shared::{SHADING_DISNEY, SHADING_LAMBERT, SHADING_PHONG, Surface};
 use crate::scene::volume::Volume;
