@@ -244,11 +244,16 @@ fn active_bricks(bricks: [u32; 3], step: [f32; 3], occupancy: &Occupancy) -> Vec
     slices.flat_map_iter(slice).collect()
 }
 
-/// The smallest box of places for `bricks` bricks with no side longer than `most`, near a cube.
+/// The smallest box of places for `bricks` bricks with no side longer than `most`, near a cube or a row. As long as a
+/// cube leaves room for it, all are narrow enough for the flux of three channels side by side.
 fn places(bricks: u32, most: u32) -> Option<[u32; 3]> {
     let bricks = bricks.max(1);
     let cube = (bricks as f64).cbrt().ceil() as u32;
-    let widths = (cube..=(2 * cube).min(most)).chain([most.min(bricks)]);
+    let widest = match 3 * cube <= most {
+        true => most / 3,
+        false => most,
+    };
+    let widths = (cube..=(2 * cube).min(widest)).chain([widest.min(bricks)]);
     let boxes = widths.flat_map(|width| {
         let square = ((bricks as f64 / width as f64).sqrt().ceil() as u32).clamp(1, most);
         (square..=(2 * square).min(most)).map(move |height| {
@@ -258,4 +263,25 @@ fn places(bricks: u32, most: u32) -> Option<[u32; 3]> {
     });
     let volume = |b: &[u32; 3]| b.iter().map(|&n| n as u64).product::<u64>();
     boxes.filter(|b| b[2] <= most).min_by_key(volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_leave_room_for_three_fluxes() {
+        for bricks in [1, 2, 839, 1021, 4099, 100_003, 10_000_019] {
+            let [x, y, z] = places(bricks, 1023).expect("a box");
+            assert!(
+                3 * x <= 1023 && y <= 1023 && z <= 1023,
+                "{bricks}: {x}, {y}, {z}"
+            );
+            assert!(
+                (bricks..=bricks + bricks / 8 + 1).contains(&(x * y * z)),
+                "{bricks}: {x}, {y}, {z}"
+            );
+        }
+        assert_eq!(places(64 * 64 * 64, 64), Some([64; 3]));
+    }
 }
