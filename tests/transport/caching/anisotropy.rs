@@ -56,16 +56,9 @@ fn an_anisotropic_medium_has_finite_light() {
 fn each_color_has_its_own_direction() {
     for g in [0.1, -0.4] {
         let mut scene = scene(0.2);
-        let color = [0.99, 0.8, 0.3];
-        let point = |value: f64| TransferPoint {
-            value,
-            opacity: 1.0,
-            color,
-        };
-        scene.medium = Some(Medium {
-            g,
-            ..Medium::isotropic(0.2, vec![point(0.0)])
-        });
+        let medium = scene.medium.as_mut().expect("a medium");
+        medium.g = g;
+        medium.transfer[0].color = [0.99, 0.8, 0.3];
         scene.lights.suns = vec![DirectionalLight {
             irradiance: [3.0, 0.5, 1.0],
             ..sun([-0.4, 0.9, 0.2])
