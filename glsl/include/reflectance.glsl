@@ -25,7 +25,7 @@ mat3 flux_between_even_nodes(Cube cube, vec3 mean) {
         ivec3 node = min(low + 2 * corner, last);
         if (page_of(node / BRICK) != NO_PLACE) {
             float weight = q.x * q.y * q.z;
-            flux += weight * texel_at(cache_flux, node_texel(node) / 2).rgb;
+            flux += weight * flux_at(node_texel(node) / int(flux_step))[0];
             known += weight;
         }
         ++k;

@@ -26,7 +26,7 @@ pub fn full() -> Volume {
 }
 
 /// The same cube with four empty voxels around it.
-pub fn padded() -> Volume {
+fn padded() -> Volume {
     let is_inside = |i: u32| (4..20).contains(&i);
     let value = |n: u32| {
         [n % 24, n / 24 % 24, n / (24 * 24)]
@@ -43,16 +43,6 @@ pub fn sun(direction: [f64; 3]) -> DirectionalLight {
         direction: direction.map(|d| d / length),
         irradiance: [2.0; 3],
     }
-}
-
-/// A medium of this density where the field is at least one half, and none elsewhere.
-pub fn step_at_half(density: f64, albedo: f64) -> Medium {
-    let step = [0.0, 1.0].map(|opacity| TransferPoint {
-        value: 0.5,
-        opacity,
-        color: [albedo; 3],
-    });
-    Medium::isotropic(density, step.to_vec())
 }
 
 fn sum(picture: &[[f32; 4]]) -> f64 {
@@ -122,7 +112,12 @@ fn a_sun_that_grazes_a_clip_plane() {
 fn light_behind_a_sharp_edge_within_the_volume() {
     for (depth, limits) in [(0.3, [0.005, 0.015]), (0.6, [0.02, 0.06])] {
         let mut scene = scene(depth);
-        scene.medium = Some(step_at_half(depth, 0.8));
+        let step = [0.0, 1.0].map(|opacity| TransferPoint {
+            value: 0.5,
+            opacity,
+            color: [0.8; 3],
+        });
+        scene.medium = Some(Medium::isotropic(depth, step.to_vec()));
         scene.lights.environment.radiance = [1.0; 3];
         scene.lights.suns = vec![sun([0.3, -0.8, -0.5])];
         let what = format!("a sharp edge, optical depth {depth} a voxel");
