@@ -29,6 +29,7 @@
 #include "camera.glsl"
 #include "march.glsl"
 #include "sunlit.glsl"
+#include "marched.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "push.glsl"
@@ -245,6 +246,7 @@ void main() {
     if (is_void) {
         return;
     }
+    count_samples();
     imageStore(unit_sum, texel, vec4(front.radiance, 1.0 - front.transmittance));
     if (surface_count > 0u || has_rim_cubes) {
         tails.at[place] = front.tail;

@@ -22,6 +22,7 @@
 #include "camera.glsl"
 #include "march.glsl"
 #include "sunlit.glsl"
+#include "marched.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "push.glsl"
@@ -205,6 +206,7 @@ void main() {
     if (is_void) {
         return;
     }
+    count_samples();
     vec3 background = background_is_color ? scene.background
                                           : escaping_radiance(ray.direction, ALONE);
     if (!background_is_transparent) {

@@ -369,6 +369,11 @@ impl Cache {
         self.ray_march.record(frame, r, &self.memory)
     }
 
+    /// States the work of that march, once the submission is over.
+    pub fn state_march(&self, frame: &mut Frame, r: &Resources) {
+        self.ray_march.state_work(frame, r, &self.memory);
+    }
+
     /// The next slice of the picture that the cache shows now, added to the mean in `unit_sum`. Returns whether it was
     /// the last.
     pub fn march(&mut self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {

@@ -6,6 +6,7 @@ use super::cache_layout::CacheLayout;
 use super::copy;
 use super::features::Features;
 use super::gpu_scene::GpuScene;
+use super::marched::MarchedSamples;
 use super::resources::{bytes_of, slots};
 use super::shared::{BRICK, Brick, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail};
 use crate::error::Result;
@@ -34,6 +35,7 @@ pub struct CacheMemory {
     reflectance: Option<Buffer>,
     /// For each pixel, the light that a march leaves to paths; `None` where it can leave none.
     pub tails: Option<Buffer>,
+    pub(super) marched: MarchedSamples,
 }
 
 impl CacheMemory {
@@ -98,6 +100,7 @@ impl CacheMemory {
                 )?),
                 false => None,
             },
+            marched: MarchedSamples::allocate(memory)?,
         })
     }
 

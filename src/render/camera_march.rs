@@ -123,6 +123,7 @@ impl CameraMarch {
                 r.camera_binding(),
                 ("unit_sum", Binding::Image(&r.unit_sum)),
                 cache.tails_binding(),
+                cache.marched.binding(),
             ],
         ]
         .concat();
@@ -138,6 +139,7 @@ impl CameraMarch {
             threads,
             &mut self.slices,
         )?;
+        cache.marched.collect(frame, &r.staging, self.pass.name)?;
         match &mut self.tails {
             Some(tails) if self.is_marched && self.left_share > 0.0 => {
                 tails.queue.restart(frame, r, items)

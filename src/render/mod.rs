@@ -72,6 +72,7 @@ mod host_bricks;
 mod iso_depth;
 mod light_memory;
 mod majorants;
+mod marched;
 mod needed_bricks;
 mod occupancy;
 mod pace;

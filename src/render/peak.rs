@@ -2,10 +2,10 @@
 //! pass. `peak_rate.rs` measures it.
 //!
 //! A pass's share of the peak is the least time in which the device can do the pass's work, by [`Peak`], divided by
-//! the time that the pass took. Only counted work ([`Work`]) enters: reads of the volume by tracking, texels of a
-//! picture that a pass reads and writes once each, copied bytes. Random numbers, walks through cells and shading do
-//! not, so a share below 1 is not all waste. Rates are those of a volume that fits the caches: what a larger one
-//! costs in locality counts as the pass's loss.
+//! the time that the pass took. Only counted work ([`Work`]) enters: reads of the volume by tracking and by
+//! marches, texels of a picture that a pass reads and writes once each, copied bytes. Random numbers, walks through
+//! cells, reads of the cache and shading do not, so a share below 1 is not all waste. Rates are those of a volume that
+//! fits the caches: what a larger one costs in locality counts as the pass's loss.
 
 use serde::Serialize;
 

@@ -5,7 +5,7 @@ use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, Slices};
+use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
 use crate::shared;
 
 shared! {
@@ -67,7 +67,13 @@ impl RayMarch {
             step_scale: STEP_SCALE,
             ..push(1)
         };
-        frame.pass(&self.pass, &bindings(r, cache), &push, [width, height, 1])
+        frame.pass(&self.pass, &bindings(r, cache), &push, [width, height, 1])?;
+        cache.marched.record(frame, &r.staging)
+    }
+
+    /// States the work of that march, once the submission is over.
+    pub fn state_work(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) {
+        cache.marched.state(frame, &r.staging, self.pass.name);
     }
 
     /// Marches the next slice of the picture, and adds it to the mean of those before. Returns whether it was the last.
@@ -83,10 +89,7 @@ impl RayMarch {
             rays_before: self.rays,
             ..push(1)
         };
-        let [width, height] = r.size;
-        let threads = [width, height, 1];
-        let bindings = bindings(r, cache);
-        let has_ended = r.run_slice(frame, &self.pass, &bindings, &push, threads, slices)?;
+        let has_ended = self.slice(frame, r, cache, &push, slices)?;
         self.rays += u32::from(has_ended);
         Ok(has_ended)
     }
@@ -101,9 +104,26 @@ impl RayMarch {
         question: MarchPush,
     ) -> Result<()> {
         self.rays = 0;
-        let [width, height] = r.size.map(|n| n.div_ceil(question.stride));
+        let mut slices = Slices::new(SLICE_MS);
+        while !self.slice(frame, r, cache, &question, &mut slices)? {}
+        Ok(())
+    }
+
+    /// Marches the next slice, and states its work. Returns whether it was the last.
+    fn slice(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        push: &MarchPush,
+        slices: &mut Slices,
+    ) -> Result<bool> {
+        let [width, height] = r.size.map(|n| n.div_ceil(push.stride));
         let threads = [width, height, 1];
-        r.run_in_slices(frame, &self.pass, &bindings(r, cache), &question, threads)
+        let bindings = bindings(r, cache);
+        let has_ended = r.run_slice(frame, &self.pass, &bindings, push, threads, slices)?;
+        cache.marched.collect(frame, &r.staging, self.pass.name)?;
+        Ok(has_ended)
     }
 }
 
@@ -144,6 +164,7 @@ fn bindings<'a>(r: &'a Resources, cache: &'a CacheMemory) -> Vec<(&'static str, 
         &[
             cache.brick_binding(),
             cache.reflectance_binding(),
+            cache.marched.binding(),
             r.camera_binding(),
             ("unit_sum", Binding::Image(&r.unit_sum)),
         ],

@@ -111,6 +111,7 @@ impl Renderer {
         if let Estimator::Caching(cache) = &renderer.estimator {
             let staging = &mut renderer.resources.staging;
             cache.memory.upload_pages(&mut renderer.frame, staging)?;
+            renderer.frame.run(|f| cache.memory.marched.begin(f))?;
         }
         renderer.prepare(Changes::ALL)?;
         renderer.compiling = shaders.time_spent();

@@ -275,6 +275,12 @@ shared! {
         pub rim_cubes: uint,
     }
 
+    /// Samples of the volume that marches have taken since the host last asked, in more than 32 bits.
+    pub struct Marched {
+        pub low: uint,
+        pub high: uint,
+    }
+
     /// What host and shaders tell each other about volume bricks that are not on the GPU.
     pub struct Streaming {
         /// Invocations that have missed a brick in this dispatch.

@@ -33,6 +33,7 @@ mod refusals;
 #[cfg(target_os = "linux")]
 mod resident;
 mod shards;
+mod statistics;
 mod stopping;
 mod stores;
 

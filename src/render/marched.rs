@@ -1,0 +1,60 @@
+//! The samples of the volume that marches take: only the device can count them.
+//!
+//! A pass that marches adds them to a count on the device. The host reads it after each run, and begins a new one.
+
+use std::sync::Arc;
+
+use super::resources::bytes_of;
+use super::shared::Marched;
+use crate::error::Result;
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Memory, Placement, Work};
+
+pub struct MarchedSamples {
+    count: Buffer,
+}
+
+impl MarchedSamples {
+    pub(super) fn allocate(memory: &Arc<Memory>) -> Result<MarchedSamples> {
+        let desc = BufferDesc {
+            name: "marched samples",
+            bytes: bytes_of::<Marched>(1),
+            placement: Placement::Device,
+        };
+        let count = Buffer::new(memory, desc)?;
+        Ok(MarchedSamples { count })
+    }
+
+    /// The resource to which marches add.
+    pub fn binding(&self) -> (&'static str, Binding<'_>) {
+        ("marched", Binding::Buffer(&self.count))
+    }
+
+    /// Begins a new count, in a submission under way.
+    pub fn begin(&self, frame: &mut Frame) -> Result<()> {
+        frame.zero(&self.count)
+    }
+
+    /// Copies the count to the staging buffer and begins a new one, in a submission under way.
+    pub fn record(&self, frame: &mut Frame, staging: &Buffer) -> Result<()> {
+        frame.copy(&self.count, staging)?;
+        self.begin(frame)
+    }
+
+    /// States the count that has been copied as work of the last run of `pass`.
+    pub fn state(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) {
+        let mapped = staging.mapped().unwrap_or_default();
+        let Marched { low, high } = bytemuck::pod_read_unaligned(&mapped[..size_of::<Marched>()]);
+        let work = Work {
+            samples: u64::from(high) << 32 | u64::from(low),
+            ..Work::default()
+        };
+        frame.timings.state_work(pass, work);
+    }
+
+    /// States the samples of the runs of `pass` since the last count.
+    pub fn collect(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) -> Result<()> {
+        frame.run(|f| self.record(f, staging))?;
+        self.state(frame, staging, pass);
+        Ok(())
+    }
+}

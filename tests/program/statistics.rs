@@ -1,0 +1,99 @@
+//! What a command says of its cost: `--stats` and `--profile`.
+
+use serde_json::Value;
+
+use crate::{Folder, last_line, text};
+
+#[test]
+fn statistics_keep_their_contract() {
+    let folder = Folder::new();
+    folder.succeed(
+        "render ball.toml --variant non-caching -o a.exr --stats s.json --spp 16 --seed 3",
+    );
+    let stats = folder.json("s.json");
+    for key in ["variant", "reason", "device", "driver"] {
+        assert!(stats[key].as_str().is_some_and(|s| !s.is_empty()), "{key}");
+    }
+    assert_eq!(
+        (stats["spp"].as_u64(), stats["seed"].as_u64()),
+        (Some(16), Some(3))
+    );
+    assert_eq!(stats["paths"], 16 * 24 * 16);
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{stats:#}"));
+    assert!(number(&stats["views"][0]["cpu_s"]) > 0.0);
+    for key in [
+        "wall_s",
+        "first_frame_s",
+        "lookups_per_path",
+        "relative_error",
+    ] {
+        assert!(number(&stats[key]) > 0.0, "{key}");
+    }
+    assert!(number(&stats["first_frame_s"]) < number(&stats["wall_s"]));
+
+    let passes = stats["passes"].as_array().expect("passes");
+    let tracking = passes.iter().find(|p| p["name"] == "delta_tracking");
+    let tracking = tracking.expect("the pass that does the work");
+    assert!(tracking["runs"].as_u64() >= Some(16));
+    let [median, p95, total] =
+        ["gpu_ms_median", "gpu_ms_p95", "gpu_ms_total"].map(|key| number(&tracking[key]));
+    assert!(0.0 < median && median <= p95 && p95 <= total);
+    let shares = passes.iter().filter_map(|p| p["peak_share"].as_f64());
+    assert!(
+        shares.clone().all(|share| 0.0 < share && share <= 1.2),
+        "{passes:#?}"
+    );
+    assert!(tracking["peak_share"].is_number(), "{passes:#?}");
+
+    let memory = &stats["memory"];
+    let [budget, planned, peak] =
+        ["budget_bytes", "planned_bytes", "peak_bytes"].map(|key| number(&memory[key]));
+    assert!(
+        planned >= peak && planned <= 1.01 * peak && planned <= budget,
+        "{memory:#}"
+    );
+    let resources = memory["resources"].as_array().expect("resources");
+    let sum: f64 = resources.iter().map(|r| number(&r["bytes"])).sum();
+    assert_eq!(sum, peak);
+    assert!(resources.iter().all(|r| r["name"].is_string()));
+}
+
+#[test]
+fn a_profile_accounts_for_the_wall_time() {
+    let folder = Folder::new();
+    let render = "render ball.toml --variant caching -o a.exr --time 1";
+    let output = folder.succeed(&format!("{render} --stats s.json"));
+    let said = text(&output.stderr);
+    for name in [
+        "open the scene",
+        "read the voxels",
+        "decode them",
+        "compile",
+        "save the pictures",
+        "not covered",
+        "cell_tracking",
+        "paths/s",
+    ] {
+        let named = |line: &str| line.contains(name);
+        assert!(said.lines().any(named), "{name}: {said}");
+    }
+    assert!(last_line(&output).contains("stopped because"), "{said}");
+
+    let stats = folder.json("s.json");
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{stats:#}"));
+    let sum = |list: &Value, key: &str| -> f64 {
+        let entries = list.as_array().expect("a list");
+        entries.iter().map(|e| number(&e[key])).sum()
+    };
+    let wall_ms = 1e3 * number(&stats["wall_s"]);
+    let covered = sum(&stats["stages"], "ms");
+    assert!((0.95 * wall_ms..=wall_ms).contains(&covered), "{stats:#}");
+    let busy = sum(&stats["stages"], "gpu_ms");
+    let passes = sum(&stats["passes"], "gpu_ms_total");
+    assert!((passes - busy).abs() <= 0.05 * passes, "{stats:#}");
+
+    let silent = folder.succeed(&format!("{render} --stats s.json --quiet"));
+    assert_eq!(text(&silent.stderr), "");
+    let usual = folder.succeed(render);
+    assert!(!text(&usual.stderr).contains("GPU pass"), "{usual:?}");
+}
