@@ -92,7 +92,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                 MarchStep s = make_step(ray, march);
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
-                take(taken, weight, s.albedo, s.t);
+                take(taken, weight, s.albedo, middle_of(s));
                 bvec4 here = picks(weight, front.taken + taken.weight, u.x);
                 // Not their middles: the suns' light may fall steeply within a step.
                 vec4 points = absorption_in(s, fract(u.z + QUARTERS));

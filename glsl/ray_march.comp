@@ -87,7 +87,7 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
                 MarchStep s = make_step(ray, march);
                 float weight = front.transmittance * s.absorbed;
                 front.transmittance -= weight;
-                take(taken, weight, s.albedo, s.t);
+                take(taken, weight, s.albedo, middle_of(s));
                 is_opaque = front.transmittance <= opaque_below;
                 if (is_opaque || !march.goes_on || is_due(taken)) {
                     break;

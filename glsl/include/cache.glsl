@@ -10,51 +10,25 @@
 // Nodes that have had no path hold a guess, marked by a negative A. Where none of the view's rays reads a node, it
 // keeps the guess (src/render/focus.rs): a path that comes there continues as if there were no cache.
 //
-// Nodes come in bricks of BRICK³; only those that some ray can read have a place in the images, found through the
-// page table. Values are in units of scene.cache_unit: no format overflows, and they stay right when all lights are
-// dimmed or coloured alike.
+// Values are in units of scene.cache_unit: no format overflows, and they stay right when all lights are dimmed or
+// coloured alike.
+
+#include "pages.glsl"
 
 LOADED_AS(CACHE_FORMAT) uniform texels3D cache_light;
 LOADED_AS(CACHE_FORMAT) uniform texels3D cache_flux;
-LOADED_AS(r32ui) uniform utexels3D pages;
 // A bit for each cube of a brick: a surface cuts it. Two words a brick.
 layout(scalar) readonly buffer CutBlock { uint at[]; } cuts;
 // The same for cubes at the rim (rim_cubes.comp).
 layout(scalar) readonly buffer RimBlock { uint at[]; } rims;
 
-uint page_of(ivec3 brick) {
-    return texel_at(pages, brick).x;
-}
-
-bool has_memory(Cube cube) {
-    return page_of(cube.low / BRICK) != NO_PLACE;
-}
-
-// Position of a node's texel in the images.
-ivec3 node_texel(ivec3 node) {
-    return BRICK * unpacked(page_of(node / BRICK)) + node % BRICK;
-}
-
-// Index of a brick's place, counted along the images' x, y and z.
-uint place_of(ivec3 brick) {
-    uvec3 at = uvec3(unpacked(page_of(brick)));
-    return (at.z * scene.cache_places.y + at.y) * scene.cache_places.x + at.x;
-}
-
-// The word and the bit of a cube among those of all bricks.
-uvec2 bit_of(Cube cube) {
-    uvec3 inner = uvec3(cube.low % BRICK);
-    uint bit = (inner.z * BRICK + inner.y) * BRICK + inner.x;
-    return uvec2(2u * place_of(cube.low / BRICK) + bit / 32u, bit % 32u);
-}
-
 bool is_cut(Cube cube) {
-    uvec2 bit = bit_of(cube);
+    uvec2 bit = bit_of(cube.low);
     return (cuts.at[bit.x] >> bit.y & 1u) != 0u;
 }
 
 bool is_rim(Cube cube) {
-    uvec2 bit = bit_of(cube);
+    uvec2 bit = bit_of(cube.low);
     return (rims.at[bit.x] >> bit.y & 1u) != 0u;
 }
 

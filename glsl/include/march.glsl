@@ -89,9 +89,15 @@ March begin_march(Ray ray, float t, float t_end) {
 struct MarchStep {
     float absorbed; // 1 − exp(−optical depth)
     vec3 albedo;    // of what it meets
-    float t;        // its middle
+    float t;        // where it begins
     float extent;   // along the ray
+    float lean;     // extinction grows by 2·lean of its mean from one end to the other
 };
+
+// Where a step absorbs light, on average, if it is thin.
+float middle_of(MarchStep s) {
+    return s.t + s.extent * (0.5 + s.lean * (1.0 / 6.0));
+}
 
 MarchStep make_step(Ray ray, inout March march) {
     Classified begin = march.end;
@@ -105,13 +111,17 @@ MarchStep make_step(Ray ray, inout March march) {
     march.end = classify(lookup(ray, march.t));
     Medium medium = mean_medium(begin, march.end);
     float extent = march.t - from;
-    return MarchStep(absorbed_by(medium.sigma_t * extent), medium.albedo, from + 0.5 * extent, extent);
+    float ends = begin.color.a + march.end.color.a;
+    float lean = ends > 0.0 ? (march.end.color.a - begin.color.a) / ends : 0.0;
+    return MarchStep(absorbed_by(medium.sigma_t * extent), medium.albedo, from, extent, lean);
 }
 
-// Where in a step light is absorbed, for four numbers in [0, 1): the inverse of (1 − exp(−τx)) / (1 − exp(−τ)), to
-// second order in τ.
+// Where in a step light is absorbed, for four numbers in [0, 1): the inverse of (1 − exp(−τ(x))) / (1 − exp(−τ)), to
+// second order in τ. If extinction is linear in x, τ(x)/τ = x + lean·(x² − x).
 vec4 absorption_in(MarchStep s, vec4 u) {
-    return s.t + s.extent * (u - 0.5 * s.absorbed * u * (1.0 - u) - 0.5);
+    vec4 share = u - 0.5 * s.absorbed * u * (1.0 - u);
+    float begins = 1.0 - s.lean;
+    return s.t + s.extent * (2.0 * share / (begins + sqrt(begins * begins + 4.0 * s.lean * share) + 1e-30));
 }
 
 // The transmittance of [t, t_end], or 0 where it is less than `least`.

@@ -128,19 +128,24 @@ vec3 albedo_of(float v) {
     return has_one_color ? scene.color : transfer_at(v).rgb;
 }
 
-// The largest extinction over a range of stored values. It is exact for non-monotone transfer functions, too: a
-// piecewise-linear function has its maximum at one of its points or at an end of the range.
-float largest_sigma_t(vec2 range) {
+// The smallest and the largest extinction over a range of stored values. They are exact for non-monotone transfer
+// functions, too: a piecewise-linear function has its extrema at its points or at the ends of the range.
+vec2 sigma_t_range(vec2 range) {
     // Interpolation rounds: it may leave the voxels' range by some of their last digits. Where all are equal there is
     // nothing to interpolate, and a background at which a ramp of opacity begins is empty.
     float rounding = range.x < range.y ? 1e-6 * max(abs(range.x), abs(range.y)) : 0.0;
     range += vec2(-rounding, rounding);
-    float opacity = max(transfer_opacity(range.x), transfer_opacity(range.y));
+    vec2 ends = vec2(transfer_opacity(range.x), transfer_opacity(range.y));
+    vec2 opacity = vec2(min(ends.x, ends.y), max(ends.x, ends.y));
     for (int i = 0; i < size_in_texels(transfer).x; ++i) {
         vec4 point = transfer_values(i);
         if (point.x >= range.x && point.x <= range.y) {
-            opacity = max(opacity, point.z);
+            opacity = vec2(min(opacity.x, point.z), max(opacity.y, point.z));
         }
     }
     return scene.density * opacity;
+}
+
+float largest_sigma_t(vec2 range) {
+    return sigma_t_range(range).y;
 }

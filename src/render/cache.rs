@@ -161,7 +161,7 @@ impl Cache {
             }
         }
         match &self.cut_cells {
-            Some(pass) => pass.run(frame, r, &self.memory),
+            Some(pass) => pass.run(frame, r, &self.memory).map(drop),
             None => Ok(()),
         }
     }

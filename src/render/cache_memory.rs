@@ -28,7 +28,7 @@ pub struct CacheMemory {
     /// For each place, a bit a cube: whether a surface cuts it; `None` where no surface stops light.
     pub cuts: Option<Buffer>,
     /// The same for cubes at the rim; `None` where there can be none.
-    rims: Option<Buffer>,
+    pub(super) rims: Option<Buffer>,
     /// The node that each slot is working on.
     pub work: Buffer,
     /// A table for each surface; `None` where there are only Lambert surfaces, which need none.

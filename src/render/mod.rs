@@ -60,6 +60,7 @@ mod cell_tracking;
 mod choice;
 mod codes;
 mod copy;
+mod cube_bits;
 mod cut_cells;
 mod delta_tracking;
 mod estimator;

@@ -20,8 +20,12 @@ pub use super::codes::*;
 pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;
-/// The optical depth along a cube of the cache from which a medium is dense at its rim (rim_cubes.comp).
+/// The optical depth along a cube of the cache from which a medium is dense where a face of the box or a clip plane ends
+/// it (rim_cubes.comp).
 pub const RIM_DEPTH: f32 = 0.15;
+/// The difference of a voxel's optical depth to that of the next one, from which a medium is dense where it ends
+/// within the volume. (Clouds whose extinction is smooth stay below.)
+pub const STEP_DEPTH: f32 = 0.4;
 /// Patches along either side of the picture, however many pixels it has.
 pub const PATCHES: u32 = 32;
 /// A path keeps its side of every surface in one word.
@@ -271,8 +275,8 @@ shared! {
         pub lookups: uint,
         /// Paths from nodes that have ended; in `published`, from cells.
         pub finished: uint,
-        /// Cubes of the cache at the rim (rim_cubes.comp).
-        pub rim_cubes: uint,
+        /// Cubes of the cache whose bit is set (cube_bits.glsl).
+        pub marked_cubes: uint,
     }
 
     /// Samples of the volume that marches have taken since the host last asked, in more than 32 bits.
@@ -310,7 +314,9 @@ shared! {
 pub fn glsl() -> String {
     [
         format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
-        format!("const float RIM_DEPTH = {RIM_DEPTH};\n"),
+        format!(
+            "const float RIM_DEPTH = {RIM_DEPTH:?};\nconst float STEP_DEPTH = {STEP_DEPTH:?};\n"
+        ),
         format!("const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"),
         codes::glsl(),
         Features::glsl(),

@@ -1,0 +1,122 @@
+// A bit for each cube of the cache, by one workgroup a brick and one thread a cube; all are zero before. A shader that
+// includes this file says which bits are set: it defines `may_mark` and `marks_of`.
+
+#include "pages.glsl"
+
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+#include "push.glsl"
+layout(scalar) buffer BitBlock { uint at[]; } bits;
+layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
+layout(scalar) buffer CounterBlock { Counters count; } counters;
+
+// Threads of the group that have missed a brick of the volume.
+shared uint lacking;
+// Whether some cube of the brick may set a bit.
+shared bool is_possible;
+
+const uint NOTHING_MARKED = 0u;
+const uint CUBE_MARKED = 1u;
+const uint NEIGHBOURS_MARKED = 2u; // and the cube itself
+
+uint marks_of(ivec3 cube);
+
+// Space in the lattice, in grid space: from node to node, or out to the box's faces.
+struct Span {
+    vec3 low, high;
+    bvec3 begins, ends; // at a face, across each axis
+};
+
+// The cubes from `first` to `last`.
+Span span_of(ivec3 first, ivec3 last) {
+    bvec3 begins = equal(first, ivec3(0));
+    bvec3 ends = greaterThanEqual(last + 2, ivec3(scene.cache_nodes));
+    return Span(mix(node_position(first), vec3(0.5), begins),
+                mix(node_position(last + 1), vec3(scene.dims) + 0.5, ends), begins, ends);
+}
+
+vec2 range_of_macrocells(Span span) {
+    ivec3 last = ivec3(scene.macrocells) - 1;
+    return range_between(min(ivec3(span.low) / MACROCELL, last), min(ivec3(span.high) / MACROCELL, last));
+}
+
+bool may_mark(Span span);
+
+void set_bit(ivec3 cube) {
+    uvec2 bit = bit_of(cube);
+    uint before = atomicOr(bits.at[bit.x], 1u << bit.y);
+    atomicAdd(counters.count.marked_cubes, ~before >> bit.y & 1u);
+}
+
+void set_bits_around(ivec3 cube) {
+    ivec3 low = max(cube - 1, ivec3(0));
+    ivec3 high = min(cube + 1, ivec3(scene.cache_nodes) - 1);
+    for (int z = low.z; z <= high.z; ++z) {
+        for (int y = low.y; y <= high.y; ++y) {
+            for (int x = low.x; x <= high.x; ++x) {
+                if (page_of(ivec3(x, y, z) / BRICK) != NO_PLACE) {
+                    set_bit(ivec3(x, y, z));
+                }
+            }
+        }
+    }
+}
+
+// The voxels whose cells meet a cube, out to the box's faces.
+struct Voxels {
+    ivec3 low, high;
+};
+
+Voxels voxels_of(ivec3 cube) {
+    ivec3 last = ivec3(scene.dims) - 1;
+    ivec3 low = clamp(ivec3(floor(node_position(cube))) - 1, ivec3(0), last);
+    ivec3 high = clamp(ivec3(floor(node_position(cube + 1))), ivec3(0), last);
+    return Voxels(mix(low, ivec3(0), equal(cube, ivec3(0))),
+                  mix(high, last, greaterThanEqual(cube + 2, ivec3(scene.cache_nodes))));
+}
+
+vec2 range_of_voxels(Voxels voxels) {
+    vec2 range = vec2(3.4e38, -3.4e38);
+    for (int z = voxels.low.z; z <= voxels.high.z; ++z) {
+        for (int y = voxels.low.y; y <= voxels.high.y; ++y) {
+            for (int x = voxels.low.x; x <= voxels.high.x; ++x) {
+                float v = volume_voxel(ivec3(x, y, z));
+                range = vec2(min(range.x, v), max(range.y, v));
+            }
+        }
+    }
+    return range;
+}
+
+void main() {
+    uint brick = gl_WorkGroupID.y * push.row + gl_WorkGroupID.x;
+    if (brick >= push.bricks || stands_back(brick) || is_done(brick)) {
+        return;
+    }
+    ask_ahead();
+    uint thread = gl_LocalInvocationIndex;
+    ivec3 first = BRICK * unpacked(bricks.at[brick].position);
+    if (thread == 0u) {
+        lacking = 0u;
+        is_possible = may_mark(span_of(first, first + BRICK - 1));
+    }
+    barrier();
+    ivec3 cube = first + ivec3(gl_LocalInvocationID);
+    uint marks = is_possible ? marks_of(cube) : NOTHING_MARKED;
+    if (is_void) {
+        atomicAdd(lacking, 1u);
+    }
+    barrier();
+    bool has_missed = lacking > 0u;
+    if (thread == 0u) {
+        report(brick, has_missed, !has_missed);
+        if (!has_missed) {
+            set_done(brick);
+        }
+    }
+    if (!has_missed && marks == CUBE_MARKED) {
+        set_bit(cube);
+    }
+    if (!has_missed && marks == NEIGHBOURS_MARKED) {
+        set_bits_around(cube);
+    }
+}
