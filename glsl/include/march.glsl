@@ -85,18 +85,23 @@ March begin_march(Ray ray, float t, float t_end) {
     return march;
 }
 
-// A step of the march.
+// A step of the march. Within it extinction is either linear, or, where the transfer function has points between the
+// values at the ends, as good as constant on both sides of a split.
 struct MarchStep {
     float absorbed; // 1 − exp(−optical depth)
     vec3 albedo;    // of what it meets
     float t;        // where it begins
     float extent;   // along the ray
-    float lean;     // extinction grows by 2·lean of its mean from one end to the other
+    float lean;     // linear: extinction grows by 2·lean of its mean from one end to the other
+    bool is_split;
+    float split;    // the part of the step before the split
+    float before;   // the part of its optical depth there
 };
 
 // Where a step absorbs light, on average, if it is thin.
 float middle_of(MarchStep s) {
-    return s.t + s.extent * (0.5 + s.lean * (1.0 / 6.0));
+    float place = s.is_split ? 0.5 * (1.0 + s.split - s.before) : 0.5 + s.lean * (1.0 / 6.0);
+    return s.t + s.extent * place;
 }
 
 MarchStep make_step(Ray ray, inout March march) {
@@ -111,17 +116,30 @@ MarchStep make_step(Ray ray, inout March march) {
     march.end = classify(lookup(ray, march.t));
     Medium medium = mean_medium(begin, march.end);
     float extent = march.t - from;
-    float ends = begin.color.a + march.end.color.a;
-    float lean = ends > 0.0 ? (march.end.color.a - begin.color.a) / ends : 0.0;
-    return MarchStep(absorbed_by(medium.sigma_t * extent), medium.albedo, from, extent, lean);
+    float a = begin.color.a;
+    float b = march.end.color.a;
+    float lean = a + b > 0.0 ? (b - a) / (a + b) : 0.0;
+    float mean = medium.sigma_t / scene.density;
+    bool is_split = !is_linear && begin.point != march.end.point && a != b && mean > 0.0;
+    float split = is_split ? clamp((b - mean) / (b - a), 0.0, 1.0) : 0.0;
+    float before = is_split ? min(a * split / mean, 1.0) : 0.0;
+    return MarchStep(absorbed_by(medium.sigma_t * extent), medium.albedo, from, extent, lean, is_split, split, before);
 }
 
 // Where in a step light is absorbed, for four numbers in [0, 1): the inverse of (1 − exp(−τ(x))) / (1 − exp(−τ)), to
 // second order in τ. If extinction is linear in x, τ(x)/τ = x + lean·(x² − x).
 vec4 absorption_in(MarchStep s, vec4 u) {
     vec4 share = u - 0.5 * s.absorbed * u * (1.0 - u);
-    float begins = 1.0 - s.lean;
-    return s.t + s.extent * (2.0 * share / (begins + sqrt(begins * begins + 4.0 * s.lean * share) + 1e-30));
+    vec4 place;
+    if (s.is_split) {
+        vec4 first = s.split * share / max(s.before, 1e-30);
+        vec4 second = 1.0 - (1.0 - s.split) * (1.0 - share) / max(1.0 - s.before, 1e-30);
+        place = mix(second, first, lessThan(share, vec4(s.before)));
+    } else {
+        float begins = 1.0 - s.lean;
+        place = 2.0 * share / (begins + sqrt(begins * begins + 4.0 * s.lean * share) + 1e-30);
+    }
+    return s.t + s.extent * place;
 }
 
 // The transmittance of [t, t_end], or 0 where it is less than `least`.
