@@ -37,7 +37,7 @@ specialization! {
         pub flux_step: uint,
         /// Each channel of the light has a flux of its own.
         pub has_colored_flux: bool,
-        /// A face of the box or a clip plane may end a dense medium (`rim_cubes.comp`).
+        /// A dense medium may end at a face of the box, at a clip plane or between two voxels (`rim_cubes.comp`).
         pub has_rim_cubes: bool,
         /// Bits of a voxel on the GPU.
         pub volume_bits: uint,
