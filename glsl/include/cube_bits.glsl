@@ -18,8 +18,6 @@ const uint NOTHING_MARKED = 0u;
 const uint CUBE_MARKED = 1u;
 const uint NEIGHBOURS_MARKED = 2u; // and the cube itself
 
-uint marks_of(ivec3 cube);
-
 // Space in the lattice, in grid space: from node to node, or out to the box's faces.
 struct Span {
     vec3 low, high;
@@ -40,6 +38,7 @@ vec2 range_of_macrocells(Span span) {
 }
 
 bool may_mark(Span span);
+uint marks_of(ivec3 cube);
 
 void set_bit(ivec3 cube) {
     uvec2 bit = bit_of(cube);

@@ -161,7 +161,7 @@ impl Cache {
             }
         }
         match &self.cut_cells {
-            Some(pass) => pass.run(frame, r, &self.memory).map(drop),
+            Some(pass) => pass.run(frame, r, &self.memory),
             None => Ok(()),
         }
     }
@@ -367,11 +367,6 @@ impl Cache {
     /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
     pub fn record_march(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.ray_march.record(frame, r, &self.memory)
-    }
-
-    /// States the work of that march, once the submission is over.
-    pub fn state_march(&self, frame: &mut Frame, r: &Resources) {
-        self.ray_march.state_work(frame, r, &self.memory);
     }
 
     /// The next slice of the picture that the cache shows now, added to the mean in `unit_sum`. Returns whether it was

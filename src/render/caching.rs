@@ -116,7 +116,6 @@ impl Caching<'_> {
             }
             tone_map.record(f, &r.unit_sum, to, push)
         })?;
-        cache.state_march(self.frame, r);
         match &r.bricks {
             Some(bricks) => bricks.end_preview(self.frame, &r.volume),
             None => Ok(()),

@@ -16,16 +16,19 @@ shared! {
     }
 }
 
-/// Finds the bits by `pass`, which takes `bindings` besides the volume, and returns how many are set. No queue of paths
-/// may be under way.
+/// Finds the bits by `pass`, which takes `bindings` besides the volume, and returns how many are set; `bits` is `None`
+/// where none can be. No queue of paths may be under way.
 pub fn mark(
     frame: &mut Frame,
     r: &Resources,
     cache: &CacheMemory,
     pass: &Pass,
-    bits: &Buffer,
+    bits: Option<&Buffer>,
     bindings: &[(&'static str, Binding<'_>)],
 ) -> Result<u32> {
+    let Some(bits) = bits else {
+        return Ok(0);
+    };
     let own = [
         ("scene_block", Binding::Buffer(&r.scene)),
         ("clips", Binding::Buffer(&r.clips)),

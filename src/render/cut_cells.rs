@@ -14,12 +14,9 @@ impl CutCells {
         Ok(CutCells(passes.compile::<CubePush>("cut_cells")?))
     }
 
-    /// Returns how many there are. No queue of paths may be under way.
-    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<u32> {
-        let Some(bits) = &cache.cuts else {
-            return Ok(0);
-        };
+    /// No queue of paths may be under way.
+    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         let bindings = [("surfaces", Binding::Buffer(&r.surfaces))];
-        mark(frame, r, cache, &self.0, bits, &bindings)
+        mark(frame, r, cache, &self.0, cache.cuts.as_ref(), &bindings).map(drop)
     }
 }

@@ -34,14 +34,12 @@ impl MarchedSamples {
         frame.zero(&self.count)
     }
 
-    /// Copies the count to the staging buffer and begins a new one, in a submission under way.
-    pub fn record(&self, frame: &mut Frame, staging: &Buffer) -> Result<()> {
-        frame.copy(&self.count, staging)?;
-        self.begin(frame)
-    }
-
-    /// States the count that has been copied as work of the last run of `pass`.
-    pub fn state(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) {
+    /// States the count as work of the last run of `pass`, and begins a new one.
+    pub fn collect(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) -> Result<()> {
+        frame.run(|f| {
+            f.copy(&self.count, staging)?;
+            self.begin(f)
+        })?;
         let mapped = staging.mapped().unwrap_or_default();
         let Marched { low, high } = bytemuck::pod_read_unaligned(&mapped[..size_of::<Marched>()]);
         let work = Work {
@@ -49,12 +47,6 @@ impl MarchedSamples {
             ..Work::default()
         };
         frame.timings.state_work(pass, work);
-    }
-
-    /// States the samples of the runs of `pass` since the last count.
-    pub fn collect(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) -> Result<()> {
-        frame.run(|f| self.record(f, staging))?;
-        self.state(frame, staging, pass);
         Ok(())
     }
 }

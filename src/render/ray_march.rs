@@ -68,12 +68,8 @@ impl RayMarch {
             ..push(1)
         };
         frame.pass(&self.pass, &bindings(r, cache), &push, [width, height, 1])?;
-        cache.marched.record(frame, &r.staging)
-    }
-
-    /// States the work of that march, once the submission is over.
-    pub fn state_work(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) {
-        cache.marched.state(frame, &r.staging, self.pass.name);
+        // The window, for which this is, shows no shares.
+        cache.marched.begin(frame)
     }
 
     /// Marches the next slice of the picture, and adds it to the mean of those before. Returns whether it was the last.

@@ -38,10 +38,7 @@ impl RimCubes {
 
     /// Returns how many there are. No queue of paths may be under way.
     pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<u32> {
-        let Some(bits) = &cache.rims else {
-            return Ok(0);
-        };
         let bindings = [("transfer", Binding::Image(&r.transfer))];
-        mark(frame, r, cache, &self.0, bits, &bindings)
+        mark(frame, r, cache, &self.0, cache.rims.as_ref(), &bindings)
     }
 }
