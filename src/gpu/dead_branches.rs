@@ -264,7 +264,7 @@ mod tests {
             macros: &[],
         };
         let shaders = Shaders::new(String::new()).with_file("branches.comp", &text);
-        shaders.compile(&desc, false).expect("SPIR-V")
+        shaders.compile(&desc, &[]).expect("SPIR-V")
     }
 
     /// Selections in live blocks of `main`, before and after.

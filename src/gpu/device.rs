@@ -174,6 +174,21 @@ impl Device {
             .map_err(|e| failure(e, format!("{} has made no sampler", self.summary.name)))
     }
 
+    /// Macros that tell shaders how this device wants to be driven.
+    pub(super) fn macros(&self) -> Vec<(&'static str, &'static str)> {
+        let mut macros = Vec::new();
+        // `glsl/include/texels.glsl`.
+        macros.extend(self.loads_texels.then_some(("LOADS_TEXELS", "1")));
+        // `glsl/include/ray.glsl`.
+        macros.extend(
+            self.summary
+                .kind
+                .is_software()
+                .then_some(("IS_SOFTWARE", "1")),
+        );
+        macros
+    }
+
     /// Whether images of this format can be filtered linearly.
     pub fn filters(&self, format: vk::Format) -> bool {
         // SAFETY: `physical` belongs to the live instance.

@@ -58,7 +58,7 @@ impl Pass {
 
     pub fn new(device: &Arc<Device>, shaders: &Shaders, desc: &PassDesc<'_>) -> Result<Pass> {
         let began = Instant::now();
-        let mut code = shaders.compile(desc, device.loads_texels)?;
+        let mut code = shaders.compile(desc, &device.macros())?;
         let Reflection {
             slots,
             push_bytes,

@@ -255,7 +255,7 @@ mod tests {
             macros: &[],
         };
         let shaders = shaders.with_file("declares.comp", SHADER);
-        let mut code = shaders.compile(&desc, false).expect("SPIR-V");
+        let mut code = shaders.compile(&desc, &[]).expect("SPIR-V");
         number_resources(&mut code).expect("SPIR-V");
         let Reflection {
             slots,

@@ -88,11 +88,13 @@ impl Shaders {
         *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// SPIR-V of `glsl/NAME.comp`, for a device that loads texels or one that fetches them
-    /// (`glsl/include/texels.glsl`).
-    pub(super) fn compile(&self, desc: &PassDesc<'_>, loads_texels: bool) -> Result<Vec<u32>> {
-        let mut macros = desc.macros.to_vec();
-        macros.extend(loads_texels.then_some(("LOADS_TEXELS", "1")));
+    /// SPIR-V of `glsl/NAME.comp` for a device with these macros of its own (`Device::macros`).
+    pub(super) fn compile(
+        &self,
+        desc: &PassDesc<'_>,
+        of_device: &[(&'static str, &'static str)],
+    ) -> Result<Vec<u32>> {
+        let macros = [desc.macros, of_device].concat();
         let file = format!("{}.comp", desc.name);
         self.compile_file(file, ShaderKind::Compute, desc.push, &macros)
     }
