@@ -225,6 +225,14 @@ impl Cache {
         }
     }
 
+    /// States the work of the picture's samples so far.
+    pub fn collect(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        match &self.at_rest {
+            AtRest::March(march) => march.collect(frame, r, &self.memory),
+            AtRest::Tracking(_) => Ok(()),
+        }
+    }
+
     /// Forgets all light.
     pub fn clear(&mut self) {
         self.focus = Focus::everywhere(0, false);

@@ -35,7 +35,10 @@ pub struct CacheMemory {
     reflectance: Option<Buffer>,
     /// For each pixel, the light that a march leaves to paths; `None` where it can leave none.
     pub tails: Option<Buffer>,
+    /// Of the march that shows the cache.
     pub(super) marched: MarchedSamples,
+    /// Of the march of the picture at rest.
+    pub(super) marched_at_rest: MarchedSamples,
 }
 
 impl CacheMemory {
@@ -101,6 +104,7 @@ impl CacheMemory {
                 false => None,
             },
             marched: MarchedSamples::allocate(memory)?,
+            marched_at_rest: MarchedSamples::allocate(memory)?,
         })
     }
 

@@ -106,6 +106,13 @@ impl CameraMarch {
         self.is_traced = self.left_share == 0.0;
     }
 
+    /// States the samples of all marches so far as work of the last one.
+    pub fn collect(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        cache
+            .marched_at_rest
+            .collect(frame, &r.staging, self.pass.name)
+    }
+
     fn march(
         &mut self,
         frame: &mut Frame,
@@ -123,7 +130,7 @@ impl CameraMarch {
                 r.camera_binding(),
                 ("unit_sum", Binding::Image(&r.unit_sum)),
                 cache.tails_binding(),
-                cache.marched.binding(),
+                cache.marched_at_rest.binding(),
             ],
         ]
         .concat();
@@ -139,7 +146,6 @@ impl CameraMarch {
             threads,
             &mut self.slices,
         )?;
-        cache.marched.collect(frame, &r.staging, self.pass.name)?;
         match &mut self.tails {
             Some(tails) if self.is_marched && self.left_share > 0.0 => {
                 tails.queue.restart(frame, r, items)

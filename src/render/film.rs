@@ -51,8 +51,10 @@ impl Renderer {
         self.clear_if_stale()?;
         let r = &self.resources;
         let frame = &mut self.frame;
-        if let Estimator::Published(published) = &self.estimator {
-            published.march(frame, r)?;
+        match &self.estimator {
+            Estimator::Published(published) => published.march(frame, r)?,
+            Estimator::Caching(cache) => cache.collect(frame, r)?,
+            Estimator::NonCaching(_) => {}
         }
         let [width, height] = r.size;
         Ok(Sums {

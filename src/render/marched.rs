@@ -1,6 +1,7 @@
 //! The samples of the volume that marches take: only the device can count them.
 //!
-//! A pass that marches adds them to a count on the device. The host reads it after each run, and begins a new one.
+//! A pass that marches adds them to a count on the device. The host reads it now and then, and begins a new one: after each
+//! run of a pass that has few, and whenever the picture is read for one that has a run a sample.
 
 use std::sync::Arc;
 
@@ -34,7 +35,7 @@ impl MarchedSamples {
         frame.zero(&self.count)
     }
 
-    /// States the count as work of the last run of `pass`, and begins a new one.
+    /// States the count as work of the last run of `pass`, in which runs before it may share, and begins a new one.
     pub fn collect(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) -> Result<()> {
         frame.run(|f| {
             f.copy(&self.count, staging)?;

@@ -26,9 +26,11 @@ const MOST_WORK: u32 = 4096;
 pub struct PathQueue {
     /// Loop iterations that a slot makes in the next dispatch.
     work: u32,
-    /// The value of `work` when most slots last had a path under way; the next queue begins with it. The last few
-    /// paths of a queue say nothing about the time that all slots take together.
+    /// The value of `work` with which the next queue begins: all slots together are known to take no longer for it than
+    /// a dispatch should. (The last few paths of a queue take next to no time, however long.)
     work_of_all: u32,
+    /// Whether no dispatch has been made of the queue.
+    is_new: bool,
     /// The time that a dispatch should take.
     pub target_ms: f64,
     /// The first item of the queue.
@@ -58,6 +60,7 @@ impl PathQueue {
         PathQueue {
             work: LEAST_WORK,
             work_of_all: LEAST_WORK,
+            is_new: true,
             target_ms: TARGET_MS,
             first_item: 0,
             counted: Counters::zeroed(),
@@ -69,15 +72,13 @@ impl PathQueue {
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources, items: Items) -> Result<()> {
         self.counted = Counters::zeroed();
         self.work = self.work_of_all;
+        self.is_new = true;
         if let Some(bricks) = &r.bricks {
             bricks.begin(frame, Order::Slots)?;
             bricks.allow(items);
             self.first_item = items.first;
         }
-        frame.run(|f| {
-            f.zero(&r.counters)?;
-            f.zero(&r.paths)
-        })
+        Ok(())
     }
 
     /// Advances all paths by the dispatch of `pass` that `record` records, given the amount of work.
@@ -89,7 +90,12 @@ impl PathQueue {
         record: impl FnOnce(&mut Frame, u32) -> Result<()>,
     ) -> Result<Progress> {
         let began = Instant::now();
+        let is_new = std::mem::take(&mut self.is_new);
         frame.run(|f| {
+            if is_new {
+                f.zero(&r.counters)?;
+                f.zero(&r.paths)?;
+            }
             if let Some(bricks) = &r.bricks {
                 bricks.record_news(f)?;
             }
@@ -115,7 +121,7 @@ impl PathQueue {
         let most_had_work = 2 * unfinished.saturating_sub(waiting) >= r.slots();
         // Paths that wait for bricks say nothing about the time that work takes.
         if most_had_work || !waits {
-            self.adapt(took_ms, most_had_work);
+            self.adapt(took_ms, r.slots(), lookups, most_had_work);
         }
         Ok(Progress {
             lookups,
@@ -139,7 +145,13 @@ impl PathQueue {
         }
     }
 
-    fn adapt(&mut self, took_ms: f64, most_had_work: bool) {
+    fn adapt(&mut self, took_ms: f64, slots: u32, lookups: u32, most_had_work: bool) {
+        // Each lookup counts as two iterations, or more.
+        let all = f64::from(slots) * f64::from(self.work);
+        let of_all_ms = took_ms * (all / (2.0 * f64::from(lookups.max(1)))).max(1.0);
+        if of_all_ms < 0.5 * self.target_ms {
+            self.work_of_all = self.work_of_all.max((2 * self.work).min(MOST_WORK));
+        }
         if took_ms < 0.5 * self.target_ms {
             self.work = (self.work * 2).min(MOST_WORK);
         } else if took_ms > 1.5 * self.target_ms {

@@ -111,7 +111,10 @@ impl Renderer {
         if let Estimator::Caching(cache) = &renderer.estimator {
             let staging = &mut renderer.resources.staging;
             cache.memory.upload_pages(&mut renderer.frame, staging)?;
-            renderer.frame.run(|f| cache.memory.marched.begin(f))?;
+            renderer.frame.run(|f| {
+                cache.memory.marched.begin(f)?;
+                cache.memory.marched_at_rest.begin(f)
+            })?;
         }
         renderer.prepare(Changes::ALL)?;
         renderer.compiling = shaders.time_spent();
