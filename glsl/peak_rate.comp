@@ -19,9 +19,6 @@ layout(scalar) writeonly buffer SumBlock { float at[]; } sums;
 
 #ifdef SAMPLES
 float value(vec3 at, ivec3 size) {
-#ifdef FILTERED
-    return filtered_texel(volume, at / vec3(size)).r;
-#else
     vec3 from_low = at - 0.5;
     ivec3 low = max(ivec3(floor(from_low)), ivec3(0));
     ivec3 high = min(low + 1, size - 1);
@@ -35,7 +32,6 @@ float value(vec3 at, ivec3 size) {
     vec4 plane = mix(near, far, t.z);
     vec2 line = mix(plane.xy, plane.zw, t.y);
     return mix(line.x, line.y, t.x);
-#endif
 }
 #endif
 

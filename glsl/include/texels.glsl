@@ -10,8 +10,6 @@
 #define utexels3D readonly uimage3D
 #define texel_at(image, at) imageLoad(image, at)
 #define size_in_texels(image) imageSize(image)
-// A storage image has no sampler, and with filter_in_shader none is needed.
-#define filtered_texel(image, at) vec4(0.0)
 
 #else
 
@@ -22,6 +20,5 @@
 #define utexels3D usampler3D
 #define texel_at(image, at) texelFetch(image, at, 0)
 #define size_in_texels(image) textureSize(image, 0)
-#define filtered_texel(image, at) textureLod(image, at, 0.0)
 
 #endif

@@ -78,20 +78,14 @@ float volume_interpolate(Cell k, vec3 p) {
          + p.z * (k.z + p.x * k.xz);
 }
 
-// The field's value V(g).
+// The field's value V(g). Not by the device's filter, which rounds g (src/render/filter_probe.rs).
 float volume_value(vec3 g) {
-    float texel;
-    if (filter_in_shader) {
-        vec3 cell = floor(g);
-        vec3 p = g - cell;
-        Corners corners = volume_corners(ivec3(cell));
-        vec4 along_z = mix(corners.near, corners.far, p.z);
-        vec2 along_y = mix(along_z.xy, along_z.zw, p.y);
-        texel = mix(along_y.x, along_y.y, p.x);
-    } else {
-        texel = filtered_texel(volume, (g - 0.5) / vec3(scene.dims)).r;
-    }
-    return texel * scene.stored_max;
+    vec3 cell = floor(g);
+    vec3 p = g - cell;
+    Corners corners = volume_corners(ivec3(cell));
+    vec4 along_z = mix(corners.near, corners.far, p.z);
+    vec2 along_y = mix(along_z.xy, along_z.zw, p.y);
+    return mix(along_y.x, along_y.y, p.x) * scene.stored_max;
 }
 
 // The interpolant's gradient in world units.

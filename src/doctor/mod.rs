@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::engine::Host;
 use crate::error::Result;
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Format, Shaders, Validation};
-use crate::render::{PeakRates, filter_error, filter_is_precise, peak_rates, shared};
+use crate::render::{PeakRates, filter_error, peak_rates, shared};
 use closed_forms::ClosedForm;
 
 /// For each device.
@@ -26,7 +26,7 @@ const TIME: Duration = Duration::from_secs(20);
 pub struct Examination {
     #[serde(flatten)]
     pub device: DeviceSummary,
-    /// Where voxels are filtered by the device, and where by the shaders.
+    /// How far the device's filters are off; they read no volume.
     pub filters: Vec<Filter>,
     pub closed_forms: Vec<ClosedForm>,
     /// Checks for which the device was too slow.
@@ -46,8 +46,6 @@ pub struct Filter {
     pub format: &'static str,
     /// Largest error between two voxels, as a share of their difference; `None`: the device has no such filter.
     pub error: Option<f32>,
-    /// Whether it is precise enough. Otherwise shaders interpolate, which is slower and just as right.
-    pub is_used: bool,
 }
 
 /// How long one dispatch took by either clock, in seconds.
@@ -128,7 +126,6 @@ fn filters(device: &Arc<Device>, shaders: &Shaders) -> Result<Vec<Filter>> {
         Ok(Filter {
             format: name,
             error: filter_error(device, shaders, format)?,
-            is_used: !device.loads_texels && filter_is_precise(device, shaders, format)?,
         })
     };
     formats.into_iter().map(filter).collect()

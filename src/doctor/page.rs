@@ -66,19 +66,11 @@ fn filters(examination: &Examination) -> String {
             None => "absent".to_string(),
             Some(error) => format!("off by {error:.5} of a voxel at most"),
         };
-        let by = if filter.is_used {
-            "the device"
-        } else {
-            "shaders"
-        };
-        text += &format!(
-            "  {:<12} {error:<36} voxels are interpolated by {by}\n",
-            filter.format
-        );
+        text += &format!("  {:<12} {error}\n", filter.format);
     }
     match text.is_empty() {
         true => text,
-        false => format!("\nfilter\n{text}"),
+        false => format!("\nfilter (voxels are interpolated by shaders)\n{text}"),
     }
 }
 
@@ -129,22 +121,17 @@ fn state(holds: bool) -> &'static str {
 }
 
 fn rates_table(rates: &PeakRates) -> String {
-    let by = if rates.peak.filtered {
-        "filtered"
-    } else {
-        "in shaders"
-    };
     let beyond = human(rates.volume_bytes);
     let million =
         |name: String, rate: f64| format!("  {name:<44} {:>11.1} million/s\n", rate * 1e-6);
     [
         "\npeak rates\n".to_string(),
         million(
-            format!("trilinear samples {by}, volume in cache"),
+            "trilinear samples, volume in cache".into(),
             rates.peak.samples_cached,
         ),
         million(
-            format!("trilinear samples {by}, volume of {beyond}"),
+            format!("trilinear samples, volume of {beyond}"),
             rates.samples,
         ),
         million(

@@ -168,7 +168,6 @@ mod tests {
         reads_cached: 4e6,
         writes: 1e5,
         copied_bytes: 1e9,
-        filtered: false,
     };
 
     fn samples(samples: u64) -> Work {

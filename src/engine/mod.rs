@@ -82,7 +82,7 @@ impl Engine {
             .plan
             .bricks
             .map(|b| b.with_host_bytes(host.ram_budget()));
-        let full = GpuScene::new(host.device(), scene, volume, seed)?
+        let full = GpuScene::new(scene, volume, seed)
             .with_variant(choice.plan.variant.clone())
             .with_bricks(bricks);
         Ok(Engine {

@@ -77,7 +77,7 @@ pub fn plan(args: &PlanArgs) -> Result<u8> {
     } = host.plan(volume, scene)?;
     let budget = host.budget();
     let bricks = plan.bricks.map(|layout| {
-        let needed = needed_bricks(&GpuScene::unprobed(scene, volume), volume);
+        let needed = needed_bricks(&GpuScene::new(scene, volume, 0), volume);
         Bricks::of(&layout, needed, volume.stored.bytes(), host.ram_budget())
     });
     let printed = Printed {

@@ -28,8 +28,6 @@ specialization! {
         pub is_orthographic: bool,
         pub background_is_color: bool,
         pub background_is_transparent: bool,
-        /// The device's filter is not good enough for this volume: interpolate in the shader.
-        pub filter_in_shader: bool,
         /// The collision from which a path reads the cache: 1 is the first, 0 means never.
         pub cache_order: uint,
         pub cache_is_f16: bool,

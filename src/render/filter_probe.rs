@@ -1,10 +1,10 @@
-//! Is the device's own filter good enough for a volume of this format?
+//! How far the device's own filter is off. `doctor` reports it.
 //!
-//! The field is *defined* as the trilinear interpolant, and filters differ: GPUs round the weights to 1/256 of a
-//! voxel, which no picture shows; lavapipe interpolates 8-bit texels in 8 bits, which every narrow transfer function
-//! shows. So the filter's error is measured, on a checkerboard of eight texels, and where it is too large the shaders
-//! interpolate themselves, at about twice the cost. (On a CPU's driver they always do, which is faster there:
-//! `glsl/include/texels.glsl`.)
+//! The field is *defined* as the trilinear interpolant, and filters differ from it: lavapipe interpolates 8-bit texels in
+//! 8 bits, and GPUs round positions to 1/256 of a voxel. What a narrow transfer function makes of that can be seen: an H100
+//! takes 4 to 16 % from the light of a tent whose width is a fiftieth of a voxel's step (`transport hard_cases`), and a
+//! picture would depend on whether the volume streams. So shaders interpolate between eight texels everywhere. Only the
+//! variant `published` reads its cells through the filter, as its paper has it.
 
 use std::sync::Arc;
 
@@ -23,18 +23,8 @@ shared! {
     }
 }
 
-/// Largest tolerable error, as a share of the texels' difference: half of 1/256 of a voxel, and a little. It is
-/// measured along one axis at a time: along three, a GPU may err by as much as lavapipe, whose 8 bits of weight and 8
-/// of result make a tent over two values out of 100 a sixth wider than it is.
-const TOLERANCE: f32 = 1.0 / 512.0 + 1e-4;
-
 /// A budget that exceeds what the probe's few resources take.
 const BUDGET: u64 = 16 << 20;
-
-pub fn filter_is_precise(device: &Arc<Device>, shaders: &Shaders, format: Format) -> Result<bool> {
-    let error = filter_error(device, shaders, format)?;
-    Ok(error.is_some_and(|error| error <= TOLERANCE))
-}
 
 /// The largest error of the device's filter, as a share of the texels' difference; `None` if it has no filter for
 /// this format.
@@ -115,30 +105,32 @@ mod tests {
     }
 
     #[test]
-    fn half_of_1_256_of_a_voxel_is_tolerated_and_no_more() {
+    fn the_error_of_a_filter_is_found() {
         let choice = DeviceChoice {
             validation: Validation::On,
             ..DeviceChoice::default()
         };
         let device = Device::open(&choice).expect("a Vulkan device and the validation layers");
         let rounded_to = |n: u32| with_weight(&format!("round(exact * {n}.0) / {n}.0"));
-        let in_8_bits = format!("floor({} * 255.0) / 255.0", rounded_to(256));
         let filters = [
-            (with_weight("exact"), true),
-            (rounded_to(256), true),
-            (rounded_to(128), false),
-            (in_8_bits, false),
-            (with_weight("step(0.5, exact)"), false),
-            (with_weight("exact + 0.01"), false),
+            (with_weight("exact"), 0.0),
+            (rounded_to(256), 1.0 / 512.0),
+            (rounded_to(128), 1.0 / 256.0),
+            (with_weight("step(0.5, exact)"), 0.5),
+            (with_weight("exact + 0.01"), 0.01),
         ];
-        for (filter, is_precise) in &filters {
+        for (filter, error) in &filters {
             let shaders = Shaders::new(shared::glsl());
             let text = SHADER.replace(FILTER, filter);
             assert_ne!(text, SHADER, "the shader has no `{FILTER}`");
             let shaders = shaders.with_file("filter_probe.comp", &text);
             for format in [Format::R8_UNORM, Format::R16_UNORM, Format::R32_SFLOAT] {
-                let found = filter_is_precise(&device, &shaders, format).expect("a probe");
-                assert_eq!(found, *is_precise, "{filter} of {format:?}");
+                let found = filter_error(&device, &shaders, format).expect("a probe");
+                let found = found.expect("a filter");
+                assert!(
+                    (found - error).abs() < 1e-3,
+                    "{found}: {filter} of {format:?}"
+                );
             }
         }
         assert_eq!(device.validation_messages(), [""; 0]);

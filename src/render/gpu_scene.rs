@@ -1,21 +1,18 @@
 //! A scene as the GPU has it: its parts, the variant that renders it, and the features and constants of the shaders
 //! that follow from both.
 
-use std::sync::Arc;
-
 use bytemuck::Zeroable;
 
 use super::brick_layout::BrickLayout;
 use super::cache_layout::CacheLayout;
 use super::features::Features;
-use super::filter_probe::filter_is_precise;
 use super::occupancy::Occupancy;
 use super::parts::{Changes, Derived, Field, Part, Parts, Surfaces};
 use super::rim_cubes;
-use super::shared::{self, SceneConstants};
+use super::shared::SceneConstants;
 use super::variant::Variant;
 use crate::error::Result;
-use crate::gpu::{Device, Format, Shaders};
+use crate::gpu::Format;
 use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{self, Background, Scene};
 
@@ -28,28 +25,10 @@ pub struct GpuScene {
 }
 
 impl GpuScene {
-    /// The scene without a cache: `published` if it asks for that, `non-caching` otherwise. Probes the device's
-    /// filter, if shaders can use it: that decides how they read the volume.
-    pub fn new(
-        device: &Arc<Device>,
-        scene: &Scene,
-        volume: &Volume,
-        seed: u32,
-    ) -> Result<GpuScene> {
-        let shaders = Shaders::new(shared::glsl());
-        let unprobed = GpuScene::unprobed(scene, volume);
-        let format = unprobed.parts.field.format();
-        let precise = !device.loads_texels && filter_is_precise(device, &shaders, format)?;
-        Ok(GpuScene {
-            parts: Parts::new(scene, volume, seed, !precise),
-            ..unprobed
-        })
-    }
-
-    /// The scene for a plan: without a probe of the device's filter, on which no size depends.
-    pub fn unprobed(scene: &Scene, volume: &Volume) -> GpuScene {
+    /// The scene without a cache: `published` if it asks for that, `non-caching` otherwise.
+    pub fn new(scene: &Scene, volume: &Volume, seed: u32) -> GpuScene {
         GpuScene {
-            parts: Parts::new(scene, volume, 0, false),
+            parts: Parts::new(scene, volume, seed),
             variant: match scene.render.variant {
                 scene::Variant::Published => Variant::Published,
                 _ => Variant::NonCaching,
@@ -140,7 +119,6 @@ impl GpuScene {
             clip_count: clips.len() as u32,
             background_is_color: matches!(background, Background::Color(_)),
             background_is_transparent: *background == Background::Transparent,
-            filter_in_shader: self.filters_in_shader(),
             cache_order: self.cache_order(),
             cache_is_f16: self.variant.cache().is_some_and(|layout| layout.is_f16),
             is_in_bricks: self.bricks.is_some(),
@@ -219,11 +197,6 @@ impl GpuScene {
             },
             Variant::NonCaching | Variant::Published => constants,
         }
-    }
-
-    /// Whether shaders interpolate between voxels themselves: the device's filter knows no neighbours of a brick.
-    pub fn filters_in_shader(&self) -> bool {
-        self.parts.field.filter_in_shader || self.bricks.is_some()
     }
 
     /// Texels of the image that holds the volume, or bricks of it.

@@ -116,7 +116,7 @@ pub use caching::Caching;
 pub use choice::{caches, choose};
 pub use copy::{Sink, Source};
 pub use film::{Film, FirstHits};
-pub use filter_probe::{filter_error, filter_is_precise};
+pub use filter_probe::filter_error;
 pub use gpu_scene::GpuScene;
 pub use needed_bricks::needed_bricks;
 pub use occupancy::Occupancy;

@@ -14,8 +14,7 @@ use crate::gpu::Work;
 /// The most that a device does in a second of each kind of work that passes count.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Peak {
-    /// Trilinear samples of a volume that fits the caches, taken in the same way as in a render: through the device's
-    /// filter, or by eight reads.
+    /// Trilinear samples of a volume that fits the caches, taken as in a render, by eight reads.
     pub samples_cached: f64,
     /// Reads of single voxels of the same volume.
     pub reads_cached: f64,
@@ -23,8 +22,6 @@ pub struct Peak {
     pub writes: f64,
     /// Bytes copied from one buffer to another on the device.
     pub copied_bytes: f64,
-    /// Whether the samples were taken by the device's own filter.
-    pub filtered: bool,
 }
 
 impl Peak {

@@ -10,7 +10,6 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::filter_probe::filter_is_precise;
 use super::peak::Peak;
 use crate::error::Result;
 use crate::gpu::types::*;
@@ -98,7 +97,6 @@ pub fn peak_rates(device: &Arc<Device>, shaders: &Shaders) -> Result<PeakRates> 
 
 /// A pass for each kind of work.
 struct Kernels {
-    filtered: bool,
     samples: Pass,
     reads: Pass,
     writes: Pass,
@@ -106,26 +104,19 @@ struct Kernels {
 
 impl Kernels {
     fn new(device: &Arc<Device>, shaders: &Shaders) -> Result<Kernels> {
-        let filtered =
-            !device.loads_texels && filter_is_precise(device, shaders, Format::R8_UNORM)?;
-        let pass = |work: &[&'static str]| {
-            let macros: Vec<_> = work.iter().map(|&name| (name, "1")).collect();
+        let pass = |work| {
             let desc = PassDesc {
                 name: "peak_rate",
                 specialization: &[],
                 push: PeakPush::PUSH,
-                macros: &macros,
+                macros: &[(work, "1")],
             };
             Pass::new(device, shaders, &desc)
         };
         Ok(Kernels {
-            filtered,
-            samples: match filtered {
-                true => pass(&["SAMPLES", "FILTERED"])?,
-                false => pass(&["SAMPLES"])?,
-            },
-            reads: pass(&["READS"])?,
-            writes: pass(&["WRITES"])?,
+            samples: pass("SAMPLES")?,
+            reads: pass("READS")?,
+            writes: pass("WRITES")?,
         })
     }
 }
@@ -159,7 +150,6 @@ impl Bench {
             reads_cached: self.reading(&kernels.reads, small)?,
             writes: self.writing(&kernels.writes)?,
             copied_bytes: self.copying()?,
-            filtered: kernels.filtered,
         })
     }
 
@@ -202,7 +192,7 @@ impl Bench {
     fn reading(&mut self, pass: &Pass, volume: &Image) -> Result<f64> {
         let sums = self.sums()?;
         let bindings = [
-            ("volume", Binding::Filtered(volume)),
+            ("volume", Binding::Image(volume)),
             ("sums", Binding::Buffer(&sums)),
         ];
         self.working(pass, &bindings)
@@ -251,7 +241,7 @@ impl Bench {
     fn clocks(&mut self, kernels: &Kernels, volume: &Image, peak: &Peak) -> Result<[f64; 2]> {
         let sums = self.sums()?;
         let bindings = [
-            ("volume", Binding::Filtered(volume)),
+            ("volume", Binding::Image(volume)),
             ("sums", Binding::Buffer(&sums)),
         ];
         let threads = self.threads;
@@ -271,7 +261,7 @@ impl Bench {
     fn latency(&mut self, pass: &Pass, volume: &Image) -> Result<f64> {
         let sums = self.sums()?;
         let bindings = [
-            ("volume", Binding::Filtered(volume)),
+            ("volume", Binding::Image(volume)),
             ("sums", Binding::Buffer(&sums)),
         ];
         let mut waits = Vec::with_capacity(LATENCY_RUNS);

@@ -129,7 +129,7 @@ pub(super) fn choose_whole(
     scene: &Scene,
 ) -> Result<Choice> {
     let wanted = scene.render.variant;
-    let uncached = GpuScene::unprobed(scene, volume);
+    let uncached = GpuScene::new(scene, volume, 0);
     let plan = |scene: &GpuScene| Plan::new(device, limits, scene);
     let without_cache = || plan(&uncached).map_err(with_remedy);
     let without = |reason: String, next_better: String| {

@@ -32,7 +32,7 @@ pub fn choose(
     scene: &Scene,
     next_better: &str,
 ) -> Result<Option<Choice>> {
-    let uncached = GpuScene::unprobed(scene, volume);
+    let uncached = GpuScene::new(scene, volume, 0);
     let needed = needed_bricks(&uncached, volume);
     let mut best = None;
     for plan in plans(device, limits, budget, volume, scene, uncached) {
@@ -56,7 +56,7 @@ pub fn caches(
     scene: &Scene,
     next_better: &str,
 ) -> Result<Vec<Choice>> {
-    let uncached = GpuScene::unprobed(scene, volume);
+    let uncached = GpuScene::new(scene, volume, 0);
     let needed = needed_bricks(&uncached, volume);
     let mut caches = Vec::new();
     let mut most = 0.0;

@@ -29,8 +29,6 @@ const SLOTS_A_PLACE: u32 = 128;
 const SLOTS_CPU_IN_BRICKS: u32 = 1 << 12;
 
 pub struct Resources {
-    /// Whether the device's filter reads the volume.
-    filtered: bool,
     /// Pixels of the picture. Its images may hold more; the picture is in their upper left corner.
     pub size: [u32; 2],
     /// All voxels, or as many bricks of them as have places.
@@ -91,7 +89,6 @@ impl Resources {
         };
         let slots = slots(&memory.limits, scene);
         Ok(Resources {
-            filtered: !scene.filters_in_shader(),
             size: parts.view.size,
             volume: Image::new(
                 memory,
@@ -162,12 +159,9 @@ impl Resources {
 
     /// The resources of every shader that includes `volume.glsl`.
     pub fn volume_bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
-        let volume = match self.filtered {
-            true => Binding::Filtered(&self.volume),
-            false => Binding::Image(&self.volume),
-        };
+        let volume = ("volume", Binding::Image(&self.volume));
         let bricks = self.bricks.iter().flat_map(VolumeBricks::bindings);
-        [("volume", volume)].into_iter().chain(bricks).collect()
+        [volume].into_iter().chain(bricks).collect()
     }
 
     /// The resources that tracking and marching through the medium read.

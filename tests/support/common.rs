@@ -49,7 +49,7 @@ pub fn render_with_shaders(
 ) -> Film {
     let device = device();
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let scene = GpuScene::new(&device, scene, volume, seed).expect("a scene");
+    let scene = GpuScene::new(scene, volume, seed);
     let mut renderer = Renderer::with_shaders(&memory, shaders, volume, scene).expect("a renderer");
     for _ in 0..units {
         let stop = AtomicBool::new(false);
@@ -74,7 +74,7 @@ pub fn shaders_with(path: &str, text: &str, right: &str, wrong: &str) -> Shaders
 pub fn first_hits(scene: &Scene, volume: &Volume) -> FirstHits {
     let device = device();
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let scene = GpuScene::new(&device, scene, volume, 0).expect("a scene");
+    let scene = GpuScene::new(scene, volume, 0);
     let mut renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
     let hits = renderer.first_hits().expect("first hits");
     assert_silent(&device);
@@ -163,7 +163,7 @@ pub fn empty_cache(
     seed: u32,
 ) -> Cached {
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let scene = GpuScene::new(&device, scene, volume, seed).expect("a scene");
+    let scene = GpuScene::new(scene, volume, seed);
     let occupancy = scene.occupancy(volume);
     let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, 4096);
     let scene = scene.with_cache(layout.expect("a layout"));

@@ -62,7 +62,7 @@ impl Strips {
         let device = device();
         let memory = Memory::new(&device, BUDGET).expect("memory");
         let width = scene.render.size[0] as usize;
-        let scene = GpuScene::new(&device, scene, volume, seed_of(scene)).expect("a scene");
+        let scene = GpuScene::new(scene, volume, seed_of(scene));
         let renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
         assert_eq!(width % strips, 0, "strips of equal width");
         Strips {

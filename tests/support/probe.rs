@@ -35,7 +35,7 @@ impl Probe {
     pub fn new(scene: &Scene, volume: &Volume) -> Probe {
         let device = device();
         let memory = Memory::new(&device, BUDGET).expect("memory");
-        let scene = GpuScene::new(&device, scene, volume, 1).expect("a scene");
+        let scene = GpuScene::new(scene, volume, 1);
         let (features, constants) = (scene.features(), scene.constants());
         // No path is traced here, and the large shader that would do it takes seconds to compile.
         let shaders = Shaders::new(shared::glsl()).with_file("delta_tracking.comp", NOTHING);

@@ -85,7 +85,7 @@ fn pictures(scene: &Scene, cache_scale: Option<f64>, places: Option<u64>) -> Pic
     let (device, volume) = (device(), waves());
     let memory = Memory::new(&device, BUDGET).expect("memory");
     let layout = places.map(|n| BrickLayout::with_side(SIDE, volume.dims, n, &device.summary));
-    let gpu_scene = GpuScene::new(&device, scene, &volume, 1).expect("a scene");
+    let gpu_scene = GpuScene::new(scene, &volume, 1);
     let mut gpu_scene = gpu_scene.with_bricks(layout);
     if let Some(scale) = cache_scale {
         let occupancy = gpu_scene.occupancy(&volume);
@@ -166,7 +166,7 @@ fn sixteen_units(
     let (device, volume) = (device(), waves());
     let memory = Memory::new(&device, BUDGET).expect("memory");
     let layout = places.map(|n| BrickLayout::with_side(8, volume.dims, n, &device.summary));
-    let scene = GpuScene::new(&device, scene, &volume, 1).expect("a scene");
+    let scene = GpuScene::new(scene, &volume, 1);
     let scene = scene.with_bricks(layout);
     let mut renderer =
         Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
@@ -211,7 +211,7 @@ fn interrupted_units_leave_the_picture_as_it_was() {
     let (device, volume) = (device(), waves());
     let memory = Memory::new(&device, BUDGET).expect("memory");
     let layout = BrickLayout::with_side(8, volume.dims, 40, &device.summary);
-    let scene = GpuScene::new(&device, &scene(0.0, None), &volume, 1).expect("a scene");
+    let scene = GpuScene::new(&scene(0.0, None), &volume, 1);
     let scene = scene.with_bricks(Some(layout));
     let mut renderer =
         Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
@@ -251,7 +251,7 @@ fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
     let stop = AtomicBool::new(false);
     let renderer = |layout| {
         let memory = Memory::new(&device, BUDGET).expect("memory");
-        let scene = GpuScene::new(&device, &scene(0.0, None), &volume, 1).expect("a scene");
+        let scene = GpuScene::new(&scene(0.0, None), &volume, 1);
         let scene = scene.with_bricks(layout);
         Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer")
     };
@@ -285,7 +285,7 @@ fn too_few_bricks_for_a_ray_are_an_error() {
     let memory = Memory::new(&device, BUDGET).expect("memory");
     let layout = BrickLayout::with_side(SIDE, volume.dims, 1, &device.summary);
     let scene = scene(0.0, Some(LightModel::Full));
-    let scene = GpuScene::new(&device, &scene, &volume, 1).expect("a scene");
+    let scene = GpuScene::new(&scene, &volume, 1);
     let scene = scene.with_bricks(Some(layout));
     let mut renderer = Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("begun");
     let stop = AtomicBool::new(false);

@@ -44,7 +44,7 @@ fn publish_after(
     scene.render.variant = Variant::Published;
     let device = device();
     let memory = Memory::new(&device, BUDGET).expect("memory");
-    let scene = GpuScene::new(&device, &scene, volume, 3).expect("a scene");
+    let scene = GpuScene::new(&scene, volume, 3);
     let mut renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
     prepare(&mut renderer);
     while renderer.totals().samples < updates {
@@ -142,7 +142,7 @@ fn its_depths_find_a_sphere() {
 fn it_takes_56_bytes_a_voxel() {
     let device = device();
     let plan = |scene: &Scene| {
-        let scene = GpuScene::unprobed(scene, &block());
+        let scene = GpuScene::new(scene, &block(), 0);
         Plan::new(&device, &device.summary, &scene).expect("a plan")
     };
     let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));

@@ -51,8 +51,6 @@ pub struct Field {
     pub half_extent: [f32; 3],
     /// The type of a voxel on the GPU.
     pub stored: StoredType,
-    /// Whether shaders interpolate between voxels themselves, because the device's filter is too coarse.
-    pub filter_in_shader: bool,
 }
 
 /// The variant and the cache that the user asks for.
@@ -72,8 +70,8 @@ pub struct Display {
 }
 
 impl Parts {
-    pub fn new(scene: &Scene, volume: &Volume, seed: u32, filter_in_shader: bool) -> Parts {
-        let field = Field::new(volume, filter_in_shader);
+    pub fn new(scene: &Scene, volume: &Volume, seed: u32) -> Parts {
+        let field = Field::new(volume);
         let lights = Lights::new(&scene.lights, None);
         Parts::with(scene, volume, field, lights, seed)
     }
@@ -118,13 +116,12 @@ impl Parts {
 }
 
 impl Field {
-    fn new(volume: &Volume, filter_in_shader: bool) -> Field {
+    fn new(volume: &Volume) -> Field {
         Field {
             dims: volume.dims,
             spacing: volume.spacing.map(|s| s as f32),
             half_extent: volume.extent().map(|e| (0.5 * e) as f32),
             stored: volume.stored,
-            filter_in_shader,
         }
     }
 

@@ -41,7 +41,7 @@ fn lasts(light: LightModel, change: impl Fn(&mut Scene)) -> bool {
     let mut after = before.clone();
     change(&mut after);
     let cached = |scene: &Scene| {
-        let scene = GpuScene::unprobed(scene, &volume);
+        let scene = GpuScene::new(scene, &volume, 0);
         let occupancy = scene.occupancy(&volume);
         let layout = CacheLayout::new([8; 3], &occupancy, 0.5, CacheFormat::F16, 4096);
         scene.with_cache(layout.expect("a layout"))

@@ -36,7 +36,7 @@ fn first_hits(projection: Projection, normals: Normals) -> FirstHits {
     scene.surfaces.normals = normals;
     let device = common::device();
     let memory = Memory::new(&device, common::BUDGET).expect("memory");
-    let scene = GpuScene::new(&device, &scene, &volume, 1).expect("a scene");
+    let scene = GpuScene::new(&scene, &volume, 1);
     let mut renderer = Renderer::new(&memory, &volume, scene).expect("a renderer");
     let hits = renderer.first_hits().expect("first hits");
     common::assert_silent(&Arc::clone(&device));

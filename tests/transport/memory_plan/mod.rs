@@ -54,7 +54,7 @@ fn plan(
     scene: &Scene,
     rung: Rung,
 ) -> Result<Plan> {
-    let scene = GpuScene::unprobed(scene, volume);
+    let scene = GpuScene::new(scene, volume, 0);
     let scene = match rung {
         None => scene,
         Some((scale, format)) => {

@@ -11,7 +11,6 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::memory_plan::{F32, Kind, empty, scene, volume};
-use crate::support::common::device;
 
 /// More than any volume here is long.
 const MOST_TEXELS: u32 = 2048;
@@ -170,7 +169,7 @@ fn the_cache_has_memory_where_it_is_read() {
         let volume = random_volume(&mut random);
         let scene = random_scene(&mut random, &volume);
         let scale = [1.0, 0.5, 0.25, 0.125][trial % 4];
-        let occupancy = GpuScene::unprobed(&scene, &volume).occupancy(&volume);
+        let occupancy = GpuScene::new(&scene, &volume, 0).occupancy(&volume);
         let layout = CacheLayout::new(volume.dims, &occupancy, scale, F32, MOST_TEXELS);
         let layout = layout.expect("a layout");
         bricks += layout.bricks.iter().product::<u32>();
@@ -211,7 +210,7 @@ fn the_cache_has_memory_where_it_is_read() {
 #[test]
 fn an_empty_volume_has_no_nodes_and_a_speck_has_few() {
     let layout = |volume: &Volume, scale| {
-        let occupancy = GpuScene::unprobed(&scene(), volume).occupancy(volume);
+        let occupancy = GpuScene::new(&scene(), volume, 0).occupancy(volume);
         CacheLayout::new(volume.dims, &occupancy, scale, F32, MOST_TEXELS).expect("a layout")
     };
     let speck = volume([64; 3], Kind::U8, |at| at == [35; 3]);
@@ -232,7 +231,7 @@ fn an_empty_volume_has_no_nodes_and_a_speck_has_few() {
 #[test]
 fn a_lattice_that_is_too_long_to_number_is_refused() {
     let long = volume([5000, 2, 2], Kind::U8, |_| true);
-    let occupancy = GpuScene::unprobed(&scene(), &long).occupancy(&long);
+    let occupancy = GpuScene::new(&scene(), &long, 0).occupancy(&long);
     let layout = |scale| CacheLayout::new(long.dims, &occupancy, scale, F32, 16384);
     let refused = layout(1.0).expect_err("5000 nodes");
     assert!(
@@ -288,7 +287,7 @@ fn a_background_at_which_a_ramp_begins_needs_no_memory() {
         color: [0.9; 3],
     });
     scene.medium = Some(Medium::isotropic(0.7, ramp.to_vec()));
-    let scene = GpuScene::new(&device(), &scene, &volume, 1).expect("a scene");
+    let scene = GpuScene::new(&scene, &volume, 1);
     let occupied = scene.occupancy(&volume).occupied;
     let count = occupied.iter().filter(|&&is_occupied| is_occupied).count();
     assert_eq!((occupied.len(), count), (9 * 9 * 9, 3 * 3 * 3));

@@ -21,7 +21,7 @@ fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung
     }
     let what = format!("{surfaces:?}, g = {g}, {}", name(rung));
     let plan = plan(device, &device.summary, &volume, &scene, rung).expect("a plan");
-    let scene = GpuScene::new(device, &scene, &volume, 1).expect("a scene");
+    let scene = GpuScene::new(&scene, &volume, 1);
     let scene = scene.with_variant(plan.variant.clone());
 
     let memory = Memory::new(device, plan.bytes()).expect("memory");

@@ -2,6 +2,5 @@
 
 mod cut_cells;
 mod dead_branches;
-mod filter_probe;
 mod marched;
 mod tone_map;
