@@ -6,7 +6,7 @@ use std::time::Instant;
 /// The work that a run of a pass has done, as counts; all are zero if nothing was counted.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Linearly filtered samples of a volume, by the device's filter or from eight texels.
+    /// Trilinear samples of a volume, from eight texels each.
     pub samples: u64,
     /// Reads of single texels.
     pub reads: u64,
@@ -29,6 +29,16 @@ impl Work {
             copied_bytes: self.copied_bytes + other.copied_bytes,
         }
     }
+
+    fn times(self, share: f64) -> Work {
+        let part = |count: u64| (count as f64 * share).round() as u64;
+        Work {
+            samples: part(self.samples),
+            reads: part(self.reads),
+            writes: part(self.writes),
+            copied_bytes: part(self.copied_bytes),
+        }
+    }
 }
 
 /// One run of a pass.
@@ -49,6 +59,9 @@ pub struct PassTotal {
     pub runs: u64,
     pub duration_us: f64,
     pub work: Work,
+    /// The time of those runs whose work has not been stated yet, and how many of them are kept.
+    unstated_us: f64,
+    unstated_kept: usize,
 }
 
 /// The most spans that are kept: a few megabytes.
@@ -84,6 +97,8 @@ impl Timings {
                 runs: 0,
                 duration_us: 0.0,
                 work: Work::default(),
+                unstated_us: 0.0,
+                unstated_kept: 0,
             });
             self.passes.len() - 1
         });
@@ -92,6 +107,10 @@ impl Timings {
         total.runs += 1;
         total.duration_us += span.duration_us;
         total.work = total.work.plus(span.work);
+        if !span.work.is_known() {
+            total.unstated_us += span.duration_us;
+            total.unstated_kept += usize::from(is_kept);
+        }
         if is_kept {
             self.spans.push(span);
         }
@@ -103,31 +122,43 @@ impl Timings {
     /// Drops every second of the kept runs of each pass.
     fn thin(&mut self) {
         self.stride *= 2;
-        let mut seen = vec![0u32; self.passes.len()];
-        let passes = &self.passes;
-        self.spans.retain(|span| {
-            let index = passes.iter().position(|total| total.pass == span.pass);
-            let seen = &mut seen[index.unwrap_or_default()];
-            *seen += 1;
-            *seen % 2 == 1
-        });
+        let Timings { spans, passes, .. } = self;
+        for total in passes {
+            let kept = spans.iter().filter(|span| span.pass == total.pass).count();
+            let stated = kept - total.unstated_kept;
+            let mut seen = 0;
+            spans.retain(|span| {
+                seen += usize::from(span.pass == total.pass);
+                span.pass != total.pass || seen % 2 == 1
+            });
+            total.unstated_kept = kept.div_ceil(2) - stated.div_ceil(2);
+        }
     }
 
     fn index_of(&self, pass: &str) -> Option<usize> {
         self.passes.iter().position(|total| total.pass == pass)
     }
 
-    /// Sets the work of the last run of `pass`, where only the device could count it.
+    /// States the work of all runs of `pass` since this was last done, where only the device could count it. Each run gets
+    /// a share in proportion to its time.
     pub fn state_work(&mut self, pass: &str, work: Work) {
         let Some(index) = self.index_of(pass) else {
             return;
         };
         let total = &mut self.passes[index];
         total.work = total.work.plus(work);
-        if (total.runs - 1).is_multiple_of(self.stride)
-            && let Some(span) = self.spans.iter_mut().rev().find(|span| span.pass == pass)
-        {
-            span.work = span.work.plus(work);
+        let unstated_us = std::mem::take(&mut total.unstated_us);
+        let unstated = std::mem::take(&mut total.unstated_kept);
+        let of_pass = self.spans.iter_mut().rev().filter(|span| span.pass == pass);
+        for span in of_pass.take(unstated) {
+            let share = span.duration_us / unstated_us;
+            // Clocks are coarse: all may have taken no time.
+            let share = if share.is_finite() {
+                share
+            } else {
+                1.0 / unstated as f64
+            };
+            span.work = work.times(share);
         }
     }
 
@@ -208,5 +239,26 @@ mod tests {
         );
         assert_eq!(timings.take().len(), 2 * ms.len() + 1);
         assert!(timings.spans().is_empty() && timings.passes().is_empty());
+    }
+
+    #[test]
+    fn runs_share_work_that_is_stated_of_all_of_them_by_their_times() {
+        let mut timings = Timings::default();
+        let read = |reads| Work {
+            reads,
+            ..Work::default()
+        };
+        timings.record(span("march", 1.0));
+        timings.state_work("march", read(7));
+        timings.record(span("march", 10.0));
+        timings.record(span("other", 5.0));
+        timings.record(span("march", 30.0));
+        timings.state_work("march", read(80));
+        let reads: Vec<_> = timings.spans().iter().map(|span| span.work.reads).collect();
+        assert_eq!(reads, [7, 20, 0, 60]);
+        assert_eq!(
+            timings.total("march").map(|total| total.work),
+            Some(read(87))
+        );
     }
 }

@@ -35,7 +35,7 @@ impl MarchedSamples {
         frame.zero(&self.count)
     }
 
-    /// States the count as work of the last run of `pass`, in which runs before it may share, and begins a new one.
+    /// States the count as work of the runs of `pass` since the last count, and begins a new one.
     pub fn collect(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) -> Result<()> {
         frame.run(|f| {
             f.copy(&self.count, staging)?;
