@@ -102,19 +102,23 @@ bool knows_suns(Path path) {
 
 bool begin_node(inout Path path) {
     uint index = atomicAdd(counters.count.next, 1u);
-    uint turn = index / NODES_PER_HALF;
+    bool is_half = push.nodes_half != BOTH_HALVES;
+    uint nodes = is_half ? NODES_PER_HALF : 2u * NODES_PER_HALF;
+    uint turn = index / nodes;
     if (turn >= push.bricks) {
         return false;
     }
     node_work.brick = is_in_bricks ? bricks.at[turn].turn : turn;
     Brick brick = bricks.at[node_work.brick];
-    int inner = 2 * int(index % NODES_PER_HALF);
+    int inner = int(is_half ? 2u * (index % nodes) : index % nodes);
     ivec3 offset = ivec3(inner % BRICK, inner / BRICK % BRICK, inner / (BRICK * BRICK));
-    offset.x += offset.y + offset.z + int(push.nodes_half) & 1;
+    if (is_half) {
+        offset.x += offset.y + offset.z + int(push.nodes_half) & 1;
+    }
     ivec3 node = BRICK * unpacked(brick.position) + offset;
-    uvec3 nodes = scene.cache_nodes;
-    path.pixel = (node.z * nodes.y + node.y) * nodes.x + node.x;
-    bool has_paths = all(lessThan(node, ivec3(nodes)))
+    uvec3 lattice = scene.cache_nodes;
+    path.pixel = (node.z * lattice.y + node.y) * lattice.x + node.x;
+    bool has_paths = all(lessThan(node, ivec3(lattice)))
                   && (is_coarse_node(node) || !is_coarse(brick, node_work.brick));
     path.samples_left = has_paths ? brick.samples : 0u;
     path.sample_index = CELL_SAMPLES + brick.first_sample - 1u;

@@ -5,8 +5,8 @@
 // The light of a gathered path has the errors of the cache between nodes. So nodes gather only at first, and trace
 // their paths to the end from then on: gathered light weighs less and less.
 //
-// A batch fills one half of the nodes after the other, like the two colours of a chessboard, and a half reads only
-// the other: no value depends on which node was faster.
+// A batch in which nodes gather fills one half of the nodes after the other, like the two colours of a chessboard, and a
+// half reads only the other: no value depends on which node was faster.
 
 // Weight of a gathered path relative to a traced one.
 const float WORTH = 1.0 / float(GATHERED_FOR_ONE);

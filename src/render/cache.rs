@@ -225,7 +225,7 @@ impl Cache {
         }
     }
 
-    /// States the work of the picture's samples so far.
+    /// States the work of marches at rest since this was last done.
     pub fn collect(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
         match &self.at_rest {
             AtRest::March(march) => march.collect(frame, r, &self.memory),
@@ -324,7 +324,7 @@ impl Cache {
             brick.samples = samples;
             brick.first_sample = first_sample;
         }
-        self.tracking.restart(frame, r)
+        self.tracking.restart(frame, r, &self.memory)
     }
 
     /// Finds out which nodes are in sight, unless that is known.

@@ -106,7 +106,7 @@ impl CameraMarch {
         self.is_traced = self.left_share == 0.0;
     }
 
-    /// States the samples of all marches so far as work of the last one.
+    /// States the samples that its marches have taken since this was last done.
     pub fn collect(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         cache
             .marched_at_rest

@@ -5,7 +5,7 @@ use super::cache_memory::CacheMemory;
 use super::pass_compiler::PassCompiler;
 use super::path_queue::{PathQueue, Progress};
 use super::resources::Resources;
-use super::shared::{Brick, GATHERED};
+use super::shared::{BOTH_HALVES, Brick, GATHERED};
 use super::spread_light::SpreadLight;
 use crate::error::Result;
 use crate::gpu::types::*;
@@ -19,7 +19,7 @@ shared! {
         pub slots: uint,
         /// Bricks that have memory.
         pub bricks: uint,
-        /// Parity of the nodes that are filled: the sum of a node's indices is even (0) or odd (1).
+        /// Parity of the nodes that are filled: the sum of a node's indices is even (0) or odd (1); or `BOTH_HALVES`.
         pub nodes_half: uint,
     }
 }
@@ -28,7 +28,7 @@ pub struct CellTracking {
     pass: Pass,
     spread_light: SpreadLight,
     pub queue: PathQueue,
-    /// The half of the nodes that is under way (`gathering.glsl`).
+    /// The half of the nodes that is under way (`gathering.glsl`), or both: where no node gathers, none waits for another.
     half: u32,
 }
 
@@ -43,8 +43,11 @@ impl CellTracking {
     }
 
     /// Forgets all paths and starts the queue of nodes anew.
-    pub fn restart(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.half = 0;
+    pub fn restart(&mut self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        self.half = match cache.bricks().iter().any(is_young) {
+            true => 0,
+            false => BOTH_HALVES,
+        };
         self.queue.restart(frame, r, Items::NONE)
     }
 
@@ -86,9 +89,7 @@ impl CellTracking {
         })?;
         if !progress.under_way && *half == 0 {
             *half = 1;
-            if cache.bricks().iter().any(is_young) {
-                spread_light.run(frame, r, cache)?;
-            }
+            spread_light.run(frame, r, cache)?;
             queue.restart(frame, r, Items::NONE)?;
             progress.under_way = true;
         }
@@ -96,7 +97,8 @@ impl CellTracking {
     }
 }
 
-/// Whether a brick may get paths on the coarse lattice alone (`coarse.glsl`).
+/// Whether a brick's nodes may gather in this batch (`gathering.glsl`), and get paths on the coarse lattice alone
+/// (`coarse.glsl`).
 fn is_young(brick: &Brick) -> bool {
     brick.samples > 0 && brick.first_sample + brick.samples <= GATHERED
 }

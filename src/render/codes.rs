@@ -30,6 +30,8 @@ codes! {
     /// The number of a node's first paths that end where they can gather cached light (gathering.glsl). In most
     /// bricks they are paths of the coarse lattice (coarse.glsl).
     pub const GATHERED: u32 = 32;
+    /// In the place of a half of the cache's nodes, whose indices have an even (0) or odd (1) sum: all nodes at once.
+    pub const BOTH_HALVES: u32 = 2;
     /// Gathered paths that count as much as one traced path. They share the errors of what they read with all their
     /// neighbours; the sooner these are forgotten, the better. (`transport caching::gathering` prints the noise that
     /// would be left if one counted for one.)
