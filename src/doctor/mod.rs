@@ -17,6 +17,8 @@ use crate::error::Result;
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Format, Shaders, Validation};
 use crate::render::{PeakRates, filter_error, peak_rates, shared};
 use closed_forms::ClosedForm;
+#[doc(hidden)]
+pub use closed_forms::{LIT_SURFACE, lit_surface_scene};
 
 /// For each device.
 const TIME: Duration = Duration::from_secs(20);

@@ -1,5 +1,7 @@
 //! `isolume doctor` on the device at hand: the table, the filter, the closed forms and the rates.
 
+use std::path::Path;
+
 use serde_json::Value;
 
 use crate::{Folder, text};
@@ -22,6 +24,65 @@ fn a_device_that_renders_is_found_well() {
         assert!(rate("samples") > 1e5 && rate("copied_bytes") > 1e6);
         assert!(rate("samples_cached") > 0.5 * rate("samples"));
     }
+}
+
+/// What an H100 once did: positions between voxels are rounded, and some rays miss surfaces.
+#[test]
+fn a_device_that_rounds_positions_and_misses_surfaces_is_found() {
+    let folder = Folder::empty();
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    let wrong = folder.path("glsl");
+    for part in ["", "include"] {
+        std::fs::create_dir_all(wrong.join(part)).expect("a folder");
+        for file in std::fs::read_dir(own.join(part)).expect("shaders") {
+            let file = file.expect("a shader");
+            if file.file_type().expect("a type").is_file() {
+                let copy = wrong.join(part).join(file.file_name());
+                std::fs::copy(file.path(), copy).expect("a copy");
+            }
+        }
+    }
+    let replace = |file: &str, right: &str, text: &str| {
+        let file = wrong.join(file);
+        let before = std::fs::read_to_string(&file).expect("a shader");
+        assert!(
+            before.contains(right),
+            "{} has no `{right}`",
+            file.display()
+        );
+        std::fs::write(&file, before.replace(right, text)).expect("a shader");
+    };
+    replace(
+        "include/volume.glsl",
+        "    vec3 p = g - cell;\n    Corners corners",
+        "    vec3 p = round(256.0 * (g - cell)) / 256.0;\n    Corners corners",
+    );
+    replace(
+        "include/surface.glsl",
+        "return found && !is_void;",
+        "return found && !is_void && fract(1e4 * ray.direction.x) > 0.05;",
+    );
+    let output = folder
+        .isolume("doctor --json")
+        .env("ISOLUME_GLSL", &wrong)
+        .output()
+        .expect("the program starts");
+    assert_eq!(output.status.code(), Some(5), "{output:?}");
+    let devices: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let forms = devices[0]["closed_forms"].as_array().expect("a list");
+    for form in forms {
+        let is_wrong = [
+            "thin shell between two voxels",
+            "surface in a medium under a sun",
+        ]
+        .contains(&form["name"].as_str().expect("a name"));
+        // A ray that misses the surface in a white furnace sees the furnace.
+        let is_right = form["name"] != "depth of an isosurface, voxels";
+        if is_wrong || is_right {
+            assert_eq!(form["holds"], !is_wrong, "{form:#}");
+        }
+    }
+    assert!(forms.iter().any(|form| form["holds"] == false));
 }
 
 #[test]

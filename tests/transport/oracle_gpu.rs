@@ -6,7 +6,9 @@
 
 use std::time::Instant;
 
+use crate::support::oracle;
 use crate::support::small_scenes::*;
+use isolume::doctor::LIT_SURFACE;
 use isolume::gpu::Shaders;
 use isolume::render::shared;
 use isolume::scene::*;
@@ -197,6 +199,17 @@ fn much_scattering() {
         gpu_samples: 4608,
         limits: within(0.003),
     });
+}
+
+/// `doctor` holds devices to it.
+#[test]
+fn the_doctor_knows_how_bright_a_lit_surface_is() {
+    let (volume, mut scene) = isolume::doctor::lit_surface_scene().expect("a scene");
+    scene.render.size = [16, 16];
+    let ([red, ..], [stderr, ..]) = oracle::render(&scene, &volume, 4000, 7).average();
+    println!("{red:.6} ± {stderr:.6}, to the doctor {LIT_SURFACE}");
+    assert!(stderr < 1e-3 * red);
+    assert!((red - LIT_SURFACE).abs() < 4.0 * stderr);
 }
 
 /// Where one voxel stands for eight.
