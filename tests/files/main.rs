@@ -8,7 +8,7 @@ mod dicom_scan;
 mod tiff_files;
 #[path = "../support/volume_files.rs"]
 mod volume_files;
-#[path = "../support/zarr_files.rs"]
+#[path = "../support/zarr_files/mod.rs"]
 mod zarr_files;
 
 mod command_line;

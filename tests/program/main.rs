@@ -17,7 +17,7 @@ mod tiff_files;
 #[path = "../support/volume_files.rs"]
 mod volume_files;
 #[cfg(target_os = "linux")]
-#[path = "../support/zarr_files.rs"]
+#[path = "../support/zarr_files/mod.rs"]
 mod zarr_files;
 
 mod allocations;

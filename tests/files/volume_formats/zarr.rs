@@ -9,7 +9,8 @@ use serde_json::json;
 
 use crate::volume_files::Array;
 use crate::volume_formats::{DIMS, folder, plain, refusal, round_trip, values};
-use crate::zarr_files::{Blosc, Codec, Inner, Zarr};
+use crate::zarr_files::blosc::{Blosc, Inner};
+use crate::zarr_files::{Codec, Zarr};
 
 const SHAPE: [usize; 3] = [DIMS[2] as usize, DIMS[1] as usize, DIMS[0] as usize];
 

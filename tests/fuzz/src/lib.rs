@@ -20,7 +20,7 @@ pub mod dicom_scan;
 pub mod tiff_files;
 #[path = "../../support/volume_files.rs"]
 pub mod volume_files;
-#[path = "../../support/zarr_files.rs"]
+#[path = "../../support/zarr_files/mod.rs"]
 pub mod zarr_files;
 
 /// Defines the program of a target: its seeds, and what is done with each input.

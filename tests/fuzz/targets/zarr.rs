@@ -4,7 +4,8 @@
 
 use isolume::scene::volume::{Endian, VoxelType};
 use isolume_fuzz::volume_files::Array;
-use isolume_fuzz::zarr_files::{Blosc, Codec, Inner, Zarr};
+use isolume_fuzz::zarr_files::blosc::{Blosc, Inner};
+use isolume_fuzz::zarr_files::{Codec, Zarr};
 use isolume_fuzz::{archive, folder, target, volume};
 
 fn seeds() -> Vec<Vec<u8>> {

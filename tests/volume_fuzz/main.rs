@@ -1,16 +1,19 @@
 //! Whatever a file holds, loading it ends soon, without a panic, and without allocating more than
 //! the file's length allows.
 
-#[path = "support/dicom_files.rs"]
+#[path = "../support/dicom_files.rs"]
 mod dicom_files;
-#[path = "support/dicom_scan.rs"]
+#[path = "../support/dicom_scan.rs"]
 mod dicom_scan;
-#[path = "support/tiff_files.rs"]
+#[path = "../support/tiff_files.rs"]
 mod tiff_files;
-#[path = "support/volume_files.rs"]
+#[path = "../support/volume_files.rs"]
 mod volume_files;
-#[path = "support/zarr_files.rs"]
+#[path = "../support/zarr_files/mod.rs"]
 mod zarr_files;
+
+mod mutation;
+mod seeds;
 
 use std::alloc::System;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,15 +21,16 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use dicom_files::{Pixels, Syntax};
-use dicom_scan::{COLUMNS, Scan};
 use fastrand::Rng;
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
+use mutation::mutate;
+use seeds::seeds;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tempfile::TempDir;
 use tiff_files::Tiff;
 use volume_files::{Array, gzip, write};
-use zarr_files::{Blosc, Codec, Inner, Zarr};
+use zarr_files::blosc::{Blosc, Inner};
+use zarr_files::{Codec, Zarr};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
@@ -42,208 +46,11 @@ fn allowance(file: usize) -> usize {
     (1 << 20) + 16 * file
 }
 
-/// Numbers that sizes and offsets trip over.
-const NUMBERS: [&str; 14] = [
-    "0",
-    "-1",
-    "1",
-    "65536",
-    "2147483648",
-    "4294967295",
-    "4294967296",
-    "9223372036854775807",
-    "18446744073709551615",
-    "1e308",
-    "-1e308",
-    "1e-320",
-    "nan",
-    "inf",
-];
-
-const BITS: [u32; 8] = [
-    0,
-    1,
-    0x7fff_ffff,
-    0x8000_0000,
-    0xffff_ffff,
-    0x7f80_0000,
-    0x7fc0_0000,
-    0x0000_7fff,
-];
-
 /// In memory where the system has such a place: most of the time goes into writing files.
 fn folder() -> TempDir {
     tempfile::tempdir_in("/dev/shm")
         .or_else(|_| tempfile::tempdir())
         .unwrap()
-}
-
-struct Seed {
-    name: &'static str,
-    bytes: Vec<u8>,
-    /// Mutated first, compressed afterwards.
-    packed_later: bool,
-}
-
-fn seeds() -> Vec<Seed> {
-    let small = Array::new([4, 3, 2], VoxelType::I16, Endian::Big);
-    let floats = Array::new([3, 2, 2], VoxelType::F32, Endian::Little);
-    // Incompressible, so that changed sizes can promise a megabyte within the limits of deflate.
-    let mut noise = Array::new([16, 16, 16], VoxelType::U8, Endian::Little);
-    let mut rng = Rng::with_seed(1);
-    noise
-        .values
-        .iter_mut()
-        .for_each(|value| *value = f64::from(rng.u8(..)));
-
-    // Longer than the decoder's buffer, so that voxels are stored before the file is found too short.
-    let mut large = Array::new([96, 64, 50], VoxelType::U8, Endian::Little);
-    large
-        .values
-        .iter_mut()
-        .for_each(|value| *value = f64::from(rng.u8(..)));
-
-    let oriented = "space: LPS\nspace directions: (1,0,0) (0,2,0) (0,0,-3)\nkey:=value\n";
-    let matrix = "TransformMatrix = 1 0 0 0 1 0 0 0 1\nElementSpacing = 1 2 3\n";
-    let packed = format!("CompressedData = True\n{matrix}");
-    let mut nifti = floats.nifti();
-    nifti.int16(252, 1);
-    nifti.int16(254, 1);
-    nifti.floats(280, &[1., 0., 0., 0., 0., 2., 0., 0., 0., 0., 3., 0.]);
-    let seed = |name, bytes| Seed {
-        name,
-        bytes,
-        packed_later: false,
-    };
-    let scan = Scan::ct();
-    let packed_ls = [include_bytes!("support/dicom/slice0.jls").to_vec()];
-    let jpeg_ls = dicom_files::file(
-        &scan.header(0),
-        Syntax::JpegLs,
-        Pixels::Packed(&packed_ls),
-        COLUMNS,
-    );
-    let codestream = [include_bytes!("support/dicom/slice0.j2k").to_vec()];
-    let jpeg_2000 = dicom_files::file(
-        &scan.header(0),
-        Syntax::Jpeg2000,
-        Pixels::Packed(&codestream),
-        COLUMNS,
-    );
-    vec![
-        seed("v.nrrd", small.nrrd("raw", oriented)),
-        seed(
-            "v.nrrd",
-            floats.nrrd("gzip", "byte skip: 0\nspacings: 1 1 1\n"),
-        ),
-        seed("v.nrrd", noise.nrrd("gzip", "spacings: 1 1 1\n")),
-        seed(
-            "v.nhdr",
-            small
-                .nrrd_header("raw", "line skip: 1\nbyte skip: 3\ndata file: data.bin\n")
-                .into(),
-        ),
-        seed("v.mha", small.mha(matrix)),
-        seed("v.mha", noise.mha(&packed)),
-        seed(
-            "v.mhd",
-            small.meta_header("HeaderSize = 5\n", "data.bin").into(),
-        ),
-        seed("v.nii", nifti.bytes.clone()),
-        seed("v.nii.gz", gzip(&noise.nifti().bytes)),
-        Seed {
-            name: "v.nii.gz",
-            bytes: nifti.bytes,
-            packed_later: true,
-        },
-        seed("v.nrrd", large.nrrd("raw", "spacings: 1 1 1\n")),
-        seed("v.nrrd", large.nrrd("gzip", "spacings: 1 1 1\n")),
-        seed("v.npy", small.npy(1, false)),
-        seed("v.npy", floats.npy(2, true)),
-        seed("v_4x3x2_int16.raw", small.bytes()),
-        seed("v.dcm", scan.slice_file(0, Syntax::Explicit)),
-        seed("v.dcm", scan.enhanced(Syntax::Explicit)),
-        seed("v.dcm", scan.enhanced(Syntax::Implicit)),
-        seed("v.dcm", scan.enhanced(Syntax::BigEndian)),
-        seed("v.dcm", scan.slice_file(0, Syntax::Deflated)),
-        seed("v.dcm", scan.enhanced(Syntax::RunLength)),
-        seed("v.dcm", scan.enhanced(Syntax::JpegLossless)),
-        seed("v.dcm", jpeg_2000),
-        seed("v.dcm", jpeg_ls),
-    ]
-}
-
-/// A place in the file, more often in its header than elsewhere.
-fn place(bytes: &[u8], rng: &mut Rng) -> usize {
-    let end = if rng.bool() {
-        bytes.len().min(360)
-    } else {
-        bytes.len()
-    };
-    rng.usize(..=end.saturating_sub(1))
-}
-
-/// The line, or what there is of it, around a place.
-fn line(bytes: &[u8], at: usize) -> std::ops::Range<usize> {
-    let newline = |byte: &u8| *byte == b'\n';
-    let begin = bytes[..at].iter().rposition(newline).map_or(0, |n| n + 1);
-    let end = bytes[at..].iter().position(newline);
-    begin..end.map_or(bytes.len(), |n| at + n + 1)
-}
-
-/// The digits after a place.
-fn number(bytes: &[u8], at: usize) -> Option<std::ops::Range<usize>> {
-    let begin = at + bytes[at..].iter().position(u8::is_ascii_digit)?;
-    let length = bytes[begin..]
-        .iter()
-        .take_while(|byte| byte.is_ascii_digit())
-        .count();
-    Some(begin..begin + length)
-}
-
-fn mutate(bytes: &mut Vec<u8>, rng: &mut Rng) {
-    if bytes.is_empty() {
-        return;
-    }
-    let at = place(bytes, rng);
-    let hostile = NUMBERS[rng.usize(..NUMBERS.len())].bytes();
-    match rng.u8(..10) {
-        0 => bytes[at] ^= 1 << rng.u8(..8),
-        1 => bytes[at] = rng.u8(..),
-        2 => bytes.truncate(at),
-        3 => {
-            bytes.splice(at..at, hostile);
-        }
-        4 | 5 => {
-            if let Some(digits) = number(bytes, at) {
-                bytes.splice(digits, hostile);
-            }
-        }
-        6 => {
-            let line = line(bytes, at);
-            bytes.drain(line);
-        }
-        7 => {
-            let line = line(bytes, at);
-            let copy = bytes[line.clone()].to_vec();
-            bytes.splice(line.end..line.end, copy);
-        }
-        8 => {
-            let bits = BITS[rng.usize(..BITS.len())];
-            let even = at & !1;
-            let word = if rng.bool() {
-                bits.to_le_bytes()
-            } else {
-                bits.to_be_bytes()
-            };
-            let end = bytes.len().min(even + 4);
-            bytes[even..end].copy_from_slice(&word[..end - even]);
-        }
-        _ => {
-            let end = (at + rng.usize(1..9)).min(bytes.len());
-            bytes.drain(at..end);
-        }
-    }
 }
 
 fn overrides(rng: &mut Rng) -> VolumeOverrides {
