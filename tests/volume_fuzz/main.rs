@@ -5,6 +5,8 @@
 mod dicom_files;
 #[path = "../support/dicom_scan.rs"]
 mod dicom_scan;
+#[path = "../support/proper_volume.rs"]
+mod proper_volume;
 #[path = "../support/tiff_files.rs"]
 mod tiff_files;
 #[path = "../support/volume_files.rs"]
@@ -24,6 +26,7 @@ use std::time::{Duration, Instant};
 use fastrand::Rng;
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 use mutation::mutate;
+use proper_volume::assert_proper;
 use seeds::seeds;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tempfile::TempDir;
@@ -67,16 +70,7 @@ fn loads_properly(path: &Path, overrides: &VolumeOverrides) -> bool {
     let Ok(volume) = Volume::load(path, overrides) else {
         return false;
     };
-    let count: usize = volume.dims.iter().map(|size| *size as usize).product();
-    assert!(count > 0 && volume.voxels().unwrap().len() == count);
-    assert!(
-        volume
-            .spacing
-            .iter()
-            .all(|size| size.is_finite() && *size > 0.0)
-    );
-    assert!(volume.scale > 0.0 && volume.scale.is_finite() && volume.offset.is_finite());
-    assert!(volume.range[0] <= volume.range[1] && volume.range.iter().all(|v| v.is_finite()));
+    assert_proper(&volume, volume.voxels().unwrap().len());
     true
 }
 

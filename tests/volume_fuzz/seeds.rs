@@ -45,19 +45,17 @@ pub fn seeds() -> Vec<Seed> {
         packed_later: false,
     };
     let scan = Scan::ct();
-    let packed_ls = [include_bytes!("../support/dicom/slice0.jls").to_vec()];
-    let jpeg_ls = dicom_files::file(
-        &scan.header(0),
+    let of_pixels = |syntax, codestream: &[u8]| {
+        let pixels = [codestream.to_vec()];
+        dicom_files::file(&scan.header(0), syntax, Pixels::Packed(&pixels), COLUMNS)
+    };
+    let jpeg_ls = of_pixels(
         Syntax::JpegLs,
-        Pixels::Packed(&packed_ls),
-        COLUMNS,
+        include_bytes!("../support/dicom/slice0.jls"),
     );
-    let codestream = [include_bytes!("../support/dicom/slice0.j2k").to_vec()];
-    let jpeg_2000 = dicom_files::file(
-        &scan.header(0),
+    let jpeg_2000 = of_pixels(
         Syntax::Jpeg2000,
-        Pixels::Packed(&codestream),
-        COLUMNS,
+        include_bytes!("../support/dicom/slice0.j2k"),
     );
     vec![
         seed("v.nrrd", small.nrrd("raw", oriented)),

@@ -5,6 +5,7 @@ use std::path::Path;
 use isolume::scene::volume::{Region, Volume, VolumeOverrides, Voxels};
 
 use crate::guard;
+use crate::proper_volume::assert_proper;
 
 /// Of formats whose parts are decoded alone: a piece of the walk and the state of decompression, and what parts may decode
 /// to. A codec makes at most so many bytes of one, and what it makes is kept, converted and placed.
@@ -40,16 +41,7 @@ pub fn check(path: &Path, overrides: &VolumeOverrides, allowed: usize) {
     let Some((volume, voxels)) = loaded else {
         return;
     };
-    let count: usize = volume.dims.iter().map(|size| *size as usize).product();
-    assert!(!voxels.is_empty() && voxels.len() == count);
-    assert!(
-        volume
-            .spacing
-            .iter()
-            .all(|size| size.is_finite() && *size > 0.0)
-    );
-    assert!(volume.scale > 0.0 && volume.scale.is_finite() && volume.offset.is_finite());
-    assert!(volume.range[0] <= volume.range[1] && volume.range.iter().all(|v| v.is_finite()));
+    assert_proper(&volume, voxels.len());
     let histogram = volume.histogram(16).expect("a histogram");
     assert_eq!(histogram.counts.iter().sum::<u64>() as usize, voxels.len());
     histogram.otsu(4);
