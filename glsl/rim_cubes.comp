@@ -81,7 +81,7 @@ uint marks_of(ivec3 cube) {
     Span span = span_of(cube, cube);
     vec2 range = range_of_macrocells(span);
     if (ends_outside(span, range)) {
-        return CUBE_MARKED;
+        return NEIGHBOURS_MARKED; // At first a brick has the light of cubes twice as wide (coarse.glsl).
     }
     if (!may_step(range)) {
         return NOTHING_MARKED;

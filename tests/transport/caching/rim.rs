@@ -50,12 +50,12 @@ fn sum(picture: &[[f32; 4]]) -> f64 {
 
 /// What the means of a cached picture at rest and of one in motion are off by, relative to that of an uncached one; and the
 /// first one's standard error.
-fn measure(scene: &Scene, volume: &Volume, scale: f64, seeds: u32) -> [f64; 3] {
+fn measure(scene: &Scene, volume: &Volume, scale: f64, seeds: u32, paths: u32) -> [f64; 3] {
     let mut cache = cached(scene, volume, scale, CacheFormat::F32, 1, 0);
     let difference = |seed| {
         let reference = sum(&render(scene, volume, 1, 256, 100 + seed).mean);
         cache.reseed(seed);
-        cache.fill(256);
+        cache.fill(paths);
         let in_motion = sum(&cache.march()) / reference - 1.0;
         [sum(&cache.at_rest(1, 64).mean) / reference - 1.0, in_motion]
     };
@@ -68,7 +68,7 @@ fn measure(scene: &Scene, volume: &Volume, scale: f64, seeds: u32) -> [f64; 3] {
 
 fn assert_agrees(what: &str, scene: &Scene, volume: &Volume, seeds: u32, limits: [f64; 2]) {
     for (scale, limit) in [1.0, 0.5].into_iter().zip(limits) {
-        let [bias, in_motion, error] = measure(scene, volume, scale, seeds);
+        let [bias, in_motion, error] = measure(scene, volume, scale, seeds, 256);
         let [percent, error_percent, percent_in_motion] =
             [bias, error, in_motion].map(|x| 100.0 * x);
         println!(
@@ -88,6 +88,21 @@ fn light_behind_the_faces_of_the_box() {
         scene.lights.suns = vec![sun([0.3, -0.8, -0.5])];
         let what = format!("optical depth {depth} a voxel");
         assert_agrees(&what, &scene, &full(), 4, [0.006; 2]);
+    }
+}
+
+/// A cache that has had few paths still has light of the coarse lattice, of which the nodes between would get too much.
+#[test]
+fn light_behind_the_faces_in_a_young_cache() {
+    for g in [0.0, 0.3] {
+        let mut scene = scene(0.9);
+        scene.medium = Some(uniform_medium(0.9, 0.7, g));
+        scene.lights.environment.radiance = [1.0; 3];
+        let [bias, _, error] = measure(&scene, &full(), 1.0, 8, 16);
+        let [percent, error_percent] = [bias, error].map(|x| 100.0 * x);
+        println!("16 paths a cell, g = {g}: {percent:+.2} % ± {error_percent:.2}");
+        assert!(error < 0.003, "{error}");
+        assert!(bias.abs() < 0.006, "g = {g}: {bias}");
     }
 }
 
