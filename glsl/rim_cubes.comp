@@ -67,21 +67,18 @@ bool may_step(vec2 range) {
     return sigma_t.y - sigma_t.x > least_step();
 }
 
-bool ends_outside(Span span, vec2 range) {
-    float side = side_at_end(span);
-    return side > 0.0 && largest_sigma_t(range) * side > RIM_DEPTH;
-}
-
 bool may_mark(Span span) {
     vec2 range = range_of_macrocells(span);
-    return ends_outside(span, range) || may_step(range);
+    return largest_sigma_t(range) * side_at_end(span) > RIM_DEPTH || may_step(range);
 }
 
 uint marks_of(ivec3 cube) {
     Span span = span_of(cube, cube);
     vec2 range = range_of_macrocells(span);
-    if (ends_outside(span, range)) {
-        return NEIGHBOURS_MARKED; // At first a brick has the light of cubes twice as wide (coarse.glsl).
+    vec2 depth = sigma_t_range(range) * side_at_end(span);
+    if (depth.y > RIM_DEPTH) {
+        // At first a brick has the light of cubes twice as wide (coarse.glsl). All of the next one may be dense, too.
+        return depth.x > RIM_DEPTH ? NEIGHBOURS_MARKED : CUBE_MARKED;
     }
     if (!may_step(range)) {
         return NOTHING_MARKED;
