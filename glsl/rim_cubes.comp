@@ -3,7 +3,8 @@
 //
 // Light falls steeply behind such an end, as the exponential integral E₂ of the optical depth does where it comes from
 // a sky. Between a node in the vacuum and one in the medium a straight line misses that, and beyond the outermost nodes
-// it loses even more (`transport caching::rim`). So paths go on in these cubes as if there were no cache.
+// it loses even more (`transport caching::rim`). So paths go on in these cubes as if there were no cache; where one is
+// dense throughout, in those next to it as well, since bricks begin with cubes twice as wide (coarse.glsl).
 //
 // Most cubes are judged by their macrocells, without any voxels, so that an edit of the transfer function shows soon,
 // and few bricks are read of a volume that streams.
@@ -77,7 +78,6 @@ uint marks_of(ivec3 cube) {
     vec2 range = range_of_macrocells(span);
     vec2 depth = sigma_t_range(range) * side_at_end(span);
     if (depth.y > RIM_DEPTH) {
-        // At first a brick has the light of cubes twice as wide (coarse.glsl). All of the next one may be dense, too.
         return depth.x > RIM_DEPTH ? NEIGHBOURS_MARKED : CUBE_MARKED;
     }
     if (!may_step(range)) {
