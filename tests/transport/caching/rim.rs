@@ -49,7 +49,7 @@ fn sum(picture: &[[f32; 4]]) -> f64 {
 }
 
 /// What the means of a cached picture at rest and of one in motion are off by, relative to that of an uncached one; and the
-/// first one's standard error.
+/// first one's standard error. Each cell has so many paths.
 fn measure(scene: &Scene, volume: &Volume, scale: f64, seeds: u32, paths: u32) -> [f64; 3] {
     let mut cache = cached(scene, volume, scale, CacheFormat::F32, 1, 0);
     let difference = |seed| {
