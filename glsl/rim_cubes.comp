@@ -62,30 +62,29 @@ float least_step() {
     return STEP_DEPTH / max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
 }
 
-// Whether neighbours with values in this range may differ so much.
-bool may_step(vec2 range) {
-    vec2 sigma_t = sigma_t_range(range);
+// Whether neighbours with extinctions in this range may differ so much.
+bool may_step(vec2 sigma_t) {
     return sigma_t.y - sigma_t.x > least_step();
 }
 
 bool may_mark(Span span) {
-    vec2 range = range_of_macrocells(span);
-    return largest_sigma_t(range) * side_at_end(span) > RIM_DEPTH || may_step(range);
+    vec2 sigma_t = sigma_t_range(range_of_macrocells(span));
+    return sigma_t.y * side_at_end(span) > RIM_DEPTH || may_step(sigma_t);
 }
 
 uint marks_of(ivec3 cube) {
     Span span = span_of(cube, cube);
-    vec2 range = range_of_macrocells(span);
-    vec2 depth = sigma_t_range(range) * side_at_end(span);
+    vec2 sigma_t = sigma_t_range(range_of_macrocells(span));
+    vec2 depth = sigma_t * side_at_end(span);
     if (depth.y > RIM_DEPTH) {
         return depth.x > RIM_DEPTH ? NEIGHBOURS_MARKED : CUBE_MARKED;
     }
-    if (!may_step(range)) {
+    if (!may_step(sigma_t)) {
         return NOTHING_MARKED;
     }
     // The last of them are the first of the next cube.
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(max(voxels.low, voxels.high - 1), voxels.high, span.ends);
-    bool steps = may_step(range_of_voxels(voxels)) && has_step(voxels, least_step());
+    bool steps = may_step(sigma_t_range(range_of_voxels(voxels))) && has_step(voxels, least_step());
     return steps ? NEIGHBOURS_MARKED : NOTHING_MARKED;
 }

@@ -60,7 +60,7 @@ fn a_device_that_rounds_positions_and_misses_surfaces_is_found() {
     replace(
         "include/surface.glsl",
         "return found && !is_void;",
-        "return found && !is_void && fract(1e4 * ray.direction.x) > 0.2;",
+        "return found && !is_void && fract(1e4 * ray.direction.x) > 0.05;",
     );
     let output = folder
         .isolume("doctor --json")
