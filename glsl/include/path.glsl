@@ -252,7 +252,7 @@ void fly(inout Path path, inout Random random) {
             tracking = begin_tracking(make_ray(path.origin, path.direction), flight);
         }
         ++steps;
-        if (steps == STEPS || is_last || !is_shadow && tracking.outcome != OUTCOME_PENDING) {
+        if (steps == steps_at_once() || is_last || !is_shadow && tracking.outcome != OUTCOME_PENDING) {
             break;
         }
     }

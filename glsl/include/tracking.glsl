@@ -1,7 +1,7 @@
 // Null-collision tracking against majorants block by block (Woodcock et al. 1965; Novák et al. 2014 for ratio
 // tracking; piecewise-constant majorants as in pbrt-v4, 11.2.2).
 //
-// Paths stop tracking after STEPS tentative collisions and resume where they stopped: the exponential distribution
+// Paths stop tracking after a few tentative collisions and resume where they stopped: the exponential distribution
 // has no memory. That bounds the time of a dispatch whatever the medium, and lanes that have arrived do not wait long
 // for their neighbours.
 
@@ -12,7 +12,11 @@ float majorant_of(ivec3 cell) {
     return texel_at(majorants, cell).r;
 }
 
-const uint STEPS = 8u;
+// The most tentative collisions until lanes that have arrived go on. Where there are surfaces, going on means to search
+// for them, which is expensive and cheaper if several lanes do it together.
+uint steps_at_once() {
+    return surface_count == 0u ? 4u : 8u;
+}
 
 const uint OUTCOME_PENDING = 0u;
 const uint OUTCOME_COLLISION = 1u;
