@@ -34,8 +34,8 @@
 
 layout(local_size_x = 64) in;
 #include "push.glsl"
-layout(scalar) buffer PathBlock { Path at[]; } paths;
 layout(scalar) buffer CounterBlock { Counters count; } counters;
+#include "slots.glsl"
 writeonly uniform image3D light_out;
 layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
@@ -190,8 +190,10 @@ void main() {
         report(slot, true, false);
         return;
     }
-    Path path = paths.at[slot];
-    node_work = node_works.at[slot];
+    Path path = path_of(slot);
+    if (!rests(path)) {
+        node_work = node_works.at[slot];
+    }
     uint finished = 0u;
     bool working = true;
     bool has_advanced = false;
@@ -226,8 +228,10 @@ void main() {
         }
     }
     path.missing = first_missing;
-    paths.at[slot] = path;
-    node_works.at[slot] = node_work;
+    keep(slot, path);
+    if (!rests(path)) {
+        node_works.at[slot] = node_work;
+    }
     if (working) {
         atomicAdd(counters.count.unfinished, 1u);
     }

@@ -15,8 +15,8 @@ void begin_sample(inout Path path);
 void finish_pixel(Path path);
 
 layout(local_size_x = 64) in;
-layout(scalar) buffer PathBlock { Path at[]; } paths;
 layout(scalar) buffer CounterBlock { Counters count; } counters;
+#include "slots.glsl"
 
 void contribute(inout Path path, vec3 radiance) {
     path.sum.rgb += radiance;
@@ -74,7 +74,7 @@ void main() {
         report(slot, true, false);
         return;
     }
-    Path path = paths.at[slot];
+    Path path = path_of(slot);
     bool working = true;
     bool has_advanced = false;
     while (working && first_missing == 0u && work < push.work) {
@@ -103,7 +103,7 @@ void main() {
         }
     }
     path.missing = first_missing;
-    paths.at[slot] = path;
+    keep(slot, path);
     report_item(path.item);
     if (working) {
         atomicAdd(counters.count.unfinished, 1u);
