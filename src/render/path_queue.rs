@@ -29,6 +29,9 @@ pub struct PathQueue {
     /// The value of `work` with which the next queue begins: all slots together are known to take no longer for it than
     /// a dispatch should. (The last few paths of a queue take next to no time, however long.)
     work_of_all: u32,
+    /// The iterations of all dispatches of the queue, and their time.
+    spent_work: u32,
+    spent_ms: f64,
     /// Whether no dispatch has been made of the queue.
     is_new: bool,
     /// The time that a dispatch should take.
@@ -60,6 +63,8 @@ impl PathQueue {
         PathQueue {
             work: LEAST_WORK,
             work_of_all: LEAST_WORK,
+            spent_work: 0,
+            spent_ms: 0.0,
             is_new: true,
             target_ms: TARGET_MS,
             first_item: 0,
@@ -71,7 +76,9 @@ impl PathQueue {
     /// Forgets all paths and starts the queue anew, with these items where the volume streams.
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources, items: Items) -> Result<()> {
         self.counted = Counters::zeroed();
-        self.work = self.work_of_all;
+        self.work = self.work_at_first();
+        self.spent_work = 0;
+        self.spent_ms = 0.0;
         self.is_new = true;
         if let Some(bricks) = &r.bricks {
             bricks.begin(frame, Order::Slots)?;
@@ -79,6 +86,18 @@ impl PathQueue {
             self.first_item = items.first;
         }
         Ok(())
+    }
+
+    /// A queue that follows one of a few short dispatches is probably done in one: each costs a GPU as long as many paths
+    /// do. It may hold much more than the last one, so its first dispatch is not much longer than where all slots work.
+    fn work_at_first(&self) -> u32 {
+        const TIMES: u32 = 8;
+        match self.spent_ms < self.target_ms / f64::from(TIMES) {
+            true => self
+                .spent_work
+                .clamp(self.work_of_all, (TIMES * self.work_of_all).min(MOST_WORK)),
+            false => self.work_of_all,
+        }
     }
 
     /// Advances all paths by the dispatch of `pass` that `record` records, given the amount of work.
@@ -106,6 +125,8 @@ impl PathQueue {
             f.copy(&r.counters, &r.staging)
         })?;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
+        self.spent_work = self.spent_work.saturating_add(self.work);
+        self.spent_ms += took_ms;
         let counted = counted(r);
         let before = std::mem::replace(&mut self.counted, counted);
         let lookups = counted.lookups.wrapping_sub(before.lookups);
