@@ -48,6 +48,8 @@ pub struct Device {
     has_memory_budget: bool,
     /// Whether shaders read images texel by texel as storage images: `glsl/include/texels.glsl`.
     pub loads_texels: bool,
+    /// Whether images of every format can be storage images.
+    pub stores_texels: bool,
     pub summary: DeviceSummary,
     // Dropped after the device, in this order.
     pub(super) instance: Instance,
@@ -69,10 +71,7 @@ impl Device {
         let summaries = survey(&instance)?;
         let summary = choose(&summaries, choice.wanted.as_deref())?.clone();
         let physical = instance.physical_devices()?[summary.index];
-        let loads_texels = summary.kind.is_software()
-            && !choice.fetches_texels
-            && can_load_texels(&instance, physical);
-        Device::create(instance, physical, summary, draws, loads_texels)
+        Device::create(instance, physical, summary, draws, choice.fetches_texels)
     }
 
     fn create(
@@ -80,7 +79,7 @@ impl Device {
         physical: vk::PhysicalDevice,
         summary: DeviceSummary,
         draws: bool,
-        loads_texels: bool,
+        fetches_texels: bool,
     ) -> Result<Arc<Device>> {
         let queue_family =
             compute_queue(&instance, physical).ok_or_else(|| DeviceError::Unable {
@@ -92,6 +91,7 @@ impl Device {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
+        let stores_texels = can_load_texels(&instance, physical);
         let has_memory_budget = instance.has_extension(physical, ext::memory_budget::NAME);
         let mut extensions = Vec::new();
         if draws {
@@ -145,7 +145,8 @@ impl Device {
             },
             timed_by_host: !writes_timestamps || draws && summary.kind.is_software(),
             has_memory_budget,
-            loads_texels,
+            loads_texels: stores_texels && !fetches_texels && summary.kind.is_software(),
+            stores_texels,
             summary,
             instance,
         };

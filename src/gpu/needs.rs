@@ -196,9 +196,9 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 6] {
         presence(
             "storage images of every format",
             can_load_texels(instance, physical),
-            "a CPU, which reads texels faster without its sampler",
+            "a CPU, which reads texels faster without its sampler, and a GPU that is brought bricks of a volume",
         )
-        .or("texels are fetched through the sampler, as on a GPU"),
+        .or("a CPU fetches texels through its sampler, and a GPU copies bricks, which takes it longer"),
     ]
 }
 

@@ -7,6 +7,7 @@ use bytemuck::Zeroable;
 use super::brick_layout::BrickLayout;
 use super::brick_window::{Items, Loads, Window};
 use super::host_bricks::HostBricks;
+use super::place_bricks::PlaceBricks;
 use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
 use crate::error::Result;
 use crate::gpu::{Buffer, Frame, Image, Piece};
@@ -35,6 +36,7 @@ pub struct BrickPlaces {
     pub(super) host_pages: Buffer,
     pub(super) host_streaming: Buffer,
     pub(super) staging: Buffer,
+    pub(super) place: PlaceBricks,
     /// Bytes of a brick in the staging buffer.
     pub(super) room: usize,
     /// `None` until the volume is known.
@@ -186,7 +188,7 @@ impl BrickPlaces {
             extent: host.region(brick).dims,
         };
         let pieces: Vec<Piece> = loads.iter().enumerate().map(piece).collect();
-        frame.run(|f| f.upload_pieces(&self.staging, image, &pieces))?;
+        self.place.run(frame, &self.staging, image, &pieces)?;
         self.figures.loads += loads.len() as u64;
         self.figures.bytes_read = host.bytes_read;
         Ok(())

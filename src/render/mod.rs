@@ -83,6 +83,7 @@ mod patches;
 mod path_queue;
 mod peak;
 mod peak_rate;
+mod place_bricks;
 mod plan;
 mod plan_in_bricks;
 mod published;

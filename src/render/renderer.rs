@@ -78,6 +78,9 @@ impl Renderer {
         let (estimator, others) = rayon::join(
             || Estimator::new(&passes, device, &scene, variant),
             || -> Result<_> {
+                if let Some(bricks) = &mut resources.bricks {
+                    bricks.compile(&passes)?;
+                }
                 upload::load(&mut frame, &mut resources, volume, &scene)?;
                 let iso_depth = first_surface.map(|images| IsoDepth::new(&passes, images));
                 Ok((

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::gpu_scene::GpuScene;
 use super::light_memory::LightMemory;
 use super::parts::TRANSFER_ROWS;
+use super::place_bricks;
 use super::shared::{Counters, PATCHES, Path};
 use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
@@ -69,6 +70,10 @@ impl Resources {
             zeroed: false,
             format,
         };
+        let volume = ImageDesc {
+            written: scene.bricks.is_some() && place_bricks::is_by_pass(memory),
+            ..volumetric("volume", scene.volume_extent(), parts.field.format())
+        };
         let majorants = ImageDesc {
             written: true,
             ..volumetric("majorants", constants.macrocells, Format::R32_SFLOAT)
@@ -90,10 +95,7 @@ impl Resources {
         let slots = slots(&memory.limits, scene);
         Ok(Resources {
             size: parts.view.size,
-            volume: Image::new(
-                memory,
-                volumetric("volume", scene.volume_extent(), parts.field.format()),
-            )?,
+            volume: Image::new(memory, volume)?,
             bricks: VolumeBricks::allocate(memory, scene)?,
             ranges: Image::new(
                 memory,

@@ -308,6 +308,16 @@ shared! {
         /// Not 0: other voxels stand in for those of missing bricks, and no invocation waits.
         pub previews: uint,
     }
+
+    /// A brick of the volume in the staging buffer, and its place in the image.
+    pub struct BrickPiece {
+        /// First byte in the buffer. Voxels follow one another, x fastest.
+        pub offset: uint,
+        /// First texel in the image.
+        pub low: uvec3,
+        /// Texels along each axis.
+        pub extent: uvec3,
+    }
 }
 
 /// The text of `shared.glsl`.

@@ -19,6 +19,8 @@ use super::brick_window::{Items, NoRoom, Order, Window};
 use super::gpu_scene::GpuScene;
 use super::host_bricks::HostBricks;
 use super::needed_bricks::bricks_that_matter;
+use super::pass_compiler::PassCompiler;
+use super::place_bricks::PlaceBricks;
 use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};
 use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Placement};
@@ -87,6 +89,7 @@ impl VolumeBricks {
                 host_pages: buffer("volume pages, host", page_bytes, Placement::Readback)?,
                 host_streaming: buffer("streaming, host", streaming_bytes, Placement::Readback)?,
                 staging: buffer("brick staging", staging, Placement::Readback)?,
+                place: PlaceBricks::allocate(memory, (staging / room) as usize)?,
                 room: room as usize,
                 host: None,
                 held: vec![None; capacity],
@@ -105,6 +108,10 @@ impl VolumeBricks {
                 },
             }),
         }))
+    }
+
+    pub fn compile(&mut self, passes: &PassCompiler<'_>) -> Result<()> {
+        self.state.get_mut().place.compile(passes)
     }
 
     /// Opens the volume; no brick is on the GPU yet.

@@ -16,16 +16,24 @@ use crate::support::common::*;
 /// Voxels along a side of a brick.
 const SIDE: u32 = 16;
 
-/// Waves with steep sides, of 16 bits.
-fn waves() -> Volume {
-    let dims = [40, 36, 33];
+const DIMS: [u32; 3] = [40, 36, 33];
+
+/// Waves with steep sides: values of 16 bits.
+fn wave_values() -> impl Iterator<Item = u16> {
     let wave = |i: usize| {
         let at = [i % 40, i / 40 % 36, i / 1440].map(|n| n as f64);
         let sum = (0.35 * at[0]).sin() + (0.4 * at[1] + 1.0).sin() + (0.3 * at[2]).cos();
         (32768.0 + 10_000.0 * sum) as u16
     };
-    let values = (0..40 * 36 * 33).map(wave).collect();
-    Volume::from_values(dims, [0.1; 3], Voxels::U16(values)).expect("a volume")
+    (0..40 * 36 * 33).map(wave)
+}
+
+fn volume_of(voxels: Voxels) -> Volume {
+    Volume::from_values(DIMS, [0.1; 3], voxels).expect("a volume")
+}
+
+fn waves() -> Volume {
+    volume_of(Voxels::U16(wave_values().collect()))
 }
 
 fn scene(g: f64, light: Option<LightModel>) -> Scene {
@@ -155,6 +163,38 @@ fn a_cache_in_full_light_waits_for_bricks() {
 #[test]
 fn an_anisotropic_cache_waits_for_bricks() {
     assert_same(&scene(0.5, None), Some(0.25), &[8]);
+}
+
+/// As on a GPU: bricks are written into the image by a pass.
+#[test]
+fn a_pass_places_bricks_of_voxels_of_every_size() {
+    let device = device_that_fetches(true);
+    let of_8_bits = wave_values().map(|value| (value / 257) as u8).collect();
+    let of_32_bits = wave_values().map(f32::from).collect();
+    for (voxels, scale) in [
+        (Voxels::U8(of_8_bits), 1.0 / 257.0),
+        (Voxels::U16(wave_values().collect()), 1.0),
+        (Voxels::F32(of_32_bits), 1.0),
+    ] {
+        let volume = volume_of(voxels);
+        let mut scene = scene(0.0, None);
+        let points = scene.medium.iter_mut().flat_map(|m| &mut m.transfer);
+        points.for_each(|point| point.value *= scale);
+        let picture = |places: Option<u64>| {
+            let memory = Memory::new(&device, BUDGET).expect("memory");
+            let layout =
+                places.map(|n| BrickLayout::with_side(SIDE, volume.dims, n, &device.summary));
+            let scene = GpuScene::new(&scene, &volume, 1).with_bricks(layout);
+            let mut renderer =
+                Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
+            assert!(renderer.unit(2, &AtomicBool::new(false)).expect("a unit"));
+            let placed = renderer.timings().total("place_bricks").is_some();
+            assert_eq!(placed, places.is_some());
+            renderer.film().expect("a film").mean
+        };
+        assert!(picture(None) == picture(Some(12)), "{:?}", volume.stored);
+    }
+    assert_silent(&device);
 }
 
 /// The picture of 16 units of one sample, and how many bricks were brought for it.
