@@ -197,7 +197,7 @@ void main() {
     uint finished = 0u;
     bool working = true;
     bool has_advanced = false;
-    while (working && first_missing == 0u && work < push.work) {
+    while (working && first_missing == 0u && !has_done_enough(push.work)) {
         ++work;
         if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
             working = begin_node(path);

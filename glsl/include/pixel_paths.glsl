@@ -77,7 +77,7 @@ void main() {
     Path path = path_of(slot);
     bool working = true;
     bool has_advanced = false;
-    while (working && first_missing == 0u && work < push.work) {
+    while (working && first_missing == 0u && !has_done_enough(push.work)) {
         ++work;
         if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
             working = begin_pixel(path);

@@ -2,6 +2,9 @@
 // src/render/shared.rs.
 
 #extension GL_EXT_scalar_block_layout : require
+#ifdef VOTES
+#extension GL_KHR_shader_subgroup_vote : require
+#endif
 #include "texels.glsl"
 #include "shared.glsl"
 

@@ -29,3 +29,13 @@ void keep(uint slot, Path path) {
         paths.at[slot] = path;
     }
 }
+
+// Whether this thread's part of the dispatch is done. Threads that run together stop together, with the first that has
+// iterated so often: one that stopped alone would idle until the others have stopped as well.
+bool has_done_enough(uint most_work) {
+#ifdef VOTES
+    return subgroupAny(work >= most_work);
+#else
+    return work >= most_work;
+#endif
+}

@@ -9,7 +9,7 @@ use ash::{ext, khr, vk};
 
 use super::failure::failure;
 use super::instance::{Instance, Validation, one_at_a_time, queue_families};
-use super::needs::{can_load_texels, has_timestamps};
+use super::needs::{can_load_texels, can_vote, has_timestamps};
 use super::pipeline_cache::PipelineCache;
 use super::shader;
 use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
@@ -48,6 +48,8 @@ pub struct Device {
     has_memory_budget: bool,
     /// Whether shaders read images texel by texel as storage images: `glsl/include/texels.glsl`.
     pub loads_texels: bool,
+    /// Whether threads that run together can vote: `glsl/include/slots.glsl`.
+    votes: bool,
     /// Whether images of every format can be storage images.
     pub stores_texels: bool,
     pub summary: DeviceSummary,
@@ -147,6 +149,7 @@ impl Device {
             has_memory_budget,
             loads_texels: stores_texels && !fetches_texels && summary.kind.is_software(),
             stores_texels,
+            votes: can_vote(&instance, physical),
             summary,
             instance,
         };
@@ -180,6 +183,8 @@ impl Device {
         let mut macros = Vec::new();
         // `glsl/include/texels.glsl`.
         macros.extend(self.loads_texels.then_some(("LOADS_TEXELS", "1")));
+        // `glsl/include/slots.glsl`.
+        macros.extend(self.votes.then_some(("VOTES", "1")));
         // `glsl/include/ray.glsl`.
         macros.extend(
             self.summary

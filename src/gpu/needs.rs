@@ -153,7 +153,7 @@ pub(super) fn needs(instance: &Instance, physical: vk::PhysicalDevice) -> Vec<Ne
     table
 }
 
-fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 6] {
+fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 7] {
     let mut twelve = vk::PhysicalDeviceVulkan12Features::default();
     let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut twelve);
     // SAFETY: `physical` belongs to the live instance, and the chain outlives the call.
@@ -194,12 +194,34 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 6] {
         )
         .or("the budget is 80 % of the device's heap"),
         presence(
+            "votes of a subgroup",
+            can_vote(instance, physical),
+            "threads that run together to leave a dispatch together",
+        )
+        .or("a thread that has done its work waits for its neighbours"),
+        presence(
             "storage images of every format",
             can_load_texels(instance, physical),
             "a CPU, which reads texels faster without its sampler, and a GPU that is brought bricks of a volume",
         )
         .or("a CPU fetches texels through its sampler, and a GPU copies bricks, which takes it longer"),
     ]
+}
+
+/// Whether the threads of a compute shader that run together can vote.
+pub(super) fn can_vote(instance: &Instance, physical: vk::PhysicalDevice) -> bool {
+    let mut eleven = vk::PhysicalDeviceVulkan11Properties::default();
+    let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut eleven);
+    // SAFETY: `physical` belongs to the live instance, and the chain outlives the call.
+    unsafe {
+        instance
+            .raw
+            .get_physical_device_properties2(physical, &mut all)
+    };
+    let operations = eleven.subgroup_supported_operations;
+    let stages = eleven.subgroup_supported_stages;
+    operations.contains(vk::SubgroupFeatureFlags::VOTE)
+        && stages.contains(vk::ShaderStageFlags::COMPUTE)
 }
 
 pub(super) fn has_timestamps(family: &vk::QueueFamilyProperties) -> bool {
