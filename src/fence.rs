@@ -1,4 +1,5 @@
-//! A fence around other people's decoders: damaged data end in an error, even where a decoder panics.
+//! A fence around other people's code: damaged data end in an error, even where a decoder panics, and so does a window
+//! system that lacks something.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -9,10 +10,15 @@ thread_local! {
 
 /// Runs a decoder. A panic in it becomes the error "its decoder gave up on damaged data".
 pub(crate) fn fenced<T>(decode: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    unless_it_panics(decode).unwrap_or_else(|| Err("its decoder gave up on damaged data".into()))
+}
+
+/// What `work` returns; `None` if it panics.
+pub(crate) fn unless_it_panics<T>(work: impl FnOnce() -> T) -> Option<T> {
     let before = IS_FENCED.replace(true);
-    let outcome = catch_unwind(AssertUnwindSafe(decode));
+    let outcome = catch_unwind(AssertUnwindSafe(work));
     IS_FENCED.set(before);
-    outcome.unwrap_or_else(|_| Err("its decoder gave up on damaged data".into()))
+    outcome.ok()
 }
 
 /// Keeps panics behind a fence off stderr, where the error is reported instead. For programs, since the panic hook

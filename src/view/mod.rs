@@ -33,20 +33,16 @@ use winit::event_loop::EventLoop;
 
 use crate::cli::ViewArgs;
 use crate::error::{DeviceError, Result};
+use crate::fence::unless_it_panics;
 use crate::interrupt;
 use crate::output::check_writable;
 
 pub fn view(args: &ViewArgs) -> Result<u8> {
     check_writable(&args.stats)?;
-    let event_loop = EventLoop::with_user_event().build().map_err(|e| {
+    let event_loop = event_loop().map_err(|problem| {
         let input = args.scene.input.display();
-        // winit puts a line of its own source in front of the reason.
-        let text = e.to_string();
-        let reason = text.rsplit(": ").next().unwrap_or_default();
-        let reason = reason.trim_end_matches('.');
         DeviceError::Display(format!(
-            "there is no display to open a window on ({reason}); `isolume render {input} -o \
-             picture.png` needs none"
+            "{problem}; `isolume render {input} -o picture.png` needs no window"
         ))
     })?;
     let proxy = event_loop.create_proxy();
@@ -63,5 +59,22 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
     match interrupt::is_interrupted() {
         true => Ok(interrupt::status()),
         false => Ok(status),
+    }
+}
+
+/// The error is a sentence without its end.
+fn event_loop() -> Result<EventLoop<()>, String> {
+    match unless_it_panics(|| EventLoop::with_user_event().build()) {
+        Some(built) => built.map_err(|e| {
+            // winit puts a line of its own source in front of the reason.
+            let text = e.to_string();
+            let reason = text.rsplit(": ").next().unwrap_or_default();
+            let reason = reason.trim_end_matches('.');
+            format!("there is no display to open a window on ({reason})")
+        }),
+        // winit takes for granted what an X server may lack.
+        None => Err("the display cannot be used: an X server needs the XKEYBOARD extension, and this machine the \
+             descriptions of keyboards that Debian's xkb-data installs"
+            .into()),
     }
 }

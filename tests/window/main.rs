@@ -182,6 +182,23 @@ fn without_a_display_one_sentence_says_what_to_do() {
 }
 
 #[test]
+fn without_descriptions_of_keyboards_a_sentence_names_them() {
+    let (folder, display) = (Folder::new(), Display::new());
+    let mut command = folder.window(&display, "scene.toml", WINDOW);
+    command.env("XKB_CONFIG_ROOT", folder.path("nowhere"));
+    let output = command.output().expect("the program starts");
+    assert_eq!(output.status.code(), Some(5), "{output:?}");
+    let said = String::from_utf8_lossy(&output.stderr);
+    // Before the program's own sentence, xkbcommon says what it has looked for.
+    let last = said.lines().last().unwrap_or_default();
+    assert!(
+        last.starts_with("isolume: ") && last.contains("xkb-data"),
+        "{said}"
+    );
+    assert!(!said.contains("panicked"), "{said}");
+}
+
+#[test]
 fn a_lost_device_ends_with_a_message() {
     let folder = Folder::new();
     let display = Display::new();
