@@ -17,7 +17,7 @@ mod run;
 mod table;
 mod warm;
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::open_scene;
 use crate::cli::BenchArgs;
@@ -34,6 +34,9 @@ use folder::Folder;
 use reference::{Rays, Reference};
 use report::{Report, RunReport, SubjectReport};
 use run::References;
+
+/// Time for which a GPU is kept busy before its work is timed.
+const WAKING: Duration = Duration::from_millis(500);
 
 /// The state that all measurements of a bench share.
 struct Bench<'a> {
@@ -114,6 +117,14 @@ fn check_words(args: &BenchArgs) -> Result<()> {
 }
 
 impl Bench<'_> {
+    /// Keeps a GPU busy for a while: one that has idled, while pictures were compared, is slow at first, which is no render's
+    /// fault.
+    fn wake(&self) {
+        let began = Instant::now();
+        let is_software = self.host.summary().kind.is_software();
+        while !is_software && began.elapsed() < WAKING && self.host.peak().is_ok() {}
+    }
+
     /// All variants of one subject.
     fn measure(&mut self, subject: &Subject, given: Option<&LinearImage>) -> Result<SubjectReport> {
         let reference = match given {

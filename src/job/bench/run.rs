@@ -141,6 +141,7 @@ impl Run<'_> {
             if self.watch.elapsed() >= asked {
                 continue;
             }
+            bench.wake();
             match self.render_until(asked, &mut progress) {
                 Err(Error::Interrupted) => break,
                 other => other?,

@@ -115,6 +115,7 @@ impl Run<'_> {
         file: Option<String>,
     ) -> Result<Option<(Look, Vec<Point>)>> {
         let most = bench.longest().mul_f64(WARM_SHARE);
+        bench.wake();
         self.watch = Stopwatch::started();
         self.show_at_once(&self.entrant.scene)?;
         self.watch.pause();
@@ -131,6 +132,7 @@ impl Run<'_> {
             if self.watch.elapsed() >= asked {
                 continue;
             }
+            bench.wake();
             self.watch.go_on();
             let refined = self.refine_until(asked, &mut refinement);
             self.watch.pause();
