@@ -18,11 +18,10 @@ shared! {
 }
 
 pub struct PlaceBricks {
+    /// The pieces that the pass places at once; `None` where bricks are copied.
+    pieces: Option<Buffer>,
     /// `None` until it is compiled, and where bricks are copied.
     pass: Option<Pass>,
-    /// The pieces that the pass places at once.
-    pieces: Buffer,
-    by_pass: bool,
 }
 
 impl PlaceBricks {
@@ -33,15 +32,15 @@ impl PlaceBricks {
             bytes: (most * size_of::<BrickPiece>()) as u64,
             placement: Placement::Upload,
         };
+        let pieces = is_by_pass(memory).then(|| Buffer::new(memory, desc));
         Ok(PlaceBricks {
+            pieces: pieces.transpose()?,
             pass: None,
-            pieces: Buffer::new(memory, desc)?,
-            by_pass: is_by_pass(memory),
         })
     }
 
     pub fn compile(&mut self, passes: &PassCompiler<'_>) -> Result<()> {
-        if self.by_pass {
+        if self.pieces.is_some() {
             self.pass = Some(passes.compile::<PlacePush>("place_bricks")?);
         }
         Ok(())
@@ -55,7 +54,7 @@ impl PlaceBricks {
         image: &Image,
         pieces: &[Piece],
     ) -> Result<()> {
-        let Some(pass) = &self.pass else {
+        let (Some(pass), Some(buffer)) = (&self.pass, &mut self.pieces) else {
             return frame.run(|f| f.upload_pieces(staging, image, pieces));
         };
         let piece = |piece: &Piece| BrickPiece {
@@ -63,15 +62,14 @@ impl PlaceBricks {
             low: piece.low,
             extent: piece.extent,
         };
-        self.pieces
-            .write(&pieces.iter().map(piece).collect::<Vec<_>>());
+        buffer.write(&pieces.iter().map(piece).collect::<Vec<_>>());
         let texels = |piece: &Piece| piece.extent.iter().product::<u32>();
         let push = PlacePush {
             voxel_bytes: image.desc.texel_bytes() as u32,
         };
         let bindings = [
             ("staging", Binding::Buffer(staging)),
-            ("pieces", Binding::Buffer(&self.pieces)),
+            ("pieces", Binding::Buffer(buffer)),
             ("volume", Binding::Image(image)),
         ];
         let most = pieces.iter().map(texels).max().unwrap_or(0);

@@ -20,12 +20,13 @@ const DIMS: [u32; 3] = [40, 36, 33];
 
 /// Waves with steep sides: values of 16 bits.
 fn wave_values() -> impl Iterator<Item = u16> {
-    let wave = |i: usize| {
-        let at = [i % 40, i / 40 % 36, i / 1440].map(|n| n as f64);
+    let [width, height, depth] = DIMS.map(|n| n as usize);
+    let wave = move |i: usize| {
+        let at = [i % width, i / width % height, i / (width * height)].map(|n| n as f64);
         let sum = (0.35 * at[0]).sin() + (0.4 * at[1] + 1.0).sin() + (0.3 * at[2]).cos();
         (32768.0 + 10_000.0 * sum) as u16
     };
-    (0..40 * 36 * 33).map(wave)
+    (0..width * height * depth).map(wave)
 }
 
 fn volume_of(voxels: Voxels) -> Volume {
