@@ -92,6 +92,12 @@ vec3 disney(Material m, float n_v, float n_l, float h_sine2, float l_h) {
     return diffuse + specular + coat;
 }
 
+// The k-th power of the cosine from the mirror direction, which rounding may make greater than 1.
+float phong_lobe(Material m, vec3 n, vec3 v, vec3 l) {
+    float cosine = min(dot(reflect(-v, n), l), 1.0);
+    return cosine > 0.0 ? pow(cosine, m.surface.shininess) : 0.0;
+}
+
 // f(v, l); zero below the shading hemisphere.
 vec3 brdf_value(Material m, vec3 n, vec3 v, vec3 l) {
     float n_l = dot(n, l);
@@ -104,10 +110,8 @@ vec3 brdf_value(Material m, vec3 n, vec3 v, vec3 l) {
         return disney(m, n_v, n_l, sine_squared(n, h), dot(l, h));
     }
     if (has_phong && m.surface.shading == SHADING_PHONG) {
-        float k = m.surface.shininess;
-        float lobe = max(0.0, dot(reflect(-v, n), l));
         return m.diffuse_share * m.surface.color / PI
-             + m.specular_share * (k + 2.0) / (2.0 * PI) * (lobe > 0.0 ? pow(lobe, k) : 0.0);
+             + m.specular_share * (m.surface.shininess + 2.0) / (2.0 * PI) * phong_lobe(m, n, v, l);
     }
     return m.surface.color / PI;
 }
@@ -126,9 +130,7 @@ float brdf_density(Material m, vec3 n, vec3 v, vec3 l) {
                              + coat_share * gtr1_d(h_sine2, clearcoat_alpha(m)));
     }
     if (has_phong && m.surface.shading == SHADING_PHONG) {
-        float k = m.surface.shininess;
-        float lobe = max(0.0, dot(reflect(-v, n), l));
-        density += m.specular_share * (k + 1.0) / (2.0 * PI) * (lobe > 0.0 ? pow(lobe, k) : 0.0);
+        density += m.specular_share * (m.surface.shininess + 1.0) / (2.0 * PI) * phong_lobe(m, n, v, l);
     }
     return density;
 }

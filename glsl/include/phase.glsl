@@ -7,8 +7,8 @@ float phase_density(float cosine) {
         return 0.25 / PI;
     }
     float g = scene.g;
-    // 1 + g² − 2g·cosine without cancellation where g → 1 and cosine → 1.
-    float d = (1.0 - abs(g)) * (1.0 - abs(g)) + 2.0 * abs(g) * (1.0 - (g < 0.0 ? -cosine : cosine));
+    // 1 + g² − 2g·cosine without cancellation where g → 1 and cosine → 1, which rounding may exceed.
+    float d = (1.0 - abs(g)) * (1.0 - abs(g)) + 2.0 * abs(g) * max(0.0, 1.0 - (g < 0.0 ? -cosine : cosine));
     return 0.25 / PI * (1.0 - g) * (1.0 + g) / (d * sqrt(d));
 }
 

@@ -142,6 +142,30 @@ fn the_density_is_the_distributions_derivative() {
     }
 }
 
+/// The cosine between two rounded unit vectors may be a little more than 1.
+#[test]
+fn the_density_is_finite_where_cosines_are_rounded() {
+    let mut probe = probe(&scene());
+    for g in HARD {
+        with_g(&mut probe, g);
+        let cosines = [
+            1.0,
+            1.0 + 4.0 * f32::EPSILON,
+            -1.0,
+            -1.0 - 4.0 * f32::EPSILON,
+        ];
+        let inputs = cosines.map(|cosine| PhaseInput { word: 0, cosine });
+        let outputs = run(&mut probe, &inputs);
+        for pair in outputs.chunks(2) {
+            let [exact, rounded] = [pair[0].density, pair[1].density];
+            assert!(
+                (rounded / exact - 1.0).abs() < 0.01,
+                "g = {g}: {rounded}, not {exact}"
+            );
+        }
+    }
+}
+
 /// Over the sphere. For g = .9999, single precision has no cosines to integrate over.
 #[test]
 fn the_density_integrates_to_one() {
