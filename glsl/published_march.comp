@@ -81,10 +81,6 @@ void main() {
         radiance += transmittance * shade(ray, depth * t_end);
         transmittance = 0.0;
     }
-    if (!background_is_transparent) {
-        vec3 background = background_is_color ? scene.background
-                                              : escaping_radiance(ray.direction, ALONE);
-        radiance += transmittance * background;
-    }
+    radiance += transmittance * background(ray.direction);
     imageStore(mean, pixel, vec4(radiance, 1.0 - transmittance));
 }

@@ -121,25 +121,22 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
 // then looked for in front of the surface.
 CachedLight light_on(vec3 g, vec3 geometric, uint weighs) {
     const float FARTHEST = 4.0; // nodes
-    vec3 to_next = scene.cache_step * geometric / scene.spacing;
-    to_next *= 1.0 / length(to_next / scene.cache_step);
+    vec3 to_next = geometric / scene.spacing;
+    to_next /= length(to_next / scene.cache_step);
     Cube cube = cube_at(g);
     float distance = 0.0;
     LOOP {
-        bool is_lit = !full_light || !has_memory(cube) || !is_cut(cube);
+        bool is_lit = !full_light || !has_memory(cube.low) || !is_cut(cube);
         if (is_lit || distance == FARTHEST) {
             break;
         }
         distance += 1.0;
         cube = cube_at(g + distance * to_next);
     }
-    if (has_medium && has_memory(cube)) {
+    CachedLight light;
+    if (has_medium && read_beside_medium(cube, light)) {
         if (weighs != 0u) {
             note_reading(cube);
-        }
-        CachedLight light = read_cache(cube);
-        if (flux_step == 2u) {
-            light.flux = flux_between_even_nodes(cube, light.mean);
         }
         return light;
     }
@@ -171,7 +168,9 @@ Front look(Ray ray, float t_end, uint weighs) {
             break;
         }
         float opacity = surface_at(uint(crossing.surface)).opacity;
-        front.radiance += front.transmittance * opacity * shade(ray, crossing, weighs);
+        if (opacity > 0.0) {
+            front.radiance += front.transmittance * opacity * shade(ray, crossing, weighs);
+        }
         front.transmittance *= 1.0 - opacity;
         if (front.transmittance <= push.opaque_below) {
             break;
@@ -207,11 +206,7 @@ void main() {
         return;
     }
     count_samples();
-    vec3 background = background_is_color ? scene.background
-                                          : escaping_radiance(ray.direction, ALONE);
-    if (!background_is_transparent) {
-        front.radiance += front.transmittance * background;
-    }
+    front.radiance += front.transmittance * background(ray.direction);
     vec4 result = vec4(front.radiance, 1.0 - front.transmittance);
     if (push.measures != 0u) {
         result = vec4(front.lasting, dot(front.radiance, vec3(1.0 / 3.0)));

@@ -10,14 +10,9 @@ void cover(inout Path path, float share) {
 }
 
 void escape(inout Path path) {
-    bool unscattered = path.bounces == 0u;
-    vec3 radiance = escaping_radiance(path.direction, path.pdf);
-    if (unscattered && background_is_color) {
-        radiance = scene.background;
-    }
-    if (!unscattered || !background_is_transparent) {
-        path.sum.rgb += path.throughput * radiance;
-    }
+    vec3 radiance = path.bounces == 0u ? background(path.direction)
+                                       : escaping_radiance(path.direction, path.pdf);
+    path.sum.rgb += path.throughput * radiance;
 }
 
 bool knows_suns(Path path) {

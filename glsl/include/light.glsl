@@ -67,6 +67,14 @@ vec3 escaping_radiance(vec3 direction, float density) {
     return radiance;
 }
 
+// What a ray from the camera sees where nothing is in its way.
+vec3 background(vec3 direction) {
+    if (background_is_transparent) {
+        return vec3(0.0);
+    }
+    return background_is_color ? scene.background : escaping_radiance(direction, ALONE);
+}
+
 struct LightSample {
     vec3 direction; // towards the light
     vec3 radiance;  // divided by the density; for a sun, irradiance over probability

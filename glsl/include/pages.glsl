@@ -7,8 +7,8 @@ uint page_of(ivec3 brick) {
     return texel_at(pages, brick).x;
 }
 
-bool has_memory(Cube cube) {
-    return page_of(cube.low / BRICK) != NO_PLACE;
+bool has_memory(ivec3 node) {
+    return page_of(node / BRICK) != NO_PLACE;
 }
 
 // Position of a node's texel in the images.

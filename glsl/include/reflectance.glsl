@@ -23,7 +23,7 @@ mat3 flux_between_even_nodes(Cube cube, vec3 mean) {
         ivec3 corner = ivec3(k, k >> 1, k >> 2) & 1;
         vec3 q = mix(1.0 - p, p, vec3(corner));
         ivec3 node = min(low + 2 * corner, last);
-        if (page_of(node / BRICK) != NO_PLACE) {
+        if (has_memory(node)) {
             float weight = q.x * q.y * q.z;
             flux += weight * flux_at(node_texel(node) / int(flux_step))[0];
             known += weight;
@@ -35,6 +35,43 @@ mat3 flux_between_even_nodes(Cube cube, vec3 mean) {
     }
     float grey = dot(mean, vec3(1.0 / 3.0));
     return outerProduct(flux / max(known * grey, 1e-30), mean);
+}
+
+// The light around a point on a surface, which may lie beside the medium and outside of all nodes: nodes without
+// memory do not count. False if none of the cube's has any.
+bool read_beside_medium(Cube cube, out CachedLight light) {
+    light = CachedLight(vec3(0.0), 0.0, mat3(0.0), true);
+    ivec3 last = ivec3(scene.cache_nodes) - 1;
+    vec3 p = clamp(cube.p, 0.0, 1.0);
+    float sum = 0.0;
+    int k = 0;
+    LOOP {
+        ivec3 corner = ivec3(k, k >> 1, k >> 2) & 1;
+        vec3 q = mix(1.0 - p, p, vec3(corner));
+        ivec3 node = min(cube.low + corner, last);
+        float weight = q.x * q.y * q.z;
+        if (weight > 0.0 && has_memory(node)) {
+            ivec3 texel = node_texel(node);
+            light.mean += weight * light_at(texel, light.known).rgb;
+            if (flux_step == 1u) {
+                light.flux += weight * flux_at(texel);
+            }
+            sum += weight;
+        }
+        ++k;
+        if (k == 8) {
+            break;
+        }
+    }
+    if (sum == 0.0) {
+        return false;
+    }
+    light.mean /= sum;
+    light.flux /= sum;
+    if (flux_step == 2u) {
+        light.flux = flux_between_even_nodes(cube, light.mean);
+    }
+    return true;
 }
 
 // Interpolated between the angles of the table.

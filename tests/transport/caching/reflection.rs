@@ -139,3 +139,47 @@ fn more_rays_of_each_pixel_smooth_edges() {
     assert!((a / b - 1.0).abs() < 0.005, "{a}, not {b}");
     assert_eq!(cached.march(), first, "a march begins anew");
 }
+
+/// A wall beside a black medium, at distances from it at which nodes have memory, some of them, and none. It faces away
+/// from the medium, and sees half of a white sky; what two moments of the light make of the other half, of which the
+/// medium leaves some free, is too bright by up to a seventh.
+#[test]
+fn light_on_a_surface_beside_the_medium_is_that_of_nodes_with_memory() {
+    const SIDE: [u32; 3] = [32, 48, 48];
+    let values = (0..SIDE.iter().product()).map(|i: u32| (i % SIDE[0]) as f32);
+    let volume = Volume::from_values(SIDE, [1.0; 3], Voxels::F32(values.collect()));
+    let volume = volume.expect("a volume");
+    let camera = Camera {
+        eye: [60.0, 0.0, 0.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 16.0 },
+    };
+    let mut scene = empty_scene([16; 2], camera);
+    let mut medium = uniform_medium(1.0, 0.0, 0.0);
+    medium.transfer = [(6.0, 1.0), (7.0, 0.0)]
+        .map(|(value, opacity)| TransferPoint {
+            value,
+            opacity,
+            ..medium.transfer[0]
+        })
+        .into();
+    scene.medium = Some(medium);
+    scene.lights.environment.radiance = [1.0; 3];
+    for value in [9.7, 15.7, 19.7, 24.7] {
+        scene.surfaces.iso = vec![Isosurface {
+            value,
+            opacity: 1.0,
+            color: [0.8; 3],
+            shading: Shading::Lambert,
+        }];
+        let mut cached = cached(&scene, &volume, 1.0, CacheFormat::F32, 64, 1);
+        let shown = cached.march();
+        let mean = shown.iter().map(|p| f64::from(p[0])).sum::<f64>() / shown.len() as f64;
+        println!("at {value}: {:+.1} %", 100.0 * (mean / 0.8 - 1.0));
+        assert!(
+            (-0.02..0.15).contains(&(mean / 0.8 - 1.0)),
+            "at {value}: {mean}"
+        );
+    }
+}
