@@ -154,7 +154,7 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
         }
     }
     if (full_light) {
-        transmittance *= surface_transmittance(shadow, span.x, span.y, NOTHING, sides_at(g));
+        transmittance *= surface_transmittance(shadow, span.x, span.y, NOTHING, 0u);
     }
     return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
 }
@@ -203,13 +203,16 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
             break;
         }
         float weight = front.transmittance * surface_at(uint(crossing.surface)).opacity;
-        if (sun_count > 0u) {
+        if (weight > 0.0 && sun_count > 0u) {
             Hit hit = hit_at(ray, crossing);
             Material material = make_material(uint(crossing.surface));
             front.radiance += weight * sunlight_reflected(ray, crossing, hit, material, OPAQUE_BELOW);
         }
         leave(front, Tail(crossing.t, weight, crossing.surface, crossing.inside), random);
         front.transmittance -= weight;
+        if (front.transmittance <= 0.0) {
+            break;
+        }
         t = crossing.t;
         pass_through(ray, crossing, search);
     }
@@ -229,19 +232,14 @@ void main() {
     uint index = pixel_at(item / units_together());
     ivec2 pixel = is_in_bricks ? texel_at_index(index) : texel;
     Random random = Random(index, push.sample_index + item % units_together(), 0u);
-    vec2 jitter = place_in_pixel(unit_intervals(even_words(random, direction_pairs(0u))).xy);
     float entry, t_end;
-    Ray ray = camera_ray(vec2(pixel) + jitter, entry, t_end);
+    Ray ray = camera_ray(vec2(pixel) + marched_place(random), entry, t_end);
     Front front = NOTHING_MET;
     march(ray, t_end, front, random);
     if (front.taken > 0.0) {
         front.radiance += missed_light(ray, front, random);
     }
-    vec3 background = background_is_color ? scene.background
-                                          : escaping_radiance(ray.direction, ALONE);
-    if (!background_is_transparent) {
-        front.radiance += front.transmittance * background;
-    }
+    front.radiance += front.transmittance * background(ray.direction);
     report(place, is_void, !is_void);
     if (is_void) {
         return;

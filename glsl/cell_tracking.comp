@@ -81,7 +81,7 @@ bool collect(inout Path path, inout Random random) {
     if (node_work.gathers == 0u) {
         return false;
     }
-    Cube cube = cube_at(path.origin + path.t_end * path.direction / scene.spacing);
+    Cube cube = cube_at(end_of_flight(path));
     if (is_left_to_paths(cube)) {
         return false;
     }

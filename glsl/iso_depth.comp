@@ -7,6 +7,7 @@
 #include "ray.glsl"
 #include "ranges.glsl"
 #include "surface.glsl"
+#include "random.glsl"
 #include "camera.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

@@ -82,10 +82,9 @@ void begin_sample(inout Path path) {
     begin_path(path);
     uint item = item_of(path);
     Random march = Random(path.pixel, sample_of(item), 0u);
-    vec2 jitter = place_in_pixel(unit_intervals(even_words(march, direction_pairs(0u))).xy);
     vec2 corner = vec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
     float entry, t_end;
-    Ray ray = camera_ray(corner + jitter, entry, t_end);
+    Ray ray = camera_ray(corner + marched_place(march), entry, t_end);
     Tail tail = tail_of(item);
     path.origin = ray.origin;
     path.direction = ray.direction;
@@ -96,7 +95,6 @@ void begin_sample(inout Path path) {
     if (tail.surface == COLLISION) {
         vec3 g = ray.origin + tail.t * ray.step;
         path.value = volume_value(g);
-        path.inside = sides_at(g);
     }
     path.stage = STAGE_ARRIVAL;
     Random random = random_of(path);

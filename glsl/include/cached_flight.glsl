@@ -1,19 +1,13 @@
 // Paths that end at a collision by reading the cache. Where the nodes around a cube do not tell the light in it
 // (cache.glsl), or have had no path since they are out of sight, a path scatters as if there were no cache.
 
-// Whether the collision at path.t_end may take its light from the cache.
-bool reads_cache(Path path) {
-    vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
-    return path.collisions + 1u >= cache_order && !is_left_to_paths(cube_at(g));
-}
-
 // Ends a path at a collision, with a shadow ray for the suns.
 bool collect(inout Path path, inout Random random) {
-    if (!reads_cache(path)) {
+    vec3 g = end_of_flight(path);
+    Cube cube = cube_at(g);
+    if (path.collisions + 1u < cache_order || is_left_to_paths(cube)) {
         return false;
     }
-    vec3 g = path.origin + path.t_end * path.direction / scene.spacing;
-    Cube cube = cube_at(g);
     CachedLight light = read_cache(cube);
     if (!light.known) {
         return false;

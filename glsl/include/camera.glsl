@@ -17,6 +17,11 @@ vec2 place_in_pixel(vec2 u) {
     return scene.through_centres != 0u ? vec2(0.5) : u;
 }
 
+// The point of its pixel through which a marched sample's ray goes.
+vec2 marched_place(Random random) {
+    return place_in_pixel(unit_intervals(even_words(random, direction_pairs(0u))).xy);
+}
+
 // A ray through the picture at p, in pixels from its upper left corner.
 // `entry` is the world distance from the eye (or its plane) to where the ray may first meet something: the
 // ray's own t starts there, so that a distant eye costs no digits. Misses have t_end < 0.

@@ -17,6 +17,11 @@ bool knows_suns(Path path);
 
 #include "path_search.glsl"
 
+// The point in grid space where the flight ends.
+vec3 end_of_flight(Path path) {
+    return path.origin + path.t_end * path.direction / scene.spacing;
+}
+
 Random random_of(Path path) {
     return Random(path.pixel, path.sample_index, path.dimension);
 }
@@ -151,8 +156,8 @@ struct Response {
 
 Response response_of(Scatterer s, vec3 direction) {
     if (s.is_surface) {
-        float cosine = dot(s.hit.geometric, direction) > 0.0 ? max(0.0, dot(s.hit.shading, direction)) : 0.0;
-        return Response(brdf_value(s.material, s.hit.shading, -s.arriving, direction) * cosine,
+        return Response(brdf_value(s.material, s.hit.shading, -s.arriving, direction)
+                            * cosine_towards(s.hit, direction),
                         brdf_density(s.material, s.hit.shading, -s.arriving, direction));
     }
     float density = phase_density(dot(s.arriving, direction));
@@ -179,7 +184,7 @@ vec3 sample_direction(inout Path path, Scatterer s, vec3 u) {
 void deflect(inout Path path, inout Random random) {
     Scatterer s = scatterer_of(path);
     int known = s.is_surface ? path.surface : NOTHING;
-    path.origin += path.t_end * path.direction / scene.spacing;
+    path.origin = end_of_flight(path);
     if (!s.is_surface) {
         ++path.collisions;
         path.throughput *= albedo_of(path.value);

@@ -19,7 +19,7 @@ vec3 sunlight_reflected(Ray ray, Crossing crossing, Hit hit, Material material, 
     for (uint s = 0u; s < sun_count; ++s) {
         Sun sun = sun_at(s);
         vec3 l = -sun.direction;
-        float cosine = dot(hit.geometric, l) > 0.0 ? dot(hit.shading, l) : 0.0;
+        float cosine = cosine_towards(hit, l);
         if (cosine > 0.0) {
             vec3 f = brdf_value(material, hit.shading, -ray.direction, l);
             radiance += f * cosine * sun_reaching(g, crossing, l, least) * sun.irradiance;

@@ -197,11 +197,6 @@ uint sides_of(vec2 range) {
     return inside;
 }
 
-// The sides on which a point lies.
-uint sides_at(vec3 g) {
-    return sides_of(vec2(volume_value(g)));
-}
-
 // A search for crossings along a ray, which has come to t.
 struct Search {
     float t;
@@ -215,6 +210,7 @@ ivec3 macrocell_at(Ray ray, float t) {
     return cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells));
 }
 
+// `inside` matters for the known surface alone: the search finds the sides of all others.
 Search begin_search(Ray ray, float t, int known, uint inside) {
     return Search(t, macrocell_at(ray, t), known, true, inside);
 }
@@ -334,6 +330,12 @@ struct Hit {
     vec3 geometric; // unit, facing the arriving ray
     vec3 shading;   // unit, facing the arriving ray
 };
+
+// The cosine by which a surface takes light from a direction: none from behind the surface itself, whatever its shading
+// normal.
+float cosine_towards(Hit hit, vec3 direction) {
+    return dot(hit.geometric, direction) > 0.0 ? max(0.0, dot(hit.shading, direction)) : 0.0;
+}
 
 // Normals at a crossing of surface s. They point to where the ray came from: down the gradient if it
 // came from outside, up it from inside.

@@ -189,7 +189,6 @@ impl GpuScene {
             Variant::Caching(layout) => SceneConstants {
                 cache_nodes: layout.nodes,
                 cache_step: layout.step,
-                cache_bricks: layout.bricks,
                 cache_places: layout.places,
                 cache_stride: (1.0 / layout.scale).max(1.0) as u32,
                 coarse_first: layout.begins_coarse() as u32,

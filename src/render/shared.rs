@@ -90,8 +90,6 @@ shared! {
         pub cache_nodes: uvec3,
         /// Distance from node to node, in grid units.
         pub cache_step: vec3,
-        /// Bricks of nodes along each axis.
-        pub cache_bricks: uvec3,
         /// Places for bricks in the cache's images along each axis.
         pub cache_places: uvec3,
         /// Voxels from node to node: the number of a march's steps for which light is read once.
