@@ -81,7 +81,7 @@ void main() {
     }
     uint index = (cell.z * scene.dims.y + cell.y) * scene.dims.x + cell.x;
     Random random = Random(index, push.round, 0u);
-    uint most_bounces = scene.max_bounces > 0u ? scene.max_bounces - 1u : MOST_BOUNCES;
+    uint most_bounces = scene.max_bounces > 0u ? scene.max_bounces : MOST_BOUNCES;
     vec4 mean = imageLoad(radiance_cells, cell);
     vec4 position = imageLoad(position_cells, cell);
     vec4 direction = imageLoad(direction_cells, cell);
@@ -107,7 +107,7 @@ void main() {
                 ++path.bounces;
             }
         }
-        if (leaves || path.bounces > most_bounces) {
+        if (leaves || path.bounces >= most_bounces) {
             vec3 radiance = leaves ? path.throughput * light_from(path.direction) : vec3(0.0);
             mean.a += 1.0;
             mean.rgb += (radiance - mean.rgb) / mean.a;

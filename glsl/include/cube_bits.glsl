@@ -37,6 +37,11 @@ vec2 range_of_macrocells(Span span) {
     return range_between(min(ivec3(span.low) / MACROCELL, last), min(ivec3(span.high) / MACROCELL, last));
 }
 
+// The last cube along each axis; the node behind it has none of its own.
+ivec3 last_cube() {
+    return max(ivec3(scene.cache_nodes) - 2, 0);
+}
+
 bool may_mark(Span span);
 uint marks_of(ivec3 cube);
 
@@ -48,7 +53,7 @@ void set_bit(ivec3 cube) {
 
 void set_bits_around(ivec3 cube) {
     ivec3 low = max(cube - 1, ivec3(0));
-    ivec3 high = min(cube + 1, ivec3(scene.cache_nodes) - 1);
+    ivec3 high = min(cube + 1, last_cube());
     for (int z = low.z; z <= high.z; ++z) {
         for (int y = low.y; y <= high.y; ++y) {
             for (int x = low.x; x <= high.x; ++x) {
@@ -100,7 +105,8 @@ void main() {
     }
     barrier();
     ivec3 cube = first + ivec3(gl_LocalInvocationID);
-    uint marks = is_possible ? marks_of(cube) : NOTHING_MARKED;
+    bool exists = all(lessThanEqual(cube, last_cube()));
+    uint marks = is_possible && exists ? marks_of(cube) : NOTHING_MARKED;
     if (is_void) {
         atomicAdd(lacking, 1u);
     }
