@@ -45,12 +45,12 @@ impl Engine {
         if !changes.spoil(Derived::Picture) {
             self.scene = scene.clone();
             self.full = next;
-            return Ok(Some(match changes.is_empty() {
-                true => Changed::Nothing,
-                false => Changed::Display,
+            return Ok(Some(match changes.spoil(Derived::Display) {
+                true => Changed::Display,
+                false => Changed::Nothing,
             }));
         }
-        if changes.spoil(Derived::Plan) || !self.full.passes_serve(&next) {
+        if changes.spoil(Derived::Plan) {
             return Ok(None);
         }
         // The baseline's cells and their majorant are made for one medium under one light.
@@ -62,7 +62,7 @@ impl Engine {
             true => next.refitted(&self.volume, self.host.summary().max_image_3d)?,
             false => next,
         };
-        if !self.fits(&next)? {
+        if !self.full.passes_serve(&next) || !self.fits(&next)? {
             return Ok(None);
         }
         let has_new_size = next.parts.view.size != self.full.parts.view.size;

@@ -21,7 +21,7 @@ const MOST_IDLE: f64 = 0.4;
 /// The widest step from node to node, in voxels, where bricks begin with the coarse lattice of nodes.
 const WIDEST_STEP: f32 = 2.5;
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct CacheLayout {
     /// Nodes per voxel along an axis.
     pub scale: f64,
@@ -38,6 +38,17 @@ pub struct CacheLayout {
     pub places: [u32; 3],
     /// Light is read close to a face of the box.
     pub meets_faces: bool,
+}
+
+/// Equal layouts have the same nodes in the same memory, which then holds the same light. What reads that light may differ.
+impl PartialEq for CacheLayout {
+    fn eq(&self, other: &CacheLayout) -> bool {
+        self.scale == other.scale
+            && self.is_f16 == other.is_f16
+            && self.nodes == other.nodes
+            && self.active == other.active
+            && self.places == other.places
+    }
 }
 
 impl CacheLayout {
@@ -122,9 +133,14 @@ impl CacheLayout {
         }
     }
 
+    /// Whether nodes gather from each other at first: the rule of `may_gather` in `glsl/include/coarse.glsl`.
+    pub fn may_gather(&self) -> bool {
+        self.nodes.iter().all(|&n| n > 1)
+    }
+
     /// Whether bricks begin with the coarse lattice of nodes (`coarse.glsl`).
     pub fn begins_coarse(&self) -> bool {
-        self.step.iter().all(|&step| step < WIDEST_STEP)
+        self.may_gather() && self.step.iter().all(|&step| step < WIDEST_STEP)
     }
 
     /// The place of each brick of the lattice, packed; `NO_PLACE` for bricks without memory.
