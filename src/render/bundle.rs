@@ -12,8 +12,12 @@
 
 use super::brick_window::Items;
 
-/// The most units in a bundle: the more there are, the fewer pixels have room for their sums at once.
-pub const MOST_TOGETHER: u32 = 64;
+/// The most units in a bundle: the more there are, the fewer pixels have room for their sums at once. Items, and as many
+/// again as there are pixels, are counted in 32 bits.
+pub fn most_together(pixels: u32) -> u32 {
+    let countable = (u32::MAX / pixels).saturating_sub(1).max(1);
+    pixels.min(64).min(countable)
+}
 
 /// Several units, each with the same number of samples for every pixel.
 #[derive(Debug, Clone, Copy)]
@@ -53,6 +57,33 @@ impl Bundle {
             units: self.units,
             first,
             end: (all * self.units).min(first + all - all % self.units),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_of_the_largest_pictures_can_be_counted() {
+        for size in [[1, 1], [7, 5], [8192, 8192], [12000, 8000], [16384, 16384]] {
+            let pixels = size[0] * size[1];
+            let bundle = Bundle {
+                units: most_together(pixels),
+                ..Bundle::TRIAL
+            };
+            let (mut done, mut sheets) = (0, 0);
+            while done < pixels {
+                let items = bundle.items_from(done, size);
+                assert!(items.first < items.end, "{size:?} stays at pixel {done}");
+                done = items.end / bundle.units;
+                sheets += 1;
+            }
+            assert!(
+                done == pixels && sheets <= bundle.units + 1,
+                "{size:?}: {sheets}"
+            );
         }
     }
 }

@@ -46,6 +46,8 @@ pub struct Renderer {
     pub(super) under_way: Option<Bundle>,
     /// Pixels, in the order of work, all of whose units under way are in the mean.
     pub(super) folded: u32,
+    /// Reads of the volume by the units under way.
+    pub(super) lookups_under_way: u64,
     /// The picture before the units under way, if pixels get these one after another.
     pub(super) kept: Option<Sums>,
     /// Whether the picture so far is that of another scene.
@@ -106,6 +108,7 @@ impl Renderer {
             totals: Totals::default(),
             under_way: None,
             folded: 0,
+            lookups_under_way: 0,
             kept: None,
             is_stale: false,
             compiling: Duration::ZERO,

@@ -1,6 +1,6 @@
-//! Counts of the work that a picture has had so far.
+//! Counts of the work so far.
 
-/// Counts since the picture began.
+/// `samples` and `units` are those of the picture at hand, the others those of all pictures that it was made after.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Totals {
     /// Index of the picture's first sample, which is not 0 in a shard of a picture.
@@ -9,7 +9,8 @@ pub struct Totals {
     pub samples: u32,
     /// Units whose spread gives the standard error; `published` has a single one, which grows.
     pub units: u32,
+    /// Camera paths of units that have ended.
     pub paths: u64,
-    /// Reads of the volume by tracking.
+    /// Reads of the volume by tracking in these units.
     pub lookups: u64,
 }

@@ -4,7 +4,7 @@
 //! paths.
 
 use super::accumulate::AccumulatePush;
-use super::bundle::{Bundle, MOST_TOGETHER};
+use super::bundle::{Bundle, most_together};
 use super::estimator::Estimator;
 use super::renderer::Renderer;
 use super::until::Until;
@@ -34,7 +34,7 @@ impl Renderer {
             false => (samples, units),
         };
         let most = match &self.resources.bricks {
-            Some(_) => MOST_TOGETHER.min(self.pixels()),
+            Some(_) => most_together(self.pixels()),
             None => 1,
         };
         let mut left = units;
@@ -95,12 +95,13 @@ impl Renderer {
             begins: false,
             ..bundle
         });
-        self.totals.lookups += u64::from(sampled.lookups);
+        self.lookups_under_way += u64::from(sampled.lookups);
         self.accumulate(bundle, sampled.pixels)
     }
 
     fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<Bundle> {
         self.folded = 0;
+        self.lookups_under_way = 0;
         self.kept = match units {
             1 => None,
             _ => Some(self.sums()?),
@@ -135,6 +136,7 @@ impl Renderer {
             self.totals.samples += samples;
             self.totals.units += bundle.units;
             self.totals.paths += u64::from(samples) * u64::from(pixels);
+            self.totals.lookups += self.lookups_under_way;
         }
         Ok(has_ended)
     }
