@@ -12,7 +12,7 @@ pub struct Sums {
 impl Sums {
     /// Standard error of each pixel's mean after `samples` samples in `units` units; infinite while there is a single
     /// unit. `cache_error` is the relative error of the picture that the cache shows, which all samples share; 0
-    /// without a cache.
+    /// without a cache. Where it is infinite, so are the errors of all pixels that show anything but background.
     pub fn standard_error(&self, samples: u32, units: u32, cache_error: f64) -> Vec<[f32; 3]> {
         let divisor = units.saturating_sub(1) as f32 * samples as f32;
         let shared = self.shared_error(cache_error);
@@ -20,6 +20,7 @@ impl Sums {
             std::array::from_fn(|c| match units {
                 0 | 1 => f32::INFINITY,
                 _ if m[3] == 0.0 => (s[c] / divisor).max(0.0).sqrt(),
+                _ if shared.is_infinite() => f32::INFINITY,
                 _ => (s[c] / divisor).max(0.0).sqrt().hypot(shared * m[c] * m[3]),
             })
         });
@@ -43,5 +44,20 @@ impl Sums {
             true => (cache_error * brightness / count / rms) as f32,
             false => 0.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_error_of_the_cache_is_infinite_in_each_channel() {
+        let sums = Sums {
+            mean: vec![[1.0, 0.0, 0.0, 1.0], [0.5, 0.5, 0.5, 0.0]],
+            squares: vec![[0.0; 4]; 2],
+        };
+        let errors = sums.standard_error(2, 2, f64::INFINITY);
+        assert_eq!(errors, [[f32::INFINITY; 3], [0.0; 3]]);
     }
 }
