@@ -156,8 +156,8 @@ impl BrickPlaces {
         }
         self.figures.resident = self.held.iter().flatten().count() as u32;
         Ok(Loads {
-            wanted: wanted.len(),
             loaded,
+            has_room: loads.len() == wanted.len(),
         })
     }
 

@@ -38,10 +38,11 @@ impl Items {
 /// What the host did about bricks that were missed.
 #[derive(Debug, Clone, Copy)]
 pub struct Loads {
-    /// Bricks that invocations have asked for.
-    pub wanted: usize,
-    /// Those of them that have been loaded.
+    /// Bricks that have been loaded.
     pub loaded: usize,
+    /// Whether there were places for all bricks that invocations have asked for. Those that have not been loaded are
+    /// then only late.
+    pub has_room: bool,
 }
 
 /// A single invocation needs more bricks than there is room for.
@@ -120,8 +121,7 @@ impl Window {
     }
 
     fn follow_pixels(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
-        let found_all = loads.loaded == loads.wanted;
-        if found_all || (self.count == 1 && loads.loaded > 0) {
+        if loads.has_room || (self.count == 1 && loads.loaded > 0) {
             return Ok(());
         }
         self.shrink(told)?;
@@ -167,12 +167,16 @@ mod tests {
     }
 
     const SOME: Loads = Loads {
-        wanted: 9,
         loaded: 5,
+        has_room: false,
     };
     const NONE: Loads = Loads {
-        wanted: 9,
         loaded: 0,
+        has_room: false,
+    };
+    const LATE: Loads = Loads {
+        loaded: 5,
+        has_room: true,
     };
 
     #[test]
@@ -213,5 +217,13 @@ mod tests {
         assert!(window.is_whole() && window.first == 0);
         window.begin(Order::Pixels);
         assert_eq!(window.count, 50);
+    }
+
+    #[test]
+    fn pixels_whose_bricks_are_late_are_no_fewer() {
+        let mut window = Window::new();
+        window.begin(Order::Pixels);
+        window.follow(&told(80, 20, 10), LATE).expect("room");
+        assert!(window.is_whole());
     }
 }
