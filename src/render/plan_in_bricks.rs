@@ -80,10 +80,13 @@ fn plans(
     scene: &Scene,
     uncached: GpuScene,
 ) -> impl Iterator<Item = Result<Plan>> {
-    let has_caches = scene.render.variant != Variant::NonCaching && useless(scene).is_none();
+    let [has_caches, has_none] = match scene.render.variant {
+        Variant::Caching => [true, false],
+        Variant::Auto => [useless(scene).is_none(), true],
+        Variant::NonCaching | Variant::Published => [false, true],
+    };
     let caches = has_caches.then(|| rungs(&uncached, volume, scene, limits));
-    let is_last_cached = scene.render.variant == Variant::Caching;
-    let without = (!is_last_cached).then(|| uncached.clone());
+    let without = has_none.then(|| uncached.clone());
     let layouts = caches
         .into_iter()
         .flatten()
