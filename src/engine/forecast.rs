@@ -53,14 +53,14 @@ pub struct Filling {
 impl Filling {
     /// Seconds until nodes have had paths of this worth.
     fn seconds_to(&self, paths: f64) -> f64 {
-        let gathered = f64::from(worth(GATHERED));
+        let gathered = worth(GATHERED);
         self.gathering * paths.min(gathered) / gathered
             + self.per_traced_path * (paths - gathered).max(0.0)
     }
 
     /// The worth of the paths that nodes have had after so many seconds.
     fn worth_after(&self, seconds: f64) -> f64 {
-        let gathered = f64::from(worth(GATHERED));
+        let gathered = worth(GATHERED);
         match seconds < self.gathering {
             true => gathered * seconds / self.gathering,
             false => gathered + (seconds - self.gathering) / self.per_traced_path,
@@ -107,7 +107,7 @@ impl Forecast {
         let samples = self.samples_to(error);
         let fill = self.cache.map_or(0.0, |cache| {
             // The error is known once nodes trace whole paths, at the ends of batches, which double what there is.
-            let wanted = (cache.variance / goal.powi(2)).max(2.0 * f64::from(worth(GATHERED)));
+            let wanted = (cache.variance / goal.powi(2)).max(2.0 * worth(GATHERED));
             cache.seconds_to(wanted.log2().ceil().exp2())
         });
         fill + f64::from(pictures) * self.seconds_for(samples)

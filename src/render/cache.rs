@@ -305,7 +305,7 @@ impl Cache {
         }
         let took = began.elapsed();
         self.took += took;
-        let pace = match gathers(before, samples) {
+        let pace = match self.memory.layout.may_gather() && gathers(before, samples) {
             true => &mut self.gathering,
             false => &mut self.tracing,
         };
@@ -363,7 +363,10 @@ impl Cache {
         self.under_way = None;
         self.is_blank = false;
         if samples > 0 && !self.shown.is_empty() {
-            let had = worth(self.updates);
+            let had = match self.memory.layout.may_gather() {
+                true => worth(self.updates),
+                false => f64::from(self.updates),
+            };
             self.relative_error = relative_error(&self.shown, &now, had, samples);
         }
         self.shown = now;

@@ -38,8 +38,8 @@ pub fn shown(
 }
 
 /// rms(standard error)/mean of the picture `now`, after nodes with `history` paths have got `batch` more.
-pub fn relative_error(before: &[[f32; 4]], now: &[[f32; 4]], history: u32, batch: u32) -> f64 {
-    (f64::from(history) / f64::from(batch)).sqrt() * relative_difference(before, now)
+pub fn relative_error(before: &[[f32; 4]], now: &[[f32; 4]], history: f64, batch: u32) -> f64 {
+    (history / f64::from(batch)).sqrt() * relative_difference(before, now)
 }
 
 /// rms(after − before) over RGB, relative to the mean of alpha, the whole picture's brightness.

@@ -44,7 +44,7 @@ impl CellTracking {
 
     /// Forgets all paths and starts the queue of nodes anew.
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
-        self.half = match cache.bricks().iter().any(is_young) {
+        self.half = match cache.layout.may_gather() && cache.bricks().iter().any(is_young) {
             true => 0,
             false => BOTH_HALVES,
         };
@@ -97,7 +97,7 @@ impl CellTracking {
     }
 }
 
-/// Whether a brick's nodes may gather in this batch (`gathering.glsl`), and get paths on the coarse lattice alone
+/// Whether a brick's nodes gather in this batch if any do (`gathering.glsl`), and get paths on the coarse lattice alone
 /// (`coarse.glsl`).
 fn is_young(brick: &Brick) -> bool {
     brick.samples > 0 && brick.first_sample + brick.samples <= GATHERED

@@ -37,15 +37,15 @@ pub fn doubling(updates: u32) -> u32 {
     match updates {
         0 => 4,
         1..GATHERED => updates.min(GATHERED - updates),
-        _ => worth(updates),
+        _ => worth(updates) as u32,
     }
 }
 
 /// Paths of nodes in sight that have had `updates`, by what they are worth: the rule of `history` in
 /// `glsl/include/gathering.glsl`.
-pub fn worth(updates: u32) -> u32 {
+pub fn worth(updates: u32) -> f64 {
     let gathered = updates.min(GATHERED);
-    updates - gathered + gathered / GATHERED_FOR_ONE
+    f64::from(updates - gathered) + f64::from(gathered) / f64::from(GATHERED_FOR_ONE)
 }
 
 /// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`: the rule of `gathers` in
@@ -68,7 +68,7 @@ mod tests {
             }
             assert_eq!(updates, GATHERED);
             assert_eq!(doubling(updates), GATHERED / GATHERED_FOR_ONE);
-            assert_eq!(worth(updates + doubling(updates)), 2 * worth(updates));
+            assert_eq!(worth(updates + doubling(updates)), 2.0 * worth(updates));
         }
     }
 }
