@@ -69,8 +69,7 @@ impl Engine {
         short: f64,
         until: Until<'_>,
     ) -> Result<Option<Forecast>> {
-        // A first sample that is late is better than none.
-        if self.take(1, 1, until.interrupt.into())?.is_none() {
+        if self.take(1, 1, work.until_late())?.is_none() {
             return Ok(None);
         }
         let mut last = None;

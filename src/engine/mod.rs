@@ -32,7 +32,7 @@ pub use refinement::Refinement;
 pub use run::{Outcome, Progress, Run};
 pub use schedule::{SampleRange, Stop};
 pub use stopwatch::Stopwatch;
-pub use trial::Work;
+pub use trial::{Trial, Work};
 
 /// A scene on a device, and the picture of it so far.
 pub struct Engine {

@@ -20,9 +20,12 @@ const TIME_TO_LOOK: Duration = Duration::from_millis(500);
 /// The flag of work that an interruption has to wait for; it is never set.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
 
-/// The least extra time for a first sample that is late, beside the given time once more: a picture a little late is
-/// better than none.
-const LEAST_DELAY: Duration = Duration::from_secs(5);
+/// The time after which a first sample is too late, if `time` is what was given: a picture a little late is better than
+/// none.
+pub(super) fn with_delay(time: Duration) -> Duration {
+    const LEAST_DELAY: Duration = Duration::from_secs(5);
+    time.saturating_add(time.max(LEAST_DELAY))
+}
 
 /// A function that is called between two pieces of work.
 pub type Between<'a> = &'a mut dyn FnMut(&mut Engine) -> Result<()>;
@@ -210,7 +213,7 @@ impl Engine {
             _ if is_first && run.waits => None,
             // Without light in the cache there is no picture, however long the sample takes.
             (Some(time), Some(cache)) if cache.updates == 0 => Some(time),
-            (Some(time), _) if is_first => Some(time + time.max(LEAST_DELAY)),
+            (Some(time), _) if is_first => Some(with_delay(time)),
             (time, _) => time,
         };
         // An interruption while the cache is filled still lets the first unit end: the picture that the cache shows.

@@ -10,10 +10,11 @@
 //!
 //! Where samples are counted, the plan's choice stands: the same command then gives the same bits.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::forecast::{Filling, Forecast, verdict};
+use super::run::with_delay;
 use super::schedule::{Stop, cache_goal, cache_share_of_time};
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
@@ -43,92 +44,152 @@ pub struct Work<'a> {
     pub interrupt: &'a AtomicBool,
 }
 
-impl Engine {
-    /// Brings the scene onto the GPU in the variant that is expected to be the fastest for the work, of those that the
-    /// scene allows and that fit. What a trial has put into a cache stays there, and so do the first samples of a picture
-    /// where the volume streams. The stopwatch, which stands still, has the time that this work has taken.
-    ///
-    /// # Errors
-    ///
-    /// The same as for [`Engine::new`].
-    pub fn for_work(
-        host: &Host,
-        volume: &Volume,
-        scene: &Scene,
-        choice: Choice,
-        seed: u32,
-        work: Work<'_>,
-    ) -> Result<(Engine, Stopwatch)> {
-        let is_open = scene.render.variant == Variant::Auto && work.stop.count().is_none();
-        let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
-        let trial = Trial {
-            host,
-            volume,
-            scene,
-            seed,
-            work,
-        };
-        match is_open && may_cache {
-            true => trial.choose(choice),
-            false => Ok((trial.engine(choice)?, Stopwatch::paused())),
+impl<'a> Work<'a> {
+    /// Until the interruption, or until so much time is over.
+    fn until(&self, time: Option<Duration>) -> Until<'a> {
+        Until {
+            interrupt: self.interrupt,
+            deadline: time.and_then(|time| Instant::now().checked_add(time)),
         }
+    }
+
+    /// Until the interruption, or until a first sample is too late.
+    pub(super) fn until_late(&self) -> Until<'a> {
+        self.until(self.stop.time.map(with_delay))
     }
 }
 
-/// What all engines of a trial are made for.
-struct Trial<'a> {
+/// The choice of a variant, and the engine with which it begins.
+pub struct Trial<'a> {
     host: &'a Host,
     volume: &'a Volume,
     scene: &'a Scene,
     seed: u32,
     work: Work<'a>,
+    engine: Engine,
+    /// What there is to decide; `None` where it is clear with what to render.
+    open: Option<Open>,
+}
+
+/// A choice that is open.
+struct Open {
+    /// The plan's choice, and the one without a cache.
+    chosen: Choice,
+    plain: Choice,
+    /// Seconds that it took to make the engine without a cache.
+    making: f64,
 }
 
 const TOO_SHORT: &str = "the work is done before a cache would be filled";
 
-impl Trial<'_> {
-    fn engine(&self, choice: Choice) -> Result<Engine> {
-        Engine::with_plan(self.host, self.volume, self.scene, choice, self.seed)
+impl<'a> Trial<'a> {
+    /// Brings the scene onto the GPU according to the plan's `choice`, or, where that may not be the fastest for the work,
+    /// without a cache. Nothing is sampled yet.
+    ///
+    /// # Errors
+    ///
+    /// The same as for [`Engine::new`].
+    pub fn begin(
+        host: &'a Host,
+        volume: &'a Volume,
+        scene: &'a Scene,
+        choice: Choice,
+        seed: u32,
+        work: Work<'a>,
+    ) -> Result<Trial<'a>> {
+        let make = |choice| Engine::with_plan(host, volume, scene, choice, seed);
+        let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
+        let is_open =
+            scene.render.variant == Variant::Auto && work.stop.count().is_none() && may_cache;
+        let (engine, open) = match is_open {
+            false => (make(choice)?, None),
+            true => {
+                let mut without_cache = scene.clone();
+                without_cache.render.variant = Variant::NonCaching;
+                let plain = host.plan(volume, &without_cache)?;
+                let began = Instant::now();
+                let engine = make(plain.clone())?;
+                let open = Open {
+                    chosen: choice,
+                    plain,
+                    making: began.elapsed().as_secs_f64(),
+                };
+                (engine, Some(open))
+            }
+        };
+        Ok(Trial {
+            host,
+            volume,
+            scene,
+            seed,
+            work,
+            engine,
+            open,
+        })
     }
 
-    /// Tries the variant without a cache, and, where the work takes long enough, the caches that `chosen` leaves open.
-    fn choose(&self, chosen: Choice) -> Result<(Engine, Stopwatch)> {
-        let mut without_cache = self.scene.clone();
-        without_cache.render.variant = Variant::NonCaching;
-        let mut plain = self.host.plan(self.volume, &without_cache)?;
-        let began = Instant::now();
-        let mut engine = self.engine(plain.clone())?;
-        let making = began.elapsed().as_secs_f64();
+    /// Whether there is anything to try.
+    pub fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// The time that the engine's passes took to compile.
+    pub fn compiling(&self) -> Duration {
+        self.engine.compiling()
+    }
+
+    /// The engine in the variant that is expected to be the fastest for the work, of those that the scene allows and that
+    /// fit. What a trial has put into a cache stays there, and so do the first samples of a picture that were taken whole.
+    /// The stopwatch, which stands still, has the time that this work has taken.
+    ///
+    /// The variant without a cache is tried first, and where the work takes long enough, the caches that the plan leaves open.
+    ///
+    /// # Errors
+    ///
+    /// The same as for [`Engine::new`].
+    pub fn end(mut self) -> Result<(Engine, Stopwatch)> {
+        let Some(Open {
+            chosen,
+            mut plain,
+            making,
+        }) = self.open.take()
+        else {
+            return Ok((self.engine, Stopwatch::paused()));
+        };
         let mut watch = Stopwatch::started();
         let short = WORTH_A_TRIAL * making;
-        let tried = engine.try_samples(&self.work, short, self.until(self.work.stop.time))?;
+        let until = self.work.until(self.work.stop.time);
+        let tried = self.engine.try_samples(&self.work, short, until)?;
         watch.pause();
-        let totals = engine.totals();
-        if totals.samples == 0 {
+        let totals = self.engine.totals();
+        // A time that was too short for a first sample stays on the watch.
+        if tried.is_some() && totals.samples == 0 {
             watch = Stopwatch::paused();
         }
-        engine.choice.reason = TOO_SHORT.into();
+        self.engine.choice.reason = TOO_SHORT.into();
         let is_long = |uncached: &Forecast| uncached.seconds_of(&self.work) > short;
         let Some(uncached) = tried.filter(is_long) else {
-            return Ok((engine, watch));
+            return Ok((self.engine, watch));
         };
         let caches = self.host.caches(self.volume, self.scene, &chosen)?;
         if caches.is_empty() {
-            engine.choice.reason = chosen.reason;
-            return Ok((engine, watch));
+            self.engine.choice.reason = chosen.reason;
+            return Ok((self.engine, watch));
         }
         let begun = match totals.samples {
             0 => None,
-            _ => Some(engine.sums()?),
+            _ => Some(self.engine.sums()?),
         };
-        drop(engine);
+        let make =
+            |choice| Engine::with_plan(self.host, self.volume, self.scene, choice, self.seed);
+        drop(self.engine);
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
-        match self.best_of(caches, &uncached, to_go_back)? {
+        match best_of(caches, &uncached, &self.work, to_go_back, make)? {
             Ok(tried) => Ok(tried),
             Err(why) => {
                 plain.reason = why;
-                let mut engine = self.engine(plain)?;
+                let mut engine = make(plain)?;
                 if let Some(sums) = begun {
                     engine.resume(&sums, totals)?;
                 }
@@ -136,54 +197,49 @@ impl Trial<'_> {
             }
         }
     }
+}
 
-    /// An engine with the best of these caches, if one is better than none; otherwise the reason why not. Apart from
-    /// compiling for them, caches that are tried share a time that is short beside the work's.
-    fn best_of(
-        &self,
-        caches: Vec<Choice>,
-        uncached: &Forecast,
-        to_go_back: f64,
-    ) -> Result<std::result::Result<(Engine, Stopwatch), String>> {
-        let mut left = SHARE * uncached.seconds_of(&self.work);
-        let mut best: Option<(Choice, Forecast)> = None;
-        let mut why = TOO_SHORT.to_string();
-        let last = caches.len() - 1;
-        for (n, mut choice) in caches.into_iter().enumerate() {
-            let mut engine = self.engine(choice.clone())?;
-            let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
-            let mut watch = Stopwatch::paused();
-            let began = Instant::now();
-            let until = self.until(Duration::try_from_secs_f64(left.max(0.0)).ok());
-            let tried = engine.try_cache(rival, &self.work, to_go_back, until, &mut watch)?;
-            left -= began.elapsed().as_secs_f64();
-            let Some((cached, is_better)) = tried else {
-                break;
-            };
-            let said = verdict(uncached, &cached, &self.work, 0.0).1;
-            if is_better {
-                choice.reason = format!("{said}; {}", choice.reason);
-                if n == last {
-                    engine.choice = choice;
-                    return Ok(Ok((engine, watch)));
-                }
-                best = Some((choice, cached));
-            } else if best.is_none() {
-                why = said;
+/// An engine with the best of these caches, if one is better than none; otherwise the reason why not. Apart from
+/// compiling for them, caches that are tried share a time that is short beside the work's.
+fn best_of(
+    caches: Vec<Choice>,
+    uncached: &Forecast,
+    work: &Work<'_>,
+    to_go_back: f64,
+    make: impl Fn(Choice) -> Result<Engine>,
+) -> Result<std::result::Result<(Engine, Stopwatch), String>> {
+    let mut left = SHARE * uncached.seconds_of(work);
+    let mut best: Option<(Choice, Forecast)> = None;
+    let mut why = TOO_SHORT.to_string();
+    let last = caches.len() - 1;
+    for (n, mut choice) in caches.into_iter().enumerate() {
+        let mut engine = make(choice.clone())?;
+        let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
+        let mut watch = Stopwatch::paused();
+        let began = Instant::now();
+        let until = work.until(Duration::try_from_secs_f64(left.max(0.0)).ok());
+        let tried = engine.try_cache(rival, work, to_go_back, until, &mut watch)?;
+        left -= began.elapsed().as_secs_f64();
+        let Some((cached, is_better)) = tried else {
+            break;
+        };
+        let said = verdict(uncached, &cached, work, 0.0).1;
+        if is_better {
+            choice.reason = format!("{said}; {}", choice.reason);
+            if n == last {
+                engine.choice = choice;
+                return Ok(Ok((engine, watch)));
             }
-        }
-        match best {
-            Some((choice, _)) => Ok(Ok((self.engine(choice)?, Stopwatch::paused()))),
-            None => Ok(Err(why)),
+            best = Some((choice, cached));
+        } else if best.is_none() {
+            why = said;
         }
     }
-
-    /// Until the interruption, or until so much time is over.
-    fn until(&self, time: Option<Duration>) -> Until<'_> {
-        Until {
-            interrupt: self.work.interrupt,
-            deadline: time.and_then(|time| Instant::now().checked_add(time)),
-        }
+    match best {
+        // What has been sampled without a cache is all that there is.
+        _ if work.interrupt.load(Ordering::Relaxed) => Ok(Err("it was interrupted".into())),
+        Some((choice, _)) => Ok(Ok((make(choice)?, Stopwatch::paused()))),
+        None => Ok(Err(why)),
     }
 }
 
@@ -259,7 +315,7 @@ impl Engine {
             let next = cache.updates.max(GATHERED);
             let further = cache.seconds_to(2 * next) - cache.seconds_to(next);
             let per_traced_path = further / f64::from(next);
-            let traced = worth(cache.updates).saturating_sub(worth(GATHERED));
+            let traced = (worth(cache.updates) - worth(GATHERED)).max(0.0);
             let took = cache.took.as_secs_f64();
             let gathering = took + cache.seconds_to(GATHERED);
             let unseen = match cache.updates <= GATHERED {
@@ -267,9 +323,9 @@ impl Engine {
                 false => 1.0,
             };
             Filling {
-                gathering: (gathering - per_traced_path * f64::from(traced)).max(0.0),
+                gathering: (gathering - per_traced_path * traced).max(0.0),
                 per_traced_path,
-                variance: unseen * cache.relative_error.powi(2) * f64::from(worth(cache.updates)),
+                variance: unseen * cache.relative_error.powi(2) * worth(cache.updates),
                 share_of_time: cache_share_of_time(cache.samples_are_smooth()),
             }
         })

@@ -12,7 +12,7 @@ use super::shards::{Origin, check_variant};
 use super::summary::Summary;
 use super::views::{Saved, View, views};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Work};
+use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Trial, Work};
 use crate::error::Result;
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::Progress;
@@ -28,7 +28,6 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let (opened, host) = open(args, &mut clock)?;
     let views = views(args, &opened);
     let mut render = Render::begin(args, &host, &opened, &views, clock)?;
-    interrupt::keep_work();
     render.fill()?;
     let (mut outputs, outcomes) = render.take_pictures()?;
     host.check_validation()?;
@@ -116,17 +115,22 @@ impl<'a> Render<'a> {
             pictures,
             interrupt: &interrupt::INTERRUPTED,
         };
-        let ((mut engine, mut watch), fingerprint) = clock.time("compile and upload", || {
+        let (trial, fingerprint) = clock.time("compile and upload", || {
             thread::scope(|scope| -> Result<_> {
                 let walks = args.samples.is_some() || args.checkpoint.is_some();
                 let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
-                let begun = Engine::for_work(host, volume, &settled, choice, args.seed, work)?;
+                let begun = Trial::begin(host, volume, &settled, choice, args.seed, work)?;
                 let walked =
                     walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
                 Ok((begun, walked.transpose()?))
             })
         })?;
-        clock.part("compile", engine.compiling());
+        clock.part("compile", trial.compiling());
+        interrupt::keep_work();
+        let (mut engine, mut watch) = match trial.is_open() {
+            true => clock.time("try variants", || trial.end())?,
+            false => trial.end()?,
+        };
         if scene.render.variant == Variant::Published && args.error.is_some() && !args.quiet {
             eprintln!("note: published does not know its error, and does not stop by --error");
         }

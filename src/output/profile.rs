@@ -59,7 +59,7 @@ pub fn table(stats: &Stats) -> String {
 
 /// Rates per second of the stages that trace paths.
 fn rates(stats: &Stats) -> String {
-    let tracing = |name: &str| ["fill the cache", "render"].contains(&name);
+    let tracing = |name: &str| ["try variants", "fill the cache", "render"].contains(&name);
     let stages = stats.stages.iter().filter(|stage| tracing(&stage.name));
     let seconds = stages.map(|stage| stage.ms).sum::<f64>() / 1e3;
     let paths = stats.paths as f64;

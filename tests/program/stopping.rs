@@ -145,17 +145,20 @@ fn nohup_outlives_its_terminal() {
 #[test]
 fn the_time_holds_for_a_sample_without_end() {
     let folder = Folder::new();
-    let began = Instant::now();
-    let fog = "--variant non-caching --set medium.density=1e6 --set surfaces.iso=[] \
+    let fog = "--set medium.density=1e6 --set surfaces.iso=[] \
                --set medium.transfer.0.opacity=1 --set medium.transfer.0.color=[1,1,1] \
                --set medium.transfer.1.color=[1,1,1] --set camera.eye=[0,0,0] \
                --set camera.target=[0,0,-1]";
-    let output = folder.run(&format!("render ball.toml -o a.exr {fog} --time 0.5"));
-    let said = crate::text(&output.stderr);
-    assert_eq!(output.status.code(), Some(3), "{said}");
-    assert!(said.contains("--time 0.5: after "), "{said}");
-    assert!(began.elapsed() < Duration::from_secs(30));
-    assert!(!folder.path("a.exr").exists());
+    for variant in ["non-caching", "auto"] {
+        let began = Instant::now();
+        let command = format!("render ball.toml -o a.exr {fog} --variant {variant} --time 0.5");
+        let output = folder.run(&command);
+        let said = crate::text(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{variant}: {said}");
+        assert!(said.contains("--time 0.5: after "), "{variant}: {said}");
+        assert!(began.elapsed() < Duration::from_secs(30), "{variant}");
+        assert!(!folder.path("a.exr").exists());
+    }
 }
 
 /// A render without end that fills a cache first.
