@@ -58,6 +58,7 @@ fn weights(image: &EnvironmentImage, cells: [u32; 2]) -> Vec<f64> {
             + brightness((x + 1) % width, y))
             / 8.0
     };
+    let solid_angles: Vec<f64> = (0..cells[1]).map(|row| solid_angle(cells, row)).collect();
     let mut weights = vec![0.0; (cells[0] * cells[1]) as usize];
     for y in 0..height {
         let rows = overlapped(y, height, cells[1]);
@@ -68,8 +69,7 @@ fn weights(image: &EnvironmentImage, cells: [u32; 2]) -> Vec<f64> {
                 / 8.0;
             for row in rows.clone() {
                 for column in overlapped(x, width, cells[0]) {
-                    weights[row * cells[0] as usize + column] +=
-                        filtered * solid_angle(cells, row as u32);
+                    weights[row * cells[0] as usize + column] += filtered * solid_angles[row];
                 }
             }
         }
