@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::Volume;
 use super::format;
-use super::format::header::Header;
+use super::format::header::{Header, check_rescale};
 use super::grid::Grid;
 use super::orientation::{Axes, Orientation};
 use super::overrides::VolumeOverrides;
@@ -113,7 +113,7 @@ fn open(
     let region = Region::cropped(header.dims, overrides.crop)?;
     let spacing = overrides.spacing.unwrap_or(header.spacing);
     check_spacing(spacing, region.dims)?;
-    check_rescale(&header)?;
+    check_rescale(header.slope, header.intercept)?;
     let orientation = overrides.axes.map_or(header.orientation, Orientation::from);
     let conversion = Conversion {
         from: header.voxel_type,
@@ -205,17 +205,6 @@ fn check_spacing(spacing: [f64; 3], dims: [u32; 3]) -> Parsed<()> {
         }
     }
     Ok(())
-}
-
-fn check_rescale(header: &Header) -> Parsed<()> {
-    let (slope, intercept) = (header.slope, header.intercept);
-    if (slope as f32).is_normal() && (intercept as f32).is_finite() {
-        return Ok(());
-    }
-    Err(format!(
-        "values are rescaled with slope {slope} and intercept {intercept}, expected finite numbers \
-         and a slope that is not 0"
-    ))
 }
 
 fn check_range(range: [f64; 2]) -> Parsed<()> {

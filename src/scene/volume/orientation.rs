@@ -36,7 +36,7 @@ const NAMES: [(Anatomical, &str); 6] = [
 
 /// Cosine of the angle between two axes from which they count as sheared: over 512 voxels the
 /// picture would be off by half a voxel.
-const SHEAR: f64 = 1e-3;
+pub(super) const SHEAR: f64 = 1e-3;
 
 impl Anatomical {
     pub fn opposite(self) -> Anatomical {
@@ -179,14 +179,7 @@ impl Orientation {
         }
         let units: [[f64; 3]; 3] = std::array::from_fn(|a| steps[a].map(|x| x / spacing[a]));
         for (a, b, names) in [(0, 1, "i and j"), (0, 2, "i and k"), (1, 2, "j and k")] {
-            let cosine = dot(units[a], units[b]);
-            if cosine.abs() > SHEAR {
-                return Err(format!(
-                    "axes {names} are sheared: {:.2} degrees apart, expected 90; resample the volume \
-                     to a rectangular grid",
-                    cosine.clamp(-1.0, 1.0).acos().to_degrees()
-                ));
-            }
+            check_right_angle(names, dot(units[a], units[b]))?;
         }
         let left_handed = (determinant(units) < 0.0) != frame.left_handed();
         let axes = match frame {
@@ -194,6 +187,18 @@ impl Orientation {
             Frame::RightHanded | Frame::LeftHanded => None,
         };
         Ok((spacing, Orientation { axes, left_handed }))
+    }
+}
+
+/// Fails if two axes, whose angle has this cosine, are sheared.
+pub(super) fn check_right_angle(names: &str, cosine: f64) -> std::result::Result<(), String> {
+    match cosine.abs() > SHEAR {
+        true => Err(format!(
+            "axes {names} are sheared: {:.2} degrees apart, expected 90; resample the volume to a \
+             rectangular grid",
+            cosine.clamp(-1.0, 1.0).acos().to_degrees()
+        )),
+        false => Ok(()),
     }
 }
 

@@ -80,6 +80,33 @@ impl VoxelType {
         }
     }
 
+    /// The names that [`numpy`](VoxelType::numpy) knows, for messages.
+    pub const NUMPY_NAMES: &str = "b1, u1, i1, u2, i2, u4, i4, u8, i8, f4 or f8";
+
+    /// The type with NumPy's name, such as "<u2".
+    pub fn numpy(name: &str) -> Option<(VoxelType, Endian)> {
+        let (endian, kind) = match name.split_at_checked(1) {
+            Some(("<", kind)) => (Endian::Little, kind),
+            Some((">", kind)) => (Endian::Big, kind),
+            Some(("|" | "=", kind)) => (Endian::NATIVE, kind),
+            _ => (Endian::NATIVE, name),
+        };
+        let voxel_type = match kind {
+            "b1" | "u1" => VoxelType::U8,
+            "i1" => VoxelType::I8,
+            "u2" => VoxelType::U16,
+            "i2" => VoxelType::I16,
+            "u4" => VoxelType::U32,
+            "i4" => VoxelType::I32,
+            "u8" => VoxelType::U64,
+            "i8" => VoxelType::I64,
+            "f4" => VoxelType::F32,
+            "f8" => VoxelType::F64,
+            _ => return None,
+        };
+        Some((voxel_type, endian))
+    }
+
     /// The size of a voxel in the file.
     pub fn bytes(self) -> usize {
         match self {

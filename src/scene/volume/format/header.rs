@@ -88,6 +88,17 @@ impl Header {
         }
     }
 }
+/// Values must also survive the GPU's 32 bits.
+pub fn check_rescale(slope: f64, intercept: f64) -> Parsed<()> {
+    match (slope as f32).is_normal() && (intercept as f32).is_finite() {
+        true => Ok(()),
+        false => Err(format!(
+            "values are rescaled with slope {slope} and intercept {intercept}, expected finite numbers \
+             and a slope that is not 0"
+        )),
+    }
+}
+
 
 /// The first bytes of a file, where its header is.
 pub fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {

@@ -53,29 +53,10 @@ fn element(text: &str) -> Parsed<(VoxelType, Endian)> {
     let Some((name, _)) = quoted('\'').or_else(|| quoted('"')) else {
         return Err(unexpected("descr", descr, "one plain number type"));
     };
-    let (endian, kind) = match name.split_at_checked(1) {
-        Some(("<", kind)) => (Endian::Little, kind),
-        Some((">", kind)) => (Endian::Big, kind),
-        Some(("|" | "=", kind)) => (Endian::NATIVE, kind),
-        _ => (Endian::NATIVE, name),
-    };
-    let voxel_type = match kind {
-        "u1" | "b1" => VoxelType::U8,
-        "i1" => VoxelType::I8,
-        "u2" => VoxelType::U16,
-        "i2" => VoxelType::I16,
-        "u4" => VoxelType::U32,
-        "i4" => VoxelType::I32,
-        "u8" => VoxelType::U64,
-        "i8" => VoxelType::I64,
-        "f4" => VoxelType::F32,
-        "f8" => VoxelType::F64,
-        _ => {
-            let expected = "b1, u1, i1, u2, i2, u4, i4, u8, i8, f4 or f8; use `array.astype`";
-            return Err(unexpected("descr", name, expected));
-        }
-    };
-    Ok((voxel_type, endian))
+    VoxelType::numpy(name).ok_or_else(|| {
+        let expected = format!("{}; use `array.astype`", VoxelType::NUMPY_NAMES);
+        unexpected("descr", name, &expected)
+    })
 }
 
 fn dims(text: &str) -> Parsed<[u32; 3]> {

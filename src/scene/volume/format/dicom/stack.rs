@@ -9,7 +9,9 @@
 //! shifted back by interpolating between rows, on more rows than each has. Both are done when voxels are read; here
 //! the steps are only planned.
 
-use crate::scene::volume::orientation::{Axes, Frame as Coordinates, Orientation};
+use crate::scene::volume::orientation::{
+    Axes, Frame as Coordinates, Orientation, SHEAR, check_right_angle,
+};
 use crate::scene::volume::parsed::Parsed;
 
 use super::frame::Plane;
@@ -18,8 +20,6 @@ use super::series::{At, Group, frame};
 use super::slices::{EXACT, Grid, MOST_INVENTED, Slice, median};
 use super::vector::{cross, difference, dot, scaled, unit};
 
-/// Tangent from which axes count as sheared, as in all formats.
-const SHEAR: f64 = 1e-3;
 /// Voxels by which the last slice of an upright stack may lie beside the first: positions are rounded.
 const STRAIGHT: f64 = 0.1;
 /// The most voxels by which a slice may lie beside the line through the others.
@@ -205,13 +205,7 @@ impl Placed {
                 }
             }
         }
-        if drift(row, between_columns).abs() > SHEAR {
-            return Err(format!(
-                "axes i and k are sheared: {:.2} degrees apart, expected 90; resample the volume to a \
-                 rectangular grid",
-                90.0 - drift(row, between_columns).atan().to_degrees()
-            ));
-        }
+        check_right_angle("i and k", drift(row, between_columns).atan().sin())?;
         if drift(column, between_rows).abs() <= SHEAR {
             return Ok(vec![0.0; count]);
         }

@@ -4,6 +4,7 @@
 //! as Hounsfield units, the volume's numbers are integers, of the narrowest type that holds all values that could be
 //! stored, if need be with an offset. Otherwise they are floats.
 
+use crate::scene::volume::format::header::check_rescale;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::voxel_type::VoxelType;
 
@@ -31,13 +32,7 @@ pub enum Map {
 impl Values {
     pub fn of(frames: &[(&Image, &Frame)]) -> Parsed<Values> {
         for (_, frame) in frames {
-            if !((frame.slope as f32).is_normal() && (frame.intercept as f32).is_finite()) {
-                return Err(format!(
-                    "values are rescaled with slope {} and intercept {}, expected finite numbers and a \
-                     slope that is not 0",
-                    frame.slope, frame.intercept
-                ));
-            }
+            check_rescale(frame.slope, frame.intercept)?;
         }
         Ok(Values::whole(frames).unwrap_or_else(|| Values::real(frames)))
     }

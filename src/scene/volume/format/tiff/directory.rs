@@ -104,7 +104,7 @@ impl<'a> Directories<'a> {
 
     /// All pages' directories, one after another. Together they must not be longer than the file, since each has its
     /// own place in it.
-    pub fn pages(&self) -> Parsed<Vec<Directory>> {
+    fn pages(&self) -> Parsed<Vec<Directory>> {
         let (mut pages, mut bytes, mut next) = (Vec::new(), 0, self.first);
         while next != 0 {
             let directory = self.read(next)?;
@@ -119,6 +119,18 @@ impl<'a> Directories<'a> {
             true => Err("has no page".into()),
             false => Ok(pages),
         }
+    }
+
+    /// The pages in full resolution: previews and coarser copies are marked.
+    pub fn full_pages(&self) -> Parsed<Vec<Directory>> {
+        let mut full = Vec::new();
+        for directory in self.pages()? {
+            let kind = self.number(&directory, Tag::NewSubfileType)?;
+            if kind.unwrap_or(0) & 1 == 0 {
+                full.push(directory);
+            }
+        }
+        Ok(full)
     }
 
     /// The directory at an offset of the file.

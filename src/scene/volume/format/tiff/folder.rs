@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::directory::{Directories, Tag};
+use super::directory::Directories;
 use super::page::Page;
 use super::{Meaning, stack};
 use crate::scene::volume::format::header::Header;
@@ -53,17 +53,7 @@ fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
 fn page(path: &Path) -> Parsed<Page> {
     let file = Arc::new(WatchedFile::open(path)?.closed());
     let directories = Directories::new(&file)?;
-    let mut pages = Vec::new();
-    for directory in directories.pages()? {
-        if directories
-            .number(&directory, Tag::NewSubfileType)?
-            .unwrap_or(0)
-            & 1
-            == 0
-        {
-            pages.push(directory);
-        }
-    }
+    let pages = directories.full_pages()?;
     match &pages[..] {
         [one] => Page::new(&file, &directories, one),
         _ => Err(format!(

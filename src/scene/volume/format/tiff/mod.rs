@@ -68,20 +68,8 @@ impl Meaning {
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let file = Arc::new(WatchedFile::open(path)?);
     let directories = Directories::new(&file)?;
-    let all = directories.pages()?;
-    let mut full: Vec<&Directory> = Vec::new();
-    for directory in &all {
-        // Previews and coarser copies are marked.
-        if directories
-            .number(directory, Tag::NewSubfileType)?
-            .unwrap_or(0)
-            & 1
-            == 0
-        {
-            full.push(directory);
-        }
-    }
-    let first = *full.first().ok_or("has no page in full resolution")?;
+    let full = directories.full_pages()?;
+    let first = full.first().ok_or("has no page in full resolution")?;
     let description = directories.text(first, Tag::ImageDescription)?;
     let level = overrides.level.unwrap_or(0);
     let coarser = directories
@@ -89,9 +77,9 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         .unwrap_or_default();
     let page = |n: usize| {
         let page = directories
-            .at_level(full[n], level)
+            .at_level(&full[n], level)
             .and_then(|directory| match directory {
-                None => Page::new(&file, &directories, full[n]),
+                None => Page::new(&file, &directories, &full[n]),
                 Some(directory) => Page::new(&file, &directories, &directory),
             });
         page.map_err(|fault| match full.len() {

@@ -269,26 +269,8 @@ impl Version3 {
     }
 }
 
-/// "<u2", as in NumPy.
 fn numpy_type(name: &str) -> Parsed<(VoxelType, Endian)> {
-    let (endian, kind) = match name.split_at_checked(1) {
-        Some(("<", kind)) => (Endian::Little, kind),
-        Some((">", kind)) => (Endian::Big, kind),
-        Some(("|", kind)) => (Endian::NATIVE, kind),
-        _ => (Endian::NATIVE, name),
-    };
-    let bits = kind.get(1..).and_then(|size| size.parse::<u32>().ok());
-    let bits = bits.and_then(|bytes| bytes.checked_mul(8));
-    let known = match (kind.chars().next(), bits) {
-        (Some('b'), Some(8)) => Some(VoxelType::U8),
-        (Some('u'), Some(bits)) => VoxelType::integer(bits, false),
-        (Some('i'), Some(bits)) => VoxelType::integer(bits, true),
-        (Some('f'), Some(bits)) => VoxelType::float(bits),
-        _ => None,
-    };
-    let expected = "u1, i1, u2, i2, u4, i4, u8, i8, f4, f8 or b1";
-    let wrong = || unexpected("dtype", name, expected);
-    Ok((known.ok_or_else(wrong)?, endian))
+    VoxelType::numpy(name).ok_or_else(|| unexpected("dtype", name, VoxelType::NUMPY_NAMES))
 }
 
 fn zarr_type(name: &str) -> Parsed<VoxelType> {
