@@ -35,6 +35,11 @@ impl Object {
         self
     }
 
+    pub fn words(mut self, tag: Tag, vr: &'static str, words: &[u16]) -> Object {
+        self.0.insert(tag, (vr, Value::Words(words.to_vec())));
+        self
+    }
+
     pub fn long(mut self, tag: Tag, long: u32) -> Object {
         self.0.insert(tag, ("UL", Value::Long(long)));
         self

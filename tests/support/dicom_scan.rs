@@ -162,27 +162,38 @@ impl Scan {
 
     /// One file with all slices, as "enhanced" objects are.
     pub fn enhanced(&self, syntax: Syntax) -> Vec<u8> {
+        self.enhanced_with(syntax, |_, group| group)
+    }
+
+    /// The same with other groups of each frame.
+    pub fn enhanced_with(
+        &self,
+        syntax: Syntax,
+        change: impl Fn(usize, Object) -> Object,
+    ) -> Vec<u8> {
         let measures = Object::default().text((0x28, 0x30), "DS", joined(&self.pixel_spacing));
         let orientation = Object::default().text((0x20, 0x37), "DS", joined(&self.orientation));
         let shared = Object::default()
             .items((0x28, 0x9110), vec![measures])
             .items((0x20, 0x9116), vec![orientation]);
-        let frame = |slice: &Slice| {
+        let frame = |(n, slice): (usize, &Slice)| {
             let position = Object::default().text((0x20, 0x32), "DS", joined(&slice.position));
             let values = Object::default()
                 .text((0x28, 0x1052), "DS", slice.intercept)
                 .text((0x28, 0x1053), "DS", slice.slope)
                 .text((0x28, 0x1054), "LO", "HU");
-            Object::default()
+            let group = Object::default()
                 .items((0x20, 0x9113), vec![position])
-                .items((0x28, 0x9145), vec![values])
+                .items((0x28, 0x9145), vec![values]);
+            change(n, group)
         };
+        let frames = self.slices.iter().enumerate().map(frame);
         let object = self
             .sized(&self.slices[0])
             .text((8, 0x16), "UI", ENHANCED_CT_STORAGE)
             .text((0x28, 0x08), "IS", self.slices.len())
             .items((0x5200, 0x9229), vec![shared])
-            .items((0x5200, 0x9230), self.slices.iter().map(frame).collect());
+            .items((0x5200, 0x9230), frames.collect());
         let words: Vec<Vec<u16>> = self
             .slices
             .iter()

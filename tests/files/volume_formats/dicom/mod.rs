@@ -4,6 +4,7 @@
 mod assembly;
 mod damage;
 mod flavours;
+mod frames;
 mod identity;
 mod series;
 mod stored;

@@ -157,6 +157,14 @@ impl DataSet {
         (bytes.len() >= 2).then(|| syntax.u16(bytes))
     }
 
+    /// Numbers of 16 bits.
+    pub fn words(&self, tag: Tag) -> Vec<u16> {
+        let Some((bytes, syntax)) = self.plain(tag) else {
+            return Vec::new();
+        };
+        bytes.chunks_exact(2).map(|word| syntax.u16(word)).collect()
+    }
+
     /// An unsigned number of 16 or 32 bits.
     pub fn whole(&self, tag: Tag) -> Option<u32> {
         let (bytes, syntax) = self.plain(tag)?;

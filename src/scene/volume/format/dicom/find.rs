@@ -9,8 +9,9 @@ use rayon::prelude::*;
 use crate::scene::volume::parsed::Parsed;
 
 use super::file::{self, Fault};
+use super::frame::Frame;
 use super::image::{Content, Image, understand};
-use super::other::Other;
+use super::other::{Other, UNPLACED};
 
 /// The most levels of nested folders.
 const MOST_NESTED: u32 = 32;
@@ -32,6 +33,12 @@ pub struct Found {
 
 /// Examines all files below a folder, those that a DICOMDIR lists, or a single file.
 pub fn find(path: &Path) -> Parsed<Found> {
+    let mut found = examine(path)?;
+    found.pass_over_unplaced();
+    Ok(found)
+}
+
+fn examine(path: &Path) -> Parsed<Found> {
     if path.is_dir() {
         let mut files = Vec::new();
         list(path, 0, &mut files).map_err(|e| e.to_string())?;
@@ -151,6 +158,23 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
 }
 
 impl Found {
+    /// Frames without a place in the patient are volumes of one slice each, unless there are frames that have one.
+    fn pass_over_unplaced(&mut self) {
+        let is_placed = |frame: &Frame| frame.plane.is_some();
+        let mut frames = self.images.iter().flat_map(|image| &image.frames);
+        if !frames.any(is_placed) {
+            return;
+        }
+        for image in &mut self.images {
+            let count = image.frames.len();
+            image.frames.retain(is_placed);
+            if image.frames.len() < count {
+                *self.others.entry(UNPLACED).or_default() += 1;
+            }
+        }
+        self.images.retain(|image| !image.frames.is_empty());
+    }
+
     /// The reason why there is no volume.
     pub fn nothing(&self) -> String {
         if let Some(why) = &self.why {

@@ -24,7 +24,7 @@ pub struct Frame {
     pub intercept: f64,
     pub image_type: String,
     pub acquisition: String,
-    /// All other properties that distinguish frames at one place: echo, time, b-value, stack.
+    /// All other properties that distinguish frames at one place: echo, time, b-value, stack, energy window.
     pub kind: String,
 }
 
@@ -37,16 +37,91 @@ pub struct Plane {
     pub along: [Vector; 2],
 }
 
-/// The frames that can be placed, of an image of so many, whose pixels take so many bytes in the file.
+/// The data sets that describe a frame: what the first of them says counts.
+struct Places<'a>(Vec<&'a DataSet>);
+
+impl<'a> Places<'a> {
+    /// `own` is the frame's item among the groups of an enhanced object.
+    fn new(own: Option<&'a DataSet>, data: &'a DataSet) -> Places<'a> {
+        let shared = data.item(tags::SHARED_GROUPS);
+        let detector = data.item(tags::DETECTORS);
+        let places = [own, shared, Some(data), detector];
+        Places(places.into_iter().flatten().collect())
+    }
+
+    /// The sequence's item in each place that has one, and then the places themselves, as in a classic object.
+    fn holders(&self, sequence: Tag) -> impl Iterator<Item = &'a DataSet> {
+        let items = self.0.iter().filter_map(move |place| place.item(sequence));
+        items.chain(self.0.iter().copied())
+    }
+
+    fn text(&self, sequence: Tag, tag: Tag) -> Option<String> {
+        self.holders(sequence).find_map(|holder| holder.text(tag))
+    }
+
+    fn whole(&self, sequence: Tag, tag: Tag) -> Option<u32> {
+        self.holders(sequence).find_map(|holder| holder.whole(tag))
+    }
+
+    fn double(&self, sequence: Tag, tag: Tag) -> Option<f64> {
+        self.holders(sequence).find_map(|holder| holder.double(tag))
+    }
+
+    fn decimals<const N: usize>(
+        &self,
+        sequence: Tag,
+        tag: Tag,
+        name: &str,
+    ) -> Parsed<Option<[f64; N]>> {
+        let mut holders = self.holders(sequence);
+        let found = holders.find_map(|holder| holder.decimals(tag, name).transpose());
+        found.transpose()
+    }
+
+    fn decimal(&self, sequence: Tag, tag: Tag, name: &str) -> Parsed<Option<f64>> {
+        let found = self.decimals::<1>(sequence, tag, name)?;
+        Ok(found.map(|[number]| number))
+    }
+
+    fn pixel_spacing(&self) -> Parsed<Option<[f64; 2]>> {
+        self.decimals(tags::PIXEL_MEASURES, tags::PIXEL_SPACING, "PixelSpacing")
+    }
+
+    fn plane(&self) -> Parsed<Option<Plane>> {
+        let position =
+            self.decimals(tags::PLANE_POSITION, tags::POSITION, "ImagePositionPatient")?;
+        let orientation = self.decimals(
+            tags::PLANE_ORIENTATION,
+            tags::ORIENTATION,
+            "ImageOrientationPatient",
+        )?;
+        let (Some(position), Some([a, b, c, d, e, f])) = (position, orientation) else {
+            return Ok(None);
+        };
+        let along = [[a, b, c], [d, e, f]].map(vector::unit);
+        match along {
+            [Some(row), Some(column)] if vector::unit(vector::cross(row, column)).is_some() => {
+                Ok(Some(Plane {
+                    position,
+                    along: [row, column],
+                }))
+            }
+            _ => Err(format!(
+                "its ImageOrientationPatient is {a}\\{b}\\{c}\\{d}\\{e}\\{f}, expected two directions that \
+                 differ"
+            )),
+        }
+    }
+}
+
+/// The frames of an image of so many, whose pixels take so many bytes in the file; none if it has several and does not
+/// say where they lie.
 pub fn frames(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Vec<Frame>> {
-    let (shared, each) = (
-        data.item(tags::SHARED_GROUPS),
-        data.items(tags::FRAME_GROUPS),
-    );
+    let each = data.items(tags::FRAME_GROUPS);
     if each.len() as u64 == u64::from(frame_count) {
         let frames = each.iter().zip(0..);
         return frames
-            .map(|(own, index)| frame(&[Some(own), shared, Some(data)], index))
+            .map(|(own, index)| frame(&Places::new(Some(own), data), index))
             .collect();
     }
     if !each.is_empty() {
@@ -56,83 +131,82 @@ pub fn frames(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Vec<
             each.len()
         ));
     }
-    let detector = data.item(tags::DETECTORS);
-    let first = frame(&[None, shared, Some(data), detector], 0)?;
+    let first = frame(&Places::new(None, data), 0)?;
     if frame_count == 1 {
         return Ok(vec![first]);
     }
-    let Some(plane) = first.plane else {
+    let offsets = offsets(data, frame_count, pixel_bytes)?;
+    let (Some(plane), Some(offsets)) = (first.plane, offsets) else {
         return Ok(Vec::new());
     };
-    let offsets = match (data.decimal_list(tags::FRAME_OFFSETS), detector) {
-        (offsets, _) if offsets.len() as u64 == u64::from(frame_count) => offsets,
-        (_, Some(_)) => {
-            let spacing = data.decimal(tags::SLICE_SPACING, "SpacingBetweenSlices")?;
-            let spacing = spacing.ok_or("it has no SpacingBetweenSlices")?;
-            // A frame has at least a byte.
-            let count = u64::from(frame_count).min(pixel_bytes);
-            (0..count).map(|n| n as f64 * spacing).collect()
-        }
-        _ => return Ok(Vec::new()),
-    };
+    let vectors = tags::VECTORS.map(|tag| data.words(tag));
     let normal = vector::cross(plane.along[0], plane.along[1]);
-    let at = |(index, offset): (u32, &f64)| Frame {
-        index,
-        plane: Some(Plane {
-            position: vector::moved(plane.position, normal, offset - offsets[0]),
-            ..plane
-        }),
-        ..first.clone()
+    let at = |(index, offset): (u32, &f64)| {
+        let numbers = vectors.iter().map(|vector| vector.get(index as usize));
+        Frame {
+            index,
+            plane: Some(Plane {
+                position: vector::moved(plane.position, normal, offset - offsets[0]),
+                ..plane
+            }),
+            kind: format!("{} {:?}", first.kind, numbers.collect::<Vec<_>>()),
+            ..first.clone()
+        }
     };
     Ok((0..).zip(&offsets).map(at).collect())
 }
 
-/// A frame. Each of its elements comes from the first of `places` that has it, or from a sequence there.
-fn frame(places: &[Option<&DataSet>], index: u32) -> Parsed<Frame> {
-    let places: Vec<&DataSet> = places.iter().copied().flatten().collect();
-    // The sequence's item where there is one, and the data set itself for a classic object.
-    let holder = |sequence: Tag, tag: Tag| {
-        let items = places.iter().filter_map(move |place| place.item(sequence));
-        let mut holders = items.chain(places.iter().copied());
-        holders.find(|holder| holder.text(tag).is_some() || holder.double(tag).is_some())
+/// The frames' places along their normal in millimetres; `None` if they are no slices, or do not say where they lie.
+fn offsets(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Option<Vec<f64>>> {
+    let offsets = data.decimal_list(tags::FRAME_OFFSETS);
+    if offsets.len() as u64 == u64::from(frame_count) {
+        return Ok(Some(offsets));
+    }
+    let Some(spacing) = data.decimal(tags::SLICE_SPACING, "SpacingBetweenSlices")? else {
+        return Ok(None);
     };
-    let text = |sequence, tag| holder(sequence, tag).and_then(|holder| holder.text(tag));
-    let number = |sequence, tag| holder(sequence, tag).and_then(|holder| holder.whole(tag));
-    let decimal = |sequence, tag, name| match holder(sequence, tag) {
-        Some(holder) => holder.decimal(tag, name),
-        None => Ok(None),
-    };
-    let measures = tags::PIXEL_MEASURES;
-    let transformation = tags::VALUE_TRANSFORMATION;
-    let pixel_spacing = match holder(measures, tags::PIXEL_SPACING) {
-        Some(holder) => holder.decimals(tags::PIXEL_SPACING, "PixelSpacing")?,
-        None => None,
-    };
-    let spacing = decimal(measures, tags::SLICE_SPACING, "SpacingBetweenSlices")?;
-    let thickness = decimal(measures, tags::SLICE_THICKNESS, "SliceThickness")?;
-    let slope = match decimal(transformation, tags::SLOPE, "RescaleSlope")? {
+    let slices = data.words(tags::SLICE_VECTOR);
+    if slices.len() as u64 == u64::from(frame_count) {
+        let place = |slice: &u16| f64::from(*slice) * spacing;
+        return Ok(Some(slices.iter().map(place).collect()));
+    }
+    // Without slice numbers, frames that are said to differ in something are no slices.
+    if !data.words(tags::FRAME_INCREMENT).is_empty() {
+        return Ok(None);
+    }
+    // A frame has at least a byte.
+    let count = u64::from(frame_count).min(pixel_bytes);
+    Ok(Some((0..count).map(|n| n as f64 * spacing).collect()))
+}
+
+fn frame(places: &Places, index: u32) -> Parsed<Frame> {
+    let (measures, values) = (tags::PIXEL_MEASURES, tags::VALUE_TRANSFORMATION);
+    let spacing = places.decimal(measures, tags::SLICE_SPACING, "SpacingBetweenSlices")?;
+    let thickness = places.decimal(measures, tags::SLICE_THICKNESS, "SliceThickness")?;
+    let slope = match places.decimal(values, tags::SLOPE, "RescaleSlope")? {
         Some(slope) => slope,
-        None => decimal(transformation, tags::DOSE_SCALE, "DoseGridScaling")?.unwrap_or(1.0),
+        None => {
+            let scale = places.decimal(values, tags::DOSE_SCALE, "DoseGridScaling")?;
+            scale.unwrap_or(1.0)
+        }
     };
-    let intercept = decimal(transformation, tags::INTERCEPT, "RescaleIntercept")?;
+    let intercept = places.decimal(values, tags::INTERCEPT, "RescaleIntercept")?;
     if slope == 0.0 {
         return Err("its RescaleSlope is 0, expected any other number".into());
     }
-    let frame_type = text(tags::MR_FRAME_TYPE, tags::FRAME_TYPE)
-        .or_else(|| text(tags::CT_FRAME_TYPE, tags::FRAME_TYPE))
-        .or_else(|| text(tags::FRAME_CONTENT, tags::IMAGE_TYPE));
     let content = tags::FRAME_CONTENT;
-    let acquisition = text(content, tags::ACQUISITION)
-        .or_else(|| number(content, tags::FRAME_ACQUISITION).map(|number| number.to_string()));
-    let b_value =
-        holder(tags::MR_DIFFUSION, tags::B_VALUE).and_then(|holder| holder.double(tags::B_VALUE));
+    let frame_type = places
+        .text(tags::MR_FRAME_TYPE, tags::FRAME_TYPE)
+        .or_else(|| places.text(tags::CT_FRAME_TYPE, tags::FRAME_TYPE))
+        .or_else(|| places.text(content, tags::IMAGE_TYPE));
+    let acquisition = places.text(content, tags::ACQUISITION).or_else(|| {
+        let number = places.whole(content, tags::FRAME_ACQUISITION);
+        number.map(|number| number.to_string())
+    });
     Ok(Frame {
         index,
-        plane: plane(
-            holder(tags::PLANE_POSITION, tags::POSITION),
-            holder(tags::PLANE_ORIENTATION, tags::ORIENTATION),
-        )?,
-        pixel_spacing,
+        plane: places.plane()?,
+        pixel_spacing: places.pixel_spacing()?,
         thickness: spacing
             .or(thickness)
             .map(f64::abs)
@@ -142,35 +216,12 @@ fn frame(places: &[Option<&DataSet>], index: u32) -> Parsed<Frame> {
         image_type: frame_type.unwrap_or_default(),
         acquisition: acquisition.unwrap_or_default(),
         kind: format!(
-            "{:?} {:?} {:?} {b_value:?} {:?}",
-            text(content, tags::ECHO),
-            text(content, tags::TEMPORAL_POSITION),
-            number(content, tags::TEMPORAL_INDEX),
-            text(content, tags::STACK),
+            "{:?} {:?} {:?} {:?} {:?}",
+            places.text(content, tags::ECHO),
+            places.text(content, tags::TEMPORAL_POSITION),
+            places.whole(content, tags::TEMPORAL_INDEX),
+            places.double(tags::MR_DIFFUSION, tags::B_VALUE),
+            places.text(content, tags::STACK),
         ),
     })
-}
-
-fn plane(position: Option<&DataSet>, orientation: Option<&DataSet>) -> Parsed<Option<Plane>> {
-    let (Some(position), Some(orientation)) = (position, orientation) else {
-        return Ok(None);
-    };
-    let position = position.decimals(tags::POSITION, "ImagePositionPatient")?;
-    let orientation = orientation.decimals::<6>(tags::ORIENTATION, "ImageOrientationPatient")?;
-    let (Some(position), Some([a, b, c, d, e, f])) = (position, orientation) else {
-        return Ok(None);
-    };
-    let along = [[a, b, c], [d, e, f]].map(vector::unit);
-    match along {
-        [Some(row), Some(column)] if vector::unit(vector::cross(row, column)).is_some() => {
-            Ok(Some(Plane {
-                position,
-                along: [row, column],
-            }))
-        }
-        _ => Err(format!(
-            "its ImageOrientationPatient is {a}\\{b}\\{c}\\{d}\\{e}\\{f}, expected two directions that \
-             differ"
-        )),
-    }
 }

@@ -6,7 +6,7 @@ use crate::scene::volume::parsed::Parsed;
 use super::data_set::{DataSet, Pixels, numeric};
 use super::file::{Parsing, Place};
 use super::frame::{Frame, frames};
-use super::other::{COLOUR_REMEDY, Other, colours, other};
+use super::other::{COLOUR_REMEDY, Other, UNPLACED, colours, other};
 use super::syntax::{Packing, TransferSyntax};
 use super::tags::{self, Tag};
 
@@ -40,7 +40,7 @@ pub struct Image {
     pub padding: Option<[i64; 2]>,
     /// "HU", "BQML" and the like.
     pub units: Option<String>,
-    /// Frames in the file, of which `frames` has those that can be placed.
+    /// Frames in the file, of which `frames` has those that may be part of a volume.
     pub frame_count: u32,
     pub frames: Vec<Frame>,
     /// The fault of its pixels, if one is known already.
@@ -142,6 +142,14 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
     };
     image.damage = image.check_length().err();
     image.frames = frames(data, image.frame_count, image.place.length)?;
+    if image.frames.is_empty() {
+        let why = format!(
+            "has {} frames that do not say where they lie in the patient, expected ImagePositionPatient, \
+             ImageOrientationPatient and SpacingBetweenSlices",
+            image.frame_count
+        );
+        return Ok(no_part(UNPLACED, &why));
+    }
     Ok(Content::Image(Box::new(image)))
 }
 

@@ -15,6 +15,9 @@ pub struct Other {
 /// Image types of pictures with which a volume was planned, or which were made for looking at it.
 const LOCALIZERS: [&str; 5] = ["LOCALIZER", "SCOUT", "SURVIEW", "REF_SURVIEW", "TOPOGRAM"];
 
+/// An image that says nothing of its place in the patient, where others do.
+pub const UNPLACED: &str = "image without a place in the patient";
+
 /// Objects that hold no measured slices, by the end of their class's UID.
 const OTHER_CLASSES: [(&str, &str); 10] = [
     ("1.2.840.10008.5.1.4.1.1.66.4", "segmentation"),

@@ -73,6 +73,7 @@ tags! {
     SAMPLES = (0x0028, 0x0002),
     PHOTOMETRIC = (0x0028, 0x0004),
     FRAMES = (0x0028, 0x0008),
+    FRAME_INCREMENT = (0x0028, 0x0009),
     ROWS = (0x0028, 0x0010),
     COLUMNS = (0x0028, 0x0011),
     PIXEL_SPACING = (0x0028, 0x0030),
@@ -88,7 +89,16 @@ tags! {
     VALUE_TABLE = (0x0028, 0x3000),
     PIXEL_MEASURES = (0x0028, 0x9110),
     VALUE_TRANSFORMATION = (0x0028, 0x9145),
+    ENERGY_WINDOW_VECTOR = (0x0054, 0x0010),
+    DETECTOR_VECTOR = (0x0054, 0x0020),
     DETECTORS = (0x0054, 0x0022),
+    PHASE_VECTOR = (0x0054, 0x0030),
+    ROTATION_VECTOR = (0x0054, 0x0050),
+    RR_INTERVAL_VECTOR = (0x0054, 0x0060),
+    TIME_SLOT_VECTOR = (0x0054, 0x0070),
+    SLICE_VECTOR = (0x0054, 0x0080),
+    ANGULAR_VIEW_VECTOR = (0x0054, 0x0090),
+    TIME_SLICE_VECTOR = (0x0054, 0x0100),
     UNITS = (0x0054, 0x1001),
     DOSE_UNITS = (0x3004, 0x0002),
     FRAME_OFFSETS = (0x3004, 0x000c),
@@ -97,6 +107,18 @@ tags! {
     FRAME_GROUPS = (0x5200, 0x9230),
     OFFSET_TABLE = (0x7fe0, 0x0001),
 }
+
+/// Numbers of each frame that distinguish frames at one place, in nuclear medicine.
+pub const VECTORS: [Tag; 8] = [
+    ENERGY_WINDOW_VECTOR,
+    DETECTOR_VECTOR,
+    PHASE_VECTOR,
+    ROTATION_VECTOR,
+    RR_INTERVAL_VECTOR,
+    TIME_SLOT_VECTOR,
+    ANGULAR_VIEW_VECTOR,
+    TIME_SLICE_VECTOR,
+];
 
 /// Tags of sequences, for files that do not write types.
 const SEQUENCES: [Tag; 13] = [

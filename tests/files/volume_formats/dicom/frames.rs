@@ -1,0 +1,127 @@
+//! Files of many frames: what tells the frames apart, and where each lies.
+
+use isolume::scene::volume::{Volume, VolumeOverrides};
+
+use super::{everything, folder, has, hounsfield, loaded, plain, refused, values};
+use crate::dicom_files::{Object, Pixels, Syntax, file};
+use crate::dicom_scan::{COLUMNS, SLICES, Scan};
+use crate::volume_files::write;
+
+const SPACING: (u16, u16) = (0x18, 0x88);
+const FRAME_INCREMENT: (u16, u16) = (0x28, 0x09);
+const SLICE_VECTOR: (u16, u16) = (0x54, 0x80);
+const TIME_SLOT_VECTOR: (u16, u16) = (0x54, 0x70);
+
+/// The scan once for each of so many times, with values that grow from time to time.
+fn timed(times: u16) -> Scan {
+    let mut scan = Scan::ct();
+    let slices = std::mem::take(&mut scan.slices);
+    for time in 0..times {
+        scan.slices.extend(slices.iter().cloned().map(|mut slice| {
+            slice.words.iter_mut().for_each(|word| *word += time);
+            slice
+        }));
+    }
+    scan
+}
+
+/// One file whose header is that of the first slice, without groups for each frame.
+fn multi_frame(scan: &Scan, change: impl FnOnce(Object) -> Object) -> Vec<u8> {
+    let frames: Vec<Vec<u16>> = scan.slices.iter().map(|it| it.words.clone()).collect();
+    let header = scan.header(0).text((0x28, 0x08), "IS", frames.len());
+    let object = change(header);
+    file(&object, Syntax::Explicit, Pixels::Words(&frames), COLUMNS)
+}
+
+/// Numbers such as 9 and 32 are white space if they are taken for text.
+#[test]
+fn times_are_told_apart_whatever_their_numbers() {
+    const TIMES: u16 = 13;
+    let scan = timed(TIMES);
+    let folder = folder();
+    for syntax in [Syntax::Explicit, Syntax::BigEndian] {
+        let bytes = scan.enhanced_with(syntax, |n, group| {
+            let time = (n / SLICES + 1) as u32;
+            let content = Object::default().long((0x20, 0x9128), time);
+            group.items((0x20, 0x9111), vec![content])
+        });
+        let path = write(folder.path(), "v.dcm", bytes);
+        let series = Volume::series(&path).unwrap();
+        let depths: Vec<u32> = series.iter().map(|one| one.slices).collect();
+        assert_eq!(depths, [SLICES as u32; TIMES as usize]);
+        assert_eq!(values(&plain(&path)), hounsfield());
+    }
+}
+
+#[test]
+fn frames_without_groups_of_their_own_lie_at_the_distance_of_slices() {
+    let scan = Scan::ct();
+    let folder = folder();
+    let bytes = multi_frame(&scan, |object| object.text(SPACING, "DS", 2.5));
+    let path = write(folder.path(), "v.dcm", bytes);
+    assert_eq!(everything(&plain(&path)), everything(&loaded(&scan)));
+    // A film: its frames differ in time.
+    let bytes = multi_frame(&scan, |object| {
+        let film = object.text(SPACING, "DS", 2.5);
+        film.words(FRAME_INCREMENT, "AT", &[0x18, 0x1063])
+    });
+    let film = write(folder.path(), "v.dcm", bytes);
+    for path in [&film, folder.path()] {
+        let message = refused(path, &VolumeOverrides::default());
+        let parts = match path == &film {
+            true => ["has 5 frames that do not say where", "SpacingBetweenSlices"],
+            false => [
+                "holds no volume",
+                "1 × image without a place in the patient",
+            ],
+        };
+        for part in parts {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+}
+
+#[test]
+fn gated_nuclear_medicine_is_a_volume_for_each_time_slot() {
+    let slots = timed(3);
+    let numbered = |of: fn(usize) -> usize| -> Vec<u16> {
+        let frames = 0..slots.slices.len();
+        frames.map(|n| of(n) as u16 + 1).collect()
+    };
+    let [slices, times] = [numbered(|n| n % SLICES), numbered(|n| n / SLICES)];
+    let bytes = multi_frame(&slots, |object| {
+        let geometry = Object::default()
+            .text((0x20, 0x32), "DS", "-10\\-20\\30")
+            .text((0x20, 0x37), "DS", "1\\0\\0\\0\\1\\0");
+        object
+            .without((0x20, 0x32))
+            .without((0x20, 0x37))
+            .text(SPACING, "DS", 2.5)
+            .words(FRAME_INCREMENT, "AT", &[0x54, 0x70, 0x54, 0x80])
+            .words(SLICE_VECTOR, "US", &slices)
+            .words(TIME_SLOT_VECTOR, "US", &times)
+            .items((0x54, 0x22), vec![geometry])
+    });
+    let folder = folder();
+    let path = write(folder.path(), "v.dcm", bytes);
+    let series = Volume::series(&path).unwrap();
+    let depths: Vec<u32> = series.iter().map(|one| one.slices).collect();
+    assert_eq!(depths, [SLICES as u32; 3]);
+    let volume = plain(&path);
+    assert_eq!(volume.spacing, [0.5, 0.75, 2.5]);
+    assert_eq!(values(&volume), hounsfield());
+}
+
+#[test]
+fn images_without_a_place_beside_slices_are_passed_over_and_told() {
+    let scan = Scan::ct();
+    let folder = folder();
+    scan.write(folder.path(), Syntax::Explicit, |n| format!("I{n}"));
+    let words = Pixels::Words(std::slice::from_ref(&scan.slices[0].words));
+    let lost = scan.header(0).without((0x20, 0x32));
+    let bytes = file(&lost, Syntax::Explicit, words, COLUMNS);
+    write(folder.path(), "lost", bytes);
+    let volume = plain(folder.path());
+    assert_eq!(values(&volume), hounsfield());
+    has(&volume.notes, "1 × image without a place in the patient");
+}
