@@ -3,7 +3,7 @@
 use isolume::scene::volume::{Pick, Volume, VolumeOverrides};
 
 use super::{folder, has, hounsfield, plain, refused, values};
-use crate::dicom_files::Syntax;
+use crate::dicom_files::{Pixels, Syntax, file};
 use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan, stored};
 
 /// A large volume, a small one of another series, and one of the same series with another acquisition.
@@ -106,13 +106,26 @@ fn what_is_no_volume_is_said() {
         ("1.2.840.10008.5.1.4.1.1.66.4", "segmentation"),
         ("1.2.840.10008.5.1.4.1.1.481.3", "structure set"),
         ("1.2.840.10008.5.1.4.1.1.11.1", "presentation state"),
-        ("1.2.840.10008.5.1.4.1.1.7", "secondary capture"),
     ];
     for (class, kind) in classes {
         let scan = Scan::ct().with(|common| common.text((8, 0x16), "UI", class));
         let message = super::refused_scan(&scan);
         assert!(message.contains(&format!("only 5 × {kind}")), "{message}");
     }
+}
+
+#[test]
+fn captures_are_volumes_only_if_they_have_a_place() {
+    let class = "1.2.840.10008.5.1.4.1.1.7";
+    let scan = Scan::ct().with(|common| common.text((8, 0x16), "UI", class));
+    assert_eq!(values(&super::loaded(&scan)), hounsfield());
+    let folder = folder();
+    let screen = scan.header(0).without((0x20, 0x32));
+    let words = Pixels::Words(std::slice::from_ref(&scan.slices[0].words));
+    let bytes = file(&screen, Syntax::Explicit, words, COLUMNS);
+    crate::volume_files::write(folder.path(), "I0", bytes);
+    let message = refused(folder.path(), &VolumeOverrides::default());
+    assert!(message.contains("only 1 × secondary capture"), "{message}");
 }
 
 #[test]

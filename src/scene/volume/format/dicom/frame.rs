@@ -114,6 +114,13 @@ impl<'a> Places<'a> {
     }
 }
 
+/// Whether an image says where its first frame lies in the patient, and how large its pixels are.
+pub fn has_geometry(data: &DataSet) -> bool {
+    let places = Places::new(data.item(tags::FRAME_GROUPS), data);
+    let geometry = (places.plane(), places.pixel_spacing());
+    matches!(geometry, (Ok(Some(_)), Ok(Some(_))))
+}
+
 /// The frames of an image of so many, whose pixels take so many bytes in the file; none if it has several and does not
 /// say where they lie.
 pub fn frames(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Vec<Frame>> {

@@ -1,6 +1,7 @@
 //! DICOM objects that are no part of a volume: objects of other kinds, localizers, pictures in colour.
 
 use super::data_set::DataSet;
+use super::frame::has_geometry;
 use super::tags;
 
 /// The reason why an object is no part of a volume.
@@ -15,6 +16,8 @@ pub struct Other {
 /// Image types of pictures with which a volume was planned, or which were made for looking at it.
 const LOCALIZERS: [&str; 5] = ["LOCALIZER", "SCOUT", "SURVIEW", "REF_SURVIEW", "TOPOGRAM"];
 
+const CAPTURE: &str = "secondary capture";
+
 /// An image that says nothing of its place in the patient, where others do.
 pub const UNPLACED: &str = "image without a place in the patient";
 
@@ -26,7 +29,7 @@ const OTHER_CLASSES: [(&str, &str); 10] = [
     ("1.2.840.10008.5.1.4.1.1.481.3", "structure set"),
     ("1.2.840.10008.5.1.4.1.1.481.5", "treatment plan"),
     ("1.2.840.10008.5.1.4.1.1.11", "presentation state"),
-    ("1.2.840.10008.5.1.4.1.1.7", "secondary capture"),
+    ("1.2.840.10008.5.1.4.1.1.7", CAPTURE),
     ("1.2.840.10008.5.1.4.1.1.88", "report"),
     ("1.2.840.10008.5.1.4.1.1.104", "document"),
     ("1.2.840.10008.5.1.4.1.1.9", "waveform"),
@@ -42,6 +45,8 @@ pub fn other(data: &DataSet) -> Option<Other> {
         None => false,
     };
     let found = OTHER_CLASSES.iter().find(|(of, _)| is_of(of));
+    // Converters store volumes as captures; a picture of a screen has no place in the patient.
+    let found = found.filter(|(_, kind)| *kind != CAPTURE || !has_geometry(data));
     let types = data.texts(tags::IMAGE_TYPE);
     let is_localizer = types.iter().any(|word| LOCALIZERS.contains(&word.as_str()));
     if types.iter().any(|word| word == "MOSAIC") {
