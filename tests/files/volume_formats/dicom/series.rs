@@ -128,6 +128,41 @@ fn captures_are_volumes_only_if_they_have_a_place() {
     assert!(message.contains("only 1 × secondary capture"), "{message}");
 }
 
+/// The numbers of acquisitions on the way through a head, step by step.
+fn stepwise(acquisitions: [u32; SLICES], change: impl Fn(usize, &mut Scan)) -> tempfile::TempDir {
+    let folder = folder();
+    for (n, number) in acquisitions.into_iter().enumerate() {
+        let mut scan = Scan::ct().with(|common| common.text((0x20, 0x12), "IS", number));
+        change(n, &mut scan);
+        let name = format!("I{n}");
+        crate::volume_files::write(folder.path(), &name, scan.slice_file(n, Syntax::Explicit));
+    }
+    folder
+}
+
+#[test]
+fn acquisitions_that_continue_one_another_are_one_volume() {
+    let depths = |folder: &std::path::Path| -> Vec<u32> {
+        let series = Volume::series(folder).unwrap();
+        series.iter().map(|one| one.slices).collect()
+    };
+    for acquisitions in [[1, 1, 2, 2, 2], [4, 4, 3, 3, 1], [1, 2, 3, 4, 5]] {
+        let folder = stepwise(acquisitions, |_, _| {});
+        let volume = plain(folder.path());
+        assert_eq!(values(&volume), hounsfield());
+        assert!(volume.notes.is_empty(), "{:?}", volume.notes);
+    }
+    // Of another region; and overlapping, as repetitions do.
+    let far = stepwise([1, 1, 2, 2, 2], |n, scan| {
+        scan.slices[n].position[2] += if n < 2 { 0.0 } else { 100.0 };
+    });
+    assert_eq!(depths(far.path()), [3, 2]);
+    let repeated = stepwise([1, 1, 2, 2, 2], |n, scan| {
+        scan.slices[n].position[2] -= if n < 2 { 0.0 } else { 3.0 };
+    });
+    assert_eq!(depths(repeated.path()), [3, 2]);
+}
+
 #[test]
 fn files_that_cannot_be_read_are_named() {
     let folder = several();

@@ -4,13 +4,15 @@
 //! to one volume if series, size, voxel size, orientation, image type and acquisition are the same, and also echo,
 //! time, b-value and stack where a file states them.
 //!
-//! Some scanners count an acquisition for each slice. If each acquisition has only one slice, its number does not
-//! distinguish volumes, and is ignored.
+//! Some scanners count an acquisition for each slice, or for each few slices between two steps of the table. Where
+//! acquisitions continue one another, or each has only one slice, their numbers do not distinguish volumes, and are
+//! ignored.
 
 use std::collections::HashMap;
 
 use super::frame::Frame;
 use super::image::Image;
+use super::stack::is_continued;
 
 /// A frame among those of all images.
 #[derive(Debug, Clone, Copy)]
@@ -45,18 +47,11 @@ struct Key<'a> {
 pub fn group(images: &[Image]) -> Vec<Group> {
     let frames =
         |image: usize| (0..images[image].frames.len()).map(move |frame| At { image, frame });
-    let all: Vec<At> = (0..images.len()).flat_map(frames).collect();
-    let is_placed = |at: &At| frame(images, *at).plane.is_some();
-    let placed: Vec<At> = all.iter().copied().filter(is_placed).collect();
-    // If no frame has a position, each is a volume of one slice.
-    let frames = if placed.is_empty() { all } else { placed };
-
-    let by_acquisition = split(images, frames, true);
-    let merged = split(images, frames_of_single(&by_acquisition), false);
-    let several = by_acquisition
-        .into_iter()
-        .filter(|group| group.frames.len() > 1);
-    let mut groups: Vec<Group> = several.chain(merged).collect();
+    let all = (0..images.len()).flat_map(frames).collect();
+    let alike = split(images, all, false).into_iter();
+    let mut groups: Vec<Group> = alike
+        .flat_map(|group| by_acquisition(images, group))
+        .collect();
     let order = |group: &Group| {
         let image = &images[group.frames[0].image];
         let voxels = image.frame_pixels() * group.frames.len() as u64;
@@ -76,10 +71,17 @@ pub fn frame(images: &[Image], at: At) -> &Frame {
     &images[at.image].frames[at.frame]
 }
 
-/// Frames that are the only ones of their acquisition.
-fn frames_of_single(groups: &[Group]) -> Vec<At> {
-    let single = groups.iter().filter(|group| group.frames.len() == 1);
-    single.map(|group| group.frames[0]).collect()
+/// The volumes of frames that differ in nothing but their acquisitions.
+fn by_acquisition(images: &[Image], group: Group) -> Vec<Group> {
+    if is_continued(images, &group) {
+        return vec![group];
+    }
+    let acquisitions = split(images, group.frames, true).into_iter();
+    let (mut volumes, single): (Vec<Group>, Vec<Group>) =
+        acquisitions.partition(|group| group.frames.len() > 1);
+    let frames: Vec<At> = single.into_iter().flat_map(|group| group.frames).collect();
+    volumes.extend((!frames.is_empty()).then_some(Group { frames }));
+    volumes
 }
 
 fn split(images: &[Image], frames: Vec<At>, by_acquisition: bool) -> Vec<Group> {

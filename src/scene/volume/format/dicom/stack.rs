@@ -9,6 +9,8 @@
 //! shifted back by interpolating between rows, on more rows than each has. Both are done when voxels are read; here
 //! the steps are only planned.
 
+use std::collections::HashSet;
+
 use crate::scene::volume::orientation::{
     Axes, Frame as Coordinates, Orientation, SHEAR, check_right_angle,
 };
@@ -24,6 +26,9 @@ use super::vector::{cross, difference, dot, scaled, unit};
 const STRAIGHT: f64 = 0.1;
 /// The most voxels by which a slice may lie beside the line through the others.
 const ASTRAY: f64 = 0.5;
+
+/// Distances between slices that may be between two acquisitions of one volume; those of other regions are farther.
+const MOST_APART: f64 = 3.0;
 
 /// The recipe for a volume.
 #[derive(Debug)]
@@ -117,6 +122,29 @@ impl Stack {
             notes,
         })
     }
+}
+
+/// Whether the acquisitions of a group are one stack: each begins where another ends. Repetitions overlap.
+pub fn is_continued(images: &[Image], group: &Group) -> bool {
+    let Some(plane) = frame(images, group.frames[0]).plane else {
+        return false;
+    };
+    let acquisition = |at: At| frame(images, at).acquisition.as_str();
+    let acquisitions: HashSet<&str> = group.frames.iter().map(|at| acquisition(*at)).collect();
+    let placed = Placed::in_order(images, group, plane);
+    let distances = placed.distances();
+    let usual = median(&distances).unwrap_or(0.0);
+    let mut doubles = placed.doubles.iter();
+    let is_repeated = doubles.any(|(a, b)| acquisition(*a) != acquisition(*b));
+    let pairs = placed.frames.windows(2).zip(&distances);
+    let borders = pairs.filter(|(pair, _)| acquisition(pair[0]) != acquisition(pair[1]));
+    let borders: Vec<f64> = borders.map(|(_, distance)| *distance).collect();
+    !is_repeated
+        && borders.len() + 1 == acquisitions.len()
+        && borders
+            .iter()
+            .all(|distance| *distance <= MOST_APART * usual)
+        && Stack::new(images, group).is_ok()
 }
 
 /// Frames in the order of their places along the normal, one for each place.
