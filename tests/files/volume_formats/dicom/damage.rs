@@ -3,8 +3,8 @@
 use isolume::scene::volume::VolumeOverrides;
 
 use super::{folder, refused};
-use crate::dicom_files::Syntax;
-use crate::dicom_scan::Scan;
+use crate::dicom_files::{Pixels, Syntax, file};
+use crate::dicom_scan::{COLUMNS, ROWS, Scan};
 use crate::volume_files::write;
 
 #[test]
@@ -47,6 +47,28 @@ fn a_packing_that_is_not_read_is_named_with_a_remedy() {
         message.contains("I0: its pixels are packed as JPEG XL, which is not read; unpack"),
         "{message}"
     );
+}
+
+#[test]
+fn jpeg_of_12_bits_is_refused_with_a_remedy() {
+    let scan = Scan::ct();
+    let frame = [
+        &[0xff, 0xd8, 0xff, 0xc1, 0, 11, 12, 0, ROWS as u8][..],
+        &[0, COLUMNS as u8, 1, 1, 0x11, 0, 0xff, 0xd9],
+    ];
+    let frames = [frame.concat()];
+    let pixels = Pixels::Packed(&frames);
+    let bytes = file(&scan.header(0), Syntax::JpegExtended, pixels, COLUMNS);
+    let folder = folder();
+    let path = write(folder.path(), "v.dcm", bytes);
+    let message = refused(&path, &VolumeOverrides::default());
+    for part in [
+        "JPEG extended",
+        "have 12 bits, expected 8",
+        "gdcmconv --raw",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
 }
 
 #[test]

@@ -16,7 +16,7 @@ use crate::scene::volume::source::watched::open_file;
 
 use super::data_set::{self, DataSet, Pixels, Syntax, numeric};
 use super::stream::Stream;
-use super::syntax::{TransferSyntax, transfer_syntax};
+use super::syntax::{GDCMCONV, TransferSyntax, transfer_syntax};
 use super::tags;
 
 const PREAMBLE: u64 = 128;
@@ -176,7 +176,7 @@ fn transfer_of(meta: &DataSet, stream: &mut Stream, end: u64) -> Parsed<Transfer
     };
     transfer_syntax(&uid).ok_or_else(|| {
         let found = numeric(&uid);
-        format!("its transfer syntax is `{found}`, which is not known here; unpack it first: `gdcmconv --raw IN OUT`")
+        format!("its transfer syntax is `{found}`, which is not known here; {GDCMCONV}")
     })
 }
 

@@ -45,7 +45,8 @@ const fn refused(name: &'static str, remedy: &'static str) -> TransferSyntax {
     }
 }
 
-const GDCMCONV: &str = "unpack it first: `gdcmconv --raw IN OUT`";
+/// The remedy for pixels that are packed in a way that is not read.
+pub const GDCMCONV: &str = "unpack it first: `gdcmconv --raw IN OUT`";
 
 /// The known syntaxes, by the end of the UID after "1.2.840.10008.1.2".
 const KNOWN: [(&str, TransferSyntax); 21] = [
@@ -91,10 +92,9 @@ const KNOWN: [(&str, TransferSyntax); 21] = [
     (".5", packed("RLE", Packing::RunLength)),
 ];
 
-/// The syntax of a UID; `None` if that is not known. Many writers leave it out, and then it is the implicit
-/// little-endian one.
+/// The syntax of a UID; `None` if that is not known.
 pub fn transfer_syntax(uid: &str) -> Option<TransferSyntax> {
-    // GE's own, which is that of (.2) with little-endian elements, is not read.
+    // GE's own, 1.2.840.113619.5.2, is not read: implicit little-endian elements before big-endian pixels.
     let kind = uid.strip_prefix("1.2.840.10008.1.2")?;
     let found = KNOWN.iter().find(|(known, _)| *known == kind);
     found.map(|(_, syntax)| *syntax)

@@ -7,7 +7,7 @@
 //! which forbids unsafe code. OpenJPEG, translated to Rust or not, is full of it.
 
 use hayro_jpeg2000::{DecodeSettings, DecoderContext};
-use jpeg_decoder::{Decoder, PixelFormat};
+use jpeg_decoder::{Decoder, Error, PixelFormat, UnsupportedFeature};
 
 use crate::fence::fenced;
 use crate::scene::volume::parsed::Parsed;
@@ -16,7 +16,7 @@ use super::fragments::Fragments;
 use super::image::{Image, Samples};
 use super::jpeg_ls;
 use super::run_length;
-use super::syntax::Packing;
+use super::syntax::{GDCMCONV, Packing};
 
 /// The most pixels for each byte. A JPEG's blocks of 64 take at least 2 bits; a picture of one value takes next to
 /// nothing in JPEG 2000.
@@ -83,7 +83,7 @@ fn run_length(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
 
 fn jpeg(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
     let mut decoder = Decoder::new(packed);
-    decoder.read_info().map_err(|e| e.to_string())?;
+    decoder.read_info().map_err(jpeg_fault)?;
     let info = decoder.info().ok_or("it has no header")?;
     check_size(image, info.width.into(), info.height.into())?;
     let allocated = match info.pixel_format {
@@ -96,12 +96,22 @@ fn jpeg(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
         }
     };
     decoder.set_max_decoding_buffer_size(image.frame_pixels() as usize * 2);
-    let words = decoder.decode().map_err(|e| e.to_string())?;
+    let words = decoder.decode().map_err(jpeg_fault)?;
     Ok(Unpacked {
         words,
         samples: allocated_anew(image.samples, allocated)?,
         is_big: cfg!(target_endian = "big"),
     })
+}
+
+fn jpeg_fault(error: Error) -> String {
+    match error {
+        Error::Unsupported(UnsupportedFeature::SamplePrecision(bits)) => {
+            format!("its pixels have {bits} bits, expected 8 unless they are lossless; {GDCMCONV}")
+        }
+        Error::Unsupported(feature) => format!("it has {feature:?}, which is not read; {GDCMCONV}"),
+        error => error.to_string(),
+    }
 }
 
 /// The samples with words of another width.
