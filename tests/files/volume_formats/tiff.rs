@@ -1,5 +1,5 @@
-//! TIFF: each way in which a stack may be written gives the same volume, ImageJ's and OME's descriptions are
-//! understood, and what is no stack is refused.
+//! TIFF: each way in which a stack may be written gives the same volume, OME's descriptions are understood, and what is
+//! no stack is refused.
 
 use fastrand::Rng;
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
@@ -36,7 +36,7 @@ fn each_codec_round_trips() {
     }
 }
 
-fn textured(dims: [u32; 3], voxel_type: VoxelType, endian: Endian) -> Array {
+pub fn textured(dims: [u32; 3], voxel_type: VoxelType, endian: Endian) -> Array {
     let mut array = Array::new(dims, voxel_type, endian);
     let mut rng = Rng::with_seed(7);
     for (n, value) in array.values.iter_mut().enumerate() {
@@ -110,69 +110,6 @@ fn a_folder_of_pages_is_sorted_by_number() {
         message.contains("page 7 of 12 (in slice 7.TIF) is 4×4 pixels, expected 5×4"),
         "{message}"
     );
-}
-
-#[test]
-fn imagej_says_how_large_voxels_are() {
-    let array = textured([4, 3, 6], VoxelType::U8, Endian::Big);
-    let mut tiff = Tiff {
-        description: "ImageJ=1.53t\nimages=6\nslices=6\nunit=\\u00B5m\nspacing=2.5\nloop=false\n"
-            .into(),
-        resolution: Some([4, 2]),
-        ..Tiff::default()
-    };
-    let volume = load_bytes("v.tif", tiff.write(&array));
-    assert_eq!(volume.spacing, [0.25, 0.5, 2.5]);
-    assert_eq!(volume.storage.unit.as_deref(), Some("µm"));
-    assert_eq!(values(&volume), array.values);
-
-    tiff.description = "ImageJ=1.53t\nimages=6\nchannels=3\nslices=2\nhyperstack=true\n".into();
-    let folder = folder();
-    let path = write(folder.path(), "v.tif", tiff.write(&array));
-    for channel in 0..3 {
-        let overrides = VolumeOverrides {
-            channel: Some(channel),
-            ..Default::default()
-        };
-        let volume = Volume::load(&path, &overrides).unwrap();
-        let pages = [channel, channel + 3].map(|n| slice(&array, n).values);
-        assert_eq!(values(&volume), pages.concat());
-        assert!(
-            volume.notes[0].contains(" of 3 is shown"),
-            "{:?}",
-            volume.notes
-        );
-    }
-    let overrides = VolumeOverrides {
-        channel: Some(3),
-        ..Default::default()
-    };
-    let message = refusal(&path, &overrides);
-    assert!(
-        message.contains("`channel` is 3, expected 0 to 2"),
-        "{message}"
-    );
-}
-
-/// Only the first page has a directory; the pixels of all lie one after another.
-#[test]
-fn imagej_may_write_one_directory_for_all_pages() {
-    let array = textured([4, 3, 6], VoxelType::U16, Endian::Big);
-    let tiff = Tiff {
-        description: "ImageJ=1.53t\nimages=6\nslices=6\n".into(),
-        rows_per_strip: 3,
-        ..Tiff::default()
-    };
-    // Pixels come first in what is written here, so they are moved behind the directory.
-    let page = tiff.write(&slice(&array, 0));
-    let begin = page.len();
-    let mut moved = page.clone();
-    let place = |bytes: &[u8]| bytes.windows(4).position(|entry| entry == [1, 17, 0, 4]);
-    let entry = place(&moved).unwrap();
-    moved[entry + 8..entry + 12].copy_from_slice(&(begin as u32).to_be_bytes());
-    let whole = [moved, array.bytes()].concat();
-    assert_eq!(values(&load_bytes("v.tif", &whole)), array.values);
-    refuses("v.tif", &whole[..whole.len() - 50], &["truncated"]);
 }
 
 fn ome(order: &str, sizes: [u32; 3], data: &str) -> String {

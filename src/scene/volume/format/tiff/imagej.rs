@@ -4,6 +4,8 @@
 //! may write only the first page's directory, and all pixels one after another: that is how it gets beyond 4 GB.
 
 use super::Meaning;
+use super::page::Layout;
+use crate::scene::volume::format::header::check_rescale;
 use crate::scene::volume::parsed::Parsed;
 
 pub const START: &str = "ImageJ=";
@@ -17,7 +19,7 @@ pub fn images(description: &str) -> Parsed<u64> {
 pub fn meaning(
     description: &str,
     pages: usize,
-    samples: u32,
+    layout: &Layout,
     resolution: [Option<f64>; 2],
 ) -> Parsed<Meaning> {
     let [channels, slices, frames] =
@@ -38,16 +40,43 @@ pub fn meaning(
     let mut meaning = Meaning {
         spacing: [x, y, depth.unwrap_or(1.0)],
         unit,
-        ..Meaning::stack(pages, samples)
+        ..Meaning::stack(pages, layout.samples)
     };
+    // ImageJ calibrates integers of 8 and 16 bits only.
+    if layout.voxel_type.bytes() <= 2 {
+        meaning.calibrate(description);
+    }
     // Numbers that do not fit the file are those of a stack that was changed by another program.
-    if planes == pages as u64 && samples == 1 && channels * frames > 1 {
+    if planes == pages as u64 && layout.samples == 1 && channels * frames > 1 {
         meaning.channels = vec![String::new(); channels as usize];
         meaning.times = frames as u32;
         meaning.depth = slices as usize;
         meaning.order = [1, channels as usize, (channels * slices) as usize];
     }
     Ok(meaning)
+}
+
+impl Meaning {
+    /// Takes over the calibration of values. ImageJ stores signed numbers as unsigned ones with a calibration.
+    fn calibrate(&mut self, description: &str) {
+        const STRAIGHT_LINE: &str = "0";
+        const NONE: &str = "20";
+        let Some(function) = value(description, "cf").filter(|function| *function != NONE) else {
+            return;
+        };
+        let [c0, c1] = ["c0", "c1"].map(|key| value(description, key)?.parse::<f64>().ok());
+        match (function, c0, c1) {
+            (STRAIGHT_LINE, Some(intercept), Some(slope))
+                if check_rescale(slope, intercept).is_ok() =>
+            {
+                (self.intercept, self.slope) = (intercept, slope);
+            }
+            _ => self.notes.push(
+                "ImageJ's calibration of its values is no straight line; they are taken as they are"
+                    .into(),
+            ),
+        }
+    }
 }
 
 fn value<'a>(description: &'a str, key: &str) -> Option<&'a str> {

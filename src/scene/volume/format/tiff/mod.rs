@@ -35,6 +35,9 @@ use crate::scene::volume::storage::{Level, Storage};
 /// The meaning of a file's pages.
 struct Meaning {
     spacing: [f64; 3],
+    /// A voxel's value is intercept + slope · the number in the file.
+    slope: f64,
+    intercept: f64,
     unit: Option<String>,
     /// Slices of each channel at each time.
     depth: usize,
@@ -47,6 +50,8 @@ struct Meaning {
     places: Vec<usize>,
     /// Values of a pixel.
     samples: u32,
+    /// Remarks for the user: one sentence each.
+    notes: Vec<String>,
 }
 
 impl Meaning {
@@ -54,6 +59,8 @@ impl Meaning {
     fn stack(pages: usize, samples: u32) -> Meaning {
         Meaning {
             spacing: [1.0; 3],
+            slope: 1.0,
+            intercept: 0.0,
             unit: None,
             depth: pages,
             channels: vec![String::new(); samples as usize],
@@ -61,6 +68,7 @@ impl Meaning {
             order: [0, 1, 0],
             places: (0..pages).collect(),
             samples,
+            notes: Vec::new(),
         }
     }
 }
@@ -115,7 +123,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let meaning = if is_imagej {
         let resolution = [Tag::XResolution, Tag::YResolution];
         let [x, y] = resolution.map(|tag| directories.fraction(first, tag));
-        imagej::meaning(&description, count, samples, [x?, y?])?
+        imagej::meaning(&description, count, &first_page.layout, [x?, y?])?
     } else if ome::is_ome(&description) {
         ome::meaning(&description, count, samples)?
     } else {
@@ -238,12 +246,14 @@ fn stack(
             Box::new(Chunked::new(dims, chunk, bytes, Box::new(pages)))
         }
     };
-    let mut notes = storage.notes();
+    let mut notes = [storage.notes(), meaning.notes].concat();
     if layout.is_white_zero {
         notes.push("the file says that 0 is white; its values are taken as they are".into());
     }
     Ok(Header {
         spacing,
+        slope: meaning.slope,
+        intercept: meaning.intercept,
         storage,
         notes,
         ..Header::of_source(source, dims, layout.voxel_type, layout.endian)

@@ -78,7 +78,7 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
         times,
         order,
         places,
-        samples,
+        ..Meaning::stack(pages, samples)
     })
 }
 

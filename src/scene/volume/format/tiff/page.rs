@@ -264,9 +264,9 @@ impl Layout {
         u64::from(self.size[0]) * self.voxel_type.bytes() as u64
     }
 
-    /// Bytes of a page of one sample.
+    /// Bytes of a page with all its samples.
     pub fn page_bytes(&self) -> u64 {
-        self.row_bytes() * u64::from(self.size[1])
+        self.row_bytes() * u64::from(self.size[1]) * u64::from(self.samples)
     }
 
     fn undo_prediction(&self, pixels: &mut [u8]) {

@@ -1,0 +1,129 @@
+//! TIFF as ImageJ writes it: its description, and stacks with a single directory.
+
+use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
+
+use super::tiff::textured;
+use crate::tiff_files::{Tiff, slice};
+use crate::volume_files::{Array, write};
+use crate::volume_formats::{folder, load_bytes, refusal, refuses, values};
+
+#[test]
+fn imagej_says_how_large_voxels_are() {
+    let array = textured([4, 3, 6], VoxelType::U8, Endian::Big);
+    let mut tiff = Tiff {
+        description: "ImageJ=1.53t\nimages=6\nslices=6\nunit=\\u00B5m\nspacing=2.5\nloop=false\n"
+            .into(),
+        resolution: Some([4, 2]),
+        ..Tiff::default()
+    };
+    let volume = load_bytes("v.tif", tiff.write(&array));
+    assert_eq!(volume.spacing, [0.25, 0.5, 2.5]);
+    assert_eq!(volume.storage.unit.as_deref(), Some("µm"));
+    assert_eq!(values(&volume), array.values);
+
+    tiff.description = "ImageJ=1.53t\nimages=6\nchannels=3\nslices=2\nhyperstack=true\n".into();
+    let folder = folder();
+    let path = write(folder.path(), "v.tif", tiff.write(&array));
+    for channel in 0..3 {
+        let overrides = VolumeOverrides {
+            channel: Some(channel),
+            ..Default::default()
+        };
+        let volume = Volume::load(&path, &overrides).unwrap();
+        let pages = [channel, channel + 3].map(|n| slice(&array, n).values);
+        assert_eq!(values(&volume), pages.concat());
+        assert!(
+            volume.notes[0].contains(" of 3 is shown"),
+            "{:?}",
+            volume.notes
+        );
+    }
+    let overrides = VolumeOverrides {
+        channel: Some(3),
+        ..Default::default()
+    };
+    let message = refusal(&path, &overrides);
+    assert!(
+        message.contains("`channel` is 3, expected 0 to 2"),
+        "{message}"
+    );
+}
+
+/// Signed numbers are stored as unsigned ones, with a calibration.
+#[test]
+fn imagej_calibrates_values() {
+    let array = textured([4, 3, 2], VoxelType::U16, Endian::Big);
+    let opened = |array: &Array, more: &str| {
+        let tiff = Tiff {
+            description: format!("ImageJ=1.53t\nimages=2\nslices=2\n{more}"),
+            ..Tiff::default()
+        };
+        load_bytes("v.tif", tiff.write(array))
+    };
+    let signed = opened(&array, "cf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n");
+    let expected: Vec<f64> = array.values.iter().map(|value| value - 32768.0).collect();
+    assert_eq!(values(&signed), expected);
+    assert!(signed.notes.is_empty(), "{:?}", signed.notes);
+    for (more, notes) in [
+        ("cf=20\n", 0),
+        ("cf=8\nc0=1\n", 1),
+        ("cf=0\nc0=1\nc1=0\n", 1),
+    ] {
+        let volume = opened(&array, more);
+        assert_eq!(values(&volume), array.values);
+        assert_eq!(volume.notes.len(), notes, "{:?}", volume.notes);
+    }
+    let floats = textured([4, 3, 2], VoxelType::F32, Endian::Big);
+    let volume = opened(&floats, "cf=0\nc0=-32768.0\nc1=1.0\n");
+    assert_eq!(values(&volume), floats.values);
+}
+
+/// The file, with its pixels in place of those of a first page that are the only ones it had, in strips of 3 rows.
+fn of_one_directory(tiff: &Tiff, first: &Array, pixels: &[u8]) -> Vec<u8> {
+    // Pixels come first in what is written here, so they are moved behind the directory.
+    let mut page = tiff.write(first);
+    let begin = page.len() as u32;
+    let place = page.windows(4).position(|entry| entry == [1, 17, 0, 4]);
+    let entry = place.unwrap();
+    page[entry + 8..entry + 12].copy_from_slice(&begin.to_be_bytes());
+    [&page, pixels].concat()
+}
+
+/// Only the first page has a directory; the pixels of all lie one after another.
+#[test]
+fn imagej_may_write_one_directory_for_all_pages() {
+    let array = textured([4, 3, 6], VoxelType::U16, Endian::Big);
+    let tiff = Tiff {
+        description: "ImageJ=1.53t\nimages=6\nslices=6\n".into(),
+        rows_per_strip: 3,
+        ..Tiff::default()
+    };
+    let whole = of_one_directory(&tiff, &slice(&array, 0), &array.bytes());
+    assert_eq!(values(&load_bytes("v.tif", &whole)), array.values);
+    refuses("v.tif", &whole[..whole.len() - 50], &["truncated"]);
+
+    // In colour: the three values of a pixel lie side by side.
+    let colour = Tiff {
+        more: vec![(277, 3)],
+        ..tiff
+    };
+    let pixels = Array {
+        dims: [12, 3, 6],
+        ..textured([12, 3, 6], VoxelType::U16, Endian::Big)
+    };
+    let whole = of_one_directory(&colour, &slice(&array, 0), &pixels.bytes());
+    let folder = folder();
+    let path = write(folder.path(), "v.tif", &whole);
+    for channel in 0..3 {
+        let overrides = VolumeOverrides {
+            channel: Some(channel),
+            ..Default::default()
+        };
+        let volume = Volume::load(&path, &overrides).unwrap();
+        let samples = pixels.values.iter().skip(channel as usize).step_by(3);
+        assert_eq!(values(&volume), samples.copied().collect::<Vec<_>>());
+    }
+    let half = write(folder.path(), "half.tif", &whole[..whole.len() / 2]);
+    let message = refusal(&half, &VolumeOverrides::default());
+    assert!(message.contains("truncated"), "{message}");
+}
