@@ -24,6 +24,8 @@ pub struct Tiff {
     /// Pixels of a tile; strips if there are none.
     pub tile: Option<[u32; 2]>,
     pub rows_per_strip: u32,
+    /// Whether the last strip is as long as the others.
+    pub pads_strips: bool,
     /// Of the first page.
     pub description: String,
     /// Pixels in a unit of length.
@@ -40,6 +42,7 @@ impl Default for Tiff {
             predictor: 1,
             tile: None,
             rows_per_strip: 2,
+            pads_strips: false,
             description: String::new(),
             resolution: None,
             more: Vec::new(),
@@ -182,6 +185,7 @@ impl Tiff {
         let chunk = |[x, y]: [u32; 2]| {
             let rows = match self.tile {
                 Some(_) => y..y + down,
+                None if self.pads_strips => y..y + down,
                 None => y..height.min(y + down),
             };
             let pixel = |x: u32, y: u32| match x < width && y < height {

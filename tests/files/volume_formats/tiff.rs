@@ -84,6 +84,21 @@ fn strips_tiles_and_predictors_are_one_volume() {
 }
 
 #[test]
+fn a_last_strip_may_be_padded() {
+    let array = textured([37, 29, 2], VoxelType::U16, Endian::Little);
+    for compression in CODECS {
+        let tiff = Tiff {
+            compression,
+            rows_per_strip: 28,
+            pads_strips: true,
+            ..Tiff::default()
+        };
+        let volume = load_bytes("v.tif", tiff.write(&array));
+        assert_eq!(values(&volume), array.values, "{compression}");
+    }
+}
+
+#[test]
 fn a_folder_of_pages_is_sorted_by_number() {
     let folder = folder();
     let array = textured([5, 4, 12], VoxelType::U16, Endian::Little);

@@ -13,6 +13,7 @@ use std::io::Read;
 
 use flate2::read::MultiGzDecoder;
 use ruzstd::decoding::StreamingDecoder;
+use zune_inflate::errors::DecodeErrorStatus;
 use zune_inflate::{DeflateDecoder, DeflateOptions};
 
 use crate::fence::fenced;
@@ -23,8 +24,6 @@ use crate::scene::volume::parsed::Parsed;
 pub const MAX_RATIO: u64 = 32 << 10;
 /// Bytes that are reserved for each compressed one. Parts that need more grow on the way.
 const RESERVED: usize = 8;
-/// The longest match of Deflate in bytes: a decoder may exceed the expected length by this much.
-const LONGEST_MATCH: usize = 258;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Codec {
@@ -109,9 +108,14 @@ fn all_of(decoder: impl Read, packed: &[u8], expected: usize) -> Parsed<Vec<u8>>
 fn inflate(packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
     let options = DeflateOptions::default()
         .set_size_hint(expected.min(packed.len().saturating_mul(RESERVED)))
-        .set_limit(expected.saturating_mul(2).saturating_add(LONGEST_MATCH));
-    let decoded = DeflateDecoder::new_with_options(packed, options).decode_zlib();
-    let mut decoded = decoded.map_err(|e| format!("{:?}", e.error))?;
+        .set_limit(expected);
+    let mut decoded = match DeflateDecoder::new_with_options(packed, options).decode_zlib() {
+        Ok(decoded) => decoded,
+        Err(e) => match e.error {
+            DecodeErrorStatus::OutputLimitExceeded(..) => e.data,
+            error => return Err(format!("{error:?}")),
+        },
+    };
     decoded.truncate(expected);
     Ok(decoded)
 }
