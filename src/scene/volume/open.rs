@@ -95,7 +95,7 @@ impl Volume {
         let Conversion { from, endian, .. } = Conversion::none(voxels.stored());
         let source = Box::new(Memory { dims, voxels });
         let header = Header {
-            spacing,
+            geometry: Ok((spacing, Orientation::UNKNOWN)),
             ..Header::of_source(source, dims, from, endian)
         };
         let (overrides, reading) = (VolumeOverrides::default(), Reading::default());
@@ -111,10 +111,9 @@ fn open(
     stores: Option<(&Stores, &Path)>,
 ) -> Parsed<Volume> {
     let region = Region::cropped(header.dims, overrides.crop)?;
-    let spacing = overrides.spacing.unwrap_or(header.spacing);
+    let (spacing, orientation) = geometry(&header, overrides)?;
     check_spacing(spacing, region.dims)?;
     check_rescale(header.slope, header.intercept)?;
-    let orientation = overrides.axes.map_or(header.orientation, Orientation::from);
     let conversion = Conversion {
         from: header.voxel_type,
         endian: header.endian,
@@ -191,6 +190,21 @@ fn open(
         statistics: Arc::new(Statistics::new(settled.ranges, settled.counts, histogram)),
         keeping: place.map(|place| Arc::new(Keeping { place, facts })),
     })
+}
+
+/// The voxel size and the axes' directions: the user's, or else the file's.
+fn geometry(header: &Header, overrides: &VolumeOverrides) -> Parsed<([f64; 3], Orientation)> {
+    let axes = overrides.axes.map(Orientation::from);
+    if let (Some(spacing), Some(axes)) = (overrides.spacing, axes) {
+        return Ok((spacing, axes));
+    }
+    let (spacing, orientation) = header.geometry.clone().map_err(|fault| {
+        format!("{fault}; with `spacing` and `axes` given, the file's do not count")
+    })?;
+    Ok((
+        overrides.spacing.unwrap_or(spacing),
+        axes.unwrap_or(orientation),
+    ))
 }
 
 /// Lengths must also survive the GPU's 32 bits.

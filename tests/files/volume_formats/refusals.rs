@@ -1,6 +1,6 @@
 //! Files that cannot be used: each gets one sentence that names the fact and a remedy.
 
-use isolume::scene::volume::{Endian, VolumeOverrides, VoxelType};
+use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 
 use crate::volume_files::{Array, gzip, write};
 use crate::volume_formats::{DIMS, folder, load_bytes, refusal, refuses, u8s};
@@ -46,6 +46,38 @@ fn sheared_axes_are_refused_by_name() {
     );
     let nothing = "space: LPS\nspace directions: (0,0,0) (1,0,0) (0,0,1)\n";
     refuses("v.nrrd", u8s().nrrd("raw", nothing), &["axis i"]);
+}
+
+#[test]
+fn sheared_axes_open_with_spacing_and_axes_of_the_user() {
+    let folder = folder();
+    let mut nifti = u8s().nifti();
+    nifti.int16(254, 1);
+    let directions = "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0.2,1)\n";
+    let paths = [
+        write(folder.path(), "v.nrrd", u8s().nrrd("raw", directions)),
+        write(
+            folder.path(),
+            "v.mha",
+            u8s().mha("TransformMatrix = 1 0 0 0.1 1 0 0 0 1\n"),
+        ),
+        write(folder.path(), "v.nii", nifti.bytes),
+    ];
+    let spacing = VolumeOverrides {
+        spacing: Some([1.0, 2.0, 3.0]),
+        ..Default::default()
+    };
+    let both = VolumeOverrides {
+        axes: Some("RAS".parse().unwrap()),
+        ..spacing.clone()
+    };
+    for path in paths {
+        let message = refusal(&path, &spacing);
+        let remedy = "with `spacing` and `axes` given, the file's do not count";
+        assert!(message.contains(remedy), "{message}");
+        let volume = Volume::load(&path, &both).unwrap();
+        assert_eq!((volume.spacing, volume.axes), ([1.0, 2.0, 3.0], both.axes));
+    }
 }
 
 #[test]

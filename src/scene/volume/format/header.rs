@@ -25,8 +25,8 @@ pub struct Header {
     pub dims: [u32; 3],
     pub voxel_type: VoxelType,
     pub endian: Endian,
-    pub spacing: [f64; 3],
-    pub orientation: Orientation,
+    /// The voxel size, and the axes' directions; or their fault, which counts unless the user gives both.
+    pub geometry: Parsed<([f64; 3], Orientation)>,
     /// A voxel's value is intercept + slope · the number in the source.
     pub slope: f64,
     pub intercept: f64,
@@ -77,8 +77,7 @@ impl Header {
             dims,
             voxel_type,
             endian,
-            spacing: [1.0; 3],
-            orientation: Orientation::UNKNOWN,
+            geometry: Ok(([1.0; 3], Orientation::UNKNOWN)),
             slope: 1.0,
             intercept: 0.0,
             storage: Storage::default(),
@@ -88,6 +87,7 @@ impl Header {
         }
     }
 }
+
 /// Values must also survive the GPU's 32 bits.
 pub fn check_rescale(slope: f64, intercept: f64) -> Parsed<()> {
     match (slope as f32).is_normal() && (intercept as f32).is_finite() {
@@ -98,7 +98,6 @@ pub fn check_rescale(slope: f64, intercept: f64) -> Parsed<()> {
         )),
     }
 }
-
 
 /// The first bytes of a file, where its header is.
 pub fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {

@@ -18,15 +18,13 @@ pub fn read(path: &Path) -> Parsed<Header> {
         return Err(unexpected("dimension", dimension, "3: one scalar volume"));
     }
     let voxel_type = voxel_type(fields.require("type")?)?;
-    let (spacing, orientation) = geometry(&fields)?;
     let dims = fields.dims("sizes")?;
     let data = data(path, &fields, end)?;
     Ok(Header {
         dims,
         voxel_type,
         endian: endian(&fields, voxel_type)?,
-        spacing,
-        orientation,
+        geometry: geometry(&fields),
         slope: 1.0,
         intercept: 0.0,
         storage: data.encoding.storage(),

@@ -98,8 +98,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         (None, _) => {}
     }
     Ok(Header {
-        spacing,
-        orientation,
+        geometry: Ok((spacing, orientation)),
         slope: values.slope,
         intercept: values.intercept,
         storage,

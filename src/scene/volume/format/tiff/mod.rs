@@ -24,6 +24,7 @@ use page::{Layout, Page};
 pub use folder::{is_folder, read_folder};
 
 use super::header::{Header, pick};
+use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::{Chunked, Chunks};
@@ -251,7 +252,7 @@ fn stack(
         notes.push("the file says that 0 is white; its values are taken as they are".into());
     }
     Ok(Header {
-        spacing,
+        geometry: Ok((spacing, Orientation::UNKNOWN)),
         slope: meaning.slope,
         intercept: meaning.intercept,
         storage,

@@ -18,6 +18,7 @@ use array::{Array, is_array, json};
 use chunks::{ArrayChunks, Axis};
 
 use super::header::{Header, pick, unexpected};
+use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::Chunked;
@@ -258,7 +259,7 @@ fn volume(
     let chunks = ArrayChunks::new(array, axes, chunk);
     let source = Chunked::new(dims, chunk, voxel_type.bytes(), Box::new(chunks));
     Ok(Header {
-        spacing,
+        geometry: Ok((spacing, Orientation::UNKNOWN)),
         notes: storage.notes(),
         storage,
         ..Header::of_source(Box::new(source), dims, voxel_type, endian)
