@@ -52,6 +52,14 @@ fn metaimage_skips_a_foreign_header() {
 }
 
 #[test]
+fn metaimage_voxels_are_local_in_any_case() {
+    for local in ["LOCAL", "Local", "local"] {
+        let bytes = [u8s().meta_header("", local).as_bytes(), &u8s().bytes()].concat();
+        assert_eq!(values(&load_bytes("v.mha", bytes)), u8s().values);
+    }
+}
+
+#[test]
 fn metaimage_refuses_what_is_no_scalar_volume() {
     let text = |from: &str, to: &str| u8s().meta_header("", "LOCAL").replace(from, to);
     refuses("v.mha", text("NDims = 3", "NDims = 2"), &["`NDims` is `2`"]);

@@ -136,7 +136,7 @@ fn data(path: &Path, fields: &Fields, end: usize) -> Parsed<Data> {
     };
     let name = fields.require("ElementDataFile")?;
     let (file, begin) = match name {
-        "LOCAL" => (path.to_path_buf(), end as u64),
+        name if name.eq_ignore_ascii_case("LOCAL") => (path.to_path_buf(), end as u64),
         "" => return Err(unexpected("ElementDataFile", name, "LOCAL or a file")),
         name if name.starts_with("LIST") || name.contains('%') => {
             let expected = "LOCAL or one file; join the slices into one .mha first";
