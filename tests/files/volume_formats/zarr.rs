@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
+use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType, Voxels};
 use serde_json::json;
 
 use crate::volume_files::Array;
@@ -247,6 +247,48 @@ fn chunks_that_were_never_written_have_the_fill_value() {
         let path = zarr.write(&folder.path().join("v"), "zyx", &[16, 18, 20], &array);
         assert_eq!(values(&plain(&path)), array.values);
     }
+}
+
+/// One chunk of 4096.
+#[test]
+fn a_few_chunks_may_stand_for_a_large_volume() {
+    let folder = folder();
+    let mut array = Array::new([16; 3], VoxelType::U8, Endian::Little);
+    array.values.fill(7.0);
+    let zarr = Zarr::new(true, &[16; 3], Codec::Zstd);
+    let path = zarr.write(&folder.path().join("v"), "zyx", &[16; 3], &array);
+    let metadata = path.join("s0/zarr.json");
+    let text = fs::read_to_string(&metadata).unwrap();
+    let whole = text.replace("\"shape\":[16,16,16]", "\"shape\":[256,256,256]");
+    assert_ne!(whole, text);
+    fs::write(&metadata, whole).unwrap();
+    let volume = plain(&path);
+    assert_eq!(volume.dims, [256; 3]);
+    assert_eq!(volume.range, [0.0, 7.0]);
+    let Voxels::U8(voxels) = &*volume.voxels().unwrap() else {
+        panic!("{:?}", volume.stored);
+    };
+    assert_eq!(
+        voxels.iter().filter(|value| **value == 7).count(),
+        16 * 16 * 16
+    );
+}
+
+#[test]
+fn metadata_may_be_long() {
+    let folder = folder();
+    let array = textured([8, 8, 8], VoxelType::U8);
+    let zarr = Zarr::new(false, &[8; 3], Codec::Gzip);
+    let path = zarr.write(&folder.path().join("v"), "zyx", &[8; 3], &array);
+    let attributes = path.join(".zattrs");
+    let text = fs::read_to_string(&attributes).unwrap();
+    let colours = "{\"label-value\":1,\"rgba\":[1,2,3,255]},".repeat(40_000);
+    let labels = format!("{{\"image-label\":{{\"colors\":[{colours}0]}},");
+    fs::write(&attributes, text.replacen('{', &labels, 1)).unwrap();
+    assert_eq!(values(&plain(&path)), array.values);
+    let file = fs::File::options().write(true).open(&attributes).unwrap();
+    file.set_len(17 << 20).unwrap();
+    message_of(&path, &[".zattrs is longer than 16777216 bytes"]);
 }
 
 #[test]

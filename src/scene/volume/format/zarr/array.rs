@@ -18,8 +18,8 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-/// The longest metadata that is read, in bytes: a shape and a few codecs.
-const LONGEST: u64 = 1 << 20;
+/// The longest metadata that is read, in bytes. Those of labels give each of them a colour.
+const LONGEST: u64 = 16 << 20;
 /// An upper bound of the bytes of a chunk, which no file exceeds.
 const LARGEST_CHUNK: u64 = 1 << 40;
 
@@ -68,7 +68,12 @@ fn node_type(folder: &Path) -> Option<String> {
 /// The contents of a metadata file, as far as `T` names them.
 pub fn json<T: for<'a> Deserialize<'a>>(path: &Path) -> Parsed<T> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let bytes = first_bytes(path, LONGEST).map_err(|fault| format!("{name}: {fault}"))?;
+    let bytes = first_bytes(path, LONGEST + 1).map_err(|fault| format!("{name}: {fault}"))?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(format!(
+            "{name} is longer than {LONGEST} bytes, expected metadata"
+        ));
+    }
     serde_json::from_slice(&bytes).map_err(|e| format!("{name}: {e}"))
 }
 
@@ -85,6 +90,15 @@ impl Array {
     /// Bytes of a decoded chunk.
     pub fn chunk_bytes(&self) -> u64 {
         self.chunk.iter().product::<u64>() * self.voxel_type.bytes() as u64
+    }
+
+    /// Bytes of all chunks that a file holds, decoded.
+    pub fn file_bytes(&self) -> u64 {
+        let sides = self
+            .shard
+            .as_ref()
+            .map_or(&self.chunk, |shard| &shard.shape);
+        sides.iter().product::<u64>() * self.voxel_type.bytes() as u64
     }
 
     fn check(&self) -> Parsed<()> {

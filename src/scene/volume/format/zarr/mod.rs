@@ -26,6 +26,9 @@ use crate::scene::volume::source::codec::MAX_RATIO;
 use crate::scene::volume::source::file::{shape, voxel_bytes};
 use crate::scene::volume::storage::{Level, Storage, in_one_unit};
 
+/// A volume may be so many times larger than the chunks that there are: those that have the fill value everywhere need
+/// not be written.
+const MOST_EMPTY: u64 = 32 << 10;
 /// The deepest nesting of folders within the array's: one for each axis and a prefix.
 const MOST_NESTED: usize = 8;
 
@@ -310,34 +313,36 @@ fn level_of(dimensions: &[Dimension], resolution: &Resolution) -> Parsed<Level> 
     })
 }
 
-/// Refuses an array that promises more than its files could hold, even if all of them were compressed as far as
-/// possible. Chunks with the same value everywhere need not be written, so a few bytes may stand for a large volume.
+/// Refuses an array that promises far more than its files hold, which would take a walk through nothing.
 fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
-    let enough = expected / MAX_RATIO + 1;
-    let found = bytes_within(&array.folder, enough, MOST_NESTED);
+    let enough = expected / MOST_EMPTY + 1;
+    let found = bytes_within(&array.folder, array.file_bytes(), enough, MOST_NESTED);
     match found >= enough {
         true => Ok(()),
         false => Err(format!(
-            "its chunks are {found} bytes, which cannot hold {}: they are missing, or all of them are empty",
+            "its chunks are {found} bytes, decoded, which cannot hold {}: nearly all of them are missing, or its \
+             metadata is wrong",
             shape(dims, array.voxel_type)
         )),
     }
 }
 
-/// Bytes of the chunks in a folder; counting stops at `enough`.
-fn bytes_within(folder: &Path, enough: u64, nested: usize) -> u64 {
-    let mut bytes = 0;
+/// Bytes to which the files in a folder may decode, each to at most `of_file`; counting stops at `enough`.
+fn bytes_within(folder: &Path, of_file: u64, enough: u64, nested: usize) -> u64 {
+    let mut bytes: u64 = 0;
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let is_metadata = name.to_string_lossy().starts_with('.') || name == "zarr.json";
         let found = match entry.metadata() {
-            Ok(metadata) if metadata.is_file() && !is_metadata => metadata.len(),
+            Ok(metadata) if metadata.is_file() && !is_metadata => {
+                metadata.len().saturating_mul(MAX_RATIO).min(of_file)
+            }
             Ok(metadata) if metadata.is_dir() && nested > 0 => {
-                bytes_within(&entry.path(), enough - bytes, nested - 1)
+                bytes_within(&entry.path(), of_file, enough - bytes, nested - 1)
             }
             _ => 0,
         };
-        bytes += found;
+        bytes = bytes.saturating_add(found);
         if bytes >= enough {
             return bytes;
         }
