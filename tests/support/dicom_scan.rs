@@ -160,6 +160,40 @@ impl Scan {
         }
     }
 
+    /// One file with all slices, whose header is that of the first, without groups for each frame.
+    pub fn multi_frame(&self, change: impl FnOnce(Object) -> Object) -> Vec<u8> {
+        let frames: Vec<Vec<u16>> = self.slices.iter().map(|it| it.words.clone()).collect();
+        let header = self.header(0).text((0x28, 0x08), "IS", frames.len());
+        let object = change(header);
+        file(
+            &object,
+            Syntax::Explicit,
+            Pixels::Words(&frames),
+            self.columns,
+        )
+    }
+
+    /// The same as nuclear medicine has it, with a time slot for each `SLICES` slices.
+    pub fn gated(&self) -> Vec<u8> {
+        let numbered = |of: fn(usize) -> usize| -> Vec<u16> {
+            let frames = 0..self.slices.len();
+            frames.map(|n| of(n) as u16 + 1).collect()
+        };
+        let detector = Object::default()
+            .text((0x20, 0x32), "DS", joined(&self.slices[0].position))
+            .text((0x20, 0x37), "DS", joined(&self.orientation));
+        self.multi_frame(|object| {
+            object
+                .without((0x20, 0x32))
+                .without((0x20, 0x37))
+                .text((0x18, 0x88), "DS", 2.5)
+                .words((0x28, 0x09), "AT", &[0x54, 0x70, 0x54, 0x80])
+                .items((0x54, 0x22), vec![detector])
+                .words((0x54, 0x70), "US", &numbered(|n| n / SLICES))
+                .words((0x54, 0x80), "US", &numbered(|n| n % SLICES))
+        })
+    }
+
     /// One file with all slices, as "enhanced" objects are.
     pub fn enhanced(&self, syntax: Syntax) -> Vec<u8> {
         self.enhanced_with(syntax, |_, group| group)

@@ -201,7 +201,7 @@ fn mutated_tiff_files_neither_panic_nor_hang_nor_ask_for_more_memory_than_they_a
     let _turn = TURN.lock();
     let folder = folder();
     let array = noise([20, 17, 3], VoxelType::U16);
-    let imagej = "ImageJ=1.5\nimages=3\nslices=3\nunit=um\nspacing=2\n";
+    let imagej = "ImageJ=1.5\nimages=3\nslices=3\nunit=um\nspacing=2\ncf=0\nc0=-32768.0\nc1=1.0\n";
     let ome = "<OME><Pixels DimensionOrder=\"XYZCT\" SizeZ=\"3\" SizeC=\"1\" SizeT=\"1\"><TiffData IFD=\"0\" \
                PlaneCount=\"3\"/></Pixels></OME>";
     let mut seeds = Vec::new();

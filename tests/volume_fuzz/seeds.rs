@@ -95,6 +95,7 @@ pub fn seeds() -> Vec<Seed> {
         seed("v.dcm", scan.slice_file(0, Syntax::Deflated)),
         seed("v.dcm", scan.enhanced(Syntax::RunLength)),
         seed("v.dcm", scan.enhanced(Syntax::JpegLossless)),
+        seed("v.dcm", scan.gated()),
         seed("v.dcm", jpeg_2000),
         seed("v.dcm", jpeg_ls),
     ]

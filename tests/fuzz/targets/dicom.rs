@@ -25,6 +25,7 @@ fn seeds() -> Vec<Vec<u8>> {
         scan.slice_file(0, Syntax::JpegLossless),
         scan.enhanced(Syntax::Explicit),
         scan.enhanced(Syntax::BigEndian),
+        scan.gated(),
         packed(
             Syntax::JpegLs,
             include_bytes!("../../support/dicom/slice0.jls"),

@@ -9,8 +9,6 @@ use crate::volume_files::write;
 
 const SPACING: (u16, u16) = (0x18, 0x88);
 const FRAME_INCREMENT: (u16, u16) = (0x28, 0x09);
-const SLICE_VECTOR: (u16, u16) = (0x54, 0x80);
-const TIME_SLOT_VECTOR: (u16, u16) = (0x54, 0x70);
 
 /// The scan once for each of so many times, with values that grow from time to time.
 fn timed(times: u16) -> Scan {
@@ -23,14 +21,6 @@ fn timed(times: u16) -> Scan {
         }));
     }
     scan
-}
-
-/// One file whose header is that of the first slice, without groups for each frame.
-fn multi_frame(scan: &Scan, change: impl FnOnce(Object) -> Object) -> Vec<u8> {
-    let frames: Vec<Vec<u16>> = scan.slices.iter().map(|it| it.words.clone()).collect();
-    let header = scan.header(0).text((0x28, 0x08), "IS", frames.len());
-    let object = change(header);
-    file(&object, Syntax::Explicit, Pixels::Words(&frames), COLUMNS)
 }
 
 /// Numbers such as 9 and 32 are white space if they are taken for text.
@@ -57,51 +47,27 @@ fn times_are_told_apart_whatever_their_numbers() {
 fn frames_without_groups_of_their_own_lie_at_the_distance_of_slices() {
     let scan = Scan::ct();
     let folder = folder();
-    let bytes = multi_frame(&scan, |object| object.text(SPACING, "DS", 2.5));
+    let bytes = scan.multi_frame(|object| object.text(SPACING, "DS", 2.5));
     let path = write(folder.path(), "v.dcm", bytes);
     assert_eq!(everything(&plain(&path)), everything(&loaded(&scan)));
     // A film: its frames differ in time.
-    let bytes = multi_frame(&scan, |object| {
+    let bytes = scan.multi_frame(|object| {
         let film = object.text(SPACING, "DS", 2.5);
         film.words(FRAME_INCREMENT, "AT", &[0x18, 0x1063])
     });
     let film = write(folder.path(), "v.dcm", bytes);
-    for path in [&film, folder.path()] {
-        let message = refused(path, &VolumeOverrides::default());
-        let parts = match path == &film {
-            true => ["has 5 frames that do not say where", "SpacingBetweenSlices"],
-            false => [
-                "holds no volume",
-                "1 × image without a place in the patient",
-            ],
-        };
-        for part in parts {
-            assert!(message.contains(part), "{message}");
-        }
+    let message = refused(&film, &VolumeOverrides::default());
+    for part in ["has 5 frames that do not say where", "SpacingBetweenSlices"] {
+        assert!(message.contains(part), "{message}");
     }
+    let message = refused(folder.path(), &VolumeOverrides::default());
+    let counted = "holds no volume, only 1 × image without a place in the patient";
+    assert!(message.contains(counted), "{message}");
 }
 
 #[test]
 fn gated_nuclear_medicine_is_a_volume_for_each_time_slot() {
-    let slots = timed(3);
-    let numbered = |of: fn(usize) -> usize| -> Vec<u16> {
-        let frames = 0..slots.slices.len();
-        frames.map(|n| of(n) as u16 + 1).collect()
-    };
-    let [slices, times] = [numbered(|n| n % SLICES), numbered(|n| n / SLICES)];
-    let bytes = multi_frame(&slots, |object| {
-        let geometry = Object::default()
-            .text((0x20, 0x32), "DS", "-10\\-20\\30")
-            .text((0x20, 0x37), "DS", "1\\0\\0\\0\\1\\0");
-        object
-            .without((0x20, 0x32))
-            .without((0x20, 0x37))
-            .text(SPACING, "DS", 2.5)
-            .words(FRAME_INCREMENT, "AT", &[0x54, 0x70, 0x54, 0x80])
-            .words(SLICE_VECTOR, "US", &slices)
-            .words(TIME_SLOT_VECTOR, "US", &times)
-            .items((0x54, 0x22), vec![geometry])
-    });
+    let bytes = timed(3).gated();
     let folder = folder();
     let path = write(folder.path(), "v.dcm", bytes);
     let series = Volume::series(&path).unwrap();
