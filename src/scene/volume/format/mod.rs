@@ -55,7 +55,7 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
         &[".vdb"],
         Refused(
             "is OpenVDB, which is not read directly; convert its grid first, with OpenVDB for Python: \
-             `numpy.save(\"grid.npy\", array)` after `grid.copyToArray(array)`, its axes turned to z, y, x",
+             `numpy.save(\"grid.npy\", numpy.ascontiguousarray(array.T))` after `grid.copyToArray(array)`",
         ),
     ),
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),

@@ -13,8 +13,10 @@ pub fn read(path: &Path) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (text, end) = dictionary(&bytes)?;
     let (voxel_type, endian) = element(&text)?;
-    let dims = dims(&text)?;
-    Header::bare(path, end as u64, dims, voxel_type, endian)
+    let (dims, note) = dims(&text)?;
+    let mut header = Header::bare(path, end as u64, dims, voxel_type, endian)?;
+    header.notes.extend(note);
+    Ok(header)
 }
 
 /// The header's text and the offset of the data after it.
@@ -59,7 +61,8 @@ fn element(text: &str) -> Parsed<(VoxelType, Endian)> {
     })
 }
 
-fn dims(text: &str) -> Parsed<[u32; 3]> {
+/// The dimensions, and a remark where users may expect others.
+fn dims(text: &str) -> Parsed<([u32; 3], Option<String>)> {
     let shape = value(text, "shape")?;
     let wrong = || unexpected("shape", shape, "three whole numbers from 1 to 4294967295");
     let numbers = shape
@@ -73,8 +76,11 @@ fn dims(text: &str) -> Parsed<[u32; 3]> {
         .try_into()
         .map_err(|_| wrong())?;
     match value(text, "fortran_order")? {
-        order if order.starts_with("False") => Ok([c, b, a]),
-        order if order.starts_with("True") => Ok([a, b, c]),
+        order if order.starts_with("False") => Ok(([c, b, a], None)),
+        order if order.starts_with("True") => {
+            let note = "the array is in Fortran's order, so its first index is x; the last one would be in C's order";
+            Ok(([a, b, c], Some(note.into())))
+        }
         order => Err(unexpected("fortran_order", order, "True or False")),
     }
 }
