@@ -62,6 +62,11 @@ impl EnvironmentImage {
         let encoded = !matches!(decoded.color(), ColorType::Rgb32F | ColorType::Rgba32F);
         let rgb = decoded.into_rgb32f();
         let (width, height) = rgb.dimensions();
+        if width == 0 || height == 0 {
+            return Err(format!(
+                "{name}: it is {width}x{height} pixels, expected at least 1x1"
+            ));
+        }
         let linear = |x: f32| {
             if encoded {
                 srgb::decode(x.into()) as f32

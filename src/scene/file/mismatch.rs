@@ -1,7 +1,7 @@
 //! Turns serde's errors about a value into sentences in the user's words.
 //!
-//! serde says what it expected only in prose ("invalid type: string \"abc\", expected f64"). The prose is stable and
-//! tested here; what was *found* is looked up in the document, which shows it as typed.
+//! serde says what it expected only in prose ("invalid type: string \"abc\", expected f64"). The prose is stable, and the
+//! sentences that are made of it are tested; what was *found* is looked up in the document, which shows it as typed.
 
 use serde_path_to_error::Segment;
 use toml::Value;
@@ -74,7 +74,7 @@ fn shown(value: &Value) -> String {
 fn in_words(expected: &str) -> String {
     match expected {
         "f32" | "f64" => "a number".to_string(),
-        "u32" | "u64" | "usize" => "a whole number ≥ 0".to_string(),
+        "u32" => format!("a whole number from 0 to {}", u32::MAX),
         "fewer elements in array" => "fewer elements".to_string(),
         "a sequence" => "an array".to_string(),
         "an array of length 2" => "two numbers, as in [1, 2]".to_string(),

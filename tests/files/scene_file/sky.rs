@@ -104,4 +104,9 @@ fn bad_environment_images() {
     }
     fails("absent.exr");
     fails("text.exr");
+    for (name, size) in [("flat.hdr", "-Y 0 +X 8"), ("narrow.hdr", "-Y 8 +X 0")] {
+        let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
+        std::fs::write(folder.path().join(name), header).unwrap();
+        assert!(fails(name).ends_with("pixels, expected at least 1x1"));
+    }
 }

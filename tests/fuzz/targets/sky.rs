@@ -22,7 +22,7 @@ fn parse(bytes: &[u8]) {
                 .iter()
                 .all(|x| x.is_finite() && *x >= 0.0)
         );
-        assert!(sky.texels.is_empty() || sky.at(0.3, 0.7).iter().all(|x| x.is_finite()));
+        assert!(sky.at(0.3, 0.7).iter().all(|x| x.is_finite()));
     }
 }
 
