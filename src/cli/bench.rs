@@ -108,12 +108,7 @@ impl FromStr for BenchVariant {
 /// The variant as it is written on the command line, without what is left to the plan.
 impl fmt::Display for BenchVariant {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self.variant {
-            Variant::Auto => "auto",
-            Variant::Caching => "caching",
-            Variant::NonCaching => "non-caching",
-            Variant::Published => "published",
-        })?;
+        f.write_str(self.variant.name())?;
         let scale = match self.scale {
             CacheScale::Fixed(scale) => scale.to_string(),
             CacheScale::Auto => "auto".into(),

@@ -1,6 +1,7 @@
 //! The three ways to render, between which a plan decides. `estimator.rs` gives each its passes and its memory.
 
 use super::cache_layout::CacheLayout;
+use crate::scene;
 
 /// The variant that renders.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,11 +17,12 @@ pub enum Variant {
 impl Variant {
     /// The word that selects the variant in scene files and on the command line.
     pub fn word(&self) -> &'static str {
-        match self {
-            Variant::NonCaching => "non-caching",
-            Variant::Caching(_) => "caching",
-            Variant::Published => "published",
-        }
+        let selected = match self {
+            Variant::NonCaching => scene::Variant::NonCaching,
+            Variant::Caching(_) => scene::Variant::Caching,
+            Variant::Published => scene::Variant::Published,
+        };
+        selected.name()
     }
 
     /// The variant with its cache's resolution, as in "caching at scale 0.5 in f16".

@@ -12,6 +12,7 @@ mod open;
 pub mod preset;
 pub mod surface;
 pub mod volume;
+mod words;
 
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,7 @@ pub use light::*;
 pub use medium::{Medium, TransferPoint};
 pub use open::{Opened, is_scene, open};
 pub use surface::{Disney, Isosurface, LightModel, Normals, Shading, Surfaces};
+use words::words;
 
 /// A half-space that is cut away: points with dot(normal, p) > offset are vacuum.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,13 +61,13 @@ pub struct RenderSettings {
     pub tone: Tone,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Variant {
-    Auto,
-    Caching,
-    NonCaching,
-    Published,
+words! {
+    pub enum Variant {
+        Auto = "auto",
+        Caching = "caching",
+        NonCaching = "non-caching",
+        Published = "published",
+    }
 }
 
 /// Cache cells per voxel along an axis.
@@ -76,22 +78,11 @@ pub enum CacheScale {
     Fixed(f64),
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum CacheFormat {
-    Auto,
-    F16,
-    F32,
-}
-
-impl CacheFormat {
-    /// The word that users write.
-    pub fn name(self) -> &'static str {
-        match self {
-            CacheFormat::Auto => "auto",
-            CacheFormat::F16 => "f16",
-            CacheFormat::F32 => "f32",
-        }
+words! {
+    pub enum CacheFormat {
+        Auto = "auto",
+        F16 = "f16",
+        F32 = "f32",
     }
 }
 

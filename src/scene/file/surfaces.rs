@@ -6,6 +6,7 @@ use super::SceneFile;
 use super::numbers::{FINITE, NOT_NEGATIVE, UNIT};
 use super::page::Page;
 use crate::error::Result;
+use crate::scene::words::words;
 use crate::scene::{Disney, Isosurface, LightModel, Normals, Scene, Shading, Surfaces};
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -35,22 +36,13 @@ pub struct IsoTable {
     pub clearcoat_gloss: Option<f64>,
 }
 
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum ShadingModel {
-    #[default]
-    Lambert,
-    Phong,
-    Disney,
-}
-
-impl ShadingModel {
-    pub fn name(self) -> &'static str {
-        match self {
-            ShadingModel::Lambert => "lambert",
-            ShadingModel::Phong => "phong",
-            ShadingModel::Disney => "disney",
-        }
+words! {
+    #[derive(Default)]
+    pub enum ShadingModel {
+        #[default]
+        Lambert = "lambert",
+        Phong = "phong",
+        Disney = "disney",
     }
 }
 

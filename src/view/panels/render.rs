@@ -8,9 +8,9 @@ use crate::view::session::Session;
 
 /// The variants in the order in which the key V selects them.
 pub const VARIANTS: [(&str, Variant); 3] = [
-    ("auto", Variant::Auto),
-    ("caching", Variant::Caching),
-    ("non-caching", Variant::NonCaching),
+    (Variant::Auto.name(), Variant::Auto),
+    (Variant::Caching.name(), Variant::Caching),
+    (Variant::NonCaching.name(), Variant::NonCaching),
 ];
 const SCALES: [(&str, CacheScale); 5] = [
     ("auto", CacheScale::Auto),
