@@ -36,7 +36,7 @@ pub use medium::{MediumTable, TransferTable};
 pub use render::RenderTable;
 pub use resolve::resolve;
 pub use surfaces::{IsoTable, ShadingModel, SurfacesTable};
-pub use volume::{Endianness, VolumeTable};
+pub use volume::VolumeTable;
 
 /// The whole file. Its keys are the contract's; `None` means that the user has not set the key.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

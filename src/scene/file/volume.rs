@@ -8,7 +8,7 @@ use super::SceneFile;
 use super::numbers::POSITIVE;
 use super::page::Page;
 use crate::error::Result;
-use crate::scene::volume::{Endian, Pick, Volume, VolumeOverrides};
+use crate::scene::volume::{Pick, Volume, VolumeOverrides};
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -18,7 +18,7 @@ pub struct VolumeTable {
     pub dims: Option<[u32; 3]>,
     #[serde(rename = "type")]
     pub voxel_type: Option<String>,
-    pub endian: Option<Endianness>,
+    pub endian: Option<String>,
     pub channel: Option<u32>,
     pub time: Option<u32>,
     pub level: Option<u32>,
@@ -27,13 +27,6 @@ pub struct VolumeTable {
     pub crop: Option<[[u32; 3]; 2]>,
     pub series: Option<Pick>,
     pub fill_gaps: Option<bool>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Endianness {
-    Little,
-    Big,
 }
 
 impl SceneFile {
@@ -68,10 +61,7 @@ impl SceneFile {
         Ok(VolumeOverrides {
             dims: table.dims,
             voxel_type: self.word("volume.type", &table.voxel_type)?,
-            endian: table.endian.map(|endian| match endian {
-                Endianness::Little => Endian::Little,
-                Endianness::Big => Endian::Big,
-            }),
+            endian: self.word("volume.endian", &table.endian)?,
             channel: table.channel,
             time: table.time,
             level: table.level,
