@@ -60,8 +60,7 @@ impl SceneFile {
             }
             (Some(eye), None) => {
                 let eye = self.triple("camera.eye", eye, FINITE)?;
-                let back = DVec3::from(eye) - DVec3::from(target);
-                if back == DVec3::ZERO {
+                if eye == target {
                     let same = "found the same point as target, expected a point to look from";
                     return Err(self.origins.error("camera.eye", same));
                 }
@@ -82,15 +81,27 @@ impl SceneFile {
                 up
             }
         };
-        Ok(match table.eye {
-            Some(eye) => Camera {
+        if let Some(eye) = table.eye {
+            return Ok(Camera {
                 eye,
                 target,
                 up,
                 projection,
-            },
-            None => Camera::framing(extent, target, towards_eye, up, projection, aspect),
-        })
+            });
+        }
+        let camera = Camera::framing(extent, target, towards_eye, up, projection, aspect);
+        let eye = self.triple("camera.eye", camera.eye, FINITE);
+        match eye.is_ok_and(|eye| eye != target) {
+            true => Ok(camera),
+            false => {
+                let missing = format!(
+                    "missing, and the whole box is seen from {:?}; expected a point other than target, \
+                     within ±3e38",
+                    camera.eye
+                );
+                Err(self.origins.error("camera.eye", missing))
+            }
+        }
     }
 
     fn side(&self, view: View, axes: Option<Axes>) -> Result<[f64; 3]> {

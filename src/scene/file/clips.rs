@@ -18,13 +18,16 @@ pub struct ClipTable {
 impl SceneFile {
     pub(super) fn clips(&self) -> Result<Vec<ClipPlane>> {
         let clip = |(i, table): (usize, &ClipTable)| {
-            let offset = table.offset.unwrap_or(0.0);
-            let offset = self.number(&format!("clip.{i}.offset"), offset, FINITE)?;
+            let given = table.offset.unwrap_or(0.0);
+            let key = format!("clip.{i}.offset");
+            self.number(&key, given, FINITE)?;
             let (normal, length) = self.direction(&format!("clip.{i}.normal"), table.normal)?;
-            Ok(ClipPlane {
-                normal,
-                offset: offset / length,
-            })
+            let offset = self.number(&key, given / length, FINITE).map_err(|_| {
+                let found = format!("found {given} with a normal of length {length:e}");
+                let expected = format!("expected their quotient to be {}", FINITE.1);
+                self.origins.error(&key, format!("{found}, {expected}"))
+            })?;
+            Ok(ClipPlane { normal, offset })
         };
         self.clip.iter().enumerate().map(clip).collect()
     }

@@ -114,7 +114,13 @@ impl SceneFile {
         for (i, table) in self.lights_of(LightKind::Environment) {
             let radiance = self.radiance(i, table)?;
             if table.image.is_none() {
-                sum = std::array::from_fn(|c| sum[c] + radiance[c]);
+                let key = format!("light.{i}.radiance");
+                let added = std::array::from_fn(|c| sum[c] + radiance[c]);
+                sum = self.triple(&key, added, NOT_NEGATIVE).map_err(|_| {
+                    let expected = "expected the sum of all environments to be within 3e38";
+                    self.origins
+                        .error(&key, format!("found {radiance:?}, {expected}"))
+                })?;
             }
         }
         Ok(sum)

@@ -4,7 +4,7 @@
 
 use isolume::error::{Error, Origin};
 
-use super::{message, parse};
+use super::{message, parse, resolved};
 
 #[track_caller]
 fn refused(mistakes: &str) {
@@ -182,6 +182,25 @@ fn light_and_clip_values_out_of_range() {
         [[clip]] / normal = [1, 0, 0] / offset = nan => :3: clip.0.offset: found NaN
         "#
     ));
+}
+
+/// What is computed from values in their ranges may leave them, and could not be read again once it is printed.
+#[test]
+fn what_follows_from_values_out_of_range() {
+    let of = |text: &str| message(resolved(text));
+    let sky = "[[light]]\ntype = \"environment\"\nradiance = [3e38, 0, 0]\n";
+    let sum = of(&sky.repeat(2));
+    assert!(sum.contains(":6: light.1.radiance: found [3e38, 0.0, 0.0], expected the sum"));
+    let offset = of("[[clip]]\nnormal = [1e-37, 0, 0]\noffset = 100");
+    let expected = ":3: clip.0.offset: found 100 with a normal of length 1e-37, expected";
+    assert!(offset.contains(expected), "{offset}");
+    for camera in ["fov_y = 1e-37", "target = [1e30, 0, 0]\nview = \"+x\""] {
+        let eye = of(&format!("[camera]\n{camera}"));
+        assert!(
+            eye.contains("head.toml:1: camera.eye: missing, and"),
+            "{eye}"
+        );
+    }
 }
 
 #[test]
