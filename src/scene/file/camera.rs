@@ -64,7 +64,7 @@ impl SceneFile {
                     let same = "found the same point as target, expected a point to look from";
                     return Err(self.origins.error("camera.eye", same));
                 }
-                back.to_array()
+                (DVec3::from(eye) - DVec3::from(target)).to_array()
             }
             (None, view) => self.side(view.unwrap_or(View::default_for(axes)), axes)?,
         };
@@ -116,16 +116,21 @@ impl SceneFile {
 pub(super) fn describe_camera(page: &mut Page, camera: &Camera) {
     page.table("[camera]");
     page.line("eye", camera.eye, "world units");
+    let views = "instead of eye: anterior posterior left right superior inferior +x -x +y -y +z -z";
+    page.unset(|page| page.line("view", View::PlusZ, views));
     page.line("target", camera.target, "world units");
     page.line("up", camera.up, "");
+    let [angle, height] = ["degrees", "the picture's height in world units"];
     match camera.projection {
-        Projection::Perspective { fov_y } => page.line("fov_y", fov_y, "degrees"),
-        Projection::Orthographic { height } => {
-            page.line(
-                "orthographic",
-                height,
-                "the picture's height in world units",
-            );
+        Projection::Perspective { fov_y } => {
+            page.line("fov_y", fov_y, angle);
+            let instead = format!("instead of fov_y: {height}");
+            page.unset(|page| page.line("orthographic", 100.0, &instead));
+        }
+        Projection::Orthographic { height: given } => {
+            page.line("orthographic", given, height);
+            let instead = format!("instead of orthographic: {angle}");
+            page.unset(|page| page.line("fov_y", 40.0, &instead));
         }
     }
 }

@@ -34,9 +34,18 @@ impl SceneFile {
 }
 
 pub(super) fn describe_clips(page: &mut Page, clips: &[ClipPlane]) {
-    for clip in clips {
-        page.table("[[clip]]");
-        page.line("normal", clip.normal, "dot(normal, p) > offset is cut away");
-        page.line("offset", clip.offset, "world units");
+    if clips.is_empty() {
+        let example = ClipPlane {
+            normal: [1.0, 0.0, 0.0],
+            offset: 0.0,
+        };
+        page.unset(|page| describe_clip(page, &example));
     }
+    clips.iter().for_each(|clip| describe_clip(page, clip));
+}
+
+fn describe_clip(page: &mut Page, clip: &ClipPlane) {
+    page.table("[[clip]]");
+    page.line("normal", clip.normal, "dot(normal, p) > offset is cut away");
+    page.line("offset", clip.offset, "world units");
 }

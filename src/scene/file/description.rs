@@ -1,5 +1,5 @@
-//! Prints a resolved scene as a scene file: every key, with its unit in a comment. Reading it again gives the same
-//! scene to the last bit, so it is also stored in an EXR's header.
+//! Prints a resolved scene as a scene file: every key, with its unit in a comment; those that are not set as comments.
+//! Reading it again gives the same scene to the last bit, so it is also stored in an EXR's header.
 
 use super::SceneFile;
 use super::camera::describe_camera;
@@ -10,25 +10,39 @@ use super::page::Page;
 use super::render::describe_render;
 use super::surfaces::describe_surfaces;
 use super::volume::describe_volume;
-use crate::scene::Scene;
 use crate::scene::volume::Volume;
+use crate::scene::{Medium, Scene, TransferPoint};
 
 /// Prints a scene. `file` has the paths, which a resolved scene does not need. They are printed relative to the
 /// current directory.
 pub fn describe(file: &SceneFile, volume: &Volume, scene: &Scene) -> String {
     let mut page = Page::default();
-    page.comment(
-        "Every key of the scene, defaults filled in. Colours are linear Rec. 709, lengths",
-    );
-    page.comment("are world units (those of the volume's spacing), values are the data's own.");
-    describe_volume(&mut page, file, volume);
-    if let Some(medium) = &scene.medium {
-        describe_medium(&mut page, medium);
+    for line in [
+        "The scene with its defaults filled in; lines such as `# series = 1` show keys that are not set.",
+        "Colours are linear Rec. 709, lengths are world units (those of the volume's spacing), values are",
+        "the data's own. Paths start at the folder of this file: as printed, it belongs where isolume ran.",
+    ] {
+        page.comment(line);
     }
-    describe_surfaces(&mut page, scene);
+    describe_volume(&mut page, file, volume);
+    match &scene.medium {
+        Some(medium) => describe_medium(&mut page, medium),
+        None => page.unset(|page| describe_medium(page, &example_medium(volume))),
+    }
+    describe_surfaces(&mut page, scene, volume);
     describe_lights(&mut page, file, &scene.lights);
     describe_clips(&mut page, &scene.clips);
     describe_camera(&mut page, &scene.camera);
     describe_render(&mut page, &scene.render);
     page.text
+}
+
+/// A medium for a scene that has none.
+fn example_medium(volume: &Volume) -> Medium {
+    let point = TransferPoint {
+        value: volume.range[1],
+        opacity: 1.0,
+        color: [1.0; 3],
+    };
+    Medium::isotropic(Medium::default_density(volume.extent()), vec![point])
 }

@@ -1,7 +1,7 @@
 //! The `[[light]]` table: its keys, their meaning, and how they are printed. Constant environments are added up, and
 //! so are images.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -169,33 +169,38 @@ impl SceneFile {
     }
 }
 
-/// Prints the lights. The constant environments were added up, so one stands for all. A scene without any light must
-/// be printed as dark, since that is not the default.
+/// Prints the lights. The constant environments were added up, so one stands for all. It is printed if it is dark as
+/// well, since a scene without any light would be read as one with a bright sky.
 pub(super) fn describe_lights(page: &mut Page, file: &SceneFile, lights: &Lights) {
-    for sun in &lights.suns {
-        page.table("[[light]]");
-        page.line("type", LightKind::Directional, "");
-        page.line("direction", sun.direction, "in which the light travels");
-        page.line("irradiance", sun.irradiance, "on a plane facing it");
+    if lights.suns.is_empty() {
+        let example = DirectionalLight {
+            direction: [0.0, -1.0, 0.0],
+            irradiance: [1.0; 3],
+        };
+        page.unset(|page| describe_sun(page, &example));
     }
-    let images = file.light.iter().filter(|table| table.image.is_some());
-    let radiance = lights.environment.radiance;
-    if radiance != [0.0; 3] || (lights.suns.is_empty() && images.clone().next().is_none()) {
-        page.table("[[light]]");
-        page.line("type", LightKind::Environment, "");
-        page.line("radiance", radiance, "");
+    lights.suns.iter().for_each(|sun| describe_sun(page, sun));
+    describe_environment(page, lights.environment.radiance, None);
+    for table in &file.light {
+        if let Some(image) = &table.image {
+            let radiance = table.radiance.unwrap_or([1.0; 3]);
+            describe_environment(page, radiance, Some(&file.origins.path(image)));
+        }
     }
-    for table in images {
-        page.table("[[light]]");
-        page.line("type", LightKind::Environment, "");
-        let radiance = table.radiance.unwrap_or([1.0; 3]);
-        page.line("radiance", radiance, "times the image");
-        let image = table.image.as_ref().map(|image| file.origins.path(image));
-        let image = image.unwrap_or_default();
-        page.line(
-            "image",
-            image.to_string_lossy(),
-            "latitude-longitude, +y on top",
-        );
-    }
+}
+
+fn describe_sun(page: &mut Page, sun: &DirectionalLight) {
+    page.table("[[light]]");
+    page.line("type", LightKind::Directional, "");
+    page.line("direction", sun.direction, "in which the light travels");
+    page.line("irradiance", sun.irradiance, "on a plane facing it");
+}
+
+fn describe_environment(page: &mut Page, radiance: [f64; 3], image: Option<&Path>) {
+    page.table("[[light]]");
+    page.line("type", LightKind::Environment, "");
+    page.line("radiance", radiance, "times the image, if there is one");
+    let image = image.map(Path::to_string_lossy);
+    let meaning = "latitude-longitude, +y on top";
+    page.line_or_comment("image", image, "sky.exr".into(), meaning);
 }

@@ -37,10 +37,19 @@ impl Page {
     ) {
         match given {
             Some(value) => self.line(key, value, why),
-            None => {
-                self.text += "# ";
-                self.line(key, known, why);
-            }
+            None => self.unset(|page| page.line(key, known, why)),
+        }
+    }
+
+    /// Writes an example of what the user has not set, as comments.
+    pub fn unset(&mut self, write: impl FnOnce(&mut Page)) {
+        let mut example = Page::default();
+        write(&mut example);
+        for line in example.text.lines() {
+            self.text += &match line {
+                "" => "\n".to_string(),
+                _ => format!("# {line}\n"),
+            };
         }
     }
 }

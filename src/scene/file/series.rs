@@ -24,7 +24,7 @@ impl<'de> Deserialize<'de> for Pick {
             type Value = Pick;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("a number from 1 on or a SeriesInstanceUID")
+                f.write_str("a number from 1 to 4294967295 or a SeriesInstanceUID")
             }
 
             fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Pick, E> {

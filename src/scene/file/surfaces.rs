@@ -6,6 +6,7 @@ use super::SceneFile;
 use super::numbers::{FINITE, NOT_NEGATIVE, UNIT};
 use super::page::Page;
 use crate::error::Result;
+use crate::scene::volume::Volume;
 use crate::scene::words::words;
 use crate::scene::{Disney, Isosurface, LightModel, Normals, Scene, Shading, Surfaces};
 
@@ -148,7 +149,7 @@ fn parameters(table: &IsoTable) -> Vec<(&'static str, &'static [ShadingModel])> 
     .collect()
 }
 
-pub(super) fn describe_surfaces(page: &mut Page, scene: &Scene) {
+pub(super) fn describe_surfaces(page: &mut Page, scene: &Scene, volume: &Volume) {
     page.table("[surfaces]");
     page.line("light", scene.surfaces.light, "\"local\" | \"full\"");
     page.line(
@@ -156,17 +157,31 @@ pub(super) fn describe_surfaces(page: &mut Page, scene: &Scene) {
         scene.surfaces.normals,
         "\"smooth\" | \"analytic\"",
     );
+    if scene.surfaces.iso.is_empty() {
+        let [low, high] = volume.range;
+        let example = Isosurface {
+            value: 0.5 * (low + high),
+            opacity: 1.0,
+            color: [0.8; 3],
+            shading: Shading::Lambert,
+        };
+        page.unset(|page| describe_isosurface(page, &example));
+    }
     for iso in &scene.surfaces.iso {
-        page.table("[[surfaces.iso]]");
-        page.line("value", iso.value, "");
-        page.line("opacity", iso.opacity, "probability of reflecting");
-        page.line("color", iso.color, "");
-        describe_shading(page, iso);
+        describe_isosurface(page, iso);
     }
 }
 
+fn describe_isosurface(page: &mut Page, iso: &Isosurface) {
+    page.table("[[surfaces.iso]]");
+    page.line("value", iso.value, "");
+    page.line("opacity", iso.opacity, "probability of reflecting");
+    page.line("color", iso.color, "");
+    describe_shading(page, iso);
+}
+
 fn describe_shading(page: &mut Page, iso: &Isosurface) {
-    let models = "\"lambert\" | \"phong\" | \"disney\"";
+    let models = "\"lambert\" | \"phong\" | \"disney\", each with parameters of its own";
     match iso.shading {
         Shading::Lambert => page.line("shading", ShadingModel::Lambert, models),
         Shading::Phong {

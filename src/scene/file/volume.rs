@@ -80,40 +80,35 @@ pub(super) fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume
     if let Some(path) = &table.path {
         page.line("path", file.origins.path(path).to_string_lossy(), "");
     }
-    if let Some(series) = &table.series {
-        page.line(
-            "series",
-            series,
-            "number in `isolume info`, or the SeriesInstanceUID",
-        );
-    }
-    if let Some(fill_gaps) = table.fill_gaps {
-        page.line("fill_gaps", fill_gaps, "missing slices are interpolated");
-    }
+    let series = "DICOM: number in `isolume info`, or the SeriesInstanceUID; 1 is the largest";
+    page.line_or_comment("series", table.series.as_ref(), &Pick::Number(1), series);
+    let gaps = "DICOM: missing slices are interpolated instead of refused";
+    page.line_or_comment("fill_gaps", table.fill_gaps, false, gaps);
     let [low, high] = volume.range;
     page.comment(&format!("the data go from {low} to {high}"));
     let raw = "raw files only";
     page.line_or_comment("dims", table.dims, volume.dims, raw);
     let voxel_type = volume.voxel_type.to_string();
     page.line_or_comment("type", table.voxel_type.as_ref(), &voxel_type, raw);
-    if let Some(endian) = table.endian {
-        page.line("endian", endian, raw);
-    }
+    let endian = "raw files only: \"little\" | \"big\"";
+    page.line_or_comment("endian", table.endian.as_deref(), "little", endian);
     for (key, given, meaning) in [
         ("channel", table.channel, "counted from 0"),
         ("time", table.time, "counted from 0"),
         ("level", table.level, "counted from 0, the finest"),
     ] {
-        if let Some(given) = given {
-            page.line(key, given, meaning);
-        }
+        page.line_or_comment(key, given, 0, meaning);
     }
     page.line("spacing", volume.spacing, "world units a voxel");
+    let grow = "where i, j, k of the file grow: L|R, A|P, S|I";
+    let example = format!("axes = \"LPI\" says {grow}");
     // Axes that the loader has already turned would be turned again if they were written as a key.
     match (&table.axes, volume.axes) {
-        (Some(written), _) => page.line("axes", written, "where i, j, k of the file grow"),
-        (None, Some(axes)) => page.comment(&format!("axes: {axes}, from the file")),
-        (None, None) => page.comment("axes: orientation unknown"),
+        (Some(written), _) => page.line("axes", written, grow),
+        (None, Some(axes)) => {
+            page.comment(&format!("axes: {axes}, from the file; a key {example}"))
+        }
+        (None, None) => page.comment(&format!("axes: orientation unknown; a key {example}")),
     }
     let whole = [[0; 3], volume.dims];
     page.line("crop", table.crop.unwrap_or(whole), "voxels, [low, high)");

@@ -88,3 +88,32 @@ tone = "filmic"
         }
     }
 }
+
+/// Comments show the keys that are not set, each with a value that it may have.
+#[test]
+fn keys_in_comments_are_keys() {
+    let volume = volume(None);
+    let file = SceneFile::parse("", Path::new("head.toml"), &[]).unwrap();
+    let (scene, _) = resolve(&file, &volume).unwrap();
+    let described = describe(&file, &volume, &scene);
+    let shown = |line: &str| -> Option<String> {
+        let line = line.strip_prefix("# ")?;
+        let is_key = line.starts_with('[') || line.split(' ').nth(1) == Some("=");
+        is_key.then(|| line.to_string())
+    };
+    let all: Vec<String> = described
+        .lines()
+        .map(|line| shown(line).unwrap_or(line.to_string()))
+        .collect();
+    let all = SceneFile::parse(&all.join("\n"), Path::new("all.toml"), &[]).unwrap();
+    let (table, camera) = (&all.volume, &all.camera);
+    assert!(table.series.is_some() && table.fill_gaps.is_some() && table.endian.is_some());
+    assert!(table.channel.is_some() && table.time.is_some() && table.level.is_some());
+    assert!(camera.view.is_some() && camera.fov_y.is_some() && camera.orthographic.is_some());
+    assert_eq!((all.clip.len(), all.surfaces.iso.len()), (1, 1));
+    assert_eq!(all.medium.map(|medium| medium.transfer.len()), Some(1));
+    let [sun, sky] = &all.light[..] else {
+        panic!("{described}");
+    };
+    assert!(sun.irradiance.is_some() && sky.image.is_some());
+}

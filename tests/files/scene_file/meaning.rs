@@ -228,7 +228,7 @@ fn a_series_is_a_number_or_a_uid() {
     for wrong in ["0", "-1", "1.5", "[1]"] {
         let said = message(parse(&format!("[volume]\nseries = {wrong}")));
         assert!(
-            said.contains("a number from 1 on or a SeriesInstanceUID"),
+            said.contains("a number from 1 to 4294967295 or a SeriesInstanceUID"),
             "{said}"
         );
     }
