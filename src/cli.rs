@@ -131,16 +131,16 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "FILE", value_parser = picture)]
     output: Vec<PathBuf>,
 
-    /// Stop after so many samples per pixel.
+    /// Stop after so many samples per pixel. Of several limits, the first that is reached counts.
     #[arg(long, value_name = "N")]
     pub spp: Option<NonZeroU32>,
 
-    /// Stop after so many seconds.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds,
+          help = format!("Stop after so many seconds [without any limit: {}]", DEFAULT_TIME.as_secs()))]
     time: Option<Duration>,
 
-    /// Stop at this relative error, rms(stderr)/mean.
-    #[arg(long, value_name = "REL", value_parser = positive)]
+    #[arg(long, value_name = "REL", value_parser = positive,
+          help = format!("Stop at this relative error, rms(stderr)/mean [without any limit: {DEFAULT_ERROR}]"))]
     pub error: Option<f64>,
 
     /// Exactly the samples of every pixel from A up to, not including, B: a shard, for `isolume merge`.
