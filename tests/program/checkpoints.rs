@@ -42,18 +42,29 @@ fn changed(folder: &Folder) -> [Option<std::time::SystemTime>; 2] {
     })
 }
 
+/// How many units of the picture and batches of a coarse lattice of the cache a run has worked off itself.
+fn work(folder: &Folder, stats: &str) -> u64 {
+    let stats = folder.json(stats);
+    let passes = stats["passes"].as_array().expect("passes").iter();
+    let counted =
+        passes.filter(|pass| pass["name"] == "accumulate" || pass["name"] == "spread_light");
+    counted
+        .map(|pass| pass["runs"].as_u64().expect("a count"))
+        .sum()
+}
+
 #[test]
 fn a_render_that_was_killed_ends_with_the_same_bytes() {
     let folder = Folder::new();
     let mut random = fastrand::Rng::with_seed(21);
     for render in [UNCACHED, CACHED] {
-        folder.succeed(&format!("{render} -o whole.exr"));
+        folder.succeed(&format!("{render} -o whole.exr --stats whole.json"));
         for name in ["c.exr", "c.exr.cache"] {
             let _ = std::fs::remove_file(folder.path(name));
         }
         let kills = survive(
             &folder,
-            &format!("{render} -o again.exr {OFTEN} --quiet"),
+            &format!("{render} -o again.exr --stats again.json {OFTEN} --quiet"),
             &mut random,
         );
         println!("{render}: killed {kills} times");
@@ -62,6 +73,8 @@ fn a_render_that_was_killed_ends_with_the_same_bytes() {
             folder.read("again.exr") == folder.read("whole.exr"),
             "{render}"
         );
+        let [again, whole] = ["again.json", "whole.json"].map(|name| work(&folder, name));
+        assert!(again < whole, "{render}: {again} of {whole}");
     }
 }
 
@@ -72,25 +85,20 @@ fn an_orbit_goes_on_where_it_was() {
         "render ball.toml --variant caching --cache-scale 0.5 --size 96x64 --spp 64 --orbit 3";
     folder.succeed(&format!("{orbit} -o whole.exr"));
     let mut child = started(&folder, &format!("{orbit} -o turn.exr {OFTEN}"));
-    while !folder.path("turn.0001.exr").exists() {
+    while !folder.path("turn.0002.exr").exists() {
         std::thread::sleep(Duration::from_millis(1));
     }
     child.process.kill().expect("it is killed");
     child.process.wait().expect("it has ended");
-    let first = std::fs::metadata(folder.path("turn.0001.exr"))
-        .unwrap()
-        .modified()
-        .unwrap();
+    let modified = |name| std::fs::metadata(folder.path(name)).and_then(|about| about.modified());
+    let first = modified("turn.0001.exr").expect("a time");
     folder.succeed(&format!("{orbit} -o turn.exr {OFTEN}"));
     for number in 1..=3 {
         let [turn, whole] = ["turn", "whole"].map(|name| format!("{name}.000{number}.exr"));
         assert!(folder.read(&turn) == folder.read(&whole), "{turn}");
     }
-    let still = std::fs::metadata(folder.path("turn.0001.exr"))
-        .unwrap()
-        .modified()
-        .unwrap();
-    println!("the first picture was rendered again: {}", first != still);
+    let still = modified("turn.0001.exr").expect("a time");
+    assert_eq!(first, still, "the first picture was rendered again");
 }
 
 /// By SIGTERM, as a scheduler does it; SIGUSR1 asks for a checkpoint before that.

@@ -1,5 +1,6 @@
-//! `auto` tries both variants where a surface is seen and time matters, and says what it found.
+//! `auto` tries both variants where work is long enough for a trial, and says what it found.
 
+use crate::stopping::{ends, says, send, started};
 use crate::{Folder, last_line};
 
 fn reason(folder: &Folder, arguments: &str) -> String {
@@ -14,7 +15,28 @@ fn reason(folder: &Folder, arguments: &str) -> String {
 }
 
 #[test]
-fn a_trial_decides_where_a_surface_is_seen() {
+fn long_work_is_tried_with_and_without_a_cache() {
+    let folder = Folder::new();
+    for limit in ["--error 0.001", "--error 0.002 --orbit 2"] {
+        let arguments = format!("render ball.toml --size 96x64 -o a.png --stats s.json {limit}");
+        let mut child = started(&folder, &arguments);
+        // Once it fills a cache or samples, the choice is made.
+        match says(&mut child, ", relative error ") {
+            true => {
+                send("INT", &child);
+                ends(child, 130);
+            }
+            false => {
+                ends(child, 0);
+            }
+        }
+        let reason = folder.json("s.json")["reason"].to_string();
+        assert!(reason.contains("without one"), "{limit}: {reason}");
+    }
+}
+
+#[test]
+fn a_trial_need_not_come_before_short_work() {
     let folder = Folder::new();
     for limit in ["--time 1", "--error 0.05", "--error 0.05 --orbit 3"] {
         let reason = reason(&folder, limit);

@@ -183,17 +183,29 @@ pub fn started(folder: &Folder, arguments: &str) -> Child {
 }
 
 fn read_until(child: &mut Child, sign: &str) {
+    assert!(says(child, sign), "it ended by itself");
+}
+
+/// Reads until it says `sign`. False if it ends before that.
+pub fn says(child: &mut Child, sign: &str) -> bool {
     let mut line = String::new();
     while !line.contains(sign) {
         line.clear();
-        let read = child.said.read_line(&mut line).expect("a line");
-        assert!(read > 0, "it ended by itself");
+        if child.said.read_line(&mut line).expect("a line") == 0 {
+            return false;
+        }
     }
+    true
 }
 
 /// By the shell's own `kill`: a small system has no program of that name.
 pub fn send(signal: &str, child: &Child) {
-    let script = format!("kill -{signal} {}", child.process.id());
+    send_to(signal, &child.process);
+}
+
+/// The same, to a process of which nothing is read.
+pub fn send_to(signal: &str, process: &std::process::Child) {
+    let script = format!("kill -{signal} {}", process.id());
     let kill = Command::new("sh").args(["-c", &script]).status();
     assert!(kill.expect("a shell").success());
 }

@@ -3,7 +3,7 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -11,6 +11,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde_json::Value;
 
+use crate::stopping::send_to;
 use crate::{Folder, ended, text};
 
 /// Voxels along x, y and z: more than are kept in memory of a compressed file.
@@ -64,9 +65,9 @@ fn the_next_run_copies_nothing() {
     assert!(!folder.path("c").exists());
     // It stands still in the middle of its copy, so that the other finds no store.
     let beside = copying(&folder);
-    send(&beside, "STOP");
+    send_to("STOP", &beside);
     assert!(render(&folder, "b.exr").contains("copying v.nrrd to c"));
-    send(&beside, "CONT");
+    send_to("CONT", &beside);
     assert!(wait(beside).success());
     assert!(!render(&folder, "d.exr").contains("copying"));
     for picture in ["a.exr", "b.exr", "d.exr"] {
@@ -152,7 +153,7 @@ fn a_copy_that_is_ended_leaves_nothing_that_looks_finished() {
     #[cfg(unix)]
     {
         let child = copying(&folder);
-        send(&child, "TERM");
+        send_to("TERM", &child);
         assert_eq!(wait(child).code(), Some(143));
         assert_eq!(folder.names_in("c"), [""; 0]);
     }
@@ -178,12 +179,6 @@ fn names(folder: &Folder) -> Vec<String> {
         true => folder.names_in("c"),
         false => Vec::new(),
     }
-}
-
-fn send(child: &Child, signal: &str) {
-    let pid = child.id().to_string();
-    let sent = Command::new("kill").args(["-s", signal, &pid]).status();
-    assert!(sent.expect("kill").success());
 }
 
 fn wait(mut child: Child) -> std::process::ExitStatus {
