@@ -29,6 +29,8 @@ pub struct Subject {
     pub outputs: &'static [&'static str],
     /// What may be there as well, to go on with.
     pub kept: &'static [&'static str],
+    /// Kinds of calls that are to fail and that it does not make: a fault without a place tries nothing.
+    pub never: &'static [&'static str],
 }
 
 /// A run without a fault.
@@ -127,6 +129,16 @@ impl Subject {
     /// Tries each fault at its places, and returns how often what came of it.
     pub fn try_all(&self, faults: &[Tried]) -> Tally {
         let sound = self.sound();
+        let without_place = faults
+            .iter()
+            .filter(|tried| tried.places(&sound.ended.calls).is_empty());
+        let mut never: Vec<&str> = without_place.map(|tried| &*tried.kind).collect();
+        never.dedup();
+        assert_eq!(
+            never, self.never,
+            "{}: calls without a place",
+            self.arguments
+        );
         let mut tally = Tally::default();
         for tried in faults {
             for number in tried.places(&sound.ended.calls) {
