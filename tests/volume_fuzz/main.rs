@@ -26,7 +26,7 @@ use std::time::{Duration, Instant};
 use fastrand::Rng;
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 use mutation::mutate;
-use proper_volume::assert_proper;
+use proper_volume::{allowance, allowance_in_chunks, assert_proper};
 use seeds::seeds;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tempfile::TempDir;
@@ -42,12 +42,8 @@ static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 static TURN: Mutex<()> = Mutex::new(());
 
 const INPUTS: usize = 100_000;
-
-/// All bytes ever asked for while loading, not just those held at once: a fixed part for buffers and
-/// the state of decompression, and a multiple of the file for its header's text and its voxels.
-fn allowance(file: usize) -> usize {
-    (1 << 20) + 16 * file
-}
+/// Of each allowance, whatever the file.
+const FIXED: usize = 1 << 20;
 
 /// In memory where the system has such a place: most of the time goes into writing files.
 fn folder() -> TempDir {
@@ -109,29 +105,12 @@ fn mutated_files_neither_panic_nor_hang_nor_ask_for_more_memory_than_they_are_wo
         let overrides = overrides(&mut rng);
         let path = write(folder.path(), seed.name, &bytes);
 
-        let begin = Instant::now();
-        let region = Region::new(ALLOCATOR);
-        let outcome = catch_unwind(AssertUnwindSafe(|| loads_properly(&path, &overrides)));
-        let allocated = region.change().bytes_allocated;
         let input = || {
             let header = &bytes[..bytes.len().min(500)];
             format!("input {n}: {}", header.escape_ascii())
         };
-        let Ok(is_volume) = outcome else {
-            panic!("loading panicked on {}", input());
-        };
-        let allowed = allowance(bytes.len() + companion.len());
-        assert!(
-            allocated <= allowed,
-            "{allocated} > {allowed} bytes for {}",
-            input()
-        );
-        assert!(
-            begin.elapsed() < Duration::from_secs(5),
-            "slow: {}",
-            input()
-        );
-        volumes += usize::from(is_volume);
+        let allowed = allowance(FIXED, bytes.len() + companion.len());
+        volumes += usize::from(load_guarded(&path, &overrides, allowed, input));
     }
     // Mutations that always or never spoil a file would test little.
     assert!(
@@ -162,28 +141,29 @@ fn memory_behind_compression_grows_with_what_arrives() {
         .to_string();
     let allocated = region.change().bytes_allocated;
     assert!(message.contains("holds 1048576 bytes"), "{message}");
-    assert!(allocated <= allowance(file.len()), "{allocated} bytes");
+    let allowed = allowance(FIXED, file.len());
+    assert!(allocated <= allowed, "{allocated} bytes");
 }
 
-/// Formats in chunks: a piece of the walk and the state of decompression, and what chunks may decode to. A
-/// codec makes at most so many bytes of one, and what it makes is kept, converted and placed.
-fn allowance_in_chunks(file: usize) -> usize {
-    const MAX_RATIO: usize = 32 << 10;
-    (48 << 20) + 4 * MAX_RATIO * file
-}
-
-/// Loads what is at a path; whether it is a volume. Panics, hangs and greed are faults.
-fn load_guarded(path: &Path, overrides: &VolumeOverrides, allowed: usize, input: &str) -> bool {
+/// Loads what is at a path; whether it is a volume. Panics, hangs and greed are faults, and name the input.
+fn load_guarded(
+    path: &Path,
+    overrides: &VolumeOverrides,
+    allowed: usize,
+    input: impl Fn() -> String,
+) -> bool {
     let begin = Instant::now();
     let region = Region::new(ALLOCATOR);
     let outcome = catch_unwind(AssertUnwindSafe(|| loads_properly(path, overrides)));
     let allocated = region.change().bytes_allocated;
-    let is_volume = outcome.unwrap_or_else(|_| panic!("loading panicked on {input}"));
+    let is_volume = outcome.unwrap_or_else(|_| panic!("loading panicked on {}", input()));
     assert!(
         allocated <= allowed,
-        "{allocated} > {allowed} bytes for {input}"
+        "{allocated} > {allowed} bytes for {}",
+        input()
     );
-    assert!(begin.elapsed() < Duration::from_secs(5), "slow: {input}");
+    let took = begin.elapsed();
+    assert!(took < Duration::from_secs(5), "slow: {}", input());
     is_volume
 }
 
@@ -233,8 +213,8 @@ fn mutated_tiff_files_neither_panic_nor_hang_nor_ask_for_more_memory_than_they_a
         }
         let path = write(folder.path(), "v.tif", &bytes);
         let allowed = allowance_in_chunks(bytes.len());
-        let input = format!("TIFF input {n}");
-        volumes += usize::from(load_guarded(&path, &overrides(&mut rng), allowed, &input));
+        let input = || format!("TIFF input {n}");
+        volumes += usize::from(load_guarded(&path, &overrides(&mut rng), allowed, input));
     }
     assert!((INPUTS / 100..INPUTS / 2).contains(&volumes), "{volumes}");
 }
@@ -305,14 +285,9 @@ fn mutated_zarr_folders_neither_panic_nor_hang_nor_ask_for_more_memory_than_they
         }
         write(path, name, &bytes);
         let files = bytes.len() + 16384;
-        let input = format!("Zarr input {n}: {name}");
-        let is_volume = load_guarded(
-            path,
-            &overrides(&mut rng),
-            allowance_in_chunks(files),
-            &input,
-        );
-        volumes += usize::from(is_volume);
+        let input = || format!("Zarr input {n}: {name}");
+        let allowed = allowance_in_chunks(files);
+        volumes += usize::from(load_guarded(path, &overrides(&mut rng), allowed, input));
         write(path, name, original);
     }
     assert!((INPUTS / 100..INPUTS / 2).contains(&volumes), "{volumes}");

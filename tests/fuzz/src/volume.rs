@@ -5,18 +5,12 @@ use std::path::Path;
 use isolume::scene::volume::{Region, Volume, VolumeOverrides, Voxels};
 
 use crate::guard;
-use crate::proper_volume::assert_proper;
+pub use crate::proper_volume::allowance_in_chunks as allowed_in_chunks;
+use crate::proper_volume::{allowance, assert_proper};
 
-/// Of formats whose parts are decoded alone: a piece of the walk and the state of decompression, and what parts may decode
-/// to. A codec makes at most so many bytes of one, and what it makes is kept, converted and placed.
-pub fn allowed_in_chunks(bytes: usize) -> usize {
-    const MAX_RATIO: usize = 32 << 10;
-    (48 << 20) + 4 * MAX_RATIO * bytes
-}
-
-/// Of all other formats: buffers and the state of decompression, and a multiple of the file for its header's text and its voxels.
+/// Its voxels are looked at as well.
 pub fn allowed(bytes: usize) -> usize {
-    (8 << 20) + 16 * bytes
+    allowance(8 << 20, bytes)
 }
 
 /// What the first byte of an input says of it, and the rest.
