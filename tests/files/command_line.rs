@@ -149,11 +149,7 @@ fn wrong_usage_exits_with_2() {
         assert_eq!(error.exit_code(), 2, "{wrong}");
     }
     let absent = Cli::try_parse_from(["isolume", "bench", "head.toml"]);
-    assert_eq!(
-        absent.unwrap_err().exit_code(),
-        2,
-        "what does not exist is not offered"
-    );
+    assert_eq!(absent.unwrap_err().exit_code(), 2, "bench needs -o");
 }
 
 #[test]
