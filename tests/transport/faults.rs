@@ -6,7 +6,6 @@ use crate::support::common;
 use crate::support::equivalence::{Limits, Picture, compare};
 use crate::support::small_scenes::*;
 use isolume::gpu::Shaders;
-use isolume::render::shared;
 use isolume::scene::*;
 
 /// A file of `glsl/`.
@@ -50,13 +49,9 @@ impl Fault {
     }
 }
 
-fn shaders() -> Shaders {
-    Shaders::new(shared::glsl())
-}
-
 fn assert_noticed(trial: &Trial, faults: &[Fault]) {
     let oracle = trial.oracle();
-    let sound = trial.compare(&oracle, &shaders());
+    let sound = trial.compare(&oracle, &common::shaders());
     println!("{:<36} {}", "as it is", sound.worst_image());
     let findings = sound.findings();
     assert!(findings.is_empty(), "{}: {findings:#?}", trial.name);
