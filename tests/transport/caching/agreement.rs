@@ -56,12 +56,13 @@ fn differences(test: &Film, reference: &Film, width: usize) -> Vec<(f64, f64)> {
     differences
 }
 
-/// RMS over tiles of the relative difference, without what the reference's own noise adds to it.
-fn tile_rmse(test: &Film, reference: &Film, width: usize) -> f64 {
+/// RMS over tiles of the relative difference, without what the reference's own noise adds to it; and of that noise.
+fn tile_rmse(test: &Film, reference: &Film, width: usize) -> [f64; 2] {
     let differences = differences(test, reference, width);
     let count = differences.len() as f64;
     let excess: f64 = differences.iter().map(|(d, noise)| d * d - noise).sum();
-    (excess / count).max(0.0).sqrt()
+    let noise: f64 = differences.iter().map(|(_, noise)| noise).sum();
+    [excess.max(0.0), noise].map(|sum| (sum / count).sqrt())
 }
 
 fn assert_agrees(setting: Setting) {
@@ -81,13 +82,15 @@ fn assert_agrees(setting: Setting) {
                 cache.fill(updates);
                 cache.renderer.begin_picture();
                 let film = cache.at_rest(16, setting.at_rest / 16);
-                let rmse = tile_rmse(&film, &reference, width);
+                let [rmse, noise] = tile_rmse(&film, &reference, width);
                 println!(
-                    "{:<8} {light:<5} g {g:<4} tile RMSE {:.2} % (at most {:.0} %) after {updates}",
+                    "{:<8} {light:<5} g {g:<4} tile RMSE {:.2} % (at most {:.0} %, noise {:.2} %) after {updates}",
                     setting.scene,
                     100.0 * rmse,
-                    100.0 * limit
+                    100.0 * limit,
+                    100.0 * noise
                 );
+                assert!(noise < 0.5 * limit, "the reference is noisy: {noise}");
                 assert!(rmse <= limit, "{}, {light}, g = {g}: {rmse}", setting.scene);
             }
         }
@@ -154,6 +157,7 @@ fn a_dense_cloud() {
                 100.0 * moving
             );
             assert!(bias.abs() < most, "{bias}");
+            assert!(moving.abs() < 0.01, "in motion: {moving}");
         }
     }
 }
