@@ -1,6 +1,6 @@
 //! `auto` tries both variants where work is long enough for a trial, and says what it found.
 
-use crate::stopping::{ends, says, send, started};
+use crate::stopping::{read_until, send, started};
 use crate::{Folder, last_line};
 
 fn reason(folder: &Folder, arguments: &str) -> String {
@@ -20,16 +20,11 @@ fn long_work_is_tried_with_and_without_a_cache() {
     for limit in ["--error 0.001", "--error 0.002 --orbit 2"] {
         let arguments = format!("render ball.toml --size 96x64 -o a.png --stats s.json {limit}");
         let mut child = started(&folder, &arguments);
-        // Once it fills a cache or samples, the choice is made.
-        match says(&mut child, ", relative error ") {
-            true => {
-                send("INT", &child);
-                ends(child, 130);
-            }
-            false => {
-                ends(child, 0);
-            }
-        }
+        // Once it fills a cache or samples, the choice is made; the last line says the same if it has come to its end.
+        read_until(&mut child, ", relative error ");
+        send("INT", &child);
+        let status = child.process.wait().expect("an end").code();
+        assert!(matches!(status, Some(0 | 130)), "{limit}: {status:?}");
         let reason = folder.json("s.json")["reason"].to_string();
         assert!(reason.contains("without one"), "{limit}: {reason}");
     }

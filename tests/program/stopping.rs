@@ -182,20 +182,13 @@ pub fn started(folder: &Folder, arguments: &str) -> Child {
     Child::new(&mut folder.isolume(arguments))
 }
 
-fn read_until(child: &mut Child, sign: &str) {
-    assert!(says(child, sign), "it ended by itself");
-}
-
-/// Reads until it says `sign`. False if it ends before that.
-pub fn says(child: &mut Child, sign: &str) -> bool {
+pub fn read_until(child: &mut Child, sign: &str) {
     let mut line = String::new();
     while !line.contains(sign) {
         line.clear();
-        if child.said.read_line(&mut line).expect("a line") == 0 {
-            return false;
-        }
+        let read = child.said.read_line(&mut line).expect("a line");
+        assert!(read > 0, "it ended by itself");
     }
-    true
 }
 
 /// By the shell's own `kill`: a small system has no program of that name.
