@@ -36,7 +36,7 @@ layout(local_size_x = 64) in;
 #include "push.glsl"
 layout(scalar) buffer CounterBlock { Counters count; } counters;
 #include "slots.glsl"
-writeonly uniform image3D light_out;
+layout(CACHE_FORMAT) writeonly uniform image3D light_out;
 layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 

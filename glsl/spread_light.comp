@@ -13,7 +13,7 @@
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 #include "push.glsl"
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
-writeonly uniform image3D light_out;
+layout(CACHE_FORMAT) writeonly uniform image3D light_out;
 
 struct Light {
     vec4 light;

@@ -1,6 +1,6 @@
 // Stores what `flux_at` in cache.glsl reads.
 
-writeonly uniform image3D flux_out;
+layout(CACHE_FORMAT) writeonly uniform image3D flux_out;
 
 void store_flux(ivec3 texel, mat3 flux) {
     if (!has_colored_flux) {

@@ -96,6 +96,8 @@ mod storage {
 const MODE_LOCAL_SIZE: u32 = 17;
 /// OpTypeImage's operand for images that are used without a sampler.
 const IMAGE_IS_STORAGE: u32 = 2;
+/// OpTypeImage's operand for storage images whose format the shader does not state.
+const NO_FORMAT: u32 = 0;
 
 /// Instructions as opcode and operands.
 struct Module<'a>(Vec<Instruction<'a>>);
@@ -160,6 +162,11 @@ impl<'a> Module<'a> {
         let kind = match (class, self.declaration(kind)?) {
             (storage::STORAGE_BUFFER, (op::TYPE_STRUCT, _)) => vk::DescriptorType::STORAGE_BUFFER,
             (_, (op::TYPE_SAMPLED_IMAGE, _)) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            (_, (op::TYPE_IMAGE, [_, _, _, _, _, IMAGE_IS_STORAGE, NO_FORMAT, ..])) => {
+                return Err(format!(
+                    "{name} is a storage image without a format, which devices need not read or write"
+                ));
+            }
             (_, (op::TYPE_IMAGE, [_, _, _, _, _, IMAGE_IS_STORAGE, ..])) => {
                 vk::DescriptorType::STORAGE_IMAGE
             }
@@ -245,8 +252,7 @@ mod tests {
         float unused() { return texture(picture, vec2(0.0)).r + imageLoad(cells, ivec3(0)).r; }
         void main() { to.at = from.at + push.b; }";
 
-    #[test]
-    fn resources_are_numbered_whether_they_are_used_or_not() {
+    fn compiled(glsl: &str) -> Vec<u32> {
         let shaders = Shaders::new(String::new());
         let desc = PassDesc {
             name: "declares",
@@ -254,9 +260,27 @@ mod tests {
             push: "",
             macros: &[],
         };
-        let shaders = shaders.with_file("declares.comp", SHADER);
+        let shaders = shaders.with_file("declares.comp", glsl);
         let mut code = shaders.compile(&desc, &[]).expect("SPIR-V");
         number_resources(&mut code).expect("SPIR-V");
+        code
+    }
+
+    #[test]
+    fn a_storage_image_states_its_format() {
+        let format = "layout(r32f) uniform image3D cells";
+        let without = SHADER.replace(format, "writeonly uniform image3D cells");
+        let without = without.replace(" + imageLoad(cells, ivec3(0)).r", "");
+        let error = Reflection::read(&compiled(&without)).expect_err("no format");
+        assert!(
+            error.contains("cells is a storage image without"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn resources_are_numbered_whether_they_are_used_or_not() {
+        let code = compiled(SHADER);
         let Reflection {
             slots,
             push_bytes,
