@@ -10,17 +10,12 @@ use super::needs::{Need, has_timestamps, needs};
 use crate::error::{DeviceError, Result};
 
 /// The kind of hardware behind a driver, best first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum DeviceKind {
-    #[serde(rename = "discrete GPU")]
     Discrete,
-    #[serde(rename = "integrated GPU")]
     Integrated,
-    #[serde(rename = "virtual GPU")]
     Virtual,
-    #[serde(rename = "CPU")]
     Cpu,
-    #[serde(rename = "other")]
     Other,
 }
 
@@ -41,6 +36,15 @@ impl fmt::Display for DeviceKind {
             DeviceKind::Cpu => "CPU",
             DeviceKind::Other => "other",
         })
+    }
+}
+
+impl serde::Serialize for DeviceKind {
+    fn serialize<S: serde::Serializer>(
+        &self,
+        serializer: S,
+    ) -> std::result::Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
     }
 }
 
