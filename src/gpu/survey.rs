@@ -155,7 +155,8 @@ pub(super) fn compute_queue(instance: &Instance, physical: vk::PhysicalDevice) -
     Some(index)
 }
 
-/// The wanted device, or the best: discrete before integrated before CPU.
+/// The wanted device, by an index that there is or by a part of a name, or the best: discrete before integrated before
+/// CPU.
 pub(super) fn choose<'a>(
     all: &'a [DeviceSummary],
     wanted: Option<&str>,
@@ -185,12 +186,9 @@ pub(super) fn choose<'a>(
             DeviceError::NoneUsable { found }.into()
         });
     };
-    let found = match wanted.parse::<usize>() {
-        Ok(index) => all.get(index),
-        Err(_) => all
-            .iter()
-            .find(|d| d.name.to_lowercase().contains(&wanted.to_lowercase())),
-    };
+    let numbered = wanted.parse().ok().and_then(|index: usize| all.get(index));
+    let is_named = |d: &&DeviceSummary| d.name.to_lowercase().contains(&wanted.to_lowercase());
+    let found = numbered.or_else(|| all.iter().find(is_named));
     let found = found.ok_or_else(|| DeviceError::NotFound {
         wanted: wanted.into(),
         found: listing(),
@@ -212,15 +210,32 @@ mod tests {
 
     #[test]
     fn an_unusable_device_is_named_with_what_it_lacks() {
-        let usable =
-            survey(&Instance::new(Validation::Off, &[]).expect("Vulkan")).expect("devices");
-        let mut device = usable[0].clone();
+        let mut device = a_device();
         device.lacks = vec!["scalarBlockLayout (for structs)".into()];
         let message = |wanted| match choose(std::slice::from_ref(&device), wanted) {
             Ok(_) => panic!("an unusable device was chosen"),
             Err(e) => e.to_string(),
         };
         let shortcoming = format!(
+    fn a_device() -> DeviceSummary {
+        let instance = Instance::new(Validation::Off, &[]).expect("Vulkan");
+        survey(&instance).expect("devices").swap_remove(0)
+    }
+
+    #[test]
+    fn a_number_may_be_a_part_of_a_name() {
+        let named = |name: &str| DeviceSummary {
+            name: name.into(),
+            lacks: Vec::new(),
+            ..a_device()
+        };
+        let all = ["llvmpipe", "NVIDIA GeForce RTX 3090", "Radeon 0"].map(named);
+        let chosen = |wanted| choose(&all, Some(wanted)).map(|d| d.name.clone());
+        assert_eq!(chosen("3090").ok(), Some(all[1].name.clone()));
+        assert_eq!(chosen("0").ok(), Some(all[0].name.clone()));
+        assert!(chosen("3080").is_err());
+    }
+
             "{}, which lacks scalarBlockLayout (for structs)",
             device.name
         );
