@@ -9,7 +9,7 @@ use ash::{ext, khr, vk};
 
 use super::failure::failure;
 use super::instance::{Instance, Validation, one_at_a_time, queue_families};
-use super::needs::{can_load_texels, can_vote, has_timestamps};
+use super::needs::{can_load_texels, can_vote, has_timestamps, timestamp_mask};
 use super::pipeline_cache::PipelineCache;
 use super::shader;
 use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
@@ -35,6 +35,8 @@ pub struct Device {
     queue: Mutex<vk::Queue>,
     pub(super) queue_family: u32,
     pub(super) timestamp_period_ns: f64,
+    /// The bits of a timestamp that count; the others are undefined.
+    pub(super) timestamp_mask: u64,
     /// The most workgroups of a dispatch along each axis.
     pub(super) most_groups: [u32; 3],
     pub(super) nearest: vk::Sampler,
@@ -53,7 +55,7 @@ pub struct Device {
     /// Whether images of every format can be storage images.
     pub stores_texels: bool,
     pub summary: DeviceSummary,
-    // Dropped after the device, in this order.
+    // Last: the instance goes after its device.
     pub(super) instance: Instance,
 }
 
@@ -88,8 +90,7 @@ impl Device {
                 device: summary.name.clone(),
                 problem: "has no compute queue".into(),
             })?;
-        let families = queue_families(&instance, physical);
-        let writes_timestamps = has_timestamps(&families[queue_family as usize]);
+        let family = queue_families(&instance, physical)[queue_family as usize];
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
@@ -145,7 +146,8 @@ impl Device {
                     vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::ALL_TRANSFER
                 }
             },
-            timed_by_host: !writes_timestamps || draws && summary.kind.is_software(),
+            timestamp_mask: timestamp_mask(&family),
+            timed_by_host: !has_timestamps(&family) || draws && summary.kind.is_software(),
             has_memory_budget,
             loads_texels: stores_texels && !fetches_texels && summary.kind.is_software(),
             stores_texels,

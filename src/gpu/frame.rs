@@ -156,7 +156,8 @@ impl Frame {
             )?
         };
         let us = |from: u64, to: u64| {
-            to.saturating_sub(from) as f64 * self.device.timestamp_period_ns / 1e3
+            let ticks = ticks_between(from, to, self.device.timestamp_mask);
+            ticks as f64 * self.device.timestamp_period_ns / 1e3
         };
         for (&(pass, work), t) in self.recorded.iter().zip(ticks.chunks_exact(2)) {
             self.timings.record(Span {
@@ -262,6 +263,15 @@ impl Frame {
     }
 }
 
+/// The ticks from one timestamp to the next, of which the bits in `mask` count: 36 bits wrap around after an hour or
+/// two. 0 if the second is the earlier one.
+fn ticks_between(from: u64, to: u64, mask: u64) -> u64 {
+    match to.wrapping_sub(from) & mask {
+        ticks if ticks <= mask / 2 => ticks,
+        _ => 0,
+    }
+}
+
 /// # Safety
 /// The caller keeps to the rules of `vkQueueSubmit2`, except for those on the queue, which is locked here.
 unsafe fn submit_to_queue(
@@ -342,6 +352,17 @@ mod tests {
             .run(|f| relay(f, &a, &b).and_then(|()| relay(f, &b, &c)))
             .expect("a run");
         device.validation_messages()
+    }
+
+    #[test]
+    fn a_timestamp_that_wraps_around_is_the_later_one() {
+        let mask = (1 << 36) - 1;
+        assert_eq!(ticks_between(100, 350, mask), 250);
+        assert_eq!(ticks_between(mask - 99, 150, mask), 250);
+        // Bits beyond the mask are undefined.
+        assert_eq!(ticks_between(7 << 36 | 100, 350, mask), 250);
+        assert_eq!(ticks_between(350, 100, mask), 0);
+        assert_eq!(ticks_between(350, 100, u64::MAX), 0);
     }
 
     /// All other tests take its silence for correct barriers.

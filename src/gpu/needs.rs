@@ -228,6 +228,12 @@ pub(super) fn has_timestamps(family: &vk::QueueFamilyProperties) -> bool {
     family.timestamp_valid_bits > 0
 }
 
+/// The bits of a timestamp that count.
+pub(super) fn timestamp_mask(family: &vk::QueueFamilyProperties) -> u64 {
+    let undefined = 64 - family.timestamp_valid_bits.min(64);
+    u64::MAX.checked_shr(undefined).unwrap_or(0)
+}
+
 fn limits(limits: &vk::PhysicalDeviceLimits) -> [Need; 4] {
     [
         at_least(
