@@ -85,10 +85,20 @@ impl Device {
         draws: bool,
         fetches_texels: bool,
     ) -> Result<Arc<Device>> {
+        let unable = |problem: &str| DeviceError::Unable {
+            device: summary.name.clone(),
+            problem: match draws {
+                true => format!("{problem}, as a window needs; choose another --device"),
+                false => problem.into(),
+            },
+        };
+        if draws && !instance.has_extension(physical, khr::swapchain::NAME) {
+            return Err(unable("lacks VK_KHR_swapchain").into());
+        }
         let queue_family =
-            compute_queue(&instance, physical).ok_or_else(|| DeviceError::Unable {
-                device: summary.name.clone(),
-                problem: "has no compute queue".into(),
+            compute_queue(&instance, physical, draws).ok_or_else(|| match draws {
+                true => unable("has no queue that both computes and draws"),
+                false => unable("has no compute queue"),
             })?;
         let family = queue_families(&instance, physical)[queue_family as usize];
         let queues = [vk::DeviceQueueCreateInfo::default()

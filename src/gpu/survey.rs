@@ -85,9 +85,11 @@ pub(super) fn survey(instance: &Instance) -> Result<Vec<DeviceSummary>> {
 fn summarize(instance: &Instance, index: usize, physical: vk::PhysicalDevice) -> DeviceSummary {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut third = vk::PhysicalDeviceMaintenance3Properties::default();
+    let mut fourth = vk::PhysicalDeviceMaintenance4Properties::default();
     let mut properties = vk::PhysicalDeviceProperties2::default()
         .push_next(&mut driver)
-        .push_next(&mut third);
+        .push_next(&mut third)
+        .push_next(&mut fourth);
     // SAFETY: `physical` belongs to the live instance.
     let memory = unsafe {
         instance
@@ -122,7 +124,11 @@ fn summarize(instance: &Instance, index: usize, physical: vk::PhysicalDevice) ->
         device_local_bytes: memory.memory_heaps_as_slice()[device_local_heap(&memory)].size,
         max_image_2d: properties.limits.max_image_dimension2_d,
         max_image_3d: properties.limits.max_image_dimension3_d,
-        max_storage_buffer_bytes: properties.limits.max_storage_buffer_range as u64,
+        max_storage_buffer_bytes: match fourth.max_buffer_size {
+            // Before Vulkan 1.3.
+            0 => properties.limits.max_storage_buffer_range as u64,
+            most => most.min(properties.limits.max_storage_buffer_range as u64),
+        },
         max_allocation_bytes: third.max_memory_allocation_size,
         lacks: needs.iter().filter_map(Need::shortcoming).collect(),
         needs,
@@ -143,15 +149,20 @@ pub(super) fn device_local_heap(memory: &vk::PhysicalDeviceMemoryProperties) -> 
         .unwrap_or(0)
 }
 
-/// The queue family for computing: preferably one that writes timestamps and that can also draw, as a window does.
-pub(super) fn compute_queue(instance: &Instance, physical: vk::PhysicalDevice) -> Option<u32> {
+/// The queue family for computing, preferably one that writes timestamps, and that can also draw: it has to where
+/// `draws`, as for a window.
+pub(super) fn compute_queue(
+    instance: &Instance,
+    physical: vk::PhysicalDevice,
+    draws: bool,
+) -> Option<u32> {
     let families = queue_families(instance, physical);
     let computes = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
-    let draws = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::GRAPHICS);
+    let can_draw = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::GRAPHICS);
     let (index, _) = (0..)
         .zip(&families)
-        .filter(|(_, f)| computes(f))
-        .min_by_key(|(_, f)| (!has_timestamps(f), !draws(f)))?;
+        .filter(|(_, f)| computes(f) && (can_draw(f) || !draws))
+        .min_by_key(|(_, f)| (!has_timestamps(f), !can_draw(f)))?;
     Some(index)
 }
 
@@ -208,15 +219,6 @@ pub(super) fn choose<'a>(
 mod tests {
     use super::*;
 
-    #[test]
-    fn an_unusable_device_is_named_with_what_it_lacks() {
-        let mut device = a_device();
-        device.lacks = vec!["scalarBlockLayout (for structs)".into()];
-        let message = |wanted| match choose(std::slice::from_ref(&device), wanted) {
-            Ok(_) => panic!("an unusable device was chosen"),
-            Err(e) => e.to_string(),
-        };
-        let shortcoming = format!(
     fn a_device() -> DeviceSummary {
         let instance = Instance::new(Validation::Off, &[]).expect("Vulkan");
         survey(&instance).expect("devices").swap_remove(0)
@@ -236,6 +238,15 @@ mod tests {
         assert!(chosen("3080").is_err());
     }
 
+    #[test]
+    fn an_unusable_device_is_named_with_what_it_lacks() {
+        let mut device = a_device();
+        device.lacks = vec!["scalarBlockLayout (for structs)".into()];
+        let message = |wanted| match choose(std::slice::from_ref(&device), wanted) {
+            Ok(_) => panic!("an unusable device was chosen"),
+            Err(e) => e.to_string(),
+        };
+        let shortcoming = format!(
             "{}, which lacks scalarBlockLayout (for structs)",
             device.name
         );

@@ -87,6 +87,11 @@ impl Surface {
             let why = "its compute queue does not reach this display; choose another --device";
             return Err(shows_nothing(&self.device, why));
         }
+        let usage = self.capabilities()?.supported_usage_flags;
+        if !usage.contains(USAGE) {
+            let why = "its images cannot be both copied to and drawn on";
+            return Err(shows_nothing(&self.device, why));
+        }
         let formats = formats.map_err(|e| lost(&self.device, e))?;
         let found = formats.iter().find(|f| FORMATS.contains(&f.format));
         found
@@ -112,7 +117,7 @@ impl Surface {
                 most => least.min(most),
             },
             transform: capabilities.current_transform,
-            alpha: opaque(capabilities.supported_composite_alpha),
+            alpha: composite_alpha(capabilities.supported_composite_alpha),
         })
     }
 
@@ -343,12 +348,16 @@ fn extent_2d([width, height]: [u32; 2]) -> vk::Extent2D {
     vk::Extent2D { width, height }
 }
 
-fn opaque(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR {
-    let wanted = vk::CompositeAlphaFlagsKHR::OPAQUE;
-    match supported.contains(wanted) {
-        true => wanted,
-        false => vk::CompositeAlphaFlagsKHR::INHERIT,
-    }
+/// What the window system does with alpha, which is 1 everywhere: a surface supports at least one of all ways.
+fn composite_alpha(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaFlagsKHR {
+    let ways = [
+        vk::CompositeAlphaFlagsKHR::OPAQUE,
+        vk::CompositeAlphaFlagsKHR::INHERIT,
+        vk::CompositeAlphaFlagsKHR::PRE_MULTIPLIED,
+        vk::CompositeAlphaFlagsKHR::POST_MULTIPLIED,
+    ];
+    let supported = ways.into_iter().find(|way| supported.contains(*way));
+    supported.unwrap_or(vk::CompositeAlphaFlagsKHR::OPAQUE)
 }
 
 fn shows_nothing(device: &Device, why: impl Display) -> Error {
