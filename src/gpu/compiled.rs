@@ -74,14 +74,15 @@ impl Compiled {
             fs::create_dir_all(folder)?;
             remove_older_than_the_last_few(folder);
         }
-        if fs::read_dir(folder)?.count() >= MOST_FILES {
+        let path = folder.join(name);
+        if !path.exists() && fs::read_dir(folder)?.count() >= MOST_FILES {
             return Ok(());
         }
         let body = [name.as_bytes(), &[0], contents].concat();
         let mut file = NamedTempFile::new_in(folder)?;
         file.write_all(&Compiled::header(&body))?;
         file.write_all(&body)?;
-        file.persist(folder.join(name))?;
+        file.persist(path)?;
         Ok(())
     }
 
@@ -154,6 +155,19 @@ mod tests {
         assert_eq!(compiled.load("a"), None);
         fs::write(path.with_file_name("b"), &whole).expect("a file with another's contents");
         assert_eq!(compiled.load("b"), None);
+    }
+
+    #[test]
+    fn a_folder_that_is_full_takes_new_contents_of_its_files_only() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let compiled = in_folder(folder.path(), 1);
+        for name in 0..MOST_FILES {
+            compiled.store(&name.to_string(), b"old");
+        }
+        compiled.store("7", b"new");
+        compiled.store("another", b"new");
+        assert_eq!(compiled.load("7"), Some(b"new".to_vec()));
+        assert_eq!(compiled.load("another"), None);
     }
 
     #[test]
