@@ -274,6 +274,7 @@ fn rectangle([low, high]: [[u32; 2]; 2]) -> vk::Rect2D {
 impl Frame {
     /// Draws the canvas's triangles over the target.
     pub fn draw(&mut self, canvas: &Canvas, target: &Target) -> Result<()> {
+        self.begin_images(std::iter::once(&canvas.atlas))?;
         self.timed(
             "interface",
             vk::PipelineStageFlags2::ALL_COMMANDS,
