@@ -117,7 +117,7 @@ impl Buffer {
     }
 
     /// Changes the size; the contents are lost. The old memory is freed first, so that both together are never
-    /// needed.
+    /// needed: after an error the buffer has no bytes, and may only be resized or dropped.
     pub fn resize(&mut self, bytes: u64) -> Result<()> {
         let desc = BufferDesc { bytes, ..self.desc };
         if bytes.max(16) != self.desc.bytes {
@@ -132,6 +132,7 @@ impl Buffer {
         // SAFETY: frames wait for their work before they return, so nothing uses the buffer.
         unsafe { self.holding.device().raw.destroy_buffer(self.raw, None) };
         self.raw = vk::Buffer::null();
+        self.desc.bytes = 0;
         self.holding.release();
     }
 
@@ -175,5 +176,42 @@ fn bytes_for<T>(data: &[T]) -> u64 {
 impl Drop for Buffer {
     fn drop(&mut self) {
         self.destroy();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::{Device, DeviceChoice, Format, Image, ImageDesc};
+
+    /// A later resize to the old size must not take what is gone for what is there.
+    #[test]
+    fn what_could_not_be_resized_has_no_size() {
+        let device = Device::open(&DeviceChoice::default()).expect("a Vulkan device");
+        let memory = Memory::new(&device, 1 << 20).expect("memory");
+        let desc = BufferDesc {
+            name: "numbers",
+            bytes: 4096,
+            placement: Placement::Upload,
+        };
+        let mut buffer = Buffer::new(&memory, desc).expect("a buffer");
+        assert!(buffer.resize(2 << 20).is_err());
+        assert_eq!((buffer.desc.bytes, memory.used()), (0, 0));
+        buffer.resize(4096).expect("a buffer");
+        assert_eq!(buffer.mapped().map(<[u8]>::len), Some(4096));
+        buffer.resize(16).expect("a buffer");
+        let desc = ImageDesc {
+            name: "texels",
+            extent: [16, 16, 1],
+            volumetric: false,
+            written: false,
+            zeroed: true,
+            format: Format::R8G8B8A8_UNORM,
+        };
+        let mut image = Image::new(&memory, desc).expect("an image");
+        assert!(image.resize([1024, 1024, 1]).is_err());
+        assert_eq!(image.desc.extent, [0; 3]);
+        image.resize(desc.extent).expect("an image");
+        assert_eq!(image.desc, desc);
     }
 }

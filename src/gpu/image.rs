@@ -158,7 +158,7 @@ impl Image {
     }
 
     /// Changes the extent; the texels are lost. The old memory is freed first, so that both together are never
-    /// needed.
+    /// needed: after an error the image has no texels, and may only be resized or dropped.
     pub fn resize(&mut self, extent: [u32; 3]) -> Result<()> {
         let desc = ImageDesc {
             extent,
@@ -189,6 +189,7 @@ impl Image {
             device.destroy_image(self.raw, None);
         }
         (self.view, self.raw) = (vk::ImageView::null(), vk::Image::null());
+        self.desc.extent = [0; 3];
         self.holding.release();
     }
 }

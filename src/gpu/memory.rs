@@ -53,6 +53,13 @@ impl Ledger {
         self.used = bytes;
         self.history.push((Instant::now(), bytes));
     }
+
+    fn note_peak(&mut self) {
+        if self.used > self.peak {
+            self.peak = self.used;
+            self.at_peak = self.alive.clone();
+        }
+    }
 }
 
 /// A resource's share of the gate's memory, which is given back when this is dropped.
@@ -168,9 +175,8 @@ impl Memory {
         let entry = ResourceBytes { name, bytes };
         ledger.use_now(used);
         ledger.alive.push(entry.clone());
-        if used > ledger.peak {
-            ledger.peak = used;
-            ledger.at_peak = ledger.alive.clone();
+        if self.is_dry_run() {
+            ledger.note_peak();
         }
         Ok(Holding {
             memory: self.clone(),
@@ -213,7 +219,13 @@ impl Holding {
             device: self.memory.device.summary.name.clone(),
             why: e.to_string(),
         })?;
+        self.note_allocated();
         Ok(self.allocation.insert(allocation))
+    }
+
+    /// Notes that the reserved bytes are allocated: what a driver refuses is no part of the peak.
+    pub fn note_allocated(&self) {
+        self.memory.ledger().note_peak();
     }
 
     pub fn allocation(&self) -> Option<&Allocation> {

@@ -205,6 +205,7 @@ impl Swapchain {
             swapchain.holding.release();
             swapchain.holding = reserve(memory, surface, swapchain.shape)?;
         }
+        swapchain.holding.note_allocated();
         Ok(swapchain)
     }
 
