@@ -69,12 +69,17 @@ impl Preset {
 
 type Look = (&'static str, Option<MediumTable>, Option<IsoTable>);
 
-/// Hounsfield units: air −1000, fat −100, water 0, muscle 50, bone from 200 on. 300 keeps contrast
-/// agent and cartilage out of the bone.
+/// Value, opacity and colour of a transfer function's point.
+pub type Point = (f64, f64, [f64; 3]);
+
+/// Hounsfield units: air −1000, fat −100, water 0, muscle 50, bone from 200 on.
+pub const SOFT_TISSUE: [Point; 3] = film(-450.0, -300.0, -150.0);
+/// Keeps contrast agent and cartilage out of the bone.
+pub const BONE: f64 = 300.0;
+
 fn ct(volume: &Volume) -> Look {
-    const BONE: f64 = 300.0;
     let bone = (volume.range[1] >= BONE).then(|| surface(BONE));
-    ("ct", Some(medium(-450.0, -300.0, -150.0)), bone)
+    ("ct", Some(medium(SOFT_TISSUE)), bone)
 }
 
 /// Four classes: empty, thin, dense and densest. The medium begins with the thin class, the surface with the dense
@@ -84,7 +89,7 @@ fn generic(volume: &Volume) -> Result<Look> {
     let (medium, dense) = match thresholds[..] {
         [thin, dense, ..] => {
             let width = dense - thin;
-            let medium = medium(thin, thin + 0.2 * width, thin + 0.4 * width);
+            let medium = medium(film(thin, thin + 0.2 * width, thin + 0.4 * width));
             (Some(medium), Some(dense))
         }
         [dense] => (None, Some(dense)),
@@ -94,13 +99,16 @@ fn generic(volume: &Volume) -> Result<Look> {
 }
 
 /// A film that is densest at the value `film`, and a haze from `haze` on.
-fn medium(start: f64, film: f64, haze: f64) -> MediumTable {
+pub const fn film(start: f64, film: f64, haze: f64) -> [Point; 3] {
+    [(start, 0.0, SKIN), (film, 1.0, SKIN), (haze, 0.03, FLESH)]
+}
+
+fn medium(points: [Point; 3]) -> MediumTable {
     let point = |(value, opacity, color)| TransferTable {
         value,
         opacity: Some(opacity),
         color: Some(color),
     };
-    let points = [(start, 0.0, SKIN), (film, 1.0, SKIN), (haze, 0.03, FLESH)];
     MediumTable {
         transfer: points.map(point).to_vec(),
         ..Default::default()

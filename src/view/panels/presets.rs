@@ -3,7 +3,7 @@
 
 use egui::Ui;
 
-use crate::scene::preset::{FLESH, IVORY, ROUGHNESS, SKIN};
+use crate::scene::preset::{BONE, FLESH, IVORY, Point, ROUGHNESS, SKIN, SOFT_TISSUE, film};
 use crate::scene::{Disney, Isosurface, Medium, Shading, TransferPoint};
 use crate::view::session::Session;
 
@@ -13,8 +13,7 @@ struct Look {
     is_ct: bool,
     /// The density, as a multiple of a scene's default.
     density: f64,
-    /// Points: value, opacity and colour.
-    transfer: &'static [(f64, f64, [f64; 3])],
+    transfer: &'static [Point],
     /// Value and colour of the surface.
     surface: Option<(f64, [f64; 3])>,
 }
@@ -28,12 +27,8 @@ const LOOKS: [Look; 6] = [
         name: "CT bone",
         is_ct: true,
         density: 1.0,
-        transfer: &[
-            (-450.0, 0.0, SKIN),
-            (-300.0, 1.0, SKIN),
-            (-150.0, 0.03, FLESH),
-        ],
-        surface: Some((300.0, IVORY)),
+        transfer: &SOFT_TISSUE,
+        surface: Some((BONE, IVORY)),
     },
     Look {
         name: "CT soft tissue",
@@ -58,7 +53,7 @@ const LOOKS: [Look; 6] = [
             (-450.0, 0.05, FLESH),
             (-200.0, 0.02, FLESH),
         ],
-        surface: Some((300.0, IVORY)),
+        surface: Some((BONE, IVORY)),
     },
     Look {
         name: "CT angiography",
@@ -75,10 +70,10 @@ const LOOKS: [Look; 6] = [
         surface: None,
     },
     Look {
-        name: "generic",
+        name: "film",
         is_ct: false,
         density: 1.0,
-        transfer: &[(0.20, 0.0, SKIN), (0.26, 1.0, SKIN), (0.32, 0.03, FLESH)],
+        transfer: &film(0.20, 0.26, 0.32),
         surface: Some((0.55, IVORY)),
     },
 ];
@@ -108,7 +103,7 @@ impl Look {
     }
 
     fn medium(&self, range: [f64; 2], usual: f64) -> Medium {
-        let point = |&(value, opacity, color): &(f64, f64, [f64; 3])| TransferPoint {
+        let point = |&(value, opacity, color): &Point| TransferPoint {
             value: self.value(value, range),
             opacity,
             color,
