@@ -60,7 +60,7 @@ fn brightness(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], most: f64) {
     let mut wanted = bright;
     ui.horizontal(|ui| {
         let recolored = color(ui, &mut hue);
-        slider(ui, name, &mut wanted, [0.0, most.max(bright)], true);
+        slider(ui, name, &mut wanted, [0.0, most], true);
         if recolored || wanted != bright {
             *rgb = hue.map(|c| c * wanted);
         }

@@ -19,7 +19,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
         }
         return;
     };
-    let most = (DENSEST * usual).max(medium.density);
+    let most = DENSEST * usual;
     slider(ui, "density", &mut medium.density, [0.0, most], true);
     slider(ui, "g (forward > 0)", &mut medium.g, [-0.95, 0.95], false);
     if ui.button("Remove the medium").clicked() {

@@ -9,7 +9,7 @@ mod series;
 mod surfaces;
 mod transfer;
 
-use egui::{CollapsingHeader, Color32, Panel, ScrollArea, Ui};
+use egui::{CollapsingHeader, Color32, Panel, ScrollArea, SliderClamping, Ui};
 
 use super::keys::Wish;
 use super::session::Session;
@@ -83,20 +83,30 @@ fn separate_isovalues(session: &mut Session) {
     let [low, high] = session.document.opened.volume.range;
     let chosen = session.chosen.surface;
     let iso = &mut session.scene.surfaces.iso;
-    let taken: Vec<f64> = iso.iter().map(|s| s.value).collect();
-    let others = |value: f64| (0..taken.len()).any(|i| i != chosen && taken[i] == value);
-    if let Some(surface) = iso.get_mut(chosen) {
-        while others(surface.value) {
-            surface.value += 1e-4 * (high - low);
-        }
+    let mut others: Vec<f64> = iso.iter().map(|s| s.value).collect();
+    if chosen < others.len() {
+        others.remove(chosen);
+        iso[chosen].value = apart(iso[chosen].value, &others, high - low);
     }
 }
 
-/// A named slider from `low` to `high`; a logarithmic one is fine near zero.
+/// The next value from `value` upwards that is none of `others`, in steps that are small in data of this extent, but
+/// never lost in a float's precision.
+fn apart(value: f64, others: &[f64], extent: f64) -> f64 {
+    let least = (2e-7 * value.abs()).max(f32::MIN_POSITIVE.into());
+    let step = least.max(1e-4 * extent);
+    let steps = (0u32..).map(|n| value + f64::from(n) * step);
+    let mut free = steps.filter(|value| !others.contains(value));
+    free.next().unwrap_or(value)
+}
+
+/// A named slider from `low` to `high`; a logarithmic one is fine near zero. A value from elsewhere, as from a scene
+/// file, may lie outside, and stays until it is edited.
 fn slider(ui: &mut Ui, name: &str, value: &mut f64, [low, high]: [f64; 2], logarithmic: bool) {
     let slider = egui::Slider::new(value, low..=high)
         .logarithmic(logarithmic)
         .smallest_positive(1e-4)
+        .clamping(SliderClamping::Edits)
         .text(name);
     ui.add(slider);
 }
@@ -115,4 +125,31 @@ fn color(ui: &mut Ui, rgb: &mut [f64; 3]) -> bool {
 fn display(rgb: [f64; 3]) -> Color32 {
     let [r, g, b] = rgb.map(|c| c as f32);
     egui::Rgba::from_rgb(r, g, b).into()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_isovalues_part_in_any_data() {
+        for (value, extent) in [(5.0, 0.0), (0.0, 0.0), (-1e30, 0.0), (150.0, 255.0)] {
+            let third = apart(value, &[value, apart(value, &[value], extent)], extent);
+            assert!(third > value, "{value} in data of extent {extent}");
+            assert!(third - value < 1e-3 * extent.max(value.abs()).max(1.0));
+        }
+        assert_eq!(apart(5.0, &[4.0], 0.0), 5.0);
+    }
+
+    #[test]
+    fn a_slider_that_is_shown_changes_nothing() {
+        let mut value = 40.0;
+        let mut shown = false;
+        let _ = egui::Context::default().run_ui(egui::RawInput::default(), |ui| {
+            slider(ui, "exposure", &mut value, [-6.0, 6.0], false);
+            slider(ui, "density", &mut value, [0.0, 6.0], true);
+            shown = true;
+        });
+        assert!(shown && value == 40.0, "{value}");
+    }
 }

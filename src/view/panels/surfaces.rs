@@ -55,7 +55,7 @@ fn list(ui: &mut Ui, session: &mut Session, [low, high]: [f64; 2]) {
     for (i, surface) in iso.iter_mut().enumerate() {
         ui.horizontal(|ui| {
             color(ui, &mut surface.color);
-            ui.radio_value(chosen, i, significant(surface.value).to_string());
+            ui.radio_value(chosen, i, label(surface.value, high - low));
             if ui.small_button("remove").clicked() {
                 removed = Some(i);
             }
@@ -77,9 +77,11 @@ fn list(ui: &mut Ui, session: &mut Session, [low, high]: [f64; 2]) {
     }
 }
 
-/// A few digits are enough to tell surfaces apart.
-fn significant(value: f64) -> f64 {
-    (value * 100.0).round() / 100.0
+/// A value with enough digits to tell surfaces apart in data of this extent.
+fn label(value: f64, extent: f64) -> String {
+    let digits = (3.0 - extent.log10().floor()).clamp(2.0, 12.0) as i32;
+    let unit = 10f64.powi(digits);
+    ((value * unit).round() / unit).to_string()
 }
 
 const PHONG: Shading = Shading::Phong {
@@ -134,5 +136,18 @@ fn parameters(shading: &mut Shading) -> Vec<(&'static str, &mut f64, [f64; 2])> 
             ("clearcoat", &mut d.clearcoat, UNIT),
             ("clearcoat gloss", &mut d.clearcoat_gloss, UNIT),
         ],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::label;
+
+    #[test]
+    fn surfaces_are_told_apart_in_data_of_any_extent() {
+        assert_eq!(label(0.001234567, 0.004), "0.001235");
+        assert_eq!(label(150.0, 255.0), "150");
+        assert_eq!(label(300.128, 4095.0), "300.13");
+        assert_eq!(label(0.1, 0.0), "0.1");
     }
 }
