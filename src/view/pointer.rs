@@ -23,7 +23,7 @@ pub fn steer(ui: &mut Ui, rect: Rect, session: &mut Session) {
             window_and_level(session, drag);
         } else if response.dragged_by(PointerButton::Middle) || shift {
             scene.camera = pan(&scene.camera, drag);
-        } else if session.chosen.aims_sun {
+        } else if session.chosen.aims_sun && session.chosen.sun < scene.lights.suns.len() {
             turn_sun(session, drag);
         } else {
             scene.camera = orbit(&scene.camera, drag);

@@ -43,7 +43,7 @@ pub struct Chosen {
     pub sun: usize,
     /// The plane that the key C has made.
     pub clip: Option<usize>,
-    /// A drag on the picture turns the sun instead of the camera.
+    /// A drag on the picture turns the sun, where there is one, instead of the camera.
     pub aims_sun: bool,
 }
 
@@ -152,3 +152,4 @@ impl Session {
         describe(&self.file, &self.document.opened.volume, &self.scene)
     }
 }
+        self.chosen.clip = None;

@@ -32,8 +32,6 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
         ball(ui, sun, [forward, right, up]);
         brightness(ui, "irradiance", &mut sun.irradiance, BRIGHTEST_SUN);
         ui.checkbox(&mut session.chosen.aims_sun, "drag it on the picture");
-    } else {
-        session.chosen.aims_sun = false;
     }
     if ui.button("Add a sun").clicked() {
         session.scene.lights.suns.push(DirectionalLight {

@@ -88,7 +88,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
                 let scene = &mut session.scene;
                 scene.medium = Some(look.medium(range, usual));
                 scene.surfaces.iso = look.surface(range).into_iter().collect();
-                session.chosen = Default::default();
+                (session.chosen.point, session.chosen.surface) = (0, 0);
             }
         }
     });
