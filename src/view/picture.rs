@@ -8,7 +8,7 @@
 use std::time::{Duration, Instant};
 
 use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
-use crate::engine::{Engine, Refinement};
+use crate::engine::{self, Engine, Refinement};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};
 use crate::render::{RAYS, ToneMapPush, doubling};
@@ -281,8 +281,21 @@ impl Picture {
         }
     }
 
+    /// The picture as it is now, for a file.
+    pub fn taken(&mut self, engine: &mut Engine) -> Result<engine::Picture> {
+        let mut picture = engine.picture()?;
+        // Without samples that was a march, which has taken the place of one under way.
+        if let Doing::Marching { .. } = self.doing {
+            self.doing = Doing::marching();
+        }
+        if let Some(refined) = self.refined(engine)? {
+            picture.show(&refined);
+        }
+        Ok(picture)
+    }
+
     /// The picture that is shown while samples refine a march; `None` otherwise.
-    pub fn refined(&mut self, engine: &mut Engine) -> Result<Option<Vec<[f32; 4]>>> {
+    fn refined(&mut self, engine: &mut Engine) -> Result<Option<Vec<[f32; 4]>>> {
         let Some(refinement) = &mut self.refinement else {
             return Ok(None);
         };

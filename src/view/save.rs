@@ -13,10 +13,7 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let live = session.live.as_mut();
     let live = live.ok_or_else(|| Error::value("there is no picture to save yet"))?;
     let engine = &mut live.engine;
-    let mut picture = engine.picture()?;
-    if let Some(refined) = live.picture.refined(engine)? {
-        picture.show(&refined);
-    }
+    let picture = live.picture.taken(engine)?;
     let provenance = Provenance {
         scene,
         seed,
