@@ -15,7 +15,7 @@ use super::stage::Stage;
 use super::watch::Watch;
 use super::{clip, gizmo, panels, pointer};
 use crate::cli::ViewArgs;
-use crate::error::{DeviceError, Error, Result};
+use crate::error::{Error, Result};
 use crate::output::Outputs;
 
 /// Time between two updates of the figures while work goes on.
@@ -332,9 +332,7 @@ impl<'a> App<'a> {
         let Some(stage) = &self.stage else {
             return Ok(0);
         };
-        if let Some(message) = stage.device().validation_messages().first() {
-            return Err(DeviceError::Validation(message.clone()).into());
-        }
+        stage.host.check_validation()?;
         if let Some(path) = &self.args.stats {
             let live = self.session.as_ref().and_then(|s| s.live.as_ref());
             let mut outputs = Outputs::default();
