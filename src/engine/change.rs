@@ -38,7 +38,7 @@ impl Engine {
     }
 
     /// Continues with another scene, if the existing passes can show it within the planned memory. `None`: they
-    /// cannot, and nothing has changed.
+    /// cannot, and nothing has changed. After an error the engine may have changed half way, and can only be dropped.
     pub fn change_in_place(&mut self, scene: &Scene) -> Result<Option<Changed>> {
         let next = self.full.changed_to(scene, &self.volume);
         let changes = next.changes_from(&self.full);

@@ -21,6 +21,9 @@ use crate::output::Outputs;
 /// Time between two updates of the figures while work goes on.
 const FIGURES: Duration = Duration::from_millis(250);
 
+/// The smallest pictures have this share of the window's pixels along an axis.
+const LAST_DIVISOR: u32 = 8;
+
 pub struct App<'a> {
     pub(super) args: &'a ViewArgs,
     pub(super) proxy: EventLoopProxy<()>,
@@ -192,28 +195,41 @@ impl<'a> App<'a> {
             return Ok(());
         }
         self.fitted = whole;
-        let mut size = whole;
-        for divisor in [1, 2, 4, 8] {
-            size = whole.map(|n| n.div_ceil(divisor));
+        let mut is_new = false;
+        for divisor in [1, 2, 4, LAST_DIVISOR] {
+            let size = whole.map(|n| n.div_ceil(divisor));
             let for_window = stage.bytes_ahead(size)?;
             let has_room = match &session.live {
                 Some(live) => live.engine.has_room_for(size, for_window)?,
                 None => for_window <= stage.memory.budget,
             };
-            if has_room {
-                break;
+            let is_last = divisor == LAST_DIVISOR;
+            if !has_room && !is_last {
+                continue;
+            }
+            is_new |= size != stage.picture_size();
+            match stage.resize_picture(size) {
+                // The driver may have less memory than the budget.
+                Err(Error::Memory(_)) if !is_last => {}
+                resized => {
+                    resized?;
+                    break;
+                }
             }
         }
-        let is_new = size != stage.picture_size();
+        let size = stage.picture_size();
         if is_new {
-            stage.resize_picture(size)?;
             self.report.resized(size);
         }
         session.scene.render.size = size;
         if let Some(live) = &mut session.live
             && (is_new || live.engine.scene().render.size != size || stage.is_outdated())
         {
-            let fits = live.resize(size, stage.bytes_now()?)?;
+            let fits = match live.resize(size, stage.bytes_now()?) {
+                // The change may have stopped half way; if a new renderer fails for the same reason, that is reported.
+                Err(Error::Memory(_)) => false,
+                fits => fits?,
+            };
             self.report.planned(live.planned_bytes());
             if !fits {
                 session.live = None;

@@ -151,9 +151,13 @@ impl Stage {
             .resize(self.window.inner_size().into())
     }
 
-    /// Shows pictures of another size from now on; the current one is lost.
-    pub fn resize_picture(&mut self, [width, height]: [u32; 2]) -> Result<()> {
-        self.images.shown.resize([width, height, 1])
+    /// Shows pictures of this size from now on; one of another size is lost.
+    pub fn resize_picture(&mut self, size: [u32; 2]) -> Result<()> {
+        let [width, height] = size;
+        match size == self.picture_size() {
+            true => Ok(()),
+            false => self.images.shown.resize([width, height, 1]),
+        }
     }
 
     /// Passes an event to the user interface. Returns whether the interface has to be drawn again.
