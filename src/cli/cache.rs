@@ -6,7 +6,6 @@ use clap::Args;
 
 use crate::cache_dir::cache_dir;
 use crate::error::{Error, Result};
-use crate::interrupt::is_interrupted;
 use crate::output::progress::copying;
 use crate::scene::volume::{Copying, Stores};
 
@@ -24,12 +23,16 @@ impl CacheArgs {
         self.cache_dir.clone().or_else(cache_dir)
     }
 
-    /// The stores in that folder. They report the progress of copies on stderr, and an interruption stops them.
-    pub fn stores(&self, quiet: bool) -> Option<Stores> {
+    /// The stores in that folder. They report the progress of copies on stderr, and stop once `is_over`.
+    pub fn stores(
+        &self,
+        quiet: bool,
+        is_over: impl Fn() -> bool + Send + Sync + 'static,
+    ) -> Option<Stores> {
         let show = copying(quiet);
         let tell = move |copy: &Copying<'_>| -> Result<()> {
             show(copy);
-            match is_interrupted() {
+            match is_over() {
                 true => Err(Error::Interrupted),
                 false => Ok(()),
             }

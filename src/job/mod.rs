@@ -20,6 +20,7 @@ use crate::doctor;
 use crate::error::{DEVICE_STATUS, DeviceError, Error, Result};
 use crate::gpu::list_devices;
 use crate::info;
+use crate::interrupt::is_interrupted;
 use crate::scene::Opened;
 use crate::scene::volume::{self, Reading, Volume, VolumeOverrides};
 use crate::scene::{describe, open};
@@ -36,7 +37,7 @@ fn open_scene(args: &SceneArgs, quiet: bool) -> Result<Opened> {
 
 fn open_scene_timed(args: &SceneArgs, quiet: bool, clock: &mut Clock) -> Result<Opened> {
     let (mut loading, reading) = (Duration::ZERO, Reading::default());
-    let stores = args.cache.stores(quiet);
+    let stores = args.cache.stores(quiet, is_interrupted);
     let load = |path: &Path, overrides: &VolumeOverrides| {
         let began = Instant::now();
         let volume = Volume::load_watched(path, overrides, &reading, stores.as_ref())?;

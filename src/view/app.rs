@@ -94,9 +94,9 @@ impl<'a> App<'a> {
         let Some(session) = &mut self.session else {
             return Ok(());
         };
-        let is_building = session.building.is_some();
+        let was_building = session.build_under_way().is_some();
         let problem = session.take_built(&mut self.report)?;
-        if is_building && session.building.is_none() {
+        if was_building && session.build_under_way().is_none() {
             self.interface_due = Some(Instant::now());
         }
         if let Some(error) = problem {
@@ -142,7 +142,7 @@ impl<'a> App<'a> {
                     if !ui.input(|i| i.pointer.any_down()) {
                         session.history.settle(&session.scene);
                     }
-                    if let Some(building) = &session.building {
+                    if let Some(building) = session.build_under_way() {
                         hud::progress(ui, rect, building);
                     }
                 }
@@ -165,8 +165,7 @@ impl<'a> App<'a> {
         if has_read || self.message.as_ref().is_some_and(Message::is_old) {
             self.message = None;
         }
-        if gives_up && let Some(opening) = self.opening.take() {
-            opening.stop();
+        if gives_up && self.opening.take().is_some() {
             self.tell("cancelled".into());
         }
         Ok(asked)
@@ -178,7 +177,7 @@ impl<'a> App<'a> {
         let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session) else {
             return Ok(());
         };
-        if session.building.is_some() {
+        if session.build_under_way().is_some() {
             return Ok(());
         }
         let [low, high] = self.place;
@@ -254,8 +253,7 @@ impl<'a> App<'a> {
     /// Whether the window's images can and must be made anew. While a renderer is built they stay as they
     /// are, since its plan counts on them.
     fn has_old_images(&self) -> bool {
-        let is_building = self.session.as_ref().is_some_and(|s| s.building.is_some());
-        !is_building && self.stage.as_ref().is_some_and(Stage::is_outdated)
+        !self.is_building() && self.stage.as_ref().is_some_and(Stage::is_outdated)
     }
 
     fn follow_scene(&mut self) -> Result<()> {
@@ -326,7 +324,12 @@ impl<'a> App<'a> {
         self.is_busy()
             || self.opening.is_some()
             || self.message.as_ref().is_some_and(|m| !m.is_error)
-            || self.session.as_ref().is_some_and(|s| s.building.is_some())
+            || self.is_building()
+    }
+
+    fn is_building(&self) -> bool {
+        let session = self.session.as_ref();
+        session.is_some_and(|s| s.build_under_way().is_some())
     }
 
     pub(super) fn tell(&mut self, text: String) {
@@ -338,6 +341,13 @@ impl<'a> App<'a> {
         self.report.say(&format!("error: {error}"));
         self.message = Some(Message::new(error.to_string(), true));
         self.interface_due = Some(Instant::now());
+    }
+
+    /// Ends a build that is still under way once the window is closed.
+    pub fn end_build(&mut self) {
+        if let Some(session) = &mut self.session {
+            session.end_build();
+        }
     }
 
     /// Writes the statistics and returns the exit status, or the error that ended the session.

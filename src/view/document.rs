@@ -1,7 +1,10 @@
 //! An opened scene with the data that the window shows of its volume.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::error::{Error, Result};
 use crate::scene::volume::Histogram;
 use crate::scene::{Edit, Opened};
 
@@ -11,4 +14,21 @@ pub struct Document {
     pub edits: Vec<Edit>,
     pub opened: Opened,
     pub histogram: Histogram,
+    /// Shared with what copies the volume into its store.
+    pub is_closed: Arc<AtomicBool>,
+}
+
+impl Document {
+    /// Ends what is still being made of it, sooner or later.
+    pub fn close(&self) {
+        self.is_closed.store(true, Ordering::Relaxed);
+    }
+
+    /// Fails once nothing that could be made of it is wanted any more.
+    pub fn check_wanted(&self) -> Result<()> {
+        match self.is_closed.load(Ordering::Relaxed) {
+            true => Err(Error::Interrupted),
+            false => Ok(()),
+        }
+    }
 }

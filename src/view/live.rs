@@ -38,6 +38,7 @@ pub enum Followed {
 }
 
 impl Live {
+    /// Fails soon where the document is closed meanwhile.
     pub fn build(order: Order, document: &Document) -> Result<Live> {
         let Order {
             host,
@@ -55,7 +56,9 @@ impl Live {
             ));
         }
         let volume = &document.opened.volume;
+        document.check_wanted()?;
         let choice = host.plan_beside(volume, &scene, for_window)?;
+        document.check_wanted()?;
         let mut engine = Engine::in_memory(&host, &memory, volume, &scene, choice, seed)?;
         engine.reserve(for_window);
         if let Some(mut caching) = engine.renderer_mut().caching() {

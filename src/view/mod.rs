@@ -53,7 +53,7 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
     });
     let mut app = app::App::new(args, event_loop.create_proxy());
     let ran = event_loop.run_app(&mut app);
-    load::wait_for_builds();
+    app.end_build();
     ran.map_err(|e| DeviceError::Display(format!("the window system failed: {e}")))?;
     let status = app.finish()?;
     match interrupt::is_interrupted() {

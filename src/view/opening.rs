@@ -29,14 +29,8 @@ impl App<'_> {
                 self.set_title(&document);
                 let volume = document.opened.file.volume_path()?;
                 let listing = Some(list_series(volume, &self.proxy));
-                // The previous scene's renderer is dropped first to make room. The list of volumes stays until the
-                // same folder's new list is there, so that the panel does not jump when the user picks from it.
-                let before = self.session.take();
-                let before = before.filter(|b| b.document.path == document.path);
-                let series = before.map(|b| b.series).unwrap_or_default();
-                let mut session = Session::new(document);
+                let mut session = Session::new(document, self.session.take());
                 session.listing = listing;
-                session.series = series;
                 self.session = Some(session);
                 self.message = None;
             }
@@ -132,9 +126,7 @@ impl App<'_> {
     }
 
     fn open_edited(&mut self, path: PathBuf, edits: Vec<Edit>) {
-        let preset = self.args.scene.preset;
-        let stores = self.args.scene.cache.stores(self.args.quiet);
-        self.opening = Some(open_document(path, preset, edits, stores, &self.proxy));
+        self.opening = Some(open_document(path, edits, self.args, &self.proxy));
         self.interface_due = Some(Instant::now());
     }
 

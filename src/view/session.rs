@@ -22,7 +22,10 @@ pub struct Session {
     /// The scene to show; panels change it as they like.
     pub scene: Scene,
     pub live: Option<Live>,
-    pub building: Option<Load<Live>>,
+    building: Option<Load<Live>>,
+    /// The build of the document before. Nobody wants its result, but until it has ended there may be no memory for
+    /// another one.
+    ending: Option<Load<Live>>,
     /// The list of `series` while it is being made.
     pub listing: Option<Load<Vec<Preview>>>,
     /// The volumes of the document's folder, if there are several.
@@ -48,7 +51,18 @@ pub struct Chosen {
 }
 
 impl Session {
-    pub fn new(document: Document) -> Session {
+    /// Opens a document in the place of the one before, whose renderer goes first to make room.
+    pub fn new(document: Document, before: Option<Session>) -> Session {
+        let (mut ending, mut series) = (None, Vec::new());
+        if let Some(before) = before {
+            before.document.close();
+            ending = before.building.or(before.ending);
+            // The list of volumes stays until the same folder's new list is there, so that the panel does not jump
+            // when the user picks from it.
+            if before.document.path == document.path {
+                series = before.series;
+            }
+        }
         let scene = document.opened.scene.clone();
         Session {
             history: History::new(&scene),
@@ -58,8 +72,9 @@ impl Session {
             document: Arc::new(document),
             live: None,
             building: None,
+            ending,
             listing: None,
-            series: Vec::new(),
+            series,
             shown: None,
             chosen: Chosen::default(),
         }
@@ -74,6 +89,7 @@ impl Session {
         args: &ViewArgs,
         report: &mut Report,
     ) -> Result<bool> {
+        let is_building = self.build_under_way().is_some();
         let followed = match &mut self.live {
             Some(live) if *live.engine.scene() == self.scene => return Ok(false),
             Some(live) => match live.follow(&self.scene) {
@@ -83,7 +99,7 @@ impl Session {
                 Err(_) => Followed::Impossible,
                 Ok(followed) => followed,
             },
-            None if self.building.is_some() => return Ok(false),
+            None if is_building => return Ok(false),
             None => Followed::Impossible,
         };
         match followed {
@@ -96,6 +112,19 @@ impl Session {
             }
         }
         Ok(followed != Followed::Impossible)
+    }
+
+    /// The build under way, wanted or not: there is one at a time, since its plan counts on all memory that the
+    /// window leaves.
+    pub fn build_under_way(&self) -> Option<&Load<Live>> {
+        self.building.as_ref().or(self.ending.as_ref())
+    }
+
+    /// Ends a build under way and waits for it: a process that ends while its driver compiles may crash.
+    pub fn end_build(&mut self) {
+        self.document.close();
+        let builds = [self.building.take(), self.ending.take()];
+        builds.into_iter().flatten().for_each(Load::join);
     }
 
     fn begin_build(
@@ -118,6 +147,7 @@ impl Session {
     /// Takes the renderer that was built, if it is ready. A scene that could not be built is replaced by the last one
     /// that could, and the error is returned.
     pub fn take_built(&mut self, report: &mut Report) -> Result<Option<Error>> {
+        self.ending.take_if(|load| load.result().is_some());
         let Some(result) = self.building.as_ref().and_then(Load::result) else {
             return Ok(None);
         };
@@ -145,6 +175,7 @@ impl Session {
     pub fn reread(&mut self, file: SceneFile, scene: Scene) {
         self.scene = scene;
         self.file = file;
+        self.chosen.clip = None;
     }
 
     /// The scene as a file that `render` reads.
@@ -152,4 +183,3 @@ impl Session {
         describe(&self.file, &self.document.opened.volume, &self.scene)
     }
 }
-        self.chosen.clip = None;

@@ -1,10 +1,11 @@
 //! Scenes that are opened and edited while the window is open, and the files that it leaves.
 
 use std::process::Command;
+use std::time::Duration;
 
 use crate::display::Display;
 use crate::folder::Folder;
-use crate::program::SCENE;
+use crate::program::{Program, SCENE};
 
 #[test]
 fn edits_of_the_command_line_belong_to_its_scene_alone() {
@@ -40,18 +41,23 @@ fn edits_of_the_command_line_belong_to_its_scene_alone() {
     assert_eq!(exposure_in("showing", "scene.3.toml"), 1.5);
 }
 
-/// What an edit has half changed when memory fails is built anew.
+/// The program after its first picture, and the number of the allocation that is its next one, which will fail.
+fn started_on_the_brink(folder: &Folder, display: &Display) -> (Program, usize) {
+    let started = (20..100).find_map(|n| {
+        let mut program = folder.view_failing_allocation(display, SPARSE, n);
+        program.comes_to("picture finished").then_some((program, n))
+    });
+    started.expect("a start")
+}
+
+const SPARSE: &str = "scene.toml --spp 2 --stats stats.json";
+
+/// What an edit or a new size of the window has half changed when memory fails is built anew.
 #[test]
-fn an_edit_survives_a_failing_allocation() {
+fn changes_survive_failing_allocations() {
     let folder = Folder::new();
     let display = Display::new();
-    // The first allocation that a start can do without is the edit's.
-    let started = (20..100).find_map(|n| {
-        let scene = "scene.toml --spp 2 --stats stats.json";
-        let mut program = folder.view_failing_allocation(&display, scene, n);
-        program.comes_to("picture finished").then_some(program)
-    });
-    let mut program = started.expect("a start");
+    let (mut program, next) = started_on_the_brink(&folder, &display);
     let window = display.window();
     let point = "[[medium.transfer]]\nvalue = 60\nopacity = 0.3\n";
     let last = "[[medium.transfer]]\nvalue = 110";
@@ -64,6 +70,95 @@ fn an_edit_survives_a_failing_allocation() {
     assert_eq!(stats["builds"], 2, "{stats}");
     let memory = &stats["memory"];
     assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+
+    // A larger window's first allocation is for the picture that it shows, the second one the renderer's.
+    for (later, size, builds) in [(0, "picture: 174x240", 1), (1, "picture: 348x480", 2)] {
+        let mut program = folder.view_failing_allocation(&display, SPARSE, next + later);
+        program.wait_for("picture finished");
+        let window = display.window();
+        display.resize(window, 604, 480);
+        program.wait_for(size);
+        program.wait_for("picture finished");
+        display.close(window);
+        assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+        let stats = folder.json("stats.json");
+        assert_eq!(stats["builds"], builds, "{stats}");
+        let memory = &stats["memory"];
+        assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+    }
+}
+
+/// A renderer's plan leaves no room for another one, which may still be on its way to the GPU.
+#[test]
+fn a_scene_dropped_while_another_is_prepared_waits_for_its_memory() {
+    let folder = Folder::new();
+    let display = Display::new();
+    folder.write("other.toml", SCENE.as_bytes());
+    let arguments = "scene.toml --spp 2 --vram-budget 64MiB --stats stats.json";
+    let mut program = folder.view(&display, arguments);
+    let window = display.window();
+    program.wait_for("picture: ");
+    display.drop_file(window, &folder.path("other.toml"));
+    program.wait_for("showing");
+    program.wait_for("picture finished");
+    display.shoot(window).save("window_dropped.png");
+    display.strike(&['s' as u32]);
+    program.wait_for("saved other.1.toml");
+    display.close(window);
+    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+    let stats = folder.json("stats.json");
+    assert_eq!(stats["builds"], 1, "{stats}");
+    let memory = &stats["memory"];
+    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+}
+
+/// The presets' section, and the first of them once it is open.
+const PRESETS: [i16; 2] = [300, 44];
+const FIRST_PRESET: [i16; 2] = [292, 66];
+
+#[test]
+fn the_panels_change_nothing_by_themselves() {
+    let folder = Folder::new();
+    let display = Display::new();
+    // More than the slider's end.
+    let beyond = |scene: &str| {
+        let phong = "value = 150\nshading = \"phong\"\nshininess = 5000";
+        scene.replace("value = 150", phong)
+    };
+    folder.write_scene(beyond);
+    let mut program = folder.view(&display, "scene.toml --spp 2");
+    display.window();
+    let mut saved = |what_was_said: &str, name: &str| {
+        program.wait_for(what_was_said);
+        display.strike(&['s' as u32]);
+        program.wait_for(&format!("saved {name}"));
+        String::from_utf8(folder.read(name)).expect("UTF-8")
+    };
+    let text = saved("picture finished", "scene.1.toml");
+    assert!(text.contains("shininess = 5000"), "{text}");
+
+    // A preset leaves the plane that the key has made to the key.
+    display.strike(&['c' as u32]);
+    for place in [PRESETS, FIRST_PRESET] {
+        display.point(place);
+        display.click(1);
+        // The section's contents are there from the next frame on.
+        std::thread::sleep(Duration::from_millis(500));
+    }
+    display.strike(&['c' as u32]);
+    let text = saved("picture finished", "scene.2.toml");
+    assert!(!text.contains("shininess = 5000"), "{text}");
+    assert!(!text.contains("[[clip]]"), "{text}");
+
+    // The plane goes with the scene that had it, and is not taken for the file's.
+    display.strike(&['c' as u32]);
+    let clip = "[[clip]]\nnormal = [0.0, 1.0, 0.0]\noffset = 5.0\n";
+    folder.write_scene(|scene| format!("{}\n{clip}", beyond(scene)));
+    let text = saved("scene file read again", "scene.3.toml");
+    assert_eq!(text.matches("[[clip]]").count(), 1, "{text}");
+    display.strike(&['c' as u32]);
+    let text = saved("picture finished", "scene.4.toml");
+    assert_eq!(text.matches("[[clip]]").count(), 2, "{text}");
 }
 
 #[test]
@@ -82,15 +177,17 @@ fn saving_takes_no_old_files_place() {
     assert!(folder.has("scene.3.exr"));
 }
 
+/// A scene in it takes as long to open as somebody takes to write it.
+fn make_pipe(folder: &Folder, name: &str) {
+    let made = Command::new("mkfifo").arg(folder.path(name)).status();
+    assert!(made.expect("mkfifo").success());
+}
+
 #[test]
 fn before_a_scene_is_open_one_sentence_says_that_nothing_can_be_saved() {
     let folder = Folder::new();
     let display = Display::new();
-    // A scene that takes as long to open as somebody takes to write it.
-    let made = Command::new("mkfifo")
-        .arg(folder.path("slow.toml"))
-        .status();
-    assert!(made.expect("mkfifo").success());
+    make_pipe(&folder, "slow.toml");
     let mut program = folder.view(&display, "slow.toml --spp 2");
     display.window();
     for key in ['s', 'i'] {
