@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::SystemTime;
 
 use crate::error::{Error, Result};
 use crate::scene::volume::Histogram;
@@ -10,6 +11,8 @@ use crate::scene::{Edit, Opened};
 
 pub struct Document {
     pub path: PathBuf,
+    /// When the text at the path was last modified before it was read.
+    pub modified: Option<SystemTime>,
     /// The changes with which it was opened, beside the text at the path.
     pub edits: Vec<Edit>,
     pub opened: Opened,

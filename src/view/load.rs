@@ -12,6 +12,7 @@ use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
 use super::live::{Live, Order};
+use super::watch::modified;
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::interrupt::is_interrupted;
@@ -109,12 +110,14 @@ pub fn open_document(
         move || is_interrupted() || is_closed.load(Ordering::Relaxed)
     });
     Load::begin(what, proxy, Some(reading.clone()), move || {
+        let modified = modified(&path);
         let opened = open(&path, preset, &edits, |path, overrides| {
             Volume::load_watched(path, overrides, &reading, stores.as_ref())
         })?;
         Ok(Document {
             histogram: opened.volume.histogram(BINS)?,
             path,
+            modified,
             edits,
             opened,
             is_closed,

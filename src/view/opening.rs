@@ -25,7 +25,8 @@ impl App<'_> {
                 for note in &document.opened.notes {
                     self.report.say(&format!("note: {note}"));
                 }
-                self.watch = is_scene(&document.path).then(|| Watch::new(&document.path));
+                self.watch =
+                    is_scene(&document.path).then(|| Watch::new(&document.path, document.modified));
                 self.set_title(&document);
                 let volume = document.opened.file.volume_path()?;
                 let listing = Some(list_series(volume, &self.proxy));

@@ -13,10 +13,11 @@ pub struct Watch {
 }
 
 impl Watch {
-    pub fn new(path: &Path) -> Watch {
+    /// `read`: when the text that is shown was last modified.
+    pub fn new(path: &Path, read: Option<SystemTime>) -> Watch {
         Watch {
             path: path.to_path_buf(),
-            seen: modified(path),
+            seen: read,
             looked: Instant::now(),
         }
     }
@@ -37,6 +38,8 @@ impl Watch {
     }
 }
 
-fn modified(path: &Path) -> Option<SystemTime> {
-    path.metadata().and_then(|m| m.modified()).ok()
+/// When a file was last modified; `None` for anything else, since reading a pipe would wait for its writer.
+pub fn modified(path: &Path) -> Option<SystemTime> {
+    let metadata = path.metadata().ok()?;
+    metadata.is_file().then(|| metadata.modified().ok())?
 }

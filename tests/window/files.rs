@@ -1,5 +1,7 @@
 //! Scenes that are opened and edited while the window is open, and the files that it leaves.
 
+use std::fs::{self, File};
+use std::io::Write;
 use std::process::Command;
 use std::time::Duration;
 
@@ -181,6 +183,21 @@ fn saving_takes_no_old_files_place() {
 fn make_pipe(folder: &Folder, name: &str) {
     let made = Command::new("mkfifo").arg(folder.path(name)).status();
     assert!(made.expect("mkfifo").success());
+}
+
+#[test]
+fn an_edit_of_a_scene_that_is_being_opened_is_shown() {
+    let folder = Folder::new();
+    let display = Display::new();
+    make_pipe(&folder, "slow.toml");
+    let mut program = folder.view(&display, "slow.toml --spp 2");
+    let path = folder.path("slow.toml");
+    let mut pipe = File::options().write(true).open(&path).expect("a reader");
+    // The program has opened the pipe, and the file is in its place before the text is read.
+    fs::rename(folder.path("scene.toml"), path).expect("an edit");
+    pipe.write_all(SCENE.as_bytes()).expect("a reader");
+    drop(pipe);
+    program.wait_for("scene file read again");
 }
 
 #[test]
