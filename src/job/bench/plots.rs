@@ -39,7 +39,7 @@ pub fn all(subject: &SubjectReport) -> Result<Vec<(&'static str, String)>> {
     let psnr = curves(subject, |p| p.error.psnr);
     let alike = subject.similarity.iter().zip(1..).map(|(run, i)| Curve {
         name: run.variant.clone(),
-        points: run.points.iter().map(|p| (p.asked_s, p.psnr)).collect(),
+        points: drawable(run.points.iter().map(|p| (p.asked_s, p.psnr))),
         color: COLORS[i % COLORS.len()],
         is_dashed: false,
     });
@@ -79,12 +79,7 @@ pub fn all(subject: &SubjectReport) -> Result<Vec<(&'static str, String)>> {
 
 /// Solid curves for runs from cold, and dashed ones for new views from their warm caches.
 fn curves(subject: &SubjectReport, value: impl Fn(&Point) -> f64) -> Vec<Curve> {
-    let points = |points: &[Point]| -> Vec<(f64, f64)> {
-        let pairs = points.iter().map(|p| (p.seconds, value(p)));
-        pairs
-            .filter(|&(s, y)| s > 0.0 && y > 0.0 && y.is_finite())
-            .collect()
-    };
+    let points = |points: &[Point]| drawable(points.iter().map(|p| (p.seconds, value(p))));
     let mut curves = Vec::new();
     for (i, run) in subject.runs.iter().enumerate() {
         let color = COLORS[i % COLORS.len()];
@@ -104,6 +99,13 @@ fn curves(subject: &SubjectReport, value: impl Fn(&Point) -> f64) -> Vec<Curve> 
         }
     }
     curves
+}
+
+/// The points that axes can show: pictures that are equal have no error, and infinitely many decibels.
+fn drawable(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    points
+        .filter(|&(s, y)| s > 0.0 && y > 0.0 && y.is_finite())
+        .collect()
 }
 
 /// One picture; time runs on a logarithmic axis.
@@ -252,4 +254,47 @@ fn plain(value: &f64) -> String {
 
 fn scientific(value: &f64) -> String {
     format!("{value:.0e}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::report::{ReferenceReport, Similarity, SimilarityPoint};
+    use super::*;
+
+    /// A subject of which one variant shows the pictures of another, with so many decibels between them.
+    fn alike(psnr: &[f64]) -> SubjectReport {
+        let points = psnr.iter().zip(1..).map(|(&psnr, second)| SimilarityPoint {
+            asked_s: f64::from(second),
+            psnr,
+            ssim: None,
+        });
+        SubjectReport {
+            shading: None,
+            prefix: String::new(),
+            reference: ReferenceReport {
+                file: String::new(),
+                seconds: None,
+                samples: None,
+                noise: None,
+            },
+            reference_of_centres: None,
+            runs: Vec::new(),
+            similarity: vec![Similarity {
+                variant: "caching".into(),
+                points: points.collect(),
+            }],
+            cache_settings: Vec::new(),
+            skipped: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn equal_pictures_are_left_out_of_plots() {
+        let names = |psnr: &[f64]| -> Vec<&str> {
+            let plots = all(&alike(psnr)).expect("plots");
+            plots.into_iter().map(|(name, _)| name).collect()
+        };
+        assert_eq!(names(&[40.0, f64::INFINITY, 42.0]), [SIMILARITY_TIME]);
+        assert!(names(&[f64::INFINITY; 2]).is_empty());
+    }
 }
