@@ -24,7 +24,7 @@ pub struct BenchArgs {
     /// What to measure: non-caching, published, or caching[:SCALE[:FORMAT]] as in caching:0.5:f16.
     /// Without it: non-caching, the caches at 1, 0.5 and 0.25 in f16 that fit, and published.
     #[arg(long, value_name = "V,…", value_delimiter = ',')]
-    pub variants: Vec<BenchVariant>,
+    variants: Vec<BenchVariant>,
 
     /// When to look at the picture, in seconds of rendering; the filling of a cache counts.
     #[arg(long, value_name = "S,…", value_delimiter = ',', default_value = "1,2,4,8,16",
@@ -37,7 +37,7 @@ pub struct BenchArgs {
 
     /// Repeat all measurements with every surface shaded like this: lambert, phong, disney.
     #[arg(long, value_name = "MODEL,…", value_delimiter = ',', value_parser = word::<ShadingModel>)]
-    pub shading: Vec<ShadingModel>,
+    shading: Vec<ShadingModel>,
 
     /// Seed of the random numbers; a reference that is rendered here has another one.
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -59,6 +59,26 @@ impl BenchArgs {
         seconds.dedup();
         seconds
     }
+
+    /// What to measure, each variant once; empty if that is left open.
+    pub fn variants(&self) -> Vec<BenchVariant> {
+        each_once(&self.variants)
+    }
+
+    /// The shading models to measure with, each once; empty if surfaces stay as they are.
+    pub fn shading(&self) -> Vec<ShadingModel> {
+        each_once(&self.shading)
+    }
+}
+
+fn each_once<T: Copy + PartialEq>(values: &[T]) -> Vec<T> {
+    let mut found = Vec::new();
+    for value in values {
+        if !found.contains(value) {
+            found.push(*value);
+        }
+    }
+    found
 }
 
 /// A variant and how its cache is made, as in `caching:0.5:f16`.

@@ -144,7 +144,10 @@ fn a_picture_that_is_not_there_in_time_is_late() {
 fn a_reference_can_be_given_and_shading_models_compared() {
     let folder = Folder::new();
     folder.succeed("render ball.toml -o given.exr --variant non-caching --spp 64 --seed 9");
-    let short = "--variants non-caching --seconds 0.1";
+    let short = "--variants non-caching,non-caching --seconds 0.1";
+    // What a process that was killed has left.
+    std::fs::create_dir(folder.path("report")).unwrap();
+    folder.write("report/.isolume-output-old", b"");
     folder.succeed(&format!("{BENCH} {short} --reference given.exr --quiet"));
     let expected = [
         "error_time.svg",
@@ -157,7 +160,9 @@ fn a_reference_can_be_given_and_shading_models_compared() {
     let report = folder.json("report/report.json");
     assert_eq!(report["subjects"][0]["reference"]["file"], "given.exr");
 
-    folder.succeed(&format!("{BENCH} {short} --shading lambert,phong"));
+    assert_eq!(list(&report["subjects"][0]["runs"]).len(), 1);
+
+    folder.succeed(&format!("{BENCH} {short} --shading lambert,phong,lambert"));
     let report = folder.json("report/report.json");
     let subjects = list(&report["subjects"]);
     let models: Vec<&Value> = subjects.iter().map(|s| &s["shading"]).collect();

@@ -40,19 +40,19 @@ pub struct Entrant {
 }
 
 pub fn subjects(args: &BenchArgs, host: &Host, opened: &Opened) -> Result<Vec<Subject>> {
-    if !args.shading.is_empty() && opened.scene.surfaces.iso.is_empty() {
+    let models = args.shading();
+    if !models.is_empty() && opened.scene.surfaces.iso.is_empty() {
         let scene = args.scene.input.display();
         return Err(Error::input(
             Place::flag("--shading"),
             format!("it is for surfaces, and {scene} has none; --iso VALUE adds one"),
         ));
     }
-    let mut models: Vec<Option<ShadingModel>> = args.shading.iter().copied().map(Some).collect();
-    models.dedup();
-    if models.is_empty() {
-        models.push(None);
-    }
     let several = models.len() > 1;
+    let models: Vec<Option<ShadingModel>> = match models.is_empty() {
+        true => vec![None],
+        false => models.into_iter().map(Some).collect(),
+    };
     models
         .into_iter()
         .map(|model| Subject::new(args, host, opened, model, several))
@@ -83,14 +83,17 @@ impl Subject {
             entrants: Vec::new(),
             skipped: Vec::new(),
         };
-        let (variants, named) = match args.variants.is_empty() {
-            true => (&DEFAULT[..], false),
-            false => (&args.variants[..], true),
+        let named = args.variants();
+        let variants = match named.is_empty() {
+            true => &DEFAULT[..],
+            false => &named[..],
         };
         for variant in variants {
             match subject.entrant(host, &opened.volume, variant) {
                 Ok(entrant) => subject.entrants.push(entrant),
-                Err(error) if named || variant.variant == Variant::NonCaching => return Err(error),
+                Err(error) if !named.is_empty() || variant.variant == Variant::NonCaching => {
+                    return Err(error);
+                }
                 Err(why) => subject.skipped.push(format!("{variant}: {why}")),
             }
         }

@@ -25,7 +25,7 @@ use crate::compare::LinearImage;
 use crate::engine::{Host, Progress, Run, Stop};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
-use crate::output::Outputs;
+use crate::output::{Outputs, check_writable};
 use crate::render::Peak;
 use crate::scene::Opened;
 use crate::scene::volume::Volume;
@@ -37,6 +37,10 @@ use run::References;
 
 /// Time for which a GPU is kept busy before its work is timed.
 const WAKING: Duration = Duration::from_millis(500);
+
+/// The report for scripts, and the one for people.
+const REPORT: &str = "report.json";
+const PAGE: &str = "report.md";
 
 /// The state that all measurements of a bench share.
 struct Bench<'a> {
@@ -64,19 +68,25 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     }
     let host = Host::open(&args.gpu.host_options())?;
     let subjects = subjects(args, &host, &opened)?;
+    let folder = Folder::make(&args.folder)?;
+    check_writable(&[folder.file(REPORT), folder.file(PAGE)])?;
     let mut bench = Bench {
         args,
         peak: host.peak().ok(),
         host,
         volume: &opened.volume,
-        folder: Folder::make(&args.folder)?,
+        folder,
         seconds: args.seconds(),
         outputs: Outputs::default(),
     };
     interrupt::keep_work();
     let mut measured = Vec::new();
     for subject in &subjects {
-        measured.push(bench.measure(subject, given.as_ref())?);
+        match bench.measure(subject, given.as_ref()) {
+            // What was measured before is there all the same.
+            Err(Error::Interrupted) if !measured.is_empty() => break,
+            subject => measured.push(subject?),
+        }
         if is_interrupted() {
             break;
         }
@@ -106,11 +116,11 @@ fn check_words(args: &BenchArgs) -> Result<()> {
                 .into(),
         ));
     }
-    if args.reference.is_some() && args.shading.len() > 1 {
+    let models = args.shading().len();
+    if args.reference.is_some() && models > 1 {
         return Err(Error::Usage(format!(
-            "--reference is one picture, but --shading names {} models; measure one at a time, or \
-             leave --reference out",
-            args.shading.len()
+            "--reference is one picture, but --shading names {models} models; measure one at a time, or \
+             leave --reference out"
         )));
     }
     Ok(())
@@ -132,7 +142,10 @@ impl Bench<'_> {
             None => Reference::render(self, subject, Rays::Anywhere)?,
         };
         let centres = match subject.has_cache() && !is_interrupted() {
-            true => Some(Reference::render(self, subject, Rays::Centres)?),
+            true => match Reference::render(self, subject, Rays::Centres) {
+                Err(Error::Interrupted) => None,
+                rendered => Some(rendered?),
+            },
             false => None,
         };
         let references = References {
@@ -147,7 +160,7 @@ impl Bench<'_> {
             if is_interrupted() {
                 break;
             }
-            if self.args.variants.is_empty()
+            if self.args.variants().is_empty()
                 && let Err(why) = self.in_time(entrant, &runs)
             {
                 skipped.push(why);
@@ -193,11 +206,11 @@ impl Bench<'_> {
                 outputs.text(&folder.file(&format!("{}{name}", subject.prefix)), &svg)?;
             }
         }
-        outputs.json(&folder.file("report.json"), &report)?;
-        outputs.text(&folder.file("report.md"), &markdown::page(&report))?;
+        outputs.json(&folder.file(REPORT), &report)?;
+        outputs.text(&folder.file(PAGE), &markdown::page(&report))?;
         outputs.commit()?;
         if !args.quiet {
-            eprintln!("{}", folder.file("report.md").display());
+            eprintln!("{}", folder.file(PAGE).display());
         }
         Ok(())
     }
