@@ -35,26 +35,27 @@ struct Part<'a> {
 ///
 /// # Errors
 ///
-/// If a file is no shard or is damaged, if two are of different pictures, or if two hold the same samples.
+/// If there is no file, if one is no shard or is damaged, if two are of different pictures, or if two hold the same
+/// samples.
 pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
     let mut parts = paths
         .iter()
         .map(|path| Part::open(path))
         .collect::<Result<Vec<_>>>()?;
     parts.sort_by_key(|part| part.header.samples[0]);
-    for part in &parts[1..] {
-        if let Some(difference) = parts[0].named().difference(&part.named())? {
+    let Some((first, others)) = parts.split_first() else {
+        return Err(Error::Usage("there are no shards to merge".into()));
+    };
+    for part in others {
+        if let Some(difference) = first.named().difference(&part.named())? {
             return Err(Error::input(
                 Place::file(&part.name),
-                format!(
-                    "it is of another picture than {}: {difference}",
-                    parts[0].name
-                ),
+                format!("it is of another picture than {}: {difference}", first.name),
             ));
         }
     }
     let samples = joined(&parts)?;
-    let (picture, sums) = fold(&parts)?;
+    let (picture, sums) = fold(first, others)?;
     let mut header = Header {
         samples,
         units: parts.iter().map(|part| part.header.units).sum(),
@@ -69,7 +70,7 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
         fills: fills(&parts),
         devices: Vec::new(),
         checksum: checksum(&sums),
-        identity: parts[0].header.identity.clone(),
+        identity: first.header.identity.clone(),
     };
     for device in parts.iter().flat_map(|part| &part.header.devices) {
         if !header.devices.contains(device) {
@@ -82,7 +83,7 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
         sums,
         notes: notes(&header),
         header,
-        scene: parts.swap_remove(0).scene,
+        scene: first.scene.clone(),
     })
 }
 
@@ -150,16 +151,15 @@ fn joined(parts: &[Part<'_>]) -> Result<Vec<SampleRange>> {
 }
 
 /// The mean of all samples, and the spread of all units around it. Everything else is that of the first part.
-fn fold(parts: &[Part<'_>]) -> Result<(Picture, Sums)> {
-    let mut first = None;
-    let mut count = 0.0;
-    let mut mean: Vec<[f64; 4]> = Vec::new();
-    let mut squares: Vec<[f64; 4]> = Vec::new();
-    for part in parts {
-        let Shard { picture, sums } = Shard::read(part.path, &part.header)?;
-        first.get_or_insert(picture);
-        mean.resize(sums.mean.len(), [0.0; 4]);
-        squares.resize(sums.mean.len(), [0.0; 4]);
+fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
+    let double = |texels: &[[f32; 4]]| -> Vec<[f64; 4]> {
+        texels.iter().map(|texel| texel.map(f64::from)).collect()
+    };
+    let Shard { mut picture, sums } = Shard::read(first.path, &first.header)?;
+    let mut count = f64::from(first.header.count());
+    let (mut mean, mut squares) = (double(&sums.mean), double(&sums.squares));
+    for part in others {
+        let Shard { sums, .. } = Shard::read(part.path, &part.header)?;
         let more = f64::from(part.header.count());
         let all = count + more;
         let texels = sums.mean.iter().zip(&sums.squares);
@@ -182,13 +182,7 @@ fn fold(parts: &[Part<'_>]) -> Result<(Picture, Sums)> {
         mean: single(mean),
         squares: single(squares),
     };
-    let Some(mut picture) = first else {
-        return Err(Error::Usage("there are no shards to merge".into()));
-    };
-    picture.rgb = sums.mean.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
-    if let Some(alpha) = &mut picture.alpha {
-        *alpha = sums.mean.iter().map(|texel| texel[3]).collect();
-    }
+    picture.show(&sums.mean);
     Ok((picture, sums))
 }
 
@@ -228,4 +222,15 @@ fn notes(header: &Header) -> Vec<String> {
         ));
     }
     notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_shards_make_no_picture() {
+        let error = merge(&[]).err().expect("an error");
+        assert!(matches!(error, Error::Usage(_)), "{error}");
+    }
 }
