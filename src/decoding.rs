@@ -7,9 +7,11 @@ use std::fs;
 use std::path::Path;
 
 use exr::compression::Compression;
+use exr::image::{AnyChannels, FlatSamples, Image, Layer};
 use exr::math::Vec2;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
+use exr::prelude::{ReadChannels, ReadLayers};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use crate::fence::fenced;
@@ -41,6 +43,25 @@ pub fn exr_meta_data(path: &Path) -> Result<MetaData, String> {
         check_header(header, bytes)?;
     }
     Ok(meta)
+}
+
+/// All channels of the first layer of an OpenEXR file, in full resolution.
+///
+/// # Errors
+///
+/// As for [`exr_meta_data`], or the pixels are damaged.
+pub fn read_exr(path: &Path) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
+    exr_meta_data(path)?;
+    fenced(|| {
+        exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .all_channels()
+            .first_valid_layer()
+            .all_attributes()
+            .from_file(path)
+            .map_err(|error| format!("it is damaged and not readable as OpenEXR: {error}"))
+    })
 }
 
 fn check_header(header: &Header, bytes: u64) -> Result<(), String> {

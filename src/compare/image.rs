@@ -5,10 +5,9 @@ use std::path::Path;
 use ::exr::prelude::*;
 use ::image::ImageFormat;
 
-use crate::decoding::{exr_meta_data, read_image};
+use crate::decoding::{self, read_image};
 use crate::engine::Picture;
 use crate::error::{Error, Place, Result};
-use crate::fence::fenced;
 use crate::srgb;
 
 /// Linear RGB, row 0 on top. Alpha is ignored.
@@ -92,18 +91,7 @@ fn known(stderr: Vec<[f32; 3]>) -> Option<Vec<[f32; 3]>> {
 
 fn read_exr(path: &Path) -> Result<LinearImage> {
     let unreadable = |why: String| Error::input(path, why);
-    exr_meta_data(path).map_err(unreadable)?;
-    let image = fenced(|| {
-        read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_file(path)
-            .map_err(|error| format!("not readable as OpenEXR: {error}"))
-    });
-    let image = image.map_err(unreadable)?;
+    let image = decoding::read_exr(path).map_err(unreadable)?;
     let Layer {
         channel_data: AnyChannels { list: channels },
         size,

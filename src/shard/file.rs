@@ -7,10 +7,9 @@ use ::exr::meta::MetaData;
 use ::exr::prelude::*;
 
 use super::header::{Header, checksum};
-use crate::decoding::exr_meta_data;
+use crate::decoding::{exr_meta_data, read_exr};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
-use crate::fence::fenced;
 use crate::output::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
 use crate::render::Sums;
 
@@ -58,17 +57,7 @@ impl Shard {
         let wrong = |why: &str| Error::input(path, why);
         header.check().map_err(|why| wrong(&why))?;
         check_size(path, &meta_data(path)?, header.identity.size)?;
-        let image = fenced(|| {
-            read()
-                .no_deep_data()
-                .largest_resolution_level()
-                .all_channels()
-                .first_valid_layer()
-                .all_attributes()
-                .from_file(path)
-                .map_err(|error| format!("it is damaged: {error}"))
-        });
-        let image = image.map_err(|why| wrong(&why))?;
+        let image = read_exr(path).map_err(|why| wrong(&why))?;
         let channels = image.layer_data.channel_data.list;
         let [width, height] = header.identity.size;
         let pixels = width as usize * height as usize;
