@@ -24,7 +24,7 @@ pub use bench::{BenchArgs, BenchVariant};
 pub use cache::{CacheArgs, CleanArgs};
 use values::{
     cache_format, cache_scale, device, exr, finite, iso, limit, picture, positive, samples,
-    seconds, size, variant, view, word,
+    seconds, size, spp, variant, view, word,
 };
 #[cfg(feature = "window")]
 pub use view::ViewArgs;
@@ -132,7 +132,7 @@ pub struct RenderArgs {
     output: Vec<PathBuf>,
 
     /// Stop after so many samples per pixel. Of several limits, the first that is reached counts.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = spp)]
     pub spp: Option<NonZeroU32>,
 
     #[arg(long, value_name = "SECONDS", value_parser = seconds,

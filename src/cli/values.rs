@@ -10,6 +10,7 @@ use serde::de::DeserializeOwned;
 use toml::Value;
 
 use crate::engine::{Limit, SampleRange};
+use crate::output::Format;
 use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
 
 /// The value of `--vram-budget`.
@@ -94,6 +95,17 @@ pub(super) fn size(text: &str) -> Result<Edit, String> {
     Ok(Edit::set(format!("--size {text}"), "render.size", pixels))
 }
 
+/// The value of `--spp`.
+pub(super) fn spp(text: &str) -> Result<NonZeroU32, String> {
+    let number = text.parse().ok();
+    number
+        .filter(|spp: &NonZeroU32| spp.get() <= SampleRange::MOST)
+        .ok_or(format!(
+            "expected a number of samples from 1 to {}",
+            SampleRange::MOST
+        ))
+}
+
 /// The value of `--samples`.
 pub(super) fn samples(text: &str) -> Result<SampleRange, String> {
     let parsed = text.split_once("..").and_then(|(first, end)| {
@@ -109,21 +121,17 @@ pub(super) fn samples(text: &str) -> Result<SampleRange, String> {
 
 pub(super) fn picture(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    let extension = path.extension().map(|e| e.to_ascii_lowercase());
-    match extension.as_deref().and_then(|e| e.to_str()) {
-        Some("exr" | "png") => Ok(path),
-        _ => Err("expected a file name that ends in .exr or .png".to_string()),
+    match Format::of(&path) {
+        Ok(_) => Ok(path),
+        Err(_) => Err("expected a file name that ends in .exr or .png".to_string()),
     }
 }
 
 pub(super) fn exr(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    match path
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("exr"))
-    {
-        true => Ok(path),
-        false => Err("expected a file name that ends in .exr".to_string()),
+    match Format::of(&path) {
+        Ok(Format::Exr) => Ok(path),
+        _ => Err("expected a file name that ends in .exr".to_string()),
     }
 }
 

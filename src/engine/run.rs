@@ -9,7 +9,7 @@ use super::picture::{relative_error, rgb};
 use super::schedule::{
     Done, Filled, Stop, cache_goal, next_batch, next_unit, reason_to_stop, units_together,
 };
-use super::stopwatch::Stopwatch;
+use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Place, Result};
 use crate::render::Until;
 
@@ -100,7 +100,7 @@ impl Engine {
         let deadline = run
             .stop
             .time
-            .map(|time| Instant::now() + time.saturating_sub(spent));
+            .and_then(|time| after(time.saturating_sub(spent)));
         while let Some(samples) = self.next_batch(&run.stop, pictures)
             && let Some(mut caching) = self.renderer.caching()
         {
@@ -223,7 +223,7 @@ impl Engine {
                 true => &UNSTOPPABLE,
                 false => run.interrupt,
             },
-            deadline: time.map(|time| Instant::now() + time.saturating_sub(watch.elapsed())),
+            deadline: time.and_then(|time| after(time.saturating_sub(watch.elapsed()))),
         }
     }
 
@@ -240,8 +240,8 @@ impl Engine {
 fn too_short(stop: &Stop, watch: &Stopwatch) -> Error {
     let time = stop.time.unwrap_or_default().as_secs_f64();
     let problem = format!(
-        "after {:.1} s not every pixel has had its first sample: nothing was written; give it more time or fewer pixels, \
-         or limit paths by render.max_bounces",
+        "after {:.1} s not every pixel has had its first sample; give it more time or fewer pixels, or limit paths by \
+         render.max_bounces",
         watch.elapsed().as_secs_f64(),
     );
     Error::input(Place::flag(format!("--time {time}")), problem)

@@ -104,6 +104,12 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
             None => format!("--spp {goal} is reached"),
         });
     }
+    if done.first_sample + done.samples >= SampleRange::MOST {
+        return Some(format!(
+            "a picture has {} samples per pixel at most",
+            SampleRange::MOST
+        ));
+    }
     if let Some(goal) = stop.relative_error
         && done.units >= UNITS_TO_TRUST
         && done.relative_error <= goal
@@ -384,6 +390,34 @@ mod tests {
             Some(2),
             "too few to tell an error"
         );
+    }
+
+    /// Its mean counts no further.
+    #[test]
+    fn a_picture_ends_with_the_last_sample_that_it_can_have() {
+        let stop = stop(None, Some(u64::MAX), Some(1e-9));
+        let most = f64::from(SampleRange::MOST);
+        let mut now = done(0, 0, 0.0, f64::INFINITY);
+        while reason_to_stop(&stop, &now).is_none() {
+            assert!(units_together(&stop, &now) >= 1);
+            now.samples += next_unit(&stop, &now);
+            now.took = Duration::from_secs_f64(f64::from(now.samples) / most);
+            now.units += 1;
+        }
+        assert_eq!(now.samples, SampleRange::MOST);
+        let shard = Stop {
+            samples: Some(SampleRange {
+                first: 5,
+                end: SampleRange::MOST,
+            }),
+            ..Stop::default()
+        };
+        let last = Done {
+            first_sample: 5,
+            ..done(SampleRange::MOST - 5, 9, 1.0, 0.1)
+        };
+        let reason = reason_to_stop(&shard, &last).expect("an end");
+        assert!(reason.starts_with("--samples 5..16777216"), "{reason}");
     }
 
     #[test]

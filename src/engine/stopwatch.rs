@@ -34,12 +34,12 @@ impl Stopwatch {
 
     /// Adds time that was counted elsewhere, by a clock that knew no CPU time.
     pub fn add(&mut self, before: Duration) {
-        self.before += before;
+        self.before = self.before.saturating_add(before);
     }
 
     pub fn elapsed(&self) -> Duration {
         let now = self.running_since.map(|(wall, _)| wall.elapsed());
-        self.before + now.unwrap_or_default()
+        self.before.saturating_add(now.unwrap_or_default())
     }
 
     /// The time of all threads: a driver that renders on the CPU has its own.
@@ -57,4 +57,9 @@ impl Stopwatch {
         self.running_since
             .get_or_insert_with(|| (Instant::now(), ProcessTime::now()));
     }
+}
+
+/// The moment after so much time; `None` if it is farther away than the clock counts.
+pub(super) fn after(time: Duration) -> Option<Instant> {
+    Instant::now().checked_add(time)
 }

@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use super::forecast::{Filling, Forecast, verdict};
 use super::run::with_delay;
 use super::schedule::{Stop, cache_goal, cache_share_of_time};
+use super::stopwatch::after;
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
 use crate::render::shared::GATHERED;
@@ -49,7 +50,7 @@ impl<'a> Work<'a> {
     fn until(&self, time: Option<Duration>) -> Until<'a> {
         Until {
             interrupt: self.interrupt,
-            deadline: time.and_then(|time| Instant::now().checked_add(time)),
+            deadline: time.and_then(after),
         }
     }
 

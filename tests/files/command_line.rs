@@ -117,6 +117,7 @@ fn wrong_usage_exits_with_2() {
         "--spp -1",
         "--spp 1.5",
         "--time 0",
+        "--spp 16777217",
         "--time -3",
         "--time nan",
         "--time 1e300",
