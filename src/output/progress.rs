@@ -74,6 +74,13 @@ impl Progress {
         }
     }
 
+    /// To be called when a picture is begun or continued, whose seconds are counted anew.
+    pub fn begin_picture(&mut self) {
+        if let Shown::Lines { next_at, .. } = &mut self.shown {
+            *next_at = LINE_SECONDS;
+        }
+    }
+
     /// Shows the engine's progress.
     pub fn show(&mut self, progress: engine::Progress) {
         match progress {

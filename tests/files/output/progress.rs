@@ -53,12 +53,16 @@ fn a_log_gets_a_line_every_ten_seconds() {
         ..Stop::default()
     };
     let mut progress = Progress::log(stop, Box::new(log.clone()));
-    for second in 0..25 {
-        progress.update(second * 4, second as f64, 0.5);
+    // Two pictures of an orbit.
+    for _ in 0..2 {
+        progress.begin_picture();
+        for second in 0..25 {
+            progress.update(second * 4, second as f64, 0.5);
+        }
     }
     progress.finish();
     let lines = String::from_utf8(log.0.lock().unwrap().clone()).unwrap();
     let expected = "40 spp, relative error 0.5000, 00:00:50 left\n\
                     80 spp, relative error 0.5000, 00:00:40 left\n";
-    assert_eq!(lines, expected);
+    assert_eq!(lines, expected.repeat(2));
 }
