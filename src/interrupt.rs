@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
 use crate::engine::{Progress, Run, Stop};
 use crate::error::{Error, INTERRUPTED_STATUS, TERMINATED_STATUS};
+use crate::output::has_committed;
 use crate::temporary;
 
 pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -90,12 +91,17 @@ fn interrupt(status: u8) {
     temporary::remove_all();
     // Whoever reads stderr may be gone, which is no reason to stay.
     let when = match keeps {
-        true => "again before the outputs were written",
-        false => "before the first sample",
+        true => " again before the outputs were written",
+        false => "",
+    };
+    // Pictures of an orbit and checkpoints may be there already.
+    let what = match has_committed() {
+        true => "nothing more",
+        false => "nothing",
     };
     let _ = std::io::Write::write_all(
         &mut std::io::stderr(),
-        format!("isolume: interrupted {when}: nothing was written\n").as_bytes(),
+        format!("isolume: interrupted{when}: {what} was written\n").as_bytes(),
     );
     exit(status);
 }

@@ -7,7 +7,6 @@ use crate::output::{Outputs, Parts, Provenance, check_writable};
 use crate::shard;
 
 use super::shards::to_json;
-use super::views::software;
 
 pub fn merge(args: &MergeArgs) -> Result<u8> {
     interrupt::catch_signals();
@@ -19,12 +18,11 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
         }
     }
     let header = &merged.header;
-    let provenance = Provenance {
-        scene: merged.scene,
-        seed: header.identity.seed,
-        device: header.devices.join("; "),
-        software: software(),
-    };
+    let provenance = Provenance::new(
+        merged.scene,
+        header.identity.seed,
+        header.devices.join("; "),
+    );
     let parts = Parts {
         header: &to_json(header)?,
         sums: &merged.sums,

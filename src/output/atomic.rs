@@ -8,6 +8,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 use tempfile::NamedTempFile;
@@ -20,6 +21,13 @@ use crate::temporary::{self, Listed};
 
 /// How the temporary names of outputs begin.
 const PREFIX: &str = ".isolume-output-";
+
+/// Whether any output of this process has got its final name.
+static HAS_COMMITTED: AtomicBool = AtomicBool::new(false);
+
+pub fn has_committed() -> bool {
+    HAS_COMMITTED.load(Ordering::Relaxed)
+}
 
 /// The outputs of a run before they get their final names.
 #[derive(Default)]
@@ -116,6 +124,7 @@ impl Outputs {
                 Target::Stream(target) => copy(temporary.as_file_mut(), &target),
             };
             done.map_err(|error| Error::io(&path, error))?;
+            HAS_COMMITTED.store(true, Ordering::Relaxed);
             sync_folder(&path);
         }
         Ok(())
@@ -126,10 +135,14 @@ impl Outputs {
 /// work, not after. Removes temporary files that killed processes have left in those folders.
 pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
     let mut taken: Vec<PathBuf> = Vec::new();
+    let mut cleared: Vec<PathBuf> = Vec::new();
     for path in paths {
         let (target, temporary, _listed) = open(path)?;
-        if let Some(folder) = temporary.path().parent() {
+        if let Some(folder) = temporary.path().parent()
+            && !cleared.iter().any(|cleared| cleared == folder)
+        {
             temporary::remove_abandoned(folder, PREFIX);
+            cleared.push(folder.to_owned());
         }
         let (Target::File(file), Some(name)) = (target, path.file_name()) else {
             continue;

@@ -21,7 +21,7 @@ use crate::render::Sums;
 use crate::scene::Tone;
 
 pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
-pub use atomic::{Outputs, check_writable};
+pub use atomic::{Outputs, check_writable, has_committed};
 
 /// The picture formats that can be written, told apart by the file name's extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +54,18 @@ pub struct Provenance {
     pub device: String,
     /// The program's name and version.
     pub software: String,
+}
+
+impl Provenance {
+    /// The origin of a picture of this program's.
+    pub fn new(scene: String, seed: u32, device: String) -> Provenance {
+        Provenance {
+            scene,
+            seed,
+            device,
+            software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
+        }
+    }
 }
 
 /// Additional contents of an EXR with which another run can continue the picture.

@@ -14,12 +14,7 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let live = live.ok_or_else(|| Error::value("there is no picture to save yet"))?;
     let engine = &mut live.engine;
     let picture = live.picture.taken(engine)?;
-    let provenance = Provenance {
-        scene,
-        seed,
-        device: engine.host().summary().name.clone(),
-        software: concat!("isolume ", env!("CARGO_PKG_VERSION")).into(),
-    };
+    let provenance = Provenance::new(scene, seed, engine.host().summary().name.clone());
     let mut outputs = Outputs::default();
     let render = &engine.scene().render;
     outputs.png(&path, &picture, render.exposure, render.tone)?;

@@ -10,7 +10,7 @@ use crate::cli::{BenchArgs, BenchVariant};
 use crate::compare::{Comparison, LinearImage, measure};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
 use crate::error::{Error, Place, Result};
-use crate::job::views::provenance;
+use crate::output::Provenance;
 use crate::output::progress::Progress;
 use crate::scene::{Scene, Variant};
 
@@ -75,11 +75,12 @@ impl Reference {
                 format!("{}reference-centres.exr", subject.prefix)
             }
         };
-        let time = bench.longest() * TIMES_AS_LONG;
+        let time = bench.longest().saturating_mul(TIMES_AS_LONG);
         bench.say(&format!("{name}: {} s", time.as_secs_f64()));
         let outcome = render_for(time, bench, &mut engine)?;
         let picture = engine.picture()?;
-        let provenance = provenance(entrant.text, &bench.host, seed);
+        let device = bench.host.summary().name.clone();
+        let provenance = Provenance::new(entrant.text, seed, device);
         let path = bench.folder.file(&name);
         bench.outputs.exr(&path, &picture, &provenance)?;
         let image = LinearImage::from_picture(&name, &picture);

@@ -13,7 +13,7 @@ use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Picture, Stop, Stopwatch};
 use crate::error::{Error, Result};
 use crate::interrupt::is_interrupted;
-use crate::job::views::provenance;
+use crate::output::Provenance;
 use crate::output::progress::Progress;
 
 /// A picture at one of the given times.
@@ -186,7 +186,8 @@ impl Run<'_> {
         let image = LinearImage::from_picture(&self.prefix, picture);
         let error = compare(&self.references.picture.image, &image, exposure)?;
         if let Some(name) = &file {
-            let from = provenance(self.entrant.text.clone(), &bench.host, bench.args.seed);
+            let device = bench.host.summary().name.clone();
+            let from = Provenance::new(self.entrant.text.clone(), bench.args.seed, device);
             bench
                 .outputs
                 .exr(&bench.folder.file(name), picture, &from)?;
