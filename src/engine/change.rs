@@ -1,12 +1,13 @@
 //! Continuing with an edited scene: what has to be done again follows from the parts that have changed.
 
 use super::Engine;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::render::{Derived, GpuScene, Plan, Variant};
 use crate::scene::Scene;
 
 /// How much of the work done so far outlives an edit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[must_use = "an edit that is impossible in place has changed nothing"]
 pub enum Changed {
     /// All of it: the scene is the same.
     Nothing,
@@ -16,54 +17,50 @@ pub enum Changed {
     Picture,
     /// Compiled passes and memory only.
     Light,
+    /// Nothing: other passes or other memory are needed, and the engine still has the scene that it had.
+    Impossible,
+}
+
+impl Changed {
+    /// For edits that need neither other passes nor other memory: fails if this one does.
+    pub fn in_any_case(self) -> Result<()> {
+        match self {
+            Changed::Impossible => Err(Error::value(
+                "the engine cannot show the edited scene with the passes and the memory that it has",
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl Engine {
-    /// Continues with another scene of the same volume, with the work done so far where that is possible and with a
-    /// new engine where it is not.
-    pub fn change(mut self, scene: &Scene) -> Result<Engine> {
-        if self.change_in_place(scene)?.is_some() {
-            return Ok(self);
-        }
-        let Engine {
-            host,
-            volume,
-            renderer,
-            seed,
-            ..
-        } = self;
-        // The old renderer is dropped first to make room.
-        drop(renderer);
-        Engine::new(&host, &volume, scene, seed)
-    }
-
-    /// Continues with another scene, if the existing passes can show it within the planned memory. `None`: they
-    /// cannot, and nothing has changed. After an error the engine may have changed half way, and can only be dropped.
-    pub fn change_in_place(&mut self, scene: &Scene) -> Result<Option<Changed>> {
+    /// Continues with another scene, if the existing passes can show it within the planned memory. After an error the engine
+    /// may have changed half way, and can only be dropped.
+    pub fn change_in_place(&mut self, scene: &Scene) -> Result<Changed> {
         let next = self.full.changed_to(scene, &self.volume);
         let changes = next.changes_from(&self.full);
         if !changes.spoil(Derived::Picture) {
             self.scene = scene.clone();
             self.full = next;
-            return Ok(Some(match changes.spoil(Derived::Display) {
+            return Ok(match changes.spoil(Derived::Display) {
                 true => Changed::Display,
                 false => Changed::Nothing,
-            }));
+            });
         }
         if changes.spoil(Derived::Plan) {
-            return Ok(None);
+            return Ok(Changed::Impossible);
         }
         // The baseline's cells and their majorant are made for one medium under one light.
         let is_published = self.full.variant == Variant::Published;
         if is_published && changes.spoil(Derived::CellPaths) {
-            return Ok(None);
+            return Ok(Changed::Impossible);
         }
         let next = match changes.spoil(Derived::CacheLayout) {
             true => next.refitted(&self.volume, self.host.summary().max_image_3d)?,
             false => next,
         };
         if !self.full.passes_serve(&next) || !self.fits(&next)? {
-            return Ok(None);
+            return Ok(Changed::Impossible);
         }
         let has_new_size = next.parts.view.size != self.full.parts.view.size;
         let has_new_layout = next.variant != self.full.variant;
@@ -80,10 +77,10 @@ impl Engine {
         if has_new_layout && let Some(mut caching) = self.renderer.caching() {
             caching.guess_light()?;
         }
-        Ok(Some(match lasts {
+        Ok(match lasts {
             true => Changed::Picture,
             false => Changed::Light,
-        }))
+        })
     }
 
     /// Whether `next` fits into memory. Plans for it where it may need other memory, and adopts that plan if it is

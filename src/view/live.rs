@@ -74,17 +74,17 @@ impl Live {
     /// Brings the engine up to date with `scene`, whose picture has the current size.
     pub fn follow(&mut self, scene: &Scene) -> Result<Followed> {
         Ok(match self.engine.change_in_place(scene)? {
-            None => Followed::Impossible,
-            Some(Changed::Nothing) => Followed::Kept,
-            Some(Changed::Display) => {
+            Changed::Impossible => Followed::Impossible,
+            Changed::Nothing => Followed::Kept,
+            Changed::Display => {
                 self.picture.is_toned_otherwise = true;
                 Followed::Kept
             }
-            Some(Changed::Picture) => {
+            Changed::Picture => {
                 self.picture.restart();
                 Followed::Kept
             }
-            Some(Changed::Light) => {
+            Changed::Light => {
                 self.picture.restart();
                 Followed::Cleared
             }
@@ -99,7 +99,7 @@ impl Live {
         scene.render.size = size;
         let changed = self.engine.change_in_place(&scene)?;
         self.picture.restart();
-        Ok(changed.is_some())
+        Ok(changed != Changed::Impossible)
     }
 
     /// Spends a slice of time on the picture. Returns whether `shown` has changed.

@@ -3,7 +3,7 @@
 
 use super::report::Edit;
 use crate::engine::figures::quantile;
-use crate::engine::{Engine, Stopwatch};
+use crate::engine::{Changed, Engine, Stopwatch};
 use crate::error::Result;
 use crate::scene::Variant;
 
@@ -11,8 +11,8 @@ const EDITS: usize = 16;
 /// The factor by which every second edit dims opacities; the others undo it.
 const DIMMED: f64 = 0.75;
 
-/// Edits the loaded scene and leaves it as it was, with an empty cache. `None` where there is no medium, and in
-/// `published`, which the window does not show.
+/// Edits the loaded scene and leaves it as it was, with an empty cache. `None` where there is no medium, where the edit
+/// needs a new engine, and in `published`, which the window does not show.
 pub fn measure(engine: &mut Engine) -> Result<Option<Edit>> {
     let scene = engine.scene().clone();
     if scene.render.variant == Variant::Published || scene.medium.is_none() {
@@ -25,7 +25,9 @@ pub fn measure(engine: &mut Engine) -> Result<Option<Edit>> {
     let (mut ms, mut cpu_ms) = (Vec::new(), Vec::new());
     for edited in [&dimmed, &scene].into_iter().cycle().take(EDITS) {
         let watch = Stopwatch::started();
-        engine.change_in_place(edited)?;
+        if engine.change_in_place(edited)? == Changed::Impossible {
+            return Ok(None);
+        }
         ms.push(watch.elapsed().as_secs_f64() * 1e3);
         cpu_ms.push(watch.cpu().as_secs_f64() * 1e3);
     }

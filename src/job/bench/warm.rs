@@ -188,7 +188,7 @@ impl Run<'_> {
 
     /// Marches an edited scene through the existing cache.
     fn show_at_once(&mut self, scene: &Scene) -> Result<()> {
-        self.engine.change_in_place(scene)?;
+        self.engine.change_in_place(scene)?.in_any_case()?;
         match self.engine.renderer_mut().caching() {
             Some(mut caching) => caching.march_in_place(),
             None => Ok(()),
