@@ -177,6 +177,19 @@ impl Engine {
         self.renderer.change(&self.full.reduced_to(size)).map(drop)
     }
 
+    /// The same picture, and the sums behind it.
+    pub fn picture_with_sums(&mut self) -> Result<(Picture, Sums)> {
+        let sums = self.sums()?;
+        let film = match (self.totals().samples, self.renderer.caching()) {
+            (0, Some(mut caching)) => Film::marched(caching.march()?),
+            _ => Film {
+                stderr: self.renderer.standard_error(&sums),
+                mean: sums.mean.clone(),
+            },
+        };
+        Ok((self.picture_of(film)?, sums))
+    }
+
     /// The sums after the last whole unit of samples, with which an engine for the same scene can continue the
     /// picture.
     pub fn sums(&mut self) -> Result<Sums> {

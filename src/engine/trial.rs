@@ -66,14 +66,14 @@ pub struct Trial<'a> {
     volume: &'a Volume,
     scene: &'a Scene,
     seed: u32,
-    work: Work<'a>,
     engine: Engine,
     /// What there is to decide; `None` where it is clear with what to render.
-    open: Option<Open>,
+    open: Option<Open<'a>>,
 }
 
 /// A choice that is open.
-struct Open {
+struct Open<'a> {
+    work: Work<'a>,
     /// The plan's choice, and the one without a cache.
     chosen: Choice,
     plain: Choice,
@@ -85,7 +85,7 @@ const TOO_SHORT: &str = "the work is done before a cache would be filled";
 
 impl<'a> Trial<'a> {
     /// Brings the scene onto the GPU according to the plan's `choice`, or, where that may not be the fastest for the work,
-    /// without a cache. Nothing is sampled yet.
+    /// without a cache. Nothing is sampled yet. Without `work`, the choice has been made before.
     ///
     /// # Errors
     ///
@@ -96,21 +96,23 @@ impl<'a> Trial<'a> {
         scene: &'a Scene,
         choice: Choice,
         seed: u32,
-        work: Work<'a>,
+        work: Option<Work<'a>>,
     ) -> Result<Trial<'a>> {
         let make = |choice| Engine::with_plan(host, volume, scene, choice, seed);
         let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
-        let is_open =
-            scene.render.variant == Variant::Auto && work.stop.count().is_none() && may_cache;
-        let (engine, open) = match is_open {
-            false => (make(choice)?, None),
-            true => {
+        let open = work.filter(|work| {
+            scene.render.variant == Variant::Auto && work.stop.count().is_none() && may_cache
+        });
+        let (engine, open) = match open {
+            None => (make(choice)?, None),
+            Some(work) => {
                 let mut without_cache = scene.clone();
                 without_cache.render.variant = Variant::NonCaching;
                 let plain = host.plan(volume, &without_cache)?;
                 let began = Instant::now();
                 let engine = make(plain.clone())?;
                 let open = Open {
+                    work,
                     chosen: choice,
                     plain,
                     making: began.elapsed().as_secs_f64(),
@@ -123,7 +125,6 @@ impl<'a> Trial<'a> {
             volume,
             scene,
             seed,
-            work,
             engine,
             open,
         })
@@ -150,6 +151,7 @@ impl<'a> Trial<'a> {
     /// The same as for [`Engine::new`].
     pub fn end(mut self) -> Result<(Engine, Stopwatch)> {
         let Some(Open {
+            work,
             chosen,
             mut plain,
             making,
@@ -159,8 +161,8 @@ impl<'a> Trial<'a> {
         };
         let mut watch = Stopwatch::started();
         let short = WORTH_A_TRIAL * making;
-        let until = self.work.until(self.work.stop.time);
-        let tried = self.engine.try_samples(&self.work, short, until)?;
+        let until = work.until(work.stop.time);
+        let tried = self.engine.try_samples(&work, short, until)?;
         watch.pause();
         let totals = self.engine.totals();
         // A time that was too short for a first sample stays on the watch.
@@ -168,7 +170,7 @@ impl<'a> Trial<'a> {
             watch = Stopwatch::paused();
         }
         self.engine.choice.reason = TOO_SHORT.into();
-        let is_long = |uncached: &Forecast| uncached.seconds_of(&self.work) > short;
+        let is_long = |uncached: &Forecast| uncached.seconds_of(&work) > short;
         let Some(uncached) = tried.filter(is_long) else {
             return Ok((self.engine, watch));
         };
@@ -186,7 +188,7 @@ impl<'a> Trial<'a> {
         drop(self.engine);
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
-        match best_of(caches, &uncached, &self.work, to_go_back, make)? {
+        match best_of(caches, &uncached, &work, to_go_back, make)? {
             Ok(tried) => Ok(tried),
             Err(why) => {
                 plain.reason = why;

@@ -3,13 +3,14 @@
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
-use super::shards::{Origin, to_json};
+use super::shards::{Fingerprints, to_json};
 use super::views::{Saved, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stopwatch};
 use crate::error::Result;
 use crate::interrupt;
 use crate::output::{Outputs, Parts};
+use crate::render::doubling;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{About, CacheFile, Found, Identity, Named, RunOf, Settings, State};
 
@@ -25,10 +26,10 @@ pub struct Keeper<'a> {
     path: &'a Path,
     subject: Subject<'a>,
     found: Found,
-    pub origin: Origin,
+    pub fingerprints: Fingerprints,
     /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
-    filling: Filling,
+    fill_state: FillState,
     runs: Vec<RunOf>,
     began: Instant,
     /// When the checkpoint was last written.
@@ -37,7 +38,7 @@ pub struct Keeper<'a> {
 
 /// The state of the cache's filling; a variant without a cache needs none.
 #[derive(Clone, Copy, PartialEq)]
-enum Filling {
+enum FillState {
     UnderWay,
     /// Some nodes have had a batch and some not, so the cache cannot be continued.
     Interrupted,
@@ -94,13 +95,13 @@ impl<'a> Keeper<'a> {
         });
         Ok(Keeper {
             path,
-            origin: Origin {
+            fingerprints: Fingerprints {
                 volume,
                 fill: found.fill(),
             },
-            filling: match found.is_filled() {
-                true => Filling::Done,
-                false => Filling::UnderWay,
+            fill_state: match found.is_filled() {
+                true => FillState::Done,
+                false => FillState::UnderWay,
             },
             subject,
             found,
@@ -124,7 +125,7 @@ impl<'a> Keeper<'a> {
     }
 
     pub fn is_filled(&self) -> bool {
-        self.filling == Filling::Done
+        self.fill_state == FillState::Done
     }
 
     /// Restores the picture under way. The engine's scene must be that of the picture.
@@ -134,12 +135,13 @@ impl<'a> Keeper<'a> {
 
     /// To be called when the filling of the cache has ended; `is_enough` says whether the cache is good enough.
     pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
-        self.filling = match is_enough {
-            true => Filling::Done,
-            false => Filling::Interrupted,
-        };
-        if is_enough && let Some(fill) = self.write_cache(engine)? {
-            self.origin.fill = Some(fill);
+        if is_enough {
+            self.fill_state = FillState::Done;
+            self.fingerprints.fill = self.write_cache(engine)?;
+        } else {
+            self.fill_state = FillState::Interrupted;
+            let volume = self.fingerprints.volume.clone();
+            self.fingerprints = Fingerprints::of(engine, volume)?;
         }
         Ok(())
     }
@@ -148,9 +150,13 @@ impl<'a> Keeper<'a> {
     /// is only reported: a disk that is full now may have room the next time.
     pub fn step(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         let is_asked = interrupt::takes_request();
-        let is_last = self.filling == Filling::UnderWay && interrupt::is_interrupted();
-        let is_due = self.written.elapsed() >= self.subject.args.checkpoint_every;
-        if self.filling == Filling::Interrupted || !(is_asked || is_last || is_due) {
+        let is_last = self.fill_state == FillState::UnderWay && interrupt::is_interrupted();
+        let unwritten = self
+            .written
+            .elapsed()
+            .saturating_add(self.next_batch(engine));
+        let is_due = unwritten >= self.subject.args.checkpoint_every;
+        if self.fill_state == FillState::Interrupted || !(is_asked || is_last || is_due) {
             return Ok(());
         }
         match self.write(engine, view, watch) {
@@ -163,21 +169,27 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
+    /// The time that the cache's next batch is expected to take, during which nothing can be written.
+    fn next_batch(&self, engine: &Engine) -> Duration {
+        let is_under_way = self.fill_state == FillState::UnderWay;
+        let cache = engine.renderer().cache().filter(|_| is_under_way);
+        let seconds = cache.map_or(0.0, |cache| {
+            cache.seconds_per_update() * f64::from(doubling(cache.updates))
+        });
+        Duration::try_from_secs_f64(seconds).unwrap_or_default()
+    }
+
     /// Writes the state of the render, unless it cannot be continued.
     pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
-        match self.filling {
-            Filling::Interrupted => return Ok(()),
-            Filling::UnderWay => self.write_cache(engine).map(drop)?,
-            Filling::Done => {}
+        if self.fill_state == FillState::Interrupted {
+            self.tell_of_none();
+            return Ok(());
         }
-        let origin = match self.filling {
-            Filling::Done => &self.origin,
-            _ => &Origin {
-                volume: self.origin.volume.clone(),
-                fill: None,
-            },
-        };
-        let mut saved = Saved::of(engine, view, self.subject.opened, Some(origin))?;
+        self.found.make_way()?;
+        if self.fill_state == FillState::UnderWay {
+            self.write_cache(engine)?;
+        }
+        let mut saved = Saved::of(engine, view, self.subject.opened, Some(&self.fingerprints))?;
         let Some((header, sums)) = saved.parts.take() else {
             return Ok(());
         };
@@ -187,7 +199,7 @@ impl<'a> Keeper<'a> {
         }
         let state = State {
             header,
-            settings: Settings::of(&engine.choice().plan.variant),
+            settings: settings(engine),
             picture: view.number,
             pictures: self.subject.views.len() as u32,
             seconds: watch.elapsed().as_secs_f64(),
@@ -203,10 +215,30 @@ impl<'a> Keeper<'a> {
         outputs.commit()
     }
 
-    /// Writes the cache's state, and returns the fingerprint of its light.
-    fn write_cache(&self, engine: &mut Engine) -> Result<Option<String>> {
+    /// Says that no checkpoint was written because of the moment of the interruption.
+    fn tell_of_none(&self) {
+        if self.subject.args.quiet {
+            return;
+        }
+        let path = self.path.display();
+        let before = match self.path.exists() {
+            true => format!("{path} is as it was before"),
+            false => format!("there is no {path}"),
+        };
+        eprintln!(
+            "note: no checkpoint was written at the end, since the interruption came in the middle of a batch of the \
+             cache's paths: {before}"
+        );
+    }
+
+    /// Writes the cache's state, and returns the fingerprint of its light; `None` without a cache.
+    fn write_cache(&mut self, engine: &mut Engine) -> Result<Option<String>> {
+        if engine.renderer().cache().is_none() {
+            return Ok(None);
+        }
+        self.found.make_way()?;
         let opened = self.subject.opened;
-        let settings = Settings::of(&engine.choice().plan.variant);
+        let settings = settings(engine);
         CacheFile::write(
             self.path,
             engine,
@@ -214,8 +246,13 @@ impl<'a> Keeper<'a> {
                 identity: &self.identity,
                 scene: &describe(&opened.file, &opened.volume, &opened.scene),
                 settings,
-                is_filled: self.filling == Filling::Done,
+                is_filled: self.is_filled(),
             },
         )
     }
+}
+
+fn settings(engine: &Engine) -> Settings {
+    let choice = engine.choice();
+    Settings::of(&choice.plan.variant, &choice.reason)
 }

@@ -8,12 +8,12 @@ use std::time::Duration;
 use super::checkpoint::{Keeper, Subject};
 use super::clock::Clock;
 use super::open_scene_timed;
-use super::shards::{Origin, check_variant};
-use super::summary::Summary;
-use super::views::{Saved, View, views};
+use super::shards::{Fingerprints, check_variant};
+use super::summary::{Summary, Taken};
+use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Trial, Work};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::Progress;
 use crate::output::{Outputs, check_writable};
@@ -24,12 +24,18 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     interrupt::catch_signals();
     let mut clock = Clock::new();
     let others = [&args.checkpoint, &args.stats, &args.profile];
-    check_writable(args.outputs().iter().chain(others.into_iter().flatten()))?;
+    let pictures = files(args);
+    check_writable(
+        pictures
+            .iter()
+            .flatten()
+            .chain(others.into_iter().flatten()),
+    )?;
     let (opened, host) = open(args, &mut clock)?;
-    let views = views(args, &opened);
+    let views = views(pictures, args, &opened);
     let mut render = Render::begin(args, &host, &opened, &views, clock)?;
     render.fill()?;
-    let (mut outputs, outcomes) = render.take_pictures()?;
+    let (mut outputs, taken) = render.take_pictures()?;
     host.check_validation()?;
     let kept = render.keep();
     let Render {
@@ -40,7 +46,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         ..
     } = render;
     progress.finish();
-    let mut summary = Summary::of(args, &clock, engine, &outcomes, &stop);
+    let mut summary = Summary::of(args, &clock, engine, &taken, &stop);
     summary.stage(&mut outputs, &host, &clock)?;
     outputs.commit()?;
     kept?;
@@ -96,10 +102,16 @@ impl<'a> Render<'a> {
             .as_ref()
             .map(|path| Found::open(path, args.restart))
             .transpose()?;
-        let settled = found
-            .as_ref()
-            .map_or(scene.clone(), |found| found.settle(scene));
-        let choice = clock.time("plan", || host.plan(volume, &settled))?;
+        // What was picked before stands, whatever is free now; and the engine's scene still leaves it open, as do those of
+        // the other pictures.
+        let before = found.as_ref().and_then(Found::settings).cloned();
+        let settled = before.as_ref().map(|before| before.settle(scene));
+        let settled = settled.as_ref().unwrap_or(scene);
+        let mut choice = clock.time("plan", || host.plan(volume, settled))?;
+        let is_continued = before.is_some();
+        if let Some(before) = before {
+            choice.reason = before.reason;
+        }
         for (is_given, flag) in [
             (args.samples.is_some(), "--samples"),
             (args.checkpoint.is_some(), "--checkpoint"),
@@ -110,16 +122,16 @@ impl<'a> Render<'a> {
         }
         let stop = args.stop(scene.render.variant);
         let pictures = args.orbit.map_or(1, NonZeroU32::get);
-        let work = Work {
+        let work = (!is_continued).then_some(Work {
             stop,
             pictures,
             interrupt: &interrupt::INTERRUPTED,
-        };
+        });
         let (trial, fingerprint) = clock.time("compile and upload", || {
             thread::scope(|scope| -> Result<_> {
                 let walks = args.samples.is_some() || args.checkpoint.is_some();
                 let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
-                let begun = Trial::begin(host, volume, &settled, choice, args.seed, work)?;
+                let begun = Trial::begin(host, volume, scene, choice, args.seed, work)?;
                 let walked =
                     walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
                 Ok((begun, walked.transpose()?))
@@ -207,21 +219,29 @@ impl<'a> Render<'a> {
 
     /// Takes one picture after another, until all are done or an interruption has come. An orbit's files have their
     /// final names then; those of a single picture still have temporary ones.
-    fn take_pictures(&mut self) -> Result<(Outputs, Vec<Outcome>)> {
-        let origin = match self.volume.take() {
-            Some(volume) => Some(Origin::of(&mut self.engine, volume)?),
+    fn take_pictures(&mut self) -> Result<(Outputs, Vec<Taken<'a>>)> {
+        let fingerprints = match self.volume.take() {
+            Some(volume) => Some(Fingerprints::of(&mut self.engine, volume)?),
             None => None,
         };
         let mut outputs = Outputs::default();
-        let mut outcomes = Vec::new();
+        let mut taken: Vec<Taken<'a>> = Vec::new();
         for (index, view) in self.views.iter().enumerate() {
             // An orbit that is continued has its earlier pictures on disk.
             if index < self.first && view.files.iter().all(|file| file.exists()) {
                 continue;
             }
             self.look_from(index)?;
-            outcomes.push(self.take_picture(view)?);
-            self.stage(view, origin.as_ref(), &mut outputs)?;
+            let outcome = match self.take_picture(view) {
+                // The pictures before it are there all the same.
+                Err(Error::Interrupted) if let Some(last) = taken.last_mut() => {
+                    last.outcome.why_stopped = interrupt::reason().into();
+                    break;
+                }
+                outcome => outcome?,
+            };
+            taken.push(Taken { view, outcome });
+            self.stage(view, fingerprints.as_ref(), &mut outputs)?;
             if self.args.orbit.is_some() {
                 std::mem::take(&mut outputs).commit()?;
             }
@@ -229,7 +249,7 @@ impl<'a> Render<'a> {
                 break;
             }
         }
-        Ok((outputs, outcomes))
+        Ok((outputs, taken))
     }
 
     /// Begins the picture with this index, or continues it.
@@ -238,7 +258,8 @@ impl<'a> Render<'a> {
         self.last = index;
         if index > 0 {
             let scene = &self.views[index].scene;
-            clock.time("look from elsewhere", || engine.change_in_place(scene))?;
+            let changed = clock.time("look from elsewhere", || engine.change_in_place(scene))?;
+            changed.in_any_case()?;
         }
         let taken_up = self.keeper.as_ref().filter(|_| index == self.first);
         if index > 0 || self.first > 0 {
@@ -258,6 +279,7 @@ impl<'a> Render<'a> {
             progress,
             ..
         } = self;
+        progress.begin_picture();
         let is_kept = self.last >= self.first;
         let mut between = |engine: &mut Engine| match keeper {
             Some(keeper) if is_kept => keeper.step(engine, view, watch),
@@ -277,13 +299,18 @@ impl<'a> Render<'a> {
         Ok(outcome)
     }
 
-    /// Writes a picture's files under temporary names. `origin` is set for shards without a checkpoint.
-    fn stage(&mut self, view: &View, origin: Option<&Origin>, outputs: &mut Outputs) -> Result<()> {
+    /// Writes a picture's files under temporary names. `fingerprints` is set for shards without a checkpoint.
+    fn stage(
+        &mut self,
+        view: &View,
+        fingerprints: Option<&Fingerprints>,
+        outputs: &mut Outputs,
+    ) -> Result<()> {
         let Render { engine, opened, .. } = self;
         let kept = self.keeper.as_ref().filter(|_| self.args.samples.is_some());
-        let origin = origin.or(kept.map(|keeper| &keeper.origin));
+        let fingerprints = fingerprints.or(kept.map(|keeper| &keeper.fingerprints));
         self.clock.time("save the pictures", || {
-            Saved::of(engine, view, opened, origin)?.stage(outputs, view, opened)
+            Saved::of(engine, view, opened, fingerprints)?.stage(outputs, view, opened)
         })
     }
 

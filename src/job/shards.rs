@@ -9,28 +9,32 @@ use crate::scene::Scene;
 use crate::shard::{Fingerprint, Header, Identity};
 
 /// Fingerprints that all pictures of a run have in common.
-pub struct Origin {
+pub struct Fingerprints {
     /// Fingerprint of the volume.
     pub volume: String,
     /// Fingerprint of the filling of the cache, if there is one.
     pub fill: Option<String>,
 }
 
-impl Origin {
+impl Fingerprints {
     /// To be called when the cache has been filled.
-    pub fn of(engine: &mut Engine, volume: String) -> Result<Origin> {
-        Ok(Origin {
+    pub fn of(engine: &mut Engine, volume: String) -> Result<Fingerprints> {
+        Ok(Fingerprints {
             volume,
             fill: fill(engine)?,
         })
     }
 
-    /// The header and the sums of the picture so far, which is one of `scene`; `text` describes it.
-    pub fn header(&self, engine: &mut Engine, scene: &Scene, text: &str) -> Result<(Header, Sums)> {
+    /// The header of the picture so far, which is one of `scene`; `text` describes it.
+    pub fn header(
+        &self,
+        engine: &Engine,
+        scene: &Scene,
+        text: &str,
+        sums: &Sums,
+    ) -> Result<Header> {
         let identity = Identity::of(engine, scene, text, &self.volume)?;
-        let sums = engine.sums()?;
-        let header = Header::of(engine, identity, &sums, self.fill.as_deref());
-        Ok((header, sums))
+        Ok(Header::of(engine, identity, sums, self.fill.as_deref()))
     }
 }
 

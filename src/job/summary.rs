@@ -1,9 +1,9 @@
 //! The report of a render at its end: the files of `--stats` and `--profile`, and the last line.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use super::clock::{self, Clock};
+use super::views::View;
 use crate::cli::RenderArgs;
 use crate::engine::schedule::cache_goal;
 use crate::engine::{Engine, Host, Outcome, Stop, figures};
@@ -14,8 +14,16 @@ use crate::output::profile;
 use crate::output::stats::{Stats, ViewStats};
 use crate::scene::Variant;
 
+/// A picture that has samples, and how it ended.
+pub struct Taken<'a> {
+    pub view: &'a View,
+    pub outcome: Outcome,
+}
+
 pub struct Summary<'a> {
     args: &'a RenderArgs,
+    /// The names of the pictures' files.
+    files: String,
     /// The variant that the user asked for.
     asked: Variant,
     stats: Stats,
@@ -31,15 +39,17 @@ impl<'a> Summary<'a> {
         args: &'a RenderArgs,
         clock: &Clock,
         engine: Engine,
-        outcomes: &[Outcome],
+        taken: &[Taken<'_>],
         stop: &Stop,
     ) -> Summary<'a> {
+        let (first, last) = (&taken[0], &taken[taken.len() - 1]);
         Summary {
             args,
+            files: names(first.view, last.view),
             asked: engine.scene().render.variant,
-            stats: stats(args, clock, &engine, outcomes, cache_goal(stop)),
+            stats: stats(args, clock, &engine, taken, cache_goal(stop)),
             memory: engine.memory_history(),
-            why_stopped: outcomes[outcomes.len() - 1].why_stopped.clone(),
+            why_stopped: last.outcome.why_stopped.clone(),
             timings: engine.into_timings(),
         }
     }
@@ -65,7 +75,7 @@ impl<'a> Summary<'a> {
         if self.is_asked_for() {
             eprint!("{}", profile::table(&self.stats));
         }
-        let line = last_line(&self.stats, &self.args.outputs(), &self.why_stopped);
+        let line = last_line(&self.stats, &self.files, &self.why_stopped);
         eprintln!("{line}{}", why_variant(self.asked, &self.stats.reason));
     }
 
@@ -80,10 +90,11 @@ fn stats(
     args: &RenderArgs,
     clock: &Clock,
     engine: &Engine,
-    outcomes: &[Outcome],
+    taken: &[Taken<'_>],
     cache_goal: f64,
 ) -> Stats {
-    let (first, last) = (&outcomes[0], &outcomes[outcomes.len() - 1]);
+    let outcomes: Vec<&Outcome> = taken.iter().map(|taken| &taken.outcome).collect();
+    let (first, last) = (outcomes[0], outcomes[outcomes.len() - 1]);
     let choice = engine.choice();
     let device = engine.host().summary();
     let wall_s = clock.began.elapsed().as_secs_f64();
@@ -92,7 +103,7 @@ fn stats(
         reason: choice.reason.clone(),
         device: device.name.clone(),
         driver: device.driver.clone(),
-        spp: u64::from(engine.totals().samples),
+        spp: u64::from(last.samples),
         seed: u64::from(args.seed),
         wall_s,
         first_frame_s: first.first_frame.duration_since(clock.began).as_secs_f64(),
@@ -104,7 +115,7 @@ fn stats(
         relative_error: last.relative_error,
         cache: engine.cache_stats(cache_goal),
         bricks: engine.brick_stats(wall_s),
-        views: outcomes.iter().map(ViewStats::of).collect(),
+        views: outcomes.into_iter().map(ViewStats::of).collect(),
     }
 }
 
@@ -116,8 +127,20 @@ fn why_variant(asked: Variant, reason: &str) -> String {
     }
 }
 
-fn last_line(stats: &Stats, files: &[PathBuf], why_stopped: &str) -> String {
-    let files: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
+/// The files of all pictures from the first to the last one.
+fn names(first: &View, last: &View) -> String {
+    let names = first
+        .files
+        .iter()
+        .zip(&last.files)
+        .map(|(first, last)| match first == last {
+            true => first.display().to_string(),
+            false => format!("{} to {}", first.display(), last.display()),
+        });
+    names.collect::<Vec<_>>().join(", ")
+}
+
+fn last_line(stats: &Stats, files: &str, why_stopped: &str) -> String {
     let samples = match stats.variant.as_str() {
         "published" => "updates per cell",
         _ => "samples per pixel",
@@ -127,11 +150,7 @@ fn last_line(stats: &Stats, files: &[PathBuf], why_stopped: &str) -> String {
         false => "unknown".into(),
     };
     format!(
-        "{}: {} {samples} in {:.1} s, relative error {error}, stopped because {why_stopped}; {} on {}",
-        files.join(", "),
-        stats.spp,
-        stats.wall_s,
-        stats.variant,
-        stats.device,
+        "{files}: {} {samples} in {:.1} s, relative error {error}, stopped because {why_stopped}; {} on {}",
+        stats.spp, stats.wall_s, stats.variant, stats.device,
     )
 }

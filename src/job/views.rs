@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::shards::{Origin, to_json};
+use super::shards::{Fingerprints, to_json};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Host, Picture};
+use crate::engine::{Engine, Picture};
 use crate::error::Result;
 use crate::output::{Format, Outputs, Parts, Provenance};
 use crate::render::Sums;
@@ -19,46 +19,37 @@ pub struct View {
     pub files: Vec<PathBuf>,
 }
 
-/// All pictures of the render, in order.
-pub fn views(args: &RenderArgs, opened: &Opened) -> Vec<View> {
+/// The names of each picture's files, in order.
+pub fn files(args: &RenderArgs) -> Vec<Vec<PathBuf>> {
     let Some(count) = args.orbit else {
-        return vec![View {
-            number: 1,
-            scene: opened.scene.clone(),
-            files: args.outputs(),
-        }];
+        return vec![args.outputs()];
     };
     let numbered = |file: PathBuf, number: u32| {
         let extension = file.extension().unwrap_or_default().to_string_lossy();
         file.with_extension(format!("{number:04}.{extension}"))
     };
-    let view = |number: u32| {
-        let mut scene = opened.scene.clone();
-        let share = f64::from(number - 1) / f64::from(count.get());
-        scene.camera = scene.camera.orbited(share);
+    let of = |number| {
         let files = args.outputs().into_iter();
+        files.map(|file| numbered(file, number)).collect()
+    };
+    (1..=count.get()).map(of).collect()
+}
+
+/// All pictures of the render, in order, which go into these files.
+pub fn views(files: Vec<Vec<PathBuf>>, args: &RenderArgs, opened: &Opened) -> Vec<View> {
+    let view = |(number, files): (u32, Vec<PathBuf>)| {
+        let mut scene = opened.scene.clone();
+        if let Some(count) = args.orbit {
+            let share = f64::from(number - 1) / f64::from(count.get());
+            scene.camera = scene.camera.orbited(share);
+        }
         View {
             number,
             scene,
-            files: files.map(|file| numbered(file, number)).collect(),
+            files,
         }
     };
-    (1..=count.get()).map(view).collect()
-}
-
-/// The origin of a picture, for its header; `scene` is the resolved scene as text.
-pub fn provenance(scene: String, host: &Host, seed: u32) -> Provenance {
-    Provenance {
-        scene,
-        seed,
-        device: host.summary().name.clone(),
-        software: software(),
-    }
-}
-
-/// The program's name and version.
-pub fn software() -> String {
-    concat!("isolume ", env!("CARGO_PKG_VERSION")).into()
+    (1..).zip(files).map(view).collect()
 }
 
 /// A picture with the data for its EXR.
@@ -74,16 +65,20 @@ impl Saved {
         engine: &mut Engine,
         view: &View,
         opened: &Opened,
-        origin: Option<&Origin>,
+        fingerprints: Option<&Fingerprints>,
     ) -> Result<Saved> {
         let text = describe(&opened.file, &opened.volume, &view.scene);
-        let parts = match origin {
-            Some(origin) => Some(origin.header(engine, &view.scene, &text)?),
-            None => None,
+        let (picture, parts) = match fingerprints {
+            Some(fingerprints) => {
+                let (picture, sums) = engine.picture_with_sums()?;
+                let header = fingerprints.header(engine, &view.scene, &text, &sums)?;
+                (picture, Some((header, sums)))
+            }
+            None => (engine.picture()?, None),
         };
         Ok(Saved {
-            picture: engine.picture()?,
-            provenance: provenance(text, engine.host(), engine.seed()),
+            picture,
+            provenance: Provenance::new(text, engine.seed(), engine.host().summary().name.clone()),
             parts,
         })
     }

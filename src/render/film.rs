@@ -38,12 +38,17 @@ impl Renderer {
     /// The picture after the last whole unit.
     pub fn film(&mut self) -> Result<Film> {
         let sums = self.sums()?;
-        let cache_error = self.cache().map_or(0.0, |cache| cache.relative_error);
-        let Totals { samples, units, .. } = self.totals;
         Ok(Film {
-            stderr: sums.standard_error(samples, units, cache_error),
+            stderr: self.standard_error(&sums),
             mean: sums.mean,
         })
+    }
+
+    /// Standard error of the picture with these sums.
+    pub fn standard_error(&self, sums: &Sums) -> Vec<[f32; 3]> {
+        let cache_error = self.cache().map_or(0.0, |cache| cache.relative_error);
+        let Totals { samples, units, .. } = self.totals;
+        sums.standard_error(samples, units, cache_error)
     }
 
     /// The sums after the last whole unit, with which another renderer can continue the picture.

@@ -4,6 +4,8 @@
 //! Samples are only kept if they have read a filled cache: while a filling is under way, the picture is the one that
 //! the cache shows, and none of its samples count.
 
+use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -44,16 +46,18 @@ pub struct RunOf {
     pub samples: u32,
 }
 
-/// The settings that were picked where the scene says "auto".
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// The settings that were picked where the scene says "auto", and why.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     variant: scene::Variant,
     cache_scale: CacheScale,
     cache_format: CacheFormat,
+    /// As in [`Choice`](crate::render::Choice).
+    pub reason: String,
 }
 
 impl Settings {
-    pub fn of(variant: &Variant) -> Settings {
+    pub fn of(variant: &Variant, reason: &str) -> Settings {
         let layout = variant.cache();
         Settings {
             variant: match variant {
@@ -63,7 +67,24 @@ impl Settings {
             },
             cache_scale: layout.map_or(CacheScale::Auto, |l| CacheScale::Fixed(l.scale)),
             cache_format: layout.map_or(CacheFormat::Auto, |layout| layout.format()),
+            reason: reason.into(),
         }
+    }
+
+    /// The scene with these settings wherever it leaves one open.
+    pub fn settle(&self, scene: &Scene) -> Scene {
+        let mut settled = scene.clone();
+        let render = &mut settled.render;
+        if render.variant == scene::Variant::Auto {
+            render.variant = self.variant;
+        }
+        if render.cache_scale == CacheScale::Auto {
+            render.cache_scale = self.cache_scale;
+        }
+        if render.cache_format == CacheFormat::Auto {
+            render.cache_format = self.cache_format;
+        }
+        settled
     }
 }
 
@@ -72,37 +93,51 @@ pub struct Found {
     path: PathBuf,
     state: Option<(State, String)>,
     cache: Option<CacheFile>,
+    /// Whether there may be files that the render is to ignore.
+    is_ignored: bool,
     _lock: Lock,
 }
 
 impl Found {
-    /// Looks for a checkpoint; with `restart`, removes it. No other process may work with it until this is dropped.
+    /// Looks for a checkpoint; with `restart`, ignores it. No other process may work with it until this is dropped.
     ///
     /// # Errors
     ///
     /// If another process works with it, or it is damaged.
     pub fn open(path: &Path, restart: bool) -> Result<Found> {
         let lock = Lock::take(path)?;
-        if restart {
-            for file in [path.to_owned(), super::beside(path, "cache")] {
-                match std::fs::remove_file(&file) {
-                    Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                        return Err(Error::io(&file, error));
-                    }
-                    _ => {}
-                }
-            }
-        }
         let exists = path.try_exists().map_err(|error| Error::io(path, error))?;
         Ok(Found {
             path: path.to_owned(),
-            state: match exists {
-                true => Some(read_header(path)?),
+            state: match exists && !restart {
+                true => Some(read_state(path)?),
                 false => None,
             },
-            cache: CacheFile::open(path)?,
+            cache: match restart {
+                true => None,
+                false => CacheFile::open(path)?,
+            },
+            is_ignored: restart,
             _lock: lock,
         })
+    }
+
+    /// To be called before the first file of a new checkpoint is written: removes what was ignored, since files of two
+    /// checkpoints do not go together.
+    pub fn make_way(&mut self) -> Result<()> {
+        if !self.is_ignored {
+            return Ok(());
+        }
+        for file in [self.path.clone(), super::beside(&self.path, "cache")] {
+            match fs::remove_file(&file) {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    return Err(Error::io(&file, error));
+                }
+                _ => {}
+            }
+        }
+        self.is_ignored = false;
+        Ok(())
     }
 
     pub fn state(&self) -> Option<&State> {
@@ -114,19 +149,10 @@ impl Found {
         self.cache.as_ref().is_some_and(|c| c.header.is_filled)
     }
 
-    /// The scene with the variant that was picked before, where the scene leaves it open.
-    pub fn settle(&self, scene: &Scene) -> Scene {
-        let mut settled = scene.clone();
-        let before = self.state().map(|state| state.settings);
-        let before = before.or(self.cache.as_ref().map(|cache| cache.header.settings));
-        if let Some(settings) = before
-            && scene.render.variant == scene::Variant::Auto
-        {
-            settled.render.variant = settings.variant;
-            settled.render.cache_scale = settings.cache_scale;
-            settled.render.cache_format = settings.cache_format;
-        }
-        settled
+    /// The settings that were picked before.
+    pub fn settings(&self) -> Option<&Settings> {
+        let of_cache = || self.cache.as_ref().map(|cache| &cache.header.settings);
+        self.state().map(|state| &state.settings).or_else(of_cache)
     }
 
     /// Fingerprint of the cache's light, once it has had all its paths.
@@ -245,4 +271,15 @@ impl Found {
         };
         engine.resume(&shard.sums, totals)
     }
+}
+
+/// The state in a checkpoint, and its resolved scene.
+fn read_state(path: &Path) -> Result<(State, String)> {
+    read_header(path).map_err(|error| match read_header::<Header>(path) {
+        Ok(_) => Error::input(
+            path,
+            "it is a shard or a merged picture, not a checkpoint; name another file",
+        ),
+        Err(_) => error,
+    })
 }

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use crate::refusals::refused;
 use crate::stopping::{ends, send, started};
-use crate::{Folder, text};
+use crate::{Folder, last_line, text};
 
 /// What each variant renders: for a few seconds, on a CPU.
 const UNCACHED: &str = "render ball.toml --variant non-caching --size 96x64 --spp 1024";
@@ -78,12 +78,17 @@ fn a_render_that_was_killed_ends_with_the_same_bytes() {
     }
 }
 
+/// With the same variant, even if that is left open.
 #[test]
 fn an_orbit_goes_on_where_it_was() {
+    orbit_that_was_killed("--variant caching --cache-scale 0.5");
+    orbit_that_was_killed("--variant auto");
+}
+
+fn orbit_that_was_killed(variant: &str) {
     let folder = Folder::new();
-    let orbit =
-        "render ball.toml --variant caching --cache-scale 0.5 --size 96x64 --spp 64 --orbit 3";
-    folder.succeed(&format!("{orbit} -o whole.exr"));
+    let orbit = format!("render ball.toml {variant} --size 96x64 --spp 64 --orbit 3");
+    let whole = folder.succeed(&format!("{orbit} -o whole.exr"));
     let mut child = started(&folder, &format!("{orbit} -o turn.exr {OFTEN}"));
     while !folder.path("turn.0002.exr").exists() {
         std::thread::sleep(Duration::from_millis(1));
@@ -92,13 +97,81 @@ fn an_orbit_goes_on_where_it_was() {
     child.process.wait().expect("it has ended");
     let modified = |name| std::fs::metadata(folder.path(name)).and_then(|about| about.modified());
     let first = modified("turn.0001.exr").expect("a time");
-    folder.succeed(&format!("{orbit} -o turn.exr {OFTEN}"));
+    let rest = folder.succeed(&format!("{orbit} -o turn.exr {OFTEN}"));
+    let why = |output| last_line(output).split("; ").nth(1).map(String::from);
+    assert_eq!(why(&rest), why(&whole), "the variant and its reason");
     for number in 1..=3 {
         let [turn, whole] = ["turn", "whole"].map(|name| format!("{name}.000{number}.exr"));
         assert!(folder.read(&turn) == folder.read(&whole), "{turn}");
     }
     let still = modified("turn.0001.exr").expect("a time");
     assert_eq!(first, still, "the first picture was rendered again");
+}
+
+/// The size of the cache stays what it was, even if other programs left less memory then than now.
+#[test]
+fn what_memory_allowed_before_stands() {
+    let folder = Folder::new();
+    let plan = folder.succeed("plan ball.toml --variant caching --json");
+    let plan: serde_json::Value = serde_json::from_slice(&plan.stdout).expect("JSON");
+    let less = plan["planned_bytes"].as_u64().expect("bytes") - 1;
+    let render = "render ball.toml --variant caching --spp 8 -o a.exr --checkpoint c.exr";
+    let first = folder.succeed(&format!("{render} --vram-budget {less}"));
+    let picture = folder.read("a.exr");
+    let again = folder.succeed(render);
+    assert!(folder.read("a.exr") == picture);
+    let variant = |output| last_line(output).split("; ").nth(1).map(String::from);
+    assert_eq!(variant(&again), variant(&first));
+}
+
+/// What `--restart` ignores is there until something takes its place.
+#[test]
+fn a_restart_that_fails_costs_nothing() {
+    let folder = Folder::new();
+    let render = "render ball.toml --spp 8 -o a.exr --checkpoint c.exr";
+    folder.succeed(&format!("{render} --variant caching"));
+    let before = ["c.exr", "c.exr.cache"].map(|name| folder.read(name));
+    for (flags, status) in [("--variant published", 3), ("--vram-budget 1000", 4)] {
+        refused(&folder, &format!("{render} --restart {flags}"), status);
+    }
+    assert!(["c.exr", "c.exr.cache"].map(|name| folder.read(name)) == before);
+    let uncached = format!("{render} --variant non-caching");
+    folder.succeed(&format!("{uncached} --restart"));
+    assert!(!folder.path("c.exr.cache").exists());
+    folder.succeed(&uncached);
+}
+
+/// A batch that was cut short cannot be continued: the last checkpoint stays, and was written before a batch that was
+/// to last. A shard that reads the light of such a cache knows its error.
+#[cfg(unix)]
+#[test]
+fn an_interruption_within_a_batch_is_told_of() {
+    let folder = Folder::new();
+    let child = started(
+        &folder,
+        "render ball.toml --variant caching --cache-scale 1 --size 64x64 --samples 0..1000000 -o a.exr \
+         --set medium.density=2 --set medium.g=0.9 --set surfaces.iso=[] \
+         --checkpoint c.exr --checkpoint-every 1",
+    );
+    let began = Instant::now();
+    while !folder.path("c.exr").exists() {
+        assert!(began.elapsed() < Duration::from_secs(60));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let checkpoint = folder.read("c.exr");
+    std::thread::sleep(Duration::from_millis(50));
+    send("INT", &child);
+    let said = ends(child, 130);
+    let note = "note: no checkpoint was written at the end, since the interruption came in the middle of a batch of the \
+                cache's paths: c.exr is as it was before";
+    assert!(said.contains(note), "{said}");
+    assert!(folder.read("c.exr") == checkpoint);
+    let shard = folder.exr("a.exr");
+    let name = exr::prelude::Text::from("isolume.shard");
+    let own = shard.layer_data[0].attributes.other.get(&name);
+    let header = own.or(shard.attributes.other.get(&name));
+    let header = format!("{header:?}");
+    assert!(header.contains("relative_error"), "{header}");
 }
 
 /// By SIGTERM, as a scheduler does it; SIGUSR1 asks for a checkpoint before that.
@@ -194,6 +267,13 @@ fn a_checkpoint_of_something_else_is_refused() {
     }
     folder.write("c.exr.cache", &cache);
     let whole = folder.read("c.exr");
+    folder.succeed("render ball.toml --variant caching --samples 0..8 -o shard.exr");
+    let shard = format!("{cached} --checkpoint shard.exr").replace(" --checkpoint c.exr", "");
+    let said = refused(&folder, &shard, 3);
+    assert!(
+        said.contains("shard.exr: it is a shard or a merged picture, not a checkpoint"),
+        "{said}"
+    );
     folder.write("c.exr", &whole[..whole.len() - 9]);
     refused(&folder, &cached, 3);
     folder.write("c.exr", b"");

@@ -17,6 +17,12 @@ fn the_last_line_says_why_it_stopped() {
             "stopped because the relative error is below 0.5",
         ),
         ("--spp 1000000 --time 0.5", "s are over"),
+        // Farther away than any clock counts.
+        ("--spp 2 --time 1e19", "stopped because --spp 2 is reached"),
+        (
+            "--spp 8 --time 1e19 --variant caching",
+            "stopped because --spp 8 is reached",
+        ),
         (
             "--spp 3 --time 600 --error 1e-9",
             "stopped because --spp 3 is reached",
@@ -49,6 +55,38 @@ fn ctrl_c_writes_what_there_is() {
     );
     assert!(folder.exr("a.exr").layer_data[0].channel_data.list.len() >= 13);
     assert!(folder.names().iter().all(|name| !name.starts_with('.')));
+}
+
+/// Comes in the first sample of a picture, before which others are there already; the same command makes the rest.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_an_orbit_with_what_is_done() {
+    let folder = Folder::new();
+    let orbit = "render ball.toml --variant non-caching --size 512x512 --spp 1 --orbit 4 -o turn.exr \
+                 --checkpoint c.exr --stats s.json";
+    let child = started(&folder, orbit);
+    while !folder.path("turn.0001.exr").exists() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    send("INT", &child);
+    let rest = ends(child, 130);
+    let last = rest.lines().last().expect("a line");
+    assert!(
+        last.starts_with("turn.0001.exr") && last.contains("stopped because of Ctrl-C"),
+        "{rest}"
+    );
+    assert!(!rest.contains("nothing"), "{rest}");
+    let stats = folder.json("s.json");
+    assert_eq!(stats["spp"], 1);
+    let is_there = |number: &u32| folder.path(&format!("turn.000{number}.exr")).exists();
+    let pictures = (1..=4).filter(is_there).count();
+    assert_eq!(stats["views"].as_array().map(Vec::len), Some(pictures));
+    let output = folder.succeed(orbit);
+    assert!((1..=4).all(|number| is_there(&number)));
+    assert!(
+        last_line(&output).contains("to turn.0004.exr: 1 samples"),
+        "{output:?}"
+    );
 }
 
 #[test]
@@ -118,7 +156,7 @@ fn ctrl_c_while_loading_or_compiling_ends_at_once() {
         while !catches_ctrl_c() {}
         send(signal, &child);
         let rest = ends(child, status);
-        let expected = "isolume: interrupted before the first sample: nothing was written\n";
+        let expected = "isolume: interrupted: nothing was written\n";
         assert_eq!(rest, expected);
         assert_eq!(folder.names(), before);
     }

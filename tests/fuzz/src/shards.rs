@@ -33,7 +33,7 @@ pub fn shard(first: u32, end: u32, is_quick: bool) -> Vec<u8> {
 pub fn checkpoint(end: u32) -> Vec<u8> {
     let state = State {
         header: header(0, end),
-        settings: Settings::of(&Variant::NonCaching),
+        settings: Settings::of(&Variant::NonCaching, "it was asked for"),
         picture: 1,
         pictures: 1,
         seconds: 1.0,
@@ -54,7 +54,7 @@ pub fn cache_header() -> Value {
     json!({
         "identity": identity(),
         "scene": SCENE,
-        "settings": Settings::of(&Variant::NonCaching),
+        "settings": Settings::of(&Variant::NonCaching, "it was asked for"),
         "fill": "9".repeat(32),
         "is_filled": true,
         "state": {
