@@ -10,6 +10,7 @@ mod host;
 mod picture;
 mod refinement;
 mod run;
+mod sample_range;
 pub mod schedule;
 mod stopwatch;
 mod trial;
@@ -30,7 +31,8 @@ pub use host::{Host, HostOptions};
 pub use picture::{Picture, relative_error};
 pub use refinement::Refinement;
 pub use run::{Outcome, Progress, Run};
-pub use schedule::{SampleRange, Stop};
+pub use sample_range::SampleRange;
+pub use schedule::Stop;
 pub use stopwatch::Stopwatch;
 pub use trial::{Trial, Work};
 

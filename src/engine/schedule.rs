@@ -7,35 +7,11 @@
 //! (glsl/include/random.glsl): the spread between units then shows most of what that gains. They follow from a sample's
 //! index in the whole picture, so that the shards of a picture have the units of a single run.
 
-use std::fmt;
 use std::num::NonZeroU32;
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
-
+use super::sample_range::SampleRange;
 use crate::render::doubling;
-
-/// Samples of every pixel by their indices in the whole picture: from `first` up to, but not including, `end`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct SampleRange {
-    pub first: u32,
-    pub end: u32,
-}
-
-impl SampleRange {
-    /// A picture's mean weighs its samples in single precision, which counts up to here.
-    pub const MOST: u32 = 1 << 24;
-
-    pub fn count(&self) -> u32 {
-        self.end.saturating_sub(self.first)
-    }
-}
-
-impl fmt::Display for SampleRange {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}..{}", self.first, self.end)
-    }
-}
 
 /// When to stop: at whichever of these comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -405,19 +381,6 @@ mod tests {
             now.units += 1;
         }
         assert_eq!(now.samples, SampleRange::MOST);
-        let shard = Stop {
-            samples: Some(SampleRange {
-                first: 5,
-                end: SampleRange::MOST,
-            }),
-            ..Stop::default()
-        };
-        let last = Done {
-            first_sample: 5,
-            ..done(SampleRange::MOST - 5, 9, 1.0, 0.1)
-        };
-        let reason = reason_to_stop(&shard, &last).expect("an end");
-        assert!(reason.starts_with("--samples 5..16777216"), "{reason}");
     }
 
     #[test]
