@@ -96,7 +96,7 @@ fn a_scene_dropped_while_another_is_prepared_waits_for_its_memory() {
     let folder = Folder::new();
     let display = Display::new();
     folder.write("other.toml", SCENE.as_bytes());
-    let arguments = "scene.toml --spp 2 --vram-budget 64MiB --stats stats.json";
+    let arguments = "scene.toml --spp 2 --vram-budget 32MiB --stats stats.json";
     let mut program = folder.view(&display, arguments);
     let window = display.window();
     program.wait_for("picture: ");
