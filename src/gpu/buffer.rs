@@ -159,6 +159,11 @@ impl Buffer {
         Some(&mapped[..self.desc.bytes as usize])
     }
 
+    /// The value at the buffer's start, which must be mapped. There is none in a dry run.
+    pub fn read<T: bytemuck::AnyBitPattern>(&self) -> T {
+        bytemuck::pod_read_unaligned(&self.mapped().unwrap_or_default()[..size_of::<T>()])
+    }
+
     pub fn mapped_mut(&mut self) -> Option<&mut [u8]> {
         let name = self.holding.name();
         let bytes = self.desc.bytes as usize;

@@ -4,10 +4,8 @@
 //! 32 voxels a side that is a tenth more memory, and a ray leaves few voxels of a brick unread; larger ones would be
 //! read from the file a little faster, and waste more of a small budget.
 
+use super::packed;
 use crate::gpu::DeviceSummary;
-
-/// The position of a place takes ten bits for each axis.
-const MOST_PLACES: u32 = 1 << 10;
 
 /// A volume in bricks, and an image with places for some of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +37,7 @@ impl BrickLayout {
         limits: &DeviceSummary,
     ) -> BrickLayout {
         let bricks = dims.map(|n| n.div_ceil(side));
-        let most = (limits.max_image_3d / (side + 1)).clamp(1, MOST_PLACES);
+        let most = (limits.max_image_3d / (side + 1)).clamp(1, packed::MOST);
         let places = places.clamp(1, product(bricks));
         let width = ((places as f64).cbrt().ceil() as u32).min(most);
         let height = (places.div_ceil(u64::from(width)) as f64).sqrt().ceil() as u32;

@@ -7,6 +7,7 @@ use bytemuck::Zeroable;
 use super::brick_layout::BrickLayout;
 use super::brick_window::{Items, Loads, Window};
 use super::host_bricks::HostBricks;
+use super::packed::pack;
 use super::place_bricks::PlaceBricks;
 use super::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
 use crate::error::Result;
@@ -148,8 +149,7 @@ impl BrickPlaces {
                     words[old as usize] = 0;
                 }
                 self.read[place] = self.round;
-                let [x, y, z] = self.layout.place(place as u32);
-                words[brick as usize] = PAGE_RESIDENT | x | y << 10 | z << 20;
+                words[brick as usize] = PAGE_RESIDENT | pack(self.layout.place(place as u32));
             }
             self.bring(frame, image, loads)?;
             loaded += loads.len();

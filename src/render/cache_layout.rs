@@ -8,12 +8,10 @@
 use rayon::prelude::*;
 
 use super::occupancy::Occupancy;
+use super::packed::{self, pack, unpack};
 use super::shared::{BRICK, NO_PLACE};
 use crate::error::{MemoryError, Result};
 use crate::scene::CacheFormat;
-
-/// Places, or bricks of the lattice, along an axis that fit into ten bits.
-const MOST_PLACES: u32 = 1024;
 
 /// The share of bricks with memory that may be of no use before the others get smaller images.
 const MOST_IDLE: f64 = 0.4;
@@ -63,12 +61,12 @@ impl CacheLayout {
         let nodes = dims.map(|n| (n as f64 * scale).ceil() as u32);
         let step = std::array::from_fn(|a| dims[a] as f32 / nodes[a] as f32);
         let bricks = nodes.map(|n| n.div_ceil(BRICK));
-        if bricks.iter().any(|&n| n > MOST_PLACES) {
-            let limit = MOST_PLACES * BRICK;
+        if bricks.iter().any(|&n| n > packed::MOST) {
+            let limit = packed::MOST * BRICK;
             return Err(MemoryError::CacheNodes { nodes, limit });
         }
         let active = active_bricks(bricks, step, occupancy);
-        let most_places = (most_texels / BRICK).min(MOST_PLACES - 1);
+        let most_places = (most_texels / BRICK).min(packed::MOST - 1);
         let Some(places) = places(active.len() as u32, most_places) else {
             return Err(MemoryError::CacheBricks {
                 bricks: active.len(),
@@ -214,14 +212,6 @@ impl CacheLayout {
 /// "caching at scale 0.5 in f16", for messages.
 pub fn description(scale: f64, format: CacheFormat) -> String {
     format!("caching at scale {scale} in {}", format.name())
-}
-
-fn pack([x, y, z]: [u32; 3]) -> u32 {
-    x | y << 10 | z << 20
-}
-
-fn unpack(word: u32) -> [u32; 3] {
-    [word, word >> 10, word >> 20].map(|bits| bits & 1023)
 }
 
 /// The bits of ten-bit coordinates, interleaved.

@@ -8,8 +8,7 @@ use crate::error::Result;
 use crate::gpu::{Binding, Buffer, Format, Image, ImageDesc, Memory};
 
 pub struct LightMemory {
-    /// The buffers of [`Lights::lists`].
-    lists: Vec<Buffer>,
+    suns: Buffer,
     /// The sampling table of the sky's image.
     sky: Buffer,
     /// The sky's image, or a single texel that is black where the scene has none.
@@ -18,7 +17,6 @@ pub struct LightMemory {
 
 impl LightMemory {
     pub fn allocate(memory: &Arc<Memory>, lights: &Lights) -> Result<LightMemory> {
-        let buffer = |(name, bytes): (_, Vec<u8>)| Buffer::with_data(memory, name, &bytes);
         let sky = lights.sky.as_deref();
         let table: &[EnvironmentCell] = sky.map_or(&[], |sky| &sky.table.sky);
         let [width, height] = sky.map_or([1, 1], |sky| sky.image.size());
@@ -31,11 +29,7 @@ impl LightMemory {
             format: Format::R32G32B32A32_SFLOAT,
         };
         Ok(LightMemory {
-            lists: lights
-                .lists()
-                .into_iter()
-                .map(buffer)
-                .collect::<Result<_>>()?,
+            suns: Buffer::with_data(memory, "suns", &lights.suns)?,
             sky: Buffer::with_data(memory, "environment table", table)?,
             environment: Image::new(memory, environment)?,
         })
@@ -43,20 +37,15 @@ impl LightMemory {
 
     /// Writes edited lights that have the same sky image.
     pub fn write(&mut self, lights: &Lights) -> Result<()> {
-        let mut lists = self.lists.iter_mut().zip(lights.lists());
-        lists.try_for_each(|(buffer, (_, bytes))| buffer.rewrite(&bytes))
+        self.suns.rewrite(&lights.suns)
     }
 
     /// The resources of every shader that includes `light.glsl`.
-    pub fn bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
-        let lists = self
-            .lists
-            .iter()
-            .map(|list| (list.desc.name, Binding::Buffer(list)));
-        let sky = [
+    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 3] {
+        [
+            ("suns", Binding::Buffer(&self.suns)),
             ("sky", Binding::Buffer(&self.sky)),
             ("environment", Binding::Image(&self.environment)),
-        ];
-        lists.chain(sky).collect()
+        ]
     }
 }

@@ -41,8 +41,7 @@ impl MarchedSamples {
             f.copy(&self.count, staging)?;
             self.begin(f)
         })?;
-        let mapped = staging.mapped().unwrap_or_default();
-        let Marched { low, high } = bytemuck::pod_read_unaligned(&mapped[..size_of::<Marched>()]);
+        let Marched { low, high } = staging.read();
         let work = Work {
             samples: u64::from(high) << 32 | u64::from(low),
             ..Work::default()

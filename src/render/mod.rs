@@ -77,6 +77,7 @@ mod marched;
 mod needed_bricks;
 mod occupancy;
 mod pace;
+mod packed;
 mod parts;
 mod pass_compiler;
 mod patches;

@@ -68,8 +68,7 @@ impl Published {
         self.transport.run(frame, r, &self.cells, &push)?;
         self.rounds += 1;
         frame.run(|f| f.copy(&r.counters, &r.staging))?;
-        let mapped = r.staging.mapped().unwrap_or_default();
-        let counted: Counters = bytemuck::pod_read_unaligned(&mapped[..size_of::<Counters>()]);
+        let counted: Counters = r.staging.read();
         let before = std::mem::replace(&mut self.counted, counted);
         totals.paths += counted.finished.wrapping_sub(before.finished) as u64;
         totals.lookups += counted.lookups.wrapping_sub(before.lookups) as u64;

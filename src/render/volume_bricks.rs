@@ -231,8 +231,7 @@ impl VolumeBricks {
     /// If the volume cannot be read, or if a single invocation needs more bricks at once than there is room for.
     pub fn serve(&self, frame: &mut Frame, image: &Image) -> Result<bool> {
         let mut state = self.state.borrow_mut();
-        let mapped = state.host_streaming.mapped().unwrap_or_default();
-        let told: Streaming = bytemuck::pod_read_unaligned(&mapped[..size_of::<Streaming>()]);
+        let told: Streaming = state.host_streaming.read();
         state.told = told;
         if state.previews || told.missed == 0 && state.window.is_whole() {
             state.write_streaming();

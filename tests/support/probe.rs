@@ -93,7 +93,7 @@ impl Probe {
 
 fn bindings<'a>(r: &'a Resources, name: &'static str) -> Vec<(&'static str, Binding<'a>)> {
     let binding = match name {
-        "lights" => return r.lights.bindings(),
+        "lights" => return r.lights.bindings().to_vec(),
         "scene_block" => Binding::Buffer(&r.scene),
         "volume" => Binding::Image(&r.volume),
         "ranges" => Binding::Image(&r.ranges),

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use bytemuck::Pod;
-
 use super::environment_table::{self, EnvironmentTable};
 use super::is_grey;
 use crate::render::features::Features;
@@ -83,13 +81,8 @@ impl Lights {
         constants.cache_unit = self.unit();
     }
 
-    /// The lists of lights that shaders read, each with the name of its buffer.
-    pub fn lists(&self) -> Vec<(&'static str, Vec<u8>)> {
-        vec![("suns", list(&self.suns))]
-    }
-
     /// Probability that next-event estimation picks the sky's image over a sun.
-    pub fn image_probability(&self) -> f32 {
+    fn image_probability(&self) -> f32 {
         match (&self.sky, self.suns.is_empty()) {
             (None, _) => 0.0,
             (Some(_), true) => 1.0,
@@ -182,14 +175,6 @@ fn suns(lights: &[DirectionalLight]) -> Vec<Sun> {
             }
         })
         .collect()
-}
-
-/// The bytes of a list; an empty one gets an element, since shaders may read it, although they do not use it.
-fn list<T: Pod>(elements: &[T]) -> Vec<u8> {
-    match elements {
-        [] => bytemuck::bytes_of(&T::zeroed()).to_vec(),
-        _ => bytemuck::cast_slice(elements).to_vec(),
-    }
 }
 
 fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {

@@ -57,7 +57,7 @@ impl Surfaces {
         materials(self) == materials(other)
     }
 
-    pub fn any_shaded(&self, shading: u32) -> bool {
+    fn any_shaded(&self, shading: u32) -> bool {
         self.iso.iter().any(|surface| surface.shading == shading)
     }
 }

@@ -1,0 +1,13 @@
+//! Positions in a lattice of bricks, or of places for them, packed into a word: ten bits for each axis (`unpacked` in
+//! `glsl/include/cells.glsl`).
+
+/// Positions along an axis that fit into ten bits.
+pub const MOST: u32 = 1 << 10;
+
+pub fn pack([x, y, z]: [u32; 3]) -> u32 {
+    x | y << 10 | z << 20
+}
+
+pub fn unpack(word: u32) -> [u32; 3] {
+    [word, word >> 10, word >> 20].map(|bits| bits & (MOST - 1))
+}
