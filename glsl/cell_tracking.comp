@@ -8,7 +8,7 @@
 // The first paths of a node end where they can gather light that the cache holds so far (gathering.glsl), and the
 // very first are paths of only some nodes (coarse.glsl).
 //
-// A brick gets paths according to how much of it is seen (src/render/focus.rs). A batch is as large as all batches of
+// A brick gets paths according to how much of it is seen (src/render/cache/focus.rs). A batch is as large as all batches of
 // a node before, as a rule, so that half of every merge is new: rounding to 16 bits then adds up to less than one
 // unit in the last place, after any number of updates.
 

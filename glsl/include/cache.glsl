@@ -8,7 +8,7 @@
 // scatters light of several colours: each channel has a flux of its own then, in texels side by side.
 //
 // Nodes that have had no path hold a guess, marked by a negative A. Where none of the view's rays reads a node, it
-// keeps the guess (src/render/focus.rs): a path that comes there continues as if there were no cache.
+// keeps the guess (src/render/cache/focus.rs): a path that comes there continues as if there were no cache.
 //
 // Values are in units of scene.cache_unit: no format overflows, and they stay right when all lights are dimmed or
 // coloured alike.

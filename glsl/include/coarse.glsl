@@ -8,7 +8,7 @@
 // nodes get paths of their own.
 //
 // A surface that stops light may lie between nodes: bricks that it cuts begin with the fine lattice. So do all bricks
-// where the coarse lattice would be so coarse that noise is the smaller error (src/render/cache_layout.rs).
+// where the coarse lattice would be so coarse that noise is the smaller error (src/render/cache/layout.rs).
 
 bool is_coarse_node(ivec3 node) {
     return all(equal(node & 1, ivec3(0)));

@@ -78,7 +78,7 @@ float volume_interpolate(Cell k, vec3 p) {
          + p.z * (k.z + p.x * k.xz);
 }
 
-// The field's value V(g). Not by the device's filter, which rounds g (src/render/filter_probe.rs).
+// The field's value V(g). Not by the device's filter, which rounds g (src/render/peak/filter_probe.rs).
 float volume_value(vec3 g) {
     vec3 cell = floor(g);
     vec3 p = g - cell;

@@ -1,5 +1,5 @@
 // Access to voxels. A volume that fits is one image. A larger one is cut into bricks, of which the image holds as
-// many as there is room for (src/render/volume_bricks.rs).
+// many as there is room for (src/render/bricks).
 //
 // An invocation that reads a voxel of a missing brick asks for that brick and reads another voxel instead. Everything
 // that it computes from then on is void: it is discarded, and computed again, with the same random numbers, in a

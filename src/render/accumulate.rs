@@ -1,8 +1,8 @@
 //! Folds units of samples into the running mean and its spread.
 
+use super::bricks::VolumeBricks;
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass, Work};

@@ -1,6 +1,6 @@
 //! Paths from the camera: those of `non-caching`, and those that read the cache.
 
-use super::brick_window::Items;
+use super::bricks::Items;
 use super::bundle::{Bundle, Sampled};
 use super::pass_compiler::PassCompiler;
 use super::path_queue::PathQueue;

@@ -4,13 +4,11 @@
 use std::sync::Arc;
 
 use super::bundle::Bundle;
-use super::cache::Cache;
-use super::cache_memory::CacheMemory;
+use super::cache::{Cache, CacheMemory};
 use super::delta_tracking::DeltaTracking;
 use super::gpu_scene::GpuScene;
 use super::pass_compiler::PassCompiler;
-use super::published::Published;
-use super::published_cells::PublishedCells;
+use super::published::{Published, PublishedCells};
 use super::resources::Resources;
 use super::variant::Variant;
 use crate::error::{DeviceError, Result};

@@ -3,12 +3,10 @@
 
 use bytemuck::Zeroable;
 
-use super::brick_layout::BrickLayout;
-use super::cache_layout::CacheLayout;
+use super::bricks::BrickLayout;
+use super::cache::{CacheLayout, Occupancy, rim_cubes};
 use super::features::Features;
-use super::occupancy::Occupancy;
 use super::parts::{Changes, Derived, Field, Part, Parts, Surfaces};
-use super::rim_cubes;
 use super::shared::SceneConstants;
 use super::variant::Variant;
 use crate::error::Result;

@@ -3,7 +3,9 @@
 //! A [`GpuScene`] is what shaders read of a scene: its [`Parts`], which change independently, and the [`Variant`] that
 //! renders it. A [`Plan`] adds up the GPU memory of that in advance, by a dry run of the statements that allocate. A
 //! [`Renderer`] has it on the GPU: the resources that every variant needs, and an estimator, which is a variant's passes
-//! together with its own memory. Each pass is a file here and a shader of the same name in `glsl/`.
+//! together with its own memory. Each pass is a file here and a shader of the same name in `glsl/`. What belongs to one
+//! variant alone stands in a folder, `cache` or `published`, what streams a volume in `bricks`, and what measures the
+//! device in `peak`.
 //!
 //! A frame, as [`Renderer`] runs it: the majorants of the medium (once a transfer function), then how near and how far
 //! the camera's rays meet anything (`patches`, once a view), then, with a cache, batches of paths from its nodes, and then
@@ -36,98 +38,72 @@
 //! - **cube**: the space between eight neighbouring nodes, in which light is interpolated.
 //! - **brick**: 4³ nodes, which have memory together or not at all.
 //! - **place**: the position of a brick in the cache's images; the page table says which brick has which place.
-//! - **batch**: the paths that all nodes get between two looks at the error.
+//! - **batch**: the paths that all nodes get between two looks at the error; `engine/schedule.rs` says how many.
 //! - **update**: one path of a node.
+//! - **in sight**: bricks that a ray of the view reads; each has a share of a batch's paths (`cache/focus.rs`).
+//! - **gather**: to end a path at its first collision, with the light that the cache holds there, as paths of nodes do
+//!   that have had few (`gathering.glsl`).
+//! - **coarse lattice**: nodes whose indices are even, of which alone a brick's first paths start (`coarse.glsl`).
+//! - **guess**: the light of a node that has had no path (`cache.glsl`).
+//! - **cut**: a cube that a surface passes, some of whose nodes may lie behind it (`cut_cubes`).
+//! - **rim**: cubes where a dense medium ends, between whose nodes light bends too much (`rim_cubes`).
+//! - **tail**: what a march at rest leaves to paths: light on surfaces, and in cubes that are cut or at a rim
+//!   (`tail_tracking`).
 //!
 //! On the GPU:
 //! - **slot**: a thread's room for one path in flight. It takes the next pixel or node when its path has ended.
+//! - **queue**: the pixels or nodes of a batch or unit, worked off by slots, dispatch after dispatch (`path_queue.rs`).
+//! - **page**: the entry of a brick in a page table: where it is in memory, if it is there.
+//! - **window**: those invocations that may work while bricks of the volume are missing (`bricks/window.rs`).
 
 mod accumulate;
 mod allocation;
-mod brick_layout;
-mod brick_places;
-mod brick_window;
+mod bricks;
 mod bundle;
 mod cache;
-mod cache_error;
-mod cache_layout;
-mod cache_memory;
-mod cache_progress;
-mod cache_state;
-mod caching;
-mod camera_march;
-mod cell_tracking;
 mod choice;
 mod codes;
 mod copy;
-mod cube_bits;
-mod cut_cells;
 mod delta_tracking;
 mod estimator;
 pub mod features;
 mod film;
-mod filter_probe;
-mod focus;
 mod gpu_scene;
-mod host_bricks;
 mod iso_depth;
 mod light_memory;
 mod majorants;
-mod marched;
-mod needed_bricks;
-mod occupancy;
-mod pace;
 mod packed;
 mod parts;
 mod pass_compiler;
 mod patches;
 mod path_queue;
 mod peak;
-mod peak_rate;
-mod place_bricks;
 mod plan;
 mod plan_in_bricks;
 mod published;
-mod published_cells;
-mod published_march;
-mod published_transport;
-mod ray_march;
-mod reflectance;
 mod renderer;
 mod repeated_pass;
 mod resources;
-mod rim_cubes;
 pub mod shared;
-mod spread_light;
 mod sums;
-mod tail_tracking;
 mod tone_map;
 mod totals;
 mod units;
 mod until;
 mod upload;
 mod variant;
-mod volume_bricks;
 
-pub use brick_layout::BrickLayout;
-pub use brick_places::BrickFigures;
-pub use cache::Cache;
-pub use cache_layout::CacheLayout;
-pub use cache_state::CacheState;
-pub use caching::Caching;
+pub use bricks::{BrickFigures, BrickLayout, needed_bricks};
+pub use cache::{
+    Cache, CacheLayout, CacheState, Caching, Occupancy, RAYS, doubling, gathers, worth,
+};
 pub use choice::{caches, choose};
 pub use copy::{Sink, Source};
 pub use film::{Film, FirstHits};
-pub use filter_probe::filter_error;
 pub use gpu_scene::GpuScene;
-pub use needed_bricks::needed_bricks;
-pub use occupancy::Occupancy;
-pub use pace::{doubling, gathers, worth};
 pub use parts::{Changes, Derived, Part, Parts};
-pub use peak::Peak;
-pub use peak_rate::{PeakRates, peak, peak_rates};
+pub use peak::{Peak, PeakRates, filter_error, peak, peak_rates};
 pub use plan::{Choice, Plan};
-pub use ray_march::RAYS;
 pub use renderer::Renderer;
 pub use resources::Resources;
 pub use sums::Sums;

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 
-use super::brick_window::{Items, Order};
+use super::bricks::{Items, Order};
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use super::shared::Counters;

@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use super::allocation::Allocation;
-use super::brick_layout::BrickLayout;
-use super::cache_layout::{self, CacheLayout};
+use super::bricks::BrickLayout;
+use super::cache::{CacheLayout, layout};
 use super::gpu_scene::GpuScene;
 use super::variant::Variant;
 use crate::bytes::human;
@@ -150,7 +150,7 @@ pub(super) fn choose_whole(
     }
     let mut better = Vec::new();
     for rung in rungs(&uncached, volume, scene, limits) {
-        let name = cache_layout::description(rung.scale, rung.format);
+        let name = layout::description(rung.scale, rung.format);
         let layout = rung.layout.map_err(Error::from);
         let cached = layout.map(|layout| uncached.clone().with_cache(layout));
         match cached.and_then(|cached| plan(&cached)) {

@@ -7,9 +7,8 @@
 
 use std::sync::Arc;
 
-use super::brick_layout::BrickLayout;
+use super::bricks::{BrickLayout, needed_bricks};
 use super::gpu_scene::GpuScene;
-use super::needed_bricks::needed_bricks;
 use super::plan::{Choice, Plan, rungs, too_many_cells, useless};
 use crate::bytes::human;
 use crate::error::{Error, Result};

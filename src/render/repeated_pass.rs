@@ -1,6 +1,6 @@
 //! Passes that read the volume and begin anew where they have missed a brick of it, in contrast to paths, which wait.
 
-use super::brick_window::Order;
+use super::bricks::Order;
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};

@@ -5,12 +5,11 @@
 
 use std::sync::Arc;
 
+use super::bricks::{VolumeBricks, place_bricks};
 use super::gpu_scene::GpuScene;
 use super::light_memory::LightMemory;
 use super::parts::TRANSFER_ROWS;
-use super::place_bricks;
 use super::shared::{Counters, PATCHES, Path};
-use super::volume_bricks::VolumeBricks;
 use crate::error::Result;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement,

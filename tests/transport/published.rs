@@ -1,4 +1,4 @@
-//! The published baseline (`src/render/published.rs`): where its choices do not matter it agrees with
+//! The published baseline (`src/render/published`): where its choices do not matter it agrees with
 //! what is known, and it takes the memory that the paper says.
 
 use std::sync::atomic::AtomicBool;

@@ -1,7 +1,7 @@
 //! A CPU's driver loads texels from storage images, a GPU fetches them through its texture units: the same
 //! shaders make the same picture of both, to the last bit. The volume has 8 bits, of which lavapipe's
 //! filter is too coarse to be used. No two pictures are alike where loops pass lavapipe's limit
-//! (`src/render/slots.rs`): those around a surface once did.
+//! (`src/render/path_queue.rs`): those around a surface once did.
 
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;

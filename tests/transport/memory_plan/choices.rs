@@ -255,7 +255,7 @@ fn limits_are_named() {
     );
 }
 
-/// The cut cells of 520³ nodes take more than the 16 MiB of the largest buffer that is not the cache's.
+/// The cut cubes of 520³ nodes take more than the 16 MiB of the largest buffer that is not the cache's.
 #[test]
 fn the_cache_may_lack_a_buffer_of_its_own() {
     let zeroes = isolume::scene::volume::Voxels::U8(vec![0; 520 * 520 * 520]);

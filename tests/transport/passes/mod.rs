@@ -1,6 +1,6 @@
 //! Passes whose work no picture of another test would miss, each by itself: what it reads, and what it writes.
 
-mod cut_cells;
+mod cut_cubes;
 mod dead_branches;
 mod marched;
 mod tone_map;

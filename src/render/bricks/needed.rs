@@ -1,0 +1,34 @@
+//! The bricks of a volume that are ever read.
+
+use super::layout::BrickLayout;
+use crate::render::cache::Occupancy;
+use crate::render::gpu_scene::GpuScene;
+use crate::scene::volume::{MACROCELL, Volume};
+
+/// Number of bricks in which the medium scatters or a surface shows: the others are never read.
+pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
+    let matter = bricks_that_matter(scene, volume, BrickLayout::SIDE);
+    matter.into_iter().filter(|&matters| matters).count() as u32
+}
+
+/// For each brick of `side` voxels a side, x fastest, whether the medium scatters or a surface shows in it.
+pub fn bricks_that_matter(scene: &GpuScene, volume: &Volume, side: u32) -> Vec<bool> {
+    let shown = Occupancy::with_surfaces(&scene.parts, volume);
+    let bricks = volume.dims.map(|n| n.div_ceil(side));
+    let spans: [Vec<_>; 3] = std::array::from_fn(|a| {
+        let low = |i: u32| (i * side) as f32;
+        let high = |i: u32| (i * side + side) as f32;
+        (0..bricks[a])
+            .map(|i| shown.span(a, [low(i) + 1.0, high(i) + 1.0 - 1.0 / MACROCELL as f32]))
+            .collect()
+    });
+    let [x, y, z] = &spans;
+    let mut matters = Vec::with_capacity(x.len() * y.len() * z.len());
+    for z in z {
+        for y in y {
+            let row = shown.row(y, z);
+            matters.extend(x.iter().map(|x| row[x.clone()].contains(&true)));
+        }
+    }
+    matters
+}

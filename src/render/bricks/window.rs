@@ -1,0 +1,229 @@
+//! Which invocations of a dispatch may work while bricks of the volume are missing.
+//!
+//! Usually all may. Where too many invocations need too many bricks at once, none of them finds all that it needs.
+//! Then only those work whose index is in a window, which shrinks until one of them makes progress, in the end to a
+//! single invocation.
+
+use crate::render::shared::Streaming;
+
+/// What the invocations of a dispatch work on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Order {
+    /// Slots with a path each, which are not done before the queue is empty: any of them may make progress.
+    Slots,
+    /// Pixels or the like. Each is done in one dispatch, and neighbours need the same bricks, so the window moves
+    /// through them in order of their indices.
+    Pixels,
+}
+
+/// The items (see `bundle.rs`) that may be worked on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Items {
+    /// Units in the bundle.
+    pub units: u32,
+    pub first: u32,
+    /// Items from this one on have to wait.
+    pub end: u32,
+}
+
+impl Items {
+    /// No restriction, for work that is not made of items.
+    pub const NONE: Items = Items {
+        units: 1,
+        first: 0,
+        end: 0,
+    };
+}
+
+/// What the host did about bricks that were missed.
+#[derive(Debug, Clone, Copy)]
+pub struct Loads {
+    /// Bricks that have been loaded.
+    pub loaded: usize,
+    /// Whether there were places for all bricks that invocations have asked for. Those that have not been loaded are
+    /// then only late.
+    pub has_room: bool,
+}
+
+/// A single invocation needs more bricks than there is room for.
+#[derive(Debug, PartialEq, Eq)]
+pub struct NoRoom;
+
+#[derive(Debug)]
+pub struct Window {
+    order: Order,
+    pub first: u32,
+    /// Invocations in the window; `ALL` stands for the whole dispatch.
+    pub count: u32,
+    /// Dispatches without progress since the last progress, or since the window shrank.
+    stalled: u32,
+    /// The count with which new work on pixels begins, adapted to the dispatches before.
+    enough: u32,
+}
+
+const ALL: u32 = u32::MAX;
+/// Dispatches without progress after which fewer work: a path may need a few bricks at once.
+const PATIENCE: u32 = 2;
+
+impl Window {
+    pub fn new() -> Window {
+        Window {
+            order: Order::Slots,
+            first: 0,
+            count: ALL,
+            stalled: 0,
+            enough: ALL,
+        }
+    }
+
+    /// Starts the window for new work of this order.
+    pub fn begin(&mut self, order: Order) {
+        self.order = order;
+        self.first = 0;
+        self.stalled = 0;
+        self.count = match order {
+            Order::Slots => ALL,
+            Order::Pixels => self.enough,
+        };
+    }
+
+    pub fn is_whole(&self) -> bool {
+        self.count == ALL
+    }
+
+    /// Moves the window after a dispatch.
+    pub fn follow(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+        if told.advanced > 0 {
+            self.stalled = 0;
+        }
+        match (self.order, told.missed) {
+            (Order::Slots, 0) => self.begin(Order::Slots),
+            (Order::Slots, _) => return self.follow_slots(told, loads),
+            (Order::Pixels, 0) => self.pass(told),
+            (Order::Pixels, _) => return self.follow_pixels(told, loads),
+        }
+        Ok(())
+    }
+
+    fn follow_slots(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+        if told.advanced > 0 {
+            self.count = self.count.saturating_mul(2);
+            if self.is_whole() {
+                self.first = 0;
+            }
+            return Ok(());
+        }
+        self.stalled += 1;
+        if loads.loaded > 0 && (self.stalled <= PATIENCE || self.count == 1) {
+            return Ok(());
+        }
+        self.shrink(told)
+    }
+
+    fn follow_pixels(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+        if loads.has_room || (self.count == 1 && loads.loaded > 0) {
+            return Ok(());
+        }
+        self.shrink(told)?;
+        self.enough = self.count;
+        Ok(())
+    }
+
+    /// Moves past the window, all of whose pixels are done.
+    fn pass(&mut self, told: &Streaming) {
+        if told.advanced == 0 {
+            // No pixel was left there: the next dispatch covers all of them, and mostly finds nothing to do.
+            (self.first, self.count) = (0, ALL);
+            return;
+        }
+        self.first = self.first.saturating_add(self.count);
+        self.count = self.count.saturating_add(self.count / 4);
+        self.enough = self.count;
+    }
+
+    fn shrink(&mut self, told: &Streaming) -> Result<(), NoRoom> {
+        if self.count == 1 {
+            return Err(NoRoom);
+        }
+        self.stalled = 0;
+        self.first = told.first_missed;
+        self.count = (self.count.min(told.missed) / 2).max(1);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bytemuck::Zeroable;
+
+    fn told(missed: u32, first_missed: u32, advanced: u32) -> Streaming {
+        Streaming {
+            missed,
+            first_missed,
+            advanced,
+            ..Streaming::zeroed()
+        }
+    }
+
+    const SOME: Loads = Loads {
+        loaded: 5,
+        has_room: false,
+    };
+    const NONE: Loads = Loads {
+        loaded: 0,
+        has_room: false,
+    };
+    const LATE: Loads = Loads {
+        loaded: 5,
+        has_room: true,
+    };
+
+    #[test]
+    fn slots_work_all_at_once_until_none_comes_further() {
+        let mut window = Window::new();
+        window.begin(Order::Slots);
+        window.follow(&told(100, 7, 3), NONE).expect("progress");
+        assert!(window.is_whole());
+        for _ in 0..=PATIENCE {
+            window.follow(&told(100, 7, 0), SOME).expect("room");
+        }
+        assert_eq!((window.first, window.count), (7, 50));
+        window.follow(&told(0, ALL, 50), SOME).expect("room");
+        assert!(window.is_whole());
+    }
+
+    #[test]
+    fn a_single_slot_without_room_is_an_error() {
+        let mut window = Window::new();
+        window.begin(Order::Slots);
+        let mut rounds = 0;
+        while window.follow(&told(100, 7, 0), NONE).is_ok() {
+            rounds += 1;
+            assert!(rounds < 100);
+        }
+        assert_eq!((window.first, window.count), (7, 1));
+    }
+
+    #[test]
+    fn pixels_are_gone_through_in_order_as_many_at_once_as_find_their_bricks() {
+        let mut window = Window::new();
+        window.begin(Order::Pixels);
+        window.follow(&told(80, 20, 10), SOME).expect("room");
+        assert_eq!((window.first, window.count), (20, 40));
+        window.follow(&told(0, ALL, 40), SOME).expect("room");
+        assert_eq!((window.first, window.count), (60, 50));
+        window.follow(&told(0, ALL, 0), SOME).expect("room");
+        assert!(window.is_whole() && window.first == 0);
+        window.begin(Order::Pixels);
+        assert_eq!(window.count, 50);
+    }
+
+    #[test]
+    fn pixels_whose_bricks_are_late_are_no_fewer() {
+        let mut window = Window::new();
+        window.begin(Order::Pixels);
+        window.follow(&told(80, 20, 10), LATE).expect("room");
+        assert!(window.is_whole());
+    }
+}

@@ -1,0 +1,147 @@
+//! Operations that a renderer offers where it has a cache: filling it, and marching through it.
+
+use super::Cache;
+use crate::error::Result;
+use crate::gpu::{Frame, Image, SLICE_MS, Slices};
+use crate::render::bricks::Order;
+use crate::render::bundle::Bundle;
+use crate::render::copy;
+use crate::render::resources::Resources;
+use crate::render::tone_map::{ToneMap, ToneMapPush};
+use crate::render::until::Until;
+
+/// A renderer of the caching variant, borrowed for its cache.
+pub struct Caching<'a> {
+    pub(in crate::render) cache: &'a mut Cache,
+    pub(in crate::render) frame: &'a mut Frame,
+    pub(in crate::render) r: &'a mut Resources,
+    pub(in crate::render) tone_map: &'a ToneMap,
+    /// The unit of samples under way, which a march overwrites.
+    pub(in crate::render) under_way: &'a mut Option<Bundle>,
+}
+
+impl Caching<'_> {
+    /// Gives the nodes in sight `samples` more paths, the others their share, and measures the error; with 0 samples,
+    /// nodes get the paths of earlier batches that they lack. False if `until` comes before the last path: some nodes
+    /// have had the batch then, some not, and it does not count.
+    pub fn batch<'a>(&mut self, samples: u32, until: impl Into<Until<'a>>) -> Result<bool> {
+        let until = until.into();
+        self.cache.abandon();
+        loop {
+            if until.is_over() {
+                return Ok(false);
+            }
+            if self.advance(samples)? {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended, and been measured.
+    pub fn advance(&mut self, samples: u32) -> Result<bool> {
+        self.cache.advance(self.frame, self.r, samples)
+    }
+
+    /// Fills a cache without light with a guess, so that there is something to see until paths have replaced it.
+    pub fn guess_light(&mut self) -> Result<()> {
+        self.cache.guess(self.frame)
+    }
+
+    /// Gives all nodes the same number of paths from now on, as pictures from all sides need it.
+    pub fn widen_focus(&mut self) {
+        self.cache.widen_focus();
+    }
+
+    /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
+    pub fn roam(&mut self) {
+        self.cache.roam();
+    }
+
+    /// Forgets all light.
+    pub fn clear(&mut self) {
+        self.cache.clear();
+    }
+
+    /// The picture that the cache shows at once, row 0 on top.
+    pub fn march(&mut self) -> Result<Vec<[f32; 4]>> {
+        self.march_in_place()?;
+        self.marched()
+    }
+
+    /// The picture that has just been marched.
+    pub fn marched(&mut self) -> Result<Vec<[f32; 4]>> {
+        copy::download(self.frame, &self.r.staging, &self.r.unit_sum)
+    }
+
+    /// Marches that picture and leaves it on the GPU.
+    pub fn march_in_place(&mut self) -> Result<()> {
+        self.cache.ray_march.rays = 0;
+        self.march_another_ray()
+    }
+
+    /// Marches another ray of each pixel, and adds it to the mean of those before.
+    pub fn march_another_ray(&mut self) -> Result<()> {
+        let mut slices = Slices::new(SLICE_MS);
+        while !self.advance_march(&mut slices)? {}
+        Ok(())
+    }
+
+    /// Number of rays of each pixel whose mean has been marched in this view.
+    pub fn rays(&self) -> u32 {
+        self.cache.ray_march.rays
+    }
+
+    /// Marches a slice of another ray of each pixel, and adds it to the mean of those before. Returns whether the slice
+    /// was the last. A unit of samples under way is lost.
+    pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
+        *self.under_way = None;
+        self.cache.march(self.frame, self.r, slices)
+    }
+
+    /// Marches all of it in one piece of work and encodes it for display: for pictures of few pixels.
+    pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+        *self.under_way = None;
+        let (r, cache, tone_map) = (&*self.r, &mut *self.cache, self.tone_map);
+        if let Some(bricks) = &r.bricks {
+            bricks.begin_preview();
+            bricks.begin(self.frame, Order::Slots)?;
+        }
+        self.frame.run(|f| {
+            if let Some(bricks) = &r.bricks {
+                bricks.record_news(f)?;
+            }
+            cache.record_march(f, r)?;
+            if let Some(bricks) = &r.bricks {
+                bricks.record_told(f)?;
+            }
+            tone_map.record(f, &r.unit_sum, to, push)
+        })?;
+        match &r.bricks {
+            Some(bricks) => bricks.end_preview(self.frame, &r.volume),
+            None => Ok(()),
+        }
+    }
+
+    /// Encodes another picture for display, row 0 on top, which takes the place of the last march. A unit of samples under
+    /// way is lost.
+    pub fn tone_map_texels(
+        &mut self,
+        picture: &[[f32; 4]],
+        to: &Image,
+        push: &ToneMapPush,
+    ) -> Result<()> {
+        *self.under_way = None;
+        self.cache.ray_march.rays = 0;
+        let texels = bytemuck::cast_slice(picture);
+        let r = &mut *self.r;
+        copy::upload(self.frame, &mut r.staging, &r.unit_sum, texels)?;
+        self.tone_map(to, push)
+    }
+
+    /// Encodes the picture of the last march for display.
+    pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+        let (r, tone_map) = (&*self.r, self.tone_map);
+        self.frame
+            .run(|f| tone_map.record(f, &r.unit_sum, to, push))
+    }
+}

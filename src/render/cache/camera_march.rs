@@ -1,0 +1,156 @@
+//! The picture at rest by marching, where the cache holds all light that is seen in the medium.
+
+use super::memory::CacheMemory;
+use super::tail_tracking::TailTracking;
+use crate::error::Result;
+use crate::gpu::types::*;
+use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
+use crate::render::bricks::Items;
+use crate::render::bundle::{Bundle, Sampled};
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
+use crate::shared;
+
+shared! {
+    pub struct CameraMarchPush {
+        /// Index of the sample that every pixel gets.
+        pub sample_index: uint,
+    }
+}
+
+pub struct CameraMarch {
+    pass: Pass,
+    /// `None` where no light can be left to paths.
+    tails: Option<TailTracking>,
+    /// The share of the cache's nodes near which light is left to them; 1 where there are surfaces.
+    pub left_share: f64,
+    slices: Slices,
+    /// The time that a piece of work should take.
+    slice_ms: f64,
+    /// Pixels, in the order of work, that have all of their units.
+    pixels: u32,
+    /// Whether the pixels under way have been marched, and the light that was left to paths has been traced.
+    is_marched: bool,
+    is_traced: bool,
+}
+
+impl CameraMarch {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        // The shader of paths takes longer to compile than that of the march.
+        let (tails, pass) = rayon::join(
+            || match passes.features.has_tails() {
+                true => TailTracking::new(passes).map(Some),
+                false => Ok(None),
+            },
+            || passes.compile::<CameraMarchPush>("camera_march"),
+        );
+        Ok(CameraMarch {
+            pass: pass?,
+            left_share: if passes.features.has_tails() {
+                1.0
+            } else {
+                0.0
+            },
+            tails: tails?,
+            slices: Slices::new(SLICE_MS),
+            slice_ms: SLICE_MS,
+            pixels: 0,
+            is_marched: false,
+            is_traced: false,
+        })
+    }
+
+    /// Sets the time that a piece of work should take from now on.
+    pub fn take_slices_of(&mut self, ms: f64) {
+        self.slice_ms = ms;
+        if let Some(tails) = &mut self.tails {
+            tails.queue.target_ms = ms;
+        }
+    }
+
+    /// Advances a bundle of units of one sample by a slice, or begins it: first as many pixels, with all of their
+    /// units, as `unit_sum` has room for, and then the next.
+    pub fn advance(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        bundle: Bundle,
+    ) -> Result<Sampled> {
+        if bundle.begins {
+            self.begin_sheet(0);
+        }
+        let items = bundle.items_from(self.pixels, r.size);
+        let mut lookups = 0;
+        if !self.is_marched {
+            self.march(frame, r, cache, bundle.first_sample, items)?;
+        } else if let Some(tails) = &mut self.tails {
+            let progress = tails.advance(frame, r, cache, bundle.first_sample)?;
+            lookups = progress.lookups;
+            self.is_traced = !progress.under_way;
+        }
+        if self.is_marched && self.is_traced {
+            self.begin_sheet(items.end / bundle.units);
+        }
+        Ok(Sampled {
+            pixels: self.pixels,
+            lookups,
+        })
+    }
+
+    /// Goes on with the pixels behind the first `pixels`.
+    fn begin_sheet(&mut self, pixels: u32) {
+        self.pixels = pixels;
+        self.slices.restart(self.slice_ms);
+        self.is_marched = false;
+        self.is_traced = self.left_share == 0.0;
+    }
+
+    /// States the samples that its marches have taken since this was last done.
+    pub fn collect(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        cache
+            .marched_at_rest
+            .collect(frame, &r.staging, self.pass.name)
+    }
+
+    fn march(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        sample_index: u32,
+        items: Items,
+    ) -> Result<()> {
+        let push = CameraMarchPush { sample_index };
+        let bindings = [
+            &r.medium_bindings()[..],
+            &r.surface_bindings(),
+            &cache.bindings(),
+            &[
+                r.camera_binding(),
+                ("unit_sum", Binding::Image(&r.unit_sum)),
+                cache.tails_binding(),
+                cache.marched_at_rest.binding(),
+            ],
+        ]
+        .concat();
+        let threads = [r.size[0], r.size[1], 1];
+        if let Some(bricks) = &r.bricks {
+            bricks.allow(items);
+        }
+        self.is_marched = r.run_slice(
+            frame,
+            &self.pass,
+            &bindings,
+            &push,
+            threads,
+            &mut self.slices,
+        )?;
+        match &mut self.tails {
+            Some(tails) if self.is_marched && self.left_share > 0.0 => {
+                tails.queue.restart(frame, r, items)
+            }
+            _ => Ok(()),
+        }
+    }
+}

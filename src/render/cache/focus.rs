@@ -1,0 +1,232 @@
+//! How many paths each brick of the cache gets: most where their noise would be seen.
+//!
+//! A brick's light weighs w in a ray's colour; the noise of n paths adds w²/n to the variance of that
+//! pixel. For a given number of paths in all, the picture's error is least with n in proportion to √Σw²
+//! over its rays. `ray_march.comp` adds up Σw². No brick in sight gets less than a sixteenth of what most get, so
+//! that another view is soon as good. Shares are powers of ½, since paths leave a node evenly in powers
+//! of two.
+//!
+//! Often most bricks are out of sight: behind surfaces, or deep in the medium. They get no path, unless the camera is
+//! about to move. What a path from elsewhere would read there it traces (`cache.glsl`).
+
+use glam::Vec3;
+
+use crate::render::gpu_scene::GpuScene;
+use crate::render::shared::{BRICK, GATHERED};
+
+/// Nodes of a brick, and those of them that belong to the coarse lattice.
+const NODES: u64 = (BRICK as u64).pow(3);
+const COARSE_NODES: u64 = NODES / 8;
+
+/// log2 of the largest share to the smallest of bricks in sight.
+const MOST_HALVINGS: u8 = 4;
+/// In place of a number of halvings: the brick is out of sight.
+const OUT_OF_SIGHT: u8 = u8::MAX;
+
+/// A picture has a ray on every so many pixels along both axes, at most, that none of the bricks slips
+/// through between them; `None`: pixels are too few for that.
+pub fn longest_stride(scene: &GpuScene) -> Option<u32> {
+    let c = scene.constants();
+    let length = |v: [f32; 3]| Vec3::from(v).length();
+    let brick = (0..3)
+        .map(|a| BRICK as f32 * c.cache_step[a] * c.spacing[a])
+        .fold(f32::INFINITY, f32::min);
+    let farthest = match scene.parts.view.is_orthographic {
+        true => 1.0,
+        false => length(c.eye) + length(c.half_extent),
+    };
+    let pixel = 2.0 * length(c.up) * farthest / c.size[1] as f32;
+    Some((brick / pixel) as u32).filter(|&stride| stride > 0)
+}
+
+/// The share of paths that each brick gets, in the order of the bricks' places.
+pub struct Focus {
+    /// How often the full share is halved, or [`OUT_OF_SIGHT`].
+    pub(super) halvings: Vec<u8>,
+    /// Paths that each of a brick's nodes has had.
+    pub(super) had: Vec<u32>,
+    /// From so many paths of those in sight on, the others get one as well. `None`: they get none.
+    pub(super) all_from: Option<u32>,
+    /// Whether bricks begin with the coarse lattice of nodes. Those that a surface cuts are counted as if they did.
+    coarse_first: bool,
+}
+
+impl Focus {
+    /// The same share for all bricks, none of which has had a path.
+    pub fn everywhere(bricks: u32, coarse_first: bool) -> Focus {
+        Focus {
+            halvings: vec![0; bricks as usize],
+            had: vec![0; bricks as usize],
+            all_from: None,
+            coarse_first,
+        }
+    }
+
+    /// Gives all bricks the same share from now on.
+    pub fn widen(&mut self) {
+        self.halvings.fill(0);
+    }
+
+    /// Whether filling a cache can lead to this state; a file may say anything.
+    pub fn is_possible(&self) -> bool {
+        let is_share = |&h: &u8| h <= MOST_HALVINGS || h == OUT_OF_SIGHT;
+        self.halvings.iter().all(is_share)
+    }
+
+    /// `weights`: Σw² of each brick in the view at hand, in any unit. Those of no weight are `in_sight` where a ray
+    /// between those that were weighed might read them.
+    pub fn narrow(&mut self, weights: impl Iterator<Item = u32>, in_sight: &[bool]) {
+        let weights: Vec<f64> = weights.map(|w2| f64::from(w2).sqrt()).collect();
+        let sum: f64 = weights.iter().sum();
+        let squares: f64 = weights.iter().map(|w| w * w).sum();
+        if sum == 0.0 {
+            return self.widen();
+        }
+        // A hair less: where all weigh the same, rounding must not halve their share.
+        let typical = 0.999 * squares / sum;
+        for ((halvings, weight), in_sight) in self.halvings.iter_mut().zip(weights).zip(in_sight) {
+            let wanted = (typical / weight).log2().ceil();
+            *halvings = match in_sight {
+                true => wanted.clamp(0.0, f64::from(MOST_HALVINGS)) as u8,
+                false => OUT_OF_SIGHT,
+            };
+        }
+    }
+
+    /// For each brick, how many paths its nodes get next where the full share is `goal`, and how many they have had: what
+    /// they lack, but those that they gather come in batches of their own.
+    pub fn left(&self, goal: u32) -> impl Iterator<Item = [u32; 2]> {
+        let left = move |(&halvings, &had): (&u8, &u32)| {
+            let share = match self.share(goal, halvings) {
+                share if had < GATHERED => share.min(GATHERED),
+                share => share,
+            };
+            [share.saturating_sub(had), had]
+        };
+        self.halvings.iter().zip(&self.had).map(left)
+    }
+
+    /// Paths of a brick whose share of `goal` has been halved so often: at least one, unless the goal is none.
+    fn share(&self, goal: u32, halvings: u8) -> u32 {
+        match halvings {
+            OUT_OF_SIGHT => u32::from(self.all_from.is_some_and(|first| goal >= first)),
+            _ => (goal >> halvings).max(goal.min(1)),
+        }
+    }
+
+    /// Paths that all nodes get together in the next batch, where the full share is `goal`.
+    pub fn paths_to(&self, goal: u32) -> u64 {
+        let left = self.left(goal);
+        left.map(|[samples, had]| self.paths_of(had + samples) - self.paths_of(had))
+            .sum()
+    }
+
+    /// Paths that all nodes get together in all batches until the full share is `goal`.
+    pub fn paths_in_batches_to(&self, goal: u32) -> u64 {
+        let left = |(&halvings, &had): (&u8, &u32)| {
+            self.paths_of(self.share(goal, halvings).max(had)) - self.paths_of(had)
+        };
+        self.halvings.iter().zip(&self.had).map(left).sum()
+    }
+
+    /// Paths that all nodes have had.
+    pub fn paths(&self) -> u64 {
+        self.had.iter().map(|&had| self.paths_of(had)).sum()
+    }
+
+    /// Whether some brick lacks paths.
+    pub fn lags(&self, goal: u32) -> bool {
+        self.left(goal).any(|[samples, _]| samples > 0)
+    }
+
+    /// Notes that all bricks have had their batch.
+    pub fn reach(&mut self, goal: u32) {
+        let left: Vec<u32> = self.left(goal).map(|[samples, _]| samples).collect();
+        for (had, samples) in self.had.iter_mut().zip(left) {
+            *had += samples;
+        }
+    }
+
+    /// Paths that a brick's nodes have had together where each that had any has had `had`.
+    fn paths_of(&self, had: u32) -> u64 {
+        let [young, old] = [had.min(GATHERED), had.saturating_sub(GATHERED)].map(u64::from);
+        let first_nodes = match self.coarse_first {
+            true => COARSE_NODES,
+            false => NODES,
+        };
+        young * first_nodes + old * NODES
+    }
+
+    /// Paths that a node has had, on average.
+    pub fn mean_paths(&self) -> f64 {
+        let sum: f64 = self.had.iter().map(|&had| f64::from(had)).sum();
+        sum / self.had.len().max(1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fill(focus: &mut Focus, goal: u32) {
+        while focus.lags(goal) {
+            focus.reach(goal);
+        }
+    }
+
+    #[test]
+    fn without_a_view_all_bricks_get_the_same() {
+        let mut focus = Focus::everywhere(3, true);
+        for goal in [1, 2, 4, 6] {
+            fill(&mut focus, goal);
+            assert_eq!(focus.had, [goal; 3]);
+        }
+        assert_eq!(focus.mean_paths(), 6.0);
+    }
+
+    #[test]
+    fn what_is_seen_gets_more_and_nothing_in_sight_gets_none() {
+        let mut focus = Focus::everywhere(4, true);
+        focus.narrow([10_000, 10_000, 625, 0].into_iter(), &[true; 4]);
+        fill(&mut focus, 1);
+        assert_eq!(focus.had, [1; 4]);
+        fill(&mut focus, 64);
+        assert_eq!(focus.had, [64, 64, 16, 4]);
+    }
+
+    #[test]
+    fn another_view_makes_up_for_what_it_lacks() {
+        let mut focus = Focus::everywhere(2, true);
+        focus.narrow([100, 0].into_iter(), &[true; 2]);
+        fill(&mut focus, 64);
+        focus.narrow([0, 100].into_iter(), &[true; 2]);
+        assert!(focus.left(64).eq([[0, 64], [28, 4]]));
+        focus.reach(64);
+        assert!(focus.left(64).eq([[0, 64], [32, 32]]));
+        fill(&mut focus, 64);
+        focus.widen();
+        assert!(!focus.lags(64));
+    }
+
+    #[test]
+    fn what_is_out_of_sight_gets_paths_only_where_the_camera_is_about_to_move() {
+        for (all_from, had) in [(None, [0, 0]), (Some(1), [1, 1]), (Some(2), [0, 1])] {
+            let mut focus = Focus::everywhere(2, true);
+            focus.all_from = all_from;
+            focus.narrow([100, 0].into_iter(), &[true, false]);
+            fill(&mut focus, 1);
+            assert_eq!(focus.had, [1, had[0]]);
+            fill(&mut focus, 64);
+            assert_eq!(focus.had, [64, had[1]]);
+            assert_eq!(focus.paths_to(128), 64 * 64);
+        }
+    }
+
+    #[test]
+    fn a_view_of_nothing_prefers_nothing() {
+        let mut focus = Focus::everywhere(2, true);
+        focus.narrow([0, 0].into_iter(), &[true; 2]);
+        fill(&mut focus, 8);
+        assert_eq!(focus.had, [8, 8]);
+    }
+}

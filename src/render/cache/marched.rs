@@ -1,0 +1,52 @@
+//! The samples of the volume that marches take: only the device can count them.
+//!
+//! A pass that marches adds them to a count on the device. The host reads it now and then, and begins a new one: after each
+//! run of a pass that has few, and whenever the picture is read for one that has a run a sample.
+
+use std::sync::Arc;
+
+use crate::error::Result;
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Memory, Placement, Work};
+use crate::render::resources::bytes_of;
+use crate::render::shared::Marched;
+
+pub struct MarchedSamples {
+    count: Buffer,
+}
+
+impl MarchedSamples {
+    pub(super) fn allocate(memory: &Arc<Memory>) -> Result<MarchedSamples> {
+        let desc = BufferDesc {
+            name: "marched samples",
+            bytes: bytes_of::<Marched>(1),
+            placement: Placement::Device,
+        };
+        let count = Buffer::new(memory, desc)?;
+        Ok(MarchedSamples { count })
+    }
+
+    /// The resource to which marches add.
+    pub fn binding(&self) -> (&'static str, Binding<'_>) {
+        ("marched", Binding::Buffer(&self.count))
+    }
+
+    /// Begins a new count, in a submission under way.
+    pub fn begin(&self, frame: &mut Frame) -> Result<()> {
+        frame.zero(&self.count)
+    }
+
+    /// States the count as work of the runs of `pass` since the last count, and begins a new one.
+    pub fn collect(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) -> Result<()> {
+        frame.run(|f| {
+            f.copy(&self.count, staging)?;
+            self.begin(f)
+        })?;
+        let Marched { low, high } = staging.read();
+        let work = Work {
+            samples: u64::from(high) << 32 | u64::from(low),
+            ..Work::default()
+        };
+        frame.timings.state_work(pass, work);
+        Ok(())
+    }
+}

@@ -1,0 +1,281 @@
+//! The GPU memory that only the caching variant takes.
+
+use std::sync::Arc;
+
+use super::layout::CacheLayout;
+use super::marched::MarchedSamples;
+use crate::error::Result;
+use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
+use crate::render::copy;
+use crate::render::features::Features;
+use crate::render::gpu_scene::GpuScene;
+use crate::render::resources::{bytes_of, slots};
+use crate::render::shared::{BRICK, Brick, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail};
+
+/// The cache: its nodes' light, and where to find it.
+pub struct CacheMemory {
+    /// Light without the suns' own; in alpha, the suns' share.
+    pub light: Image,
+    /// Flux of the light; `None` in an isotropic medium without surfaces.
+    pub flux: Option<Image>,
+    /// The features that decide what the images hold.
+    features: Features,
+    /// The place of each brick of the lattice in the images.
+    pub pages: Image,
+    /// The brick in each place.
+    bricks: Buffer,
+    pub layout: CacheLayout,
+    /// For each place, a bit a cube: whether a surface cuts it; `None` where no surface stops light.
+    pub cuts: Option<Buffer>,
+    /// The same for cubes at the rim; `None` where there can be none.
+    pub(super) rims: Option<Buffer>,
+    /// The node that each slot is working on.
+    pub work: Buffer,
+    /// A table for each surface; `None` where there are only Lambert surfaces, which need none.
+    reflectance: Option<Buffer>,
+    /// For each pixel, the light that a march leaves to paths; `None` where it can leave none.
+    pub tails: Option<Buffer>,
+    /// Of the march that shows the cache.
+    pub(in crate::render) marched: MarchedSamples,
+    /// Of the march of the picture at rest.
+    pub(in crate::render) marched_at_rest: MarchedSamples,
+}
+
+impl CacheMemory {
+    pub(in crate::render) fn allocate(
+        memory: &Arc<Memory>,
+        layout: &CacheLayout,
+        scene: &GpuScene,
+    ) -> Result<CacheMemory> {
+        let features = scene.features();
+        let nodes = |name, extent| ImageDesc {
+            name,
+            extent,
+            volumetric: true,
+            written: true,
+            zeroed: true,
+            format: match layout.is_f16 {
+                true => Format::R16G16B16A16_SFLOAT,
+                false => Format::R32G32B32A32_SFLOAT,
+            },
+        };
+        let on_device = |name, bytes| BufferDesc {
+            name,
+            bytes,
+            placement: Placement::Device,
+        };
+        let is_full_light = scene.parts.surfaces.is_full_light();
+        let slots = slots(&memory.limits, scene);
+        let bit_a_cube = |name, is_needed: bool| {
+            let desc = on_device(name, cube_bits(layout));
+            is_needed.then(|| Buffer::new(memory, desc)).transpose()
+        };
+        let flux = flux_extent(layout, &features)
+            .map(|extent| Image::new(memory, nodes("cache: flux", extent)));
+        let reflectance = || {
+            let angles = features.surface_count * REFLECTANCE_ANGLES;
+            Buffer::new(
+                memory,
+                on_device("reflectance", bytes_of::<Reflectance>(angles)),
+            )
+        };
+        Ok(CacheMemory {
+            light: Image::new(memory, nodes("cache: light", layout.extent()))?,
+            flux: flux.transpose()?,
+            features,
+            pages: Image::new(memory, pages_desc(layout))?,
+            bricks: brick_buffer(memory, layout)?,
+            layout: layout.clone(),
+            cuts: bit_a_cube("cache: cuts", is_full_light)?,
+            rims: bit_a_cube("cache: rim", features.has_rim_cubes)?,
+            work: Buffer::new(
+                memory,
+                on_device("cache: work", bytes_of::<NodeWork>(slots)),
+            )?,
+            reflectance: match features.has_reflectance_table() {
+                true => Some(reflectance()?),
+                false => None,
+            },
+            tails: match features.has_tails() {
+                true => Some(Buffer::new(
+                    memory,
+                    on_device("tails", tail_bytes(scene.parts.view.size)),
+                )?),
+                false => None,
+            },
+            marched: MarchedSamples::allocate(memory)?,
+            marched_at_rest: MarchedSamples::allocate(memory)?,
+        })
+    }
+
+    /// Takes another layout of the same format; what the images held is gone.
+    pub(super) fn lay_out(&mut self, layout: &CacheLayout) -> Result<()> {
+        self.light.resize(layout.extent())?;
+        let flux_extent = flux_extent(layout, &self.features);
+        if let (Some(flux), Some(extent)) = (&mut self.flux, flux_extent) {
+            flux.resize(extent)?;
+        }
+        self.pages.resize(pages_desc(layout).extent)?;
+        self.bricks.rewrite(&bricks(layout))?;
+        for bits in self.cuts.iter_mut().chain(&mut self.rims) {
+            bits.resize(cube_bits(layout))?;
+        }
+        self.layout = layout.clone();
+        Ok(())
+    }
+
+    /// Writes the page table.
+    pub fn upload_pages(&self, frame: &mut Frame, staging: &mut Buffer) -> Result<()> {
+        let pages = self.layout.pages();
+        copy::upload(frame, staging, &self.pages, bytemuck::cast_slice(&pages))
+    }
+
+    pub fn active_bricks(&self) -> u32 {
+        self.layout.active.len() as u32
+    }
+
+    /// Makes room for a picture of another size, and for paths in `slots` slots.
+    pub fn resize_work(&mut self, size: [u32; 2], slots: u32) -> Result<()> {
+        if let Some(tails) = &mut self.tails {
+            tails.resize(tail_bytes(size))?;
+        }
+        self.work.resize(bytes_of::<NodeWork>(slots))
+    }
+
+    pub fn images(&self) -> impl Iterator<Item = &Image> {
+        std::iter::once(&self.light).chain(&self.flux)
+    }
+
+    /// The bricks that have memory, in order of their places.
+    pub fn bricks(&self) -> &[Brick] {
+        bytemuck::cast_slice(self.bricks.mapped().unwrap_or_default())
+    }
+
+    pub fn bricks_mut(&mut self) -> &mut [Brick] {
+        bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default())
+    }
+
+    /// For a pass with a workgroup for each brick: the number of bricks and how many form a row of workgroups; and
+    /// the pass's threads.
+    pub fn for_each_brick(&self) -> ([u32; 2], [u32; 3]) {
+        // Vulkan promises no more than 65535 rows of workgroups, and there may be millions of bricks.
+        const ROW: u32 = 1024;
+        let bricks = self.active_bricks();
+        let rows = bricks.div_ceil(ROW);
+        ([bricks, ROW], [ROW * BRICK, rows * BRICK, BRICK])
+    }
+
+    /// The resource that filling the cache and weighing its bricks need, besides those for reading the cache.
+    pub fn brick_binding(&self) -> (&'static str, Binding<'_>) {
+        ("bricks", Binding::Buffer(&self.bricks))
+    }
+
+    /// The resources that reading the cache needs. In place of one that the scene does without, another is bound.
+    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 5] {
+        [
+            ("cache_light", Binding::Image(&self.light)),
+            (
+                "cache_flux",
+                Binding::Image(self.flux.as_ref().unwrap_or(&self.light)),
+            ),
+            ("pages", Binding::Image(&self.pages)),
+            self.cuts_binding(),
+            self.rims_binding(),
+        ]
+    }
+
+    /// The resource for the light that a march leaves to paths; another is bound in its place where nothing is left.
+    pub fn tails_binding(&self) -> (&'static str, Binding<'_>) {
+        let tails = self.tails.as_ref().unwrap_or(&self.work);
+        ("tails", Binding::Buffer(tails))
+    }
+
+    /// The resource by which surfaces reflect cached light; another is bound in its place where there is no table.
+    pub fn reflectance_binding(&self) -> (&'static str, Binding<'_>) {
+        let reflectance = self.reflectance.as_ref().unwrap_or(&self.bricks);
+        ("reflectances", Binding::Buffer(reflectance))
+    }
+
+    pub fn cuts_binding(&self) -> (&'static str, Binding<'_>) {
+        let cuts = self.cuts.as_ref().unwrap_or(&self.bricks);
+        ("cuts", Binding::Buffer(cuts))
+    }
+
+    pub fn rims_binding(&self) -> (&'static str, Binding<'_>) {
+        let rims = self.rims.as_ref().unwrap_or(&self.bricks);
+        ("rims", Binding::Buffer(rims))
+    }
+
+    /// Bytes that the cache needs once it is filled.
+    pub fn bytes(&self) -> u64 {
+        let images = self.images().map(|i| i.desc.bytes());
+        let bits = self.cuts.iter().chain(&self.rims).map(|b| b.desc.bytes);
+        let bits = bits.sum::<u64>();
+        images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + bits
+    }
+}
+
+/// The bricks that have memory. A dry run only counts them: a plan looks at several layouts.
+fn brick_buffer(memory: &Arc<Memory>, layout: &CacheLayout) -> Result<Buffer> {
+    let desc = BufferDesc {
+        name: "cache: bricks",
+        bytes: bytes_of::<Brick>(layout.active.len().max(1) as u32),
+        placement: Placement::Readback,
+    };
+    let mut buffer = Buffer::new(memory, desc)?;
+    if buffer.mapped().is_some() {
+        buffer.write(&bricks(layout));
+    }
+    Ok(buffer)
+}
+
+/// The bricks that have memory. None of their nodes has had a path.
+fn bricks(layout: &CacheLayout) -> Vec<Brick> {
+    let brick = |(&position, turn): (&u32, u32)| Brick {
+        position,
+        samples: 0,
+        first_sample: 0,
+        weight: 0,
+        turn,
+    };
+    layout
+        .active
+        .iter()
+        .zip(layout.turns())
+        .map(brick)
+        .collect()
+}
+
+/// Texels of the flux. Those of a node's channels lie side by side.
+fn flux_extent(layout: &CacheLayout, features: &Features) -> Option<[u32; 3]> {
+    let step = features.flux_step;
+    (step > 0).then(|| {
+        let [x, y, z] = layout.extent().map(|n| n / step);
+        match features.has_colored_flux {
+            true => [3 * x, y, z],
+            false => [x, y, z],
+        }
+    })
+}
+
+/// A texel for each brick of the cache's lattice.
+fn pages_desc(layout: &CacheLayout) -> ImageDesc {
+    ImageDesc {
+        name: "cache: pages",
+        extent: layout.bricks,
+        volumetric: true,
+        written: false,
+        zeroed: false,
+        format: Format::R32_UINT,
+    }
+}
+
+fn tail_bytes([width, height]: [u32; 2]) -> u64 {
+    bytes_of::<Tail>(1) * u64::from(width) * u64::from(height)
+}
+
+/// Bytes for a bit for each cube whose lowest node has memory.
+fn cube_bits(layout: &CacheLayout) -> u64 {
+    let cells = layout.extent().iter().map(|&n| n as u64).product::<u64>();
+    cells / 8
+}

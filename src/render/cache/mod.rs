@@ -1,0 +1,428 @@
+//! The caching variant's state: how many paths each node has had, and how far the picture that the cache shows still
+//! is from what more paths would make of it (`error.rs`).
+//!
+//! Where a picture takes its light from what it sees, nodes get paths according to how much they are seen
+//! (`focus.rs`); *updates* are those of the nodes that get most. Batches double, as a rule: each gives a node as many
+//! new paths as it has had.
+
+mod caching;
+mod camera_march;
+mod cell_tracking;
+mod cube_bits;
+mod cut_cubes;
+mod error;
+mod focus;
+pub(super) mod layout;
+mod marched;
+mod memory;
+mod occupancy;
+mod pace;
+mod progress;
+mod ray_march;
+mod reflectance;
+pub(super) mod rim_cubes;
+mod spread_light;
+mod state;
+mod tail_tracking;
+
+pub use caching::Caching;
+pub use layout::CacheLayout;
+pub use memory::CacheMemory;
+pub use occupancy::Occupancy;
+pub use pace::{doubling, gathers, worth};
+pub use ray_march::RAYS;
+pub use state::CacheState;
+
+use std::time::{Duration, Instant};
+
+use super::bundle::{Bundle, Sampled};
+use super::delta_tracking::DeltaTracking;
+use super::gpu_scene::GpuScene;
+use super::parts::{Changes, Derived};
+use super::pass_compiler::PassCompiler;
+use super::resources::Resources;
+use crate::error::Result;
+use crate::gpu::{Frame, Slices};
+use camera_march::CameraMarch;
+use cell_tracking::CellTracking;
+use cut_cubes::CutCubes;
+use error::{measured_stride, relative_error, shown};
+use focus::Focus;
+use pace::Pace;
+use ray_march::RayMarch;
+use reflectance::SurfaceReflectance;
+use rim_cubes::RimCubes;
+
+pub struct Cache {
+    pub memory: CacheMemory,
+    at_rest: AtRest,
+    tracking: CellTracking,
+    pub(super) ray_march: RayMarch,
+    /// `None` where no surface stops light.
+    cut_cubes: Option<CutCubes>,
+    /// `None` where no cube can be at the rim.
+    rim_cubes: Option<RimCubes>,
+    /// `None` where surfaces need no table of their reflectance.
+    reflectance: Option<SurfaceReflectance>,
+    pub(super) focus: Focus,
+    /// The largest distance, in pixels along both axes, between the rays by which bricks are weighed. `None`: bricks
+    /// are not weighed, and all get the same number of paths.
+    focus_stride: Option<u32>,
+    /// All nodes get the same number of paths, since pictures will be taken from everywhere.
+    pub(super) is_wide: bool,
+    /// The camera is about to move: no node is left without a path for long.
+    roams: bool,
+    /// The texel that stands for the light of a node that has had no path.
+    guess: [f32; 4],
+    /// No batch has ended since the images were made: they hold no light of an older scene.
+    pub(super) is_blank: bool,
+    /// Whether the bricks have been weighed in the current view.
+    pub(super) has_looked: bool,
+    /// Paths that the nodes in sight have had.
+    pub updates: u32,
+    /// Batches that have ended.
+    pub batches: u32,
+    /// Paths traced, and reads of the volume by them, in all batches.
+    pub paths: u64,
+    pub lookups: u64,
+    /// Relative error of the picture that the cache shows: rms(standard error)/mean. Infinite until there are two
+    /// batches.
+    pub relative_error: f64,
+    pub took: Duration,
+    /// The pace of batches in which nodes gather (`gathering.glsl`).
+    pub(super) gathering: Pace,
+    /// The pace of batches in which nodes trace whole paths.
+    pub(super) tracing: Pace,
+    /// Paths that the nodes in sight get in the batch under way.
+    pub(super) under_way: Option<u32>,
+    /// The picture by which the error was last measured.
+    pub(super) shown: Vec<[f32; 4]>,
+}
+
+/// How the picture at rest gets its samples from the cache.
+enum AtRest {
+    /// By a march, where all that can be seen is light of the cache's nodes.
+    March(CameraMarch),
+    /// By paths that end in the cache.
+    Tracking(DeltaTracking),
+}
+
+impl Cache {
+    pub fn new(passes: &PassCompiler<'_>, scene: &GpuScene, memory: CacheMemory) -> Result<Cache> {
+        // Compiling is most of a start, and these are the largest shaders.
+        let (at_rest, (tracking, ray_march)) = rayon::join(
+            || AtRest::new(passes),
+            || rayon::join(|| CellTracking::new(passes), || RayMarch::new(passes)),
+        );
+        Ok(Cache {
+            memory,
+            at_rest: at_rest?,
+            tracking: tracking?,
+            ray_march: ray_march?,
+            cut_cubes: match passes.features.full_light {
+                true => Some(CutCubes::new(passes)?),
+                false => None,
+            },
+            rim_cubes: match passes.features.has_rim_cubes {
+                true => Some(RimCubes::new(passes)?),
+                false => None,
+            },
+            reflectance: match passes.features.has_reflectance_table() {
+                true => Some(SurfaceReflectance::new(passes)?),
+                false => None,
+            },
+            focus: Focus::everywhere(0, false),
+            focus_stride: focus_stride(scene),
+            is_wide: false,
+            roams: false,
+            guess: scene.guessed_light(),
+            is_blank: true,
+            has_looked: false,
+            updates: 0,
+            batches: 0,
+            paths: 0,
+            lookups: 0,
+            relative_error: f64::INFINITY,
+            took: Duration::ZERO,
+            gathering: Pace::default(),
+            tracing: Pace::default(),
+            under_way: None,
+            shown: Vec::new(),
+        })
+    }
+
+    /// Works out what follows from those parts of the scene that have changed, and forgets what is no longer right.
+    pub fn prepare(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        scene: &GpuScene,
+        changes: Changes,
+    ) -> Result<()> {
+        self.look_elsewhere(scene);
+        self.guess = scene.guessed_light();
+        if changes.spoil(Derived::CellPaths) {
+            self.abandon();
+        }
+        if let Some(pass) = &self.reflectance
+            && changes.spoil(Derived::Reflectance)
+        {
+            pass.run(
+                frame,
+                r,
+                &self.memory,
+                scene.parts.surfaces.iso.len() as u32,
+            )?;
+        }
+        if !changes.spoil(Derived::CachedLight) {
+            return Ok(());
+        }
+        self.clear();
+        if let Some(pass) = &self.rim_cubes {
+            let rim = f64::from(pass.run(frame, r, &self.memory)?);
+            if let AtRest::March(march) = &mut self.at_rest
+                && scene.parts.surfaces.iso.is_empty()
+            {
+                march.left_share = rim / self.memory.layout.active_nodes() as f64;
+            }
+        }
+        match &self.cut_cubes {
+            Some(pass) => pass.run(frame, r, &self.memory),
+            None => Ok(()),
+        }
+    }
+
+    /// Gives the cache another layout; the light is gone.
+    pub fn lay_out(
+        &mut self,
+        frame: &mut Frame,
+        r: &mut Resources,
+        layout: &CacheLayout,
+    ) -> Result<()> {
+        self.memory.lay_out(layout)?;
+        self.is_blank = true;
+        if let Some(bricks) = &mut r.bricks {
+            bricks.resize_cache(layout.active.len())?;
+        }
+        self.memory.upload_pages(frame, &mut r.staging)
+    }
+
+    /// Fills a cache without light with one guessed texel everywhere, so that there is something to see until paths
+    /// have replaced it.
+    pub fn guess(&self, frame: &mut Frame) -> Result<()> {
+        frame.run(|f| {
+            f.clear_to(&[&self.memory.light], self.guess)?;
+            f.clear(&self.memory.flux.iter().collect::<Vec<_>>())
+        })
+    }
+
+    /// Sets the time that a dispatch should take from now on.
+    pub fn take_slices_of(&mut self, ms: f64) {
+        self.tracking.queue.target_ms = ms;
+        match &mut self.at_rest {
+            AtRest::March(march) => march.take_slices_of(ms),
+            AtRest::Tracking(tracking) => tracking.queue.target_ms = ms,
+        }
+    }
+
+    /// Whether a picture at rest is marched.
+    pub fn is_marched(&self) -> bool {
+        matches!(self.at_rest, AtRest::March(_))
+    }
+
+    /// Whether a sample of the picture at rest has next to no noise of its own: it is marched, and leaves next to nothing
+    /// to paths.
+    pub fn samples_are_smooth(&self) -> bool {
+        const NEXT_TO_NOTHING: f64 = 0.02;
+        match &self.at_rest {
+            AtRest::March(march) => march.left_share < NEXT_TO_NOTHING,
+            AtRest::Tracking(_) => false,
+        }
+    }
+
+    /// Goes on with a bundle of units of the picture at rest, or begins one.
+    pub fn sample(&mut self, frame: &mut Frame, r: &Resources, bundle: Bundle) -> Result<Sampled> {
+        self.ray_march.rays = 0;
+        match &mut self.at_rest {
+            AtRest::March(march) => march.advance(frame, r, &self.memory, bundle),
+            AtRest::Tracking(tracking) => {
+                tracking.advance(frame, r, &self.memory.bindings(), bundle)
+            }
+        }
+    }
+
+    /// States the work of marches at rest since this was last done.
+    pub fn collect(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        match &self.at_rest {
+            AtRest::March(march) => march.collect(frame, r, &self.memory),
+            AtRest::Tracking(_) => Ok(()),
+        }
+    }
+
+    /// Forgets all light.
+    pub fn clear(&mut self) {
+        self.focus = Focus::everywhere(0, false);
+        self.has_looked = false;
+        self.updates = 0;
+        self.relative_error = f64::INFINITY;
+        self.took = Duration::ZERO;
+        self.gathering = Pace::default();
+        self.tracing = Pace::default();
+        self.under_way = None;
+        self.shown.clear();
+    }
+
+    /// Forgets the batch under way.
+    pub fn abandon(&mut self) {
+        self.under_way = None;
+    }
+
+    /// Adapts to another view: the error has to be measured anew; until then the last one stands.
+    pub fn look_elsewhere(&mut self, scene: &GpuScene) {
+        self.focus_stride = focus_stride(scene);
+        self.has_looked = false;
+        self.ray_march.rays = 0;
+        self.shown.clear();
+    }
+
+    /// Gives all nodes the same number of paths from now on, as pictures from many sides need it.
+    pub fn widen_focus(&mut self) {
+        self.is_wide = true;
+        self.has_looked = false;
+    }
+
+    /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
+    pub fn roam(&mut self) {
+        self.roams = true;
+    }
+
+    /// Runs a few steps of a batch and of a unit for a trial; the next ones begin anew.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.look(frame, r)?;
+        self.begin_batch(frame, r, 1)?;
+        self.abandon();
+        self.tracking.advance(frame, r, &self.memory)?;
+        let question = ray_march::for_error(1);
+        self.ray_march.ask(frame, r, &self.memory, question)?;
+        self.sample(frame, r, Bundle::TRIAL).map(drop)
+    }
+
+    /// Goes on with a batch for about the target time of a dispatch, or begins one of `samples` paths for the nodes
+    /// in sight. With 0 samples, nodes get the paths that they lack, in one batch or two. Returns whether the batch
+    /// has ended and its error has been measured.
+    pub fn advance(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<bool> {
+        let began = Instant::now();
+        if self.under_way.is_none() {
+            self.look(frame, r)?;
+            if samples == 0 && self.is_caught_up() {
+                return Ok(true);
+            }
+            self.begin_batch(frame, r, samples)?;
+        }
+        let samples = *self.under_way.get_or_insert(samples);
+        let before = self.updates;
+        let progress = self.tracking.advance(frame, r, &self.memory)?;
+        let finished = u64::from(progress.finished);
+        self.lookups += u64::from(progress.lookups);
+        self.paths += finished;
+        if !progress.under_way {
+            let now = shown(frame, r, &self.memory, &mut self.ray_march)?;
+            self.end_batch(samples, now);
+        }
+        let took = began.elapsed();
+        self.took += took;
+        let pace = match self.memory.layout.may_gather() && gathers(before, samples) {
+            true => &mut self.gathering,
+            false => &mut self.tracing,
+        };
+        pace.add(finished, took);
+        let is_over = samples > 0 || !self.focus.lags(self.updates);
+        Ok(!progress.under_way && is_over)
+    }
+
+    /// Decides how many paths the nodes of each brick get.
+    fn begin_batch(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<()> {
+        if self.is_blank {
+            self.guess(frame)?;
+        }
+        let left = self.focus.left(self.updates + samples);
+        for (brick, [samples, first_sample]) in self.memory.bricks_mut().iter_mut().zip(left) {
+            brick.samples = samples;
+            brick.first_sample = first_sample;
+        }
+        self.tracking.restart(frame, r, &self.memory)
+    }
+
+    /// Finds out which nodes are in sight, unless that is known.
+    fn look(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        if self.has_looked {
+            return Ok(());
+        }
+        if self.updates == 0 {
+            let coarse_first = self.memory.layout.begins_coarse();
+            self.focus = Focus::everywhere(self.memory.active_bricks(), coarse_first);
+            // The light of an older scene is not marked as a guess, and must not be read.
+            self.focus.all_from = match self.is_blank {
+                true if !self.roams => None,
+                true => Some(doubling(0) + 1),
+                false => Some(1),
+            };
+        }
+        self.has_looked = true;
+        if self.is_wide {
+            self.focus.widen();
+        } else if let Some(longest) = self.focus_stride {
+            let bricks = self.memory.bricks_mut().iter_mut();
+            bricks.for_each(|brick| brick.weight = 0);
+            let stride = measured_stride(r).min(longest);
+            let question = ray_march::for_weights(stride);
+            self.ray_march.ask(frame, r, &self.memory, question)?;
+            let weights = || self.memory.bricks().iter().map(|brick| brick.weight);
+            let read: Vec<bool> = weights().map(|weight| weight > 0).collect();
+            let in_sight = self.memory.layout.with_neighbours(&read);
+            self.focus.narrow(weights(), &in_sight);
+        }
+        Ok(())
+    }
+
+    fn end_batch(&mut self, samples: u32, now: Vec<[f32; 4]>) {
+        self.under_way = None;
+        self.is_blank = false;
+        if samples > 0 && !self.shown.is_empty() {
+            let had = match self.memory.layout.may_gather() {
+                true => worth(self.updates),
+                false => f64::from(self.updates),
+            };
+            self.relative_error = relative_error(&self.shown, &now, had, samples);
+        }
+        self.shown = now;
+        self.batches += 1;
+        self.updates += samples;
+        self.focus.reach(self.updates);
+    }
+
+    /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
+    pub fn record_march(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        self.ray_march.record(frame, r, &self.memory)
+    }
+
+    /// The next slice of the picture that the cache shows now, added to the mean in `unit_sum`. Returns whether it was
+    /// the last.
+    pub fn march(&mut self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {
+        self.ray_march.advance(frame, r, &self.memory, slices)
+    }
+}
+
+impl AtRest {
+    fn new(passes: &PassCompiler<'_>) -> Result<AtRest> {
+        Ok(match passes.features.is_marched() {
+            true => AtRest::March(CameraMarch::new(passes)?),
+            false => AtRest::Tracking(DeltaTracking::through_cache(passes)?),
+        })
+    }
+}
+
+/// `None` unless the picture at rest is marched: only then is the cache read where it is seen, and nowhere else.
+fn focus_stride(scene: &GpuScene) -> Option<u32> {
+    focus::longest_stride(scene).filter(|_| scene.features().is_marched())
+}

@@ -1,0 +1,74 @@
+//! How many paths the nodes get in a batch, and how long that takes: batches in which nodes gather from each other
+//! (`gathering.glsl`) are faster than those in which they trace whole paths.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use crate::render::shared::{GATHERED, GATHERED_FOR_ONE};
+
+/// The totals of all batches of one kind.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Pace {
+    paths: u64,
+    took: Duration,
+}
+
+impl Pace {
+    pub fn add(&mut self, paths: u64, took: Duration) {
+        self.paths += paths;
+        self.took += took;
+    }
+
+    /// Whether there was such a batch.
+    pub fn is_known(&self) -> bool {
+        self.paths > 0
+    }
+
+    /// NaN unless that is known.
+    pub fn seconds_per_path(&self) -> f64 {
+        self.took.as_secs_f64() / self.paths as f64
+    }
+}
+
+/// The number of paths that doubles what nodes in sight have had: as many as they have had and may still gather, or as
+/// those are worth.
+pub fn doubling(updates: u32) -> u32 {
+    match updates {
+        0 => 4,
+        1..GATHERED => updates.min(GATHERED - updates),
+        _ => worth(updates) as u32,
+    }
+}
+
+/// Paths of nodes in sight that have had `updates`, by what they are worth: the rule of `history` in
+/// `glsl/include/gathering.glsl`.
+pub fn worth(updates: u32) -> f64 {
+    let gathered = updates.min(GATHERED);
+    f64::from(updates - gathered) + f64::from(gathered) / f64::from(GATHERED_FOR_ONE)
+}
+
+/// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`: the rule of `gathers` in
+/// `glsl/include/gathering.glsl`, for predicting how long the batch takes.
+pub fn gathers(updates: u32, samples: u32) -> bool {
+    updates > 0 && updates + samples <= GATHERED
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// So that no batch is gathered in part.
+    #[test]
+    fn batches_meet_where_gathering_ends() {
+        for first in [1, 3, 20, GATHERED] {
+            let mut updates = first;
+            while updates < GATHERED {
+                updates += doubling(updates);
+            }
+            assert_eq!(updates, GATHERED);
+            assert_eq!(doubling(updates), GATHERED / GATHERED_FOR_ONE);
+            assert_eq!(worth(updates + doubling(updates)), 2.0 * worth(updates));
+        }
+    }
+}

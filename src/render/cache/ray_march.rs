@@ -1,0 +1,209 @@
+//! The picture that the cache shows at once.
+
+use super::memory::CacheMemory;
+use crate::error::Result;
+use crate::gpu::types::*;
+use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
+use crate::shared;
+
+shared! {
+    pub struct MarchPush {
+        /// Every `stride`-th pixel along both axes is marched.
+        pub stride: uint,
+        /// Transmittance below which a march ends.
+        pub opaque_below: float,
+        /// Factor on the length of steps.
+        pub step_scale: float,
+        /// 1: the result is not the picture, but the part of it that the picture at rest takes from the cache as
+        /// well, and in alpha the whole picture's mean over channels.
+        pub measures: uint,
+        /// 1: bricks get their weights.
+        pub weighs: uint,
+        /// The point of each pixel, in [0, 1)², through which its ray goes.
+        pub place: vec2,
+        /// Number of rays of each pixel whose mean is in `unit_sum`, and to which this one is added.
+        pub rays_before: uint,
+    }
+}
+
+/// Transmittance below which nothing behind can be seen in eight bits.
+const OPAQUE_BELOW: f32 = 1e-3;
+
+/// Factor on the length of steps for a picture in motion.
+const STEP_SCALE: f32 = 2.0;
+
+/// Rays of each pixel at rest. More would gain less than samples, which correct their light as well.
+pub const RAYS: u32 = 9;
+
+/// The point of a pixel through which one of its rays goes: the first in the middle, all of them a rank-1 lattice, the
+/// same in each pixel, whose mean square error at straight edges is a twentieth of the middle's alone.
+fn place(ray: u32) -> vec2 {
+    [7, 5]
+        .map(|step| ((step * ray) % RAYS) as f32 / RAYS as f32 + 0.5)
+        .map(f32::fract)
+}
+
+pub struct RayMarch {
+    pass: Pass,
+    /// Rays of each pixel whose mean `unit_sum` holds.
+    pub rays: u32,
+}
+
+impl RayMarch {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(RayMarch {
+            pass: passes.compile::<MarchPush>("ray_march")?,
+            rays: 0,
+        })
+    }
+
+    /// Marches a picture of few pixels into `unit_sum`, in a submission under way. Rays take longer steps.
+    pub fn record(&mut self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        self.rays = 0;
+        let [width, height] = r.size;
+        let push = MarchPush {
+            step_scale: STEP_SCALE,
+            ..push(1)
+        };
+        frame.pass(&self.pass, &bindings(r, cache), &push, [width, height, 1])?;
+        // The window, for which this is, shows no shares.
+        cache.marched.begin(frame)
+    }
+
+    /// Marches the next slice of the picture, and adds it to the mean of those before. Returns whether it was the last.
+    pub fn advance(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        slices: &mut Slices,
+    ) -> Result<bool> {
+        let push = MarchPush {
+            place: place(self.rays),
+            rays_before: self.rays,
+            ..push(1)
+        };
+        let has_ended = self.slice(frame, r, cache, &push, slices)?;
+        self.rays += u32::from(has_ended);
+        Ok(has_ended)
+    }
+
+    /// Marches every `stride`-th pixel for `question` (`for_error`, `for_weights`); the answer is in the corner of
+    /// `unit_sum`, or in the bricks.
+    pub fn ask(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        question: MarchPush,
+    ) -> Result<()> {
+        self.rays = 0;
+        let mut slices = Slices::new(SLICE_MS);
+        while !self.slice(frame, r, cache, &question, &mut slices)? {}
+        Ok(())
+    }
+
+    /// Marches the next slice, and states its work. Returns whether it was the last.
+    fn slice(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        push: &MarchPush,
+        slices: &mut Slices,
+    ) -> Result<bool> {
+        let [width, height] = r.size.map(|n| n.div_ceil(push.stride));
+        let threads = [width, height, 1];
+        let bindings = bindings(r, cache);
+        let has_ended = r.run_slice(frame, &self.pass, &bindings, push, threads, slices)?;
+        cache.marched.collect(frame, &r.staging, self.pass.name)?;
+        Ok(has_ended)
+    }
+}
+
+/// The question from which the cache's error is measured (`MarchPush::measures`), in every `stride`-th pixel along
+/// both axes.
+pub fn for_error(stride: u32) -> MarchPush {
+    MarchPush {
+        measures: 1,
+        ..push(stride)
+    }
+}
+
+/// The question for the weights of bricks in every `stride`-th pixel along both axes; `unit_sum` is overwritten.
+pub fn for_weights(stride: u32) -> MarchPush {
+    MarchPush {
+        weighs: 1,
+        ..push(stride)
+    }
+}
+
+fn push(stride: u32) -> MarchPush {
+    MarchPush {
+        stride,
+        opaque_below: OPAQUE_BELOW,
+        step_scale: 1.0,
+        measures: 0,
+        weighs: 0,
+        place: place(0),
+        rays_before: 0,
+    }
+}
+
+fn bindings<'a>(r: &'a Resources, cache: &'a CacheMemory) -> Vec<(&'static str, Binding<'a>)> {
+    [
+        &r.medium_bindings()[..],
+        &r.surface_bindings(),
+        &cache.bindings(),
+        &[
+            cache.brick_binding(),
+            cache.reflectance_binding(),
+            cache.marched.binding(),
+            r.camera_binding(),
+            ("unit_sum", Binding::Image(&r.unit_sum)),
+        ],
+    ]
+    .concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean square error, over edges of all directions through all parts of a pixel, of the part of it that lies behind.
+    fn error_at_edges(points: &[vec2]) -> f64 {
+        const FINE: u32 = 64;
+        const DIRECTIONS: u32 = 90;
+        const PLACES: u32 = 32;
+        let centre = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
+        let pixel: Vec<vec2> = (0..FINE * FINE)
+            .map(|i| [i % FINE, i / FINE].map(|n| centre(n, FINE) as f32))
+            .collect();
+        let mut sum = 0.0;
+        for direction in 0..DIRECTIONS {
+            let (sin, cos) = (std::f64::consts::TAU * centre(direction, DIRECTIONS)).sin_cos();
+            for place in 0..PLACES {
+                let edge = centre(place, PLACES) - 0.5;
+                let behind = |points: &[vec2]| {
+                    let is_behind = |p: &&vec2| {
+                        let [x, y] = p.map(|n| f64::from(n) - 0.5);
+                        cos * x + sin * y > edge
+                    };
+                    points.iter().filter(is_behind).count() as f64 / points.len() as f64
+                };
+                sum += (behind(points) - behind(&pixel)).powi(2);
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn rays_are_spread_evenly() {
+        let points: Vec<_> = (0..RAYS).map(place).collect();
+        assert_eq!(points[0], [0.5; 2]);
+        let ratio = error_at_edges(&points[..1]) / error_at_edges(&points);
+        assert!((15.0..25.0).contains(&ratio), "{ratio}");
+    }
+}

@@ -1,0 +1,37 @@
+//! How each surface reflects light of which the cache knows two moments; once a material.
+
+use super::memory::CacheMemory;
+use crate::error::Result;
+use crate::gpu::{Binding, Frame, Pass};
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
+use crate::render::shared::REFLECTANCE_ANGLES;
+
+pub struct SurfaceReflectance(Pass);
+
+impl SurfaceReflectance {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(SurfaceReflectance(passes.compile::<()>("reflectance")?))
+    }
+
+    pub fn run(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        surfaces: u32,
+    ) -> Result<()> {
+        let bindings = [
+            &[
+                ("scene_block", Binding::Buffer(&r.scene)),
+                ("clips", Binding::Buffer(&r.clips)),
+                cache.reflectance_binding(),
+            ][..],
+            &r.volume_bindings(),
+            &r.surface_bindings(),
+        ]
+        .concat();
+        let threads = [surfaces * REFLECTANCE_ANGLES, 1, 1];
+        frame.run(|f| f.pass(&self.0, &bindings, &(), threads))
+    }
+}

@@ -1,0 +1,49 @@
+//! Interpolated light for the cache's nodes that lie between those of the coarse lattice.
+
+use super::memory::CacheMemory;
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
+
+use crate::error::Result;
+use crate::gpu::types::*;
+use crate::gpu::{Binding, Frame, Pass};
+use crate::shared;
+
+shared! {
+    pub struct SpreadPush {
+        pub bricks: uint,
+        /// Bricks in a row of workgroups.
+        pub row: uint,
+        /// Axis along which light is interpolated.
+        pub axis: uint,
+    }
+}
+
+pub struct SpreadLight(Pass);
+
+impl SpreadLight {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(SpreadLight(passes.compile::<SpreadPush>("spread_light")?))
+    }
+
+    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        let flux = cache.flux.as_ref().unwrap_or(&cache.light);
+        let bindings = [
+            &[("scene_block", Binding::Buffer(&r.scene))][..],
+            &cache.bindings(),
+            &[
+                ("light_out", Binding::Image(&cache.light)),
+                ("flux_out", Binding::Image(flux)),
+                cache.brick_binding(),
+            ],
+        ]
+        .concat();
+        let ([bricks, row], threads) = cache.for_each_brick();
+        frame.run(|f| {
+            (0..3).try_for_each(|axis| {
+                let push = SpreadPush { bricks, row, axis };
+                f.pass(&self.0, &bindings, &push, threads)
+            })
+        })
+    }
+}

@@ -1,0 +1,144 @@
+//! The cache's state between two batches, on its way to a file and back: another renderer of the same scene continues
+//! from it as if nothing had happened.
+//!
+//! Large parts stream through the staging buffer, piece by piece: first the light, then what each brick has had, then
+//! the last measurement. Their size follows from the cache's layout and from [`CacheState`].
+
+use std::time::Duration;
+
+use bytemuck::Zeroable;
+use serde::{Deserialize, Serialize};
+
+use super::Cache;
+use super::caching::Caching;
+use super::focus::Focus;
+use super::pace::Pace;
+use crate::error::{Error, Result};
+use crate::render::copy::{self, Sink, Source};
+
+/// What a file keeps of a cache besides its light.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CacheState {
+    updates: u32,
+    batches: u32,
+    paths: u64,
+    lookups: u64,
+    /// `None` while it is unknown.
+    relative_error: Option<f64>,
+    took: Duration,
+    gathering: Pace,
+    tracing: Pace,
+    is_wide: bool,
+    all_from: Option<u32>,
+    has_looked: bool,
+    bricks: usize,
+    /// Pixels of the last measurement.
+    shown: usize,
+}
+
+impl Cache {
+    fn state(&self) -> CacheState {
+        CacheState {
+            updates: self.updates,
+            batches: self.batches,
+            paths: self.paths,
+            lookups: self.lookups,
+            relative_error: Some(self.relative_error).filter(|error| error.is_finite()),
+            took: self.took,
+            gathering: self.gathering,
+            tracing: self.tracing,
+            is_wide: self.is_wide,
+            all_from: self.focus.all_from,
+            has_looked: self.has_looked,
+            bricks: self.focus.had.len(),
+            shown: self.shown.len(),
+        }
+    }
+
+    /// Bytes of light that a file holds.
+    fn light_bytes(&self) -> u64 {
+        self.memory.images().map(|image| image.desc.bytes()).sum()
+    }
+}
+
+impl CacheState {
+    /// Bytes that stream, in a cache with `light` bytes of light.
+    fn bytes(&self, light: u64) -> Option<u64> {
+        let bricks = (self.bricks as u64).checked_mul(5)?;
+        let shown = (self.shown as u64).checked_mul(16)?;
+        light.checked_add(bricks)?.checked_add(shown)
+    }
+}
+
+impl Caching<'_> {
+    /// Paths that the nodes in sight have had.
+    pub fn updates(&self) -> u32 {
+        self.cache.updates
+    }
+
+    /// Streams the cache's light.
+    pub fn save_light(&mut self, sink: &mut Sink<'_>) -> Result<()> {
+        for image in self.cache.memory.images() {
+            copy::download_pieces(self.frame, &self.r.staging, image, sink)?;
+        }
+        Ok(())
+    }
+
+    /// Streams what follows the light in the cache's state. The cache must not be in the middle of a batch.
+    pub fn save_rest(&mut self, sink: &mut Sink<'_>) -> Result<CacheState> {
+        let cache = &self.cache;
+        sink(&cache.focus.halvings)?;
+        sink(bytemuck::cast_slice(&cache.focus.had))?;
+        sink(bytemuck::cast_slice(&cache.shown))?;
+        Ok(cache.state())
+    }
+
+    /// Bytes that [`restore`](Caching::restore) reads; `None` if the state does not belong to a cache of this layout.
+    pub fn bytes_of(&self, state: &CacheState) -> Option<u64> {
+        let bricks = self.cache.memory.active_bricks() as usize;
+        let pixels = self.r.size[0] as usize * self.r.size[1] as usize;
+        let fits = state.bricks == bricks && state.shown <= pixels;
+        fits.then(|| state.bytes(self.cache.light_bytes()))?
+    }
+
+    /// Continues from a state that [`save_light`](Caching::save_light) and [`save_rest`](Caching::save_rest) have
+    /// streamed.
+    ///
+    /// # Errors
+    ///
+    /// If the state is that of another layout, or if the source fails. The cache is empty then.
+    pub fn restore(&mut self, state: &CacheState, source: &mut Source<'_>) -> Result<()> {
+        self.cache.clear();
+        if self.bytes_of(state).is_none() {
+            return Err(Error::value("the cache's state is that of another layout"));
+        }
+        for image in self.cache.memory.images() {
+            copy::upload_pieces(self.frame, &mut self.r.staging, image, source)?;
+        }
+        let coarse_first = self.cache.memory.layout.begins_coarse();
+        let mut focus = Focus::everywhere(state.bricks as u32, coarse_first);
+        focus.all_from = state.all_from;
+        source(&mut focus.halvings)?;
+        source(bytemuck::cast_slice_mut(&mut focus.had))?;
+        let mut shown = vec![<[f32; 4]>::zeroed(); state.shown];
+        source(bytemuck::cast_slice_mut(&mut shown))?;
+        if !focus.is_possible() {
+            return Err(Error::value("the cache's state says what no cache has"));
+        }
+        let cache = &mut *self.cache;
+        cache.focus = focus;
+        cache.shown = shown;
+        cache.is_blank = false;
+        cache.updates = state.updates;
+        cache.batches = state.batches;
+        cache.paths = state.paths;
+        cache.lookups = state.lookups;
+        cache.relative_error = state.relative_error.unwrap_or(f64::INFINITY);
+        cache.took = state.took;
+        cache.gathering = state.gathering;
+        cache.tracing = state.tracing;
+        cache.is_wide = state.is_wide;
+        cache.has_looked = state.has_looked;
+        Ok(())
+    }
+}

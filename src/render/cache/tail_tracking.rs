@@ -1,0 +1,73 @@
+//! Paths for the light that a march of the picture at rest leaves to them: that of surfaces, and of the medium
+//! where the cache's nodes do not tell it.
+
+use super::memory::CacheMemory;
+use crate::error::Result;
+use crate::gpu::types::*;
+use crate::gpu::{Binding, Frame, Pass};
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::path_queue::{PathQueue, Progress};
+use crate::render::resources::Resources;
+use crate::shared;
+
+shared! {
+    pub struct TailPush {
+        /// Paths for a tail of weight 1.
+        pub paths: uint,
+        /// Index of the sample that has been marched.
+        pub sample_index: uint,
+        /// Loop iterations after which a slot leaves its path to the next dispatch.
+        pub work: uint,
+        pub slots: uint,
+    }
+}
+
+/// Paths for the light of a surface that fills a pixel. With more of them, where surfaces fill the picture, paths
+/// would take longer than the march before them.
+const PATHS: u32 = 4;
+
+pub struct TailTracking {
+    pass: Pass,
+    pub queue: PathQueue,
+}
+
+impl TailTracking {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(TailTracking {
+            pass: passes.compile::<TailPush>("tail_tracking")?,
+            queue: PathQueue::new(passes),
+        })
+    }
+
+    /// Advances all paths of the sample that has just been marched; they add to `unit_sum`.
+    pub fn advance(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        sample_index: u32,
+    ) -> Result<Progress> {
+        let TailTracking { pass, queue } = self;
+        queue.advance(frame, r, pass, |frame, work| {
+            let push = TailPush {
+                paths: PATHS,
+                sample_index,
+                work,
+                slots: r.slots(),
+            };
+            let bindings = [
+                &r.medium_bindings()[..],
+                &r.surface_bindings(),
+                &cache.bindings(),
+                &r.path_bindings(),
+                &[
+                    r.camera_binding(),
+                    cache.tails_binding(),
+                    ("unit_sum", Binding::Image(&r.unit_sum)),
+                ],
+            ]
+            .concat();
+            frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
+        })
+    }
+}

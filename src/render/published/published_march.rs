@@ -1,0 +1,48 @@
+//! The picture of the published baseline.
+
+use super::cells::PublishedCells;
+use crate::error::Result;
+use crate::gpu::types::*;
+use crate::gpu::{Binding, Frame, Pass};
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
+use crate::shared;
+
+shared! {
+    pub struct PublishedMarchPush {
+        /// Iterations of Algorithm 1 in each pixel.
+        pub depth_iterations: uint,
+    }
+}
+
+pub struct PublishedMarch(Pass);
+
+impl PublishedMarch {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(PublishedMarch(
+            passes.compile::<PublishedMarchPush>("published_march")?,
+        ))
+    }
+
+    /// Leaves the picture in `mean`.
+    pub fn run(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cells: &PublishedCells,
+        push: &PublishedMarchPush,
+    ) -> Result<()> {
+        let bindings = [
+            ("scene_block", Binding::Buffer(&r.scene)),
+            ("transfer", Binding::Image(&r.transfer)),
+            ("clips", Binding::Buffer(&r.clips)),
+            r.camera_binding(),
+            ("ranges", Binding::Image(&r.ranges)),
+            ("surfaces", Binding::Buffer(&r.surfaces)),
+            ("radiance_cells", Binding::Filtered(&cells.radiance)),
+            ("mean", Binding::Image(&r.mean)),
+        ];
+        let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
+        frame.run_in_slices(&self.0, &bindings, push, [r.size[0], r.size[1], 1])
+    }
+}
