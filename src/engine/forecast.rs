@@ -16,7 +16,7 @@ pub struct Forecast {
     /// Square of the relative error after one sample.
     pub variance: f64,
     pub evenness: Evenness,
-    pub cache: Option<Filling>,
+    pub cache: Option<FillForecast>,
 }
 
 /// How much less noise samples have because they are spread evenly.
@@ -39,7 +39,7 @@ impl Evenness {
 /// What filling the cache is expected to take. Paths are counted by what they are worth ([`worth`]), since those that are
 /// gathered at first take less time and tell less than those that are traced.
 #[derive(Debug, Clone, Copy)]
-pub struct Filling {
+pub struct FillForecast {
     /// Seconds until nodes have had their first [`GATHERED`] paths.
     pub gathering: f64,
     /// Seconds for each further path of all nodes.
@@ -50,7 +50,7 @@ pub struct Filling {
     pub share_of_time: f64,
 }
 
-impl Filling {
+impl FillForecast {
     /// Seconds until nodes have had paths of this worth.
     fn seconds_to(&self, paths: f64) -> f64 {
         let gathered = worth(GATHERED);
@@ -205,7 +205,7 @@ mod tests {
         seconds_per_bundle: 0.0,
         variance: 0.04,
         evenness: Evenness::NONE,
-        cache: Some(Filling {
+        cache: Some(FillForecast {
             gathering: 1.0,
             per_traced_path: 0.1,
             variance: 1e-4,

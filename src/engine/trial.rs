@@ -13,7 +13,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::forecast::{Filling, Forecast, verdict};
+use super::forecast::{FillForecast, Forecast, verdict};
 use super::run::with_delay;
 use super::schedule::{Stop, cache_goal, cache_share_of_time};
 use super::stopwatch::after;
@@ -313,7 +313,7 @@ impl Engine {
     }
 
     /// What filling the cache is expected to take.
-    fn filling(&self) -> Option<Filling> {
+    fn filling(&self) -> Option<FillForecast> {
         self.renderer.cache().map(|cache| {
             let next = cache.updates.max(GATHERED);
             let further = cache.seconds_to(2 * next) - cache.seconds_to(next);
@@ -325,7 +325,7 @@ impl Engine {
                 true => UNSEEN_WHILE_GATHERING,
                 false => 1.0,
             };
-            Filling {
+            FillForecast {
                 gathering: (gathering - per_traced_path * traced).max(0.0),
                 per_traced_path,
                 variance: unseen * cache.relative_error.powi(2) * worth(cache.updates),

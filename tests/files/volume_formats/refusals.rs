@@ -53,6 +53,7 @@ fn sheared_axes_open_with_spacing_and_axes_of_the_user() {
     let folder = folder();
     let mut nifti = u8s().nifti();
     nifti.int16(254, 1);
+    nifti.floats(280, &[1., 0.5, 0., 0., 0., 1., 0., 0., 0., 0., 1., 0.]);
     let directions = "space: LPS\nspace directions: (1,0,0) (0,1,0) (0,0.2,1)\n";
     let paths = [
         write(folder.path(), "v.nrrd", u8s().nrrd("raw", directions)),

@@ -88,8 +88,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
     };
     let fields = Fields::read(path, encoding)?;
     let (dims, count) = dims(&fields)?;
-    let mut notes = Vec::new();
-    let geometry = geometry(&fields, count, &mut notes);
+    let geometry = geometry(&fields, count);
     let (slope, intercept) = rescale(&fields);
     let voxel_type = voxel_type(fields.int(fields.places.datatype, 2))?;
     let data = Data {
@@ -109,7 +108,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
             unit: fields.unit(),
             ..encoding.storage()
         },
-        notes,
+        notes: Vec::new(),
         source: data.open(path, dims, voxel_type)?,
         about: About::default(),
     })
@@ -300,41 +299,31 @@ fn rescale(fields: &Fields) -> (f64, f64) {
     )
 }
 
-/// The affine "sform" if there is one that is not sheared, else the rotation "qform", else nothing but voxel sizes.
-fn geometry(
-    fields: &Fields,
-    count: usize,
-    notes: &mut Vec<String>,
-) -> Parsed<([f64; 3], Orientation)> {
+/// The affine "sform" if there is one, else the rotation "qform", else nothing but voxel sizes. Some programs write an sform
+/// of zeros, which is none.
+fn geometry(fields: &Fields, count: usize) -> Parsed<([f64; 3], Orientation)> {
     let places = fields.places;
     let pixdim: [f64; 4] = fields.floats(places.pixdim);
     // A 2D image need not say how thick it is.
     let spacing: [f64; 3] = std::array::from_fn(|a| if a < count { pixdim[a + 1] } else { 1.0 });
     let frame = Frame::Anatomical(Axes::RAS);
-    let sform = (fields.code(places.sform_code) > 0).then(|| {
-        let rows: [[f64; 4]; 3] =
-            std::array::from_fn(|row| fields.floats(places.srow + 4 * places.real * row));
+    let rows: [[f64; 4]; 3] =
+        std::array::from_fn(|row| fields.floats(places.srow + 4 * places.real * row));
+    if fields.code(places.sform_code) > 0 && rows != [[0.0; 4]; 3] {
         let steps = std::array::from_fn(|axis| rows.map(|row| row[axis]));
-        Orientation::from_steps(steps, frame)
-    });
-    let qform = (fields.code(places.qform_code) > 0).then(|| {
+        return Orientation::from_steps(steps, frame).map_err(|fault| format!("sform: {fault}"));
+    }
+    if fields.code(places.qform_code) > 0 {
         let mut directions = rotation(fields.floats(places.quatern));
         if pixdim[0] < 0.0 {
             directions[2] = directions[2].map(|x| -x);
         }
-        let (_, orientation) = Orientation::from_steps(directions, frame)?;
-        Ok((spacing, orientation))
-    });
-    match (sform, qform) {
-        // A registration to a template may shear the sform; the qform is the scanner's.
-        (Some(Err(fault)), Some(Ok(geometry))) => {
-            notes.push(format!("its qform is used in place of its sform ({fault})"));
-            Ok(geometry)
-        }
-        (Some(sform), _) => sform.map_err(|fault| format!("sform: {fault}")),
-        (None, Some(qform)) => qform.map_err(|fault: String| format!("qform: {fault}")),
-        (None, None) => Ok((spacing, Orientation::UNKNOWN)),
+        return match Orientation::from_steps(directions, frame) {
+            Ok((_, orientation)) => Ok((spacing, orientation)),
+            Err(fault) => Err(format!("qform: {fault}")),
+        };
     }
+    Ok((spacing, Orientation::UNKNOWN))
 }
 
 /// The directions of i, j and k from the last three components of a unit quaternion.
