@@ -5,6 +5,7 @@
 //! (`focus.rs`); *updates* are those of the nodes that get most. Batches double, as a rule: each gives a node as many
 //! new paths as it has had.
 
+mod at_rest;
 mod caching;
 mod camera_march;
 mod cell_tracking;
@@ -36,14 +37,13 @@ pub use state::CacheState;
 use std::time::{Duration, Instant};
 
 use super::bundle::{Bundle, Sampled};
-use super::delta_tracking::DeltaTracking;
 use super::gpu_scene::GpuScene;
 use super::parts::{Changes, Derived};
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::{Frame, Slices};
-use camera_march::CameraMarch;
+use at_rest::AtRest;
 use cell_tracking::CellTracking;
 use cut_cubes::CutCubes;
 use error::{measured_stride, relative_error, shown};
@@ -97,14 +97,6 @@ pub struct Cache {
     pub(super) under_way: Option<u32>,
     /// The picture by which the error was last measured.
     pub(super) shown: Vec<[f32; 4]>,
-}
-
-/// How the picture at rest gets its samples from the cache.
-enum AtRest {
-    /// By a march, where all that can be seen is light of the cache's nodes.
-    March(CameraMarch),
-    /// By paths that end in the cache.
-    Tracking(DeltaTracking),
 }
 
 impl Cache {
@@ -219,10 +211,7 @@ impl Cache {
     /// Sets the time that a dispatch should take from now on.
     pub fn take_slices_of(&mut self, ms: f64) {
         self.tracking.queue.target_ms = ms;
-        match &mut self.at_rest {
-            AtRest::March(march) => march.take_slices_of(ms),
-            AtRest::Tracking(tracking) => tracking.queue.target_ms = ms,
-        }
+        self.at_rest.take_slices_of(ms);
     }
 
     /// Whether a picture at rest is marched.
@@ -230,33 +219,20 @@ impl Cache {
         matches!(self.at_rest, AtRest::March(_))
     }
 
-    /// Whether a sample of the picture at rest has next to no noise of its own: it is marched, and leaves next to nothing
-    /// to paths.
+    /// Whether a sample of the picture at rest has next to no noise of its own.
     pub fn samples_are_smooth(&self) -> bool {
-        const NEXT_TO_NOTHING: f64 = 0.02;
-        match &self.at_rest {
-            AtRest::March(march) => march.left_share < NEXT_TO_NOTHING,
-            AtRest::Tracking(_) => false,
-        }
+        self.at_rest.is_smooth()
     }
 
     /// Goes on with a bundle of units of the picture at rest, or begins one.
     pub fn sample(&mut self, frame: &mut Frame, r: &Resources, bundle: Bundle) -> Result<Sampled> {
         self.ray_march.rays = 0;
-        match &mut self.at_rest {
-            AtRest::March(march) => march.advance(frame, r, &self.memory, bundle),
-            AtRest::Tracking(tracking) => {
-                tracking.advance(frame, r, &self.memory.bindings(), bundle)
-            }
-        }
+        self.at_rest.advance(frame, r, &self.memory, bundle)
     }
 
     /// States the work of marches at rest since this was last done.
     pub fn collect(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        match &self.at_rest {
-            AtRest::March(march) => march.collect(frame, r, &self.memory),
-            AtRest::Tracking(_) => Ok(()),
-        }
+        self.at_rest.collect(frame, r, &self.memory)
     }
 
     /// Forgets all light.
@@ -410,15 +386,6 @@ impl Cache {
     /// the last.
     pub fn march(&mut self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {
         self.ray_march.advance(frame, r, &self.memory, slices)
-    }
-}
-
-impl AtRest {
-    fn new(passes: &PassCompiler<'_>) -> Result<AtRest> {
-        Ok(match passes.features.is_marched() {
-            true => AtRest::March(CameraMarch::new(passes)?),
-            false => AtRest::Tracking(DeltaTracking::through_cache(passes)?),
-        })
     }
 }
 

@@ -1,0 +1,65 @@
+//! How a picture at rest gets its samples from the cache.
+
+use super::camera_march::CameraMarch;
+use super::memory::CacheMemory;
+use crate::error::Result;
+use crate::gpu::Frame;
+use crate::render::bundle::{Bundle, Sampled};
+use crate::render::delta_tracking::DeltaTracking;
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
+
+pub enum AtRest {
+    /// By a march, where all that can be seen is light of the cache's nodes.
+    March(CameraMarch),
+    /// By paths that end in the cache.
+    Tracking(DeltaTracking),
+}
+
+impl AtRest {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<AtRest> {
+        Ok(match passes.features.is_marched() {
+            true => AtRest::March(CameraMarch::new(passes)?),
+            false => AtRest::Tracking(DeltaTracking::through_cache(passes)?),
+        })
+    }
+
+    /// Sets the time that a dispatch should take from now on.
+    pub fn take_slices_of(&mut self, ms: f64) {
+        match self {
+            AtRest::March(march) => march.take_slices_of(ms),
+            AtRest::Tracking(tracking) => tracking.queue.target_ms = ms,
+        }
+    }
+
+    /// Whether a sample has next to no noise of its own: it is marched, and leaves next to nothing to paths.
+    pub fn is_smooth(&self) -> bool {
+        const NEXT_TO_NOTHING: f64 = 0.02;
+        match self {
+            AtRest::March(march) => march.left_share < NEXT_TO_NOTHING,
+            AtRest::Tracking(_) => false,
+        }
+    }
+
+    /// Goes on with a bundle of units, or begins one.
+    pub fn advance(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        bundle: Bundle,
+    ) -> Result<Sampled> {
+        match self {
+            AtRest::March(march) => march.advance(frame, r, cache, bundle),
+            AtRest::Tracking(tracking) => tracking.advance(frame, r, &cache.bindings(), bundle),
+        }
+    }
+
+    /// States the work of marches since this was last done.
+    pub fn collect(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        match self {
+            AtRest::March(march) => march.collect(frame, r, cache),
+            AtRest::Tracking(_) => Ok(()),
+        }
+    }
+}
