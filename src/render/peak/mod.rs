@@ -31,6 +31,16 @@ pub struct Peak {
 }
 
 impl Peak {
+    /// The better of two measurements of each kind.
+    fn or_better(self, other: Peak) -> Peak {
+        Peak {
+            samples_cached: self.samples_cached.max(other.samples_cached),
+            reads_cached: self.reads_cached.max(other.reads_cached),
+            writes: self.writes.max(other.writes),
+            copied_bytes: self.copied_bytes.max(other.copied_bytes),
+        }
+    }
+
     /// The least time in which the device can do that work: the time of the one kind of it that takes longest by
     /// itself, since the others can go on meanwhile (the roofline model of Williams, Waterman and Patterson, CACM
     /// 52(4), 2009).
