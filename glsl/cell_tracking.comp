@@ -2,15 +2,13 @@
 //
 // A path begins at a node as if it had just collided there in an isotropic medium: with a shadow ray, and in a
 // direction that is uniform over the sphere. The path's light goes to the node's mean and flux; the light of the
-// first shadow ray, if it went to a sun, goes to the suns' share. Slots take nodes from a queue as those of
-// camera_path.glsl take pixels.
+// first shadow ray, if it went to a sun, goes to the suns' share. Slots take parts of a node's paths from a queue
+// (turns.glsl) as those of camera_path.glsl take pixels; merge_parts.comp adds up the parts.
 //
 // The first paths of a node end where they can gather light that the cache holds so far (gathering.glsl), and the
 // very first are paths of only some nodes (coarse.glsl).
 //
-// A brick gets paths according to how much of it is seen (src/render/cache/focus.rs). A batch is as large as all batches of
-// a node before, as a rule, so that half of every merge is new: rounding to 16 bits then adds up to less than one
-// unit in the last place, after any number of updates.
+// A brick gets paths according to how much of it is seen (src/render/cache/focus.rs).
 
 #version 460
 #include "scene.glsl"
@@ -28,21 +26,17 @@
 #include "cache.glsl"
 #include "scattered.glsl"
 #include "path.glsl"
-#include "coarse.glsl"
 #include "gathering.glsl"
-#include "flux_out.glsl"
 
 layout(local_size_x = 64) in;
 #include "push.glsl"
 layout(scalar) buffer CounterBlock { Counters count; } counters;
 #include "slots.glsl"
-layout(CACHE_FORMAT) writeonly uniform image3D light_out;
+#include "turns.glsl"
 layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
-layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 
 // The first sample index of nodes, so that no camera path has the same random numbers.
 const uint CELL_SAMPLES = 0x80000000u;
-const uint NODES_PER_HALF = uint(BRICK * BRICK * BRICK / 2);
 
 NodeWork node_work;
 
@@ -52,11 +46,11 @@ float grey(vec3 radiance) {
 
 void arrive(vec3 radiance, vec3 towards_light) {
     vec3 light = radiance / scene.cache_unit;
-    node_work.light.rgb += light;
+    node_work.sums.light.rgb += light;
     if (has_colored_flux) {
-        node_work.flux -= outerProduct(towards_light, light);
+        node_work.sums.flux -= outerProduct(towards_light, light);
     } else {
-        node_work.flux[0] -= grey(light) * towards_light;
+        node_work.sums.flux[0] -= grey(light) * towards_light;
     }
 }
 
@@ -64,7 +58,7 @@ void contribute(inout Path path, vec3 radiance) {
     if (path.bounces > 0u) {
         arrive(radiance, node_work.first_direction);
     } else if (node_work.shadow_is_sun != 0u) {
-        node_work.light.a += radiance.x;
+        node_work.sums.light.a += radiance.x;
     } else {
         arrive(radiance, path.shadow_direction);
     }
@@ -100,32 +94,24 @@ bool knows_suns(Path path) {
     return false;
 }
 
-bool begin_node(inout Path path) {
-    uint index = atomicAdd(counters.count.next, 1u);
-    bool is_half = push.nodes_half != BOTH_HALVES;
-    uint nodes = is_half ? NODES_PER_HALF : 2u * NODES_PER_HALF;
-    uint turn = index / nodes;
-    if (turn >= push.bricks) {
+bool begin_part(inout Path path) {
+    uint item = atomicAdd(counters.count.next, 1u);
+    uint index = turn_of(item);
+    if (index >= push.turns) {
         return false;
     }
-    node_work.brick = is_in_bricks ? bricks.at[turn].turn : turn;
-    Brick brick = bricks.at[node_work.brick];
-    int inner = int(is_half ? 2u * (index % nodes) : index % nodes);
-    ivec3 offset = ivec3(inner % BRICK, inner / BRICK % BRICK, inner / (BRICK * BRICK));
-    if (is_half) {
-        offset.x += offset.y + offset.z + int(push.nodes_half) & 1;
-    }
-    ivec3 node = BRICK * unpacked(brick.position) + offset;
+    Turn turn = turns.at[index];
+    ivec3 node = node_at(index, turn.brick, item - first_item(index));
     uvec3 lattice = scene.cache_nodes;
     path.pixel = (node.z * lattice.y + node.y) * lattice.x + node.x;
-    bool has_paths = all(lessThan(node, ivec3(lattice)))
-                  && (is_coarse_node(node) || !is_coarse(brick, node_work.brick));
-    path.samples_left = has_paths ? brick.samples : 0u;
-    path.sample_index = CELL_SAMPLES + brick.first_sample - 1u;
+    uint most = (turn.samples + turn.parts - 1u) / turn.parts;
+    uint first = turn.part * most;
+    path.samples_left = is_in_lattice(node) ? min(most, turn.samples - first) : 0u;
+    path.sample_index = CELL_SAMPLES + turn.first_sample + first - 1u;
     node_work.node = node;
-    node_work.gathers = gathers(brick, push.nodes_half) ? 1u : 0u;
-    node_work.light = vec4(0.0);
-    node_work.flux = mat3(0.0);
+    node_work.item = item;
+    node_work.gathers = gathers(turn, push.nodes_half) ? 1u : 0u;
+    node_work.sums = NodeSums(vec4(0.0), mat3(0.0));
     return true;
 }
 
@@ -159,27 +145,6 @@ void begin_sample(inout Path path) {
     path.dimension = random.dimension;
 }
 
-// Merges the batch with the node's earlier light.
-void finish_node() {
-    ivec3 texel = node_texel(node_work.node);
-    Brick brick = bricks.at[node_work.brick];
-    float samples = float(brick.samples);
-    float share = samples / (history(brick) + samples);
-    vec4 light = node_work.light / samples;
-    if (share < 1.0) {
-        light = mix(texel_at(cache_light, texel), light, share);
-    }
-    imageStore(light_out, texel, rounded(light));
-    if (flux_step == 1u || flux_step == 2u && is_coarse_node(node_work.node)) {
-        ivec3 at = texel / int(flux_step);
-        mat3 flux = node_work.flux / samples;
-        if (share < 1.0) {
-            flux = (1.0 - share) * flux_at(at) + share * flux;
-        }
-        store_flux(at, flux);
-    }
-}
-
 void main() {
     uint slot = gl_GlobalInvocationID.x;
     if (slot >= push.slots || stands_back(slot)) {
@@ -200,7 +165,7 @@ void main() {
     while (working && first_missing == 0u && !has_done_enough(push.work)) {
         ++work;
         if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
-            working = begin_node(path);
+            working = begin_part(path);
         }
         Path before = path;
         NodeWork node_work_before = node_work;
@@ -221,7 +186,7 @@ void main() {
                 if (path.stage == STAGE_IDLE) {
                     ++finished;
                     if (path.samples_left == 0u) {
-                        finish_node();
+                        parts.at[node_work.item] = node_work.sums;
                     }
                 }
             }

@@ -27,3 +27,7 @@ bool may_mark(Span span) {
 uint marks_of(ivec3 cube) {
     return is_cut(range_of_voxels(voxels_of(cube))) ? CUBE_MARKED : NOTHING_MARKED;
 }
+
+void note(uint brick) {
+    bricks.at[brick].is_cut = 1u;
+}

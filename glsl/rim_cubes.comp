@@ -88,3 +88,5 @@ uint marks_of(ivec3 cube) {
     bool steps = may_step(sigma_t_range(range_of_voxels(voxels))) && has_step(voxels, least_step());
     return steps ? NEIGHBOURS_MARKED : NOTHING_MARKED;
 }
+
+void note(uint brick) {}

@@ -7,7 +7,6 @@
 #include "scene.glsl"
 #include "cells.glsl"
 #include "cache.glsl"
-#include "coarse.glsl"
 #include "flux_out.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
@@ -56,7 +55,7 @@ void main() {
     }
     Brick brick = bricks.at[place];
     ivec3 node = BRICK * unpacked(brick.position) + ivec3(gl_LocalInvocationID);
-    if (brick.samples == 0u || !is_coarse(brick, place) || !lies_between(node)) {
+    if (brick.is_coarse == 0u || !lies_between(node)) {
         return;
     }
     ivec3 e = ivec3(equal(uvec3(push.axis), uvec3(0u, 1u, 2u)));

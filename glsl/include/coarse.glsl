@@ -13,19 +13,3 @@
 bool is_coarse_node(ivec3 node) {
     return all(equal(node & 1, ivec3(0)));
 }
-
-// Whether there are nodes to gather light from along each axis.
-bool may_gather() {
-    return all(greaterThan(scene.cache_nodes, uvec3(1u)));
-}
-
-// Whether a batch is one of a brick's first, in which its nodes gather.
-bool is_young(Brick brick) {
-    return may_gather() && brick.first_sample + brick.samples <= GATHERED;
-}
-
-// Whether a batch fills a brick on the coarse lattice.
-bool is_coarse(Brick brick, uint place) {
-    bool is_cut = full_light && (cuts.at[2u * place] | cuts.at[2u * place + 1u]) != 0u;
-    return is_young(brick) && !is_cut && scene.coarse_first != 0u;
-}

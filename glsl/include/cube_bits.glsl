@@ -1,12 +1,12 @@
 // A bit for each cube of the cache, by one workgroup a brick and one thread a cube; all are zero before. A shader that
-// includes this file says which bits are set: it defines `may_mark` and `marks_of`.
+// includes this file says which bits are set: it defines `may_mark`, `marks_of` and, for bricks with such a cube, `note`.
 
 #include "pages.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 #include "push.glsl"
 layout(scalar) buffer BitBlock { uint at[]; } bits;
-layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
+layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 layout(scalar) buffer CounterBlock { Counters count; } counters;
 
 // Threads of the group that have missed a brick of the volume.
@@ -44,6 +44,7 @@ ivec3 last_cube() {
 
 bool may_mark(Span span);
 uint marks_of(ivec3 cube);
+void note(uint brick);
 
 void set_bit(ivec3 cube) {
     uvec2 bit = bit_of(cube);
@@ -117,6 +118,9 @@ void main() {
         if (!has_missed) {
             set_done(brick);
         }
+    }
+    if (!has_missed && marks != NOTHING_MARKED) {
+        note(brick);
     }
     if (!has_missed && marks == CUBE_MARKED) {
         set_bit(cube);

@@ -8,19 +8,10 @@
 // A batch in which nodes gather fills one half of the nodes after the other, like the two colours of a chessboard, and a
 // half reads only the other: no value depends on which node was faster.
 
-// Weight of a gathered path relative to a traced one.
-const float WORTH = 1.0 / float(GATHERED_FOR_ONE);
-
 // Whether the paths of a batch gather.
-bool gathers(Brick brick, uint nodes_half) {
-    bool has_light = brick.first_sample > 0u || nodes_half == 1u;
-    return has_light && is_young(brick);
-}
-
-// Number of a node's earlier paths, each counted with its weight.
-float history(Brick brick) {
-    uint gathered = may_gather() ? min(brick.first_sample, GATHERED) : 0u;
-    return float(brick.first_sample) - (1.0 - WORTH) * float(gathered);
+bool gathers(Turn turn, uint nodes_half) {
+    bool has_light = turn.first_sample > 0u || nodes_half == 1u;
+    return has_light && turn.gathers != 0u;
 }
 
 // The linear function through four corners of a cube, no two of which are neighbours: those whose sum of indices has

@@ -189,7 +189,6 @@ impl GpuScene {
                 cache_step: layout.step,
                 cache_places: layout.places,
                 cache_stride: (1.0 / layout.scale).max(1.0) as u32,
-                coarse_first: layout.begins_coarse() as u32,
                 ..constants
             },
             Variant::NonCaching | Variant::Published => constants,

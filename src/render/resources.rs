@@ -20,7 +20,7 @@ use crate::gpu::{
 const STAGING_BYTES: u64 = 4 << 20;
 
 /// Paths in flight at once. A GPU hides latency with many; a CPU wants them in its cache.
-const SLOTS_GPU: u32 = 1 << 18;
+const SLOTS_GPU: u32 = 1 << 17;
 const SLOTS_CPU: u32 = 1 << 10;
 
 /// Paths in flight for each place of a brick. Waiting paths share the bricks that are loaded, so memory for a brick

@@ -94,8 +94,6 @@ shared! {
         pub cache_places: uvec3,
         /// Voxels from node to node: the number of a march's steps for which light is read once.
         pub cache_stride: uint,
-        /// Not 0: bricks begin with a coarse lattice of nodes, unless a surface that stops light cuts them.
-        pub coarse_first: uint,
         /// Bricks of the volume along each axis, if it is cut into bricks.
         pub volume_bricks: uvec3,
         /// Log2 of the voxels along a side of a volume brick.
@@ -233,33 +231,50 @@ shared! {
     pub struct Brick {
         /// Position in the lattice, ten bits for each axis.
         pub position: uint,
-        /// Paths that each of its nodes gets in this batch.
-        pub samples: uint,
-        /// Paths that each of its nodes has had before.
-        pub first_sample: uint,
+        /// Whether the batch under way fills it on the coarse lattice.
+        pub is_coarse: uint,
+        /// Whether a surface that stops light cuts one of its cubes.
+        pub is_cut: uint,
         /// Mean of w² over the rays of a picture, times 2³¹, with w the weight of the brick's light in a ray's
         /// colour.
         pub weight: uint,
-        /// Where the volume streams: the place of the brick that comes at this brick's index in the order of work.
-        /// Bricks that lie close to one another come one after another.
-        pub turn: uint,
+    }
+
+    /// A part of the paths that each node of a brick gets in a batch.
+    pub struct Turn {
+        /// The brick's place.
+        pub brick: uint,
+        /// Which of how many parts it is. All parts of a brick follow one another.
+        pub part: uint,
+        pub parts: uint,
+        /// Paths of a node in all parts, and those that it has had before.
+        pub samples: uint,
+        pub first_sample: uint,
+        /// What the latter are worth: as many as that, had they been traced to their ends.
+        pub history: float,
+        /// Whether the paths gather if there is light.
+        pub gathers: uint,
+    }
+
+    /// Sums over paths of a node, as in the cache's images. The flux has a column for each channel; the first holds it
+    /// where it is grey.
+    pub struct NodeSums {
+        pub light: vec4,
+        pub flux: mat3,
     }
 
     /// The node that a slot is working on.
     pub struct NodeWork {
         pub node: ivec3,
-        /// Place of its brick.
-        pub brick: uint,
+        /// Where the sums go.
+        pub item: uint,
         /// Direction in which the path under way left the node.
         pub first_direction: vec3,
         /// The first shadow ray of the path under way went to a sun.
         pub shadow_is_sun: uint,
         /// Whether paths end where they may gather.
         pub gathers: uint,
-        /// Sums over the paths of this batch, as in the cache's images. The flux has a column for each channel; the
-        /// first holds it where it is grey.
-        pub light: vec4,
-        pub flux: mat3,
+        pub sums: NodeSums,
     }
 
     /// Counters that the shaders add to and the host reads after every dispatch, in `published` after every

@@ -1,5 +1,7 @@
 //! The sums behind a picture, with which another renderer can continue it.
 
+use rayon::prelude::*;
+
 /// The sums of a picture after its last whole unit, in the GPU's own precision; row 0 on top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
@@ -16,12 +18,12 @@ impl Sums {
     pub fn standard_error(&self, samples: u32, units: u32, cache_error: f64) -> Vec<[f32; 3]> {
         let divisor = units.saturating_sub(1) as f32 * samples as f32;
         let shared = self.shared_error(cache_error);
-        let stderr = self.squares.iter().zip(&self.mean).map(|(s, m)| {
+        let stderr = self.squares.par_iter().zip(&self.mean).map(|(s, m)| {
             std::array::from_fn(|c| match units {
                 0 | 1 => f32::INFINITY,
                 _ if m[3] == 0.0 => (s[c] / divisor).max(0.0).sqrt(),
                 _ if shared.is_infinite() => f32::INFINITY,
-                _ => (s[c] / divisor).max(0.0).sqrt().hypot(shared * m[c] * m[3]),
+                _ => ((s[c] / divisor).max(0.0) + (shared * m[c] * m[3]).powi(2)).sqrt(),
             })
         });
         stderr.collect()

@@ -162,11 +162,32 @@ pub fn empty_cache(
     format: CacheFormat,
     seed: u32,
 ) -> Cached {
-    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let scene = scene_with_cache(scene, volume, scale, format, seed);
+    empty_cache_of(device, shaders, volume, scene)
+}
+
+/// A scene in the variant with a cache.
+pub fn scene_with_cache(
+    scene: &Scene,
+    volume: &Volume,
+    scale: f64,
+    format: CacheFormat,
+    seed: u32,
+) -> GpuScene {
     let scene = GpuScene::new(scene, volume, seed);
     let occupancy = scene.occupancy(volume);
     let layout = CacheLayout::new(volume.dims, &occupancy, scale, format, 4096);
-    let scene = scene.with_cache(layout.expect("a layout"));
+    scene.with_cache(layout.expect("a layout"))
+}
+
+/// The cache of a scene in the variant with one.
+pub fn empty_cache_of(
+    device: Arc<Device>,
+    shaders: &Shaders,
+    volume: &Volume,
+    scene: GpuScene,
+) -> Cached {
+    let memory = Memory::new(&device, BUDGET).expect("memory");
     let renderer = Renderer::with_shaders(&memory, shaders, volume, scene);
     Cached {
         device,

@@ -1,7 +1,9 @@
 //! Paths from the cache's nodes.
 
 use super::memory::CacheMemory;
+use super::merge_parts::MergeParts;
 use super::spread_light::SpreadLight;
+use super::work_list::{NODES, Window, WorkList};
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
@@ -9,7 +11,7 @@ use crate::render::bricks::Items;
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::path_queue::{PathQueue, Progress};
 use crate::render::resources::Resources;
-use crate::render::shared::{BOTH_HALVES, Brick, GATHERED};
+use crate::render::shared::BOTH_HALVES;
 use crate::shared;
 
 shared! {
@@ -17,8 +19,9 @@ shared! {
         /// Loop iterations after which a slot leaves its path to the next dispatch.
         pub work: uint,
         pub slots: uint,
-        /// Bricks that have memory.
-        pub bricks: uint,
+        /// The window's turns; those of the coarse lattice come first.
+        pub turns: uint,
+        pub coarse_turns: uint,
         /// Parity of the nodes that are filled: the sum of a node's indices is even (0) or odd (1); or `BOTH_HALVES`.
         pub nodes_half: uint,
     }
@@ -26,79 +29,108 @@ shared! {
 
 pub struct CellTracking {
     pass: Pass,
+    merge_parts: MergeParts,
     spread_light: SpreadLight,
     pub queue: PathQueue,
     /// The half of the nodes that is under way (`gathering.glsl`), or both: where no node gathers, none waits for another.
     half: u32,
+    work_list: WorkList,
+    window: Window,
 }
 
 impl CellTracking {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(CellTracking {
             pass: passes.compile::<CellPush>("cell_tracking")?,
+            merge_parts: MergeParts::new(passes)?,
             spread_light: SpreadLight::new(passes)?,
             queue: PathQueue::new(passes),
             half: 0,
+            work_list: WorkList::default(),
+            window: Window::default(),
         })
     }
 
-    /// Forgets all paths and starts the queue of nodes anew.
-    pub fn restart(&mut self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
-        self.half = match cache.layout.may_gather() && cache.bricks().iter().any(is_young) {
+    /// Forgets all paths and begins a batch. `left` says for each brick how many paths its nodes get, and how many they
+    /// have had.
+    pub fn begin(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &mut CacheMemory,
+        left: impl Iterator<Item = [u32; 2]>,
+    ) -> Result<()> {
+        self.work_list = WorkList::new(cache, left);
+        self.half = match self.work_list.gathers() {
             true => 0,
             false => BOTH_HALVES,
         };
+        self.begin_window(frame, r, cache)
+    }
+
+    fn begin_window(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &mut CacheMemory,
+    ) -> Result<()> {
+        let fine_nodes = match self.half {
+            BOTH_HALVES => NODES,
+            _ => NODES / 2,
+        };
+        self.window = self.work_list.next_window(cache, fine_nodes);
         self.queue.restart(frame, r, Items::NONE)
     }
 
-    /// Advances all paths of the batch that `cache.bricks` describes.
+    /// Advances all paths of the batch.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
-        cache: &CacheMemory,
+        cache: &mut CacheMemory,
     ) -> Result<Progress> {
-        let CellTracking {
-            pass,
-            spread_light,
-            queue,
-            half,
-        } = self;
-        let mut progress = queue.advance(frame, r, pass, |frame, work| {
+        let (pass, window, nodes_half) = (&self.pass, self.window, self.half);
+        let mut progress = self.queue.advance(frame, r, pass, |frame, work| {
             let push = CellPush {
                 work,
                 slots: r.slots(),
-                bricks: cache.active_bricks(),
-                nodes_half: *half,
+                turns: window.turns,
+                coarse_turns: window.coarse_turns,
+                nodes_half,
             };
-            let flux = cache.flux.as_ref().unwrap_or(&cache.light);
             let bindings = [
                 &r.medium_bindings()[..],
                 &r.surface_bindings(),
                 &cache.bindings(),
                 &r.path_bindings(),
-                &[
-                    ("light_out", Binding::Image(&cache.light)),
-                    ("flux_out", Binding::Image(flux)),
-                    ("node_works", Binding::Buffer(&cache.work)),
-                    cache.brick_binding(),
-                ],
+                &cache.work_bindings(),
+                &[("node_works", Binding::Buffer(&cache.work))],
             ]
             .concat();
             frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
         })?;
-        if !progress.under_way && *half == 0 {
-            *half = 1;
-            spread_light.run(frame, r, cache)?;
-            queue.restart(frame, r, Items::NONE)?;
-            progress.under_way = true;
+        if !progress.under_way {
+            progress.under_way = self.end_window(frame, r, cache)?;
         }
         Ok(progress)
     }
-}
 
-/// Whether a brick's nodes gather in this batch if any do (`gathering.glsl`), and get paths on the coarse lattice alone
-/// (`coarse.glsl`).
-fn is_young(brick: &Brick) -> bool {
-    brick.samples > 0 && brick.first_sample + brick.samples <= GATHERED
+    /// Takes what the window's paths have found into the cache, and begins the next window. Returns whether there is one.
+    fn end_window(
+        &mut self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &mut CacheMemory,
+    ) -> Result<bool> {
+        let (window, half) = (self.window, self.half);
+        frame.run(|f| self.merge_parts.record(f, r, cache, window, half))?;
+        self.begin_window(frame, r, cache)?;
+        if self.window.turns == 0 && self.half == 0 {
+            self.spread_light.run(frame, r, cache)?;
+            self.half = 1;
+            self.work_list.begin_other_half();
+            self.begin_window(frame, r, cache)?;
+        }
+        Ok(self.window.turns > 0)
+    }
 }

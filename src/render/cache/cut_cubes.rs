@@ -15,7 +15,11 @@ impl CutCubes {
     }
 
     /// No queue of paths may be under way.
-    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &mut CacheMemory) -> Result<()> {
+        cache
+            .bricks_mut()
+            .iter_mut()
+            .for_each(|brick| brick.is_cut = 0);
         let bindings = [("surfaces", Binding::Buffer(&r.surfaces))];
         mark(frame, r, cache, &self.0, cache.cuts.as_ref(), &bindings).map(drop)
     }

@@ -36,6 +36,8 @@ pub struct CacheLayout {
     pub places: [u32; 3],
     /// Light is read close to a face of the box.
     pub meets_faces: bool,
+    /// Nodes gather from each other at first (`gathering.glsl`).
+    pub gathers: bool,
 }
 
 /// Equal layouts have the same nodes in the same memory, which then holds the same light. What reads that light may differ.
@@ -82,6 +84,7 @@ impl CacheLayout {
             active,
             places,
             meets_faces: occupancy.meets_faces(),
+            gathers: nodes.iter().all(|&n| n > 1),
         })
     }
 
@@ -131,14 +134,9 @@ impl CacheLayout {
         }
     }
 
-    /// Whether nodes gather from each other at first: the rule of `may_gather` in `glsl/include/coarse.glsl`.
-    pub fn may_gather(&self) -> bool {
-        self.nodes.iter().all(|&n| n > 1)
-    }
-
     /// Whether bricks begin with the coarse lattice of nodes (`coarse.glsl`).
     pub fn begins_coarse(&self) -> bool {
-        self.may_gather() && self.step.iter().all(|&step| step < WIDEST_STEP)
+        self.gathers && self.step.iter().all(|&step| step < WIDEST_STEP)
     }
 
     /// The place of each brick of the lattice, packed; `NO_PLACE` for bricks without memory.
@@ -182,10 +180,10 @@ impl CacheLayout {
 
     /// The places of all bricks in the order of Morton's curve: bricks that follow one another lie close to each
     /// other.
-    pub fn turns(&self) -> Vec<u32> {
-        let mut turns: Vec<u32> = (0..self.active.len() as u32).collect();
-        turns.sort_by_cached_key(|&place| along_curve(unpack(self.active[place as usize])));
-        turns
+    pub fn along_curve(&self) -> Vec<u32> {
+        let mut places: Vec<u32> = (0..self.active.len() as u32).collect();
+        places.sort_by_cached_key(|&place| code(unpack(self.active[place as usize])));
+        places
     }
 
     /// Texels of the images.
@@ -215,7 +213,7 @@ pub fn description(scale: f64, format: CacheFormat) -> String {
 }
 
 /// The bits of ten-bit coordinates, interleaved.
-fn along_curve(position: [u32; 3]) -> u32 {
+fn code(position: [u32; 3]) -> u32 {
     let [x, y, z] = position.map(|bits| {
         let bits = (bits | bits << 16) & 0x0300_00FF;
         let bits = (bits | bits << 8) & 0x0300_F00F;

@@ -2,15 +2,20 @@
 
 use std::sync::Arc;
 
+use bytemuck::Zeroable;
+
 use super::layout::CacheLayout;
 use super::marched::MarchedSamples;
+use super::work_list::{most_items, most_turns};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
 use crate::render::copy;
 use crate::render::features::Features;
 use crate::render::gpu_scene::GpuScene;
 use crate::render::resources::{bytes_of, slots};
-use crate::render::shared::{BRICK, Brick, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail};
+use crate::render::shared::{
+    BRICK, Brick, NodeSums, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail, Turn,
+};
 
 /// The cache: its nodes' light, and where to find it.
 pub struct CacheMemory {
@@ -24,6 +29,9 @@ pub struct CacheMemory {
     pub pages: Image,
     /// The brick in each place.
     bricks: Buffer,
+    /// The places in an order in which bricks that follow one another lie close to each other; empty in a dry run, which
+    /// only counts.
+    pub(super) along_curve: Vec<u32>,
     pub layout: CacheLayout,
     /// For each place, a bit a cube: whether a surface cuts it; `None` where no surface stops light.
     pub cuts: Option<Buffer>,
@@ -31,6 +39,11 @@ pub struct CacheMemory {
     pub(super) rims: Option<Buffer>,
     /// The node that each slot is working on.
     pub work: Buffer,
+    /// The work that is under way (`work_list.rs`), and the sums of its parts.
+    pub(super) turns: Buffer,
+    parts: Buffer,
+    /// How many parts there is room for.
+    pub(super) most_items: u32,
     /// A table for each surface; `None` where there are only Lambert surfaces, which need none.
     reflectance: Option<Buffer>,
     /// For each pixel, the light that a march leaves to paths; `None` where it can leave none.
@@ -66,6 +79,7 @@ impl CacheMemory {
         };
         let is_full_light = scene.parts.surfaces.is_full_light();
         let slots = slots(&memory.limits, scene);
+        let items = most_items(slots, layout, &memory.limits);
         let bit_a_cube = |name, is_needed: bool| {
             let desc = on_device(name, cube_bits(layout));
             is_needed.then(|| Buffer::new(memory, desc)).transpose()
@@ -79,12 +93,17 @@ impl CacheMemory {
                 on_device("reflectance", bytes_of::<Reflectance>(angles)),
             )
         };
+        let bricks = brick_buffer(memory, layout)?;
         Ok(CacheMemory {
             light: Image::new(memory, nodes("cache: light", layout.extent()))?,
             flux: flux.transpose()?,
             features,
             pages: Image::new(memory, pages_desc(layout))?,
-            bricks: brick_buffer(memory, layout)?,
+            along_curve: match bricks.mapped() {
+                Some(_) => layout.along_curve(),
+                None => Vec::new(),
+            },
+            bricks,
             layout: layout.clone(),
             cuts: bit_a_cube("cache: cuts", is_full_light)?,
             rims: bit_a_cube("cache: rim", features.has_rim_cubes)?,
@@ -92,6 +111,18 @@ impl CacheMemory {
                 memory,
                 on_device("cache: work", bytes_of::<NodeWork>(slots)),
             )?,
+            turns: Buffer::new(
+                memory,
+                BufferDesc {
+                    placement: Placement::Upload,
+                    ..on_device("cache: turns", bytes_of::<Turn>(most_turns(items)))
+                },
+            )?,
+            parts: Buffer::new(
+                memory,
+                on_device("cache: parts", bytes_of::<NodeSums>(items)),
+            )?,
+            most_items: items,
             reflectance: match features.has_reflectance_table() {
                 true => Some(reflectance()?),
                 false => None,
@@ -117,11 +148,12 @@ impl CacheMemory {
         }
         self.pages.resize(pages_desc(layout).extent)?;
         self.bricks.rewrite(&bricks(layout))?;
+        self.along_curve = layout.along_curve();
         for bits in self.cuts.iter_mut().chain(&mut self.rims) {
             bits.resize(cube_bits(layout))?;
         }
         self.layout = layout.clone();
-        Ok(())
+        self.resize_parts()
     }
 
     /// Writes the page table.
@@ -139,7 +171,17 @@ impl CacheMemory {
         if let Some(tails) = &mut self.tails {
             tails.resize(tail_bytes(size))?;
         }
-        self.work.resize(bytes_of::<NodeWork>(slots))
+        self.work.resize(bytes_of::<NodeWork>(slots))?;
+        self.resize_parts()
+    }
+
+    /// Makes room for as many parts as the layout and the slots need.
+    fn resize_parts(&mut self) -> Result<()> {
+        let slots = self.work.desc.bytes / size_of::<NodeWork>() as u64;
+        self.most_items = most_items(slots as u32, &self.layout, self.light.limits());
+        self.turns
+            .resize(bytes_of::<Turn>(most_turns(self.most_items)))?;
+        self.parts.resize(bytes_of::<NodeSums>(self.most_items))
     }
 
     pub fn images(&self) -> impl Iterator<Item = &Image> {
@@ -168,6 +210,15 @@ impl CacheMemory {
     /// The resource that filling the cache and weighing its bricks need, besides those for reading the cache.
     pub fn brick_binding(&self) -> (&'static str, Binding<'_>) {
         ("bricks", Binding::Buffer(&self.bricks))
+    }
+
+    /// The resources by which nodes get their paths.
+    pub fn work_bindings(&self) -> [(&'static str, Binding<'_>); 3] {
+        [
+            self.brick_binding(),
+            ("turns", Binding::Buffer(&self.turns)),
+            ("parts", Binding::Buffer(&self.parts)),
+        ]
     }
 
     /// The resources that reading the cache needs. In place of one that the scene does without, another is bound.
@@ -231,19 +282,11 @@ fn brick_buffer(memory: &Arc<Memory>, layout: &CacheLayout) -> Result<Buffer> {
 
 /// The bricks that have memory. None of their nodes has had a path.
 fn bricks(layout: &CacheLayout) -> Vec<Brick> {
-    let brick = |(&position, turn): (&u32, u32)| Brick {
+    let brick = |&position: &u32| Brick {
         position,
-        samples: 0,
-        first_sample: 0,
-        weight: 0,
-        turn,
+        ..Brick::zeroed()
     };
-    layout
-        .active
-        .iter()
-        .zip(layout.turns())
-        .map(brick)
-        .collect()
+    layout.active.iter().map(brick).collect()
 }
 
 /// Texels of the flux. Those of a node's channels lie side by side.

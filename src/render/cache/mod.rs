@@ -16,6 +16,7 @@ mod focus;
 pub(super) mod layout;
 mod marched;
 mod memory;
+mod merge_parts;
 mod occupancy;
 mod pace;
 mod progress;
@@ -25,6 +26,7 @@ pub(super) mod rim_cubes;
 mod spread_light;
 mod state;
 mod tail_tracking;
+mod work_list;
 
 pub use caching::Caching;
 pub use layout::CacheLayout;
@@ -48,7 +50,7 @@ use cell_tracking::CellTracking;
 use cut_cubes::CutCubes;
 use error::{measured_stride, relative_error, shown};
 use focus::Focus;
-use pace::Pace;
+use pace::{Pace, history};
 use ray_march::RayMarch;
 use reflectance::SurfaceReflectance;
 use rim_cubes::RimCubes;
@@ -179,7 +181,7 @@ impl Cache {
             }
         }
         match &self.cut_cubes {
-            Some(pass) => pass.run(frame, r, &self.memory),
+            Some(pass) => pass.run(frame, r, &mut self.memory),
             None => Ok(()),
         }
     }
@@ -277,7 +279,7 @@ impl Cache {
         self.look(frame, r)?;
         self.begin_batch(frame, r, 1)?;
         self.abandon();
-        self.tracking.advance(frame, r, &self.memory)?;
+        self.tracking.advance(frame, r, &mut self.memory)?;
         let question = ray_march::for_error(1);
         self.ray_march.ask(frame, r, &self.memory, question)?;
         self.sample(frame, r, Bundle::TRIAL).map(drop)
@@ -297,7 +299,7 @@ impl Cache {
         }
         let samples = *self.under_way.get_or_insert(samples);
         let before = self.updates;
-        let progress = self.tracking.advance(frame, r, &self.memory)?;
+        let progress = self.tracking.advance(frame, r, &mut self.memory)?;
         let finished = u64::from(progress.finished);
         self.lookups += u64::from(progress.lookups);
         self.paths += finished;
@@ -307,7 +309,7 @@ impl Cache {
         }
         let took = began.elapsed();
         self.took += took;
-        let pace = match self.memory.layout.may_gather() && gathers(before, samples) {
+        let pace = match self.memory.layout.gathers && gathers(before, samples) {
             true => &mut self.gathering,
             false => &mut self.tracing,
         };
@@ -322,11 +324,7 @@ impl Cache {
             self.guess(frame)?;
         }
         let left = self.focus.left(self.updates + samples);
-        for (brick, [samples, first_sample]) in self.memory.bricks_mut().iter_mut().zip(left) {
-            brick.samples = samples;
-            brick.first_sample = first_sample;
-        }
-        self.tracking.restart(frame, r, &self.memory)
+        self.tracking.begin(frame, r, &mut self.memory, left)
     }
 
     /// Finds out which nodes are in sight, unless that is known.
@@ -365,10 +363,7 @@ impl Cache {
         self.under_way = None;
         self.is_blank = false;
         if samples > 0 && !self.shown.is_empty() {
-            let had = match self.memory.layout.may_gather() {
-                true => worth(self.updates),
-                false => f64::from(self.updates),
-            };
+            let had = history(self.updates, self.memory.layout.gathers);
             self.relative_error = relative_error(&self.shown, &now, had, samples);
         }
         self.shown = now;

@@ -41,15 +41,22 @@ pub fn doubling(updates: u32) -> u32 {
     }
 }
 
-/// Paths of nodes in sight that have had `updates`, by what they are worth: the rule of `history` in
-/// `glsl/include/gathering.glsl`.
+/// What the paths of nodes that have had `updates` are worth, where nodes gather if `gathers`.
+pub fn history(updates: u32, gathers: bool) -> f64 {
+    match gathers {
+        true => worth(updates),
+        false => f64::from(updates),
+    }
+}
+
+/// What the paths of nodes that have had `updates` are worth, as a number of paths that have been traced to their ends.
 pub fn worth(updates: u32) -> f64 {
     let gathered = updates.min(GATHERED);
     f64::from(updates - gathered) + f64::from(gathered) / f64::from(GATHERED_FOR_ONE)
 }
 
-/// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`: the rule of `gathers` in
-/// `glsl/include/gathering.glsl`, for predicting how long the batch takes.
+/// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`, for predicting how long it takes:
+/// the very first find hardly any light to gather.
 pub fn gathers(updates: u32, samples: u32) -> bool {
     updates > 0 && updates + samples <= GATHERED
 }

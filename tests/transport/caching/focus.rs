@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
-use crate::caching::gathering::shaders_without_gathering;
+use crate::caching::gathering::empty_without_gathering;
 use crate::support::common::*;
 
 fn from(eye: [f64; 3]) -> Scene {
@@ -97,18 +97,7 @@ fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
 #[test]
 fn what_has_caught_up_is_what_had_been_filled_everywhere() {
     let scene = from([0.0, 0.0, 3.0]);
-    let traced = shaders_without_gathering();
-    let empty = || {
-        empty_cache(
-            device(),
-            &traced,
-            &scene,
-            &block(),
-            0.5,
-            CacheFormat::F32,
-            1,
-        )
-    };
+    let empty = || empty_without_gathering(&scene, &block(), CacheFormat::F32, 1);
     let (mut late, mut at_once) = (empty(), empty());
     late.fill(16);
     look_from_everywhere(&mut late);

@@ -1,6 +1,7 @@
 //! Young cells gather what the cache shows so far: less work for no more noise, and forgotten in time.
 
 use isolume::gpu::Shaders;
+use isolume::render::{CacheLayout, Variant as RenderVariant};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -51,31 +52,42 @@ fn filled(shaders: &Shaders, updates: u32, seed: u32) -> Cached {
     cached
 }
 
-fn gathering_with(right: &str, wrong: &str) -> Shaders {
-    let text = include_str!("../../../glsl/include/gathering.glsl");
-    shaders_with("include/gathering.glsl", text, right, wrong)
+/// A cache whose nodes trace all of their paths to the end.
+pub fn empty_without_gathering(
+    scene: &Scene,
+    volume: &Volume,
+    format: CacheFormat,
+    seed: u32,
+) -> Cached {
+    let scene = scene_with_cache(scene, volume, 0.5, format, seed);
+    let RenderVariant::Caching(layout) = &scene.variant else {
+        panic!("a scene without a cache");
+    };
+    let layout = CacheLayout {
+        gathers: false,
+        ..layout.clone()
+    };
+    empty_cache_of(device(), &shaders(), volume, scene.with_cache(layout))
 }
 
-/// Nodes trace all of their paths to the end.
-pub fn shaders_without_gathering() -> Shaders {
-    let text = include_str!("../../../glsl/include/coarse.glsl");
-    let [right, wrong] = ["return all(greater", "return false && all(greater"];
-    shaders_with("include/coarse.glsl", text, right, wrong)
+fn filled_without_gathering(updates: u32, seed: u32) -> Cached {
+    let mut cached = empty_without_gathering(&scene(), &ball(), CacheFormat::F16, seed);
+    cached.fill(updates);
+    cached
 }
 
 /// A gathered path counts for a whole one.
 fn shaders_that_remember() -> Shaders {
-    gathering_with(
-        "const float WORTH = 1.0 / float(GATHERED_FOR_ONE);",
-        "const float WORTH = 1.0;",
-    )
+    let text = include_str!("../../../glsl/merge_parts.comp");
+    let [right, wrong] = ["turn.history", "float(turn.first_sample)"];
+    shaders_with("merge_parts.comp", text, right, wrong)
 }
 
-/// Of four young caches: error of what they show, against `exact`, and reads of the volume.
-fn errors_and_lookups(shaders: &Shaders, updates: u32, exact: &[[f32; 4]]) -> [f64; 2] {
+/// Of four young caches, by their seeds: error of what they show, against `exact`, and reads of the volume.
+fn errors_and_lookups(filled: impl Fn(u32) -> Cached, exact: &[[f32; 4]]) -> [f64; 2] {
     let mut sums = [0.0; 2];
     for seed in 1..=4 {
-        let mut cached = filled(shaders, updates, seed);
+        let mut cached = filled(seed);
         sums[0] += rms_difference(&cached.march(), exact).powi(2) / 4.0;
         sums[1] += cached.renderer.lookups() as f64 / 4.0;
     }
@@ -84,11 +96,13 @@ fn errors_and_lookups(shaders: &Shaders, updates: u32, exact: &[[f32; 4]]) -> [f
 
 #[test]
 fn gathering_on_the_coarse_lattice_takes_less_work_for_less_noise() {
-    let traced = shaders_without_gathering();
-    let exact = filled(&traced, 4096, 9).march();
-    let [noise, work] = errors_and_lookups(&traced, 4, &exact);
-    let [gathered_noise, gathered_work] = errors_and_lookups(&shaders(), 32, &exact);
-    let [remembered_noise, _] = errors_and_lookups(&shaders_that_remember(), 32, &exact);
+    let exact = filled_without_gathering(4096, 9).march();
+    let [noise, work] = errors_and_lookups(|seed| filled_without_gathering(4, seed), &exact);
+    let gathered = |shaders: &Shaders, seed| filled(shaders, 32, seed);
+    let [gathered_noise, gathered_work] =
+        errors_and_lookups(|seed| gathered(&shaders(), seed), &exact);
+    let remembered = shaders_that_remember();
+    let [remembered_noise, _] = errors_and_lookups(|seed| gathered(&remembered, seed), &exact);
     println!(
         "traced: error {noise:.4}, {work} lookups; gathered: {gathered_noise:.4}, {gathered_work}; \
          without forgetting: {remembered_noise:.4}"
@@ -100,7 +114,7 @@ fn gathering_on_the_coarse_lattice_takes_less_work_for_less_noise() {
 #[test]
 fn what_was_gathered_is_forgotten() {
     let mean = |picture: &[[f32; 4]]| picture.iter().map(|p| f64::from(p[0])).sum::<f64>();
-    let exact = mean(&filled(&shaders_without_gathering(), 4096, 1).march());
+    let exact = mean(&filled_without_gathering(4096, 1).march());
     let mut gathered = filled(&shaders(), 32, 2);
     let young = mean(&gathered.march()) / exact - 1.0;
     gathered.fill(4096);

@@ -1,0 +1,54 @@
+// Adds up the parts of each node's paths, and merges their mean with the light that the node had before.
+//
+// A batch is as large as all batches of a node before, as a rule, so that half of every merge is new: rounding to 16
+// bits then adds up to less than one unit in the last place, after any number of updates.
+//
+// A workgroup for each turn, a thread for each of its nodes; those of a brick's first part do the work.
+
+#version 460
+#include "scene.glsl"
+#include "cells.glsl"
+#include "cache.glsl"
+#include "coarse.glsl"
+#include "flux_out.glsl"
+
+layout(local_size_x = 64) in;
+#include "push.glsl"
+#include "turns.glsl"
+layout(CACHE_FORMAT) writeonly uniform image3D light_out;
+
+void main() {
+    uint index = gl_WorkGroupID.x;
+    uint nodes = nodes_of(index);
+    if (gl_LocalInvocationID.x >= nodes || turns.at[index].part != 0u) {
+        return;
+    }
+    Turn turn = turns.at[index];
+    ivec3 node = node_at(index, turn.brick, gl_LocalInvocationID.x);
+    if (!is_in_lattice(node)) {
+        return;
+    }
+    uint item = first_item(index) + gl_LocalInvocationID.x;
+    NodeSums sums = parts.at[item];
+    for (uint part = 1u; part < turn.parts; ++part) {
+        item += nodes;
+        sums.light += parts.at[item].light;
+        sums.flux += parts.at[item].flux;
+    }
+    ivec3 texel = node_texel(node);
+    float samples = float(turn.samples);
+    float share = samples / (turn.history + samples);
+    vec4 light = sums.light / samples;
+    if (share < 1.0) {
+        light = mix(texel_at(cache_light, texel), light, share);
+    }
+    imageStore(light_out, texel, rounded(light));
+    if (flux_step == 1u || flux_step == 2u && is_coarse_node(node)) {
+        ivec3 at = texel / int(flux_step);
+        mat3 flux = sums.flux / samples;
+        if (share < 1.0) {
+            flux = (1.0 - share) * flux_at(at) + share * flux;
+        }
+        store_flux(at, flux);
+    }
+}

@@ -1,0 +1,61 @@
+//! Merges what the parts of nodes' paths have found with the nodes' earlier light.
+
+use super::memory::CacheMemory;
+use super::work_list::Window;
+use crate::error::Result;
+use crate::gpu::types::*;
+use crate::gpu::{Binding, Frame, Pass};
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
+use crate::shared;
+
+shared! {
+    pub struct MergePush {
+        /// The window's turns; those of the coarse lattice come first.
+        pub turns: uint,
+        pub coarse_turns: uint,
+        /// As in `CellPush`.
+        pub nodes_half: uint,
+    }
+}
+
+pub struct MergeParts(Pass);
+
+impl MergeParts {
+    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+        Ok(MergeParts(passes.compile::<MergePush>("merge_parts")?))
+    }
+
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        cache: &CacheMemory,
+        window: Window,
+        nodes_half: u32,
+    ) -> Result<()> {
+        let flux = cache.flux.as_ref().unwrap_or(&cache.light);
+        let bindings = [
+            &[("scene_block", Binding::Buffer(&r.scene))][..],
+            &cache.bindings(),
+            &cache.work_bindings(),
+            &[
+                ("light_out", Binding::Image(&cache.light)),
+                ("flux_out", Binding::Image(flux)),
+            ],
+        ]
+        .concat();
+        let push = MergePush {
+            turns: window.turns,
+            coarse_turns: window.coarse_turns,
+            nodes_half,
+        };
+        const THREADS_A_TURN: u32 = 64;
+        frame.pass(
+            &self.0,
+            &bindings,
+            &push,
+            [THREADS_A_TURN * window.turns, 1, 1],
+        )
+    }
+}

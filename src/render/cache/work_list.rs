@@ -1,0 +1,164 @@
+//! The work of a batch: for each brick that gets paths, its nodes' paths in parts that slots trace side by side.
+//!
+//! Nodes differ: where much is seen they get sixteen times as many paths, and deep in the medium these are long. A slot
+//! that traced all paths of such a node would still be at it when the others have long been done, and a GPU with it. So
+//! a node's paths come in parts of about the same size. The sums of parts need memory until they are merged
+//! (`merge_parts.rs`): the work is done in windows, as many parts at once as there is room for.
+
+use super::layout::CacheLayout;
+use super::memory::CacheMemory;
+use super::pace::history;
+use crate::gpu::DeviceSummary;
+use crate::render::shared::{BRICK, GATHERED, NodeSums, Turn};
+
+/// Paths in a part, unless there would be more than the most parts.
+const PATHS_A_PART: u32 = 16;
+const MOST_PARTS: u32 = 64;
+
+/// Nodes of a brick, and those of them that belong to the coarse lattice.
+pub const NODES: u32 = BRICK.pow(3);
+pub const COARSE_NODES: u32 = NODES / 8;
+
+/// The most items in a window. A GPU with many slots needs several for each to keep them busy, and a cache of few nodes
+/// has no use for many. All parts of a brick have room.
+pub fn most_items(slots: u32, layout: &CacheLayout, limits: &DeviceSummary) -> u32 {
+    const LEAST: u32 = MOST_PARTS * NODES;
+    const MOST: u64 = 1 << 18;
+    let useful = (2 * layout.active_nodes())
+        .min(16 * u64::from(slots))
+        .min(MOST);
+    let largest = limits.max_allocation_bytes / size_of::<NodeSums>() as u64;
+    (useful.min(largest) as u32).max(LEAST)
+}
+
+/// The most turns in a window with so many items: those of the coarse lattice have the fewest.
+pub fn most_turns(items: u32) -> u32 {
+    items / COARSE_NODES
+}
+
+/// The work on a brick.
+#[derive(Clone, Copy)]
+struct Job {
+    place: u32,
+    /// Paths that each node gets, and those that it has had.
+    samples: u32,
+    had: u32,
+    /// Whether the paths gather, and start from nodes of the coarse lattice alone.
+    gathers: bool,
+    is_coarse: bool,
+}
+
+#[derive(Default)]
+pub struct WorkList {
+    /// Those of bricks that are filled on the coarse lattice come first.
+    jobs: Vec<Job>,
+    /// Jobs whose turns have been handed out.
+    done: usize,
+}
+
+/// Turns that are worked off together.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Window {
+    pub turns: u32,
+    /// Those of the coarse lattice, which come first.
+    pub coarse_turns: u32,
+}
+
+impl WorkList {
+    /// The work of a batch that gives the nodes of each brick the first number of paths in `left`, after the second.
+    /// Bricks that lie close to one another come one after another: their paths read the same voxels.
+    pub fn new(cache: &mut CacheMemory, left: impl Iterator<Item = [u32; 2]>) -> WorkList {
+        let (gathers, begins_coarse) = (cache.layout.gathers, cache.layout.begins_coarse());
+        let left: Vec<[u32; 2]> = left.collect();
+        let mut jobs = Vec::new();
+        for place in cache.along_curve.clone() {
+            let [samples, had] = left[place as usize];
+            let brick = &mut cache.bricks_mut()[place as usize];
+            let gathers = gathers && samples > 0 && had + samples <= GATHERED;
+            let is_coarse = gathers && begins_coarse && brick.is_cut == 0;
+            brick.is_coarse = is_coarse.into();
+            if samples > 0 {
+                jobs.push(Job {
+                    place,
+                    samples,
+                    had,
+                    gathers,
+                    is_coarse,
+                });
+            }
+        }
+        jobs.sort_by_key(|job| !job.is_coarse);
+        WorkList { jobs, done: 0 }
+    }
+
+    /// Whether paths gather, so that one half of the nodes has to wait for the other.
+    pub fn gathers(&self) -> bool {
+        self.jobs.iter().any(|job| job.gathers)
+    }
+
+    /// Begins with the work on the other half of the nodes, to which the coarse lattice does not belong.
+    pub fn begin_other_half(&mut self) {
+        self.done = self.jobs.partition_point(|job| job.is_coarse);
+    }
+
+    /// Writes the turns of the next window, with `fine_nodes` nodes of each brick on the fine lattice. There are none once
+    /// all has been done.
+    pub fn next_window(&mut self, cache: &mut CacheMemory, fine_nodes: u32) -> Window {
+        let mut room = cache.most_items;
+        let mut window = Window::default();
+        let mut turns = Vec::new();
+        for job in &self.jobs[self.done..] {
+            let parts = parts_of(job.samples);
+            let items = parts
+                * if job.is_coarse {
+                    COARSE_NODES
+                } else {
+                    fine_nodes
+                };
+            if items > room {
+                break;
+            }
+            room -= items;
+            self.done += 1;
+            window.turns += parts;
+            window.coarse_turns += u32::from(job.is_coarse) * parts;
+            turns.extend((0..parts).map(|part| Turn {
+                brick: job.place,
+                part,
+                parts,
+                samples: job.samples,
+                first_sample: job.had,
+                history: history(job.had, cache.layout.gathers) as f32,
+                gathers: job.gathers.into(),
+            }));
+        }
+        cache.turns.write(&turns);
+        window
+    }
+}
+
+/// In how many parts the paths of each of a brick's nodes come: none is empty.
+fn parts_of(samples: u32) -> u32 {
+    let parts = samples.div_ceil(PATHS_A_PART).min(MOST_PARTS);
+    samples.div_ceil(samples.div_ceil(parts))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_neither_empty_nor_large() {
+        for samples in (1..3000).chain([1 << 16, (1 << 20) + 1]) {
+            let parts = parts_of(samples);
+            // The rule of `begin_part` in `cell_tracking.comp`.
+            let most = samples.div_ceil(parts);
+            assert!(
+                (parts - 1) * most < samples && samples <= parts * most,
+                "{samples}"
+            );
+            assert!(most <= PATHS_A_PART || parts > MOST_PARTS / 2, "{samples}");
+            assert!(parts <= MOST_PARTS, "{samples}");
+        }
+    }
+}
