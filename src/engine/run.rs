@@ -13,9 +13,10 @@ use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Place, Result};
 use crate::render::Until;
 
-/// Time between two looks at the error for progress alone, where no stop depends on it: a picture's download takes
-/// time.
+/// The least time between two looks at the error for progress alone, where no stop depends on it, and that time as a
+/// multiple of what a look takes: a picture has to be downloaded for it.
 const TIME_TO_LOOK: Duration = Duration::from_millis(500);
+const LOOKS_TO_WAIT: u32 = 20;
 
 /// The flag of work that an interruption has to wait for; it is never set.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
@@ -159,7 +160,7 @@ impl Engine {
                 _ => f64::INFINITY,
             },
         };
-        let mut looked = done.took;
+        let mut next_look = done.took + TIME_TO_LOOK;
         let why_stopped = loop {
             if let Some(reason) = reason_to_stop(&run.stop, &done) {
                 break reason;
@@ -181,11 +182,13 @@ impl Engine {
             first_frame.get_or_insert_with(Instant::now);
             done.samples = self.renderer.totals().samples;
             done.units = self.renderer.totals().units;
-            if run.stop.relative_error.is_some() || watch.elapsed() >= looked + TIME_TO_LOOK {
-                done.relative_error = self.relative_error()?;
-                looked = watch.elapsed();
-            }
             done.took = watch.elapsed();
+            if run.stop.relative_error.is_some() || done.took >= next_look {
+                done.relative_error = self.relative_error()?;
+                let look = watch.elapsed() - done.took;
+                done.took += look;
+                next_look = done.took + TIME_TO_LOOK.max(LOOKS_TO_WAIT * look);
+            }
             (run.progress)(Progress::Sampled {
                 spp: done.samples,
                 seconds: done.took.as_secs_f64(),

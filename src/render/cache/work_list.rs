@@ -12,23 +12,21 @@ use crate::gpu::DeviceSummary;
 use crate::render::shared::{BRICK, GATHERED, NodeSums, Turn};
 
 /// Paths in a part, unless there would be more than the most parts.
-const PATHS_A_PART: u32 = 16;
+const PATHS_A_PART: u32 = 8;
 const MOST_PARTS: u32 = 64;
 
 /// Nodes of a brick, and those of them that belong to the coarse lattice.
 pub const NODES: u32 = BRICK.pow(3);
 pub const COARSE_NODES: u32 = NODES / 8;
 
-/// The most items in a window. A GPU with many slots needs several for each to keep them busy, and a cache of few nodes
-/// has no use for many. All parts of a brick have room.
+/// The most items in a window: enough to keep the slots busy for a while, but a cache of few nodes has no use for many.
+/// All parts of a brick have room.
 pub fn most_items(slots: u32, layout: &CacheLayout, limits: &DeviceSummary) -> u32 {
-    const LEAST: u32 = MOST_PARTS * NODES;
-    const MOST: u64 = 1 << 18;
-    let useful = (2 * layout.active_nodes())
-        .min(16 * u64::from(slots))
-        .min(MOST);
+    const LEAST: u64 = (MOST_PARTS * NODES) as u64;
+    let busy = (4 * u64::from(slots)).max(1 << 14);
+    let useful = busy.min(2 * layout.active_nodes());
     let largest = limits.max_allocation_bytes / size_of::<NodeSums>() as u64;
-    (useful.min(largest) as u32).max(LEAST)
+    useful.min(largest).max(LEAST) as u32
 }
 
 /// The most turns in a window with so many items: those of the coarse lattice have the fewest.

@@ -96,8 +96,8 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
             (apple, For(EIGHTH_F16), Ok(EIGHTH_F16), "the best that fits"),
             (tiny, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs"),
             (minimum, For(NO_CACHE), Ok(NO_CACHE), "no cache fits"),
-            (nvidia_8, Below(NO_CACHE), Ok(QUARTER_F16), "with the volume in bricks, 64 of the 216 that matter"),
-            (lavapipe, Below(NO_CACHE), Ok(QUARTER_F32), "with the volume in bricks, 80 of the 216 that matter"),
+            (nvidia_8, Below(NO_CACHE), Ok(NO_CACHE), "with the volume in bricks, 80 of the 216 that matter"),
+            (lavapipe, Below(NO_CACHE), Ok(QUARTER_F16), "with the volume in bricks, 80 of the 216 that matter"),
         ],
     );
 }
@@ -271,7 +271,7 @@ fn the_cache_may_lack_a_buffer_of_its_own() {
         ..with_small_buffers(16 << 20)
     };
     let piece =
-        "cache: bricks needs 41.9 MiB, but the least of devices takes buffers of at most 16.0 MiB";
+        "cache: bricks needs 33.5 MiB, but the least of devices takes buffers of at most 16.0 MiB";
     assert_choices((volume, solid), &[(buffer, Heap, Ok(HALF_F32), piece)]);
 }
 
