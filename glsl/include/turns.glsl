@@ -1,4 +1,4 @@
-// The work of a batch, in windows (src/render/cache/work_list.rs): a list of turns. A turn is a part of the paths of
+// The work of a batch, in portions (src/render/cache/work_list.rs): a list of turns. A turn is a part of the paths of
 // each node of a brick. Bricks that are filled on the coarse lattice come first. An *item* is a part of one node's
 // paths: items are what slots take from their queue, and each has room for its sums.
 

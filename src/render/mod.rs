@@ -40,6 +40,8 @@
 //! - **place**: the position of a brick in the cache's images; the page table says which brick has which place.
 //! - **batch**: the paths that all nodes get between two looks at the error; `engine/schedule.rs` says how many.
 //! - **update**: one path of a node.
+//! - **part**: up to eight of the paths that a node gets in a batch, or a 64th of them if that is more; a **turn** is a part
+//!   for each node of a brick, a **portion** the turns that are worked off together (`cache/work_list.rs`).
 //! - **in sight**: bricks that a ray of the view reads; each has a share of a batch's paths (`cache/focus.rs`).
 //! - **gather**: to end a path at its first collision, with the light that the cache holds there, as paths of nodes do
 //!   that have had few (`gathering.glsl`).
@@ -51,8 +53,9 @@
 //!   (`tail_tracking`).
 //!
 //! On the GPU:
-//! - **slot**: a thread's room for one path in flight. It takes the next pixel or node when its path has ended.
-//! - **queue**: the pixels or nodes of a batch or unit, worked off by slots, dispatch after dispatch (`path_queue.rs`).
+//! - **slot**: a thread's room for one path in flight. It takes the next pixel, or the next part of a node's paths, when its paths have
+//!   ended.
+//! - **queue**: the pixels of a unit or the parts of a portion, worked off by slots, dispatch after dispatch (`path_queue.rs`).
 //! - **page**: the entry of a brick in a page table: where it is in memory, if it is there.
 //! - **window**: those invocations that may work while bricks of the volume are missing (`bricks/window.rs`).
 

@@ -153,13 +153,24 @@ fn an_interruption_within_a_batch_is_told_of() {
          --set medium.density=2 --set medium.g=0.9 --set surfaces.iso=[] \
          --checkpoint c.exr --checkpoint-every 1",
     );
+    // Batches double: the next one lasts longer than half of the time between the last two checkpoints.
     let began = Instant::now();
-    while !folder.path("c.exr").exists() {
+    let written = || std::fs::metadata(folder.path("c.exr")).and_then(|file| file.modified());
+    let mut last = None;
+    let between = loop {
         assert!(began.elapsed() < Duration::from_secs(60));
-        std::thread::sleep(Duration::from_millis(1));
-    }
+        std::thread::sleep(Duration::from_millis(5));
+        let before = last;
+        last = written().ok();
+        if let (Some(before), Some(last)) = (before, last)
+            && let Ok(between) = last.duration_since(before)
+            && between > Duration::from_millis(400)
+        {
+            break between;
+        }
+    };
+    std::thread::sleep(between / 2);
     let checkpoint = folder.read("c.exr");
-    std::thread::sleep(Duration::from_millis(50));
     send("INT", &child);
     let said = ends(child, 130);
     let note = "note: no checkpoint was written at the end, since the interruption came in the middle of a batch of the \

@@ -3,7 +3,7 @@
 use super::memory::CacheMemory;
 use super::merge_parts::MergeParts;
 use super::spread_light::SpreadLight;
-use super::work_list::{NODES, Window, WorkList};
+use super::work_list::{NODES, Portion, WorkList};
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
@@ -19,7 +19,7 @@ shared! {
         /// Loop iterations after which a slot leaves its path to the next dispatch.
         pub work: uint,
         pub slots: uint,
-        /// The window's turns; those of the coarse lattice come first.
+        /// The portion's turns; those of the coarse lattice come first.
         pub turns: uint,
         pub coarse_turns: uint,
         /// Parity of the nodes that are filled: the sum of a node's indices is even (0) or odd (1); or `BOTH_HALVES`.
@@ -35,7 +35,7 @@ pub struct CellTracking {
     /// The half of the nodes that is under way (`gathering.glsl`), or both: where no node gathers, none waits for another.
     half: u32,
     work_list: WorkList,
-    window: Window,
+    portion: Portion,
 }
 
 impl CellTracking {
@@ -47,7 +47,7 @@ impl CellTracking {
             queue: PathQueue::new(passes),
             half: 0,
             work_list: WorkList::default(),
-            window: Window::default(),
+            portion: Portion::default(),
         })
     }
 
@@ -65,10 +65,10 @@ impl CellTracking {
             true => 0,
             false => BOTH_HALVES,
         };
-        self.begin_window(frame, r, cache)
+        self.begin_portion(frame, r, cache)
     }
 
-    fn begin_window(
+    fn begin_portion(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
@@ -78,7 +78,7 @@ impl CellTracking {
             BOTH_HALVES => NODES,
             _ => NODES / 2,
         };
-        self.window = self.work_list.next_window(cache, fine_nodes);
+        self.portion = self.work_list.next_portion(cache, fine_nodes);
         self.queue.restart(frame, r, Items::NONE)
     }
 
@@ -89,13 +89,13 @@ impl CellTracking {
         r: &Resources,
         cache: &mut CacheMemory,
     ) -> Result<Progress> {
-        let (pass, window, nodes_half) = (&self.pass, self.window, self.half);
+        let (pass, portion, nodes_half) = (&self.pass, self.portion, self.half);
         let mut progress = self.queue.advance(frame, r, pass, |frame, work| {
             let push = CellPush {
                 work,
                 slots: r.slots(),
-                turns: window.turns,
-                coarse_turns: window.coarse_turns,
+                turns: portion.turns,
+                coarse_turns: portion.coarse_turns,
                 nodes_half,
             };
             let bindings = [
@@ -110,27 +110,27 @@ impl CellTracking {
             frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
         })?;
         if !progress.under_way {
-            progress.under_way = self.end_window(frame, r, cache)?;
+            progress.under_way = self.end_portion(frame, r, cache)?;
         }
         Ok(progress)
     }
 
-    /// Takes what the window's paths have found into the cache, and begins the next window. Returns whether there is one.
-    fn end_window(
+    /// Takes what the portion's paths have found into the cache, and begins the next portion. Returns whether there is one.
+    fn end_portion(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
         cache: &mut CacheMemory,
     ) -> Result<bool> {
-        let (window, half) = (self.window, self.half);
-        frame.run(|f| self.merge_parts.record(f, r, cache, window, half))?;
-        self.begin_window(frame, r, cache)?;
-        if self.window.turns == 0 && self.half == 0 {
+        let (portion, half) = (self.portion, self.half);
+        frame.run(|f| self.merge_parts.record(f, r, cache, portion, half))?;
+        self.begin_portion(frame, r, cache)?;
+        if self.portion.turns == 0 && self.half == 0 {
             self.spread_light.run(frame, r, cache)?;
             self.half = 1;
             self.work_list.begin_other_half();
-            self.begin_window(frame, r, cache)?;
+            self.begin_portion(frame, r, cache)?;
         }
-        Ok(self.window.turns > 0)
+        Ok(self.portion.turns > 0)
     }
 }

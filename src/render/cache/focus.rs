@@ -11,12 +11,9 @@
 
 use glam::Vec3;
 
+use super::work_list::{COARSE_NODES, NODES};
 use crate::render::gpu_scene::GpuScene;
 use crate::render::shared::{BRICK, GATHERED};
-
-/// Nodes of a brick, and those of them that belong to the coarse lattice.
-const NODES: u64 = (BRICK as u64).pow(3);
-const COARSE_NODES: u64 = NODES / 8;
 
 /// log2 of the largest share to the smallest of bricks in sight.
 const MOST_HALVINGS: u8 = 4;
@@ -47,18 +44,19 @@ pub struct Focus {
     pub(super) had: Vec<u32>,
     /// From so many paths of those in sight on, the others get one as well. `None`: they get none.
     pub(super) all_from: Option<u32>,
-    /// Whether bricks begin with the coarse lattice of nodes. Those that a surface cuts are counted as if they did.
-    coarse_first: bool,
+    /// Whether a brick begins with the coarse lattice of nodes.
+    begins_coarse: Vec<bool>,
 }
 
 impl Focus {
-    /// The same share for all bricks, none of which has had a path.
-    pub fn everywhere(bricks: u32, coarse_first: bool) -> Focus {
+    /// The same share for all bricks, none of which has had a path. `begins_coarse` says for each whether it begins with
+    /// the coarse lattice of nodes.
+    pub fn everywhere(begins_coarse: Vec<bool>) -> Focus {
         Focus {
-            halvings: vec![0; bricks as usize],
-            had: vec![0; bricks as usize],
+            halvings: vec![0; begins_coarse.len()],
+            had: vec![0; begins_coarse.len()],
             all_from: None,
-            coarse_first,
+            begins_coarse,
         }
     }
 
@@ -116,22 +114,26 @@ impl Focus {
 
     /// Paths that all nodes get together in the next batch, where the full share is `goal`.
     pub fn paths_to(&self, goal: u32) -> u64 {
-        let left = self.left(goal);
-        left.map(|[samples, had]| self.paths_of(had + samples) - self.paths_of(had))
-            .sum()
+        let left = self.left(goal).zip(&self.begins_coarse);
+        left.map(|([samples, had], &coarse)| {
+            paths_of(had + samples, coarse) - paths_of(had, coarse)
+        })
+        .sum()
     }
 
     /// Paths that all nodes get together in all batches until the full share is `goal`.
     pub fn paths_in_batches_to(&self, goal: u32) -> u64 {
-        let left = |(&halvings, &had): (&u8, &u32)| {
-            self.paths_of(self.share(goal, halvings).max(had)) - self.paths_of(had)
+        let left = |((&halvings, &had), &coarse): ((&u8, &u32), &bool)| {
+            paths_of(self.share(goal, halvings).max(had), coarse) - paths_of(had, coarse)
         };
-        self.halvings.iter().zip(&self.had).map(left).sum()
+        let bricks = self.halvings.iter().zip(&self.had).zip(&self.begins_coarse);
+        bricks.map(left).sum()
     }
 
     /// Paths that all nodes have had.
     pub fn paths(&self) -> u64 {
-        self.had.iter().map(|&had| self.paths_of(had)).sum()
+        let bricks = self.had.iter().zip(&self.begins_coarse);
+        bricks.map(|(&had, &coarse)| paths_of(had, coarse)).sum()
     }
 
     /// Whether some brick lacks paths.
@@ -147,21 +149,21 @@ impl Focus {
         }
     }
 
-    /// Paths that a brick's nodes have had together where each that had any has had `had`.
-    fn paths_of(&self, had: u32) -> u64 {
-        let [young, old] = [had.min(GATHERED), had.saturating_sub(GATHERED)].map(u64::from);
-        let first_nodes = match self.coarse_first {
-            true => COARSE_NODES,
-            false => NODES,
-        };
-        young * first_nodes + old * NODES
-    }
-
     /// Paths that a node has had, on average.
     pub fn mean_paths(&self) -> f64 {
         let sum: f64 = self.had.iter().map(|&had| f64::from(had)).sum();
         sum / self.had.len().max(1) as f64
     }
+}
+
+/// Paths that a brick's nodes have had together where each that had any has had `had`.
+fn paths_of(had: u32, begins_coarse: bool) -> u64 {
+    let [young, old] = [had.min(GATHERED), had.saturating_sub(GATHERED)].map(u64::from);
+    let first_nodes = match begins_coarse {
+        true => COARSE_NODES,
+        false => NODES,
+    };
+    young * u64::from(first_nodes) + old * u64::from(NODES)
 }
 
 #[cfg(test)]
@@ -176,7 +178,7 @@ mod tests {
 
     #[test]
     fn without_a_view_all_bricks_get_the_same() {
-        let mut focus = Focus::everywhere(3, true);
+        let mut focus = Focus::everywhere(vec![true; 3]);
         for goal in [1, 2, 4, 6] {
             fill(&mut focus, goal);
             assert_eq!(focus.had, [goal; 3]);
@@ -186,7 +188,7 @@ mod tests {
 
     #[test]
     fn what_is_seen_gets_more_and_nothing_in_sight_gets_none() {
-        let mut focus = Focus::everywhere(4, true);
+        let mut focus = Focus::everywhere(vec![true; 4]);
         focus.narrow([10_000, 10_000, 625, 0].into_iter(), &[true; 4]);
         fill(&mut focus, 1);
         assert_eq!(focus.had, [1; 4]);
@@ -194,9 +196,22 @@ mod tests {
         assert_eq!(focus.had, [64, 64, 16, 4]);
     }
 
+    /// A surface cuts the second brick: all of its nodes get paths from the first one on.
+    #[test]
+    fn the_coarse_lattice_gets_an_eighth_of_the_paths() {
+        let mut focus = Focus::everywhere(vec![true, false]);
+        assert_eq!(focus.paths_to(4), 4 * 8 + 4 * 64);
+        assert_eq!(
+            focus.paths_in_batches_to(GATHERED + 1),
+            (32 * 8 + 64) + 33 * 64
+        );
+        fill(&mut focus, 4);
+        assert_eq!(focus.paths(), 4 * 8 + 4 * 64);
+    }
+
     #[test]
     fn another_view_makes_up_for_what_it_lacks() {
-        let mut focus = Focus::everywhere(2, true);
+        let mut focus = Focus::everywhere(vec![true; 2]);
         focus.narrow([100, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 64);
         focus.narrow([0, 100].into_iter(), &[true; 2]);
@@ -211,7 +226,7 @@ mod tests {
     #[test]
     fn what_is_out_of_sight_gets_paths_only_where_the_camera_is_about_to_move() {
         for (all_from, had) in [(None, [0, 0]), (Some(1), [1, 1]), (Some(2), [0, 1])] {
-            let mut focus = Focus::everywhere(2, true);
+            let mut focus = Focus::everywhere(vec![true; 2]);
             focus.all_from = all_from;
             focus.narrow([100, 0].into_iter(), &[true, false]);
             fill(&mut focus, 1);
@@ -224,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_view_of_nothing_prefers_nothing() {
-        let mut focus = Focus::everywhere(2, true);
+        let mut focus = Focus::everywhere(vec![true; 2]);
         focus.narrow([0, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 8);
         assert_eq!(focus.had, [8, 8]);

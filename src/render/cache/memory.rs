@@ -197,6 +197,13 @@ impl CacheMemory {
         bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default())
     }
 
+    /// Whether each brick begins with the coarse lattice of nodes (`coarse.glsl`).
+    pub fn begins_coarse(&self) -> Vec<bool> {
+        let coarse = self.layout.begins_coarse();
+        let bricks = self.bricks().iter();
+        bricks.map(|brick| coarse && brick.is_cut == 0).collect()
+    }
+
     /// For a pass with a workgroup for each brick: the number of bricks and how many form a row of workgroups; and
     /// the pass's threads.
     pub fn for_each_brick(&self) -> ([u32; 2], [u32; 3]) {

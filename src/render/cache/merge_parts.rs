@@ -1,7 +1,7 @@
 //! Merges what the parts of nodes' paths have found with the nodes' earlier light.
 
 use super::memory::CacheMemory;
-use super::work_list::Window;
+use super::work_list::Portion;
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
@@ -11,7 +11,7 @@ use crate::shared;
 
 shared! {
     pub struct MergePush {
-        /// The window's turns; those of the coarse lattice come first.
+        /// The portion's turns; those of the coarse lattice come first.
         pub turns: uint,
         pub coarse_turns: uint,
         /// As in `CellPush`.
@@ -31,7 +31,7 @@ impl MergeParts {
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheMemory,
-        window: Window,
+        portion: Portion,
         nodes_half: u32,
     ) -> Result<()> {
         let flux = cache.flux.as_ref().unwrap_or(&cache.light);
@@ -46,8 +46,8 @@ impl MergeParts {
         ]
         .concat();
         let push = MergePush {
-            turns: window.turns,
-            coarse_turns: window.coarse_turns,
+            turns: portion.turns,
+            coarse_turns: portion.coarse_turns,
             nodes_half,
         };
         const THREADS_A_TURN: u32 = 64;
@@ -55,7 +55,7 @@ impl MergeParts {
             &self.0,
             &bindings,
             &push,
-            [THREADS_A_TURN * window.turns, 1, 1],
+            [THREADS_A_TURN * portion.turns, 1, 1],
         )
     }
 }

@@ -125,7 +125,7 @@ impl Cache {
                 true => Some(SurfaceReflectance::new(passes)?),
                 false => None,
             },
-            focus: Focus::everywhere(0, false),
+            focus: Focus::everywhere(Vec::new()),
             focus_stride: focus_stride(scene),
             is_wide: false,
             roams: false,
@@ -239,7 +239,7 @@ impl Cache {
 
     /// Forgets all light.
     pub fn clear(&mut self) {
-        self.focus = Focus::everywhere(0, false);
+        self.focus = Focus::everywhere(Vec::new());
         self.has_looked = false;
         self.updates = 0;
         self.relative_error = f64::INFINITY;
@@ -333,8 +333,7 @@ impl Cache {
             return Ok(());
         }
         if self.updates == 0 {
-            let coarse_first = self.memory.layout.begins_coarse();
-            self.focus = Focus::everywhere(self.memory.active_bricks(), coarse_first);
+            self.focus = Focus::everywhere(self.memory.begins_coarse());
             // The light of an older scene is not marked as a guess, and must not be read.
             self.focus.all_from = match self.is_blank {
                 true if !self.roams => None,

@@ -115,8 +115,7 @@ impl Caching<'_> {
         for image in self.cache.memory.images() {
             copy::upload_pieces(self.frame, &mut self.r.staging, image, source)?;
         }
-        let coarse_first = self.cache.memory.layout.begins_coarse();
-        let mut focus = Focus::everywhere(state.bricks as u32, coarse_first);
+        let mut focus = Focus::everywhere(self.cache.memory.begins_coarse());
         focus.all_from = state.all_from;
         source(&mut focus.halvings)?;
         source(bytemuck::cast_slice_mut(&mut focus.had))?;

@@ -3,7 +3,7 @@
 //! Nodes differ: where much is seen they get sixteen times as many paths, and deep in the medium these are long. A slot
 //! that traced all paths of such a node would still be at it when the others have long been done, and a GPU with it. So
 //! a node's paths come in parts of about the same size. The sums of parts need memory until they are merged
-//! (`merge_parts.rs`): the work is done in windows, as many parts at once as there is room for.
+//! (`merge_parts.rs`): the work is done in portions, as many parts at once as there is room for.
 
 use super::layout::CacheLayout;
 use super::memory::CacheMemory;
@@ -19,7 +19,7 @@ const MOST_PARTS: u32 = 64;
 pub const NODES: u32 = BRICK.pow(3);
 pub const COARSE_NODES: u32 = NODES / 8;
 
-/// The most items in a window: enough to keep the slots busy for a while, but a cache of few nodes has no use for many.
+/// The most items in a portion: enough to keep the slots busy for a while, but a cache of few nodes has no use for many.
 /// All parts of a brick have room.
 pub fn most_items(slots: u32, layout: &CacheLayout, limits: &DeviceSummary) -> u32 {
     const LEAST: u64 = (MOST_PARTS * NODES) as u64;
@@ -29,7 +29,7 @@ pub fn most_items(slots: u32, layout: &CacheLayout, limits: &DeviceSummary) -> u
     useful.min(largest).max(LEAST) as u32
 }
 
-/// The most turns in a window with so many items: those of the coarse lattice have the fewest.
+/// The most turns in a portion with so many items: those of the coarse lattice have the fewest.
 pub fn most_turns(items: u32) -> u32 {
     items / COARSE_NODES
 }
@@ -56,7 +56,7 @@ pub struct WorkList {
 
 /// Turns that are worked off together.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Window {
+pub struct Portion {
     pub turns: u32,
     /// Those of the coarse lattice, which come first.
     pub coarse_turns: u32,
@@ -66,14 +66,14 @@ impl WorkList {
     /// The work of a batch that gives the nodes of each brick the first number of paths in `left`, after the second.
     /// Bricks that lie close to one another come one after another: their paths read the same voxels.
     pub fn new(cache: &mut CacheMemory, left: impl Iterator<Item = [u32; 2]>) -> WorkList {
-        let (gathers, begins_coarse) = (cache.layout.gathers, cache.layout.begins_coarse());
+        let (gathers, begins_coarse) = (cache.layout.gathers, cache.begins_coarse());
         let left: Vec<[u32; 2]> = left.collect();
         let mut jobs = Vec::new();
         for place in cache.along_curve.clone() {
             let [samples, had] = left[place as usize];
             let brick = &mut cache.bricks_mut()[place as usize];
             let gathers = gathers && samples > 0 && had + samples <= GATHERED;
-            let is_coarse = gathers && begins_coarse && brick.is_cut == 0;
+            let is_coarse = gathers && begins_coarse[place as usize];
             brick.is_coarse = is_coarse.into();
             if samples > 0 {
                 jobs.push(Job {
@@ -99,11 +99,11 @@ impl WorkList {
         self.done = self.jobs.partition_point(|job| job.is_coarse);
     }
 
-    /// Writes the turns of the next window, with `fine_nodes` nodes of each brick on the fine lattice. There are none once
+    /// Writes the turns of the next portion, with `fine_nodes` nodes of each brick on the fine lattice. There are none once
     /// all has been done.
-    pub fn next_window(&mut self, cache: &mut CacheMemory, fine_nodes: u32) -> Window {
+    pub fn next_portion(&mut self, cache: &mut CacheMemory, fine_nodes: u32) -> Portion {
         let mut room = cache.most_items;
-        let mut window = Window::default();
+        let mut portion = Portion::default();
         let mut turns = Vec::new();
         for job in &self.jobs[self.done..] {
             let parts = parts_of(job.samples);
@@ -118,8 +118,8 @@ impl WorkList {
             }
             room -= items;
             self.done += 1;
-            window.turns += parts;
-            window.coarse_turns += u32::from(job.is_coarse) * parts;
+            portion.turns += parts;
+            portion.coarse_turns += u32::from(job.is_coarse) * parts;
             turns.extend((0..parts).map(|part| Turn {
                 brick: job.place,
                 part,
@@ -131,7 +131,7 @@ impl WorkList {
             }));
         }
         cache.turns.write(&turns);
-        window
+        portion
     }
 }
 
