@@ -29,7 +29,7 @@ uint turn_of(uint item) {
     return item < coarse_items ? item / COARSE_NODES : push.coarse_turns + (item - coarse_items) / fine_nodes();
 }
 
-// The lowest corner of a box with so many nodes along each axis, plus an index within it.
+// The node of an index in a box of so many nodes along each axis, x fastest, from its lowest one.
 ivec3 offset_in(ivec3 size, uint index) {
     int i = int(index);
     return ivec3(i % size.x, i / size.x % size.y, i / (size.x * size.y));

@@ -55,6 +55,14 @@ impl AtRest {
         }
     }
 
+    /// Runs a step of a sample for a trial; the next one begins anew.
+    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        if let AtRest::March(march) = self {
+            march.warm_up(frame, r, cache)?;
+        }
+        self.advance(frame, r, cache, Bundle::TRIAL).map(drop)
+    }
+
     /// States the work of marches since this was last done.
     pub fn collect(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         match self {

@@ -98,6 +98,14 @@ impl CameraMarch {
         })
     }
 
+    /// Runs the pass that a first slice of a sample does not get to.
+    pub fn warm_up(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        match &self.tails {
+            Some(tails) => tails.warm_up(frame, r, cache),
+            None => Ok(()),
+        }
+    }
+
     /// Goes on with the pixels behind the first `pixels`.
     fn begin_sheet(&mut self, pixels: u32) {
         self.pixels = pixels;

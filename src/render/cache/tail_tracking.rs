@@ -55,19 +55,40 @@ impl TailTracking {
                 work,
                 slots: r.slots(),
             };
-            let bindings = [
-                &r.medium_bindings()[..],
-                &r.surface_bindings(),
-                &cache.bindings(),
-                &r.path_bindings(),
-                &[
-                    r.camera_binding(),
-                    cache.tails_binding(),
-                    ("unit_sum", Binding::Image(&r.unit_sum)),
-                ],
-            ]
-            .concat();
-            frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
+            record(pass, frame, r, cache, &push)
         })
     }
+
+    /// Runs the pass without a path, since some drivers finish compiling only then.
+    pub fn warm_up(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        let nothing = TailPush {
+            paths: PATHS,
+            sample_index: 0,
+            work: 0,
+            slots: 0,
+        };
+        frame.run(|f| record(&self.pass, f, r, cache, &nothing))
+    }
+}
+
+fn record(
+    pass: &Pass,
+    frame: &mut Frame,
+    r: &Resources,
+    cache: &CacheMemory,
+    push: &TailPush,
+) -> Result<()> {
+    let bindings = [
+        &r.medium_bindings()[..],
+        &r.surface_bindings(),
+        &cache.bindings(),
+        &r.path_bindings(),
+        &[
+            r.camera_binding(),
+            cache.tails_binding(),
+            ("unit_sum", Binding::Image(&r.unit_sum)),
+        ],
+    ]
+    .concat();
+    frame.pass(pass, &bindings, push, [push.slots.max(1), 1, 1])
 }

@@ -157,6 +157,10 @@ fn range_nearby(volume: &Volume, ends: [[f64; 2]; 3]) -> [f64; 2] {
 /// Returns how many cubes are cut, marked, and neither.
 fn judge(cached: &Cached, volume: &Volume, isovalues: &[f64]) -> [usize; 3] {
     let marks = Marks::read(cached);
+    let bricks = cached.cache().memory.bricks().iter();
+    for (brick, words) in bricks.zip(marks.words.chunks_exact(2)) {
+        assert_eq!(brick.is_cut != 0, words != [0, 0], "{brick:?}");
+    }
     let is_cut = |[low, high]: [f64; 2]| isovalues.iter().any(|&v| low < v && high >= v);
     let mut counts = [0; 3];
     for cube in marks.cubes() {
