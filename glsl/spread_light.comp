@@ -1,7 +1,7 @@
 // Interpolates the light of the coarse lattice (coarse.glsl) for the nodes between, along one axis after the other:
 // in the middle between the inner two of four values, a cubic through them is (−a + 9b + 9c − d)/16. (Light is curved
-// where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A thread a
-// node, a workgroup a brick.
+// where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A workgroup a
+// brick, a thread for each of the nodes that get their light: half of all along the last axis.
 
 #version 460
 #include "scene.glsl"
@@ -9,7 +9,7 @@
 #include "cache.glsl"
 #include "flux_out.glsl"
 
-layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
+layout(local_size_x = 4, local_size_y = 4, local_size_z = 2) in;
 #include "push.glsl"
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 layout(CACHE_FORMAT) writeonly uniform image3D light_out;
@@ -39,26 +39,22 @@ Light light_of(ivec3 node) {
     return r;
 }
 
-// Whether a node gets its light along the axis: its neighbours have theirs after the axes before.
-bool lies_between(ivec3 node) {
-    bool between = (node[push.axis] & 1) != 0;
-    for (uint axis = push.axis + 1u; axis < 3u; ++axis) {
-        between = between && (node[axis] & 1) == 0;
-    }
-    return between && all(lessThan(node, ivec3(scene.cache_nodes)));
-}
-
 void main() {
     uint place = gl_WorkGroupID.y * push.row + gl_WorkGroupID.x;
     if (place >= push.bricks) {
         return;
     }
     Brick brick = bricks.at[place];
-    ivec3 node = BRICK * unpacked(brick.position) + ivec3(gl_LocalInvocationID);
-    if (brick.is_coarse == 0u || !lies_between(node)) {
+    // The index is odd along the axis, any along those before it, and even along those to come.
+    ivec3 e = ivec3(equal(uvec3(push.axis), uvec3(0u, 1u, 2u)));
+    bvec3 is_done = lessThan(uvec3(0u, 1u, 2u), uvec3(push.axis));
+    ivec3 i = ivec3(gl_LocalInvocationID);
+    ivec3 node = BRICK * unpacked(brick.position) + mix(2 * i + e, i, is_done);
+    bool exists = all(lessThan(i, mix(ivec3(BRICK / 2), ivec3(BRICK), is_done)))
+               && all(lessThan(node, ivec3(scene.cache_nodes)));
+    if (brick.is_coarse == 0u || !exists) {
         return;
     }
-    ivec3 e = ivec3(equal(uvec3(push.axis), uvec3(0u, 1u, 2u)));
     Light a = light_of(node - 3 * e);
     Light b = light_of(node - e); // of the same brick, and known
     Light c = light_of(node + e);

@@ -26,6 +26,7 @@ const SLOTS_CPU: u32 = 1 << 10;
 /// Paths in flight for each place of a brick. Waiting paths share the bricks that are loaded, so memory for a brick
 /// is as well spent on them. But each path that waits takes a CPU's time in every dispatch.
 const SLOTS_A_PLACE: u32 = 128;
+const SLOTS_GPU_IN_BRICKS: u32 = 1 << 18;
 const SLOTS_CPU_IN_BRICKS: u32 = 1 << 12;
 
 pub struct Resources {
@@ -238,7 +239,7 @@ pub fn slots(limits: &DeviceSummary, scene: &GpuScene) -> u32 {
         Some(layout) => {
             let most = match limits.kind.is_software() {
                 true => SLOTS_CPU_IN_BRICKS,
-                false => SLOTS_GPU,
+                false => SLOTS_GPU_IN_BRICKS,
             };
             (SLOTS_A_PLACE * layout.capacity()).clamp(SLOTS_CPU, most)
         }

@@ -38,11 +38,11 @@ impl SpreadLight {
             ],
         ]
         .concat();
-        let ([bricks, row], threads) = cache.for_each_brick();
+        let ([bricks, row], [x, y, _]) = cache.for_each_brick();
         frame.run(|f| {
             (0..3).try_for_each(|axis| {
                 let push = SpreadPush { bricks, row, axis };
-                f.pass(&self.0, &bindings, &push, threads)
+                f.pass(&self.0, &bindings, &push, [x, y, 1])
             })
         })
     }

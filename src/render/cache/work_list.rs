@@ -19,14 +19,20 @@ const MOST_PARTS: u32 = 64;
 pub const NODES: u32 = BRICK.pow(3);
 pub const COARSE_NODES: u32 = NODES / 8;
 
-/// The most items in a portion: enough to keep the slots busy for a while, but a cache of few nodes has no use for many.
-/// All parts of a brick have room.
+/// The most turns in a portion: Vulkan promises no more workgroups along an axis, and `merge_parts.comp` has one for each.
+const MOST_TURNS: u32 = 65_535;
+
+/// The most items in a portion. A cache of few nodes has no use for many; all parts of a brick have room.
 pub fn most_items(slots: u32, layout: &CacheLayout, limits: &DeviceSummary) -> u32 {
     const LEAST: u64 = (MOST_PARTS * NODES) as u64;
-    let busy = (4 * u64::from(slots)).max(1 << 14);
-    let useful = busy.min(2 * layout.active_nodes());
+    let useful = u64::from(items_for(slots)).min(2 * layout.active_nodes());
     let largest = limits.max_allocation_bytes / size_of::<NodeSums>() as u64;
     useful.min(largest).max(LEAST) as u32
+}
+
+/// As many items as keep so many slots busy for a while.
+fn items_for(slots: u32) -> u32 {
+    (4 * slots).clamp(1 << 14, MOST_TURNS * COARSE_NODES)
 }
 
 /// The most turns in a portion with so many items: those of the coarse lattice have the fewest.
@@ -107,16 +113,14 @@ impl WorkList {
         let mut turns = Vec::new();
         for job in &self.jobs[self.done..] {
             let parts = parts_of(job.samples);
-            let items = parts
-                * if job.is_coarse {
-                    COARSE_NODES
-                } else {
-                    fine_nodes
-                };
-            if items > room {
+            let nodes = match job.is_coarse {
+                true => COARSE_NODES,
+                false => fine_nodes,
+            };
+            if parts * nodes > room {
                 break;
             }
-            room -= items;
+            room -= parts * nodes;
             self.done += 1;
             portion.turns += parts;
             portion.coarse_turns += u32::from(job.is_coarse) * parts;
@@ -144,6 +148,13 @@ fn parts_of(samples: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_device_has_a_workgroup_for_each_turn() {
+        for slots in [1, 1 << 10, 1 << 17, 1 << 20] {
+            assert!(most_turns(items_for(slots)) <= 65_535, "{slots} slots");
+        }
+    }
 
     #[test]
     fn parts_are_neither_empty_nor_large() {
