@@ -32,7 +32,7 @@ pub fn most_items(slots: u32, layout: &CacheLayout, limits: &DeviceSummary) -> u
 
 /// As many items as keep so many slots busy for a while.
 fn items_for(slots: u32) -> u32 {
-    (4 * slots).clamp(1 << 14, MOST_TURNS * COARSE_NODES)
+    (16 * slots).clamp(1 << 14, MOST_TURNS * COARSE_NODES)
 }
 
 /// The most turns in a portion with so many items: those of the coarse lattice have the fewest.

@@ -97,7 +97,7 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
             (tiny, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs"),
             (minimum, For(NO_CACHE), Ok(NO_CACHE), "no cache fits"),
             (nvidia_8, Below(NO_CACHE), Ok(NO_CACHE), "with the volume in bricks, 80 of the 216 that matter"),
-            (lavapipe, Below(NO_CACHE), Ok(QUARTER_F16), "with the volume in bricks, 80 of the 216 that matter"),
+            (lavapipe, Below(NO_CACHE), Ok(EIGHTH_F32), "with the volume in bricks, 80 of the 216 that matter"),
         ],
     );
 }
