@@ -53,8 +53,8 @@
 //!   (`tail_tracking`).
 //!
 //! On the GPU:
-//! - **slot**: a thread's room for one path in flight. It takes the next pixel, or the next part of a node's paths, when its paths have
-//!   ended.
+//! - **slot**: a thread's room for one path in flight. It takes the next pixel, or the next part of a node's paths, when
+//!   it has done with the last one.
 //! - **queue**: the pixels of a unit or the parts of a portion, worked off by slots, dispatch after dispatch (`path_queue.rs`).
 //! - **page**: the entry of a brick in a page table: where it is in memory, if it is there.
 //! - **window**: those invocations that may work while bricks of the volume are missing (`bricks/window.rs`).

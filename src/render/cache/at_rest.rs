@@ -55,12 +55,12 @@ impl AtRest {
         }
     }
 
-    /// Runs a step of a sample for a trial; the next one begins anew.
-    pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
-        if let AtRest::March(march) = self {
-            march.warm_up(frame, r, cache)?;
+    /// Runs the passes that a first step of a sample does not get to.
+    pub fn warm_up(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        match self {
+            AtRest::March(march) => march.warm_up(frame, r, cache),
+            AtRest::Tracking(_) => Ok(()),
         }
-        self.advance(frame, r, cache, Bundle::TRIAL).map(drop)
     }
 
     /// States the work of marches since this was last done.

@@ -65,21 +65,16 @@ impl CellTracking {
             true => 0,
             false => BOTH_HALVES,
         };
-        self.begin_portion(frame, r, cache)
+        self.take_portion(cache);
+        self.queue.restart(frame, r, Items::NONE)
     }
 
-    fn begin_portion(
-        &mut self,
-        frame: &mut Frame,
-        r: &Resources,
-        cache: &mut CacheMemory,
-    ) -> Result<()> {
+    fn take_portion(&mut self, cache: &mut CacheMemory) {
         let fine_nodes = match self.half {
             BOTH_HALVES => NODES,
             _ => NODES / 2,
         };
         self.portion = self.work_list.next_portion(cache, fine_nodes);
-        self.queue.restart(frame, r, Items::NONE)
     }
 
     /// Advances all paths of the batch.
@@ -124,13 +119,17 @@ impl CellTracking {
     ) -> Result<bool> {
         let (portion, half) = (self.portion, self.half);
         frame.run(|f| self.merge_parts.record(f, r, cache, portion, half))?;
-        self.begin_portion(frame, r, cache)?;
+        self.take_portion(cache);
         if self.portion.turns == 0 && self.half == 0 {
             self.spread_light.run(frame, r, cache)?;
             self.half = 1;
             self.work_list.begin_other_half();
-            self.begin_portion(frame, r, cache)?;
+            self.take_portion(cache);
         }
-        Ok(self.portion.turns > 0)
+        let goes_on = self.portion.turns > 0;
+        if goes_on {
+            self.queue.restart(frame, r, Items::NONE)?;
+        }
+        Ok(goes_on)
     }
 }

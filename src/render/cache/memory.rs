@@ -228,6 +228,15 @@ impl CacheMemory {
         ]
     }
 
+    /// The images that writing light needs. In place of a flux that the scene does without, the light is bound.
+    pub fn output_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
+        let flux = self.flux.as_ref().unwrap_or(&self.light);
+        [
+            ("light_out", Binding::Image(&self.light)),
+            ("flux_out", Binding::Image(flux)),
+        ]
+    }
+
     /// The resources that reading the cache needs. In place of one that the scene does without, another is bound.
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 5] {
         [

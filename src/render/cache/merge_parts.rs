@@ -34,15 +34,11 @@ impl MergeParts {
         portion: Portion,
         nodes_half: u32,
     ) -> Result<()> {
-        let flux = cache.flux.as_ref().unwrap_or(&cache.light);
         let bindings = [
             &[("scene_block", Binding::Buffer(&r.scene))][..],
             &cache.bindings(),
             &cache.work_bindings(),
-            &[
-                ("light_out", Binding::Image(&cache.light)),
-                ("flux_out", Binding::Image(flux)),
-            ],
+            &cache.output_bindings(),
         ]
         .concat();
         let push = MergePush {

@@ -282,8 +282,8 @@ impl Cache {
         self.tracking.advance(frame, r, &mut self.memory)?;
         let question = ray_march::for_error(1);
         self.ray_march.ask(frame, r, &self.memory, question)?;
-        self.ray_march.rays = 0;
-        self.at_rest.warm_up(frame, r, &self.memory)
+        self.at_rest.warm_up(frame, r, &self.memory)?;
+        self.sample(frame, r, Bundle::TRIAL).map(drop)
     }
 
     /// Goes on with a batch for about the target time of a dispatch, or begins one of `samples` paths for the nodes

@@ -27,15 +27,11 @@ impl SpreadLight {
     }
 
     pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
-        let flux = cache.flux.as_ref().unwrap_or(&cache.light);
         let bindings = [
             &[("scene_block", Binding::Buffer(&r.scene))][..],
             &cache.bindings(),
-            &[
-                ("light_out", Binding::Image(&cache.light)),
-                ("flux_out", Binding::Image(flux)),
-                cache.brick_binding(),
-            ],
+            &cache.output_bindings(),
+            &[cache.brick_binding()],
         ]
         .concat();
         let ([bricks, row], [x, y, _]) = cache.for_each_brick();
