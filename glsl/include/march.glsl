@@ -178,13 +178,11 @@ struct Taken {
 
 const Taken NOTHING_TAKEN = Taken(vec3(0.0), 0.0, 0.0, 0u);
 
-// Whether it is time to read the cache: after one and a half times as many steps as there are voxels between nodes, or
-// a few times as many where almost no light has been collected. (A ray leaves three cells, on average, where it passes
-// two voxels.)
+// Whether it is time to read the cache: after one and a half times as many steps as there are voxels between nodes. (A
+// ray leaves three cells, on average, where it passes two voxels.) The number is the same for all rays, however little
+// light they collect: threads that run together then read together.
 bool is_due(Taken taken) {
-    const float NEXT_TO_NOTHING = 0.02;
-    uint stride = taken.weight < NEXT_TO_NOTHING ? 4u * scene.cache_stride : scene.cache_stride;
-    return 2u * taken.steps >= 3u * stride;
+    return 2u * taken.steps >= 3u * scene.cache_stride;
 }
 
 void take(inout Taken taken, float weight, vec3 albedo, float t) {
