@@ -12,12 +12,13 @@ mod values;
 mod view;
 
 use std::num::NonZeroU32;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
 use crate::engine::{HostOptions, Limit, SampleRange, Stop};
+use crate::output::stem;
 use crate::scene::preset::Preset;
 use crate::scene::{Edit, Variant};
 pub use bench::{BenchArgs, BenchVariant};
@@ -263,18 +264,6 @@ impl RenderArgs {
             .map(|extension| PathBuf::from(stem.clone() + extension))
             .to_vec()
     }
-}
-
-/// The file's name without its extension, of which `.gz` is a part: `head` for `head.nii.gz`.
-fn stem(input: &Path) -> String {
-    let name = input
-        .file_name()
-        .map_or("isolume".into(), |name| name.to_string_lossy());
-    let name = name.strip_suffix(".gz").unwrap_or(&name);
-    let stem = Path::new(name)
-        .file_stem()
-        .map(|stem| stem.to_string_lossy());
-    stem.map_or(name.to_string(), |stem| stem.into_owned())
 }
 
 #[derive(Debug, Args)]

@@ -31,7 +31,8 @@ pub struct BenchArgs {
           value_parser = seconds)]
     seconds: Vec<Duration>,
 
-    /// The converged picture; without it, non-caching renders one for four times the longest time.
+    /// The converged picture; without it, non-caching renders one for four times the longest time. Where a cache is measured,
+    /// one of rays through the middle of each pixel is rendered for as long in either case, to compare a march with.
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 

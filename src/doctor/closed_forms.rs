@@ -57,9 +57,14 @@ const CHECKS: [(&str, Check); 8] = [
 ];
 
 /// Runs the checks one after another, and none that `until` is too soon for, judging by the slowest so far. Some drivers
-/// take seconds to compile the passes of one scene. Returns the results, and the names of the checks left out.
-pub fn check_all(host: &Host, until: Instant) -> Result<(Vec<ClosedForm>, Vec<&'static str>)> {
-    let (mut forms, mut left_out) = (Vec::new(), Vec::new());
+/// take seconds to compile the passes of one scene. Adds the results to `forms`, and the names of the checks left out to
+/// `left_out`, also if a later check fails.
+pub fn check_all(
+    host: &Host,
+    until: Instant,
+    forms: &mut Vec<ClosedForm>,
+    left_out: &mut Vec<&'static str>,
+) -> Result<()> {
     let mut slowest = Duration::ZERO;
     for (name, check) in CHECKS {
         let began = Instant::now();
@@ -72,7 +77,7 @@ pub fn check_all(host: &Host, until: Instant) -> Result<(Vec<ClosedForm>, Vec<&'
         let seconds = began.elapsed().as_secs_f64() / measured.len() as f64;
         forms.extend(measured.into_iter().map(|m| m.judged(seconds)));
     }
-    Ok((forms, left_out))
+    Ok(())
 }
 
 struct Measured {

@@ -113,7 +113,7 @@ impl Examination {
         self.timestamps = Some(Timestamps::of(&rates));
         self.rates = Some(rates);
         let host = Host::with_device(device, None, None);
-        (self.closed_forms, self.left_out) = closed_forms::check_all(&host, until)?;
+        closed_forms::check_all(&host, until, &mut self.closed_forms, &mut self.left_out)?;
         host.check_validation()
     }
 }

@@ -148,6 +148,12 @@ impl Engine {
         self.renderer.warm_up()
     }
 
+    /// Whether there is a picture of all pixels to see: samples, or what a cache shows without them.
+    pub fn has_picture(&self) -> bool {
+        let is_whole = self.renderer.size() == self.scene.render.size;
+        self.renderer.cache().is_some() || is_whole && self.totals().samples > 0
+    }
+
     /// The picture after the last whole unit of samples; before the first unit, the picture that the cache shows, and
     /// without a cache an empty one.
     pub fn picture(&mut self) -> Result<Picture> {

@@ -92,7 +92,7 @@ impl Engine {
     }
 
     /// Fills the cache, batch after batch, until it is good enough for the run's `pictures` pictures. Returns whether
-    /// it is; if not, the run was interrupted in the middle of a batch.
+    /// it is; if not, an interruption or the run's time has ended it in the middle of a batch.
     pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<bool> {
         let spent = self
             .renderer

@@ -188,7 +188,7 @@ impl<'a> Trial<'a> {
         drop(self.engine);
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
-        match best_of(caches, &uncached, &work, to_go_back, make)? {
+        match best_of(caches, &uncached, &work, to_go_back, &mut watch, make)? {
             Ok(tried) => Ok(tried),
             Err(why) => {
                 plain.reason = why;
@@ -203,26 +203,29 @@ impl<'a> Trial<'a> {
 }
 
 /// An engine with the best of these caches, if one is better than none; otherwise the reason why not. Apart from
-/// compiling for them, caches that are tried share a time that is short beside the work's.
+/// compiling for them, caches that are tried share a time that is short beside the work's. If that was in vain, `watch` has
+/// it as well.
 fn best_of(
     caches: Vec<Choice>,
     uncached: &Forecast,
     work: &Work<'_>,
     to_go_back: f64,
+    watch: &mut Stopwatch,
     make: impl Fn(Choice) -> Result<Engine>,
 ) -> Result<std::result::Result<(Engine, Stopwatch), String>> {
-    let mut left = SHARE * uncached.seconds_of(work);
+    let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(work);
     let mut best: Option<(Choice, Forecast)> = None;
     let mut why = TOO_SHORT.to_string();
     let last = caches.len() - 1;
     for (n, mut choice) in caches.into_iter().enumerate() {
         let mut engine = make(choice.clone())?;
         let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
-        let mut watch = Stopwatch::paused();
-        let began = Instant::now();
-        let until = work.until(Duration::try_from_secs_f64(left.max(0.0)).ok());
-        let tried = engine.try_cache(rival, work, to_go_back, until, &mut watch)?;
-        left -= began.elapsed().as_secs_f64();
+        let mut filling = Stopwatch::paused();
+        let left = (end - watch.elapsed().as_secs_f64()).max(0.0);
+        let until = work.until(Duration::try_from_secs_f64(left).ok());
+        watch.go_on();
+        let tried = engine.try_cache(rival, work, to_go_back, until, &mut filling)?;
+        watch.pause();
         let Some((cached, is_better)) = tried else {
             break;
         };
@@ -231,7 +234,7 @@ fn best_of(
             choice.reason = format!("{said}; {}", choice.reason);
             if n == last {
                 engine.choice = choice;
-                return Ok(Ok((engine, watch)));
+                return Ok(Ok((engine, filling)));
             }
             best = Some((choice, cached));
         } else if best.is_none() {
@@ -241,7 +244,10 @@ fn best_of(
     match best {
         // What has been sampled without a cache is all that there is.
         _ if work.interrupt.load(Ordering::Relaxed) => Ok(Err("it was interrupted".into())),
-        Some((choice, _)) => Ok(Ok((make(choice)?, Stopwatch::paused()))),
+        Some((choice, _)) => {
+            let spent = std::mem::replace(watch, Stopwatch::paused());
+            Ok(Ok((make(choice)?, spent)))
+        }
         None => Ok(Err(why)),
     }
 }

@@ -26,14 +26,26 @@ pub struct Keeper<'a> {
     path: &'a Path,
     subject: Subject<'a>,
     found: Found,
+    /// Paths of the cache that was restored.
+    cache_paths: u64,
     pub fingerprints: Fingerprints,
     /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
     fill_state: FillState,
     runs: Vec<RunOf>,
     began: Instant,
+    /// Whether the checkpoint holds the state in which an interruption found the filling, after a whole batch.
+    has_last: bool,
     /// When the checkpoint was last written.
     written: Instant,
+}
+
+/// What earlier runs have done for the picture under way.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Earlier {
+    pub took: Duration,
+    /// Paths from the camera and for the cache.
+    pub paths: u64,
 }
 
 /// The state of the cache's filling; a variant without a cache needs none.
@@ -83,7 +95,9 @@ impl<'a> Keeper<'a> {
             &stop,
             views.len(),
         )?;
+        let paths_before = engine.paths();
         found.restore_cache(engine)?;
+        let cache_paths = engine.paths().saturating_sub(paths_before);
         let mut runs = found.state().map_or(Vec::new(), |state| state.runs.clone());
         let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         runs.push(RunOf {
@@ -105,9 +119,11 @@ impl<'a> Keeper<'a> {
             },
             subject,
             found,
+            cache_paths,
             identity,
             runs,
             began: Instant::now(),
+            has_last: false,
             written: Instant::now(),
         })
     }
@@ -118,10 +134,14 @@ impl<'a> Keeper<'a> {
         number.saturating_sub(1) as usize
     }
 
-    /// The time that has been spent on the picture under way.
-    pub fn seconds(&self) -> Duration {
-        let seconds = self.found.state().map_or(0.0, |state| state.seconds);
-        Duration::try_from_secs_f64(seconds).unwrap_or_default()
+    /// What has been done for the picture under way.
+    pub fn earlier(&self) -> Earlier {
+        let state = self.found.state();
+        let seconds = state.map_or(0.0, |state| state.seconds);
+        Earlier {
+            took: Duration::try_from_secs_f64(seconds).unwrap_or_default(),
+            paths: self.cache_paths + state.map_or(0, |state| state.header.paths),
+        }
     }
 
     pub fn is_filled(&self) -> bool {
@@ -137,7 +157,9 @@ impl<'a> Keeper<'a> {
     pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
         if is_enough {
             self.fill_state = FillState::Done;
-            self.fingerprints.fill = self.write_cache(engine)?;
+            let mut outputs = Outputs::default();
+            self.fingerprints.fill = self.stage_cache(engine, &mut outputs)?;
+            self.commit(outputs)?;
         } else {
             self.fill_state = FillState::Interrupted;
             let volume = self.fingerprints.volume.clone();
@@ -163,7 +185,10 @@ impl<'a> Keeper<'a> {
             Err(error) if error.is_about_input() => {
                 eprintln!("note: no checkpoint was written: {error}")
             }
-            other => other?,
+            other => {
+                other?;
+                self.has_last |= is_last;
+            }
         }
         self.written = Instant::now();
         Ok(())
@@ -182,12 +207,14 @@ impl<'a> Keeper<'a> {
     /// Writes the state of the render, unless it cannot be continued.
     pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         if self.fill_state == FillState::Interrupted {
-            self.tell_of_none();
+            if !self.has_last {
+                self.tell_of_none();
+            }
             return Ok(());
         }
-        self.found.make_way()?;
+        let mut outputs = Outputs::default();
         if self.fill_state == FillState::UnderWay {
-            self.write_cache(engine)?;
+            self.stage_cache(engine, &mut outputs)?;
         }
         let mut saved = Saved::of(engine, view, self.subject.opened, Some(&self.fingerprints))?;
         let Some((header, sums)) = saved.parts.take() else {
@@ -210,12 +237,17 @@ impl<'a> Keeper<'a> {
             sums: &sums,
             is_quick: true,
         };
-        let mut outputs = Outputs::default();
         outputs.exr_with(self.path, &saved.picture, &saved.provenance, parts)?;
+        self.commit(outputs)
+    }
+
+    /// Gives files that are whole their names, in the place of those of a checkpoint that is ignored.
+    fn commit(&mut self, outputs: Outputs) -> Result<()> {
+        self.found.make_way()?;
         outputs.commit()
     }
 
-    /// Says that no checkpoint was written because of the moment of the interruption.
+    /// Says that no checkpoint was written because of the moment at which the filling ended.
     fn tell_of_none(&self) {
         if self.subject.args.quiet {
             return;
@@ -225,21 +257,20 @@ impl<'a> Keeper<'a> {
             true => format!("{path} is as it was before"),
             false => format!("there is no {path}"),
         };
+        let why = match interrupt::is_interrupted() {
+            true => "the interruption came",
+            false => "the time was over",
+        };
         eprintln!(
-            "note: no checkpoint was written at the end, since the interruption came in the middle of a batch of the \
-             cache's paths: {before}"
+            "note: no checkpoint was written at the end, since {why} in the middle of a batch of the cache's paths: {before}"
         );
     }
 
-    /// Writes the cache's state, and returns the fingerprint of its light; `None` without a cache.
-    fn write_cache(&mut self, engine: &mut Engine) -> Result<Option<String>> {
-        if engine.renderer().cache().is_none() {
-            return Ok(None);
-        }
-        self.found.make_way()?;
+    /// Writes the cache's state under a temporary name, and returns the fingerprint of its light; `None` without a cache.
+    fn stage_cache(&self, engine: &mut Engine, outputs: &mut Outputs) -> Result<Option<String>> {
         let opened = self.subject.opened;
         let settings = settings(engine);
-        CacheFile::write(
+        CacheFile::stage(
             self.path,
             engine,
             About {
@@ -248,6 +279,7 @@ impl<'a> Keeper<'a> {
                 settings,
                 is_filled: self.is_filled(),
             },
+            outputs,
         )
     }
 }

@@ -5,7 +5,7 @@ use std::panic::resume_unwind;
 use std::thread;
 use std::time::Duration;
 
-use super::checkpoint::{Keeper, Subject};
+use super::checkpoint::{Earlier, Keeper, Subject};
 use super::clock::Clock;
 use super::open_scene_timed;
 use super::shards::{Fingerprints, check_variant};
@@ -41,12 +41,13 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let Render {
         clock,
         engine,
+        earlier,
         stop,
         progress,
         ..
     } = render;
     progress.finish();
-    let mut summary = Summary::of(args, &clock, engine, &taken, &stop);
+    let mut summary = Summary::of(args, &clock, engine, earlier, &taken, &stop);
     summary.stage(&mut outputs, &host, &clock)?;
     outputs.commit()?;
     kept?;
@@ -81,6 +82,8 @@ struct Render<'a> {
     keeper: Option<Keeper<'a>>,
     /// Fingerprint of the volume, for shards without a checkpoint.
     volume: Option<String>,
+    /// What earlier runs have done, according to the checkpoint.
+    earlier: Earlier,
     /// Index of the first picture to render; not 0 where a checkpoint of an orbit is continued.
     first: usize,
     /// Index of the picture that was begun last.
@@ -165,7 +168,8 @@ impl<'a> Render<'a> {
             _ => None,
         };
         let first = keeper.as_ref().map_or(0, Keeper::picture);
-        watch.add(keeper.as_ref().map_or(Duration::ZERO, Keeper::seconds));
+        let earlier = keeper.as_ref().map_or(Earlier::default(), Keeper::earlier);
+        watch.add(earlier.took);
         watch.go_on();
         Ok(Render {
             args,
@@ -178,6 +182,7 @@ impl<'a> Render<'a> {
             watch,
             volume: fingerprint.filter(|_| keeper.is_none()),
             keeper,
+            earlier,
             first,
             last: first,
         })
@@ -263,7 +268,10 @@ impl<'a> Render<'a> {
         }
         let taken_up = self.keeper.as_ref().filter(|_| index == self.first);
         if index > 0 || self.first > 0 {
-            self.watch = Stopwatch::started_after(taken_up.map_or(Duration::ZERO, Keeper::seconds));
+            self.watch = Stopwatch::started_after(match taken_up {
+                Some(_) => self.earlier.took,
+                None => Duration::ZERO,
+            });
         }
         match taken_up {
             Some(keeper) => clock.time("open the checkpoint", || keeper.restore_picture(engine)),

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::checkpoint::Earlier;
 use super::clock::{self, Clock};
 use super::views::View;
 use crate::cli::RenderArgs;
@@ -27,6 +28,8 @@ pub struct Summary<'a> {
     /// The variant that the user asked for.
     asked: Variant,
     stats: Stats,
+    /// What runs before this one have done for the last picture.
+    earlier: Earlier,
     timings: Timings,
     /// Device memory taken, by time.
     memory: Vec<(Instant, u64)>,
@@ -39,6 +42,7 @@ impl<'a> Summary<'a> {
         args: &'a RenderArgs,
         clock: &Clock,
         engine: Engine,
+        earlier: Earlier,
         taken: &[Taken<'_>],
         stop: &Stop,
     ) -> Summary<'a> {
@@ -48,6 +52,7 @@ impl<'a> Summary<'a> {
             files: names(first.view, last.view),
             asked: engine.scene().render.variant,
             stats: stats(args, clock, &engine, taken, cache_goal(stop)),
+            earlier,
             memory: engine.memory_history(),
             why_stopped: last.outcome.why_stopped.clone(),
             timings: engine.into_timings(),
@@ -73,9 +78,11 @@ impl<'a> Summary<'a> {
     /// The table of passes, if files were asked for, and the last line.
     pub fn print(&self) {
         if self.is_asked_for() {
-            eprint!("{}", profile::table(&self.stats));
+            let paths = self.stats.paths.saturating_sub(self.earlier.paths);
+            eprint!("{}", profile::table(&self.stats, paths));
         }
-        let line = last_line(&self.stats, &self.files, &self.why_stopped);
+        let seconds = self.stats.wall_s + self.earlier.took.as_secs_f64();
+        let line = last_line(&self.stats, seconds, &self.files, &self.why_stopped);
         eprintln!("{line}{}", why_variant(self.asked, &self.stats.reason));
     }
 
@@ -140,7 +147,8 @@ fn names(first: &View, last: &View) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-fn last_line(stats: &Stats, files: &str, why_stopped: &str) -> String {
+/// The last line of output. `seconds`: what this run and those before it have taken.
+fn last_line(stats: &Stats, seconds: f64, files: &str, why_stopped: &str) -> String {
     let samples = match stats.variant.as_str() {
         "published" => "updates per cell",
         _ => "samples per pixel",
@@ -150,7 +158,7 @@ fn last_line(stats: &Stats, files: &str, why_stopped: &str) -> String {
         false => "unknown".into(),
     };
     format!(
-        "{files}: {} {samples} in {:.1} s, relative error {error}, stopped because {why_stopped}; {} on {}",
-        stats.spp, stats.wall_s, stats.variant, stats.device,
+        "{files}: {} {samples} in {seconds:.1} s, relative error {error}, stopped because {why_stopped}; {} on {}",
+        stats.spp, stats.variant, stats.device,
     )
 }

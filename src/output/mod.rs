@@ -45,6 +45,22 @@ impl Format {
     }
 }
 
+/// The name of pictures of a scene or a volume: that of its file without the extension, of which `.gz` is a part, as `head`
+/// for `head.nii.gz`; that of a folder as a whole, since a dot in it begins no extension, but for `.zarr`.
+pub fn stem(input: &Path) -> String {
+    let whole = input.canonicalize().unwrap_or_else(|_| input.to_owned());
+    let Some(name) = input.file_name().or(whole.file_name()) else {
+        return "isolume".into();
+    };
+    let name = name.to_string_lossy();
+    if input.is_dir() {
+        return name.strip_suffix(".zarr").unwrap_or(&name).to_owned();
+    }
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    let stem = Path::new(name).file_stem();
+    stem.map_or(name.to_owned(), |stem| stem.to_string_lossy().into_owned())
+}
+
 /// The origin of a picture, for its header.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Provenance {
@@ -90,4 +106,27 @@ pub fn write_png(path: &Path, picture: &Picture, exposure: f64, tone: Tone) -> R
     let mut outputs = Outputs::default();
     outputs.png(path, picture, exposure, tone)?;
     outputs.commit()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_named_after_what_they_show() {
+        for (input, name) in [
+            ("scans/head.nii.gz", "head"),
+            ("head.toml", "head"),
+            ("head", "head"),
+        ] {
+            assert_eq!(stem(Path::new(input)), name);
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        for (inner, name) in [("1.2.840.5", "1.2.840.5"), ("brain.ome.zarr", "brain.ome")] {
+            let input = folder.path().join(inner);
+            std::fs::create_dir(&input).expect("a folder in it");
+            assert_eq!(stem(&input), name);
+            assert_eq!(stem(&input.join(".")), name);
+        }
+    }
 }

@@ -4,7 +4,8 @@
 use super::stats::Stats;
 
 /// Tables of stages and passes. The stages add up to the wall time, with a row for the time that none of them covers.
-pub fn table(stats: &Stats) -> String {
+/// `paths`: those of this run, where the picture has others of earlier runs.
+pub fn table(stats: &Stats, paths: u64) -> String {
     let wall_ms = 1e3 * stats.wall_s;
     let share = |ms: f64| 100.0 * ms / wall_ms;
     let mut text = format!(
@@ -54,15 +55,15 @@ pub fn table(stats: &Stats) -> String {
             }
         );
     }
-    text + &rates(stats)
+    text + &rates(stats, paths)
 }
 
-/// Rates per second of the stages that trace paths.
-fn rates(stats: &Stats) -> String {
+/// Rates per second of the stages that trace `paths`.
+fn rates(stats: &Stats, paths: u64) -> String {
     let tracing = |name: &str| ["try variants", "fill the cache", "render"].contains(&name);
     let stages = stats.stages.iter().filter(|stage| tracing(&stage.name));
     let seconds = stages.map(|stage| stage.ms).sum::<f64>() / 1e3;
-    let paths = stats.paths as f64;
+    let paths = paths as f64;
     let memory = &stats.memory;
     format!(
         "{:.3e} paths/s, {:.3e} reads of the volume/s, {:.1} reads a path; {} bytes planned, {} at \

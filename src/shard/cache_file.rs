@@ -52,19 +52,19 @@ pub struct About<'a> {
 }
 
 impl CacheFile {
-    /// Writes the state of the engine's cache beside a checkpoint, and returns the fingerprint of its light; `None` if
+    /// Writes the state of the engine's cache beside a checkpoint, still under a temporary name, and returns the fingerprint of its light; `None` if
     /// the engine has no cache. The cache must not be in the middle of a batch.
-    pub fn write(
+    pub fn stage(
         checkpoint: &Path,
         engine: &mut Engine,
         about: About<'_>,
+        outputs: &mut Outputs,
     ) -> Result<Option<String>> {
         let Some(mut caching) = engine.renderer_mut().caching() else {
             return Ok(None);
         };
         let mut light = Fingerprint::default();
         let path = beside(checkpoint, "cache");
-        let mut outputs = Outputs::default();
         // An error of the device is kept apart from errors of the file.
         let mut fault = None;
         let written = outputs.stage(&path, |file| {
@@ -102,7 +102,6 @@ impl CacheFile {
             file.write_all(&fingerprint.bytes())
         });
         written.map_err(|error| fault.unwrap_or(error))?;
-        outputs.commit()?;
         Ok(Some(light.text()))
     }
 

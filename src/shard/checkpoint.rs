@@ -122,7 +122,7 @@ impl Found {
         })
     }
 
-    /// To be called before the first file of a new checkpoint is written: removes what was ignored, since files of two
+    /// To be called before the first file of a new checkpoint gets its name: removes what was ignored, since files of two
     /// checkpoints do not go together.
     pub fn make_way(&mut self) -> Result<()> {
         if !self.is_ignored {

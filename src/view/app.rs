@@ -136,6 +136,7 @@ impl<'a> App<'a> {
                     let axes = session.document.opened.volume.axes;
                     pointer::steer(ui, rect, session);
                     clip::handle(ui, rect, session);
+                    panels::separate_isovalues(session);
                     gizmo::draw(ui, rect, &session.scene.camera, axes);
                     hud::status(ui, rect, session, report, &memory);
                     hud::windows(ui, hud, report, session.live.as_ref(), &memory);

@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::session::Session;
 use crate::error::{Error, Result};
-use crate::output::{Outputs, Provenance};
+use crate::output::{Outputs, Provenance, stem};
 
 /// Writes the picture as it is now, as PNG and EXR, and returns the PNG's name.
 pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let scene = session.describe();
     let path = free_name(&session.document.path, ["png", "exr"])?;
     let live = session.live.as_mut();
-    let live = live.ok_or_else(|| Error::value("there is no picture to save yet"))?;
+    let live = live.filter(|live| live.engine.has_picture());
+    let live = live.ok_or_else(|| Error::value("there is no picture of all pixels to save yet"))?;
     let engine = &mut live.engine;
     let picture = live.picture.taken(engine)?;
     let provenance = Provenance::new(scene, seed, engine.host().summary().name.clone());
@@ -35,7 +36,7 @@ pub fn scene(session: &Session) -> Result<PathBuf> {
 /// `head.1.png` here, or the next number for which no file exists with any of the extensions; the name has the first
 /// extension.
 fn free_name<const N: usize>(document: &Path, extensions: [&str; N]) -> Result<PathBuf> {
-    let stem = document.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = stem(document);
     let name = |n: u32, extension: &str| PathBuf::from(format!("{stem}.{n}.{extension}"));
     let is_free = |n: &u32| extensions.iter().all(|e| !name(*n, e).exists());
     match (1..10_000).find(is_free) {

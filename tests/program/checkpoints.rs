@@ -141,6 +141,16 @@ fn a_restart_that_fails_costs_nothing() {
     folder.succeed(&uncached);
 }
 
+/// A medium that begins beyond the volume's values leaves the cache without a node.
+#[test]
+fn a_cache_without_nodes_is_continued() {
+    let folder = Folder::new();
+    let render = "render ball.toml --variant caching -o a.exr --checkpoint c.exr \
+                  --set medium.transfer.0.value=300 --set medium.transfer.1.value=400";
+    folder.succeed(&format!("{render} --spp 4"));
+    folder.succeed(&format!("{render} --spp 8"));
+}
+
 /// A batch that was cut short cannot be continued: the last checkpoint stays, and was written before a batch that was
 /// to last. A shard that reads the light of such a cache knows its error.
 #[cfg(unix)]

@@ -238,6 +238,28 @@ fn render(engine: &mut Engine) -> Picture {
     engine.picture().expect("a picture")
 }
 
+/// What is saved as the picture must have all of its pixels.
+#[test]
+fn samples_of_fewer_pixels_are_no_picture() {
+    let folder = folder();
+    let host = Host::open(&HostOptions::default()).expect("a device");
+    let volume = volume();
+    let scene = scene(GLOSSY, folder.path(), &[], &volume);
+    let mut engine = Engine::new(&host, &volume, &scene, 1).expect("an engine");
+    assert!(!engine.has_picture());
+    render(&mut engine);
+    assert!(engine.has_picture());
+    let sampled = |engine: &mut Engine| {
+        while !engine.renderer_mut().advance_unit(1).expect("a slice") {}
+        engine.has_picture()
+    };
+    engine.reduce_to([3, 2]).expect("fewer pixels");
+    assert!(!sampled(&mut engine));
+    engine.reduce_to(scene.render.size).expect("all pixels");
+    assert!(!engine.has_picture());
+    assert!(sampled(&mut engine));
+}
+
 #[test]
 fn every_key_is_edited() {
     let edits = OF_CACHED.iter().chain(OF_GLOSSY);

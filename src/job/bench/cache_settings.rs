@@ -171,6 +171,7 @@ fn fill_for(time: Duration, engine: &mut Engine) -> Result<()> {
         .map(drop)
 }
 
+/// Gives the nodes as many paths as another cache has had, in the same batches, with what bricks lack in between.
 fn fill_as_often(updates: u32, engine: &mut Engine) -> Result<()> {
     let mut done = 0;
     while done < updates
@@ -179,6 +180,7 @@ fn fill_as_often(updates: u32, engine: &mut Engine) -> Result<()> {
     {
         let batch = doubling(done).min(updates - done);
         caching.batch(batch, &INTERRUPTED)?;
+        caching.batch(0, &INTERRUPTED)?;
         done += batch;
     }
     Ok(())

@@ -188,7 +188,11 @@ impl Report {
         opened: &Opened,
         subjects: Vec<SubjectReport>,
     ) -> Report {
-        let words = std::env::args().skip(1).collect::<Vec<_>>();
+        // Paths may hold bytes that are no text.
+        let words: Vec<String> = std::env::args_os()
+            .skip(1)
+            .map(|word| word.to_string_lossy().into_owned())
+            .collect();
         Report {
             version: env!("CARGO_PKG_VERSION"),
             command: format!("isolume {}", words.join(" ")),

@@ -44,7 +44,6 @@ pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Wish> {
             section(ui, "Render", false, |ui| render::show(ui, session));
         });
     });
-    separate_isovalues(session);
     wishes
 }
 
@@ -79,7 +78,7 @@ fn section(ui: &mut Ui, title: &str, is_open: bool, contents: impl FnOnce(&mut U
 }
 
 /// Moves the selected isovalue away from any equal one, since two surfaces of one value are an error in a scene.
-fn separate_isovalues(session: &mut Session) {
+pub fn separate_isovalues(session: &mut Session) {
     let [low, high] = session.document.opened.volume.range;
     let chosen = session.chosen.surface;
     let iso = &mut session.scene.surfaces.iso;

@@ -14,7 +14,7 @@ use isolume::scene::volume::{Endian, VoxelType};
 use crate::Folder;
 use crate::dicom_files::Syntax;
 use crate::dicom_scan::Scan;
-use crate::faulty::{Call, run_command};
+use crate::faulty::{Call, Fault, run, run_command};
 use crate::tiff_files::Tiff;
 use crate::volume_files::Array;
 use crate::zarr_files::{Codec, Zarr};
@@ -159,6 +159,31 @@ fn a_disk_may_fail_wherever_it_is_written() {
     let faults: Vec<Tried> = once(1).into_iter().chain(full).chain(others).collect();
     KEPT.try_all(&faults).print("a render with a checkpoint");
     MERGED.try_all(&once(4)).print("a merge");
+}
+
+/// What `--restart` ignores is there until whole files take its place.
+#[test]
+fn a_restart_on_a_full_disk_keeps_the_checkpoint_before() {
+    let folder = half_done();
+    let files = || ["c.exr", "c.exr.cache"].map(|name| folder.read(name));
+    let before = files();
+    let full = Fault {
+        kind: "write".into(),
+        number: 0,
+        how: ENOSPC.into(),
+        lasts: true,
+    };
+    let ended = run(
+        &folder,
+        &format!("{} --restart", RESUMED.arguments),
+        Some(&full),
+    );
+    assert_eq!(ended.status.code(), Some(3), "{ended:?}");
+    assert!(
+        ended.failed().any(|call| call.name.contains("isolume")),
+        "{ended:?}"
+    );
+    assert!(files() == before, "{ended:?}");
 }
 
 /// What is said of a volume that can be read is said of it as it was.
