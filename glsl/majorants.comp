@@ -10,9 +10,9 @@ layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(r32f) writeonly uniform image3D majorants;
 
 void main() {
-    ivec3 cell = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(cell, ivec3(scene.majorant_cells)))) {
+    ivec3 block = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(block, ivec3(scene.blocks)))) {
         return;
     }
-    imageStore(majorants, cell, vec4(largest_sigma_t(range_of(cell))));
+    imageStore(majorants, block, vec4(largest_sigma_t(range_of(block))));
 }

@@ -28,9 +28,9 @@ struct View {
     float least_depth, most_depth; // before the eye's plane
 };
 
-bool holds_something(ivec3 cell) {
-    return has_medium && majorant_of(cell) > 0.0
-        || surface_count > 0u && may_cross(range_of(cell), 0u, true);
+bool holds_something(ivec3 block) {
+    return has_medium && majorant_of(block) > 0.0
+        || surface_count > 0u && may_cross(range_of(block), 0u, true);
 }
 
 View view_of(vec3 from, vec3 to) {
@@ -63,12 +63,12 @@ void note(ivec2 patch_at, View view) {
 }
 
 void main() {
-    ivec3 cell = ivec3(gl_GlobalInvocationID);
-    if (any(greaterThanEqual(cell, ivec3(scene.majorant_cells))) || !holds_something(cell)) {
+    ivec3 block = ivec3(gl_GlobalInvocationID);
+    if (any(greaterThanEqual(block, ivec3(scene.blocks))) || !holds_something(block)) {
         return;
     }
-    vec3 from = to_world(vec3(cell) * scene.majorant_size) - scene.eye;
-    vec3 to = to_world(vec3(cell + 1) * scene.majorant_size) - scene.eye;
+    vec3 from = to_world(vec3(block) * scene.block_size) - scene.eye;
+    vec3 to = to_world(vec3(block + 1) * scene.block_size) - scene.eye;
     View view = view_of(from, to);
     if (view.most_depth <= 0.0) {
         return;

@@ -70,10 +70,13 @@ bool begin_pixel(inout Path path) {
         }
         path.item = 0u;
     }
+    if (!more) {
+        return false;
+    }
     path.pixel = pixel_at(item / units_together());
     path.sample_index = TAIL_SAMPLES + sample_of(item) * push.paths - 1u;
     path.sum = vec4(0.0);
-    return more;
+    return true;
 }
 
 void begin_sample(inout Path path) {

@@ -1,7 +1,7 @@
 // Lights: parallel suns, a constant environment, and an environment image.
 //
 // The constant part has no next-event estimation: it is equally bright everywhere, so a path's own escape finds it
-// with the best density. Image and suns are picked by power.
+// with the best density. Suns are picked by power, and so are the image's cells; between suns and image half and half.
 
 layout(scalar) readonly buffer SunBlock { Sun at[]; } suns;
 LOADED_AS(rgba32f) uniform texels2D environment;

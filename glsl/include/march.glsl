@@ -43,7 +43,7 @@ ivec3 step_cells() {
 
 // Goes on to the next stretch, if there is one.
 void next_stretch(Ray ray, inout March march) {
-    ivec3 lattice = ivec3(scene.majorant_cells);
+    ivec3 lattice = ivec3(scene.blocks);
     float majorant = 0.0;
     uint blocks = 0u;
     march.t = march.exit;
@@ -59,7 +59,7 @@ void next_stretch(Ray ray, inout March march) {
         blocks += holds_medium ? 1u : 0u;
         majorant = max(majorant, here);
         march.inside = march.walk.exit < march.t_end
-                    && step_walk(march.walk, ray, scene.majorant_size, lattice);
+                    && step_walk(march.walk, ray, scene.block_size, lattice);
         if (!march.inside || blocks == BLOCKS_PER_STRETCH) {
             break;
         }
@@ -79,7 +79,7 @@ void next_stretch(Ray ray, inout March march) {
 
 March begin_march(Ray ray, float t, float t_end) {
     const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0));
-    Walk walk = begin_walk(ray, t, scene.majorant_size, ivec3(scene.majorant_cells));
+    Walk walk = begin_walk(ray, t, scene.block_size, ivec3(scene.blocks));
     March march = March(t, t_end, walk, true, t, false, 0.0, walk, NONE);
     next_stretch(ray, march);
     return march;

@@ -54,7 +54,7 @@ void begin_flight(inout Path path, Ray ray, float t, float t_end) {
     path.direction = ray.direction;
     path.t = t;
     path.t_end = t_end;
-    path.cell = track.cell;
+    path.block = track.block;
 }
 
 // Turns the path into `direction` at path.origin; `known` is the surface it starts on, or −1.
@@ -96,7 +96,7 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
     path.shadow_direction = direction;
     path.shadow_t = track.t;
     path.shadow_t_end = track.t_end;
-    path.shadow_cell = track.cell;
+    path.shadow_block = track.block;
     path.shadow_transmittance = 1.0;
     path.shadow_radiance = radiance;
     path.stage = STAGE_SHADOW;
@@ -228,9 +228,9 @@ void scatter(inout Path path, inout Random random) {
 void fly(inout Path path, inout Random random) {
     bool is_shadow = has_light_sampling && path.stage == STAGE_SHADOW;
     Ray ray = make_ray(path.origin, is_shadow ? path.shadow_direction : path.direction);
-    Track track = Track(path.t, path.t_end, path.cell);
+    Track track = Track(path.t, path.t_end, path.block);
     if (is_shadow) {
-        track = Track(path.shadow_t, path.shadow_t_end, path.shadow_cell);
+        track = Track(path.shadow_t, path.shadow_t_end, path.shadow_block);
     }
     Tracking tracking = begin_tracking(ray, track);
     uint steps = 0u;
@@ -253,7 +253,7 @@ void fly(inout Path path, inout Random random) {
         if (has_light_sampling && is_shadow && tracking.outcome == OUTCOME_END) {
             contribute(path, path.shadow_transmittance * path.shadow_radiance);
             is_shadow = false;
-            Track flight = Track(path.t, path.t_end, path.cell);
+            Track flight = Track(path.t, path.t_end, path.block);
             tracking = begin_tracking(make_ray(path.origin, path.direction), flight);
         }
         ++steps;
@@ -263,11 +263,11 @@ void fly(inout Path path, inout Random random) {
     }
     if (is_shadow) {
         path.shadow_t = tracking.t;
-        path.shadow_cell = tracking.walk.cell;
+        path.shadow_block = tracking.walk.cell;
         return;
     }
     path.t = tracking.t;
-    path.cell = tracking.walk.cell;
+    path.block = tracking.walk.cell;
     path.stage = tracking.outcome == OUTCOME_PENDING ? STAGE_FLIGHT : STAGE_ARRIVAL;
     if (tracking.outcome == OUTCOME_COLLISION) {
         path.t_end = path.t;

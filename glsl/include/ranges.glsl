@@ -23,8 +23,8 @@ vec2 range_between(ivec3 low, ivec3 high) {
 }
 
 // The same in a block.
-vec2 range_of(ivec3 cell) {
-    int side = int(scene.majorant_size) / MACROCELL;
-    ivec3 low = side * cell;
+vec2 range_of(ivec3 block) {
+    int side = int(scene.block_size) / MACROCELL;
+    ivec3 low = side * block;
     return range_between(low, min(low + side, ivec3(scene.macrocells)) - 1);
 }

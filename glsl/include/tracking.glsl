@@ -8,8 +8,8 @@
 // Largest extinction in each block, per world unit.
 LOADED_AS(r32f) uniform texels3D majorants;
 
-float majorant_of(ivec3 cell) {
-    return texel_at(majorants, cell).r;
+float majorant_of(ivec3 block) {
+    return texel_at(majorants, block).r;
 }
 
 // The most tentative collisions until lanes that have arrived go on. Where there are surfaces, going on means to search
@@ -25,11 +25,11 @@ const uint OUTCOME_END = 2u;
 // The state of tracking on a ray in [t, t_end].
 struct Track {
     float t, t_end;
-    ivec3 cell; // at t
+    ivec3 block; // at t
 };
 
 Track track_from(Ray ray, float t, float t_end) {
-    return Track(t, t_end, cell_at(ray, t, scene.majorant_size, ivec3(scene.majorant_cells)));
+    return Track(t, t_end, cell_at(ray, t, scene.block_size, ivec3(scene.blocks)));
 }
 
 // Tracking under way: the ray, the walk through the blocks, and the outcome.
@@ -42,7 +42,7 @@ struct Tracking {
 };
 
 Tracking begin_tracking(Ray ray, Track track) {
-    Walk walk = walk_from(ray, track.cell, scene.majorant_size);
+    Walk walk = walk_from(ray, track.block, scene.block_size);
     bool goes_on = has_medium && track.t < track.t_end;
     return Tracking(ray, track.t, track.t_end, walk, majorant_of(walk.cell),
                     goes_on ? OUTCOME_PENDING : OUTCOME_END);
@@ -50,8 +50,8 @@ Tracking begin_tracking(Ray ray, Track track) {
 
 // Moves t on to the next tentative collision; false if t_end comes first.
 bool next_tentative(inout Tracking tracking, float optical_depth) {
-    float size = scene.majorant_size;
-    ivec3 cells = ivec3(scene.majorant_cells);
+    float size = scene.block_size;
+    ivec3 cells = ivec3(scene.blocks);
     LOOP {
         float exit = min(tracking.walk.exit, tracking.t_end);
         float here = tracking.majorant * max(exit - tracking.t, 0.0);

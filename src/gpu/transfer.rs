@@ -2,7 +2,7 @@
 
 use ash::vk;
 
-use super::buffer::Buffer;
+use super::buffer::{Buffer, Placement};
 use super::frame::Frame;
 use super::image::{COLOR, COLOR_LAYER, Image};
 use super::timing::Work;
@@ -158,7 +158,11 @@ impl Frame {
     /// Copies bytes from the start of `from` to the start of `to`, as many as both have.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> Result<()> {
         let bytes = from.desc.bytes.min(to.desc.bytes);
-        self.transfer("download", bytes, |raw, commands| {
+        let name = match to.desc.placement {
+            Placement::Device => "upload",
+            Placement::Upload | Placement::Readback => "download",
+        };
+        self.transfer(name, bytes, |raw, commands| {
             let region = vk::BufferCopy::default().size(bytes);
             // SAFETY: the command buffer is recording, and the buffers outlive the submission.
             unsafe { raw.cmd_copy_buffer(commands, from.raw, to.raw, &[region]) };

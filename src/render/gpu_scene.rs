@@ -168,7 +168,7 @@ impl GpuScene {
             seed,
         } = &self.parts;
         let mut constants = SceneConstants {
-            majorant_cells: self.majorant_cells(),
+            blocks: self.blocks(),
             max_bounces: *max_bounces,
             seed: *seed,
             background: match background {
@@ -204,9 +204,9 @@ impl GpuScene {
     }
 
     /// Blocks along each axis; each has a majorant.
-    pub fn majorant_cells(&self) -> [u32; 3] {
+    pub fn blocks(&self) -> [u32; 3] {
         let Parts { field, medium, .. } = &self.parts;
-        field.cells_of(medium.majorant_size)
+        field.boxes_of(medium.block_size)
     }
 
     /// A texel of the cache for light that has not been traced yet: all light, dimmed by the same factor everywhere.

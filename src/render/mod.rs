@@ -21,7 +21,6 @@
 //! - **unit**: the samples that every pixel gets between two updates of its mean. A picture is only taken at the end of a
 //!   unit, and the spread between units gives its standard error.
 //! - **bundle**: units that are worked off together, pixel by pixel, where the volume streams.
-//! - **item**: a unit of a pixel.
 //! - **patch**: one of 32 × 32 rectangles of the picture. For each it is known how near and how far its rays meet
 //!   anything.
 //!
@@ -53,9 +52,9 @@
 //!   (`tail_tracking`).
 //!
 //! On the GPU:
-//! - **slot**: a thread's room for one path in flight. It takes the next pixel, or the next part of a node's paths, when
-//!   it has done with the last one.
-//! - **queue**: the pixels of a unit or the parts of a portion, worked off by slots, dispatch after dispatch (`path_queue.rs`).
+//! - **item**: what slots take from a queue: a unit of a pixel, or a part of one node's paths.
+//! - **slot**: a thread's room for one path in flight. It takes the next item when it has done with the last one.
+//! - **queue**: the items of a bundle or of a portion, worked off by slots, dispatch after dispatch (`path_queue.rs`).
 //! - **page**: the entry of a brick in a page table: where it is in memory, if it is there.
 //! - **window**: those invocations that may work while bricks of the volume are missing (`bricks/window.rs`).
 

@@ -197,7 +197,7 @@ impl Renderer {
     /// Recomputes what depends on those parts of the scene that have changed.
     fn prepare(&mut self, changes: Changes) -> Result<()> {
         let (frame, r) = (&mut self.frame, &mut self.resources);
-        let blocks = self.scene.majorant_cells();
+        let blocks = self.scene.blocks();
         if changes.spoil(Derived::Majorants) && !self.scene.parts.medium.is_vacuum() {
             self.majorants.run(frame, r, blocks)?;
         }

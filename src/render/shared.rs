@@ -41,9 +41,9 @@ shared! {
         /// Macrocells along each axis.
         pub macrocells: uvec3,
         /// Blocks along each axis; each has a majorant.
-        pub majorant_cells: uvec3,
+        pub blocks: uvec3,
         /// Sides of those blocks in trilinear cells: macrocells times a power of two.
-        pub majorant_size: float,
+        pub block_size: float,
         /// World units per voxel.
         pub spacing: vec3,
         /// Half the box's sides, world units.
@@ -179,7 +179,7 @@ shared! {
         pub t: float,
         pub t_end: float,
         /// The block at `t`.
-        pub cell: ivec3,
+        pub block: ivec3,
         /// The event at `t_end`: a surface's index, nothing (−1) or a collision (−2).
         pub surface: int,
         /// The collision's stored value.
@@ -193,7 +193,7 @@ shared! {
         pub shadow_t: float,
         pub shadow_t_end: float,
         /// The block at `shadow_t`.
-        pub shadow_cell: ivec3,
+        pub shadow_block: ivec3,
         /// Transmittance of the shadow ray up to `shadow_t`.
         pub shadow_transmittance: float,
         /// Radiance that the shadow ray brings if nothing is in its way, times the path's throughput.
@@ -214,8 +214,8 @@ shared! {
         pub missing: uint,
     }
 
-    /// The light that a march through a pixel leaves to paths: from a surface or, where nodes may lie behind one,
-    /// from the medium.
+    /// The light that a march through a pixel leaves to paths: from a surface or, in cubes that are cut or at a rim, from
+    /// the medium.
     pub struct Tail {
         /// Distance along the march's ray.
         pub t: float,
@@ -278,9 +278,9 @@ shared! {
     }
 
     /// Counters that the shaders add to and the host reads after every dispatch, in `published` after every
-    /// round; they start at zero with a unit and wrap around.
+    /// round; they start at zero with a queue and wrap around.
     pub struct Counters {
-        /// The next pixel or node to hand out.
+        /// The next item to hand out.
         pub next: uint,
         /// Slots that had a path on its way at the end of a dispatch, added up over dispatches.
         pub unfinished: uint,

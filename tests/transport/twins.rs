@@ -144,7 +144,7 @@ fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
         let memory = Memory::new(&device, BUDGET).expect("memory");
         let scene = GpuScene::new(&scene, &volume, 1);
         assert_eq!(
-            scene.parts.medium.majorant_size, MACROCELL,
+            scene.parts.medium.block_size, MACROCELL,
             "a block is a macrocell"
         );
         let occupied = scene.occupancy(&volume).occupied;

@@ -137,7 +137,7 @@ impl Window {
             return;
         }
         self.first = self.first.saturating_add(self.count);
-        self.count = self.count.saturating_add(self.count / 4);
+        self.count = self.count.saturating_add((self.count / 4).max(1));
         self.enough = self.count;
     }
 
@@ -217,6 +217,18 @@ mod tests {
         assert!(window.is_whole() && window.first == 0);
         window.begin(Order::Pixels);
         assert_eq!(window.count, 50);
+    }
+
+    #[test]
+    fn a_window_of_one_pixel_grows_again() {
+        let mut window = Window::new();
+        window.begin(Order::Pixels);
+        window.follow(&told(3, 20, 1000), NONE).expect("room");
+        assert_eq!((window.first, window.count), (20, 1));
+        for _ in 0..12 {
+            window.follow(&told(0, ALL, 1), SOME).expect("room");
+        }
+        assert!(window.count > 16, "{}", window.count);
     }
 
     #[test]

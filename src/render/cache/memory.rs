@@ -80,19 +80,13 @@ impl CacheMemory {
         let is_full_light = scene.parts.surfaces.is_full_light();
         let slots = slots(&memory.limits, scene);
         let items = most_items(slots, layout, &memory.limits);
-        let bit_a_cube = |name, is_needed: bool| {
-            let desc = on_device(name, cube_bits(layout));
+        let if_needed = |is_needed: bool, name, bytes| {
+            let desc = on_device(name, bytes);
             is_needed.then(|| Buffer::new(memory, desc)).transpose()
         };
+        let angles = features.surface_count * REFLECTANCE_ANGLES;
         let flux = flux_extent(layout, &features)
             .map(|extent| Image::new(memory, nodes("cache: flux", extent)));
-        let reflectance = || {
-            let angles = features.surface_count * REFLECTANCE_ANGLES;
-            Buffer::new(
-                memory,
-                on_device("reflectance", bytes_of::<Reflectance>(angles)),
-            )
-        };
         let bricks = brick_buffer(memory, layout)?;
         Ok(CacheMemory {
             light: Image::new(memory, nodes("cache: light", layout.extent()))?,
@@ -105,8 +99,8 @@ impl CacheMemory {
             },
             bricks,
             layout: layout.clone(),
-            cuts: bit_a_cube("cache: cuts", is_full_light)?,
-            rims: bit_a_cube("cache: rim", features.has_rim_cubes)?,
+            cuts: if_needed(is_full_light, "cache: cuts", cube_bits(layout))?,
+            rims: if_needed(features.has_rim_cubes, "cache: rim", cube_bits(layout))?,
             work: Buffer::new(
                 memory,
                 on_device("cache: work", bytes_of::<NodeWork>(slots)),
@@ -123,17 +117,16 @@ impl CacheMemory {
                 on_device("cache: parts", bytes_of::<NodeSums>(items)),
             )?,
             most_items: items,
-            reflectance: match features.has_reflectance_table() {
-                true => Some(reflectance()?),
-                false => None,
-            },
-            tails: match features.has_tails() {
-                true => Some(Buffer::new(
-                    memory,
-                    on_device("tails", tail_bytes(scene.parts.view.size)),
-                )?),
-                false => None,
-            },
+            reflectance: if_needed(
+                features.has_reflectance_table(),
+                "reflectance",
+                bytes_of::<Reflectance>(angles),
+            )?,
+            tails: if_needed(
+                features.has_tails(),
+                "tails",
+                tail_bytes(scene.parts.view.size),
+            )?,
             marched: MarchedSamples::allocate(memory)?,
             marched_at_rest: MarchedSamples::allocate(memory)?,
         })
@@ -190,11 +183,14 @@ impl CacheMemory {
 
     /// The bricks that have memory, in order of their places.
     pub fn bricks(&self) -> &[Brick] {
-        bytemuck::cast_slice(self.bricks.mapped().unwrap_or_default())
+        let room: &[Brick] = bytemuck::cast_slice(self.bricks.mapped().unwrap_or_default());
+        &room[..self.layout.active.len().min(room.len())]
     }
 
     pub fn bricks_mut(&mut self) -> &mut [Brick] {
-        bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default())
+        let room = bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default());
+        let bricks = self.layout.active.len().min(room.len());
+        &mut room[..bricks]
     }
 
     /// Whether each brick begins with the coarse lattice of nodes (`coarse.glsl`).

@@ -11,8 +11,7 @@ use crate::shared;
 
 shared! {
     pub struct MergePush {
-        /// The portion's turns; those of the coarse lattice come first.
-        pub turns: uint,
+        /// The portion's turns of the coarse lattice, which come first.
         pub coarse_turns: uint,
         /// As in `CellPush`.
         pub nodes_half: uint,
@@ -42,7 +41,6 @@ impl MergeParts {
         ]
         .concat();
         let push = MergePush {
-            turns: portion.turns,
             coarse_turns: portion.coarse_turns,
             nodes_half,
         };

@@ -20,7 +20,7 @@ pub struct Medium {
     /// Opacity at stored value 0 and its slope, if one straight line holds for all voxels.
     pub linear_opacity: Option<[f32; 2]>,
     /// Sides of the blocks, in trilinear cells.
-    pub majorant_size: u32,
+    pub block_size: u32,
 }
 
 /// A point of the transfer function.
@@ -47,7 +47,7 @@ impl Medium {
             density,
             g: medium.map_or(0.0, |m| m.g as f32),
             linear_opacity: linear_opacity(&transfer, volume),
-            majorant_size: majorant_size(volume, density * largest_opacity(&transfer)),
+            block_size: block_size(volume, density * largest_opacity(&transfer)),
             transfer,
         }
     }
@@ -62,7 +62,7 @@ impl Medium {
 
     /// Writes the constants of the medium, apart from the transfer function's image.
     pub fn write(&self, constants: &mut SceneConstants) {
-        constants.majorant_size = self.majorant_size as f32;
+        constants.block_size = self.block_size as f32;
         constants.density = self.density;
         constants.g = self.g;
         constants.transfer_segments = self.segments();
@@ -168,13 +168,13 @@ fn largest_opacity(transfer: &[TransferPoint]) -> f32 {
 /// Sides of the blocks in trilinear cells. A step from block to block costs a path about as much as a tentative
 /// collision does. So blocks are single macrocells in small volumes, and grow as long as a ray meets few collisions
 /// in one (`densest` is the largest extinction anywhere) and there are enough of them to keep empty space apart.
-fn majorant_size(volume: &Volume, densest: f32) -> u32 {
+fn block_size(volume: &Volume, densest: f32) -> u32 {
     const MOST_COLLISIONS: f32 = 4.0;
-    const LEAST_CUBES: u32 = 32;
+    const LEAST_BLOCKS: u32 = 32;
     let longest = volume.dims.into_iter().max().unwrap_or(0);
     let voxel = volume.spacing.into_iter().fold(0.0, f64::max) as f32;
     let fits = |size: &u32| {
-        densest * voxel * (*size as f32) <= MOST_COLLISIONS && longest / size >= LEAST_CUBES
+        densest * voxel * (*size as f32) <= MOST_COLLISIONS && longest / size >= LEAST_BLOCKS
     };
     let doubled = std::iter::successors(Some(2 * MACROCELL), |size| Some(2 * size));
     doubled.take_while(fits).last().unwrap_or(MACROCELL)
@@ -188,17 +188,17 @@ mod tests {
     fn size(longest: u32, densest: f32) -> u32 {
         let voxels = Voxels::U8(vec![0; longest as usize]);
         let volume = Volume::from_values([1, longest, 1], [0.5, 1.0, 0.5], voxels);
-        majorant_size(&volume.expect("a volume"), densest)
+        block_size(&volume.expect("a volume"), densest)
     }
 
     #[test]
-    fn cubes_grow_with_the_volume() {
+    fn blocks_grow_with_the_volume() {
         let sizes = [64, 511, 512, 1024, 2048].map(|longest| size(longest, 0.0));
         assert_eq!(sizes, [8, 8, 16, 32, 64]);
     }
 
     #[test]
-    fn cubes_stay_small_where_a_path_is_short() {
+    fn blocks_stay_small_where_a_path_is_short() {
         let sizes = [1.0, 0.25, 0.125, 0.0625].map(|densest| size(2048, densest));
         assert_eq!(sizes, [8, 16, 32, 64]);
     }

@@ -141,11 +141,11 @@ impl Field {
 
     /// Macrocells along each axis.
     pub fn macrocells(&self) -> [u32; 3] {
-        self.cells_of(MACROCELL)
+        self.boxes_of(MACROCELL)
     }
 
-    /// Cubes of `size` trilinear cells a side, along each axis, that cover all trilinear cells.
-    pub fn cells_of(&self, size: u32) -> [u32; 3] {
+    /// Boxes of `size` trilinear cells a side, along each axis, that cover all trilinear cells.
+    pub fn boxes_of(&self, size: u32) -> [u32; 3] {
         self.dims.map(|n| (n + 1).div_ceil(size))
     }
 }

@@ -113,7 +113,7 @@ fn not_monotone_in_a_large_volume() {
     for eye in [[30.0, 0.05, 0.1], [-30.0, 0.2, -0.3], [1.0, 2.0, 3.0]] {
         let scene = absorbing_scene(absorbing(1.0, &points), orthographic(eye, 0.15));
         let constants = GpuScene::new(&scene, &volume, 0).constants();
-        assert_eq!(constants.majorant_size, 32.0);
+        assert_eq!(constants.block_size, 32.0);
         expect_transmittance("a large volume", &scene, &volume);
     }
 }
