@@ -165,21 +165,10 @@ fn direction_of(side: Anatomical, Axes(axes): Axes) -> [f64; 3] {
     std::array::from_fn(|i| {
         if axes[i] == side {
             1.0
-        } else if axes[i] == opposite(side) {
+        } else if axes[i] == side.opposite() {
             -1.0
         } else {
             0.0
         }
     })
-}
-
-fn opposite(side: Anatomical) -> Anatomical {
-    match side {
-        Anatomical::Left => Anatomical::Right,
-        Anatomical::Right => Anatomical::Left,
-        Anatomical::Anterior => Anatomical::Posterior,
-        Anatomical::Posterior => Anatomical::Anterior,
-        Anatomical::Superior => Anatomical::Inferior,
-        Anatomical::Inferior => Anatomical::Superior,
-    }
 }

@@ -20,7 +20,7 @@ const PIECE_BYTES: u64 = 16 << 20;
 pub struct Identity {
     /// Fingerprint of the keys of the resolved scene that decide the picture, and of the texels of its sky.
     pub scene: String,
-    /// Fingerprint of the stored values and their meaning.
+    /// Fingerprint of the stored values, in the order in which they are read, and of their meaning.
     pub volume: String,
     pub size: [u32; 2],
     pub seed: u32,
@@ -82,7 +82,8 @@ impl Named<'_> {
         let differences = [
             (a.volume != b.volume).then(|| {
                 format!(
-                    "the volume in {first} has other voxels or another spacing than in {second}"
+                    "the volume in {first} has other voxels or another spacing than in {second}, or is \
+                     stored in another way"
                 )
             }),
             both("size", &size(a), &size(b)),
@@ -121,8 +122,8 @@ impl Named<'_> {
     }
 }
 
-/// The keys of a resolved scene that decide the picture, and their values. The volume and the sky's image count by
-/// their contents, and the variant by the one that was picked.
+/// The keys of a resolved scene that decide the picture, and their values. The volume counts by its fingerprint, the
+/// sky's image by its texels, and the variant by the one that was picked.
 fn deciding_keys(scene: &str) -> Result<BTreeMap<String, String>> {
     let table: toml::Table = scene
         .parse()
@@ -167,7 +168,8 @@ fn flatten(name: &str, value: &Value, keys: &mut BTreeMap<String, String>) {
     }
 }
 
-/// Fingerprint of a volume's stored values and their meaning. It reads all voxels.
+/// Fingerprint of a volume's stored values and their meaning. It reads all voxels, in pieces that depend on how they
+/// are stored: the same voxels in other chunks, or with the slices in reverse, may have another fingerprint.
 ///
 /// # Errors
 ///

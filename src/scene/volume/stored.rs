@@ -307,7 +307,8 @@ impl Conversion {
     }
 }
 
-fn each<const N: usize, const M: usize>(
+/// Converts one number after another, of `N` bytes each, to `M` bytes.
+pub(super) fn each<const N: usize, const M: usize>(
     bytes: &[u8],
     stored: &mut [u8],
     mut convert: impl FnMut([u8; N]) -> [u8; M],

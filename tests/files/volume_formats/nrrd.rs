@@ -59,6 +59,12 @@ fn nrrd_skips_lines_and_bytes() {
         let volume = plain(&write(folder.path(), "v.nhdr", header));
         assert_eq!(values(&volume), array.values, "{skips}");
     }
+    let header = array.nrrd_header("raw", "line skip: 1\ndata file: gone.bin\n");
+    refuses(
+        "v.nhdr",
+        header,
+        &["its data file ", "gone.bin: No such file"],
+    );
     let packed = [
         b"one\n",
         &gzip(&[b"....".as_slice(), &array.bytes()].concat())[..],

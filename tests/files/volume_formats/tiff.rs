@@ -111,6 +111,11 @@ fn a_folder_of_pages_is_sorted_by_number() {
         let name = format!("slice {}.TIF", z + 1);
         write(folder.path(), &name, tiff.write(&slice(&array, z)));
     }
+    let single = super::folder();
+    let page = slice(&array, 0);
+    write(single.path(), "page.tif", Tiff::default().write(&page));
+    assert_eq!(values(&plain(single.path())), page.values);
+
     write(folder.path(), "notes.txt", "no page");
     write(folder.path(), "._slice 1.TIF", "no page either");
     let volume = plain(folder.path());
@@ -218,6 +223,15 @@ fn what_is_no_stack_is_refused() {
         jpeg.write(&array),
         &["JPEG (7)", "LZW, deflate, PackBits or zstd"],
     );
+    for samples in [1 << 16, u32::MAX] {
+        let many = Tiff {
+            more: vec![(277, samples)],
+            ..Tiff::default()
+        };
+        let found =
+            format!("`SamplesPerPixel` is `{samples}`, expected a whole number from 1 to 65535");
+        refuses("v.tif", many.write(&array), &[&found]);
+    }
     let colour = Tiff {
         more: vec![(277, 3)],
         rows_per_strip: 1,
@@ -259,9 +273,79 @@ fn damaged_strips_are_refused() {
         refuses(
             "v.tif",
             bytes,
-            &["page 1 of 3", "a part of it, compressed with"],
+            &["page 1 of 3: a part of it, compressed with"],
         );
     }
+}
+
+#[test]
+fn a_damaged_page_of_a_folder_is_named() {
+    let array = textured([40, 30, 3], VoxelType::U16, Endian::Little);
+    for count in [3, 1] {
+        let folder = folder();
+        for z in 0..count {
+            let tiff = Tiff {
+                compression: DEFLATE,
+                rows_per_strip: 30,
+                ..Tiff::default()
+            };
+            let mut bytes = tiff.write(&slice(&array, z));
+            if z + 1 == count {
+                bytes[12..400].fill(0xff);
+            }
+            write(folder.path(), &format!("s{z}.tif"), bytes);
+        }
+        let message = refusal(folder.path(), &VolumeOverrides::default());
+        let page = format!(
+            "page {count} of {count} (in s{}.tif): a part of it",
+            count - 1
+        );
+        assert!(message.contains(&page), "{message}");
+    }
+}
+
+#[test]
+fn directories_that_lie_in_one_place_are_refused() {
+    // Empty directories of 6 bytes at every fourth byte, each of which leads to the next.
+    let words = (3..12).flat_map(|n| [0, 4 * n]).chain([0; 3]);
+    let chain: Vec<u8> = words.flat_map(u16::to_le_bytes).collect();
+    let header = b"II\x2a\0\x08\0\0\0".as_slice();
+    let overlapping = [header, &chain].concat();
+    refuses("v.tif", overlapping, &["its directories overlap"]);
+    let circle = [header, &[0, 0, 8, 0, 0, 0]].concat();
+    refuses("v.tif", circle, &["its directories go round in a circle"]);
+}
+
+#[test]
+fn coarser_copies_need_not_be_readable() {
+    let array = textured([4, 3, 2], VoxelType::U8, Endian::Little);
+    let with_copy = |at: usize| {
+        let tiff = Tiff {
+            more: vec![(330, at as u32)],
+            ..Tiff::default()
+        };
+        tiff.write(&array)
+    };
+    let at = with_copy(0).len();
+    // A directory of 2×1 pixels in JPEG, which lie nowhere.
+    let mut copy = vec![4, 0];
+    for (tag, value) in [(256_u16, 2), (257, 1), (258, 8), (259, 7)] {
+        copy.extend(tag.to_le_bytes());
+        copy.extend([3, 0, 1, 0, 0, 0, value, 0, 0, 0]);
+    }
+    copy.extend([0; 4]);
+    let folder = folder();
+    let path = write(folder.path(), "v.tif", [with_copy(at), copy].concat());
+    let volume = plain(&path);
+    assert_eq!(values(&volume), array.values);
+    let levels = volume.storage.levels.iter().map(|level| level.dims);
+    assert_eq!(levels.collect::<Vec<_>>(), [[4, 3, 2], [2, 1, 2]]);
+    let coarser = VolumeOverrides {
+        level: Some(1),
+        ..Default::default()
+    };
+    let message = refusal(&path, &coarser);
+    assert!(message.contains("JPEG (7)"), "{message}");
 }
 
 #[test]

@@ -13,7 +13,7 @@ mod raw;
 mod tiff;
 mod zarr;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
@@ -67,7 +67,7 @@ type IsFolder = fn(&Path) -> bool;
 /// The kinds of folders. The first one that recognises a folder reads it.
 const FOLDERS: [(&str, IsFolder, Read); 3] = [
     ("OME-Zarr", zarr::is_folder, Several(zarr::read_folder)),
-    ("TIFF pages", tiff::is_folder, Several(tiff::read_folder)),
+    ("TIFF pages", has_pages, Several(tiff::read_folder)),
     // Any other folder: DICOM's files may lie in folders within folders.
     (DICOM.0, |_| true, DICOM.1),
 ];
@@ -138,6 +138,14 @@ fn folder(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     let format = FOLDERS.iter().find(|(_, is_of, _)| is_of(path));
     let named = format.map(|(name, _, read)| (*name, read));
     named.ok_or_else(|| "is a folder of no format that is read".into())
+}
+
+/// Whether a folder holds TIFF pages, and none of its other files is DICOM: a picture may lie beside a scan's slices.
+fn has_pages(folder: &Path) -> bool {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let (pages, others): (Vec<PathBuf>, Vec<PathBuf>) = paths.partition(|path| tiff::is_page(path));
+    !pages.is_empty() && !others.iter().any(|path| dicom::begins_as_dicom(path))
 }
 
 /// Fails for a key of the user that the format does not use.

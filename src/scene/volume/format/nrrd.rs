@@ -193,7 +193,8 @@ fn after_lines(file: &Path, begin: u64, count: u64) -> Parsed<u64> {
     if count == 0 {
         return Ok(begin);
     }
-    let (file, _) = open_file(file).map_err(|fault| format!("its data file: {fault}"))?;
+    let unopened = |fault| format!("its data file {}: {fault}", file.display());
+    let (file, _) = open_file(file).map_err(unopened)?;
     let mut reader = BufReader::new(file);
     let broken = |e: std::io::Error| e.to_string();
     reader

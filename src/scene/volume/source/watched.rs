@@ -24,8 +24,8 @@ pub fn version_at(path: &Path) -> Option<Version> {
 
 pub const HAS_CHANGED: &str = "the file has changed since it was opened; open it again";
 
-/// Opens a file and returns its length. Anything but a regular file is refused: a header may name a pipe or a device,
-/// and reading that could wait for ever.
+/// Opens a file, and returns its metadata with it. Anything but a regular file is refused: a header may name a pipe or
+/// a device, and reading that could wait for ever.
 pub fn open_file(path: &Path) -> Parsed<(File, Metadata)> {
     let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
     if !metadata.is_file() {

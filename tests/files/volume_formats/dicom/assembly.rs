@@ -1,6 +1,6 @@
 //! Where slices form no grid: what is done, what is told, and what is refused.
 
-use isolume::scene::volume::{Volume, VolumeOverrides};
+use isolume::scene::volume::{Pick, Volume, VolumeOverrides};
 
 use super::{everything, has, hounsfield, loaded, plain, refused, refused_scan, values, written};
 use crate::dicom_files::Syntax;
@@ -41,6 +41,42 @@ fn different_pixels_at_one_place_are_refused() {
     for part in ["I2 and I3", "one place", "different pixels"] {
         assert!(message.contains(part), "{message}");
     }
+    assert!(!message.contains("volume.series"), "{message}");
+    let folder = written(&scan);
+    let series = Volume::series(folder.path()).unwrap();
+    let note = "1 slice lies where another lies, and is left out if it holds the same pixels";
+    has(&series[0].notes, note);
+
+    // With smaller volumes beside them.
+    for (others, end) in [
+        (
+            1,
+            "there is 1 other volume, which `isolume info FOLDER` lists and `--set volume.series=N` picks",
+        ),
+        (
+            2,
+            "there are 2 other volumes, which `isolume info FOLDER` lists and `--set volume.series=N` picks",
+        ),
+    ] {
+        let uid = format!("1.2.3.4.{}", others + 1);
+        let mut small = Scan::ct().with(|common| common.text((0x20, 0x0e), "UI", uid));
+        small.slices.truncate(2);
+        small.write(folder.path(), Syntax::Explicit, |n| format!("{others}{n}"));
+        let message = refused(folder.path(), &VolumeOverrides::default());
+        assert!(
+            message.contains("I2 and I3") && message.ends_with(end),
+            "{message}"
+        );
+    }
+    let first = VolumeOverrides {
+        series: Some(Pick::Number(1)),
+        ..VolumeOverrides::default()
+    };
+    let message = refused(folder.path(), &first);
+    assert!(
+        message.ends_with("expected one slice for each place"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -1,11 +1,12 @@
 use std::path::Path;
 
-use isolume::scene::volume::VoxelType;
+use isolume::scene::volume::{Endian, VoxelType};
 
 use super::{everything, folder, hounsfield, loaded, plain, values};
 use crate::dicom_files::{Object, PLAIN, Pixels, Syntax, file};
 use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan};
-use crate::volume_files::write;
+use crate::tiff_files::Tiff;
+use crate::volume_files::{Array, write};
 
 #[test]
 fn a_ct_is_what_was_scanned() {
@@ -67,6 +68,8 @@ fn names_numbers_folders_and_other_files_mean_nothing() {
     let names = ["z", "b/c/10", "b/c/2.ima", "a.txt", "b/1"];
     scan.write(mixed.path(), Syntax::Explicit, |n| names[n].to_string());
     write(mixed.path(), "README", "no image");
+    let picture = Array::new([4, 3, 1], VoxelType::U8, Endian::Little);
+    write(mixed.path(), "a.tif", Tiff::default().write(&picture));
     write(&inner, "thumbs.db", [0xff; 400]);
     // A localizer of another size, and a slice once more.
     let localizer = scan
@@ -76,7 +79,7 @@ fn names_numbers_folders_and_other_files_mean_nothing() {
     write(mixed.path(), "again", scan.slice_file(2, Syntax::RunLength));
     let volume = plain(mixed.path());
     assert_eq!(everything(&volume), expected);
-    super::has(&volume.notes, "1 slice is there twice");
+    super::has(&volume.notes, "1 slice lies where another lies");
     super::has(&volume.notes, "1 × localizer");
 
     let backwards = folder();

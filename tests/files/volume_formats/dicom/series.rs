@@ -171,7 +171,42 @@ fn files_that_cannot_be_read_are_named() {
     let volume = plain(folder.path());
     has(
         &volume.notes,
-        "1 file that cannot be read: broken (ends at byte 300, inside its header",
+        "there is 1 file that cannot be read: broken (ends at byte 300, inside its header",
+    );
+    crate::volume_files::write(folder.path(), "cut", &whole[..300]);
+    let volume = plain(folder.path());
+    has(
+        &volume.notes,
+        "there are 2 files that cannot be read: broken (ends",
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn what_the_system_does_not_return_is_named_by_its_own_path() {
+    let folder = several();
+    let link = folder.path().join("link");
+    std::os::unix::fs::symlink("link", &link).unwrap();
+    let message = refused(folder.path(), &VolumeOverrides::default());
+    assert!(
+        message.contains("its file link cannot be read: "),
+        "{message}"
+    );
+    std::fs::remove_file(link).unwrap();
+    // A path that is longer than any that the system opens.
+    let name = "n".repeat(250);
+    let [inner, outer] = ["inner", "outer"].map(|name| folder.path().join(name));
+    std::fs::create_dir(&inner).unwrap();
+    for _ in 0..17 {
+        std::fs::create_dir(&outer).unwrap();
+        std::fs::rename(&inner, outer.join(&name)).unwrap();
+        std::fs::rename(&outer, &inner).unwrap();
+    }
+    let message = refused(folder.path(), &VolumeOverrides::default());
+    let path = format!("its folder inner/{name}/{name}/");
+    assert!(
+        message.contains(&path) && message.contains("cannot be read: "),
+        "{message}"
     );
 }
 

@@ -128,26 +128,22 @@ fn slices_with_rescalings_of_their_own_stay_integers_where_they_can() {
         (VoxelType::I16, StoredType::U16)
     );
 
-    // As those of PET do.
-    let mut scan = Scan::ct().with(|common| common.text((8, 0x60), "CS", "PT"));
-    for (z, slice) in scan.slices.iter_mut().enumerate() {
-        (slice.slope, slice.intercept) = (0.37 + 0.01 * z as f64, 0.0);
+    // As those of PET do; the second ones are nearly 0.
+    for (first, step) in [(0.37, 0.01), (3e-7, -1e-8)] {
+        let mut scan = Scan::ct().with(|common| common.text((8, 0x60), "CS", "PT"));
+        for (z, slice) in scan.slices.iter_mut().enumerate() {
+            (slice.slope, slice.intercept) = (first + step * z as f64, 0.0);
+        }
+        let volume = loaded(&scan);
+        assert_eq!(volume.voxel_type, VoxelType::F32);
+        assert_eq!(volume.is_hounsfield, Some(false));
+        let stored = |(n, value): (usize, f64)| {
+            let slope = first + step * (n / slice) as f64;
+            f64::from((slope * (value + 1024.0)) as f32)
+        };
+        let expected: Vec<f64> = hounsfield().into_iter().enumerate().map(stored).collect();
+        assert_eq!(values(&volume), expected);
     }
-    let volume = loaded(&scan);
-    assert_eq!(volume.voxel_type, VoxelType::F32);
-    assert_eq!(volume.is_hounsfield, Some(false));
-    let stored = |(n, value): (usize, f64)| {
-        let slope = 0.37 + 0.01 * (n / slice) as f64;
-        f64::from((slope * (value + 1024.0)) as f32)
-    };
-    assert_eq!(
-        values(&volume),
-        hounsfield()
-            .into_iter()
-            .enumerate()
-            .map(stored)
-            .collect::<Vec<_>>()
-    );
 }
 
 #[test]

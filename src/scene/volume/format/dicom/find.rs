@@ -1,6 +1,8 @@
 //! Finds the files of a folder, a DICOMDIR or a single path, and classifies them.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::fs::DirEntry;
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
@@ -41,7 +43,7 @@ pub fn find(path: &Path) -> Parsed<Found> {
 fn examine(path: &Path) -> Parsed<Found> {
     if path.is_dir() {
         let mut files = Vec::new();
-        list(path, 0, &mut files).map_err(|e| e.to_string())?;
+        list(path, path, 0, &mut files)?;
         return look_at(files, path);
     }
     let parsing = file::parse(path)?.ok_or("is no DICOM file")?;
@@ -75,22 +77,36 @@ fn examine(path: &Path) -> Parsed<Found> {
     }
 }
 
-/// The regular files below a folder in the order of their names. Links to folders are not followed: they
-/// may lead in circles.
-fn list(folder: &Path, depth: u32, files: &mut Vec<PathBuf>) -> std::io::Result<()> {
-    let mut entries = std::fs::read_dir(folder)?.collect::<Result<Vec<_>, _>>()?;
-    entries.sort_by_key(std::fs::DirEntry::file_name);
+/// The regular files of a folder, and below it, in the order of their names; `top` is the folder that the user has
+/// named. Links to folders are not followed: they may lead in circles.
+fn list(folder: &Path, top: &Path, depth: u32, files: &mut Vec<PathBuf>) -> Parsed<()> {
+    let entries = std::fs::read_dir(folder).and_then(Iterator::collect);
+    let mut entries: Vec<DirEntry> = entries.map_err(|e| unreadable("folder", folder, top, e))?;
+    entries.sort_by_key(DirEntry::file_name);
     for entry in entries {
-        let (kind, path) = (entry.file_type()?, entry.path());
+        let path = entry.path();
+        let failed = |e| unreadable("file", &path, top, e);
+        let kind = entry.file_type().map_err(failed)?;
         if kind.is_dir() {
             if depth < MOST_NESTED {
-                list(&path, depth + 1, files)?;
+                list(&path, top, depth + 1, files)?;
             }
-        } else if kind.is_file() || kind.is_symlink() && leads_to_file(&path)? {
+        } else if kind.is_file() || kind.is_symlink() && leads_to_file(&path).map_err(failed)? {
             files.push(path);
         }
     }
     Ok(())
+}
+
+/// A refusal of a folder `top` because of a file or folder in it, which may hold a slice.
+fn unreadable(kind: &str, path: &Path, top: &Path, fault: impl Display) -> String {
+    match path.strip_prefix(top) {
+        Ok(name) if name != Path::new("") => format!(
+            "its {kind} {} cannot be read: {fault}; make it readable, or move it elsewhere",
+            name.display()
+        ),
+        _ => fault.to_string(),
+    }
 }
 
 /// Whether a link leads to a file; a broken link does not.
@@ -140,12 +156,7 @@ fn look_at(files: Vec<PathBuf>, folder: &Path) -> Parsed<Found> {
             }
             Ok(Some(Content::Other(other))) => *found.others.entry(other.kind).or_default() += 1,
             Ok(Some(Content::Directory(_)) | None) => {}
-            Err(Fault::System(fault)) => {
-                let name = path.strip_prefix(folder).unwrap_or(&path).display();
-                return Err(format!(
-                    "its file {name} cannot be read: {fault}; make it readable, or move it elsewhere"
-                ));
-            }
+            Err(Fault::System(fault)) => return Err(unreadable("file", &path, folder, fault)),
             Err(Fault::Content(fault)) => {
                 let name = path.strip_prefix(folder).unwrap_or(&path);
                 found
@@ -200,8 +211,19 @@ impl Found {
         counted.collect::<Vec<_>>().join(", ")
     }
 
+    /// "there are 2 files that cannot be read: …".
+    pub fn told_unreadable(&self) -> Option<String> {
+        let are = if self.unreadable.len() == 1 {
+            "is"
+        } else {
+            "are"
+        };
+        let named = self.named_unreadable()?;
+        Some(format!("there {are} {named}"))
+    }
+
     /// The first few files that cannot be read, and how many there are.
-    pub fn named_unreadable(&self) -> Option<String> {
+    fn named_unreadable(&self) -> Option<String> {
         let count = self.unreadable.len();
         let first = self.unreadable[..count.min(MOST_NAMED)].join(", ");
         let more = match count.saturating_sub(MOST_NAMED) {

@@ -121,9 +121,9 @@ pub fn has_geometry(data: &DataSet) -> bool {
     matches!(geometry, (Ok(Some(_)), Ok(Some(_))))
 }
 
-/// The frames of an image of so many, whose pixels take so many bytes in the file; none if it has several and does not
-/// say where they lie.
-pub fn frames(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Vec<Frame>> {
+/// The frames of an image of so many, in a file of so many bytes; none if it has several and does not say where they
+/// lie.
+pub fn frames(data: &DataSet, frame_count: u32, file_bytes: u64) -> Parsed<Vec<Frame>> {
     let each = data.items(tags::FRAME_GROUPS);
     if each.len() as u64 == u64::from(frame_count) {
         let frames = each.iter().zip(0..);
@@ -142,7 +142,7 @@ pub fn frames(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Vec<
     if frame_count == 1 {
         return Ok(vec![first]);
     }
-    let offsets = offsets(data, frame_count, pixel_bytes)?;
+    let offsets = offsets(data, frame_count, file_bytes)?;
     let (Some(plane), Some(offsets)) = (first.plane, offsets) else {
         return Ok(Vec::new());
     };
@@ -164,7 +164,7 @@ pub fn frames(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Vec<
 }
 
 /// The frames' places along their normal in millimetres; `None` if they are no slices, or do not say where they lie.
-fn offsets(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Option<Vec<f64>>> {
+fn offsets(data: &DataSet, frame_count: u32, file_bytes: u64) -> Parsed<Option<Vec<f64>>> {
     let offsets = data.decimal_list(tags::FRAME_OFFSETS);
     if offsets.len() as u64 == u64::from(frame_count) {
         return Ok(Some(offsets));
@@ -181,8 +181,8 @@ fn offsets(data: &DataSet, frame_count: u32, pixel_bytes: u64) -> Parsed<Option<
     if !data.words(tags::FRAME_INCREMENT).is_empty() {
         return Ok(None);
     }
-    // A frame has at least a byte.
-    let count = u64::from(frame_count).min(pixel_bytes);
+    // A frame has at least a byte of the file.
+    let count = u64::from(frame_count).min(file_bytes);
     Ok(Some((0..count).map(|n| n as f64 * spacing).collect()))
 }
 

@@ -39,6 +39,7 @@ use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::Endian;
 
 use super::header::{About, Header};
+use file::Fault;
 use find::{Found, find};
 use frame::Frame;
 use image::Image;
@@ -56,15 +57,18 @@ pub fn is_dicom(path: &Path) -> bool {
     !matches!(file::parse(path), Ok(None))
 }
 
+/// Whether a file, which may also be a folder or unreadable, certainly begins like DICOM.
+pub fn begins_as_dicom(path: &Path) -> bool {
+    matches!(file::parse(path), Ok(Some(_)) | Err(Fault::Content(_)))
+}
+
 /// The volume that the user has picked, or else the largest.
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let mut found = find(path)?;
     let groups = group(&found.images);
     let number = picked(&found, &groups, overrides.series.as_ref())?;
     let mut notes = others(&found, &groups, number);
-    if let Some(unreadable) = found.named_unreadable() {
-        notes.push(format!("there is {unreadable}"));
-    }
+    notes.extend(found.told_unreadable());
     let group = &groups[number];
     for at in &group.frames {
         let image = &found.images[at.image];
@@ -92,6 +96,11 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let images = std::mem::take(&mut found.images);
     let gaps = stack.gaps.clone();
     let source = Box::new(Slices::new(images, stack, &values)?);
+    let remedy = match (&overrides.series, groups.len() - 1) {
+        (None, others @ 1..) => elsewhere(others),
+        _ => String::new(),
+    };
+    source.compare_doubles(&remedy)?;
     match (gaps, overrides.fill_gaps) {
         (Some(gaps), true) => notes.push(format!("{gaps}; they are interpolated")),
         (Some(gaps), false) => return Err(incomplete(&gaps, &found)),
@@ -177,14 +186,21 @@ fn describe(images: &[Image], group: &Group, number: u32) -> (Series, Vec<At>) {
 
 /// A refusal of a volume with gaps: slices may be missing because their files are damaged.
 fn incomplete(gaps: &str, found: &Found) -> String {
-    let unreadable = found
-        .named_unreadable()
-        .map(|files| format!(" (there is {files})"));
+    let unreadable = found.told_unreadable().map(|told| format!(" ({told})"));
     format!(
         "{gaps}{}, expected slices at equal distances; find them, or have them interpolated with \
          `--set volume.fill_gaps=true`",
         unreadable.unwrap_or_default()
     )
+}
+
+/// The end of a refusal of a volume beside which there are others that the user could mean.
+fn elsewhere(others: usize) -> String {
+    let there_are = match others {
+        1 => "there is 1 other volume".to_string(),
+        _ => format!("there are {others} other volumes"),
+    };
+    format!("; {there_are}, which `isolume info FOLDER` lists and `--set volume.series=N` picks")
 }
 
 /// The index of the group that the user has picked, or of the largest.

@@ -21,7 +21,7 @@ const CAPTURE: &str = "secondary capture";
 /// An image that says nothing of its place in the patient, where others do.
 pub const UNPLACED: &str = "image without a place in the patient";
 
-/// Objects that hold no measured slices, by the end of their class's UID.
+/// Objects that hold no measured slices, by the beginning of their class's UID.
 const OTHER_CLASSES: [(&str, &str); 10] = [
     ("1.2.840.10008.5.1.4.1.1.66.4", "segmentation"),
     ("1.2.840.10008.5.1.4.1.1.66.7", "segmentation"),

@@ -57,7 +57,6 @@ impl Slices {
             kept: Mutex::default(),
         };
         slices.try_unlikely()?;
-        slices.compare_doubles()?;
         let has_padding = slices.images.iter().any(|image| image.padding.is_some());
         if has_padding || slices.stack.is_sheared() {
             slices.filler = slices.smallest()?;
@@ -81,8 +80,8 @@ impl Slices {
         })
     }
 
-    /// Fails unless frames at one place are the same.
-    fn compare_doubles(&self) -> Parsed<()> {
+    /// Fails unless frames at one place are the same. `remedy` is the end of the sentence.
+    pub fn compare_doubles(&self, remedy: &str) -> Parsed<()> {
         let compare = |(one, other): &(_, _)| {
             let name = |at: At, index| self.images[at.image].frame_name(index);
             let (first, second) = (frame(&self.images, *one), frame(&self.images, *other));
@@ -95,7 +94,7 @@ impl Slices {
             match is_same_scale && words(*one, first.index)? == words(*other, second.index)? {
                 true => Ok(()),
                 false => Err(format!(
-                    "{} and {} lie at one place and hold different pixels, expected one slice for each place",
+                    "{} and {} lie at one place and hold different pixels, expected one slice for each place{remedy}",
                     name(*one, first.index),
                     name(*other, second.index)
                 )),

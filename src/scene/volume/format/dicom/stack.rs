@@ -102,8 +102,11 @@ impl Stack {
         if !placed.doubles.is_empty() {
             let count = placed.doubles.len();
             notes.push(match count {
-                1 => "1 slice is there twice; its double is left out".to_string(),
-                _ => format!("{count} slices are doubles of others and left out"),
+                1 => "1 slice lies where another lies, and is left out if it holds the same pixels"
+                    .to_string(),
+                _ => format!(
+                    "{count} slices lie where others lie, and are left out if they hold the same pixels"
+                ),
             });
         }
         Ok(Stack {

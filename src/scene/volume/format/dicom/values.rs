@@ -6,10 +6,15 @@
 
 use crate::scene::volume::format::header::check_rescale;
 use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::stored::each;
 use crate::scene::volume::voxel_type::VoxelType;
 
 use super::frame::Frame;
 use super::image::{Image, Samples};
+
+/// Differences from whole numbers that count as rounding: of offsets, and relative ones of factors, so that no factor
+/// is taken for 0.
+const ROUNDING: f64 = 1e-6;
 
 /// The meaning of a volume's numbers: a value is `intercept` + `slope` · number.
 #[derive(Debug)]
@@ -61,8 +66,9 @@ impl Values {
         let mut maps = Vec::new();
         let (mut low, mut high) = (i64::MAX, i64::MIN);
         for (image, frame) in frames {
-            let factor = whole(frame.slope / slope)?;
-            let offset = whole((frame.intercept - base) / slope)?;
+            let ratio = frame.slope / slope;
+            let factor = whole(ratio, ROUNDING * ratio.abs())?;
+            let offset = whole((frame.intercept - base) / slope, ROUNDING)?;
             for stored in image.samples.limits()? {
                 low = low.min(factor * stored + offset);
                 high = high.max(factor * stored + offset);
@@ -83,10 +89,10 @@ impl Values {
     }
 }
 
-/// A number that is whole but for rounding, and not so large that products would overflow.
-fn whole(number: f64) -> Option<i64> {
+/// A number that is whole but for a rounding of at most `tolerance`, and not so large that products would overflow.
+fn whole(number: f64, tolerance: f64) -> Option<i64> {
     let rounded = number.round();
-    let is_whole = (number - rounded).abs() <= 1e-6 && rounded.abs() <= f64::from(1 << 30);
+    let is_whole = (number - rounded).abs() <= tolerance && rounded.abs() <= f64::from(1 << 30);
     is_whole.then_some(rounded as i64)
 }
 
@@ -299,19 +305,4 @@ pub fn joined(range: Option<[f64; 2]>, other: [f64; 2]) -> [f64; 2] {
 
 fn is_padding(stored: i64, padding: Option<[i64; 2]>) -> bool {
     padding.is_some_and(|[first, last]| first <= stored && stored <= last)
-}
-
-fn each<const N: usize, const M: usize>(
-    words: &[u8],
-    numbers: &mut [u8],
-    convert: impl Fn([u8; N]) -> [u8; M],
-) {
-    for (number, word) in numbers
-        .as_chunks_mut()
-        .0
-        .iter_mut()
-        .zip(words.as_chunks().0)
-    {
-        *number = convert(*word);
-    }
 }

@@ -4,8 +4,9 @@
 //! that long, and decodes pages through one reader, so that each of many threads would need its own, with every
 //! directory read again. This file is the part of it that a volume needs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
+use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::voxel_type::Endian;
@@ -106,13 +107,17 @@ impl<'a> Directories<'a> {
     /// own place in it.
     fn pages(&self) -> Parsed<Vec<Directory>> {
         let (mut pages, mut bytes, mut next) = (Vec::new(), 0, self.first);
+        let mut known = HashSet::new();
         while next != 0 {
+            if !known.insert(next) {
+                return Err("its directories go round in a circle: the file is damaged".into());
+            }
             let directory = self.read(next)?;
             next = directory.next;
             bytes += directory.bytes;
             pages.push(directory);
             if bytes > self.file.bytes() {
-                return Err("its directories go round in a circle: the file is damaged".into());
+                return Err("its directories overlap: the file is damaged".into());
             }
         }
         match pages.is_empty() {
@@ -189,6 +194,17 @@ impl<'a> Directories<'a> {
         number.ok_or_else(|| format!("has no `{tag:?}`"))
     }
 
+    /// The pixels of a page along x and y; nothing else of the page need be readable.
+    pub fn size(&self, directory: &Directory) -> Parsed<[u32; 2]> {
+        self.sides(directory, [Tag::ImageWidth, Tag::ImageLength])
+    }
+
+    /// Two lengths in pixels.
+    pub fn sides(&self, directory: &Directory, [x, y]: [Tag; 2]) -> Parsed<[u32; 2]> {
+        let side = |tag| within(tag, self.require(directory, tag)?, u32::MAX);
+        Ok([side(x)?, side(y)?])
+    }
+
     /// A fraction; `None` if there is none, or if it is no number above 0.
     pub fn fraction(&self, directory: &Directory, tag: Tag) -> Parsed<Option<f64>> {
         let field = directory.fields.get(&(tag as u16));
@@ -229,4 +245,15 @@ impl<'a> Directories<'a> {
         let read = self.file.read(field.at, bytes);
         read.map_err(|fault| format!("`{tag:?}`: {fault}"))
     }
+}
+
+/// A tag's value, which must be from 1 to `most`.
+pub fn within(tag: Tag, value: u64, most: u32) -> Parsed<u32> {
+    let found = u32::try_from(value).ok();
+    found
+        .filter(|found| (1..=most).contains(found))
+        .ok_or_else(|| {
+            let expected = format!("a whole number from 1 to {most}");
+            unexpected(&format!("{tag:?}"), &value.to_string(), &expected)
+        })
 }

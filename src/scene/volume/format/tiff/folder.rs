@@ -14,8 +14,12 @@ use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::watched::WatchedFile;
 
-pub fn is_folder(path: &Path) -> bool {
-    files(path).is_ok_and(|files| !files.is_empty())
+/// Whether a file of a folder is a page by its name. Hidden files are not the user's: some systems put one beside each
+/// file.
+pub fn is_page(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let lower = name.to_lowercase();
+    (lower.ends_with(".tif") || lower.ends_with(".tiff")) && !lower.starts_with('.')
 }
 
 pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
@@ -34,15 +38,13 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     })
 }
 
-/// The TIFF files of a folder, in the order of their numbers. Hidden files are not the user's: some systems put one
-/// beside each file.
+/// The TIFF files of a folder, in the order of their numbers.
 fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(|e| e.to_string())? {
         let path = entry.map_err(|e| e.to_string())?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let lower = name.to_lowercase();
-        if (lower.ends_with(".tif") || lower.ends_with(".tiff")) && !lower.starts_with('.') {
+        if is_page(&path) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
             files.push((name.into_owned(), path));
         }
     }

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use directory::{Directories, Directory, Tag};
 use page::{Layout, Page};
 
-pub use folder::{is_folder, read_folder};
+pub use folder::{is_page, read_folder};
 
 use super::header::{Header, pick};
 use crate::scene::volume::orientation::Orientation;
@@ -135,11 +135,9 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         true => Ok(first_page.moved(n as u64 * page_bytes)),
         false => page(n),
     };
-    let full_size = Page::new(&file, &directories, first)?.layout.size;
-    let mut levels = vec![full_size];
+    let mut levels = vec![directories.size(first)?];
     for at in coarser {
-        let directory = directories.read(at)?;
-        levels.push(Page::new(&file, &directories, &directory)?.layout.size);
+        levels.push(directories.size(&directories.read(at)?)?);
     }
     stack(path, meaning, levels, overrides, pages)
 }
@@ -224,7 +222,7 @@ fn stack(
     check_promise(packed, layout, dims)?;
     let source = match plain_start(&pages) {
         Some(start) => Data {
-            path: path.to_path_buf(),
+            path: pages[0].file.path().to_path_buf(),
             start: Start::At(start),
             encoding: Encoding::Raw,
             skip: 0,
@@ -238,6 +236,7 @@ fn stack(
             };
             let sample = channel % meaning.samples;
             let pages = Pages {
+                is_folder: pages[0].file.path() != path,
                 pages,
                 sample,
                 is_alike,
@@ -261,11 +260,14 @@ fn stack(
     })
 }
 
+/// A page with its file's name, for messages.
+fn named(page: &Page, z: usize, depth: usize) -> String {
+    let name = page.file.path().file_name().unwrap_or_default();
+    format!("page {} of {depth} (in {})", z + 1, name.to_string_lossy())
+}
+
 fn check_alike(first: &Layout, page: &Page, z: usize, depth: usize) -> Parsed<()> {
-    let name = || {
-        let name = page.file.path().file_name().unwrap_or_default();
-        format!("page {} of {depth} (in {})", z + 1, name.to_string_lossy())
-    };
+    let name = || named(page, z, depth);
     let here = &page.layout;
     if here.size != first.size {
         return Err(format!(
@@ -331,6 +333,8 @@ fn plain_start(pages: &[Page]) -> Option<u64> {
 #[derive(Debug)]
 struct Pages {
     pages: Vec<Page>,
+    /// Whether the user has named a folder, and each page is a file in it.
+    is_folder: bool,
     sample: u32,
     /// Whether all pages have the same strips or tiles; otherwise pages are decoded as a whole.
     is_alike: bool,
@@ -355,9 +359,10 @@ impl Chunks for Pages {
             true => page.decode([column, row], self.sample),
             false => page.decode_whole(self.sample),
         };
-        decoded.map_err(|fault| match self.pages.len() {
-            1 => fault,
-            count => format!("page {} of {count}: {fault}", z + 1),
+        decoded.map_err(|fault| match (self.is_folder, self.pages.len()) {
+            (true, count) => format!("{}: {fault}", named(page, z as usize, count)),
+            (false, 1) => fault,
+            (false, count) => format!("page {} of {count}: {fault}", z + 1),
         })
     }
 }

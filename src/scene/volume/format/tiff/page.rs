@@ -2,12 +2,15 @@
 
 use std::sync::Arc;
 
-use super::directory::{Directories, Directory, Tag};
+use super::directory::{Directories, Directory, Tag, within};
 use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
+
+/// The most values of a pixel: the tag has 16 bits, although a file may spend more on it.
+const MOST_SAMPLES: u32 = 65535;
 
 /// The properties that all pages of one stack share.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,13 +56,7 @@ impl Page {
         directory: &Directory,
     ) -> Parsed<Page> {
         let number = |tag| directories.number(directory, tag);
-        let length = |tag: Tag, value: u64| {
-            let expected = "a whole number from 1 to 4294967295";
-            let length = u32::try_from(value).ok().filter(|length| *length > 0);
-            length.ok_or_else(|| unexpected(&format!("{tag:?}"), &value.to_string(), expected))
-        };
-        let side = |tag| length(tag, directories.require(directory, tag)?);
-        let size = [side(Tag::ImageWidth)?, side(Tag::ImageLength)?];
+        let size = directories.size(directory)?;
         match number(Tag::ImageDepth)? {
             None | Some(1) => {}
             Some(depth) => {
@@ -70,17 +67,15 @@ impl Page {
         let tiles = directories.numbers(directory, Tag::TileOffsets)?;
         let is_tiled = tiles.is_some();
         let chunk = match is_tiled {
-            true => [side(Tag::TileWidth)?, side(Tag::TileLength)?],
+            true => directories.sides(directory, [Tag::TileWidth, Tag::TileLength])?,
             false => {
                 let rows = number(Tag::RowsPerStrip)?.unwrap_or(u64::from(size[1]));
                 let rows = rows.min(u64::from(size[1]));
-                [size[0], length(Tag::RowsPerStrip, rows)?]
+                [size[0], within(Tag::RowsPerStrip, rows, u32::MAX)?]
             }
         };
-        let samples = length(
-            Tag::SamplesPerPixel,
-            number(Tag::SamplesPerPixel)?.unwrap_or(1),
-        )?;
+        let samples = number(Tag::SamplesPerPixel)?.unwrap_or(1);
+        let samples = within(Tag::SamplesPerPixel, samples, MOST_SAMPLES)?;
         let layout = Layout {
             size,
             voxel_type: voxel_type(directories, directory)?,
