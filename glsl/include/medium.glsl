@@ -4,7 +4,8 @@
 
 // The transfer function has a column for each point: value, 1 / (distance to the next value), opacity, the next point's
 // opacity; below it the colour and, in a, the integral of opacity over values up to the point; below that the integral
-// of opacity times colour. The last point stands twice. (An image and not a buffer: lavapipe reads buffers thread by
+// of opacity times colour. The last point stands twice. The last row has a column for each bin of values: the first
+// point that matters in it, and how many do (src/render/parts/transfer_table.rs). (An image and not a buffer: lavapipe reads buffers thread by
 // thread.)
 LOADED_AS(rgba32f) uniform texels2D transfer;
 
@@ -19,8 +20,10 @@ vec3 transfer_colors(int point) {
 // The point from which to interpolate to the next one: the last with value ≤ v, or the first if there is none. Beyond
 // the last segment interpolation stays at its end.
 int transfer_point(float v) {
-    int point = 0;
-    int points = int(scene.transfer_segments);
+    float bin = clamp((v - scene.transfer_bins.x) * scene.transfer_bins.y, 0.0, float(TRANSFER_BINS - 1));
+    vec2 candidates = texel_at(transfer, ivec2(bin, 3)).rg;
+    int point = int(candidates.x);
+    int points = int(candidates.y);
     while (points > 1) {
         int half_way = points >> 1;
         point += v >= transfer_values(point + half_way).x ? half_way : 0;
@@ -137,7 +140,7 @@ vec2 sigma_t_range(vec2 range) {
     range += vec2(-rounding, rounding);
     vec2 ends = vec2(transfer_opacity(range.x), transfer_opacity(range.y));
     vec2 opacity = vec2(min(ends.x, ends.y), max(ends.x, ends.y));
-    for (int i = 0; i < size_in_texels(transfer).x; ++i) {
+    for (int i = 0; i <= int(scene.transfer_segments); ++i) {
         vec4 point = transfer_values(i);
         if (point.x >= range.x && point.x <= range.y) {
             opacity = vec2(min(opacity.x, point.z), max(opacity.y, point.z));

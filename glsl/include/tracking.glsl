@@ -77,7 +77,7 @@ uint lookups = 0u;
 
 float lookup(Ray ray, float t) {
     ++lookups;
-    work += 2u + uint(findMSB(scene.transfer_segments));
+    work += 2u;
     return volume_value(ray.origin + t * ray.step);
 }
 

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::bricks::{VolumeBricks, place_bricks};
 use super::gpu_scene::GpuScene;
 use super::light_memory::LightMemory;
-use super::parts::TRANSFER_ROWS;
+use super::parts::transfer_extent;
 use super::shared::{Counters, PATCHES, Path};
 use crate::error::Result;
 use crate::gpu::{
@@ -221,11 +221,11 @@ pub fn picture_desc(name: &'static str, [width, height]: [u32; 2]) -> ImageDesc 
     }
 }
 
-/// A column for each point of the transfer function, and one more.
 fn transfer_desc(points: usize) -> ImageDesc {
+    let [columns, rows] = transfer_extent(points);
     ImageDesc {
         name: "transfer function",
-        extent: [points as u32 + 1, TRANSFER_ROWS, 1],
+        extent: [columns, rows, 1],
         volumetric: false,
         written: false,
         zeroed: false,

@@ -26,6 +26,8 @@ pub const RIM_DEPTH: f32 = 0.15;
 /// The difference of a voxel's optical depth to that of the next one, from which a medium is dense where it ends
 /// within the volume. (Clouds whose extinction is smooth stay below.)
 pub const STEP_DEPTH: f32 = 0.4;
+/// Bins of values for which it is known which points of the transfer function matter.
+pub const TRANSFER_BINS: u32 = 512;
 /// Patches along either side of the picture, however many pixels it has.
 pub const PATCHES: u32 = 32;
 /// A path keeps its side of every surface in one word.
@@ -56,6 +58,8 @@ shared! {
         pub g: float,
         /// Columns of the transfer function from which values are interpolated.
         pub transfer_segments: uint,
+        /// The stored value at which bins of values begin, and how many there are in a unit (parts/transfer_table.rs).
+        pub transfer_bins: vec2,
         /// Colour of all points of the transfer function if `has_one_color`.
         pub color: vec3,
         /// Opacity at stored value 0 and its slope, if `is_linear`.
@@ -337,6 +341,7 @@ shared! {
 pub fn glsl() -> String {
     [
         format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
+        format!("const int TRANSFER_BINS = {TRANSFER_BINS};\n"),
         format!(
             "const float RIM_DEPTH = {RIM_DEPTH:?};\nconst float STEP_DEPTH = {STEP_DEPTH:?};\n"
         ),

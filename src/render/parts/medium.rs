@@ -6,9 +6,6 @@ use crate::render::shared::{MACROCELL, SceneConstants};
 use crate::scene::volume::Volume;
 use crate::scene::{self};
 
-/// Rows of the transfer function's image.
-pub const TRANSFER_ROWS: u32 = 3;
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct Medium {
     /// σt where opacity is 1, per world unit.
@@ -66,6 +63,7 @@ impl Medium {
         constants.density = self.density;
         constants.g = self.g;
         constants.transfer_segments = self.segments();
+        constants.transfer_bins = self.bins();
         constants.color = self.transfer.first().map_or([0.0; 3], |p| p.color);
         constants.linear_opacity = self.linear_opacity.unwrap_or_default();
     }
@@ -100,49 +98,6 @@ impl Medium {
         let steps_at_end = matches!(points[..], [.., a, b] if a.value == b.value);
         let segments = points.len().max(2) - 1;
         (segments + usize::from(steps_at_end)) as u32
-    }
-
-    /// The texels of the transfer function's image, in [`TRANSFER_ROWS`] rows. The first row has a column for each
-    /// point, of which the last stands twice: value, 1 / (distance to the next value), opacity and the next point's
-    /// opacity. The second row has the colours and, in its last component, the integral of opacity over values from
-    /// the first point to this one; the third row has the integral of opacity times colour.
-    pub fn transfer_texels(&self) -> Vec<[f32; 4]> {
-        let points = || self.transfer.iter().chain(self.transfer.last());
-        let next = points().skip(1).chain(self.transfer.last());
-        let shares = points().zip(next).map(|(point, next)| {
-            let distance = next.value - point.value;
-            let per_value = if distance > 0.0 { 1.0 / distance } else { 0.0 };
-            [point.value, per_value, point.opacity, next.opacity]
-        });
-        let integrals = self.opacity_integrals();
-        let colors = points().zip(&integrals).map(|(point, integral)| {
-            let [r, g, b] = point.color;
-            [r, g, b, integral[3] as f32]
-        });
-        let colored = integrals
-            .iter()
-            .map(|i| [i[0] as f32, i[1] as f32, i[2] as f32, 0.0]);
-        shares.chain(colors).chain(colored).collect()
-    }
-
-    /// ∫ opacity · colour and, last, ∫ opacity over values from the first point to each point, of which the last stands
-    /// twice.
-    fn opacity_integrals(&self) -> Vec<[f64; 4]> {
-        let mut sum = [0.0; 4];
-        let mut integrals: Vec<[f64; 4]> = self.transfer.first().map(|_| sum).into_iter().collect();
-        for pair in self.transfer.windows(2) {
-            let distance = f64::from(pair[1].value) - f64::from(pair[0].value);
-            let [a, b] = [0, 1].map(|i| f64::from(pair[i].opacity));
-            let colored = |c: usize| {
-                let [x, y] = [0, 1].map(|i| f64::from(pair[i].color[c]));
-                (a * (2.0 * x + y) + b * (x + 2.0 * y)) / 6.0
-            };
-            let means = [colored(0), colored(1), colored(2), (a + b) / 2.0];
-            sum = std::array::from_fn(|i| sum[i] + distance * means[i]);
-            integrals.push(sum);
-        }
-        integrals.extend(integrals.last().copied());
-        integrals
     }
 }
 

@@ -9,6 +9,7 @@ mod environment_table;
 mod lights;
 mod medium;
 mod surfaces;
+mod transfer_table;
 mod view;
 
 use crate::scene::volume::{StoredType, Volume};
@@ -18,8 +19,9 @@ use super::features::Features;
 use super::shared::{Clip, MACROCELL, SceneConstants};
 pub use changes::{Changes, Derived, Part};
 pub use lights::Lights;
-pub use medium::{Medium, TRANSFER_ROWS, TransferPoint};
+pub use medium::{Medium, TransferPoint};
 pub use surfaces::Surfaces;
+pub use transfer_table::transfer_extent;
 pub use view::View;
 
 /// All parts of a scene.

@@ -88,3 +88,35 @@ fn voxels_that_are_independent_of_each_other() {
     println!("root mean square error of transmittance {rms:.5}");
     assert!(rms < 0.005);
 }
+
+/// A CPU's driver ends all loops of a thread after 65535 iterations, those of searches in the transfer function included.
+#[test]
+fn many_steps_through_a_transfer_function_of_many_points() {
+    const LENGTH: u32 = 1024;
+    // Steps are as short as the densest voxels nearby ask for, an eighth of a voxel; no ray meets these.
+    let value = |i: u32| match (i % LENGTH % 8, i / LENGTH) {
+        (0, 0) => 255.0,
+        _ => 100.0,
+    };
+    let values = (0..8 * 8 * LENGTH).map(value).collect();
+    let volume = Volume::from_values([LENGTH, 8, 8], [1.0; 3], Voxels::F32(values));
+    let thin = 1.0 / (4.0 * f64::from(LENGTH));
+    let points: Vec<(f64, f64)> = (0..250)
+        .map(|n| (5.0 + f64::from(n), if n < 249 { thin } else { 1.0 }))
+        .collect();
+    let medium = absorbing(4.0, &points);
+    let scene = absorbing_scene(medium, orthographic([2000.0, 0.0, 0.0], 2.0));
+    let mut cached = cached(
+        &scene,
+        &volume.expect("a volume"),
+        0.125,
+        CacheFormat::F16,
+        1,
+        1,
+    );
+    let exact = 1.0 - (-1f64).exp();
+    let moving = error(&cached.march(), exact);
+    let resting = error(&cached.at_rest(1, 1).mean, exact);
+    println!("of {exact:.4}: moving {moving:+.5}, at rest {resting:+.5}");
+    assert!(moving.abs() < 0.001 && resting.abs() < 0.001);
+}

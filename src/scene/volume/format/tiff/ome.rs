@@ -64,7 +64,8 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
             Some(_) => samples,
             None => 1,
         };
-        names.extend(std::iter::repeat_n(name, samples as usize));
+        let left = (channels as usize).saturating_sub(names.len());
+        names.extend(std::iter::repeat_n(name, left.min(samples as usize)));
     }
     names.resize(channels as usize, String::new());
     let sizes = [channels / samples, depth, times].map(|size| size as usize);
