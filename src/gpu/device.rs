@@ -101,36 +101,10 @@ impl Device {
                 false => unable("has no compute queue"),
             })?;
         let family = queue_families(&instance, physical)[queue_family as usize];
-        let queues = [vk::DeviceQueueCreateInfo::default()
-            .queue_family_index(queue_family)
-            .queue_priorities(&[1.0])];
         let stores_texels = can_load_texels(&instance, physical);
         let has_memory_budget = instance.has_extension(physical, ext::memory_budget::NAME);
-        let mut extensions = Vec::new();
-        if draws {
-            extensions.push(khr::swapchain::NAME.as_ptr());
-        }
-        if has_memory_budget {
-            extensions.push(ext::memory_budget::NAME.as_ptr());
-        }
-        let features =
-            vk::PhysicalDeviceFeatures::default().shader_storage_image_extended_formats(true);
-        let mut twelve = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
-        let mut thirteen = vk::PhysicalDeviceVulkan13Features::default()
-            .synchronization2(true)
-            .maintenance4(true)
-            .dynamic_rendering(draws);
-        let info = vk::DeviceCreateInfo::default()
-            .queue_create_infos(&queues)
-            .enabled_extension_names(&extensions)
-            .enabled_features(&features)
-            .push_next(&mut twelve)
-            .push_next(&mut thirteen);
-        let making = one_at_a_time();
-        // SAFETY: the chain outlives the call, and the survey found every feature present.
-        let raw = unsafe { instance.raw.create_device(physical, &info, None) };
-        drop(making);
-        let raw = raw.map_err(|e| failure(e, format!("{} could not be opened", summary.name)))?;
+        let raw = logical_device(&instance, physical, queue_family, draws)
+            .map_err(|e| failure(e, format!("{} could not be opened", summary.name)))?;
         // SAFETY: the family and index are the ones that the device was created with.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         // SAFETY: `physical` belongs to the live instance.
@@ -252,6 +226,41 @@ impl Device {
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.messages()
     }
+}
+
+/// Opens a device with one queue of a family. The survey has found every feature present.
+fn logical_device(
+    instance: &Instance,
+    physical: vk::PhysicalDevice,
+    queue_family: u32,
+    draws: bool,
+) -> std::result::Result<ash::Device, vk::Result> {
+    let queues = [vk::DeviceQueueCreateInfo::default()
+        .queue_family_index(queue_family)
+        .queue_priorities(&[1.0])];
+    let mut extensions = Vec::new();
+    if draws {
+        extensions.push(khr::swapchain::NAME.as_ptr());
+    }
+    if instance.has_extension(physical, ext::memory_budget::NAME) {
+        extensions.push(ext::memory_budget::NAME.as_ptr());
+    }
+    let features =
+        vk::PhysicalDeviceFeatures::default().shader_storage_image_extended_formats(true);
+    let mut twelve = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
+    let mut thirteen = vk::PhysicalDeviceVulkan13Features::default()
+        .synchronization2(true)
+        .maintenance4(true)
+        .dynamic_rendering(draws);
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .enabled_features(&features)
+        .push_next(&mut twelve)
+        .push_next(&mut thirteen);
+    let _making = one_at_a_time();
+    // SAFETY: the chain outlives the call, and every feature is present.
+    unsafe { instance.raw.create_device(physical, &info, None) }
 }
 
 impl Drop for Device {

@@ -103,3 +103,43 @@ pub(super) fn checksum(sums: &Sums) -> String {
         .with(bytemuck::cast_slice(&sums.squares))
         .text()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn header(fills: &[(&str, f64, u32)]) -> Header {
+        let fill = |&(id, error, samples): &(&str, f64, u32)| Fill {
+            id: id.into(),
+            relative_error: Some(error),
+            samples,
+        };
+        let end = fills.iter().map(|fill| fill.2).sum();
+        Header {
+            identity: Identity {
+                scene: String::new(),
+                volume: String::new(),
+                size: [1, 1],
+                seed: 0,
+                variant: String::new(),
+                transport: String::new(),
+            },
+            samples: vec![SampleRange { first: 0, end }],
+            units: end,
+            paths: 0,
+            lookups: 0,
+            fills: fills.iter().map(fill).collect(),
+            devices: Vec::new(),
+            checksum: String::new(),
+        }
+    }
+
+    /// As if they were independent, more fillings would lower it.
+    #[test]
+    fn the_errors_of_fillings_add_up() {
+        assert_eq!(header(&[]).cache_error(), 0.0);
+        assert_eq!(header(&[("a", 0.02, 64)]).cache_error(), 0.02);
+        let two = header(&[("a", 0.02, 96), ("b", 0.06, 32)]);
+        assert!((two.cache_error() - 0.03).abs() < 1e-12);
+    }
+}

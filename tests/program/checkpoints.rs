@@ -3,17 +3,17 @@
 use std::time::{Duration, Instant};
 
 use crate::refusals::refused;
-use crate::stopping::{ends, send, started};
+use crate::stopping::{ends, send, started, wait_until};
 use crate::{Folder, last_line, text};
 
 /// What each variant renders: for a few seconds, on a CPU.
 const UNCACHED: &str = "render ball.toml --variant non-caching --size 96x64 --spp 1024";
 const CACHED: &str = "render ball.toml --variant caching --cache-scale 0.5 --size 96x64 --spp 512";
-const OFTEN: &str = "--checkpoint c.exr --checkpoint-every 0.02";
+pub const OFTEN: &str = "--checkpoint c.exr --checkpoint-every 0.02";
 
 /// Kills a render again and again, at some moment after it has begun to write, until it gets to its end. Returns how
 /// often it was killed. `ISOLUME_KILLS=50` kills more often, and later.
-fn survive(folder: &Folder, command: &str, random: &mut fastrand::Rng) -> u32 {
+pub fn survive(folder: &Folder, command: &str, random: &mut fastrand::Rng) -> u32 {
     let kills = std::env::var("ISOLUME_KILLS").ok();
     let most: u32 = kills.and_then(|kills| kills.parse().ok()).unwrap_or(2);
     for kill in 0..most {
@@ -90,11 +90,11 @@ fn orbit_that_was_killed(variant: &str) {
     let orbit = format!("render ball.toml {variant} --size 96x64 --spp 64 --orbit 3");
     let whole = folder.succeed(&format!("{orbit} -o whole.exr"));
     let mut child = started(&folder, &format!("{orbit} -o turn.exr {OFTEN}"));
-    while !folder.path("turn.0002.exr").exists() {
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    let second = folder.path("turn.0002.exr");
+    wait_until(&mut child, "a second picture", || second.exists());
     child.process.kill().expect("it is killed");
     child.process.wait().expect("it has ended");
+    assert!(!folder.path("turn.0003.exr").exists(), "it was too fast");
     let modified = |name| std::fs::metadata(folder.path(name)).and_then(|about| about.modified());
     let first = modified("turn.0001.exr").expect("a time");
     let rest = folder.succeed(&format!("{orbit} -o turn.exr {OFTEN}"));
@@ -219,10 +219,9 @@ fn signals_leave_a_checkpoint() {
         "{merged}"
     );
 
-    let second = started(&folder, render);
-    while !folder.path("c.exr.lock").exists() {
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    let mut second = started(&folder, render);
+    let lock = folder.path("c.exr.lock");
+    wait_until(&mut second, "a lock", || lock.exists());
     let said = refused_while_there_is_a_lock(&folder, render);
     assert!(
         said.contains("another process is at work with this checkpoint"),

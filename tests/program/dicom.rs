@@ -70,10 +70,14 @@ fn info_lists_the_series_of_a_folder() {
 #[test]
 fn no_name_reaches_an_output() {
     let folder = two_volumes(&Scan::ct().with_names());
-    let outputs = ["a.exr", "a.png", "s.json", "p.json"];
     let mut said = Vec::new();
     for arguments in [
         "render scan -o a.exr -o a.png --stats s.json --profile p.json --spp 1 --size 16x16",
+        "render scan -o b.exr --samples 0..1 --size 16x16 --variant caching --checkpoint c.exr",
+        "render scan -o d.exr --samples 0..1 --size 16x16 --variant non-caching",
+        "render scan -o e.exr --samples 1..2 --size 16x16 --variant non-caching",
+        "merge m.exr d.exr e.exr",
+        "bench scan -o report --size 16x16 --seconds 0.05 --variants non-caching",
         "info scan",
         "info scan --json",
         "scene scan",
@@ -84,9 +88,20 @@ fn no_name_reaches_an_output() {
         said.extend(output.stdout);
         said.extend(output.stderr);
     }
-    outputs
-        .iter()
-        .for_each(|name| said.extend(folder.read(name)));
+    let report = folder.names_in("report");
+    let report = report.iter().map(|name| format!("report/{name}"));
+    let written: Vec<String> = folder.names().into_iter().chain(report).collect();
+    let files = || written.iter().filter(|name| folder.path(name).is_file());
+    for name in [
+        "a.exr",
+        "c.exr",
+        "c.exr.cache",
+        "m.exr",
+        "report/report.json",
+    ] {
+        assert!(files().any(|file| file == name), "{name} of {written:?}");
+    }
+    files().for_each(|name| said.extend(folder.read(name)));
     let secret = SECRET.as_bytes();
     assert!(!said.windows(secret.len()).any(|part| part == secret));
 }

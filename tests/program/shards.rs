@@ -83,6 +83,38 @@ fn orders() -> Vec<[usize; 4]> {
         .collect()
 }
 
+#[test]
+fn a_transparent_picture_keeps_its_coverage() {
+    let folder = Folder::new();
+    let render = "render ball.toml --variant non-caching --set render.background=transparent";
+    folder.succeed(&format!("{render} --samples 0..64 -o single.exr"));
+    for (name, range) in [("a.exr", "0..32"), ("b.exr", "32..64")] {
+        folder.succeed(&format!("{render} --samples {range} -o {name}"));
+    }
+    folder.succeed("merge merged.exr a.exr b.exr");
+    folder.succeed(&format!(
+        "{render} --samples 0..32 -o c.exr --checkpoint kept.exr"
+    ));
+    folder.succeed(&format!(
+        "{render} --samples 0..64 -o continued.exr --checkpoint kept.exr"
+    ));
+    let single = folder.exr("single.exr");
+    let coverage = channel(&single, "A");
+    assert!(coverage.iter().any(|a| (0.1..0.9).contains(a)));
+    let continued = folder.exr("continued.exr");
+    let merged = folder.exr("merged.exr");
+    assert_eq!(coverage, channel(&continued, "A"));
+    let largest = coverage
+        .iter()
+        .zip(channel(&merged, "A"))
+        .map(|(a, b)| (a - b).abs())
+        .fold(0.0, f64::max);
+    assert!(largest <= 1e-6, "{largest:.1e}");
+    assert!(difference(&single, &continued, "") == 0.0);
+    let apart = difference(&single, &merged, "");
+    assert!(apart <= 2e-6, "{apart:.1e}");
+}
+
 /// Equal numbers of samples fill a cache in the same way.
 #[test]
 fn shards_through_one_filling_count_its_error_once() {

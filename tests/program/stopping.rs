@@ -64,10 +64,9 @@ fn ctrl_c_ends_an_orbit_with_what_is_done() {
     let folder = Folder::new();
     let orbit = "render ball.toml --variant non-caching --size 512x512 --spp 1 --orbit 4 -o turn.exr \
                  --checkpoint c.exr --stats s.json";
-    let child = started(&folder, orbit);
-    while !folder.path("turn.0001.exr").exists() {
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    let mut child = started(&folder, orbit);
+    let first = folder.path("turn.0001.exr");
+    wait_until(&mut child, "a first picture", || first.exists());
     send("INT", &child);
     let rest = ends(child, 130);
     let last = rest.lines().last().expect("a line");
@@ -145,7 +144,7 @@ fn ctrl_c_while_loading_or_compiling_ends_at_once() {
     let folder = Folder::new();
     let before = folder.names();
     for (signal, status) in [("INT", 130), ("TERM", 143)] {
-        let child = started(&folder, CACHED);
+        let mut child = started(&folder, CACHED);
         let about = format!("/proc/{}/status", child.process.id());
         let catches_ctrl_c = || {
             let about = std::fs::read_to_string(&about).expect("a process");
@@ -153,7 +152,7 @@ fn ctrl_c_while_loading_or_compiling_ends_at_once() {
             let caught = u64::from_str_radix(caught.expect("signals").trim(), 16);
             caught.expect("a mask") & 2 != 0
         };
-        while !catches_ctrl_c() {}
+        wait_until(&mut child, "a handler", catches_ctrl_c);
         send(signal, &child);
         let rest = ends(child, status);
         let expected = "isolume: interrupted: nothing was written\n";
@@ -213,6 +212,25 @@ impl Child {
         let mut process = command.stderr(Stdio::piped()).spawn().expect("it starts");
         let said = BufReader::new(process.stderr.take().expect("a pipe"));
         Child { process, said }
+    }
+}
+
+/// A test that fails leaves nothing that renders on.
+impl Drop for Child {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Waits until something is there that a program under way does.
+pub fn wait_until(child: &mut Child, what: &str, is_there: impl Fn() -> bool) {
+    let began = Instant::now();
+    while !is_there() {
+        let ended = child.process.try_wait().expect("a process");
+        assert!(ended.is_none(), "it ended before {what}: {ended:?}");
+        assert!(began.elapsed() < Duration::from_secs(60), "no {what}");
+        std::thread::sleep(Duration::from_millis(1));
     }
 }
 

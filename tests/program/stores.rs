@@ -11,6 +11,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde_json::Value;
 
+use crate::checkpoints::{OFTEN, survive};
 use crate::stopping::send_to;
 use crate::{Folder, ended, text};
 
@@ -28,14 +29,25 @@ fn folder() -> Folder {
 }
 
 fn write_volume(folder: &Folder, inside: f64) {
+    let mut file = GzEncoder::new(begun(folder, "gzip"), Compression::fast());
+    write_voxels(&mut file, inside);
+    file.finish().expect("voxels");
+}
+
+/// The file with its header.
+fn begun(folder: &Folder, encoding: &str) -> File {
     let [x, y, z] = DIMS;
     let header = format!(
         "NRRD0004\ntype: uint16\ndimension: 3\nsizes: {x} {y} {z}\nendian: little\nspacings: 0.1 0.1 0.1\n\
-         encoding: gzip\n\n"
+         encoding: {encoding}\n\n"
     );
     let mut file = File::create(folder.path("v.nrrd")).expect("a file");
     file.write_all(header.as_bytes()).expect("a header");
-    let mut file = GzEncoder::new(file, Compression::fast());
+    file
+}
+
+fn write_voxels(file: &mut impl Write, inside: f64) {
+    let [x, y, z] = DIMS;
     let mut slice = Vec::new();
     for k in 0..z {
         slice.clear();
@@ -48,7 +60,6 @@ fn write_volume(folder: &Folder, inside: f64) {
         }
         file.write_all(&slice).expect("a slice");
     }
-    file.finish().expect("voxels");
 }
 
 /// Renders in bricks. Returns what it said.
@@ -86,6 +97,38 @@ fn the_next_run_copies_nothing() {
     let said = text(&cleaned.stdout);
     assert!(said.starts_with("1 store was removed from c, "), "{said}");
     assert_eq!(folder.names_in("c"), ["mine.txt"]);
+}
+
+/// Rows of a plain file's bricks are read together, and driven out of the little memory that the host may spend.
+#[test]
+fn a_plain_file_streams_through_little_memory() {
+    let folder = Folder::new();
+    write_voxels(&mut begun(&folder, "raw"), 9000.0);
+    folder.succeed(&format!("{RENDER} -o whole.exr"));
+    for budget in ["1MiB", "1"] {
+        let streamed = format!("{RENDER} {STREAMED} --ram-budget {budget} -o a.exr");
+        let output = folder.succeed(&format!("{streamed} --stats s.json"));
+        assert!(!text(&output.stderr).contains("copying"), "{output:?}");
+        assert!(folder.read("a.exr") == folder.read("whole.exr"), "{budget}");
+        let bricks = &folder.json("s.json")["bricks"];
+        let [loads, resident] = ["loads", "resident"].map(|key| bricks[key].as_u64());
+        assert!(loads > resident, "{bricks}");
+    }
+}
+
+#[test]
+fn a_render_that_streams_goes_on_where_it_was_killed() {
+    let folder = folder();
+    let render = format!("{RENDER} {STREAMED} --size 48x32").replace("--spp 1", "--spp 512");
+    folder.succeed(&format!("{render} -o whole.exr"));
+    let mut random = fastrand::Rng::with_seed(22);
+    let kills = survive(
+        &folder,
+        &format!("{render} -o again.exr {OFTEN}"),
+        &mut random,
+    );
+    assert!(kills > 0);
+    assert!(folder.read("again.exr") == folder.read("whole.exr"));
 }
 
 /// The trial of `auto` is the beginning of the picture, not of another: where the volume streams, and where it is whole and

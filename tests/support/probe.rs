@@ -21,7 +21,7 @@ pub struct Probe {
     pub constants: SceneConstants,
 }
 
-/// A pass in `tests/glsl/`. It reads `inputs`, writes `outputs`, and takes `push`.
+/// A pass in `tests/support/glsl/`. It reads `inputs`, writes `outputs`, and takes `push`.
 pub struct Shader {
     pub name: &'static str,
     pub text: &'static str,

@@ -273,7 +273,7 @@ fn every_key_is_edited() {
 /// passes or other memory are needed makes a new engine by itself. Returns how many did not.
 fn assert_nothing_stale(text: &str, edits: &[&str], volume: Volume) -> usize {
     let folder = folder();
-    let host = Host::open(&HostOptions::default()).expect("a device");
+    let host = watched_host();
     let before = scene(text, folder.path(), &[], &volume);
     let begin = |scene: &Scene| Engine::new(&host, &volume, scene, 1).expect("an engine");
     let mut engine = begin(&before);
@@ -295,11 +295,25 @@ fn assert_nothing_stale(text: &str, edits: &[&str], volume: Volume) -> usize {
         assert_same(&format!("{edit} and back"), &render(&mut engine), &unedited);
     }
     println!("{in_place} of {} edits by the same engine", edits.len());
+    drop(engine);
+    host.check_validation().expect("silence");
     in_place
 }
 
+/// A device that validation watches.
+fn watched_host() -> Host {
+    let options = HostOptions {
+        validation: true,
+        ..HostOptions::default()
+    };
+    Host::open(&options).expect("a device")
+}
+
+/// But for the standard error, which holds that of the cache: how well it is known depends on the views in which it was
+/// measured.
 fn assert_same(edit: &str, changed: &Picture, fresh: &Picture) {
     assert_eq!(changed.rgb, fresh.rgb, "after {edit}");
+    assert_eq!(changed.alpha, fresh.alpha, "after {edit}");
     assert_eq!(changed.albedo, fresh.albedo, "after {edit}");
     assert_eq!(changed.normal, fresh.normal, "after {edit}");
     assert_eq!(changed.depth, fresh.depth, "after {edit}");

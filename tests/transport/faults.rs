@@ -22,7 +22,7 @@ const PATH_SEARCH: File = File {
     path: "include/path_search.glsl",
     text: include_str!("../../glsl/include/path_search.glsl"),
 };
-const MAJORANTS: File = File {
+const MEDIUM: File = File {
     path: "include/medium.glsl",
     text: include_str!("../../glsl/include/medium.glsl"),
 };
@@ -108,7 +108,7 @@ fn where_the_majorant_binds() {
     };
     let majorant = Fault {
         name: "majorant 2 % low",
-        file: MAJORANTS,
+        file: MEDIUM,
         right: "return scene.density * opacity;",
         wrong: "return 0.98 * scene.density * opacity;",
     };

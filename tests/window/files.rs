@@ -47,7 +47,15 @@ fn edits_of_the_command_line_belong_to_its_scene_alone() {
 fn started_on_the_brink(folder: &Folder, display: &Display) -> (Program, usize) {
     let started = (20..100).find_map(|n| {
         let mut program = folder.view_failing_allocation(display, SPARSE, n);
-        program.comes_to("picture finished").then_some((program, n))
+        if program.comes_to("picture finished") {
+            return Some((program, n));
+        }
+        let status = program.ended();
+        let said = program.said();
+        assert_eq!(status.code(), Some(4), "{n}: {said:?}");
+        let last = said.last().expect("a sentence");
+        assert!(last.starts_with("isolume: "), "{n}: {said:?}");
+        None
     });
     started.expect("a start")
 }
@@ -61,9 +69,14 @@ fn changes_survive_failing_allocations() {
     let display = Display::new();
     let (mut program, next) = started_on_the_brink(&folder, &display);
     let window = display.window();
-    let point = "[[medium.transfer]]\nvalue = 60\nopacity = 0.3\n";
+    // More points than the table has room for.
+    let point = |n| {
+        let value = 60.0 + 0.05 * f64::from(n);
+        format!("[[medium.transfer]]\nvalue = {value}\nopacity = 0.3\n")
+    };
+    let points: String = (0..600).map(point).collect();
     let last = "[[medium.transfer]]\nvalue = 110";
-    folder.write_scene(|scene| scene.replace(last, &format!("{point}{last}")));
+    folder.write_scene(|scene| scene.replace(last, &format!("{points}{last}")));
     program.wait_for("scene file read again");
     program.wait_for("picture finished");
     display.close(window);

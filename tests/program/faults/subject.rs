@@ -1,6 +1,7 @@
 //! What is run with one fault after the other, and what must come of it.
 
 use std::collections::BTreeMap;
+use std::os::unix::process::ExitStatusExt;
 
 use crate::Folder;
 use crate::faulty::{Call, Ended, Fault, run};
@@ -70,6 +71,7 @@ impl Subject {
         let failed = ended.failed().next()?.clone();
         let about = format!("{}: {fault} ({})", self.arguments, failed.name);
         let outcome = judge(&ended, &about);
+        assert_eq!(outcome == Outcome::Death, fault.how == "kill", "{about}");
         if let Outcome::Refusal(3) = outcome {
             let files = [&sound.before[..], &self.files()].concat();
             let is_named = files.iter().any(|file| ended.stderr.contains(file));
@@ -182,6 +184,9 @@ pub fn judge(ended: &Ended, about: &str) -> Outcome {
     match ended.status.code() {
         None => {
             assert_eq!(sentences, [""; 0], "{about}");
+            // Only a test's own kill ends it so: a crash has another signal.
+            const SIGKILL: i32 = 9;
+            assert_eq!(ended.status.signal(), Some(SIGKILL), "{about}: {ended:?}");
             Outcome::Death
         }
         Some(0) => {

@@ -5,9 +5,6 @@
 //! environments are met only by paths that escape; roulette, where paths have no limit, is unbiased.
 //! Backgrounds other than the environment are not its business.
 
-// Every test file compiles this module for itself and uses only its part of it.
-#![allow(dead_code)]
-
 pub mod brdf;
 pub mod field;
 pub mod random;
@@ -28,7 +25,6 @@ use surface::{Departure, Hit};
 #[derive(Debug, Clone)]
 pub struct Picture {
     pub width: u32,
-    pub height: u32,
     pub mean: Vec<[f64; 3]>,
     /// Of each mean.
     pub stderr: Vec<[f64; 3]>,
@@ -67,7 +63,6 @@ pub fn render(scene: &Scene, volume: &Volume, spp: u32, seed: u64) -> Picture {
         .unzip();
     Picture {
         width,
-        height,
         mean,
         stderr,
     }

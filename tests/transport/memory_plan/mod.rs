@@ -1,8 +1,8 @@
 //! Memory as it is planned, and as it is taken: which variant each device and budget get, that a plan
 //! is right to the byte, and that the cache has memory wherever it is read.
 //!
-//! What a resource takes is the driver's business. So no test here names a number of bytes: budgets
-//! are what a plan for some rung of the ladder needs, or a byte less.
+//! What a resource takes is the driver's business. So budgets are, where they can be, what a plan for some rung of the ladder
+//! needs, or a byte less.
 
 mod choices;
 mod devices;

@@ -93,8 +93,6 @@ fn the_smooth_gradient_is_exact_inside_a_linear_field_and_halved_at_its_border()
     );
 }
 
-/// V ≥ value holds at a point if and only if it held at the start and an even number of crossings
-/// lies between, or the opposite: none is missed, none invented.
 /// V at t0 says on which side the ray begins.
 fn first_crossing(v: &Volume, value: f64, ray: Ray, t0: f64, t1: f64) -> Option<Crossing> {
     crossings(v, value, ray, t0, t1, None).next()
@@ -104,6 +102,8 @@ fn all_crossings(v: &Volume, value: f64, ray: Ray, t0: f64, t1: f64) -> Vec<Cros
     crossings(v, value, ray, t0, t1, None).collect()
 }
 
+/// V ≥ value holds at a point if and only if it held at the start and an even number of crossings
+/// lies between, or the opposite: none is missed, none invented.
 #[test]
 fn crossings_are_where_the_truth_changes() {
     let mut random = Random::new(3, 0);
