@@ -62,7 +62,7 @@ fn ctrl_c_writes_what_there_is() {
 #[test]
 fn ctrl_c_ends_an_orbit_with_what_is_done() {
     let folder = Folder::new();
-    let orbit = "render ball.toml --variant non-caching --size 512x512 --spp 1 --orbit 4 -o turn.exr \
+    let orbit = "render ball.toml --variant non-caching --size 512x512 --spp 1 --orbit 24 -o turn.exr \
                  --checkpoint c.exr --stats s.json";
     let mut child = started(&folder, orbit);
     let first = folder.path("turn.0001.exr");
@@ -77,13 +77,13 @@ fn ctrl_c_ends_an_orbit_with_what_is_done() {
     assert!(!rest.contains("nothing"), "{rest}");
     let stats = folder.json("s.json");
     assert_eq!(stats["spp"], 1);
-    let is_there = |number: &u32| folder.path(&format!("turn.000{number}.exr")).exists();
-    let pictures = (1..=4).filter(is_there).count();
+    let is_there = |number: &u32| folder.path(&format!("turn.{number:04}.exr")).exists();
+    let pictures = (1..=24).filter(is_there).count();
     assert_eq!(stats["views"].as_array().map(Vec::len), Some(pictures));
     let output = folder.succeed(orbit);
-    assert!((1..=4).all(|number| is_there(&number)));
+    assert!((1..=24).all(|number| is_there(&number)));
     assert!(
-        last_line(&output).contains("to turn.0004.exr: 1 samples"),
+        last_line(&output).contains("to turn.0024.exr: 1 samples"),
         "{output:?}"
     );
 }
