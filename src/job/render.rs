@@ -236,8 +236,11 @@ impl<'a> Render<'a> {
             if index < self.first && view.files.iter().all(|file| file.exists()) {
                 continue;
             }
-            self.look_from(index)?;
-            let outcome = match self.take_picture(view) {
+            let outcome = match is_interrupted() && !taken.is_empty() {
+                true => Err(Error::Interrupted),
+                false => self.look_from(index).and_then(|()| self.take_picture(view)),
+            };
+            let outcome = match outcome {
                 // The pictures before it are there all the same.
                 Err(Error::Interrupted) if let Some(last) = taken.last_mut() => {
                     last.outcome.why_stopped = interrupt::reason().into();
@@ -249,9 +252,6 @@ impl<'a> Render<'a> {
             self.stage(view, fingerprints.as_ref(), &mut outputs)?;
             if self.args.orbit.is_some() {
                 std::mem::take(&mut outputs).commit()?;
-            }
-            if is_interrupted() {
-                break;
             }
         }
         Ok((outputs, taken))
