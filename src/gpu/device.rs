@@ -103,7 +103,7 @@ impl Device {
         let family = queue_families(&instance, physical)[queue_family as usize];
         let stores_texels = can_load_texels(&instance, physical);
         let has_memory_budget = instance.has_extension(physical, ext::memory_budget::NAME);
-        let raw = logical_device(&instance, physical, queue_family, draws)
+        let raw = logical_device(&instance, physical, queue_family, has_memory_budget, draws)
             .map_err(|e| failure(e, format!("{} could not be opened", summary.name)))?;
         // SAFETY: the family and index are the ones that the device was created with.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
@@ -233,6 +233,7 @@ fn logical_device(
     instance: &Instance,
     physical: vk::PhysicalDevice,
     queue_family: u32,
+    has_memory_budget: bool,
     draws: bool,
 ) -> std::result::Result<ash::Device, vk::Result> {
     let queues = [vk::DeviceQueueCreateInfo::default()
@@ -242,7 +243,7 @@ fn logical_device(
     if draws {
         extensions.push(khr::swapchain::NAME.as_ptr());
     }
-    if instance.has_extension(physical, ext::memory_budget::NAME) {
+    if has_memory_budget {
         extensions.push(ext::memory_budget::NAME.as_ptr());
     }
     let features =

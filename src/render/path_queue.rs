@@ -1,6 +1,6 @@
 //! A queue of paths, worked off by slots, dispatch after dispatch.
 //!
-//! A slot is a thread's room for a path in flight; it takes the next pixel or node from the queue when its path has
+//! A slot is a thread's room for a path in flight; it takes the next item from the queue when its paths have
 //! ended. One dispatch advances each slot's path by a bounded amount of work. The host sizes that amount so that a
 //! dispatch stays far below the two seconds after which Windows resets a GPU, and checks between dispatches whether
 //! anything is left to do.

@@ -24,10 +24,11 @@ impl Medium {
             return Vec::new();
         }
         let [width, _] = transfer_extent(self.transfer.len());
+        let integrals = self.opacity_integrals();
         let rows = [
             self.shares(),
-            self.colors(),
-            self.colored_integrals(),
+            self.colors(&integrals),
+            colored_integrals(&integrals),
             self.candidates(),
         ];
         let padded = rows.map(|mut row| {
@@ -68,19 +69,12 @@ impl Medium {
         shares.collect()
     }
 
-    fn colors(&self) -> Vec<[f32; 4]> {
-        let integrals = self.opacity_integrals();
+    fn colors(&self, integrals: &[[f64; 4]]) -> Vec<[f32; 4]> {
         let colors = self.columns().zip(integrals).map(|(point, integral)| {
             let [r, g, b] = point.color;
             [r, g, b, integral[3] as f32]
         });
         colors.collect()
-    }
-
-    fn colored_integrals(&self) -> Vec<[f32; 4]> {
-        let integrals = self.opacity_integrals().into_iter();
-        let colored = integrals.map(|i| [i[0] as f32, i[1] as f32, i[2] as f32, 0.0]);
-        colored.collect()
     }
 
     /// Half a bin on either side is added to each, since a shader's arithmetic rounds.
@@ -132,6 +126,12 @@ impl Medium {
         integrals.extend(integrals.last().copied());
         integrals
     }
+}
+
+fn colored_integrals(integrals: &[[f64; 4]]) -> Vec<[f32; 4]> {
+    let integrals = integrals.iter();
+    let colored = integrals.map(|i| [i[0] as f32, i[1] as f32, i[2] as f32, 0.0]);
+    colored.collect()
 }
 
 #[cfg(test)]
