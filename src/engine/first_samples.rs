@@ -14,11 +14,12 @@ const PIXELS_CPU: f64 = 4096.0;
 const PIXELS_GPU: f64 = 262_144.0;
 /// Pictures with up to so many times as many pixels are begun instead: few pixels would be a good part of the work.
 const FEW: f64 = 8.0;
-/// Samples of a picture of few pixels that are taken one by one, and then as many in one unit.
-const SAMPLES: u32 = 8;
-/// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
-/// and as many as pictures begin with ([`units_together`](super::schedule::units_together)); fewer where the picture is
+/// Samples of a picture of few pixels that are taken one by one, and then as many in one unit; fewer where the picture is
 /// marched, whose samples all take about the same time and have little noise.
+const SAMPLES: u32 = 8;
+const SAMPLES_MARCHED: u32 = 4;
+/// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
+/// and as many as pictures begin with ([`units_together`](super::schedule::units_together)).
 const UNITS_IN_BRICKS: &[u32] = &[3, 12];
 const UNITS: &[u32] = &[7];
 const UNITS_MARCHED: &[u32] = &[3];
@@ -43,7 +44,7 @@ impl Engine {
     ) -> Result<Option<Forecast>> {
         match self.streams() || self.pixels() <= FEW * self.pixels_to_try() {
             true => self.try_whole_picture(work, short, until),
-            false => self.try_few_pixels(until),
+            false => self.try_few_pixels(self.pixels_to_try(), until),
         }
     }
 
@@ -56,7 +57,7 @@ impl Engine {
         width * height
     }
 
-    fn pixels_to_try(&self) -> f64 {
+    pub(super) fn pixels_to_try(&self) -> f64 {
         match self.host.summary().kind.is_software() {
             true => PIXELS_CPU,
             false => PIXELS_GPU,
@@ -92,14 +93,22 @@ impl Engine {
         }
     }
 
-    /// Takes samples of few pixels.
-    fn try_few_pixels(&mut self, until: Until<'_>) -> Result<Option<Forecast>> {
+    /// Takes samples of a picture with about so many pixels, and forgets them; `None` if `until` comes before.
+    pub(super) fn try_few_pixels(
+        &mut self,
+        pixels: f64,
+        until: Until<'_>,
+    ) -> Result<Option<Forecast>> {
         let size = self.scene.render.size;
-        let scale = (self.pixels_to_try() / self.pixels()).sqrt();
+        let scale = (pixels / self.pixels()).sqrt();
         let small = size.map(|n| ((f64::from(n) * scale) as u32).max(1));
+        let outlook = self.renderer.caching().map(|mut c| c.take_outlook());
         self.reduce_to(small)?;
         let tried = self.try_small_picture(until)?;
         self.reduce_to(size)?;
+        if let Some((mut caching, outlook)) = self.renderer.caching().zip(outlook) {
+            caching.put_back(outlook);
+        }
         self.begin_picture();
         let share = small.map(f64::from).iter().product::<f64>() / self.pixels();
         Ok(tried.map(|small| Forecast {
@@ -111,12 +120,16 @@ impl Engine {
     fn try_small_picture(&mut self, until: Until<'_>) -> Result<Option<Forecast>> {
         self.take(1, 1, until)?;
         self.begin_picture();
-        if self.take(1, SAMPLES, until)?.is_none() {
+        let samples = match self.renderer.is_marched() {
+            true => SAMPLES_MARCHED,
+            false => SAMPLES,
+        };
+        if self.take(1, samples, until)?.is_none() {
             return Ok(None);
         }
         let variance = self.variance_of_one()?;
         // One unit: small ones wait for their longest path, as only the first of a picture do.
-        self.double(SAMPLES, variance, until)
+        self.double(samples, variance, until)
     }
 
     /// Takes as many samples again as there are, in units of so many, which tells how evenly they are spread; `None` if `until`

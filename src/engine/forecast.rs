@@ -1,10 +1,15 @@
 //! The arithmetic of a trial: how long a variant takes until pictures are good, or how good they are when time is over.
 //! Noise falls with the root of the number of samples, and the error of a cache with the root of what its paths are worth.
 
-use super::schedule::{MOST_AT_ONCE, Stop, UNITS_TO_TRUST, cache_goal};
+use super::schedule::{MOST_AT_ONCE, UNITS_TO_TRUST};
 use super::trial::Work;
 use crate::render::shared::GATHERED;
 use crate::render::worth;
+
+/// How often a cache's paths are doubled at most, in a comparison of how far to fill it.
+const DOUBLINGS: u32 = 24;
+/// Shares of the time that are compared are multiples of one part in so many.
+const SHARES: u32 = 40;
 
 /// What a variant is expected to take for a picture.
 #[derive(Debug, Clone, Copy)]
@@ -40,14 +45,14 @@ impl Evenness {
 /// gathered at first take less time and tell less than those that are traced.
 #[derive(Debug, Clone, Copy)]
 pub struct FillForecast {
+    /// The worth of the paths that nodes have had.
+    pub worth: f64,
     /// Seconds until nodes have had their first [`GATHERED`] paths.
     pub gathering: f64,
     /// Seconds for each further path of all nodes.
     pub per_traced_path: f64,
     /// Square of the relative error of what the cache shows after paths that are worth 1.
     pub variance: f64,
-    /// The share of the time that filling may take where the time is limited.
-    pub share_of_time: f64,
 }
 
 impl FillForecast {
@@ -100,17 +105,37 @@ impl Forecast {
 
     /// Until all pictures have a relative error.
     fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
-        let goal = cache_goal(&Stop {
-            relative_error: Some(error),
-            ..Stop::default()
-        });
-        let samples = self.samples_to(error);
-        let fill = self.cache.map_or(0.0, |cache| {
-            // The error is known once nodes trace whole paths, at the ends of batches, which double what there is.
-            let wanted = (cache.variance / goal.powi(2)).max(2.0 * worth(GATHERED));
-            cache.seconds_to(wanted.log2().ceil().exp2())
-        });
-        fill + f64::from(pictures) * self.seconds_for(samples)
+        let Some(cache) = self.cache else {
+            return f64::from(pictures) * self.seconds_for(self.samples_to(error));
+        };
+        // Filling ends with a batch, which doubles what there is.
+        let fills = (0..DOUBLINGS).map(|n| cache.worth.max(worth(GATHERED)) * f64::from(n).exp2());
+        fills
+            .map(|paths| self.seconds_after(paths, error, pictures))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Until all pictures have a relative error, if the cache is filled with paths of this worth; infinite if that is too
+    /// little.
+    fn seconds_after(&self, paths: f64, error: f64, pictures: u32) -> f64 {
+        let Some(cache) = self.cache else {
+            return f64::INFINITY;
+        };
+        let left = error.powi(2) - cache.variance / paths;
+        match left > 0.0 {
+            true => {
+                let samples = self.samples_to(left.sqrt());
+                cache.seconds_to(paths) + f64::from(pictures) * self.seconds_for(samples)
+            }
+            false => f64::INFINITY,
+        }
+    }
+
+    /// Whether pictures have a relative error soonest if the cache is filled no further.
+    pub fn is_filled_for(&self, error: f64, pictures: u32) -> bool {
+        let now = self.cache.map_or(0.0, |cache| cache.worth);
+        let seconds = self.seconds_after(now, error, pictures);
+        seconds.is_finite() && seconds <= self.seconds_to(error, pictures)
     }
 
     /// Until the work is done, or its time is over.
@@ -119,22 +144,36 @@ impl Forecast {
             .stop
             .relative_error
             .map(|error| self.seconds_to(error, work.pictures));
-        let time = work.stop.time.map(|time| time.as_secs_f64());
-        to_error
-            .unwrap_or(f64::INFINITY)
-            .min(time.unwrap_or(f64::INFINITY))
+        to_error.unwrap_or(f64::INFINITY).min(work.seconds())
     }
 
-    /// Of each picture when so many seconds are over.
+    /// Of pictures that take so many seconds each.
     fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
-        let fill = self
-            .cache
-            .map_or(0.0, |cache| cache.share_of_time * seconds);
+        let share = match self.cache {
+            Some(_) => self.best_share(seconds, pictures),
+            None => 0.0,
+        };
+        self.variance_with(share, seconds, pictures).sqrt()
+    }
+
+    /// The share of the first picture's seconds that filling should take for the least error of all pictures, which take so
+    /// many each.
+    pub fn best_share(&self, seconds: f64, pictures: u32) -> f64 {
+        let variance = |share: &f64| self.variance_with(*share, seconds, pictures);
+        let shares = (1..SHARES).map(|n| f64::from(n) / f64::from(SHARES));
+        let best = shares.min_by(|a, b| variance(a).total_cmp(&variance(b)));
+        best.unwrap_or_default()
+    }
+
+    /// Mean square of the pictures' relative errors, if filling takes this share of the first one's seconds.
+    fn variance_with(&self, share: f64, seconds: f64, pictures: u32) -> f64 {
+        let fill = share * seconds;
         let cached = self
             .cache
             .map_or(0.0, |cache| cache.variance / cache.worth_after(fill));
-        let samples = self.samples_in((seconds - fill) / f64::from(pictures));
-        (self.variance_after(samples) + cached).sqrt()
+        let [first, other] =
+            [seconds - fill, seconds].map(|left| self.variance_after(self.samples_in(left)));
+        cached + other + (first - other) / f64::from(pictures)
     }
 }
 
@@ -153,8 +192,7 @@ pub fn verdict(
     let Work { stop, pictures, .. } = *work;
     if let Some(error) = stop.relative_error {
         let [without, with] = [uncached, cached].map(|f| f.seconds_to(error, pictures));
-        let time = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
-        if without.min(with) <= time {
+        if without.min(with) <= work.seconds() {
             let said = format!(
                 "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
             );
@@ -208,8 +246,8 @@ mod tests {
         cache: Some(FillForecast {
             gathering: 1.0,
             per_traced_path: 0.1,
+            worth: worth(GATHERED),
             variance: 1e-4,
-            share_of_time: 0.5,
         }),
     };
 
@@ -239,6 +277,34 @@ mod tests {
         assert!(is_cached(to(0.02), 1));
         // Most of its filling is done.
         assert!(is_chosen(CACHED, to(0.2), 1, 10.0));
+    }
+
+    /// Of two variances that fall as a/s and b/(1 − s), the sum is least at s = √a/(√a + √b). Only the first of several
+    /// pictures pays.
+    #[test]
+    fn time_goes_to_what_it_makes_better() {
+        let share = |variance: f64| {
+            let cache = FillForecast {
+                worth: 0.0,
+                gathering: 0.0,
+                per_traced_path: 0.1,
+                variance,
+            };
+            let forecast = Forecast {
+                cache: Some(cache),
+                ..CACHED
+            };
+            [1, 4].map(|pictures| forecast.best_share(1e4, pictures))
+        };
+        let expected = |ratio: f64| ratio.sqrt() / (1.0 + ratio.sqrt());
+        for ratio in [0.01, 0.25, 1.0, 9.0] {
+            let found = share(ratio * CACHED.variance);
+            let expected = [expected(ratio), expected(4.0 * ratio)];
+            for (found, expected) in found.into_iter().zip(expected) {
+                assert!((found - expected).abs() < 0.02, "{ratio}: {found}");
+            }
+        }
+        assert!(share(0.0)[0] < 0.03);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 mod budget;
 mod change;
 pub mod figures;
+mod filling;
 mod first_samples;
 mod forecast;
 mod host;
@@ -24,6 +25,7 @@ use crate::render::{Choice, Film, GpuScene, Renderer, Sums, Totals, needed_brick
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 use figures::{BrickStats, CacheStats, MemoryStats};
+use forecast::Forecast;
 
 pub use budget::{Budget, Limit};
 pub use change::Changed;
@@ -49,6 +51,8 @@ pub struct Engine {
     seed: u32,
     /// Bytes of the budget that are set aside for something else.
     reserved: u64,
+    /// What samples through the cache have taken on trial.
+    samples_ahead: Option<Forecast>,
     memory: Arc<Memory>,
 }
 
@@ -96,6 +100,7 @@ impl Engine {
             choice,
             seed,
             reserved: 0,
+            samples_ahead: None,
             memory: memory.clone(),
         })
     }

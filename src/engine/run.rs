@@ -6,9 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::Engine;
 use super::picture::{relative_error, rgb};
-use super::schedule::{
-    Done, Filled, Stop, cache_goal, next_batch, next_unit, reason_to_stop, units_together,
-};
+use super::schedule::{Done, Filled, Stop, next_batch, next_unit, reason_to_stop, units_together};
 use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Place, Result};
 use crate::render::Until;
@@ -102,12 +100,18 @@ impl Engine {
             .stop
             .time
             .and_then(|time| after(time.saturating_sub(spent)));
-        while let Some(samples) = self.next_batch(&run.stop, pictures)
-            && let Some(mut caching) = self.renderer.caching()
-        {
+        loop {
+            let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
             let until = Until {
                 interrupt: run.interrupt,
-                deadline: deadline.filter(|_| !run.waits || caching.updates() > 0),
+                deadline: deadline.filter(|_| !run.waits || updates > 0),
+            };
+            let mut next = self.next_batch(&run.stop, pictures);
+            if next.is_some() && self.try_samples_ahead(&run.stop, until)? {
+                next = self.next_batch(&run.stop, pictures);
+            }
+            let Some((samples, mut caching)) = next.zip(self.renderer.caching()) else {
+                return Ok(true);
             };
             if !caching.batch(samples, until)? {
                 return Ok(false);
@@ -120,7 +124,6 @@ impl Engine {
             }
             run.pause(self)?;
         }
-        Ok(true)
     }
 
     /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none. 0: nodes
@@ -134,8 +137,8 @@ impl Engine {
         let filled = Filled {
             updates: cache.updates,
             took: cache.took,
-            is_good: cache.is_known_to(cache_goal(stop)),
-            samples_are_smooth: cache.samples_are_smooth(),
+            is_good: self.is_filled_for(stop, pictures),
+            share_of_time: self.share_of_time(stop, pictures),
             seconds_per_update: cache.seconds_per_update(),
             paths_per_pixel: cache.paths_in_light() as f64 / pixels,
         };

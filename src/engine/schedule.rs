@@ -114,8 +114,8 @@ pub fn cache_goal(stop: &Stop) -> f64 {
         .map_or(CACHE_ERROR, |goal| CACHE_SHARE_OF_ERROR * goal)
 }
 
-/// The cache's share of the time, at most; a larger one where a picture takes few samples, since they have next to no
-/// noise.
+/// The cache's share of the time, at most, while it is not known how noisy samples are (`filling.rs`); a larger one
+/// where they have next to no noise.
 pub fn cache_share_of_time(samples_are_smooth: bool) -> f64 {
     match samples_are_smooth {
         true => 0.9,
@@ -130,7 +130,8 @@ pub struct Filled {
     pub took: Duration,
     /// The picture that it shows is known to the error that `stop` asks for, if it asks for one.
     pub is_good: bool,
-    pub samples_are_smooth: bool,
+    /// The share of the time that filling may take.
+    pub share_of_time: f64,
     pub seconds_per_update: f64,
     /// Paths of all cells, for each pixel of all pictures to be made.
     pub paths_per_pixel: f64,
@@ -151,8 +152,9 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
     let Some(time) = stop.time.filter(|_| filled.updates > 0) else {
         return Some(double);
     };
-    let share = cache_share_of_time(filled.samples_are_smooth);
-    let left = time.mul_f64(share).saturating_sub(filled.took);
+    let left = time
+        .mul_f64(filled.share_of_time)
+        .saturating_sub(filled.took);
     let samples = (left.as_secs_f64() / filled.seconds_per_update) as u32;
     // A batch that is small beside what is there changes nothing that can be seen.
     // The first batches tell how fast the next ones are.
@@ -242,7 +244,7 @@ mod tests {
             updates,
             took: Duration::from_secs_f64(seconds),
             is_good: false,
-            samples_are_smooth: false,
+            share_of_time: 0.5,
             seconds_per_update: seconds / f64::from(updates),
             paths_per_pixel,
         }

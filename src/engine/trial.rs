@@ -13,22 +13,18 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::forecast::{FillForecast, Forecast, verdict};
+use super::forecast::{Forecast, verdict};
 use super::run::with_delay;
-use super::schedule::{Stop, cache_goal, cache_share_of_time};
+use super::schedule::{Stop, cache_goal};
 use super::stopwatch::after;
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
-use crate::render::shared::GATHERED;
-use crate::render::{Choice, Until, doubling, worth};
+use crate::render::{Choice, Until, doubling};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
 /// Paths a node that tell for the first time how fast a cache fills and how noisy its light is.
 const UPDATES: u32 = 8;
-/// How noisy is known well once nodes trace whole paths. Those that gather share their light's errors, which the spread
-/// between batches does not show: their variance counts so many times.
-const UNSEEN_WHILE_GATHERING: f64 = 5.0;
 /// Trials of caches take this share of what the work would take without one, at most.
 const SHARE: f64 = 0.2;
 /// A cache is not tried where the work without one takes less than so many times what compiling and loading for it have
@@ -46,6 +42,15 @@ pub struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
+    /// All pictures' time; infinite where it is not limited.
+    pub(super) fn seconds(&self) -> f64 {
+        let time = self
+            .stop
+            .time
+            .map_or(f64::INFINITY, |time| time.as_secs_f64());
+        f64::from(self.pictures) * time
+    }
+
     /// Until the interruption, or until so much time is over.
     fn until(&self, time: Option<Duration>) -> Until<'a> {
         Until {
@@ -287,13 +292,13 @@ impl Engine {
             };
             let head_start = to_go_back + self.seconds_filled();
             let is_better = verdict(rival, &cached, work, head_start).0;
-            let is_settled = self.renderer.cache().is_some_and(|cache| {
-                match until.is_over() {
-                    // To be wrong costs most where paths wait for bricks.
-                    true => !self.streams() || cache.is_known_to(f64::INFINITY),
-                    false => cache.is_known_to(cache_goal(&work.stop)),
-                }
-            });
+            let is_known_to = |error| self.renderer.cache().is_some_and(|c| c.is_known_to(error));
+            let is_settled = match (until.is_over(), work.stop.relative_error) {
+                // To be wrong costs most where paths wait for bricks.
+                (true, _) => !self.streams() || is_known_to(f64::INFINITY),
+                (false, Some(error)) => cached.is_filled_for(error, work.pictures),
+                (false, None) => is_known_to(cache_goal(&work.stop)),
+            };
             if !is_better || is_settled || !self.fill_on(work.interrupt.into(), watch)? {
                 return Ok(Some((cached, is_better)));
             }
@@ -316,27 +321,5 @@ impl Engine {
     fn seconds_filled(&self) -> f64 {
         let cache = self.renderer.cache();
         cache.map_or(0.0, |cache| cache.took.as_secs_f64())
-    }
-
-    /// What filling the cache is expected to take.
-    fn filling(&self) -> Option<FillForecast> {
-        self.renderer.cache().map(|cache| {
-            let next = cache.updates.max(GATHERED);
-            let further = cache.seconds_to(2 * next) - cache.seconds_to(next);
-            let per_traced_path = further / f64::from(next);
-            let traced = (worth(cache.updates) - worth(GATHERED)).max(0.0);
-            let took = cache.took.as_secs_f64();
-            let gathering = took + cache.seconds_to(GATHERED);
-            let unseen = match cache.updates <= GATHERED {
-                true => UNSEEN_WHILE_GATHERING,
-                false => 1.0,
-            };
-            FillForecast {
-                gathering: (gathering - per_traced_path * traced).max(0.0),
-                per_traced_path,
-                variance: unseen * cache.relative_error.powi(2) * worth(cache.updates),
-                share_of_time: cache_share_of_time(cache.samples_are_smooth()),
-            }
-        })
     }
 }

@@ -139,7 +139,9 @@ fn what_a_trial_has_sampled_is_kept() {
     for (budget, error) in [(STREAMED, 0.03), ("--vram-budget 1GiB", 0.2)] {
         let scene = format!("{RENDER} {budget} --size 48x48").replace("--spp 1", "");
         let auto = scene.replace("non-caching", "auto");
-        folder.succeed(&format!("{auto} --error {error} -o auto.exr --stats s.json"));
+        folder.succeed(&format!(
+            "{auto} --error {error} -o auto.exr --stats s.json"
+        ));
         let stats = folder.json("s.json");
         assert_eq!(stats["variant"], "non-caching", "{stats}");
         folder.succeed(&format!("{scene} --spp {} -o without.exr", stats["spp"]));

@@ -1,6 +1,6 @@
 //! Operations that a renderer offers where it has a cache: filling it, and marching through it.
 
-use super::Cache;
+use super::{Cache, Outlook};
 use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 use crate::render::bricks::Order;
@@ -55,6 +55,16 @@ impl Caching<'_> {
     /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
     pub fn roam(&mut self) {
         self.cache.roam();
+    }
+
+    /// Takes what is known of the current view, before another one is looked at for a moment.
+    pub fn take_outlook(&mut self) -> Outlook {
+        std::mem::take(&mut self.cache.outlook)
+    }
+
+    /// Puts back what was known of a view that is the current one again.
+    pub fn put_back(&mut self, outlook: Outlook) {
+        self.cache.outlook = outlook;
     }
 
     /// Forgets all light.

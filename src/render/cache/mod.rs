@@ -78,8 +78,7 @@ pub struct Cache {
     guess: [f32; 4],
     /// No batch has ended since the images were made: they hold no light of an older scene.
     pub(super) is_blank: bool,
-    /// Whether the bricks have been weighed in the current view.
-    pub(super) has_looked: bool,
+    pub(super) outlook: Outlook,
     /// Paths that the nodes in sight have had.
     pub updates: u32,
     /// Batches that have ended.
@@ -97,6 +96,13 @@ pub struct Cache {
     pub(super) tracing: Pace,
     /// Paths that the nodes in sight get in the batch under way.
     pub(super) under_way: Option<u32>,
+}
+
+/// What is known of the current view.
+#[derive(Debug, Default)]
+pub struct Outlook {
+    /// Whether the bricks have been weighed.
+    pub(super) has_looked: bool,
     /// The picture by which the error was last measured.
     pub(super) shown: Vec<[f32; 4]>,
 }
@@ -131,7 +137,7 @@ impl Cache {
             roams: false,
             guess: scene.guessed_light(),
             is_blank: true,
-            has_looked: false,
+            outlook: Outlook::default(),
             updates: 0,
             batches: 0,
             paths: 0,
@@ -141,7 +147,6 @@ impl Cache {
             gathering: Pace::default(),
             tracing: Pace::default(),
             under_way: None,
-            shown: Vec::new(),
         })
     }
 
@@ -240,14 +245,13 @@ impl Cache {
     /// Forgets all light.
     pub fn clear(&mut self) {
         self.focus = Focus::everywhere(Vec::new());
-        self.has_looked = false;
+        self.outlook = Outlook::default();
         self.updates = 0;
         self.relative_error = f64::INFINITY;
         self.took = Duration::ZERO;
         self.gathering = Pace::default();
         self.tracing = Pace::default();
         self.under_way = None;
-        self.shown.clear();
     }
 
     /// Forgets the batch under way.
@@ -258,15 +262,14 @@ impl Cache {
     /// Adapts to another view: the error has to be measured anew; until then the last one stands.
     pub fn look_elsewhere(&mut self, scene: &GpuScene) {
         self.focus_stride = focus_stride(scene);
-        self.has_looked = false;
+        self.outlook = Outlook::default();
         self.ray_march.rays = 0;
-        self.shown.clear();
     }
 
     /// Gives all nodes the same number of paths from now on, as pictures from many sides need it.
     pub fn widen_focus(&mut self) {
         self.is_wide = true;
-        self.has_looked = false;
+        self.outlook.has_looked = false;
     }
 
     /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
@@ -330,7 +333,7 @@ impl Cache {
 
     /// Finds out which nodes are in sight, unless that is known.
     fn look(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        if self.has_looked {
+        if self.outlook.has_looked {
             return Ok(());
         }
         if self.updates == 0 {
@@ -342,7 +345,7 @@ impl Cache {
                 false => Some(1),
             };
         }
-        self.has_looked = true;
+        self.outlook.has_looked = true;
         if self.is_wide {
             self.focus.widen();
         } else if let Some(longest) = self.focus_stride {
@@ -362,11 +365,11 @@ impl Cache {
     fn end_batch(&mut self, samples: u32, now: Vec<[f32; 4]>) {
         self.under_way = None;
         self.is_blank = false;
-        if samples > 0 && !self.shown.is_empty() {
+        if samples > 0 && !self.outlook.shown.is_empty() {
             let had = history(self.updates, self.memory.layout.gathers);
-            self.relative_error = relative_error(&self.shown, &now, had, samples);
+            self.relative_error = relative_error(&self.outlook.shown, &now, had, samples);
         }
-        self.shown = now;
+        self.outlook.shown = now;
         self.batches += 1;
         self.updates += samples;
         self.focus.reach(self.updates);

@@ -51,6 +51,6 @@ impl Cache {
     /// Whether it is known what is in sight, and no node lacks a path.
     pub fn is_caught_up(&self) -> bool {
         let is_filled = self.updates > 0 && self.under_way.is_none();
-        is_filled && self.has_looked && !self.focus.lags(self.updates)
+        is_filled && self.outlook.has_looked && !self.focus.lags(self.updates)
     }
 }

@@ -49,9 +49,9 @@ impl Cache {
             tracing: self.tracing,
             is_wide: self.is_wide,
             all_from: self.focus.all_from,
-            has_looked: self.has_looked,
+            has_looked: self.outlook.has_looked,
             bricks: self.focus.had.len(),
-            shown: self.shown.len(),
+            shown: self.outlook.shown.len(),
         }
     }
 
@@ -89,7 +89,7 @@ impl Caching<'_> {
         let cache = &self.cache;
         sink(&cache.focus.halvings)?;
         sink(bytemuck::cast_slice(&cache.focus.had))?;
-        sink(bytemuck::cast_slice(&cache.shown))?;
+        sink(bytemuck::cast_slice(&cache.outlook.shown))?;
         Ok(cache.state())
     }
 
@@ -126,7 +126,7 @@ impl Caching<'_> {
         }
         let cache = &mut *self.cache;
         cache.focus = focus;
-        cache.shown = shown;
+        cache.outlook.shown = shown;
         cache.is_blank = false;
         cache.updates = state.updates;
         cache.batches = state.batches;
@@ -137,7 +137,7 @@ impl Caching<'_> {
         cache.gathering = state.gathering;
         cache.tracing = state.tracing;
         cache.is_wide = state.is_wide;
-        cache.has_looked = state.has_looked;
+        cache.outlook.has_looked = state.has_looked;
         Ok(())
     }
 }

@@ -1,0 +1,103 @@
+//! How far a cache is filled before samples are taken.
+//!
+//! What the cache has wrong is in all samples alike, and the noise of samples falls with their number: the time is best
+//! divided between the two by what each gains from it (`forecast.rs`). Light that nodes gather at first takes little time,
+//! and is always worth it. Before nodes trace whole paths, samples of few pixels tell how noisy they are and how long they
+//! take.
+
+use super::Engine;
+use super::forecast::{FillForecast, Forecast};
+use super::schedule::{Stop, cache_goal, cache_share_of_time};
+use crate::error::Result;
+use crate::render::shared::GATHERED;
+use crate::render::{Cache, Until, worth};
+
+/// How noisy is known well once nodes trace whole paths. Those that gather share their light's errors, which the spread
+/// between batches does not show: their variance counts so many times.
+const UNSEEN_WHILE_GATHERING: f64 = 5.0;
+/// Of the variance that marched samples are reported to have, so much is left: they are spread more evenly than their
+/// spread shows, and a better cache makes them less noisy.
+const LEFT_OF_MARCHED: f64 = 0.3;
+/// The samples that are tried have this share of the picture's pixels, at most.
+const SHARE_OF_PIXELS: f64 = 0.125;
+
+impl Engine {
+    /// Takes a few samples through the cache and forgets them, if the time or the error is limited, nodes have gathered, and
+    /// it is not known yet what samples take. Where the volume streams, few pixels would need as many bricks as all of them.
+    /// Returns whether more is known now.
+    pub(super) fn try_samples_ahead(&mut self, stop: &Stop, until: Until<'_>) -> Result<bool> {
+        let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
+        let is_due = updates >= GATHERED
+            && self.samples_ahead.is_none()
+            && self.totals().samples == 0
+            && (stop.time.is_some() || stop.relative_error.is_some())
+            && stop.count().is_none()
+            && !self.streams();
+        if is_due {
+            let pixels = self.pixels_to_try().min(SHARE_OF_PIXELS * self.pixels());
+            self.samples_ahead = self.try_few_pixels(pixels, until)?;
+        }
+        Ok(is_due && self.samples_ahead.is_some())
+    }
+
+    /// The share of the time that filling may take.
+    pub(super) fn share_of_time(&self, stop: &Stop, pictures: u32) -> f64 {
+        match (stop.time, self.ahead()) {
+            (Some(time), Some(ahead)) => {
+                let left = match self.renderer.is_marched() {
+                    true => LEFT_OF_MARCHED,
+                    false => 1.0,
+                };
+                let ahead = Forecast {
+                    variance: left * ahead.variance,
+                    ..ahead
+                };
+                ahead.best_share(time.as_secs_f64(), pictures)
+            }
+            _ => {
+                let cache = self.renderer.cache();
+                cache_share_of_time(cache.is_some_and(|cache| cache.samples_are_smooth()))
+            }
+        }
+    }
+
+    /// Whether the cache is good enough for pictures of the error that is asked for, or of the one at which a cache counts as
+    /// converged.
+    pub(super) fn is_filled_for(&self, stop: &Stop, pictures: u32) -> bool {
+        let is_converged = |cache: &Cache| cache.is_known_to(cache_goal(stop));
+        match (stop.relative_error, self.ahead()) {
+            (Some(error), Some(ahead)) => ahead.is_filled_for(error, pictures),
+            _ => self.renderer.cache().is_some_and(is_converged),
+        }
+    }
+
+    /// What pictures through the cache are expected to take, if that is known.
+    fn ahead(&self) -> Option<Forecast> {
+        self.samples_ahead.map(|samples| Forecast {
+            cache: self.filling(),
+            ..samples
+        })
+    }
+
+    /// What filling the cache is expected to take.
+    pub(super) fn filling(&self) -> Option<FillForecast> {
+        self.renderer.cache().map(|cache| {
+            let next = cache.updates.max(GATHERED);
+            let further = cache.seconds_to(2 * next) - cache.seconds_to(next);
+            let per_traced_path = further / f64::from(next);
+            let traced = (worth(cache.updates) - worth(GATHERED)).max(0.0);
+            let took = cache.took.as_secs_f64();
+            let gathering = took + cache.seconds_to(GATHERED);
+            let unseen = match cache.updates <= GATHERED {
+                true => UNSEEN_WHILE_GATHERING,
+                false => 1.0,
+            };
+            FillForecast {
+                gathering: (gathering - per_traced_path * traced).max(0.0),
+                per_traced_path,
+                worth: worth(cache.updates),
+                variance: unseen * cache.relative_error.powi(2) * worth(cache.updates),
+            }
+        })
+    }
+}
