@@ -227,6 +227,7 @@ pub fn left_of(independent: f64, change: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::schedule::Stop;
     use super::*;
     use std::sync::atomic::AtomicBool;
     use std::time::Duration;
@@ -246,7 +247,7 @@ mod tests {
         cache: Some(FillForecast {
             gathering: 1.0,
             per_traced_path: 0.1,
-            worth: worth(GATHERED),
+            worth: 4.0,
             variance: 1e-4,
         }),
     };
@@ -305,6 +306,25 @@ mod tests {
             }
         }
         assert!(share(0.0)[0] < 0.03);
+    }
+
+    /// A cache is not filled to less than the picture needs, nor further where samples are sooner done.
+    #[test]
+    fn filling_ends_where_samples_gain_more() {
+        let after = |worth: f64| Forecast {
+            cache: CACHED.cache.map(|cache| FillForecast { worth, ..cache }),
+            ..CACHED
+        };
+        // The variance of a cache of worth 4 is 2.5e-5.
+        assert!(after(4.0).is_filled_for(0.02, 1));
+        assert!(!after(4.0).is_filled_for(0.004, 1));
+        assert!(
+            !after(4.0).is_filled_for(0.0055, 1),
+            "20 times as many samples"
+        );
+        assert!(after(256.0).is_filled_for(0.0055, 1));
+        // Many pictures gain by what is filled once.
+        assert!(!after(4.0).is_filled_for(0.02, 100));
     }
 
     #[test]
