@@ -111,16 +111,13 @@ impl Forecast {
         // Filling ends with a batch, which doubles what there is.
         let fills = (0..DOUBLINGS).map(|n| cache.worth.max(worth(GATHERED)) * f64::from(n).exp2());
         fills
-            .map(|paths| self.seconds_after(paths, error, pictures))
+            .map(|paths| self.seconds_with(&cache, paths, error, pictures))
             .fold(f64::INFINITY, f64::min)
     }
 
     /// Until all pictures have a relative error, if the cache is filled with paths of this worth; infinite if that is too
     /// little.
-    fn seconds_after(&self, paths: f64, error: f64, pictures: u32) -> f64 {
-        let Some(cache) = self.cache else {
-            return f64::INFINITY;
-        };
+    fn seconds_with(&self, cache: &FillForecast, paths: f64, error: f64, pictures: u32) -> f64 {
         let left = error.powi(2) - cache.variance / paths;
         match left > 0.0 {
             true => {
@@ -133,9 +130,10 @@ impl Forecast {
 
     /// Whether pictures have a relative error soonest if the cache is filled no further.
     pub fn is_filled_for(&self, error: f64, pictures: u32) -> bool {
-        let now = self.cache.map_or(0.0, |cache| cache.worth);
-        let seconds = self.seconds_after(now, error, pictures);
-        seconds.is_finite() && seconds <= self.seconds_to(error, pictures)
+        self.cache.is_some_and(|cache| {
+            let seconds = self.seconds_with(&cache, cache.worth, error, pictures);
+            seconds.is_finite() && seconds <= self.seconds_to(error, pictures)
+        })
     }
 
     /// Until the work is done, or its time is over.

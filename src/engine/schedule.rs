@@ -101,7 +101,7 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
     None
 }
 
-/// The cache's share of the error asked for: it is in every sample alike, and none averages it away.
+/// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): it is in every sample alike, and none averages it away.
 /// With half of it, seven eighths are left to the samples, which are a third more then, while the cache fills in a quarter of
 /// the time that a quarter of the error would take.
 const CACHE_SHARE_OF_ERROR: f64 = 0.5;
@@ -128,7 +128,7 @@ pub fn cache_share_of_time(samples_are_smooth: bool) -> f64 {
 pub struct Filled {
     pub updates: u32,
     pub took: Duration,
-    /// The picture that it shows is known to the error that `stop` asks for, if it asks for one.
+    /// What it shows is good enough for the error that `stop` asks for, or as good as a cache need be.
     pub is_good: bool,
     /// The share of the time that filling may take.
     pub share_of_time: f64,
