@@ -128,11 +128,11 @@ impl Forecast {
         }
     }
 
-    /// Whether pictures have a relative error soonest if the cache is filled no further.
+    /// Whether pictures have a relative error soonest, or hardly later, if the cache is filled no further.
     pub fn is_filled_for(&self, error: f64, pictures: u32) -> bool {
         self.cache.is_some_and(|cache| {
             let seconds = self.seconds_with(&cache, cache.worth, error, pictures);
-            seconds.is_finite() && seconds <= self.seconds_to(error, pictures)
+            seconds.is_finite() && seconds <= LATE * self.seconds_to(error, pictures)
         })
     }
 
