@@ -322,7 +322,8 @@ mod tests {
         );
         assert!(after(256.0).is_filled_for(0.0055, 1));
         // Many pictures gain by what is filled once.
-        assert!(!after(4.0).is_filled_for(0.02, 100));
+        assert!(after(4.0).is_filled_for(0.011, 1));
+        assert!(!after(4.0).is_filled_for(0.011, 100));
     }
 
     #[test]
