@@ -73,6 +73,7 @@ impl Engine {
         }
         self.scene = scene.clone();
         self.full = next;
+        self.samples_ahead = None;
         let lasts = self.renderer.change(&self.full.reduced_to(size))?;
         if has_new_layout && let Some(mut caching) = self.renderer.caching() {
             caching.guess_light()?;
