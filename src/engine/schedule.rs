@@ -101,7 +101,8 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
     None
 }
 
-/// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): it is in every sample alike, and none averages it away.
+/// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): it is in every
+/// sample alike, and none averages it away.
 /// With half of it, seven eighths are left to the samples, which are a third more then, while the cache fills in a quarter of
 /// the time that a quarter of the error would take.
 const CACHE_SHARE_OF_ERROR: f64 = 0.5;
