@@ -61,18 +61,23 @@ impl Engine {
         }
     }
 
-    /// Whether the cache is good enough for pictures of the error that is asked for, or of the one at which a cache counts as
-    /// converged.
-    pub(super) fn is_filled_for(&self, stop: &Stop, pictures: u32) -> bool {
+    /// Whether the cache is good enough for pictures of the error that is asked for, which are expected to take what `ahead`
+    /// says; where either is missing, whether it has converged.
+    pub(super) fn is_filled_for(
+        &self,
+        ahead: Option<Forecast>,
+        stop: &Stop,
+        pictures: u32,
+    ) -> bool {
         let is_converged = |cache: &Cache| cache.is_known_to(cache_goal(stop));
-        match (stop.relative_error, self.ahead()) {
+        match (stop.relative_error, ahead) {
             (Some(error), Some(ahead)) => ahead.is_filled_for(error, pictures),
             _ => self.renderer.cache().is_some_and(is_converged),
         }
     }
 
     /// What pictures through the cache are expected to take, if that is known.
-    fn ahead(&self) -> Option<Forecast> {
+    pub(super) fn ahead(&self) -> Option<Forecast> {
         self.samples_ahead.map(|samples| Forecast {
             cache: self.filling(),
             ..samples

@@ -19,7 +19,8 @@ const FEW: f64 = 8.0;
 const SAMPLES: u32 = 8;
 const SAMPLES_MARCHED: u32 = 4;
 /// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
-/// and as many as pictures begin with ([`units_together`](super::schedule::units_together)).
+/// and as many as pictures begin with ([`units_together`](super::schedule::units_together)); fewer where the picture is
+/// marched.
 const UNITS_IN_BRICKS: &[u32] = &[3, 12];
 const UNITS: &[u32] = &[7];
 const UNITS_MARCHED: &[u32] = &[3];

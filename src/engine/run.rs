@@ -137,7 +137,7 @@ impl Engine {
         let filled = Filled {
             updates: cache.updates,
             took: cache.took,
-            is_good: self.is_filled_for(stop, pictures),
+            is_good: self.is_filled_for(self.ahead(), stop, pictures),
             share_of_time: self.share_of_time(stop, pictures),
             seconds_per_update: cache.seconds_per_update(),
             paths_per_pixel: cache.paths_in_light() as f64 / pixels,

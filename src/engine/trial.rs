@@ -15,11 +15,11 @@ use std::time::{Duration, Instant};
 
 use super::forecast::{Forecast, verdict};
 use super::run::with_delay;
-use super::schedule::{Stop, cache_goal};
+use super::schedule::Stop;
 use super::stopwatch::after;
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
-use crate::render::{Choice, Until, doubling};
+use crate::render::{Cache, Choice, Until, doubling};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
@@ -292,12 +292,11 @@ impl Engine {
             };
             let head_start = to_go_back + self.seconds_filled();
             let is_better = verdict(rival, &cached, work, head_start).0;
-            let is_known_to = |error| self.renderer.cache().is_some_and(|c| c.is_known_to(error));
-            let is_settled = match (until.is_over(), work.stop.relative_error) {
+            let is_known = |cache: &Cache| cache.is_known_to(f64::INFINITY);
+            let is_settled = match until.is_over() {
                 // To be wrong costs most where paths wait for bricks.
-                (true, _) => !self.streams() || is_known_to(f64::INFINITY),
-                (false, Some(error)) => cached.is_filled_for(error, work.pictures),
-                (false, None) => is_known_to(cache_goal(&work.stop)),
+                true => !self.streams() || self.renderer.cache().is_some_and(is_known),
+                false => self.is_filled_for(Some(cached), &work.stop, work.pictures),
             };
             if !is_better || is_settled || !self.fill_on(work.interrupt.into(), watch)? {
                 return Ok(Some((cached, is_better)));
