@@ -6,7 +6,8 @@
 // error of interpolation at one point, and at four points the light of the suns, which becomes exact: a shadow ray
 // replaces the suns' light that was read from the cache there. (A single point would cause most of a sample's noise.)
 //
-// On surfaces, the light of the suns is marched to as well (sunlit.glsl). The cache does not know the rest of the
+// On surfaces, the light of the suns is marched to as well (sunlit.glsl), unless the ray crosses very many. The cache does
+// not know the rest of the
 // light there, nor that in cubes whose nodes do not tell it (`is_left_to_paths`): the march leaves both to paths
 // (tail_tracking.comp). Of all such points on a ray one is picked, in proportion to the weight of its light in the
 // pixel, and stands for the others.
@@ -51,7 +52,7 @@ struct Front {
 };
 
 const Front NOTHING_MET = Front(vec3(0.0), 1.0, 0.0, vec4(0.0), vec4(0.0), mat4x3(0.0),
-                                Tail(0.0, 0.0, NOTHING, 0u));
+                                Tail(0.0, 0.0, NOTHING, 0u, 0u));
 
 // Leaves light to paths.
 void leave(inout Front front, Tail tail, inout Random random) {
@@ -113,7 +114,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             }
             Cube cube = cube_taken(taken, ray);
             if (is_left_to_paths(cube)) {
-                leave(front, Tail(tail_t, taken.weight, COLLISION, 0u), random);
+                leave(front, Tail(tail_t, taken.weight, COLLISION, 0u, 0u), random);
             } else {
                 CachedLight light = read_cache(cube);
                 front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
@@ -203,12 +204,13 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
             break;
         }
         float weight = front.transmittance * surface_at(uint(crossing.surface)).opacity;
-        if (weight > 0.0 && sun_count > 0u) {
+        bool leaves_suns = !has_time_for_suns();
+        if (weight > 0.0 && sun_count > 0u && !leaves_suns) {
             Hit hit = hit_at(ray, crossing);
             Material material = make_material(uint(crossing.surface));
             front.radiance += weight * sunlight_reflected(ray, crossing, hit, material, OPAQUE_BELOW);
         }
-        leave(front, Tail(crossing.t, weight, crossing.surface, crossing.inside), random);
+        leave(front, Tail(crossing.t, weight, crossing.surface, crossing.inside, uint(leaves_suns)), random);
         front.transmittance -= weight;
         if (front.transmittance <= 0.0) {
             break;

@@ -36,6 +36,12 @@ struct Front {
     float transmittance;
 };
 
+// A random number for what this thread does with a value.
+float number_at(float value) {
+    Random random = Random(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, floatBitsToUint(value));
+    return random_numbers(random).x;
+}
+
 // Number of rays along both axes of the picture.
 uvec2 rays() {
     return (scene.size + push.stride - 1u) / push.stride;
@@ -54,8 +60,7 @@ void weigh(Cube cube, float weight) {
     if (page_of(brick) != NO_PLACE) {
         uvec2 count = rays();
         float share = weight * weight / float(count.x * count.y);
-        Random random = Random(gl_GlobalInvocationID.x, gl_GlobalInvocationID.y, floatBitsToUint(weight));
-        uint rounded = uint(share * exp2(31.0) + random_numbers(random).x);
+        uint rounded = uint(share * exp2(31.0) + number_at(weight));
         atomicAdd(bricks.at[place_of(brick)].weight, rounded);
     }
 }
@@ -152,11 +157,14 @@ vec3 shade(Ray ray, Crossing crossing, uint weighs) {
     return reflected * scene.cache_unit + sunlight_reflected(ray, crossing, hit, material, push.opaque_below);
 }
 
-// The light of the ray through a pixel; with `weighs`, bricks get their weights.
+// The light of the ray through a pixel; with `weighs`, bricks get their weights. Where the ray crosses very many surfaces,
+// one of them, picked in proportion to its weight, stands for all that there is no time to shade.
 Front look(Ray ray, float t_end, uint weighs) {
     Front front = Front(vec3(0.0), vec3(0.0), 1.0);
     Search search = begin_search(ray, 0.0, NOTHING, 0u);
     float t = 0.0;
+    Crossing put_off = NO_CROSSING;
+    float weight_put_off = 0.0;
     LOOP {
         Crossing crossing = NO_CROSSING;
         if (surface_count > 0u) {
@@ -164,15 +172,21 @@ Front look(Ray ray, float t_end, uint weighs) {
         }
         bool hits = crossing.surface >= 0;
         march_segment(ray, t, hits ? crossing.t : t_end, weighs, front);
-        if (!hits) {
-            break;
+        float weight = hits ? front.transmittance * surface_at(uint(crossing.surface)).opacity : 0.0;
+        front.transmittance -= weight;
+        bool is_last = !hits || front.transmittance <= push.opaque_below;
+        Crossing shaded = crossing;
+        if (weight_put_off > 0.0 || !has_time_for_suns()) {
+            weight_put_off += weight;
+            bool is_picked = number_at(crossing.t) * weight_put_off < weight;
+            put_off = is_picked ? crossing : put_off;
+            shaded = put_off;
+            weight = is_last ? weight_put_off : 0.0;
         }
-        float opacity = surface_at(uint(crossing.surface)).opacity;
-        if (opacity > 0.0) {
-            front.radiance += front.transmittance * opacity * shade(ray, crossing, weighs);
+        if (weight > 0.0) {
+            front.radiance += weight * shade(ray, shaded, weighs);
         }
-        front.transmittance *= 1.0 - opacity;
-        if (front.transmittance <= push.opaque_below) {
+        if (is_last) {
             break;
         }
         t = crossing.t;

@@ -36,13 +36,13 @@ void escape(inout Path path) {
     path.sum.rgb += path.throughput * escaping_radiance(path.direction, path.pdf);
 }
 
-// The march has found the suns' light on a surface.
-bool knows_suns(Path path) {
-    return path.bounces == 1u && path.surface >= 0;
-}
-
 Tail tail_of(uint item) {
     return tails.at[texel_index(item)];
+}
+
+// The march has found the suns' light on most surfaces.
+bool knows_suns(Path path) {
+    return path.bounces == 1u && path.surface >= 0 && tail_of(item_of(path)).leaves_suns == 0u;
 }
 
 // The sample that was marched.

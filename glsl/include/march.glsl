@@ -9,6 +9,11 @@
 // Where extinction is linear in the field there are no tents. Steps are then a voxel long wherever the sides are: a
 // third fewer, and as exact even where neighbouring voxels are independent of each other.
 
+//
+// Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and taken back if its own optical
+// depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
+// more in all than a CPU's driver lets them (`work` in ray.glsl).
+
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
 // However dense the medium is, a step ends at a later t than it begins at.
 const float LEAST_VOXELS_PER_STEP = 1e-3;
@@ -31,6 +36,7 @@ struct March {
     float exit;     // where the stretch ends
     bool goes_on;   // whether steps of the stretch are left, from t on
     float longest;  // length of its longest step, in world units
+    float longest_now; // length of the next one, at most
     Walk cells;     // through the cells whose sides end steps; stands at t; unused if is_linear
     Classified end; // where the next step begins
 };
@@ -66,12 +72,13 @@ void next_stretch(Ray ray, inout March march) {
     }
     march.goes_on = blocks > 0u;
     float voxel = 1.0 / length(ray.step);
-    march.longest = max(step_scale * OPTICAL_DEPTH_PER_STEP / majorant, LEAST_VOXELS_PER_STEP * voxel);
+    march.longest = step_scale * OPTICAL_DEPTH_PER_STEP * max(1.0 / majorant, voxel / DENSE_DEPTH);
     if (is_linear) {
         march.longest = min(march.longest, step_scale * voxel);
     } else {
         march.cells = begin_walk(ray, march.t, step_scale, step_cells());
     }
+    march.longest_now = march.longest;
     if (march.goes_on) {
         march.end = classify(lookup(ray, march.t));
     }
@@ -80,7 +87,7 @@ void next_stretch(Ray ray, inout March march) {
 March begin_march(Ray ray, float t, float t_end) {
     const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0));
     Walk walk = begin_walk(ray, t, scene.block_size, ivec3(scene.blocks));
-    March march = March(t, t_end, walk, true, t, false, 0.0, walk, NONE);
+    March march = March(t, t_end, walk, true, t, false, 0.0, 0.0, walk, NONE);
     next_stretch(ray, march);
     return march;
 }
@@ -104,17 +111,34 @@ float middle_of(MarchStep s) {
     return s.t + s.extent * place;
 }
 
+// Takes a step back if its optical depth is too large, and says how long the next one may be.
+void adapt(Ray ray, float from, Classified begin, inout March march, inout Medium medium) {
+    float depth = step_scale * OPTICAL_DEPTH_PER_STEP;
+    float shortest = LEAST_VOXELS_PER_STEP / length(ray.step);
+    bool is_taken_back = medium.sigma_t * (march.t - from) > depth && march.longest_now > shortest;
+    float sigma_t = is_taken_back ? medium.sigma_t : scene.density * march.end.color.a;
+    march.longest_now = clamp(0.5 * depth / max(sigma_t, 1e-30), shortest, march.longest);
+    if (is_taken_back) {
+        march.t = from;
+        march.end = begin;
+        medium.sigma_t = 0.0;
+    }
+}
+
 MarchStep make_step(Ray ray, inout March march) {
     Classified begin = march.end;
     float from = march.t;
-    float most = min(from + march.longest, march.exit);
+    float most = min(from + march.longest_now, march.exit);
     march.t = is_linear ? most : max(from, min(march.cells.exit, most));
-    march.goes_on = march.t < march.exit;
-    if (!is_linear && march.cells.exit <= most) {
-        step_walk(march.cells, ray, step_scale, step_cells());
-    }
     march.end = classify(lookup(ray, march.t));
     Medium medium = mean_medium(begin, march.end);
+    if (is_dense) {
+        adapt(ray, from, begin, march, medium);
+    }
+    march.goes_on = march.t < march.exit;
+    if (!is_linear && march.cells.exit <= march.t) {
+        step_walk(march.cells, ray, step_scale, step_cells());
+    }
     float extent = march.t - from;
     float a = begin.color.a;
     float b = march.end.color.a;

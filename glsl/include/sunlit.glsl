@@ -1,6 +1,12 @@
 // The suns' light on a surface, by a march towards each of them: shadows are exact at any scale of the cache, and
 // have no noise.
 
+// Whether a ray that crosses surfaces has loop iterations left for marches to suns: a thread has 65535 (`work` in
+// ray.glsl), vectors of threads add up theirs, and through noise a ray crosses a surface hundreds of times.
+bool has_time_for_suns() {
+    return work < 8192u;
+}
+
 // The share of a sun's light that reaches a surface; 0 where it is less than `least`.
 float sun_reaching(vec3 g, Crossing crossing, vec3 towards_sun, float least) {
     Ray ray = make_ray(g, towards_sun);

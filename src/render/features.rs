@@ -14,6 +14,8 @@ specialization! {
         pub has_one_color: bool,
         /// Over the volume's values, opacity is linear and there is one colour.
         pub is_linear: bool,
+        /// The medium may be so dense that the steps of a march adapt to it (`march.glsl`).
+        pub is_dense: bool,
         /// Isosurfaces; 0 = none.
         pub surface_count: uint,
         /// Every ray sees surfaces, not the camera's alone.

@@ -7,7 +7,7 @@ use super::bricks::BrickLayout;
 use super::cache::{CacheLayout, Occupancy, rim_cubes};
 use super::features::Features;
 use super::parts::{Changes, Derived, Field, Part, Parts, Surfaces};
-use super::shared::SceneConstants;
+use super::shared::{DENSE_DEPTH, SceneConstants};
 use super::variant::Variant;
 use crate::error::Result;
 use crate::gpu::Format;
@@ -125,10 +125,10 @@ impl GpuScene {
         field.require(&mut features);
         medium.require(&mut features);
         lights.require(&mut features);
-        features.has_rim_cubes = match &self.variant {
-            Variant::Caching(layout) => rim_cubes::may_exist(&self.parts, layout),
-            Variant::NonCaching | Variant::Published => false,
-        };
+        if let Variant::Caching(layout) = &self.variant {
+            features.has_rim_cubes = rim_cubes::may_exist(&self.parts, layout);
+            features.is_dense = medium.largest_extinction() * field.largest_spacing() > DENSE_DEPTH;
+        }
         surfaces.require(&mut features);
         view.require(&mut features);
         features.flux_step = match (features.is_anisotropic, features.surface_count) {

@@ -26,6 +26,9 @@ pub const RIM_DEPTH: f32 = 0.15;
 /// The difference of a voxel's optical depth to that of the next one, from which a medium is dense where it ends
 /// within the volume. (Clouds whose extinction is smooth stay below.)
 pub const STEP_DEPTH: f32 = 0.4;
+/// The optical depth along a voxel from which the steps of a march are as long as the medium at the ray allows, and not
+/// as the densest place nearby does (march.glsl).
+pub const DENSE_DEPTH: f32 = 2.0;
 /// Bins of values for which it is known which points of the transfer function matter.
 pub const TRANSFER_BINS: u32 = 512;
 /// Patches along either side of the picture, however many pixels it has.
@@ -229,6 +232,8 @@ shared! {
         pub surface: int,
         /// The sides of surfaces, as in `Path`.
         pub inside: uint,
+        /// Whether the suns' light on the surface is left as well.
+        pub leaves_suns: uint,
     }
 
     /// A brick of the cache.
@@ -345,6 +350,7 @@ pub fn glsl() -> String {
         format!(
             "const float RIM_DEPTH = {RIM_DEPTH:?};\nconst float STEP_DEPTH = {STEP_DEPTH:?};\n"
         ),
+        format!("const float DENSE_DEPTH = {DENSE_DEPTH:?};\n"),
         format!("const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"),
         codes::glsl(),
         Features::glsl(),

@@ -15,9 +15,8 @@ use crate::render::shared::{RIM_DEPTH, STEP_DEPTH};
 pub fn may_exist(parts: &Parts, layout: &CacheLayout) -> bool {
     let steps = layout.step.iter().zip(&parts.field.spacing);
     let sides: Vec<f32> = steps.map(|(step, voxel)| step * voxel).collect();
-    let longest = |sides: &[f32]| sides.iter().copied().fold(0.0, f32::max);
     let at_faces = match layout.meets_faces {
-        true => longest(&sides),
+        true => sides.iter().copied().fold(0.0, f32::max),
         false => 0.0,
     };
     let at_clips = match parts.clips.is_empty() {
@@ -26,7 +25,7 @@ pub fn may_exist(parts: &Parts, layout: &CacheLayout) -> bool {
     };
     let densest = parts.medium.largest_extinction();
     densest * at_clips.max(at_faces) > RIM_DEPTH
-        || densest * longest(&parts.field.spacing) > STEP_DEPTH
+        || densest * parts.field.largest_spacing() > STEP_DEPTH
 }
 
 pub struct RimCubes(Pass);

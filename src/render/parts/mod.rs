@@ -127,6 +127,11 @@ impl Field {
         }
     }
 
+    /// The longest side of a voxel, in world units.
+    pub fn largest_spacing(&self) -> f32 {
+        self.spacing.into_iter().fold(0.0, f32::max)
+    }
+
     /// Sets the features that shaders are compiled with because of the field.
     pub fn require(&self, features: &mut Features) {
         features.volume_bits = 8 * self.stored.bytes() as u32;

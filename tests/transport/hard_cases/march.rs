@@ -120,3 +120,31 @@ fn many_steps_through_a_transfer_function_of_many_points() {
     println!("of {exact:.4}: moving {moving:+.5}, at rest {resting:+.5}");
     assert!(moving.abs() < 0.001 && resting.abs() < 0.001);
 }
+
+/// Rays that pass a very dense wall within a block of cells, through haze.
+#[test]
+fn haze_beside_a_wall() {
+    const LENGTH: u32 = 1024;
+    const HAZE: f64 = 0.0005;
+    const WALL: f64 = 200.0;
+    let value = |i: u32| if i % 16 >= 12 { 100.0 } else { 0.0 };
+    let values = (0..16 * LENGTH).map(value).collect();
+    let dims = [16, 1, LENGTH];
+    let volume =
+        Volume::from_values(dims, [1.0, 100.0, 1.0], Voxels::F32(values)).expect("a volume");
+    let o = HAZE / WALL;
+    let medium = absorbing(WALL, &[(40.0, o), (60.0, 1.0)]);
+    let camera = Camera {
+        eye: [2.0, 0.0, 2000.0],
+        target: [2.0, 0.0, 0.0],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 1.0 },
+    };
+    let scene = absorbing_scene(medium, camera);
+    let exact = (-HAZE * f64::from(LENGTH)).exp();
+    let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 1, 1);
+    for picture in [cached.march(), cached.at_rest(1, 1).mean] {
+        let error = error(&picture, 1.0 - exact);
+        assert!(error.abs() < 1e-4, "{error:+.5}");
+    }
+}

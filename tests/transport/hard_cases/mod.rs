@@ -2,6 +2,7 @@
 
 mod data;
 mod depth;
+mod many_surfaces;
 mod march;
 mod patches;
 mod quadrature;
