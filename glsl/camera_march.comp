@@ -6,11 +6,10 @@
 // error of interpolation at one point, and at four points the light of the suns, which becomes exact: a shadow ray
 // replaces the suns' light that was read from the cache there. (A single point would cause most of a sample's noise.)
 //
-// On surfaces, the light of the suns is marched to as well (sunlit.glsl), unless the ray crosses very many. The cache does
-// not know the rest of the
-// light there, nor that in cubes whose nodes do not tell it (`is_left_to_paths`): the march leaves both to paths
-// (tail_tracking.comp). Of all such points on a ray one is picked, in proportion to the weight of its light in the
-// pixel, and stands for the others.
+// On surfaces, the light of the suns is marched to as well (sunlit.glsl), unless the ray crosses very many of them. The
+// cache does not know the rest of the light there, nor that in cubes whose nodes do not tell it (`is_left_to_paths`): the
+// march leaves both to paths (tail_tracking.comp). Of all such points on a ray one is picked, in proportion to the weight
+// of its light in the pixel, and stands for the others.
 
 #version 460
 #include "scene.glsl"

@@ -8,7 +8,6 @@
 //
 // Where extinction is linear in the field there are no tents. Steps are then a voxel long wherever the sides are: a
 // third fewer, and as exact even where neighbouring voxels are independent of each other.
-
 //
 // Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and taken back if its own optical
 // depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
