@@ -1,10 +1,10 @@
 // The suns' light on a surface, by a march towards each of them: shadows are exact at any scale of the cache, and
 // have no noise.
 
-// Whether a ray that crosses surfaces has loop iterations left for marches to suns: a thread has 65535 (`work` in
-// ray.glsl), vectors of threads add up theirs, and through noise a ray crosses a surface hundreds of times.
+// Whether a ray that crosses surfaces has loop iterations left for marches to suns: eight threads may have to share 65535
+// (`work` in ray.glsl), and through noise a ray crosses a surface hundreds of times.
 bool has_time_for_suns() {
-    return work < 8192u;
+    return sun_count == 0u || work < 8192u;
 }
 
 // The share of a sun's light that reaches a surface; 0 where it is less than `least`.

@@ -81,12 +81,15 @@ pub fn first_hits(scene: &Scene, volume: &Volume) -> FirstHits {
     hits
 }
 
+pub fn mean_red(pixels: &[[f32; 4]]) -> f64 {
+    pixels.iter().map(|p| f64::from(p[0])).sum::<f64>() / pixels.len() as f64
+}
+
 /// Of red, relative to its mean in `b`.
 pub fn rms_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
     let pairs = || a.iter().zip(b).map(|(a, b)| [a[0], b[0]].map(f64::from));
     let squares: f64 = pairs().map(|[a, b]| (a - b).powi(2)).sum();
-    let mean = pairs().map(|[_, b]| b).sum::<f64>() / b.len() as f64;
-    (squares / b.len() as f64).sqrt() / mean
+    (squares / b.len() as f64).sqrt() / mean_red(b)
 }
 
 /// A field that is the same everywhere.

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
+use crate::hard_cases::quadrature::orthographic;
 use crate::support::common::*;
+use crate::support::small_scenes::sun;
 
 const LAYERS: u32 = 1000;
 const OPACITY: f64 = 0.003;
@@ -22,13 +24,7 @@ fn layers() -> Volume {
 }
 
 fn scene(light: LightModel) -> Scene {
-    let camera = Camera {
-        eye: [0.0, 0.0, 2000.0],
-        target: [0.0; 3],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 1.0 },
-    };
-    let mut scene = empty_scene([16, 16], camera);
+    let mut scene = empty_scene([16, 16], orthographic([0.0, 0.0, 2000.0], 1.0));
     scene.medium = Some(uniform_medium(SIGMA_T, 0.0, 0.0));
     scene.surfaces.light = light;
     scene.surfaces.normals = Normals::Analytic;
@@ -38,10 +34,8 @@ fn scene(light: LightModel) -> Scene {
         shading: Shading::Lambert,
         color: [COLOR; 3],
     }];
-    scene.lights.suns = vec![DirectionalLight {
-        direction: [(1.0 - COSINE * COSINE).sqrt(), 0.0, -COSINE],
-        irradiance: [IRRADIANCE; 3],
-    }];
+    let direction = [(1.0 - COSINE * COSINE).sqrt(), 0.0, -COSINE];
+    scene.lights.suns = vec![sun(direction, [IRRADIANCE; 3])];
     scene.render.max_bounces = 1;
     scene
 }
@@ -61,19 +55,15 @@ fn radiance(light: LightModel) -> f64 {
     OPACITY * COLOR / PI * IRRADIANCE * COSINE * sum
 }
 
-fn mean(pixels: &[[f32; 4]]) -> f64 {
-    pixels.iter().map(|p| f64::from(p[0])).sum::<f64>() / pixels.len() as f64
-}
-
 #[test]
 fn a_thousand_thin_layers_under_a_sun() {
     for light in [LightModel::Local, LightModel::Full] {
         let (scene, volume) = (scene(light), layers());
         let exact = radiance(light);
-        let paths = mean(&render(&scene, &volume, 1, 64, 1).mean);
+        let paths = mean_red(&render(&scene, &volume, 1, 64, 1).mean);
         let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 1, 1);
-        let moving = mean(&cached.march());
-        let resting = mean(&cached.at_rest(1, 64).mean);
+        let moving = mean_red(&cached.march());
+        let resting = mean_red(&cached.at_rest(1, 64).mean);
         println!("{light:?}: of {exact:.4}: {paths:.4}, moving {moving:.4}, at rest {resting:.4}");
         let mut pictures = vec![("paths", paths), ("at rest", resting)];
         if light == LightModel::Local {

@@ -34,8 +34,7 @@ fn film() -> Scene {
 
 /// Relative error of what a picture absorbs.
 fn error(picture: &[[f32; 4]], exact: f64) -> f64 {
-    let shown = picture.iter().map(|p| f64::from(p[0])).sum::<f64>() / picture.len() as f64;
-    (1.0 - shown) / exact - 1.0
+    (1.0 - mean_red(picture)) / exact - 1.0
 }
 
 #[test]
@@ -135,10 +134,8 @@ fn haze_beside_a_wall() {
     let o = HAZE / WALL;
     let medium = absorbing(WALL, &[(40.0, o), (60.0, 1.0)]);
     let camera = Camera {
-        eye: [2.0, 0.0, 2000.0],
         target: [2.0, 0.0, 0.0],
-        up: [0.0, 1.0, 0.0],
-        projection: Projection::Orthographic { height: 1.0 },
+        ..orthographic([2.0, 0.0, 2000.0], 1.0)
     };
     let scene = absorbing_scene(medium, camera);
     let exact = (-HAZE * f64::from(LENGTH)).exp();
