@@ -19,8 +19,8 @@ const LOOKS_TO_WAIT: u32 = 20;
 /// The flag of work that an interruption has to wait for; it is never set.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
 
-/// The time after which a first sample is too late, if `time` is what was given: a picture a little late is better than
-/// none.
+/// The time after which a cache's first paths or a picture's first sample are too late, if `time` is what was given: a
+/// picture a little late is better than none.
 pub(super) fn with_delay(time: Duration) -> Duration {
     const LEAST_DELAY: Duration = Duration::from_secs(5);
     time.saturating_add(time.max(LEAST_DELAY))
@@ -96,15 +96,17 @@ impl Engine {
             .renderer
             .cache()
             .map_or(Duration::ZERO, |cache| cache.took);
-        let deadline = run
-            .stop
-            .time
-            .and_then(|time| after(time.saturating_sub(spent)));
+        let [deadline, latest] = [run.stop.time, run.stop.time.map(with_delay)]
+            .map(|time| time.and_then(|time| after(time.saturating_sub(spent))));
         loop {
             let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
             let until = Until {
                 interrupt: run.interrupt,
-                deadline: deadline.filter(|_| !run.waits || updates > 0),
+                deadline: match updates {
+                    0 if run.waits => None,
+                    0 => latest,
+                    _ => deadline,
+                },
             };
             let mut next = self.next_batch(&run.stop, pictures);
             if next.is_some() && self.try_samples_ahead(&run.stop, until)? {
@@ -177,7 +179,7 @@ impl Engine {
             if !self.renderer.units(samples, units, until)? {
                 match run.is_interrupted() {
                     true => break "it was interrupted".into(),
-                    false if done.units == 0 => return Err(too_short(&run.stop, watch)),
+                    false if done.units == 0 => return Err(self.too_short(&run.stop, watch)),
                     false => done.took = watch.elapsed(),
                 }
                 continue;
@@ -218,8 +220,9 @@ impl Engine {
         let time = match (run.stop.time, self.renderer.cache()) {
             _ if is_first && run.waits => None,
             // Without light in the cache there is no picture, however long the sample takes.
-            (Some(time), Some(cache)) if cache.updates == 0 => Some(time),
-            (Some(time), _) if is_first => Some(with_delay(time)),
+            (Some(_), Some(cache)) if cache.updates == 0 => Some(Duration::ZERO),
+            // The cache's first paths may have been late already.
+            (Some(time), _) if is_first => Some(with_delay(time.max(done.took))),
             (time, _) => time,
         };
         // An interruption while the cache is filled still lets the first unit end: the picture that the cache shows.
@@ -233,6 +236,25 @@ impl Engine {
         }
     }
 
+    fn too_short(&self, stop: &Stop, watch: &Stopwatch) -> Error {
+        let lacking = match self.renderer.cache() {
+            None => {
+                "not every pixel has had its first sample; give it more time or fewer pixels, or limit paths by \
+                 render.max_bounces"
+            }
+            Some(cache) if cache.updates == 0 => {
+                "the cache's nodes have not had their first paths; give it more time, a coarser cache (--cache-scale), or \
+                 none (--variant non-caching)"
+            }
+            Some(_) => {
+                "not every pixel has had its first sample; give it more time or fewer pixels"
+            }
+        };
+        let time = stop.time.unwrap_or_default().as_secs_f64();
+        let problem = format!("after {:.1} s {lacking}", watch.elapsed().as_secs_f64());
+        Error::input(Place::flag(format!("--time {time}")), problem)
+    }
+
     /// Relative error of the picture so far; infinite while a single unit of samples says nothing about it.
     pub fn relative_error(&mut self) -> Result<f64> {
         if self.renderer.totals().units == 1 {
@@ -241,16 +263,6 @@ impl Engine {
         let film = self.renderer.film()?;
         Ok(relative_error(&rgb(&film.mean), &film.stderr))
     }
-}
-
-fn too_short(stop: &Stop, watch: &Stopwatch) -> Error {
-    let time = stop.time.unwrap_or_default().as_secs_f64();
-    let problem = format!(
-        "after {:.1} s not every pixel has had its first sample; give it more time or fewer pixels, or limit paths by \
-         render.max_bounces",
-        watch.elapsed().as_secs_f64(),
-    );
-    Error::input(Place::flag(format!("--time {time}")), problem)
 }
 
 impl Run<'_> {
