@@ -11,8 +11,8 @@ use crate::engine::{Engine, Host, Outcome, Stop, figures};
 use crate::error::Result;
 use crate::gpu::Timings;
 use crate::output::Outputs;
-use crate::output::profile;
 use crate::output::stats::{Stats, ViewStats};
+use crate::output::time_table;
 use crate::scene::Variant;
 
 /// A picture that has samples, and how it ended.
@@ -79,7 +79,7 @@ impl<'a> Summary<'a> {
     pub fn print(&self) {
         if self.is_asked_for() {
             let paths = self.stats.paths.saturating_sub(self.earlier.paths);
-            eprint!("{}", profile::table(&self.stats, paths));
+            eprint!("{}", time_table::text(&self.stats, paths));
         }
         let seconds = self.stats.wall_s + self.earlier.took.as_secs_f64();
         let line = last_line(&self.stats, seconds, &self.files, &self.why_stopped);

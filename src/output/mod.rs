@@ -7,10 +7,10 @@ mod atomic;
 pub mod display;
 mod exr;
 mod png;
-pub mod profile;
 #[cfg(feature = "cli")]
 pub mod progress;
 pub mod stats;
+pub mod time_table;
 pub mod trace;
 
 use std::path::Path;

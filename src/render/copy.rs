@@ -10,18 +10,12 @@ pub type Source<'a> = dyn FnMut(&mut [u8]) -> Result<()> + 'a;
 /// Fills an image with texels in x, y, z order.
 pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[u8]) -> Result<()> {
     let mut rest = texels;
-    for (low, extent) in pieces(
-        image.desc.extent,
-        image.desc.texel_bytes(),
-        staging.desc.bytes,
-    ) {
-        let bytes = extent.iter().product::<u32>() as usize * image.desc.texel_bytes();
-        let (piece, remaining) = rest.split_at(bytes);
+    upload_pieces(frame, staging, image, &mut |to| {
+        let (piece, remaining) = rest.split_at(to.len());
+        to.copy_from_slice(piece);
         rest = remaining;
-        staging.write(piece);
-        frame.run(|f| f.upload(staging, image, low, extent))?;
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// Fills an image with texels that come in x, y, z order.

@@ -5,7 +5,7 @@
 //! read from the file a little faster, and waste more of a small budget.
 
 use crate::gpu::DeviceSummary;
-use crate::render::packed;
+use crate::render::packed::{self, position};
 
 /// A volume in bricks, and an image with places for some of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,12 +87,4 @@ impl BrickLayout {
 
 fn product(counts: [u32; 3]) -> u64 {
     counts.iter().map(|&n| u64::from(n)).product()
-}
-
-fn position(index: u32, [width, height, _]: [u32; 3]) -> [u32; 3] {
-    [
-        index % width,
-        index / width % height,
-        index / width / height,
-    ]
 }

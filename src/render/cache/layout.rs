@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::occupancy::Occupancy;
 use crate::error::{MemoryError, Result};
-use crate::render::packed::{self, pack, unpack};
+use crate::render::packed::{self, pack, position, unpack};
 use crate::render::shared::{BRICK, NO_PLACE};
 use crate::scene::CacheFormat;
 
@@ -143,10 +143,8 @@ impl CacheLayout {
     pub fn pages(&self) -> Vec<u32> {
         let mut pages = vec![NO_PLACE; self.lattice_bricks()];
         for (place, &brick) in self.active.iter().enumerate() {
-            let place = place as u32;
-            let [x, y, _] = self.places;
-            pages[self.lattice_index(unpack(brick))] =
-                pack([place % x, place / x % y, place / (x * y)]);
+            let texel = position(place as u32, self.places);
+            pages[self.lattice_index(unpack(brick))] = pack(texel);
         }
         pages
     }

@@ -7,6 +7,7 @@ use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
 
+use crate::render::packed::position;
 use crate::render::parts::{Field, Medium, Parts, TransferPoint};
 use crate::render::shared::{Clip, MACROCELL, Surface};
 use crate::scene::volume::Volume;
@@ -41,7 +42,7 @@ impl Occupancy {
         let shows = |range: [f32; 2], s: &Surface| range[0] < s.value && range[1] >= s.value;
         let matters = |(n, &range): (usize, &[f32; 2])| {
             (scatters(range, medium) || surfaces.iter().any(|s| shows(range, s)))
-                && !is_clipped(position(n, macrocells), field, clips)
+                && !is_clipped(position(n as u32, macrocells), field, clips)
         };
         let ranges = volume.macrocell_ranges().par_iter().enumerate();
         Occupancy {
@@ -53,7 +54,7 @@ impl Occupancy {
     /// Whether a macrocell at a face of the box is occupied.
     pub fn meets_faces(&self) -> bool {
         let is_at_face = |n: usize| {
-            let cell = position(n, self.macrocells);
+            let cell = position(n as u32, self.macrocells);
             (0..3).any(|a| cell[a] == 0 || cell[a] + 1 == self.macrocells[a])
         };
         let mut occupied = self.occupied.iter().enumerate();
@@ -84,16 +85,6 @@ impl Occupancy {
         }
         row
     }
-}
-
-fn position(index: usize, macrocells: [u32; 3]) -> [u32; 3] {
-    let [width, height, _] = macrocells.map(|n| n as usize);
-    [
-        index % width,
-        index / width % height,
-        index / (width * height),
-    ]
-    .map(|i| i as u32)
 }
 
 /// The rule of `largest_sigma_t` in `glsl/include/medium.glsl`: opacity is largest at an end of the range or at a point

@@ -5,7 +5,7 @@ use super::stats::Stats;
 
 /// Tables of stages and passes. The stages add up to the wall time, with a row for the time that none of them covers.
 /// `paths`: those of this run, where the picture has others of earlier runs.
-pub fn table(stats: &Stats, paths: u64) -> String {
+pub fn text(stats: &Stats, paths: u64) -> String {
     let wall_ms = 1e3 * stats.wall_s;
     let share = |ms: f64| 100.0 * ms / wall_ms;
     let mut text = format!(
