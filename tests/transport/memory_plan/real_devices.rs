@@ -23,6 +23,17 @@ const VOLUMES: [(u32, CacheScale); 3] = [
     (2048, CacheScale::Fixed(0.125)),
 ];
 
+/// Resources that are buffers.
+const BUFFERS: [&str; 7] = [
+    "paths",
+    "counters",
+    "cache: work",
+    "tails",
+    "streaming",
+    "done marks",
+    "brick staging",
+];
+
 fn longest(extent: [u32; 3]) -> u32 {
     extent.into_iter().max().unwrap_or_default()
 }
@@ -35,6 +46,10 @@ fn assert_within_limits(limits: &DeviceSummary, budget: u64, volume: &Volume, ch
     for resource in &plan.resources {
         let most = limits.max_allocation_bytes;
         assert!(resource.bytes <= most, "{what}: {resource:?}");
+        if BUFFERS.contains(&resource.name) {
+            let most = limits.max_storage_buffer_bytes;
+            assert!(resource.bytes <= most, "{what}: {resource:?}");
+        }
     }
     let extent = plan.bricks.map_or(volume.dims, |bricks| bricks.extent());
     assert!(longest(extent) <= limits.max_image_3d, "{what}: {extent:?}");
