@@ -15,9 +15,6 @@ use crate::render::{Cache, Until, worth};
 /// How noisy is known well once nodes trace whole paths. Those that gather share their light's errors, which the spread
 /// between batches does not show: their variance counts so many times.
 const UNSEEN_WHILE_GATHERING: f64 = 5.0;
-/// Of the variance that marched samples are reported to have, so much is left: they are spread more evenly than their
-/// spread shows, and a better cache makes them less noisy.
-const LEFT_OF_MARCHED: f64 = 0.3;
 /// The samples that are tried have this share of the picture's pixels, at most.
 const SHARE_OF_PIXELS: f64 = 0.125;
 
@@ -43,17 +40,7 @@ impl Engine {
     /// The share of the time that filling may take.
     pub(super) fn share_of_time(&self, stop: &Stop, pictures: u32) -> f64 {
         match (stop.time, self.ahead()) {
-            (Some(time), Some(ahead)) => {
-                let left = match self.renderer.is_marched() {
-                    true => LEFT_OF_MARCHED,
-                    false => 1.0,
-                };
-                let ahead = Forecast {
-                    variance: left * ahead.variance,
-                    ..ahead
-                };
-                ahead.best_share(time.as_secs_f64(), pictures)
-            }
+            (Some(time), Some(ahead)) => ahead.best_share(time.as_secs_f64(), pictures),
             _ => {
                 let cache = self.renderer.cache();
                 cache_share_of_time(cache.is_some_and(|cache| cache.samples_are_smooth()))

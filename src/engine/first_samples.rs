@@ -18,6 +18,9 @@ const FEW: f64 = 8.0;
 /// marched, whose samples all take about the same time and have little noise.
 const SAMPLES: u32 = 8;
 const SAMPLES_MARCHED: u32 = 4;
+/// Of the variance of as many independent samples, the mean of 32 to 128 marched ones has about so much left: they are
+/// spread evenly, and a better cache makes them less noisy. Few samples do not show that yet (`render/halves.rs`).
+const LEFT_OF_MARCHED: f64 = 0.35;
 /// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
 /// and as many as pictures begin with ([`units_together`](super::schedule::units_together)); fewer where the picture is
 /// marched.
@@ -147,14 +150,10 @@ impl Engine {
             return Ok(None);
         };
         let after = self.renderer.film()?.mean;
-        // The spread of single samples, which a march goes by, does not show how even they are.
-        let left = match self.renderer.is_marched() {
-            true => 1.0,
-            false => left_of(
-                variance / f64::from(samples),
-                relative_change(&before, &after),
-            ),
-        };
+        let left = left_of(
+            variance / f64::from(samples),
+            relative_change(&before, &after),
+        );
         let evenness = Evenness { samples, left };
         Ok(Some(self.forecast(&taken, variance, evenness)))
     }
@@ -178,17 +177,23 @@ impl Engine {
     /// `variance`: that of one sample.
     fn forecast(&self, taken: &Taken, variance: f64, evenness: Evenness) -> Forecast {
         let samples = f64::from(taken.samples);
-        // Marched samples, one after another, wait for the same bricks again.
-        let waited = match self.renderer.is_marched() {
-            true => 0.0,
-            false => taken.waited,
-        };
-        Forecast {
-            seconds_per_sample: (taken.seconds - waited) / samples,
-            seconds_per_bundle: waited,
+        let forecast = Forecast {
+            seconds_per_sample: (taken.seconds - taken.waited) / samples,
+            seconds_per_bundle: taken.waited,
             variance,
             evenness,
             cache: None,
+        };
+        match self.renderer.is_marched() {
+            true => Forecast {
+                // One after another, samples wait for the same bricks again.
+                seconds_per_sample: taken.seconds / samples,
+                seconds_per_bundle: 0.0,
+                variance: LEFT_OF_MARCHED * variance,
+                evenness: Evenness::NONE,
+                ..forecast
+            },
+            false => forecast,
         }
     }
 

@@ -93,15 +93,23 @@ fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
 }
 
 /// Channels for the sums behind the picture, except its mean.
-fn sums(sums: &Sums) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
-    let channel = |name, texels: &[[f32; 4]], component: usize| {
-        let samples = texels.iter().map(|texel| texel[component]).collect();
-        AnyChannel::new(name, FlatSamples::F32(samples))
+fn sums(sums: &Sums) -> Vec<AnyChannel<FlatSamples>> {
+    let channel = |name, samples| AnyChannel::new(name, FlatSamples::F32(samples));
+    let component = |texels: &[[f32; 4]], c: usize| texels.iter().map(|texel| texel[c]).collect();
+    let layer = |names: [&'static str; 4], texels: &[[f32; 4]]| {
+        [0, 1, 2, 3].map(|c| channel(names[c], component(texels, c)))
     };
-    let names = ["squares.R", "squares.G", "squares.B", "squares.A"];
-    let squares = names.into_iter().enumerate();
-    let squares = squares.map(move |(c, name)| channel(name, &sums.squares, c));
-    squares.chain([channel("coverage", &sums.mean, 3)])
+    let squares = ["squares.R", "squares.G", "squares.B", "squares.A"];
+    let mut channels = layer(squares, &sums.squares).to_vec();
+    channels.push(channel("coverage", component(&sums.mean, 3)));
+    if let Some(halves) = &sums.halves {
+        channels.extend(layer(
+            ["halves.R", "halves.G", "halves.B", "halves.A"],
+            &halves.mean,
+        ));
+        channels.push(channel("halves.left", halves.left.clone()));
+    }
+    channels
 }
 
 /// The crate's own conversions panic beyond Latin-1, but header text is UTF-8 by custom: a scene may name its volume

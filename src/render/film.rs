@@ -3,9 +3,10 @@
 
 use super::copy;
 use super::estimator::Estimator;
+use super::halves::Halves;
 use super::iso_depth::FirstSurface;
 use super::renderer::Renderer;
-use super::sums::Sums;
+use super::sums::{Sums, variance};
 use super::totals::Totals;
 use crate::error::Result;
 
@@ -65,6 +66,7 @@ impl Renderer {
         Ok(Sums {
             mean: copy::download_corner(frame, &r.staging, &r.mean, [width, height, 1])?,
             squares: copy::download_corner(frame, &r.staging, &r.squares, [width, height, 1])?,
+            halves: self.halves.clone(),
         })
     }
 
@@ -73,7 +75,29 @@ impl Renderer {
         self.begin_picture();
         self.is_stale = false;
         self.totals = totals;
+        self.halves.clone_from(&sums.halves);
         self.upload(sums)
+    }
+
+    /// Looks at how evenly samples are spread, if they are marched, whenever their number is a power of two.
+    pub(super) fn look_at_halves(&mut self) -> Result<()> {
+        let Totals { samples, units, .. } = self.totals;
+        if !self.is_marched() || samples < Halves::LEAST || !samples.is_power_of_two() {
+            return Ok(());
+        }
+        let Sums {
+            mean,
+            squares,
+            halves,
+        } = self.sums()?;
+        self.halves = Some(match halves {
+            Some(halves) if halves.samples == samples / 2 => {
+                let variance = variance(&squares, samples, units);
+                halves.doubled(mean, &variance, self.resources.size[0] as usize)
+            }
+            _ => Halves::first(samples, mean),
+        });
+        Ok(())
     }
 
     pub(super) fn upload(&mut self, sums: &Sums) -> Result<()> {

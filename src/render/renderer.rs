@@ -11,6 +11,7 @@ use super::bundle::Bundle;
 use super::cache::{Cache, Caching};
 use super::estimator::Estimator;
 use super::gpu_scene::GpuScene;
+use super::halves::Halves;
 use super::iso_depth::IsoDepth;
 use super::majorants::Majorants;
 use super::parts::{Changes, Derived, Part};
@@ -41,6 +42,8 @@ pub struct Renderer {
     /// `None` in a scene without surfaces.
     pub(super) iso_depth: Option<IsoDepth>,
     pub(super) totals: Totals,
+    /// What is known of how evenly the picture's samples are spread.
+    pub(super) halves: Option<Halves>,
     pub(super) under_way: Option<Bundle>,
     /// Pixels, in the order of work, all of whose units under way are in the mean.
     pub(super) folded: u32,
@@ -104,6 +107,7 @@ impl Renderer {
             tone_map,
             iso_depth,
             totals: Totals::default(),
+            halves: None,
             under_way: None,
             folded: 0,
             lookups_under_way: 0,
@@ -276,6 +280,7 @@ impl Renderer {
         self.totals.units = 0;
         self.under_way = None;
         self.kept = None;
+        self.halves = None;
         self.is_stale = true;
     }
 

@@ -2,6 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::halves::Halves;
+
 /// The sums of a picture after its last whole unit, in the GPU's own precision; row 0 on top.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sums {
@@ -9,6 +11,8 @@ pub struct Sums {
     pub mean: Vec<[f32; 4]>,
     /// Weighted sum over units of squared differences from the mean.
     pub squares: Vec<[f32; 4]>,
+    /// What is known of how evenly marched samples are spread; `None` where samples are paths, or too few.
+    pub halves: Option<Halves>,
 }
 
 impl Sums {
@@ -16,14 +20,19 @@ impl Sums {
     /// unit. `cache_error` is the relative error of the picture that the cache shows, which all samples share; 0
     /// without a cache. Where it is infinite, so are the errors of all pixels that show anything but background.
     pub fn standard_error(&self, samples: u32, units: u32, cache_error: f64) -> Vec<[f32; 3]> {
-        let divisor = units.saturating_sub(1) as f32 * samples as f32;
         let shared = self.shared_error(cache_error);
-        let stderr = self.squares.par_iter().zip(&self.mean).map(|(s, m)| {
-            std::array::from_fn(|c| match units {
-                0 | 1 => f32::INFINITY,
-                _ if m[3] == 0.0 => (s[c] / divisor).max(0.0).sqrt(),
+        let left = |pixel: usize| {
+            self.halves
+                .as_ref()
+                .map_or(1.0, |halves| halves.left[pixel])
+        };
+        let variance = variance(&self.squares, samples, units);
+        let pixels = variance.into_par_iter().zip(&self.mean).enumerate();
+        let stderr = pixels.map(|(pixel, (variance, m))| {
+            std::array::from_fn(|c| match left(pixel) * variance[c] {
+                own if m[3] == 0.0 => own.sqrt(),
                 _ if shared.is_infinite() => f32::INFINITY,
-                _ => ((s[c] / divisor).max(0.0) + (shared * m[c] * m[3]).powi(2)).sqrt(),
+                own => (own + (shared * m[c] * m[3]).powi(2)).sqrt(),
             })
         });
         stderr.collect()
@@ -49,6 +58,18 @@ impl Sums {
     }
 }
 
+/// Variance of each pixel's mean after `samples` samples in `units` independent units that spread by `squares`; infinite
+/// while there is a single unit.
+pub fn variance(squares: &[[f32; 4]], samples: u32, units: u32) -> Vec<[f32; 3]> {
+    let divisor = units.saturating_sub(1) as f32 * samples as f32;
+    let of = |square: f32| match units {
+        0 | 1 => f32::INFINITY,
+        _ => (square / divisor).max(0.0),
+    };
+    let pixels = squares.par_iter();
+    pixels.map(|&[r, g, b, _]| [r, g, b].map(of)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,6 +79,7 @@ mod tests {
         let sums = Sums {
             mean: vec![[1.0, 0.0, 0.0, 1.0], [0.5, 0.5, 0.5, 0.0]],
             squares: vec![[0.0; 4]; 2],
+            halves: None,
         };
         let errors = sums.standard_error(2, 2, f64::INFINITY);
         assert_eq!(errors, [[f32::INFINITY; 3], [0.0; 3]]);

@@ -137,6 +137,7 @@ impl Renderer {
             self.totals.units += bundle.units;
             self.totals.paths += u64::from(samples) * u64::from(pixels);
             self.totals.lookups += self.lookups_under_way;
+            self.look_at_halves()?;
         }
         Ok(has_ended)
     }

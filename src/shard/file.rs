@@ -11,7 +11,7 @@ use crate::decoding::{exr_meta_data, read_exr};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::output::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
-use crate::render::Sums;
+use crate::render::{Halves, Sums};
 
 /// A picture and the sums behind it.
 pub struct Shard {
@@ -87,6 +87,14 @@ impl Shard {
         let sums = Sums {
             mean: texels(["R", "G", "B", "coverage"])?,
             squares: texels(["squares.R", "squares.G", "squares.B", "squares.A"])?,
+            halves: match header.halves {
+                Some(samples) => Some(Halves {
+                    samples,
+                    mean: texels(["halves.R", "halves.G", "halves.B", "halves.A"])?,
+                    left: needed("halves.left")?.to_vec(),
+                }),
+                None => None,
+            },
         };
         if checksum(&sums) != header.checksum {
             return Err(wrong(

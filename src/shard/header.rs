@@ -17,6 +17,9 @@ pub struct Header {
     pub paths: u64,
     /// Reads of the volume by those samples.
     pub lookups: u64,
+    /// Samples when it was last looked at how evenly they are spread.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub halves: Option<u32>,
     /// The cache's fillings that the samples have read.
     pub fills: Vec<Fill>,
     /// The devices and drivers that have rendered it.
@@ -52,6 +55,7 @@ impl Header {
             units: totals.units,
             paths: totals.paths,
             lookups: totals.lookups,
+            halves: sums.halves.as_ref().map(|halves| halves.samples),
             fills: fill
                 .map(|id| Fill {
                     id: id.into(),
@@ -90,6 +94,9 @@ impl Header {
         if !is_in_order || !ranges.iter().all(is_sound) || most > SampleRange::MOST {
             return Err("its ranges of samples are not in order".into());
         }
+        if self.halves.is_some_and(|samples| samples > self.count()) {
+            return Err("it has fewer samples than their halves".into());
+        }
         if self.units > self.count() {
             return Err("it has more units than samples".into());
         }
@@ -98,10 +105,16 @@ impl Header {
 }
 
 pub(super) fn checksum(sums: &Sums) -> String {
-    Fingerprint::default()
+    let of_sums = Fingerprint::default()
         .with(bytemuck::cast_slice(&sums.mean))
-        .with(bytemuck::cast_slice(&sums.squares))
-        .text()
+        .with(bytemuck::cast_slice(&sums.squares));
+    let of_all = match &sums.halves {
+        Some(halves) => of_sums
+            .with(bytemuck::cast_slice(&halves.mean))
+            .with(bytemuck::cast_slice(&halves.left)),
+        None => of_sums,
+    };
+    of_all.text()
 }
 
 #[cfg(test)]
@@ -128,6 +141,7 @@ mod tests {
             units: end,
             paths: 0,
             lookups: 0,
+            halves: None,
             fills: fills.iter().map(fill).collect(),
             devices: Vec::new(),
             checksum: String::new(),

@@ -11,7 +11,7 @@ use super::header::{Fill, Header, checksum};
 use super::identity::Named;
 use crate::engine::{Picture, SampleRange};
 use crate::error::{Error, Place, Result};
-use crate::render::Sums;
+use crate::render::{Sums, variance};
 
 /// The picture of all shards.
 pub struct Merged {
@@ -67,6 +67,7 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
             .iter()
             .map(|part| part.header.lookups)
             .fold(0, u64::saturating_add),
+        halves: sums.halves.as_ref().map(|halves| halves.samples),
         fills: fills(&parts),
         devices: Vec::new(),
         checksum: checksum(&sums),
@@ -155,8 +156,14 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
     let double = |texels: &[[f32; 4]]| -> Vec<[f64; 4]> {
         texels.iter().map(|texel| texel.map(f64::from)).collect()
     };
+    let single = |texels: &[[f64; 4]]| -> Vec<[f32; 4]> {
+        let single = |texel: &[f64; 4]| texel.map(|x| x as f32);
+        texels.iter().map(single).collect()
+    };
     let Shard { mut picture, sums } = Shard::read(first.path, &first.header)?;
-    let mut count = f64::from(first.header.count());
+    let [width, _] = first.header.identity.size;
+    let (mut count, mut units) = (f64::from(first.header.count()), first.header.units);
+    let mut halves = sums.halves;
     let (mut mean, mut squares) = (double(&sums.mean), double(&sums.squares));
     for part in others {
         let Shard { sums, .. } = Shard::read(part.path, &part.header)?;
@@ -170,17 +177,23 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
                 s[c] += f64::from(s_part[c]) + difference * difference * (count * more / all);
             }
         }
+        units += part.header.units;
+        halves = halves.zip(sums.halves).map(|(halves, others)| {
+            let mean = single(&mean);
+            match all == f64::from(halves.samples) * 2.0 {
+                true => {
+                    let variance = variance(&single(&squares), all as u32, units);
+                    halves.doubled(mean, &variance, width as usize)
+                }
+                false => halves.joined(count, &others, more, mean),
+            }
+        });
         count = all;
     }
-    let single = |texels: Vec<[f64; 4]>| -> Vec<[f32; 4]> {
-        texels
-            .into_iter()
-            .map(|texel| texel.map(|x| x as f32))
-            .collect()
-    };
     let sums = Sums {
-        mean: single(mean),
-        squares: single(squares),
+        mean: single(&mean),
+        squares: single(&squares),
+        halves,
     };
     picture.show(&sums.mean);
     Ok((picture, sums))

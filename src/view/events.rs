@@ -35,11 +35,12 @@ impl ApplicationHandler<()> for App<'_> {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::DroppedFile(path) => self.open(path),
-            WindowEvent::RedrawRequested if stage.is_hidden() => {}
             WindowEvent::RedrawRequested => {
-                if let Err(error) = self.frame() {
-                    self.fail(event_loop, error);
-                }
+                let drawn = stage.is_hidden().and_then(|hidden| match hidden {
+                    true => Ok(()),
+                    false => self.frame(),
+                });
+                drawn.unwrap_or_else(|error| self.fail(event_loop, error));
             }
             _ if wants_frame => {
                 self.report.response.heard();
@@ -58,7 +59,12 @@ impl ApplicationHandler<()> for App<'_> {
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
         self.look_at_file();
-        let Some(stage) = self.stage.as_ref().filter(|stage| !stage.is_hidden()) else {
+        let is_hidden = match self.stage.as_ref().map(Stage::is_hidden) {
+            Some(Err(error)) => return self.fail(event_loop, error),
+            Some(Ok(is_hidden)) => is_hidden,
+            None => true,
+        };
+        let Some(stage) = self.stage.as_ref().filter(|_| !is_hidden) else {
             event_loop.set_control_flow(ControlFlow::Wait);
             return;
         };

@@ -13,6 +13,7 @@ use winit::window::Window;
 use crate::cli::ViewArgs;
 use crate::engine::Host;
 use crate::error::{DeviceError, Result};
+use crate::fence::unless_it_panics;
 use crate::gpu::{
     ATLAS_SIDE, Canvas, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory, Patch,
     Shape, Surface, Swapchain,
@@ -126,7 +127,7 @@ impl Stage {
 
     /// Bytes that the window needs with a picture of this size, once its images have the window's current size.
     pub fn bytes_ahead(&self, picture: [u32; 2]) -> Result<u64> {
-        let size = self.window.inner_size().into();
+        let size = self.size()?;
         let mut shape = self.surface.shape(size)?;
         shape.images = self.images.swapchain.shape.images;
         self.planned_bytes(shape, picture)
@@ -146,9 +147,8 @@ impl Stage {
     /// Makes the window's images anew, at its current size.
     pub fn fit_window(&mut self) -> Result<()> {
         self.is_outdated = false;
-        self.images
-            .swapchain
-            .resize(self.window.inner_size().into())
+        let size = self.size()?;
+        self.images.swapchain.resize(size)
     }
 
     /// Shows pictures of this size from now on; one of another size is lost.
@@ -169,9 +169,16 @@ impl Stage {
     }
 
     /// Whether the window has no pixels, as when it is minimised.
-    pub fn is_hidden(&self) -> bool {
-        let size = self.window.inner_size();
-        size.width == 0 || size.height == 0
+    pub fn is_hidden(&self) -> Result<bool> {
+        Ok(self.size()?.contains(&0))
+    }
+
+    /// Size of the window in pixels. winit panics if the display is gone.
+    fn size(&self) -> Result<[u32; 2]> {
+        match unless_it_panics(|| self.window.inner_size()) {
+            Some(size) => Ok(size.into()),
+            None => Err(DeviceError::Display("the display has gone away".into()).into()),
+        }
     }
 
     /// Runs the user interface and prepares its drawing. Returns the time after which it has to run again.

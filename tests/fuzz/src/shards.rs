@@ -76,6 +76,7 @@ fn header(first: u32, end: u32) -> Header {
         units: 2,
         paths: 24,
         lookups: 100,
+        halves: None,
         fills: Vec::new(),
         devices: vec!["a device".into()],
         checksum: checksum.text(),
@@ -87,6 +88,7 @@ fn sums() -> Sums {
     Sums {
         mean: vec![[0.5; 4]; pixels],
         squares: vec![[0.25; 4]; pixels],
+        halves: None,
     }
 }
 

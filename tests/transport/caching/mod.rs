@@ -11,5 +11,6 @@ mod gathering;
 mod lifetime;
 mod reflection;
 mod rim;
+mod standard_error;
 mod surfaces;
 mod texels;

@@ -1,0 +1,165 @@
+//! How much less noise the mean of marched samples has than their spread says.
+//!
+//! A pixel's samples are spread evenly (glsl/include/random.glsl), so their mean has less noise than that of independent
+//! ones: a quarter of its variance, say, after 64 samples of a picture whose noise is that of edges. The spread between
+//! single samples, which is all that a march knows of a pixel, does not show that. The two halves of 2ⁿ samples show most
+//! of it, since each is spread evenly itself. Their means A and B have the same variance V. Were they independent, that of
+//! (A + B)/2 would be V/2, which is the expectation of ((A − B)/2)², by whose root the second half moves the mean. They
+//! complement each other, so the mean is better than that, by a tenth of its error in the pictures that were measured
+//! ("What `auto` picks" in tools/measurements.md), and never worse.
+//!
+//! One pixel's halves say little. So the share of the variance that is left is that of all pixels in a square around it,
+//! and how the variance is divided among these follows from the spread between their samples, as before.
+
+use rayon::prelude::*;
+
+/// Pixels from the middle of that square to its sides.
+const RADIUS: usize = 8;
+
+/// The halves of the samples when their number was last a power of two.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Halves {
+    /// That number.
+    pub samples: u32,
+    /// RGB and coverage of the picture then, which is the first half of the next one.
+    pub mean: Vec<[f32; 4]>,
+    /// For each pixel, the share of the variance of independent samples that is left; 1 while it is unknown.
+    pub left: Vec<f32>,
+}
+
+impl Halves {
+    /// The least number of samples that is looked at: those from which on an error is trusted.
+    pub const LEAST: u32 = 16;
+
+    /// The first half of samples of which nothing is known yet.
+    pub fn first(samples: u32, mean: Vec<[f32; 4]>) -> Halves {
+        Halves {
+            samples,
+            left: vec![1.0; mean.len()],
+            mean,
+        }
+    }
+
+    /// What twice as many samples show. `variance` is what the mean of as many independent ones would have.
+    pub fn doubled(&self, mean: Vec<[f32; 4]>, variance: &[[f32; 3]], width: usize) -> Halves {
+        let rgb_sum = |of: &dyn Fn(usize) -> f32| (0..3).map(|c| f64::from(of(c))).sum::<f64>();
+        let changes = self.mean.iter().zip(&mean);
+        let changes = changes.map(|(before, now)| rgb_sum(&|c| (now[c] - before[c]).powi(2)));
+        let expected = variance.iter().map(|v| rgb_sum(&|c| v[c]));
+        let [changes, expected] = [changes.collect(), expected.collect()]
+            .map(|values: Vec<f64>| around_each(&values, width));
+        let shares = changes.iter().zip(&expected);
+        let left = shares.map(|(change, expected)| match *expected > 0.0 {
+            true => (change / expected) as f32,
+            false => 1.0,
+        });
+        Halves {
+            samples: 2 * self.samples,
+            left: left.collect(),
+            mean,
+        }
+    }
+
+    /// Of all samples of two pictures that have `samples` and `more` of them, whose mean is `mean`: as if the pictures were
+    /// independent.
+    pub fn joined(&self, samples: f64, other: &Halves, more: f64, mean: Vec<[f32; 4]>) -> Halves {
+        let all = samples + more;
+        let left = self.left.iter().zip(&other.left);
+        let left =
+            left.map(|(&a, &b)| ((f64::from(a) * samples + f64::from(b) * more) / all) as f32);
+        Halves {
+            samples: all as u32,
+            left: left.collect(),
+            mean,
+        }
+    }
+}
+
+/// Sums over the squares around all pixels.
+fn around_each(values: &[f64], width: usize) -> Vec<f64> {
+    let height = values.len() / width.max(1);
+    across_and_turned(&across_and_turned(values, width), height)
+}
+
+/// Sums over neighbours in the same row, column by column.
+fn across_and_turned(values: &[f64], width: usize) -> Vec<f64> {
+    let columns = (0..width).into_par_iter();
+    let sums = columns.flat_map_iter(|x| {
+        let (from, to) = (x.saturating_sub(RADIUS), (x + RADIUS + 1).min(width));
+        let rows = values.chunks(width);
+        rows.map(move |row| row[from..to].iter().sum())
+    });
+    sums.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [usize; 2] = [96, 64];
+    const PIXELS: usize = SIZE[0] * SIZE[1];
+
+    #[test]
+    fn sums_are_those_of_the_squares_around_pixels() {
+        let [width, height] = [20, 30];
+        let values: Vec<f64> = (0..width * height).map(|i| (i * i % 17) as f64).collect();
+        let sums = around_each(&values, width);
+        for (x, y) in [(0, 0), (3, 29), (10, 15), (19, 8)] {
+            let near = |i: usize, at: usize| i.abs_diff(at) <= RADIUS;
+            let inside = (0..width * height).filter(|i| near(i % width, x) && near(i / width, y));
+            let expected: f64 = inside.map(|i| values[i]).sum();
+            assert_eq!(sums[y * width + x], expected, "{x}, {y}");
+        }
+    }
+
+    /// Samples of two kinds: independent ones on the left, and on the right pairs whose noise cancels but for a tenth.
+    #[test]
+    fn what_is_left_is_found_where_it_is() {
+        let mut random = fastrand::Rng::with_seed(1);
+        let mut means = |samples: usize| -> Vec<[f32; 4]> {
+            let is_even = |pixel: usize| pixel % SIZE[0] >= SIZE[0] / 2;
+            let mean = |pixel: usize| {
+                let mut noise = || random.f32() + random.f32() + random.f32() - 1.5;
+                let sum: f32 = (0..samples)
+                    .map(|_| {
+                        if is_even(pixel) {
+                            0.1 * noise()
+                        } else {
+                            noise()
+                        }
+                    })
+                    .sum();
+                [sum / samples as f32; 4]
+            };
+            (0..PIXELS).map(mean).collect()
+        };
+        let (first, second) = (means(16), means(16));
+        let whole = first.iter().zip(&second);
+        let whole = whole
+            .map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c])))
+            .collect();
+        // The spread between single samples is the same everywhere: each has a variance of 1/4.
+        let variance = vec![[0.25 / 32.0; 3]; PIXELS];
+        let halves = Halves::first(16, first).doubled(whole, &variance, SIZE[0]);
+        assert_eq!(halves.samples, 32);
+        for (x, expected) in [(16, 1.0), (80, 0.01)] {
+            let rows = (RADIUS..SIZE[1]).step_by(2 * RADIUS);
+            let found = rows
+                .clone()
+                .map(|y| halves.left[y * SIZE[0] + x])
+                .sum::<f32>();
+            let found = found / rows.count() as f32;
+            assert!(
+                (found / expected - 1.0).abs() < 0.2,
+                "{found} for {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn without_noise_nothing_is_known() {
+        let black = || vec![[0.0; 4]; PIXELS];
+        let halves = Halves::first(16, black()).doubled(black(), &[[0.0; 3]; PIXELS], SIZE[0]);
+        assert!(halves.left.iter().all(|&left| left == 1.0));
+    }
+}
