@@ -22,11 +22,9 @@ const SAMPLES_MARCHED: u32 = 4;
 /// spread evenly, and a better cache makes them less noisy. Few samples do not show that yet (`render/halves.rs`).
 const LEFT_OF_MARCHED: f64 = 0.35;
 /// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
-/// and as many as pictures begin with ([`units_together`](super::schedule::units_together)); fewer where the picture is
-/// marched.
+/// and as many as pictures begin with ([`units_together`](super::schedule::units_together)).
 const UNITS_IN_BRICKS: &[u32] = &[3, 12];
-const UNITS: &[u32] = &[7];
-const UNITS_MARCHED: &[u32] = &[3];
+const UNITS: &[u32] = &[3];
 
 /// What units that were begun together have taken.
 struct Taken {
@@ -78,10 +76,9 @@ impl Engine {
             return Ok(None);
         }
         let mut last = None;
-        let units = match (self.streams(), self.renderer.is_marched()) {
-            (true, _) => UNITS_IN_BRICKS,
-            (false, true) => UNITS_MARCHED,
-            (false, false) => UNITS,
+        let units = match self.streams() {
+            true => UNITS_IN_BRICKS,
+            false => UNITS,
         };
         for &units in units {
             last = self.take(1, units, until)?;

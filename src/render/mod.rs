@@ -19,7 +19,7 @@
 //! In a picture:
 //! - **sample**: one estimate of a pixel's radiance, by a path or by a march.
 //! - **unit**: the samples that every pixel gets between two updates of its mean. A picture is only taken at the end of a
-//!   unit, and the spread between units gives its standard error.
+//!   unit, and the spread between units gives its standard error; where samples are marched, so do its halves (`halves.rs`).
 //! - **bundle**: units that are worked off together, pixel by pixel, where the volume streams.
 //! - **patch**: one of 32 × 32 rectangles of the picture. For each it is known how near and how far its rays meet
 //!   anything.

@@ -28,7 +28,8 @@ impl Renderer {
     ) -> Result<bool> {
         let until = until.into();
         self.abandon()?;
-        // In a march the units are single samples, since it knows the spread between these.
+        // In a march the units are single samples, since it knows the spread between these; how evenly they are spread is known
+        // from all of them (`halves.rs`).
         let (samples, units) = match self.is_marched() {
             true => (1, samples * units),
             false => (samples, units),

@@ -70,7 +70,12 @@ fn two_pictures_differ_by_the_errors_that_they_report() {
         variance.sum()
     };
     let (reported, by_spread) = (apart / expected(true), apart / expected(false));
-    println!("squared differences are {reported:.2} of what is reported, {by_spread:.2} of the spread");
+    println!(
+        "squared differences are {reported:.2} of what is reported, {by_spread:.2} of the spread"
+    );
     assert!((0.5..1.15).contains(&reported), "{reported}");
-    assert!(by_spread < 0.5, "samples are not spread evenly: {by_spread}");
+    assert!(
+        by_spread < 0.5,
+        "samples are not spread evenly: {by_spread}"
+    );
 }
