@@ -2,8 +2,9 @@
 //!
 //! While anything moves, a whole picture is made in every frame, with as many pixels as there is time for: a march
 //! through the cache, or a sample a pixel where there is none. At rest a march with all pixels follows, slice by
-//! slice; then the cache gets paths until it has converged, and is marched again now and then; then a few more rays of
-//! each pixel are marched, and the picture is refined by samples (`refinement.rs`). After that nothing is left to do.
+//! slice; then the cache gets paths until it has converged, and is marched again now and then, with a few rays of each pixel
+//! once its light hardly changes any more; then the picture is refined by samples (`refinement.rs`). After that nothing is
+//! left to do.
 
 use std::time::{Duration, Instant};
 
@@ -29,6 +30,9 @@ const REST_AFTER: Duration = Duration::from_millis(180);
 /// on filling it.
 pub const CACHE_ERROR: f64 = 0.006;
 const LONGEST_FILLING: Duration = Duration::from_secs(30);
+/// From this relative error on, the cache's light changes so little that edges are what is seen, and a march has all of its
+/// rays.
+const EDGES_BELOW: f64 = 2.0 * CACHE_ERROR;
 /// The cache is marched again when filling has taken this many times as long as the last march.
 const MARCH_SHARE: f64 = 3.0;
 /// The picture counts as finished at this relative error, or when it has had all its samples.
@@ -41,7 +45,10 @@ pub struct Picture {
     last_motion: Instant,
     /// Number of the cache's batches when the last march with all pixels ended.
     marched_batches: Option<u32>,
+    /// The time that all rays of the last march took.
     marched_in: Duration,
+    /// Rays of each pixel in the march that is shown.
+    rays_shown: u32,
     /// When the last march ended.
     filled_since: Instant,
     /// The march with all pixels and rays, while samples refine it.
@@ -79,6 +86,7 @@ impl Picture {
             last_motion: Instant::now(),
             marched_batches: None,
             marched_in: Duration::ZERO,
+            rays_shown: 0,
             filled_since: Instant::now(),
             refinement: None,
             most_samples,
@@ -92,6 +100,7 @@ impl Picture {
     pub fn restart(&mut self) {
         self.last_motion = Instant::now();
         self.doing = Doing::Moving;
+        self.rays_shown = 0;
         self.refinement = None;
         self.relative_error = f64::INFINITY;
     }
@@ -208,16 +217,24 @@ impl Picture {
             return Ok(false);
         }
         let rays = caching.rays();
-        self.marched_in = began.elapsed();
+        self.marched_in = match rays {
+            1 => began.elapsed(),
+            _ => self.marched_in + began.elapsed(),
+        };
         self.filled_since = Instant::now();
         self.marched_batches = Picture::batches(engine);
-        self.show(engine, shown)?;
+        // With fewer rays, edges that were smooth would become rough again for a moment.
+        let is_better = rays >= self.rays_shown;
+        if is_better {
+            self.show(engine, shown)?;
+            self.rays_shown = rays;
+        }
         self.doing = match Picture::cache_is_converged(engine) {
-            true if rays < RAYS => Doing::marching(),
+            _ if rays < RAYS && Picture::shows_edges(engine) => Doing::marching(),
             true => self.refining(engine)?,
             false => Doing::Filling,
         };
-        Ok(true)
+        Ok(is_better)
     }
 
     fn fill_on(&mut self, engine: &mut Engine) -> Result<bool> {
@@ -342,6 +359,12 @@ impl Picture {
     fn cache_is_converged(engine: &Engine) -> bool {
         let cache = engine.renderer().cache();
         Picture::cache_is_good(engine) && cache.is_none_or(|cache| cache.is_caught_up())
+    }
+
+    /// Whether more rays of each pixel make the picture better than more paths for the cache.
+    fn shows_edges(engine: &Engine) -> bool {
+        let cache = engine.renderer().cache();
+        Picture::cache_is_converged(engine) || cache.is_some_and(|c| c.is_known_to(EDGES_BELOW))
     }
 
     fn moving_size(&self, engine: &Engine) -> [u32; 2] {
