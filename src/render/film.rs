@@ -85,11 +85,8 @@ impl Renderer {
         if !self.is_marched() || samples < Halves::LEAST || !samples.is_power_of_two() {
             return Ok(());
         }
-        let Sums {
-            mean,
-            squares,
-            halves,
-        } = self.sums()?;
+        let halves = self.halves.take();
+        let Sums { mean, squares, .. } = self.sums()?;
         self.halves = Some(match halves {
             Some(halves) if halves.samples == samples / 2 => {
                 let variance = variance(&squares, samples, units);

@@ -15,13 +15,15 @@ use rayon::prelude::*;
 
 /// Pixels from the middle of that square to its sides.
 const RADIUS: usize = 8;
+/// The samples of so many more pixels count as independent, since a few pixels may agree by chance.
+const INDEPENDENT: f64 = 4.0;
 
-/// The halves of the samples when their number was last a power of two.
+/// What is known of how evenly a picture's samples are spread.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Halves {
-    /// That number.
+    /// Number of samples when this was last looked at.
     pub samples: u32,
-    /// RGB and coverage of the picture then, which is the first half of the next one.
+    /// RGB and coverage of the picture then: the first half of one with twice as many samples.
     pub mean: Vec<[f32; 4]>,
     /// For each pixel, the share of the variance of independent samples that is left; 1 while it is unknown.
     pub left: Vec<f32>,
@@ -48,9 +50,12 @@ impl Halves {
         let expected = variance.iter().map(|v| rgb_sum(&|c| v[c]));
         let [changes, expected] = [changes.collect(), expected.collect()]
             .map(|values: Vec<f64>| around_each(&values, width));
+        let sides = [width, self.mean.len() / width.max(1)];
+        let pixels: usize = sides.map(|n| n.clamp(1, 2 * RADIUS + 1)).iter().product();
+        let unknown = INDEPENDENT / pixels as f64;
         let shares = changes.iter().zip(&expected);
         let left = shares.map(|(change, expected)| match *expected > 0.0 {
-            true => (change / expected) as f32,
+            true => ((change / expected + unknown) / (1.0 + unknown)) as f32,
             false => 1.0,
         });
         Halves {
@@ -112,7 +117,7 @@ mod tests {
         }
     }
 
-    /// Samples of two kinds: independent ones on the left, and on the right pairs whose noise cancels but for a tenth.
+    /// On the left samples are independent; on the right their means have half of the noise that their spread shows.
     #[test]
     fn what_is_left_is_found_where_it_is() {
         let mut random = fastrand::Rng::with_seed(1);
@@ -123,7 +128,7 @@ mod tests {
                 let sum: f32 = (0..samples)
                     .map(|_| {
                         if is_even(pixel) {
-                            0.1 * noise()
+                            0.5 * noise()
                         } else {
                             noise()
                         }
@@ -142,7 +147,7 @@ mod tests {
         let variance = vec![[0.25 / 32.0; 3]; PIXELS];
         let halves = Halves::first(16, first).doubled(whole, &variance, SIZE[0]);
         assert_eq!(halves.samples, 32);
-        for (x, expected) in [(16, 1.0), (80, 0.01)] {
+        for (x, expected) in [(16, 1.0), (80, 0.25)] {
             let rows = (RADIUS..SIZE[1]).step_by(2 * RADIUS);
             let found = rows
                 .clone()
@@ -154,6 +159,13 @@ mod tests {
                 "{found} for {expected}"
             );
         }
+    }
+
+    #[test]
+    fn a_single_pixel_says_next_to_nothing() {
+        let same = || vec![[0.5; 4]];
+        let halves = Halves::first(16, same()).doubled(same(), &[[0.1; 3]], 1);
+        assert!((0.75..1.0).contains(&halves.left[0]), "{:?}", halves.left);
     }
 
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! Shards are folded in order of their samples, so that the result does not depend on the order of the arguments; in
 //! double precision, by the formulas of Chan, Golub and LeVeque (1979), so that it equals that of a single run apart
-//! from rounding.
+//! from rounding. Only how evenly marched samples are spread over all shards is not known where no two halves of them are
+//! shards: the standard error is then that of independent shards.
 
 use std::path::{Path, PathBuf};
 
