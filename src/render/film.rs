@@ -1,6 +1,8 @@
 //! The results of a renderer: the picture with its standard error, and the surfaces that the pixels' centres see; and
 //! the sums behind a picture, with which another renderer can continue it.
 
+use std::sync::Arc;
+
 use super::copy;
 use super::estimator::Estimator;
 use super::halves::Halves;
@@ -87,13 +89,14 @@ impl Renderer {
         }
         let halves = self.halves.take();
         let Sums { mean, squares, .. } = self.sums()?;
-        self.halves = Some(match halves {
+        let halves = match halves {
             Some(halves) if halves.samples == samples / 2 => {
                 let variance = variance(&squares, samples, units);
                 halves.doubled(mean, &variance, self.resources.size[0] as usize)
             }
             _ => Halves::first(samples, mean),
-        });
+        };
+        self.halves = Some(Arc::new(halves));
         Ok(())
     }
 

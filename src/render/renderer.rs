@@ -43,7 +43,7 @@ pub struct Renderer {
     pub(super) iso_depth: Option<IsoDepth>,
     pub(super) totals: Totals,
     /// What is known of how evenly the picture's samples are spread.
-    pub(super) halves: Option<Halves>,
+    pub(super) halves: Option<Arc<Halves>>,
     pub(super) under_way: Option<Bundle>,
     /// Pixels, in the order of work, all of whose units under way are in the mean.
     pub(super) folded: u32,

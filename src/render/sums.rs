@@ -1,5 +1,7 @@
 //! The sums behind a picture, with which another renderer can continue it.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::halves::Halves;
@@ -12,7 +14,7 @@ pub struct Sums {
     /// Weighted sum over units of squared differences from the mean.
     pub squares: Vec<[f32; 4]>,
     /// What is known of how evenly marched samples are spread; `None` where samples are paths, or too few.
-    pub halves: Option<Halves>,
+    pub halves: Option<Arc<Halves>>,
 }
 
 impl Sums {

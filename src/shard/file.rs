@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 
 use ::exr::meta::MetaData;
 use ::exr::prelude::*;
@@ -88,11 +89,11 @@ impl Shard {
             mean: texels(["R", "G", "B", "coverage"])?,
             squares: texels(["squares.R", "squares.G", "squares.B", "squares.A"])?,
             halves: match header.halves {
-                Some(samples) => Some(Halves {
+                Some(samples) => Some(Arc::new(Halves {
                     samples,
                     mean: texels(["halves.R", "halves.G", "halves.B", "halves.A"])?,
                     left: needed("halves.left")?.to_vec(),
-                }),
+                })),
                 None => None,
             },
         };

@@ -6,6 +6,7 @@
 //! shards: the standard error is then that of independent shards.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::file::{Shard, read_header};
 use super::header::{Fill, Header, checksum};
@@ -181,13 +182,13 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
         units += part.header.units;
         halves = halves.zip(sums.halves).map(|(halves, others)| {
             let mean = single(&mean);
-            match all == f64::from(halves.samples) * 2.0 {
+            Arc::new(match all == f64::from(halves.samples) * 2.0 {
                 true => {
                     let variance = variance(&single(&squares), all as u32, units);
                     halves.doubled(mean, &variance, width as usize)
                 }
                 false => halves.joined(count, &others, more, mean),
-            }
+            })
         });
         count = all;
     }
