@@ -1,5 +1,5 @@
 //! Loads a volume and writes its values as a NRRD, for somebody who wants to compare them with what
-//! another program makes of the same files: `voxels VOLUME OUT.nrrd [SERIES] [fill]`.
+//! another program makes of the same files: `voxels VOLUME OUT.nrrd [SERIES]`.
 
 use std::io::Write;
 use std::path::Path;
@@ -20,14 +20,13 @@ fn main() -> ExitCode {
 fn write() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [input, output, rest @ ..] = &arguments[..] else {
-        return Err("expected VOLUME OUT.nrrd [SERIES] [fill]".into());
+        return Err("expected VOLUME OUT.nrrd [SERIES]".into());
     };
     let overrides = VolumeOverrides {
         series: rest
             .first()
             .map(|n| n.parse().map(Pick::Number))
             .transpose()?,
-        fill_gaps: rest.get(1).is_some_and(|word| word == "fill"),
         ..VolumeOverrides::default()
     };
     let volume = Volume::load(Path::new(input), &overrides)?;

@@ -175,8 +175,8 @@ fn the_plan_says_how_much_will_be_read() {
 /// `ISOLUME_KILLS=20` kills more copies than three.
 #[test]
 fn a_copy_that_is_ended_leaves_nothing_that_looks_finished() {
-    let kills = std::env::var("ISOLUME_KILLS").ok();
-    let kills: u64 = kills.and_then(|kills| kills.parse().ok()).unwrap_or(3);
+    let kills = std::env::var("ISOLUME_KILLS");
+    let kills: u64 = kills.map_or(3, |n| n.parse().expect("ISOLUME_KILLS: a number"));
     let folder = folder();
     folder.succeed(&format!("{RENDER} -o whole.exr"));
     let is_begun = |name: &String| name.starts_with('.');

@@ -35,8 +35,11 @@ impl Curve {
     /// Begins to watch a process for `ISOLUME_SOAK_MINUTES`, and a table of that, `soak_NAME.csv` in the build's folder for
     /// tests.
     pub fn begin(name: &'static str, process: u32) -> Curve {
-        let minutes = std::env::var("ISOLUME_SOAK_MINUTES").ok();
-        let minutes: f64 = minutes.and_then(|m| m.parse().ok()).unwrap_or(1.0);
+        let minutes = std::env::var("ISOLUME_SOAK_MINUTES");
+        let minutes: f64 = minutes.map_or(1.0, |m| {
+            m.parse()
+                .expect("ISOLUME_SOAK_MINUTES: a number of minutes")
+        });
         let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("soak_{name}.csv"));
         println!("{name}: {minutes} minutes into {}", path.display());
         let mut table = File::create(path).expect("a table");

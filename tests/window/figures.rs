@@ -1,4 +1,4 @@
-//! How fast the window is, and what it takes, in figures for the README:
+//! How fast the window is, and what it takes, in figures for tools/measurements.md:
 //!
 //! ```text
 //! cargo test --release --test window figures -- --nocapture --test-threads=1

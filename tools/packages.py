@@ -1,0 +1,26 @@
+"""Packages from PyPI for a script of this folder, in a virtual environment of its own."""
+
+import os
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+
+def enter(home, packages):
+    """Starts the script again in the environment in the folder `home`, with these packages installed; returns there.
+
+    What has been installed is written down when it is there: an installation that was interrupted is done again.
+    """
+    home = Path(home).absolute()
+    if Path(sys.prefix) == home:
+        return
+    python, installed = home / "bin/python", home / "installed"
+    wanted = set(packages)
+    if not python.exists():
+        venv.create(home, with_pip=True)
+    found = set(installed.read_text().split()) if installed.exists() else set()
+    if not wanted <= found:
+        subprocess.run([python, "-m", "pip", "install", "--quiet", *sorted(wanted)], check=True, stdout=sys.stderr)
+        installed.write_text(" ".join(sorted(found | wanted)))
+    os.execv(python, [str(python), *sys.argv])
