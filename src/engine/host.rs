@@ -80,7 +80,7 @@ impl Host {
         scene: &Scene,
         reserved: u64,
     ) -> Result<Choice> {
-        check_surfaces(scene)?;
+        check(scene)?;
         let limits = &self.device.summary;
         let budget = self.budget.bytes.saturating_sub(reserved);
         choose(&self.device, limits, budget, volume, scene)
@@ -142,8 +142,15 @@ impl HostOptions {
     }
 }
 
-/// Fails for a scene with more surfaces than a path can keep track of.
-fn check_surfaces(scene: &Scene) -> Result<()> {
+/// Fails for a scene with more surfaces than a path can keep track of, and for a cache in which light would have a number
+/// of bounces.
+fn check(scene: &Scene) -> Result<()> {
+    if let Some(clash) = scene.render.clash() {
+        return Err(Error::input(
+            Place::default().with_key("render.max_bounces"),
+            clash,
+        ));
+    }
     let surfaces = scene.surfaces.iso.len();
     if surfaces > MOST_SURFACES {
         return Err(Error::input(

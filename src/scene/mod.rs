@@ -61,6 +61,19 @@ pub struct RenderSettings {
     pub tone: Tone,
 }
 
+impl RenderSettings {
+    /// What is wrong with `max_bounces` in a variant that was asked for by name, as the end of a sentence about that key.
+    pub fn clash(&self) -> Option<String> {
+        (self.max_bounces != 0 && self.variant == Variant::Caching).then(|| {
+            format!(
+                "found {}, expected 0 with variant \"caching\": cached light has no number of bounces (use variant = \
+                 \"non-caching\")",
+                self.max_bounces
+            )
+        })
+    }
+}
+
 words! {
     pub enum Variant {
         Auto = "auto",

@@ -33,6 +33,7 @@ pub fn open(
 ) -> Result<Opened> {
     let (file, volume) = if is_scene(input) {
         let file = SceneFile::read(input, edits)?;
+        file.check_images()?;
         let volume = load(&file.volume_path()?, &file.volume_overrides()?);
         let named_here = |error: Error| match error.is_about_input() {
             true => file.origins.error("volume.path", error),

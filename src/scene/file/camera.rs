@@ -27,7 +27,25 @@ const ANGLE: Expected = (
     "degrees between 0 and 180, both excluded",
 );
 
+/// The angle of view where none is set.
+const FOV_Y: f64 = 40.0;
+
 impl SceneFile {
+    /// Finds the mistakes that do not depend on the volume.
+    pub(super) fn check_camera(&self) -> Result<()> {
+        let table = &self.camera;
+        self.projection()?;
+        self.triple("camera.target", table.target.unwrap_or_default(), FINITE)?;
+        if let Some(up) = table.up {
+            self.direction("camera.up", up)?;
+        }
+        let is_known = |view: View| view.towards_eye(None).is_some();
+        match table.eye.is_some() || table.view.is_some_and(is_known) {
+            true => self.camera([1.0; 3], None, 1.0).map(drop),
+            false => Ok(()),
+        }
+    }
+
     pub(super) fn projection(&self) -> Result<Projection> {
         let table = &self.camera;
         match (table.fov_y, table.orthographic) {
@@ -39,7 +57,7 @@ impl SceneFile {
                 height: self.number("camera.orthographic", height, POSITIVE)?,
             }),
             (fov_y, None) => Ok(Projection::Perspective {
-                fov_y: self.number("camera.fov_y", fov_y.unwrap_or(40.0), ANGLE)?,
+                fov_y: self.number("camera.fov_y", fov_y.unwrap_or(FOV_Y), ANGLE)?,
             }),
         }
     }
@@ -130,7 +148,7 @@ pub(super) fn describe_camera(page: &mut Page, camera: &Camera) {
         Projection::Orthographic { height: given } => {
             page.line("orthographic", given, height);
             let instead = format!("instead of orthographic: {angle}");
-            page.unset(|page| page.line("fov_y", 40.0, &instead));
+            page.unset(|page| page.line("fov_y", FOV_Y, &instead));
         }
     }
 }

@@ -53,6 +53,9 @@ impl LightTable {
     }
 }
 
+/// The radiance of an environment that states none, and of the one that stands for no light at all.
+const RADIANCE: [f64; 3] = [1.0; 3];
+
 impl SceneFile {
     pub(super) fn lights(&self, notes: &mut Vec<String>) -> Result<Lights> {
         let mut lights = self.lights_without_images()?;
@@ -73,6 +76,20 @@ impl SceneFile {
                 image: None,
             },
         })
+    }
+
+    /// Fails if an image cannot be opened: a mistake in its name is found before the volume is read.
+    pub(in crate::scene) fn check_images(&self) -> Result<()> {
+        for (i, table) in self.lights_of(LightKind::Environment) {
+            if let Some(image) = &table.image {
+                let path = self.origins.path(image);
+                std::fs::File::open(&path).map_err(|why| {
+                    let problem = format!("{}: {why}", path.display());
+                    self.origins.error(&format!("light.{i}.image"), problem)
+                })?;
+            }
+        }
+        Ok(())
     }
 
     /// Fails for a key that only lights of another type have.
@@ -108,7 +125,7 @@ impl SceneFile {
     /// The sum of the environments without an image; where there is no light at all, radiance 1.
     fn constant_radiance(&self) -> Result<[f64; 3]> {
         if self.light.is_empty() {
-            return Ok([1.0; 3]);
+            return Ok(RADIANCE);
         }
         let mut sum = [0.0; 3];
         for (i, table) in self.lights_of(LightKind::Environment) {
@@ -159,7 +176,7 @@ impl SceneFile {
     }
 
     fn radiance(&self, i: usize, table: &LightTable) -> Result<[f64; 3]> {
-        let radiance = table.radiance.unwrap_or([1.0; 3]);
+        let radiance = table.radiance.unwrap_or(RADIANCE);
         self.triple(&format!("light.{i}.radiance"), radiance, NOT_NEGATIVE)
     }
 
@@ -183,7 +200,7 @@ pub(super) fn describe_lights(page: &mut Page, file: &SceneFile, lights: &Lights
     describe_environment(page, lights.environment.radiance, None);
     for table in &file.light {
         if let Some(image) = &table.image {
-            let radiance = table.radiance.unwrap_or([1.0; 3]);
+            let radiance = table.radiance.unwrap_or(RADIANCE);
             describe_environment(page, radiance, Some(&file.origins.path(image)));
         }
     }

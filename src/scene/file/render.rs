@@ -30,30 +30,25 @@ impl SceneFile {
             let found = format!("found {size:?}, expected a width and a height of at least 1");
             return Err(self.origins.error("render.size", found));
         }
-        let max_bounces = table.max_bounces.unwrap_or(0);
-        let variant = table.variant.unwrap_or(Variant::Auto);
-        if max_bounces != 0 && variant == Variant::Caching {
-            let clash = format!(
-                "found {max_bounces}, expected 0 with variant \"caching\": cached light has no \
-                 number of bounces (use variant = \"non-caching\")"
-            );
-            return Err(self.origins.error("render.max_bounces", clash));
-        }
         let background = table.background.unwrap_or(Background::Environment);
         if let Background::Color(color) = background {
             self.triple("render.background", color, UNIT)?;
         }
         let exposure = table.exposure.unwrap_or(0.0);
-        Ok(RenderSettings {
+        let settings = RenderSettings {
             size,
-            max_bounces,
-            variant,
+            max_bounces: table.max_bounces.unwrap_or(0),
+            variant: table.variant.unwrap_or(Variant::Auto),
             cache_scale: table.cache_scale.unwrap_or(CacheScale::Auto),
             cache_format: table.cache_format.unwrap_or(CacheFormat::Auto),
             background,
             exposure: self.number("render.exposure", exposure, EXPOSURE)?,
             tone: table.tone.unwrap_or(Tone::Linear),
-        })
+        };
+        match settings.clash() {
+            Some(clash) => Err(self.origins.error("render.max_bounces", clash)),
+            None => Ok(settings),
+        }
     }
 }
 

@@ -35,10 +35,7 @@ impl SceneFile {
         self.surfaces()?;
         self.lights_without_images()?;
         self.clips()?;
-        self.projection()?;
-        if self.camera.eye.is_some() {
-            self.camera([1.0; 3], None, 1.0)?;
-        }
+        self.check_camera()?;
         self.render_settings()?;
         Ok(())
     }

@@ -121,6 +121,13 @@ fn outputs_have_ordinary_permissions_and_keep_links_and_pipes() {
     assert!(at("link").is_symlink());
     assert_eq!(fs::read_to_string(at("ordinary")).unwrap(), "text");
 
+    // A link may name a file that is still to come.
+    fs::create_dir(at("elsewhere")).unwrap();
+    symlink("elsewhere/new", at("ahead")).unwrap();
+    text("ahead");
+    assert!(at("ahead").is_symlink());
+    assert_eq!(fs::read_to_string(at("elsewhere/new")).unwrap(), "text");
+
     assert!(
         std::process::Command::new("mkfifo")
             .arg(at("pipe"))

@@ -5,8 +5,18 @@ use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use isolume::engine::Stop;
+use isolume::engine::{self, Sampling, Stop};
 use isolume::output::progress::{Progress, remaining};
+
+/// `relative_error` is not finite as long as it is unknown.
+fn done(spp: u32, seconds: f64, relative_error: f64) -> Sampling {
+    Sampling {
+        spp,
+        seconds,
+        seconds_per_sample: seconds / f64::from(spp),
+        relative_error,
+    }
+}
 
 #[test]
 fn the_goal_that_comes_first_decides_what_remains() {
@@ -14,22 +24,27 @@ fn the_goal_that_comes_first_decides_what_remains() {
         spp: NonZeroU32::new(100),
         ..Stop::default()
     };
-    assert_eq!(remaining(&spp, 25, 10.0, f64::NAN), Some(30.0));
+    assert_eq!(remaining(&spp, &done(25, 10.0, f64::NAN)), Some(30.0));
+    let after_filling = Sampling {
+        seconds: 60.0 + 10.0,
+        ..done(25, 10.0, f64::NAN)
+    };
+    assert_eq!(remaining(&spp, &after_filling), Some(30.0));
     let error = Stop {
         relative_error: Some(0.02),
         ..Stop::default()
     };
     // Half the error takes four times as long.
-    assert_eq!(remaining(&error, 1, 10.0, 0.04), Some(30.0));
-    assert_eq!(remaining(&error, 1, 10.0, 0.01), Some(0.0));
-    assert_eq!(remaining(&error, 1, 10.0, f64::INFINITY), None);
+    assert_eq!(remaining(&error, &done(1, 10.0, 0.04)), Some(30.0));
+    assert_eq!(remaining(&error, &done(1, 10.0, 0.01)), Some(0.0));
+    assert_eq!(remaining(&error, &done(1, 10.0, f64::INFINITY)), None);
     let both = Stop {
         time: Some(Duration::from_secs(35)),
         ..error
     };
-    assert_eq!(remaining(&both, 1, 10.0, 0.04), Some(25.0));
-    assert_eq!(remaining(&both, 1, 10.0, f64::NAN), Some(25.0));
-    assert_eq!(remaining(&spp, 0, 0.0, f64::NAN), None);
+    assert_eq!(remaining(&both, &done(1, 10.0, 0.04)), Some(25.0));
+    assert_eq!(remaining(&both, &done(1, 10.0, f64::NAN)), Some(25.0));
+    assert_eq!(remaining(&spp, &done(0, 0.0, f64::NAN)), None);
 }
 
 #[derive(Clone, Default)]
@@ -57,7 +72,8 @@ fn a_log_gets_a_line_every_ten_seconds() {
     for _ in 0..2 {
         progress.begin_picture();
         for second in 0..25 {
-            progress.update(second * 4, second as f64, 0.5);
+            let sampling = done(second * 4, f64::from(second), 0.5);
+            progress.show(engine::Progress::Sampled(sampling));
         }
     }
     progress.finish();

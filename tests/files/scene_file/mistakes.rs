@@ -213,6 +213,9 @@ fn camera_values_out_of_range() {
         [camera] / eye = [1, inf, 3]                      => :2: camera.eye: found
         [camera] / eye = [0, 9, 0] / up = [0, 2, 0]       => :3: camera.up: found [0.0, 2.0, 0.0], expected
         [camera] / eye = [0, 9, 0] / up = [0, 0, 0]       => :3: camera.up: found [0.0, 0.0, 0.0], expected
+        [camera] / view = "+z" / up = [0, 0, 1]           => :3: camera.up: found [0.0, 0.0, 1.0], expected
+        [camera] / up = [0, 0, 0]                         => :2: camera.up: found [0.0, 0.0, 0.0], expected
+        [camera] / target = [inf, 0, 0]                   => :2: camera.target: found
         [camera] / fov_y = 0                              => :2: camera.fov_y: found 0, expected
         [camera] / fov_y = 180                            => :2: camera.fov_y: found 180, expected
         [camera] / fov_y = nan                            => :2: camera.fov_y: found NaN, expected

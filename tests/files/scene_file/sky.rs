@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use image::{Rgb, Rgb32FImage};
-use isolume::scene::{SceneFile, resolve};
+use isolume::scene::preset::Preset;
+use isolume::scene::{SceneFile, open, resolve};
 
 use super::{message, volume};
 
@@ -18,6 +19,24 @@ pub fn write_image(
     let path = folder.join(name);
     image.save(&path).unwrap();
     path
+}
+
+/// A volume may take minutes to read.
+#[test]
+fn a_missing_image_is_found_before_the_volume_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    let text =
+        "[volume]\npath = \"v.nrrd\"\n[[light]]\ntype = \"environment\"\nimage = \"sky.exr\"";
+    std::fs::write(&path, text).unwrap();
+    let opened = open(&path, Preset::Auto, &[], |_, _| {
+        panic!("the volume was read")
+    });
+    let error = opened.expect_err("no image").to_string();
+    assert!(
+        error.contains("scene.toml:5: light.0.image: ") && error.contains("sky.exr: No such file"),
+        "{error}"
+    );
 }
 
 #[test]

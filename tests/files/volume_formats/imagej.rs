@@ -49,6 +49,45 @@ fn imagej_says_how_large_voxels_are() {
     );
 }
 
+#[test]
+fn imagej_may_measure_depth_in_another_unit() {
+    let array = textured([4, 3, 2], VoxelType::U8, Endian::Big);
+    let tiff = Tiff {
+        description: "ImageJ=1.53t\nimages=2\nslices=2\nunit=\\u00B5m\nzunit=nm\nspacing=50\n"
+            .into(),
+        resolution: Some([4, 2]),
+        ..Tiff::default()
+    };
+    let volume = load_bytes("v.tif", tiff.write(&array));
+    assert_eq!(volume.spacing, [0.25, 0.5, 0.05]);
+}
+
+/// As it saves a stack as a sequence of images: each has the calibration, and none the distance to the next.
+#[test]
+fn a_folder_of_imagej_pages_is_calibrated() {
+    let folder = folder();
+    let array = textured([4, 3, 3], VoxelType::U16, Endian::Big);
+    let tiff = Tiff {
+        description: "ImageJ=1.53t\nunit=mm\ncf=0\nc0=-32768.0\nc1=1.0\n".into(),
+        resolution: Some([4, 2]),
+        ..Tiff::default()
+    };
+    for z in 0..3 {
+        let page = tiff.write(&slice(&array, z));
+        write(folder.path(), &format!("{z}.tif"), page);
+    }
+    let volume = Volume::load(folder.path(), &VolumeOverrides::default()).unwrap();
+    let expected: Vec<f64> = array.values.iter().map(|value| value - 32768.0).collect();
+    assert_eq!(values(&volume), expected);
+    assert_eq!(volume.spacing, [0.25, 0.5, 1.0]);
+    let note = "ImageJ does not say how far apart the slices of a folder are";
+    assert!(
+        volume.notes.iter().any(|n| n.contains(note)),
+        "{:?}",
+        volume.notes
+    );
+}
+
 /// Signed numbers are stored as unsigned ones, with a calibration.
 #[test]
 fn imagej_calibrates_values() {

@@ -17,6 +17,13 @@ pub fn read(path: &Path) -> Parsed<Header> {
     if dimension != "3" {
         return Err(unexpected("dimension", dimension, "3: one scalar volume"));
     }
+    if let Some(kinds) = fields.get("kinds") {
+        let is_place = |kind: &str| matches!(kind, "domain" | "space" | "time" | "???" | "none");
+        if !kinds.to_lowercase().split_whitespace().all(is_place) {
+            let expected = "domain or space for each axis: one scalar volume";
+            return Err(unexpected("kinds", kinds, expected));
+        }
+    }
     let voxel_type = voxel_type(fields.require("type")?)?;
     let dims = fields.dims("sizes")?;
     let data = data(path, &fields, end)?;

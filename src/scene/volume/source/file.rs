@@ -24,6 +24,10 @@ use crate::scene::volume::region::Region;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::VoxelType;
 
+/// The largest possible ratio of bytes to those that Deflate packs them into: it spends at least a bit on each 129 bytes
+/// (<https://www.zlib.net/zlib_tech.html>).
+pub const MOST_DEFLATED: u64 = 1032;
+
 /// The place of the voxels according to a header.
 #[derive(Debug)]
 pub struct Data {
@@ -69,8 +73,7 @@ impl Encoding {
     fn max_ratio(self) -> u64 {
         match self {
             Encoding::Raw => 1,
-            // Deflate spends at least a bit on each 129 bytes: <https://www.zlib.net/zlib_tech.html>.
-            Encoding::Gzip | Encoding::Zlib => 1032,
+            Encoding::Gzip | Encoding::Zlib => MOST_DEFLATED,
             // A block of 900 kB, in which 5 bytes may stand for 259, takes no fewer than 32 bytes.
             Encoding::Bzip2 => 900_000 / 5 * 259 / 32,
         }

@@ -20,11 +20,10 @@ mod layout;
 mod write;
 
 use std::fmt;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use xxhash_rust::xxh3::{xxh3_64, xxh3_128};
+use xxhash_rust::xxh3::{Xxh3, xxh3_64};
 
 use super::format::header::Header;
 use super::overrides::VolumeOverrides;
@@ -102,17 +101,19 @@ impl Stores {
         let named = format!("{path:?} {overrides:?}");
         let meaning = (header.dims, header.voxel_type, header.endian);
         let rescale = (header.slope, header.intercept);
-        let mut identity = format!("{FORMAT} {named} {meaning:?} {rescale:?} {region:?}");
-        let _ = write!(identity, " {is_mirrored} {:?}", Endian::NATIVE);
+        let mut identity = Xxh3::new();
+        let turned = (is_mirrored, Endian::NATIVE);
+        let described = format!("{FORMAT} {named} {meaning:?} {rescale:?} {region:?} {turned:?}");
+        identity.update(described.as_bytes());
         let header_file = path.is_file().then_some(path);
         for file in header_file.into_iter().chain(header.source.files()) {
             let version = version(&std::fs::metadata(&file).ok()?);
-            let _ = write!(identity, "\n{file:?} {version:?}");
+            identity.update(format!("\n{file:?} {version:?}").as_bytes());
         }
         Some(Place {
             stores: self.clone(),
             name: format!("{:016x}", xxh3_64(named.as_bytes())),
-            identity: xxh3_128(identity.as_bytes()),
+            identity: identity.digest128(),
             dims: region.dims,
         })
     }

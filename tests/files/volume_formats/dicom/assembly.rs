@@ -109,6 +109,32 @@ fn missing_slices_are_named_or_filled() {
     }
 }
 
+/// Half of the distances are as long as two.
+#[test]
+fn a_slice_is_missed_where_there_are_few() {
+    let mut scan = Scan::ct();
+    scan.slices.truncate(3);
+    for (slice, place) in scan.slices.iter_mut().zip([0.0, 1.0, 3.0]) {
+        slice.position[2] = place;
+    }
+    let message = refused_scan(&scan);
+    assert!(
+        message.contains("1 of 4 slices is missing, at 2 mm"),
+        "{message}"
+    );
+}
+
+#[test]
+fn pixels_without_a_size_are_refused() {
+    let mut scan = Scan::ct();
+    scan.pixel_spacing = [0.0, 0.5];
+    let message = refused_scan(&scan);
+    assert!(
+        message.contains("its PixelSpacing is 0\\0.5, expected two lengths above 0"),
+        "{message}"
+    );
+}
+
 #[test]
 fn slices_that_are_uneven_as_well_are_missed_all_the_same() {
     let mut scan = Scan::ct();

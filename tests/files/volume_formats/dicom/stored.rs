@@ -2,7 +2,7 @@
 
 use isolume::scene::volume::{StoredType, VoxelType};
 
-use super::{hounsfield, loaded, refused_scan, values};
+use super::{has, hounsfield, loaded, refused_scan, values};
 use crate::dicom_files::Object;
 use crate::dicom_scan::Scan;
 
@@ -61,7 +61,9 @@ fn signs_are_kept() {
 fn monochrome1_is_turned() {
     let mut scan = Scan::ct().with(|common| common.text((0x28, 4), "CS", "MONOCHROME1"));
     change_words(&mut scan, |word| 4095 - word);
-    assert_eq!(values(&loaded(&scan)), hounsfield());
+    let volume = loaded(&scan);
+    assert_eq!(values(&volume), hounsfield());
+    has(&volume.notes, "values are turned over");
 }
 
 #[test]

@@ -184,15 +184,26 @@ impl Place {
     /// Opens the file, if it has not changed since its header was read.
     pub fn open(&self) -> Parsed<File> {
         let (file, metadata) = open_file(&self.path)?;
+        self.check(&metadata).map(|()| file)
+    }
+
+    /// Fails if the file has changed since its header was read.
+    fn check(&self, metadata: &Metadata) -> Parsed<()> {
         match metadata.len() == self.length && metadata.modified().ok() == self.modified {
-            true => Ok(file),
+            true => Ok(()),
             false => Err(HAS_CHANGED.into()),
         }
     }
 
     /// Fills `bytes` with the bytes of the data set from `at` on.
     pub fn read(&self, at: u64, bytes: &mut [u8]) -> Parsed<()> {
-        let mut file = self.open()?;
+        let file = self.open()?;
+        self.read_from(&file, at, bytes)?;
+        // It may have been overwritten meanwhile.
+        self.check(&file.metadata().map_err(|e| e.to_string())?)
+    }
+
+    fn read_from(&self, mut file: &File, at: u64, bytes: &mut [u8]) -> Parsed<()> {
         let wanted = bytes.len();
         let failed = |e: std::io::Error| match e.kind() {
             std::io::ErrorKind::UnexpectedEof => {

@@ -84,7 +84,13 @@ impl<'a> Places<'a> {
     }
 
     fn pixel_spacing(&self) -> Parsed<Option<[f64; 2]>> {
-        self.decimals(tags::PIXEL_MEASURES, tags::PIXEL_SPACING, "PixelSpacing")
+        let found = self.decimals(tags::PIXEL_MEASURES, tags::PIXEL_SPACING, "PixelSpacing")?;
+        match found {
+            Some([rows, columns]) if rows <= 0.0 || columns <= 0.0 => Err(format!(
+                "its PixelSpacing is {rows}\\{columns}, expected two lengths above 0"
+            )),
+            found => Ok(found),
+        }
     }
 
     fn plane(&self) -> Parsed<Option<Plane>> {
@@ -190,16 +196,19 @@ fn frame(places: &Places, index: u32) -> Parsed<Frame> {
     let (measures, values) = (tags::PIXEL_MEASURES, tags::VALUE_TRANSFORMATION);
     let spacing = places.decimal(measures, tags::SLICE_SPACING, "SpacingBetweenSlices")?;
     let thickness = places.decimal(measures, tags::SLICE_THICKNESS, "SliceThickness")?;
-    let slope = match places.decimal(values, tags::SLOPE, "RescaleSlope")? {
-        Some(slope) => slope,
-        None => {
-            let scale = places.decimal(values, tags::DOSE_SCALE, "DoseGridScaling")?;
-            scale.unwrap_or(1.0)
+    let (mut slope_name, mut slope) = ("RescaleSlope", None);
+    for (name, tag) in [
+        ("RescaleSlope", tags::SLOPE),
+        ("DoseGridScaling", tags::DOSE_SCALE),
+    ] {
+        if slope.is_none() {
+            (slope_name, slope) = (name, places.decimal(values, tag, name)?);
         }
-    };
+    }
+    let slope = slope.unwrap_or(1.0);
     let intercept = places.decimal(values, tags::INTERCEPT, "RescaleIntercept")?;
     if slope == 0.0 {
-        return Err("its RescaleSlope is 0, expected any other number".into());
+        return Err(format!("its {slope_name} is 0, expected any other number"));
     }
     let content = tags::FRAME_CONTENT;
     let frame_type = places

@@ -2,6 +2,7 @@
 //! it is no part of a volume.
 
 use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::file::MOST_DEFLATED;
 
 use super::data_set::{DataSet, Pixels, numeric};
 use super::file::{Parsing, Place};
@@ -295,7 +296,7 @@ impl Image {
         let expected = u128::from(self.frame_bytes()) * u128::from(self.frame_count);
         let said = self.pixels.length.map_or(u128::MAX, u128::from);
         let there = match self.place.is_deflated {
-            true => u128::from(self.place.length) * 1032,
+            true => u128::from(self.place.length) * u128::from(MOST_DEFLATED),
             false => u128::from(self.place.length.saturating_sub(self.pixels.at)),
         };
         let found = said.min(there);

@@ -90,8 +90,12 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         unit: Some("mm".into()),
         ..Storage::default()
     };
-    let is_hounsfield =
-        first.modality == "CT" && first.units.as_deref().is_none_or(|unit| unit == "HU");
+    if first.is_inverted {
+        notes.push("the files say that the lowest values are white: values are turned over, so that high ones are".into());
+    }
+    let is_hounsfield = first.modality == "CT"
+        && !first.is_inverted
+        && first.units.as_deref().is_none_or(|unit| unit == "HU");
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
     let images = std::mem::take(&mut found.images);
     let gaps = stack.gaps.clone();

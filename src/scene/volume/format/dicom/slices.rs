@@ -46,13 +46,14 @@ impl Grid {
         thickness: f64,
         notes: &mut Vec<String>,
     ) -> Parsed<Grid> {
-        let Some(usual) = median(distances) else {
+        let (Some(usual), Some(middle)) = (lower_median(distances), median(distances)) else {
             return Ok(Grid {
                 spacing: thickness,
                 slices: vec![Slice::exact(0)],
                 gaps: None,
             });
         };
+        // The usual distance is one that occurs: slices that are missing are seen by multiples of it.
         let length = places[places.len() - 1] - places[0];
         let steps = |distance: f64| (distance / usual).round();
         let all_steps: f64 = distances.iter().copied().map(steps).sum();
@@ -68,7 +69,7 @@ impl Grid {
             step += steps(*distance);
             farthest = farthest.max((place - places[0] - step * spacing).abs());
         }
-        let count = (length / usual + EXACT).floor() + 1.0;
+        let count = (length / middle + EXACT).floor() + 1.0;
         let is_dense = count.max(all_steps) <= MOST_INVENTED * places.len() as f64;
         if !is_dense {
             return Err(format!(
@@ -91,19 +92,19 @@ impl Grid {
                 gaps,
             });
         }
-        let shift = (0..places.len()).map(|n| (places[n] - places[0] - n as f64 * usual).abs());
+        let shift = (0..places.len()).map(|n| (places[n] - places[0] - n as f64 * middle).abs());
         notes.push(format!(
             "slices are {} to {} mm apart and resampled linearly to the median, {} mm, which shifts them by \
              up to {} mm",
             shown(distances.iter().copied().fold(f64::INFINITY, f64::min)),
             shown(distances.iter().copied().fold(0.0, f64::max)),
-            shown(usual),
+            shown(middle),
             shown(shift.fold(0.0, f64::max))
         ));
         let slices = (0..count as usize)
-            .map(|n| between(places, places[0] + n as f64 * usual, ROUNDING * usual));
+            .map(|n| between(places, places[0] + n as f64 * middle, ROUNDING * middle));
         Ok(Grid {
-            spacing: usual,
+            spacing: middle,
             slices: slices.collect(),
             gaps,
         })
@@ -154,6 +155,13 @@ fn between(places: &[f64], place: f64, near: f64) -> Slice {
 /// A length with as many digits as a header gives.
 fn shown(millimetres: f64) -> f64 {
     (millimetres * 1e4).round() / 1e4
+}
+
+/// The value in the middle, or the lower one of the two in the middle.
+fn lower_median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len().checked_sub(1)? / 2).copied()
 }
 
 /// The value in the middle, or halfway between the two in the middle.

@@ -60,7 +60,6 @@ impl Slices {
         let has_padding = slices.images.iter().any(|image| image.padding.is_some());
         if has_padding || slices.stack.is_sheared() {
             slices.filler = slices.smallest()?;
-            slices.kept = Mutex::default();
         }
         Ok(slices)
     }

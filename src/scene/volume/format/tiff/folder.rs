@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::directory::Directories;
-use super::page::Page;
-use super::{Meaning, stack};
+use super::directory::{Directories, Tag};
+use super::page::{Layout, Page};
+use super::{Meaning, imagej, imagej_meaning, stack};
 use crate::scene::volume::format::header::Header;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
@@ -32,7 +32,7 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let pages: Vec<Parsed<Page>> = pages.collect();
     let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
     let layout = pages[0].layout;
-    let meaning = Meaning::stack(pages.len(), layout.samples);
+    let meaning = meaning(&files[0], pages.len(), &layout)?;
     stack(path, meaning, vec![layout.size], overrides, |n| {
         Ok(pages[n].clone())
     })
@@ -50,6 +50,27 @@ fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
     }
     files.sort_by(|(a, _), (b, _)| by_number(a, b).then_with(|| a.cmp(b)));
     Ok(files.into_iter().map(|(_, path)| path).collect())
+}
+
+/// What the first file says of all: ImageJ repeats its description in each. It is silent about the distance of slices.
+fn meaning(first: &Path, pages: usize, layout: &Layout) -> Parsed<Meaning> {
+    let file = Arc::new(WatchedFile::open(first)?);
+    let directories = Directories::new(&file)?;
+    let full = directories.full_pages()?;
+    let Some(page) = full.first() else {
+        return Ok(Meaning::stack(pages, layout.samples));
+    };
+    let description = directories.text(page, Tag::ImageDescription)?;
+    if !description.starts_with(imagej::START) {
+        return Ok(Meaning::stack(pages, layout.samples));
+    }
+    let mut meaning = imagej_meaning(&directories, page, pages, layout)?;
+    if let Some(unit) = meaning.unit.as_ref().filter(|_| pages > 1) {
+        meaning.notes.push(format!(
+            "ImageJ does not say how far apart the slices of a folder are: they are taken as 1 {unit} apart; set volume.spacing"
+        ));
+    }
+    Ok(meaning)
 }
 
 fn page(path: &Path) -> Parsed<Page> {

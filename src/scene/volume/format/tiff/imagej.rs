@@ -5,8 +5,9 @@
 
 use super::Meaning;
 use super::page::Layout;
-use crate::scene::volume::format::header::check_rescale;
+use crate::scene::volume::format::header::{check_rescale, unexpected};
 use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::storage::in_one_unit;
 
 pub const START: &str = "ImageJ=";
 
@@ -28,18 +29,16 @@ pub fn meaning(
     let planes = channels.saturating_mul(slices).saturating_mul(frames);
     let depth = value(description, "spacing").and_then(|text| text.parse::<f64>().ok());
     let depth = depth.map(f64::abs).filter(|depth| depth.is_normal());
-    let unit = value(description, "unit").filter(|unit| *unit != "pixel");
+    // Units of y and z stand there only if they differ from that of x.
+    let [unit, of_y, of_z] = ["unit", "yunit", "zunit"].map(|key| unit(description, key));
     let [x, y] = resolution.map(|pixels| match unit {
         Some(_) => 1.0 / pixels.unwrap_or(1.0),
         None => 1.0,
     });
-    let unit = unit.map(|unit| match unit {
-        "\\u00B5m" | "micron" | "um" => "µm".to_string(),
-        other => other.to_string(),
-    });
+    let lengths = [x, y, depth.unwrap_or(1.0)];
     let mut meaning = Meaning {
-        spacing: [x, y, depth.unwrap_or(1.0)],
-        unit,
+        spacing: in_one_unit(lengths, [unit, of_y.or(unit), of_z.or(unit)]),
+        unit: unit.map(str::to_string),
         ..Meaning::stack(pages, layout.samples)
     };
     // ImageJ calibrates integers of 8 and 16 bits only.
@@ -79,6 +78,15 @@ impl Meaning {
     }
 }
 
+/// A unit of length; `None` if none is stated, or lengths are counted in pixels.
+fn unit<'a>(description: &'a str, key: &str) -> Option<&'a str> {
+    let unit = value(description, key).filter(|unit| *unit != "pixel")?;
+    Some(match unit {
+        "\\u00B5m" | "micron" | "um" => "µm",
+        other => other,
+    })
+}
+
 fn value<'a>(description: &'a str, key: &str) -> Option<&'a str> {
     let mut lines = description.lines();
     lines.find_map(|line| Some(line.strip_prefix(key)?.strip_prefix('=')?.trim()))
@@ -92,5 +100,8 @@ fn count(description: &str, key: &str) -> Parsed<u64> {
         .parse()
         .ok()
         .filter(|count| (1..=u64::from(u32::MAX)).contains(count));
-    count.ok_or_else(|| format!("ImageJ's `{key}` is no whole number from 1 up"))
+    count.ok_or_else(|| {
+        let key = format!("{key} of ImageJ's description");
+        unexpected(&key, text, "a whole number from 1 up")
+    })
 }

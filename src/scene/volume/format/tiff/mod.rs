@@ -122,9 +122,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         }
     }
     let meaning = if is_imagej {
-        let resolution = [Tag::XResolution, Tag::YResolution];
-        let [x, y] = resolution.map(|tag| directories.fraction(first, tag));
-        imagej::meaning(&description, count, &first_page.layout, [x?, y?])?
+        imagej_meaning(&directories, first, count, &first_page.layout)?
     } else if ome::is_ome(&description) {
         ome::meaning(&description, count, samples)?
     } else {
@@ -140,6 +138,19 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         levels.push(directories.size(&directories.read(at)?)?);
     }
     stack(path, meaning, levels, overrides, pages)
+}
+
+/// What ImageJ says of pages, in the description of the first of them.
+fn imagej_meaning(
+    directories: &Directories<'_>,
+    first: &Directory,
+    pages: usize,
+    layout: &Layout,
+) -> Parsed<Meaning> {
+    let description = directories.text(first, Tag::ImageDescription)?;
+    let resolution = [Tag::XResolution, Tag::YResolution];
+    let [x, y] = resolution.map(|tag| directories.fraction(first, tag));
+    imagej::meaning(&description, pages, layout, [x?, y?])
 }
 
 impl Directories<'_> {

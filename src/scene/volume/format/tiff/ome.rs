@@ -141,14 +141,19 @@ fn places(pixels: &Node, order: [usize; 3], planes: usize, pages: usize) -> Pars
     let mut places: Vec<usize> = (0..planes).collect();
     let mut files = Vec::new();
     for data in pixels.children().filter(|node| is(node, "TiffData")) {
-        let number = |key: &str| data.attribute(key).map(str::parse::<usize>).transpose();
-        let wrong = |_| "its OME-XML has a `TiffData` with a number that is none".to_string();
-        let page = number("IFD").map_err(wrong)?;
-        let count = number("PlaneCount").map_err(wrong)?;
+        let number = |key: &str| -> Parsed<Option<usize>> {
+            let Some(text) = data.attribute(key) else {
+                return Ok(None);
+            };
+            let wrong = |_| unexpected(key, text, "a whole number from 0 up");
+            text.parse().map(Some).map_err(wrong)
+        };
+        let page = number("IFD")?;
+        let count = number("PlaneCount")?;
         let count = count.unwrap_or(if page.is_some() { 1 } else { planes });
         let mut plane: usize = 0;
         for (key, step) in ["FirstC", "FirstZ", "FirstT"].into_iter().zip(order) {
-            let first = number(key).map_err(wrong)?.unwrap_or(0);
+            let first = number(key)?.unwrap_or(0);
             plane = plane.saturating_add(first.saturating_mul(step));
         }
         for n in 0..count.min(planes.saturating_sub(plane)) {

@@ -30,6 +30,8 @@ pub enum Axis {
 pub struct ArrayChunks {
     array: Array,
     axes: Vec<Axis>,
+    /// The file that says what the axes are, if it is not the array's own.
+    metadata: Option<PathBuf>,
     /// Voxels of a chunk along x, y and z that are taken.
     dims: [u32; 3],
     /// The versions of files when they were first read; `None` for a file that did not exist.
@@ -38,10 +40,16 @@ pub struct ArrayChunks {
 }
 
 impl ArrayChunks {
-    pub fn new(array: Array, axes: Vec<Axis>, dims: [u32; 3]) -> ArrayChunks {
+    pub fn new(
+        array: Array,
+        axes: Vec<Axis>,
+        metadata: Option<PathBuf>,
+        dims: [u32; 3],
+    ) -> ArrayChunks {
         ArrayChunks {
             array,
             axes,
+            metadata,
             dims,
             versions: Mutex::default(),
             indices: Mutex::default(),
@@ -181,7 +189,8 @@ impl ArrayChunks {
 
 impl Chunks for ArrayChunks {
     fn files(&self) -> Vec<PathBuf> {
-        files_in(&self.array.folder)
+        let metadata = self.metadata.iter().cloned();
+        metadata.chain(files_in(&self.array.folder)).collect()
     }
 
     fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>> {

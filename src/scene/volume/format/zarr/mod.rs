@@ -10,7 +10,7 @@ mod chunks;
 mod crc32c;
 mod pipeline;
 
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
@@ -113,7 +113,8 @@ pub fn is_folder(path: &Path) -> bool {
 }
 
 pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
-    let (dimensions, resolutions, names) = match is_array(path) {
+    let is_array = is_array(path);
+    let (dimensions, resolutions, names) = match is_array {
         true => {
             let array = Array::read(path)?;
             let names = ["t", "c", "z", "y", "x"];
@@ -132,17 +133,28 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         }
         false => image(path)?,
     };
-    volume(&dimensions, resolutions, names, overrides)
+    let metadata = (!is_array).then(|| metadata_file(path));
+    volume(&dimensions, resolutions, names, metadata, overrides)
+}
+
+/// The file in which a group describes its arrays.
+fn metadata_file(group: &Path) -> PathBuf {
+    let newer = group.join("zarr.json");
+    match newer.is_file() {
+        true => newer,
+        false => group.join(".zattrs"),
+    }
 }
 
 /// The axes, resolutions and channels' names of an image.
 fn image(path: &Path) -> Parsed<(Vec<Dimension>, Vec<Resolution>, Vec<String>)> {
-    let attributes: Option<Attributes> = match path.join("zarr.json").is_file() {
+    let metadata = metadata_file(path);
+    let attributes: Option<Attributes> = match metadata.ends_with("zarr.json") {
         true => {
-            let group: Group = json(&path.join("zarr.json"))?;
+            let group: Group = json(&metadata)?;
             group.attributes.and_then(|attributes| attributes.ome)
         }
-        false if path.join(".zattrs").is_file() => Some(json(&path.join(".zattrs"))?),
+        false if metadata.is_file() => Some(json(&metadata)?),
         false => None,
     };
     let attributes =
@@ -208,6 +220,7 @@ fn volume(
     dimensions: &[Dimension],
     mut resolutions: Vec<Resolution>,
     mut names: Vec<String>,
+    metadata: Option<PathBuf>,
     overrides: &VolumeOverrides,
 ) -> Parsed<Header> {
     let level = pick("level", overrides.level, resolutions.len() as u32)?;
@@ -259,7 +272,7 @@ fn volume(
         }
     }
     let (voxel_type, endian) = (array.voxel_type, array.endian);
-    let chunks = ArrayChunks::new(array, axes, chunk);
+    let chunks = ArrayChunks::new(array, axes, metadata, chunk);
     let source = Chunked::new(dims, chunk, voxel_type.bytes(), Box::new(chunks));
     Ok(Header {
         geometry: Ok((spacing, Orientation::UNKNOWN)),
