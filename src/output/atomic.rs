@@ -116,16 +116,16 @@ impl Outputs {
             listed: _listed,
         } in self.staged
         {
-            let done = match target {
-                Target::File(target) => temporary
-                    .persist(target)
-                    .map(drop)
-                    .map_err(|failed| failed.error),
-                Target::Stream(target) => copy(temporary.as_file_mut(), &target),
+            let (done, target) = match target {
+                Target::File(target) => {
+                    let done = temporary.persist(&target).map(drop);
+                    (done.map_err(|failed| failed.error), target)
+                }
+                Target::Stream(target) => (copy(temporary.as_file_mut(), &target), target),
             };
             done.map_err(|error| Error::io(&path, error))?;
             HAS_COMMITTED.store(true, Ordering::Relaxed);
-            sync_folder(&path);
+            sync_folder(&target);
         }
         Ok(())
     }
@@ -172,7 +172,7 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
             Target::File(fs::canonicalize(path).map_err(|error| Error::io(path, error))?)
         }
         Ok(_) => Target::Stream(path.to_owned()),
-        Err(_) => Target::File(path.to_owned()),
+        Err(_) => Target::File(target_of(path)),
     };
     let folder = match &target {
         Target::File(file) => match file.parent() {
@@ -196,6 +196,14 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
     let (temporary, listed) =
         temporary::create(&folder, PREFIX).map_err(|error| Error::io(path, error))?;
     Ok((target, temporary, listed))
+}
+
+/// Where a symbolic link without a file behind it leads; other paths lead to themselves.
+fn target_of(path: &Path) -> PathBuf {
+    match (fs::read_link(path), path.parent()) {
+        (Ok(target), Some(folder)) => folder.join(target),
+        _ => path.to_owned(),
+    }
 }
 
 /// Asks the disk to keep a new name, where it can: without this the file may have its old content after a power cut.
