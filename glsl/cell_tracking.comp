@@ -47,6 +47,9 @@ float grey(vec3 radiance) {
 void arrive(vec3 radiance, vec3 towards_light) {
     vec3 light = radiance / scene.cache_unit;
     node_work.sums.light.rgb += light;
+    if (flux_columns() == 0u) {
+        return;
+    }
     if (has_colored_flux) {
         node_work.sums.flux -= outerProduct(towards_light, light);
     } else {
@@ -186,7 +189,7 @@ void main() {
                 if (path.stage == STAGE_IDLE) {
                     ++finished;
                     if (path.samples_left == 0u) {
-                        parts.at[node_work.item] = node_work.sums;
+                        store_sums(node_work.item, node_work.sums);
                     }
                 }
             }

@@ -9,23 +9,12 @@
 #include "cells.glsl"
 #include "cube_bits.glsl"
 
-// Whether values lie on both sides of a surface.
-bool is_cut(vec2 range) {
-    for (uint s = 0u; s < surface_count; ++s) {
-        float value = surfaces.at[s].value;
-        if (range.x < value && range.y >= value) {
-            return true;
-        }
-    }
-    return false;
-}
-
 bool may_mark(Span span) {
-    return is_cut(range_of_macrocells(span));
+    return may_cross(range_of_macrocells(span), 0u, true);
 }
 
 uint marks_of(ivec3 cube) {
-    return is_cut(range_of_voxels(voxels_of(cube))) ? CUBE_MARKED : NOTHING_MARKED;
+    return may_cross(range_of_voxels(voxels_of(cube)), 0u, true) ? CUBE_MARKED : NOTHING_MARKED;
 }
 
 void note(uint brick) {

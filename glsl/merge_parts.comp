@@ -29,11 +29,9 @@ void main() {
         return;
     }
     uint item = first_item(index) + gl_LocalInvocationID.x;
-    NodeSums sums = parts.at[item];
-    for (uint part = 1u; part < turn.parts; ++part) {
-        item += nodes;
-        sums.light += parts.at[item].light;
-        sums.flux += parts.at[item].flux;
+    NodeSums sums = NodeSums(vec4(0.0), mat3(0.0));
+    for (uint part = 0u; part < turn.parts; ++part) {
+        add_sums(item + part * nodes, sums);
     }
     ivec3 texel = node_texel(node);
     float samples = float(turn.samples);

@@ -18,7 +18,7 @@
 #include "surface.glsl"
 #include "brdf.glsl"
 #include "light.glsl"
-#include "camera.glsl"
+#include "camera_ray.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "push.glsl"
@@ -59,7 +59,7 @@ void main() {
         return;
     }
     float entry, t_end;
-    Ray ray = camera_ray(vec2(pixel) + 0.5, entry, t_end);
+    Ray ray = camera_ray_within(vec2(pixel) + 0.5, vec2(0.0, 3.4e38), entry, t_end);
     float depth = 1.0;
     if (surface_count > 0u && t_end > 0.0) {
         depth = iso_depth(ray, t_end, pixel.y * scene.size.x + pixel.x);

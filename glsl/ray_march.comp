@@ -29,6 +29,9 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D unit_sum;
 layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 
+// Transmittance below which nothing behind can be seen in eight bits.
+const float OPAQUE_BELOW = 1e-3;
+
 // What a ray has collected so far.
 struct Front {
     vec3 radiance;
@@ -79,7 +82,6 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
     }
     March march = begin_march(ray, t, t_end);
     vec3 suns_here = suns_scattered(-ray.direction);
-    float opaque_below = push.opaque_below;
     if (!march.goes_on) {
         return;
     }
@@ -91,9 +93,11 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
             LOOP {
                 MarchStep s = make_step(ray, march);
                 float weight = front.transmittance * s.absorbed;
+                is_opaque = front.transmittance - weight <= OPAQUE_BELOW;
+                // What is left is taken to meet the same medium: nothing behind is seen, however bright it is.
+                weight = is_opaque ? front.transmittance : weight;
                 front.transmittance -= weight;
                 take(taken, weight, s.albedo, middle_of(s));
-                is_opaque = front.transmittance <= opaque_below;
                 if (is_opaque || !march.goes_on || is_due(taken)) {
                     break;
                 }
@@ -154,7 +158,7 @@ vec3 shade(Ray ray, Crossing crossing, uint weighs) {
     vec3 g = ray.origin + crossing.t * ray.step;
     CachedLight light = light_on(g, hit.geometric, weighs);
     vec3 reflected = reflected_light(uint(crossing.surface), material, hit.shading, -ray.direction, light);
-    return reflected * scene.cache_unit + sunlight_reflected(ray, crossing, hit, material, push.opaque_below);
+    return reflected * scene.cache_unit + sunlight_reflected(ray, crossing, hit, material, OPAQUE_BELOW);
 }
 
 // The light of the ray through a pixel; with `weighs`, bricks get their weights. Where the ray crosses very many surfaces,
@@ -172,9 +176,11 @@ Front look(Ray ray, float t_end, uint weighs) {
         }
         bool hits = crossing.surface >= 0;
         march_segment(ray, t, hits ? crossing.t : t_end, weighs, front);
+        // What the medium hides is not shaded, and needs no light.
+        hits = hits && front.transmittance > OPAQUE_BELOW;
         float weight = hits ? front.transmittance * surface_at(uint(crossing.surface)).opacity : 0.0;
         front.transmittance -= weight;
-        bool is_last = !hits || front.transmittance <= push.opaque_below;
+        bool is_last = !hits || front.transmittance <= OPAQUE_BELOW;
         Crossing shaded = crossing;
         if (weight_put_off > 0.0 || !has_time_for_suns()) {
             weight_put_off += weight;

@@ -20,11 +20,18 @@ struct Light {
     bool known;
 };
 
+// Whether a node may hold the light of an older scene: one whose half of a brick's nodes has its turn after this
+// (gathering.glsl), in the brick's first batch.
+bool may_be_old(ivec3 node) {
+    bool is_in_second_half = ((node.x + node.y + node.z) & 1) != 0;
+    return is_in_second_half && bricks.at[place_of(node / BRICK)].filled == FILLED_FIRST;
+}
+
 // `known` is false, and the light 0, where there is no node with memory, or the node has had no path.
 Light light_of(ivec3 node) {
     const Light NONE = Light(vec4(0.0), mat3(0.0), false);
     bool is_node = all(greaterThanEqual(node, ivec3(0))) && all(lessThan(node, ivec3(scene.cache_nodes)));
-    if (!is_node || page_of(node / BRICK) == NO_PLACE) {
+    if (!is_node || page_of(node / BRICK) == NO_PLACE || may_be_old(node)) {
         return NONE;
     }
     ivec3 texel = node_texel(node);
@@ -52,7 +59,7 @@ void main() {
     ivec3 node = BRICK * unpacked(brick.position) + mix(2 * i + e, i, is_done);
     bool exists = all(lessThan(i, mix(ivec3(BRICK / 2), ivec3(BRICK), is_done)))
                && all(lessThan(node, ivec3(scene.cache_nodes)));
-    if (brick.is_coarse == 0u || !exists) {
+    if (brick.filled != FILLED_COARSE || !exists) {
         return;
     }
     Light a = light_of(node - 3 * e);

@@ -30,6 +30,10 @@ layout(rgba32f) uniform image2D unit_sum;
 // The first sample index of these paths, so that no other path has the same random numbers.
 const uint TAIL_SAMPLES = 0x40000000u;
 
+// Paths for the light of a surface that fills a pixel. With more of them, where surfaces fill the picture, paths would take
+// longer than the march before them.
+const uint PATHS = 4u;
+
 void cover(inout Path path, float share) {}
 
 void escape(inout Path path) {
@@ -52,7 +56,7 @@ uint sample_of(uint item) {
 
 // Number of paths for a tail: fewer where its weight is small.
 uint paths_of(Tail tail) {
-    return uint(ceil(tail.weight * float(push.paths)));
+    return uint(ceil(tail.weight * float(PATHS)));
 }
 
 bool begin_pixel(inout Path path) {
@@ -74,7 +78,7 @@ bool begin_pixel(inout Path path) {
         return false;
     }
     path.pixel = pixel_at(item / units_together());
-    path.sample_index = TAIL_SAMPLES + sample_of(item) * push.paths - 1u;
+    path.sample_index = TAIL_SAMPLES + sample_of(item) * PATHS - 1u;
     path.sum = vec4(0.0);
     return true;
 }

@@ -1,7 +1,8 @@
 //! Reading pictures that other programs may have written.
 //!
 //! A header may claim any size. Memory for a picture is only asked for once its file is long enough to hold it, and where a
-//! decoder panics on damaged data, that is an error like any other.
+//! decoder panics on damaged data, that is an error like any other. OpenEXR is therefore decoded by the thread that asks: a
+//! panic on a thread of a pool would end the process.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +13,7 @@ use exr::math::Vec2;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{ReadChannels, ReadLayers};
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb, Rgb32FImage, imageops};
 
 use crate::fence::fenced;
 
@@ -59,9 +60,45 @@ pub fn read_exr(path: &Path) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, S
             .all_channels()
             .first_valid_layer()
             .all_attributes()
+            .non_parallel()
             .from_file(path)
-            .map_err(|error| format!("it is damaged and not readable as OpenEXR: {error}"))
+            .map_err(damaged)
     })
+}
+
+fn damaged(error: exr::error::Error) -> String {
+    format!("it is damaged and not readable as OpenEXR: {error}")
+}
+
+/// RGB of the first layer of an OpenEXR file that has it, over the window that is shown; black where there are no pixels.
+fn read_exr_colors(path: &Path) -> Result<Rgb32FImage, String> {
+    exr_meta_data(path)?;
+    let (shown, data) = fenced(|| {
+        let read = exr::prelude::read()
+            .no_deep_data()
+            .largest_resolution_level()
+            .rgb_channels(
+                |size, _| Rgb32FImage::new(size.x() as u32, size.y() as u32),
+                |pixels, at, (r, g, b): (f32, f32, f32)| {
+                    pixels.put_pixel(at.x() as u32, at.y() as u32, Rgb([r, g, b]));
+                },
+            )
+            .first_valid_layer()
+            .all_attributes()
+            .non_parallel()
+            .from_file(path)
+            .map_err(damaged)?;
+        Ok((read.attributes.display_window, read.layer_data))
+    })?;
+    let pixels = data.channel_data.pixels;
+    let Vec2(x, y) = data.attributes.layer_position - shown.position;
+    let Vec2(width, height) = shown.size;
+    if (x, y, width as u32, height as u32) == (0, 0, pixels.width(), pixels.height()) {
+        return Ok(pixels);
+    }
+    let mut image = Rgb32FImage::new(width as u32, height as u32);
+    imageops::replace(&mut image, &pixels, x.into(), y.into());
+    Ok(image)
 }
 
 fn check_header(header: &Header, bytes: u64) -> Result<(), String> {
@@ -115,7 +152,7 @@ pub fn read_image(path: &Path, format: Option<ImageFormat>) -> Result<DynamicIma
         }
     }
     if reader.format() == Some(ImageFormat::OpenExr) {
-        exr_meta_data(path)?;
+        return Ok(read_exr_colors(path)?.into());
     }
     // The library's own cap of 512 MiB is less than an 8K sky needs.
     reader.no_limits();

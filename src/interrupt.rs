@@ -34,7 +34,7 @@ pub fn keep_work() {
 }
 
 pub fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
+    INTERRUPTED.load(Ordering::Acquire)
 }
 
 /// What has ended the work, as the end of the sentence "stopped because …".
@@ -80,11 +80,13 @@ pub fn takes_request() -> bool {
 /// An interruption with an exit status has come.
 fn interrupt(status: u8) {
     let keeps = KEEPS.load(Ordering::Relaxed);
-    let is_first = !INTERRUPTED.swap(keeps, Ordering::Relaxed);
+    let is_first = !INTERRUPTED.load(Ordering::Relaxed);
     if keeps && status == TERMINATED_STATUS && !is_first {
         return;
     }
+    // Whoever sees the flag sees the status.
     STATUS.store(status, Ordering::Relaxed);
+    INTERRUPTED.store(keeps, Ordering::Release);
     if keeps && is_first {
         return;
     }

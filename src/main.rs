@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use isolume::cli::{Cli, Command};
 use isolume::error::Result;
+use isolume::output::say;
 #[cfg(feature = "window")]
 use isolume::view;
 use isolume::{fence, interrupt, job};
@@ -14,7 +15,7 @@ fn main() -> ExitCode {
     match run(Cli::parse().command) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
-            eprintln!("isolume: {error}");
+            say(format!("isolume: {error}"));
             ExitCode::from(interrupt::status_of(&error))
         }
     }

@@ -27,8 +27,15 @@ pub fn remove_all() {
     std::mem::forget(names);
 }
 
+/// A file under a temporary name, which is removed when this is dropped.
+pub struct Temporary {
+    pub file: NamedTempFile,
+    // Last: the name leaves the list when the file is gone.
+    _listed: Listed,
+}
+
 /// A temporary name on the list of those, until it is dropped.
-pub struct Listed(PathBuf);
+struct Listed(PathBuf);
 
 impl Drop for Listed {
     fn drop(&mut self) {
@@ -37,15 +44,23 @@ impl Drop for Listed {
     }
 }
 
-/// Makes a file with a new name that begins with `prefix`, and locks it. The second value has to be dropped after the first.
-pub fn create(folder: &Path, prefix: &str) -> io::Result<(NamedTempFile, Listed)> {
+/// Makes a file with a new name that begins with `prefix`, and locks it.
+pub fn create(folder: &Path, prefix: &str) -> io::Result<Temporary> {
     loop {
-        let (file, listed) = create_without_lock(folder, prefix)?;
-        let _ = file.as_file().lock();
+        let temporary = create_without_lock(folder, prefix)?;
+        let _ = temporary.file.as_file().lock();
         // Another process may have found it before it was locked.
-        if file.path().exists() {
-            return Ok((file, listed));
+        if temporary.file.path().exists() {
+            return Ok(temporary);
         }
+    }
+}
+
+impl Temporary {
+    /// Gives the file its final name.
+    pub fn persist(self, path: &Path) -> io::Result<()> {
+        let Temporary { file, _listed } = self;
+        file.persist(path).map(drop).map_err(|failed| failed.error)
     }
 }
 
@@ -67,7 +82,7 @@ pub fn abandoned(path: &Path) -> Option<File> {
     file.try_lock().is_ok().then_some(file)
 }
 
-fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<(NamedTempFile, Listed)> {
+fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<Temporary> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(prefix);
     // Temporary files are private by default; these have the permissions of any new file.
@@ -81,5 +96,8 @@ fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<(NamedTempFile
     let file = builder.tempfile_in(folder)?;
     let path = file.path().to_owned();
     names.push(path.clone());
-    Ok((file, Listed(path)))
+    Ok(Temporary {
+        file,
+        _listed: Listed(path),
+    })
 }

@@ -18,16 +18,23 @@ const ARCHIVES: [&str; 8] = [
     "SPIRV-Tools",
 ];
 
+/// Changes when a package is installed.
+const PACKAGES: &str = "/var/lib/dpkg/status";
+
 fn main() {
     println!("cargo::rerun-if-changed=tools/build.rs");
-    for folder in ["/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu"] {
-        let holds = |archive: &str| Path::new(folder).join(format!("lib{archive}.a")).exists();
-        if holds("glslang") {
-            println!("cargo::rustc-link-search=native={folder}");
-            for archive in ARCHIVES.into_iter().filter(|archive| holds(archive)) {
-                println!("cargo::rustc-link-lib=static={archive}");
-            }
-            println!("cargo::rustc-link-lib=dylib=stdc++");
+    let architecture = std::env::var("CARGO_CFG_TARGET_ARCH").unwrap_or_default();
+    let folder = format!("/usr/lib/{architecture}-linux-gnu");
+    let path_of = |archive: &str| format!("{folder}/lib{archive}.a");
+    let holds = |archive: &str| Path::new(&path_of(archive)).exists();
+    if holds("glslang") {
+        println!("cargo::rerun-if-changed={}", path_of("glslang"));
+        println!("cargo::rustc-link-search=native={folder}");
+        for archive in ARCHIVES.into_iter().filter(|archive| holds(archive)) {
+            println!("cargo::rustc-link-lib=static={archive}");
         }
+        println!("cargo::rustc-link-lib=dylib=stdc++");
+    } else if Path::new(PACKAGES).exists() {
+        println!("cargo::rerun-if-changed={PACKAGES}");
     }
 }

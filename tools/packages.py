@@ -12,12 +12,12 @@ def enter(home, packages):
 
     What has been installed is written down when it is there: an installation that was interrupted is done again.
     """
-    home = Path(home).absolute()
+    home = Path(os.path.abspath(home))
     if Path(sys.prefix) == home:
         return
     python, installed = home / "bin/python", home / "installed"
     wanted = set(packages)
-    if not python.exists():
+    if not installed.exists():
         venv.create(home, with_pip=True)
     found = set(installed.read_text().split()) if installed.exists() else set()
     if not wanted <= found:

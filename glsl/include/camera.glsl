@@ -1,3 +1,5 @@
+#include "camera_ray.glsl"
+
 // Two texels for each patch, side by side: the complement of the nearest distance, and the farthest distance
 // (patches.comp).
 LOADED_AS(r32ui) uniform utexels2D patches;
@@ -12,47 +14,7 @@ vec2 reach_at(vec2 p) {
     return far == 0u ? vec2(0.0) : vec2(uintBitsToFloat(~near), uintBitsToFloat(far));
 }
 
-// The point of its pixel through which a sample's ray goes, from two numbers in [0, 1).
-vec2 place_in_pixel(vec2 u) {
-    return scene.through_centres != 0u ? vec2(0.5) : u;
-}
-
-// The point of its pixel through which a marched sample's ray goes.
-vec2 marched_place(Random random) {
-    return place_in_pixel(unit_intervals(even_words(random, direction_pairs(0u))).xy);
-}
-
-// A ray through the picture at p, in pixels from its upper left corner.
-// `entry` is the world distance from the eye (or its plane) to where the ray may first meet something: the
-// ray's own t starts there, so that a distant eye costs no digits. Misses have t_end < 0.
+// A ray through the picture at p, between the nearest and the farthest place where it may meet something.
 Ray camera_ray(vec2 p, out float entry, out float t_end) {
-    vec2 film = vec2(2.0, -2.0) * p / vec2(scene.size) + vec2(-1.0, 1.0);
-    vec3 across = film.x * scene.right + film.y * scene.up;
-    vec3 eye = is_orthographic ? scene.eye + across : scene.eye;
-    vec3 direction = normalize(is_orthographic ? scene.forward : scene.forward + across);
-    Ray ray = make_ray(to_grid(eye), direction);
-    vec2 reach = reach_at(p);
-    vec2 span = clip_ray(ray, reach.x);
-    span.y = min(span.y, reach.y);
-    entry = span.x;
-    t_end = span.x < span.y ? span.y - span.x : -1.0;
-    ray.origin = clamp(fma(vec3(entry), ray.step, ray.origin), vec3(0.5), vec3(scene.dims) + 0.5);
-    return ray;
-}
-
-// The pixel of a thread, in groups of 8×8: in Morton order, so that threads that run together, be it 4 lanes or 32,
-// see a square of the picture and not a row. Rays of a square meet more of the same cells.
-//
-// Each row of groups is followed by the seventh below it, round and round a picture of `height` pixels: lavapipe gives
-// each core one run of groups, and a run of neighbouring rows may hold most of what there is to see.
-ivec2 own_pixel(uint height) {
-    // A prime: every row is visited once. Where it divides the number of rows, each round begins a row further down.
-    const uint STRIDE = 7u;
-    uint i = gl_LocalInvocationIndex;
-    uvec2 inner = uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);
-    uint rows = (height + 7u) / 8u;
-    uvec2 group = gl_WorkGroupID.xy;
-    uint turn = rows % STRIDE == 0u ? group.y / (rows / STRIDE) : 0u;
-    group.y = (STRIDE * group.y + turn) % rows;
-    return ivec2(8u * group + inner);
+    return camera_ray_within(p, reach_at(p), entry, t_end);
 }

@@ -34,7 +34,8 @@ int transfer_point(float v) {
 
 float transfer_opacity(float v) {
     if (is_linear) {
-        return max(0.0, scene.linear_opacity.x + v * scene.linear_opacity.y); // rounding may leave the range
+        vec3 line = scene.linear_opacity;
+        return max(0.0, line.y + (v - line.x) * line.z); // rounding may leave the range
     }
     vec4 p = transfer_values(transfer_point(v));
     return mix(p.z, p.w, clamp((v - p.x) * p.y, 0.0, 1.0));

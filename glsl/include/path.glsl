@@ -237,6 +237,7 @@ void fly(inout Path path, inout Random random) {
     LOOP {
         Tracking before = tracking;
         Random random_before = random;
+        uint lookups_before = lookups;
         float transmittance_before = path.shadow_transmittance;
         if (tracking.outcome == OUTCOME_PENDING) {
             step_tracking(tracking, is_shadow, random, path.value, path.shadow_transmittance);
@@ -246,6 +247,7 @@ void fly(inout Path path, inout Random random) {
         if (is_last && steps > 0u) {
             tracking = before;
             random = random_before;
+            lookups = lookups_before;
             path.shadow_transmittance = transmittance_before;
             forgive();
         }

@@ -5,7 +5,7 @@
 // keeps its path in memory until the next one. A pixel's paths are summed by one slot in a fixed order: the picture
 // does not depend on the number of slots.
 //
-// A shader that includes this has a PushBlock with `work` and `slots`, and defines:
+// A shader that includes this takes push constants `work` and `slots`, and defines:
 
 // Takes a pixel, which may have no paths, from the queue. Returns false if the queue is empty.
 bool begin_pixel(inout Path path);

@@ -4,10 +4,40 @@
 
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 layout(scalar) readonly buffer TurnBlock { Turn at[]; } turns;
-layout(scalar) buffer PartBlock { NodeSums at[]; } parts;
+// The sums of items, number by number: light, and as many columns of flux as the cache holds.
+layout(scalar) buffer PartBlock { float at[]; } parts;
 
 const uint NODES = uint(BRICK * BRICK * BRICK);
 const uint COARSE_NODES = NODES / 8u;
+
+uint flux_columns() {
+    return flux_step == 0u ? 0u : has_colored_flux ? 3u : 1u;
+}
+
+// Where the numbers of an item begin (`part_bytes` in src/render/cache/work_list.rs).
+uint sums_at(uint item) {
+    return item * (4u + 3u * flux_columns());
+}
+
+void store_sums(uint item, NodeSums sums) {
+    uint at = sums_at(item);
+    for (uint i = 0u; i < 4u; ++i) {
+        parts.at[at + i] = sums.light[i];
+    }
+    for (uint i = 0u; i < 3u * flux_columns(); ++i) {
+        parts.at[at + 4u + i] = sums.flux[i / 3u][i % 3u];
+    }
+}
+
+void add_sums(uint item, inout NodeSums sums) {
+    uint at = sums_at(item);
+    for (uint i = 0u; i < 4u; ++i) {
+        sums.light[i] += parts.at[at + i];
+    }
+    for (uint i = 0u; i < 3u * flux_columns(); ++i) {
+        sums.flux[i / 3u][i % 3u] += parts.at[at + 4u + i];
+    }
+}
 
 // Nodes of a brick on the fine lattice that get paths.
 uint fine_nodes() {

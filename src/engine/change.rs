@@ -1,6 +1,7 @@
 //! Continuing with an edited scene: what has to be done again follows from the parts that have changed.
 
 use super::Engine;
+use super::host::check;
 use crate::error::{Error, Result};
 use crate::render::{Derived, GpuScene, Plan, Variant};
 use crate::scene::Scene;
@@ -37,6 +38,7 @@ impl Engine {
     /// Continues with another scene, if the existing passes can show it within the planned memory. After an error the engine
     /// may have changed half way, and can only be dropped.
     pub fn change_in_place(&mut self, scene: &Scene) -> Result<Changed> {
+        check(scene)?;
         let next = self.full.changed_to(scene, &self.volume);
         let changes = next.changes_from(&self.full);
         if !changes.spoil(Derived::Picture) {
@@ -74,6 +76,7 @@ impl Engine {
         self.scene = scene.clone();
         self.full = next;
         self.samples_ahead = None;
+        self.seconds_per_sample = f64::INFINITY;
         let lasts = self.renderer.change(&self.full.reduced_to(size))?;
         if has_new_layout && let Some(mut caching) = self.renderer.caching() {
             caching.guess_light()?;
@@ -106,10 +109,13 @@ impl Engine {
         Plan::new(self.host.device(), self.host.summary(), scene)
     }
 
-    /// Whether the budget allows pictures of another size beside `reserved` bytes for something else.
+    /// Whether the budget and the device's limits allow pictures of another size beside `reserved` bytes for something else.
     pub fn has_room_for(&self, size: [u32; 2], reserved: u64) -> Result<bool> {
-        let plan = self.plan_for(&self.full.reduced_to(size))?;
-        Ok(plan.bytes() + reserved <= self.memory.budget)
+        match self.plan_for(&self.full.reduced_to(size)) {
+            Ok(plan) => Ok(plan.bytes() + reserved <= self.memory.budget),
+            Err(Error::Memory(_)) => Ok(false),
+            Err(other) => Err(other),
+        }
     }
 
     /// Sets bytes of the budget aside for something else.
@@ -121,7 +127,9 @@ impl Engine {
         self.reserved
     }
 
-    /// Renders the same picture with fewer pixels from now on, or with all of them again.
+    /// Renders the same picture with fewer pixels from now on, at least one, or with all of them again. [`picture`](Engine::picture),
+    /// [`sums`](Engine::sums), [`march`](Engine::march) and [`resume`](Engine::resume) go back to all, which drops the samples of
+    /// fewer.
     pub fn reduce_to(&mut self, size: [u32; 2]) -> Result<()> {
         if self.renderer.size() != size {
             self.renderer.change(&self.full.reduced_to(size))?;

@@ -48,7 +48,7 @@ pub struct CacheStats {
     /// Relative error of the picture that the cache shows; not finite while it is unknown.
     pub relative_error: f64,
     pub converged: bool,
-    /// Seconds until the cache had converged; `None` if it has not.
+    /// Seconds that filling has taken, if the cache has converged by then; `None` if it has not.
     pub seconds_to_converge: Option<f64>,
 }
 
@@ -115,10 +115,13 @@ pub fn peak_share(peak: &Peak, work: &Work, us: f64) -> Option<f64> {
 }
 
 pub fn memory(memory: &Memory, planned_bytes: u64) -> MemoryStats {
-    let resources = memory.resources().into_iter().map(|r| ResourceStats {
-        name: r.name.into(),
-        bytes: r.bytes,
-    });
+    let resources = memory
+        .resources_at_peak()
+        .into_iter()
+        .map(|r| ResourceStats {
+            name: r.name.into(),
+            bytes: r.bytes,
+        });
     MemoryStats {
         budget_bytes: memory.budget,
         planned_bytes,

@@ -6,8 +6,9 @@
 //! take.
 
 use super::Engine;
+use super::batches::{cache_goal, cache_share_of_time};
 use super::forecast::{FillForecast, Forecast};
-use super::schedule::{Stop, cache_goal, cache_share_of_time};
+use super::schedule::Stop;
 use crate::error::Result;
 use crate::render::shared::GATHERED;
 use crate::render::{Cache, Until, worth};

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::Engine;
 use super::forecast::{Evenness, Forecast, left_of};
 use super::picture::relative_change;
+use super::schedule::MOST_AT_ONCE;
 use super::trial::Work;
 use crate::error::Result;
 use crate::render::Until;
@@ -23,7 +24,7 @@ const SAMPLES_MARCHED: u32 = 4;
 const LEFT_OF_MARCHED: f64 = 0.35;
 /// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
 /// and as many as pictures begin with ([`units_together`](super::schedule::units_together)).
-const UNITS_IN_BRICKS: &[u32] = &[3, 12];
+const UNITS_IN_BRICKS: &[u32] = &[MOST_AT_ONCE, MOST_AT_ONCE * (1 + MOST_AT_ONCE)];
 const UNITS: &[u32] = &[3];
 
 /// What units that were begun together have taken.

@@ -8,6 +8,9 @@ use crate::render::worth;
 
 /// How often a cache's paths are doubled at most, in a comparison of how far to fill it.
 const DOUBLINGS: u32 = 24;
+/// A cache is filled further only if the work would otherwise take more than so many times as long: forecasts are not more
+/// exact than that.
+const WORTH_FILLING: f64 = 1.2;
 /// Shares of the time that are compared are multiples of one part in so many.
 const SHARES: u32 = 40;
 
@@ -132,7 +135,7 @@ impl Forecast {
     pub fn is_filled_for(&self, error: f64, pictures: u32) -> bool {
         self.cache.is_some_and(|cache| {
             let seconds = self.seconds_with(&cache, cache.worth, error, pictures);
-            seconds.is_finite() && seconds <= LATE * self.seconds_to(error, pictures)
+            seconds.is_finite() && seconds <= WORTH_FILLING * self.seconds_to(error, pictures)
         })
     }
 

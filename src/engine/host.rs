@@ -22,7 +22,8 @@ pub struct HostOptions {
     pub validation: bool,
 }
 
-/// An open device with a budget. Clones share the device.
+/// An open device with a budget, all of which each engine may take: drop one before making another, or give each a host with
+/// its share. Clones share the device.
 #[derive(Clone)]
 pub struct Host {
     device: Arc<Device>,
@@ -142,9 +143,12 @@ impl HostOptions {
     }
 }
 
-/// Fails for a scene with more surfaces than a path can keep track of, and for a cache in which light would have a number
-/// of bounces.
-fn check(scene: &Scene) -> Result<()> {
+/// Fails for a scene with more surfaces than a path can keep track of, for a cache in which light would have a number of
+/// bounces, and for a picture without pixels.
+pub(super) fn check(scene: &Scene) -> Result<()> {
+    if scene.render.size.contains(&0) {
+        return Err(Error::value("a picture has at least 1x1 pixels"));
+    }
     if let Some(clash) = scene.render.clash() {
         return Err(Error::input(
             Place::default().with_key("render.max_bounces"),

@@ -1,6 +1,7 @@
 //! The one type that a program drives: open a volume, resolve a scene, plan, fill a cache, take samples, change the
 //! scene, read picture and figures. The command line and the window are both built on it.
 
+pub mod batches;
 mod budget;
 mod change;
 pub mod figures;
@@ -8,6 +9,7 @@ mod filling;
 mod first_samples;
 mod forecast;
 mod host;
+mod kept_light;
 mod picture;
 mod refinement;
 mod run;
@@ -30,9 +32,11 @@ use forecast::Forecast;
 pub use budget::{Budget, Limit};
 pub use change::Changed;
 pub use host::{Host, HostOptions};
+pub use kept_light::KeptLight;
 pub use picture::{Picture, relative_error};
 pub use refinement::Refinement;
-pub use run::{Outcome, Progress, Run};
+pub(crate) use run::relative_error_of;
+pub use run::{Outcome, Progress, Run, Sampling};
 pub use sample_range::SampleRange;
 pub use schedule::Stop;
 pub use stopwatch::Stopwatch;
@@ -53,6 +57,8 @@ pub struct Engine {
     reserved: u64,
     /// What samples through the cache have taken on trial.
     samples_ahead: Option<Forecast>,
+    /// Seconds that a sample of every pixel took last; infinite while it is unknown.
+    seconds_per_sample: f64,
     memory: Arc<Memory>,
 }
 
@@ -101,6 +107,7 @@ impl Engine {
             seed,
             reserved: 0,
             samples_ahead: None,
+            seconds_per_sample: f64::INFINITY,
             memory: memory.clone(),
         })
     }
@@ -148,7 +155,8 @@ impl Engine {
         self.renderer.begin_picture();
     }
 
-    /// Runs each pass for a moment and forgets the results: some drivers finish compiling only then.
+    /// Runs each pass for a moment and forgets the results: some drivers finish compiling only then. To be called before
+    /// anything is rendered: a picture under way is lost.
     pub fn warm_up(&mut self) -> Result<()> {
         self.renderer.warm_up()
     }
@@ -172,6 +180,7 @@ impl Engine {
 
     /// The picture that the cache shows at once, without samples; `None` in a variant without a cache.
     pub fn march(&mut self) -> Result<Option<Picture>> {
+        self.reduce_to(self.scene.render.size)?;
         match self.renderer.caching() {
             Some(mut caching) => {
                 let film = Film::marched(caching.march()?);
@@ -190,7 +199,7 @@ impl Engine {
         self.renderer.change(&self.full.reduced_to(size)).map(drop)
     }
 
-    /// The same picture, and the sums behind it.
+    /// [`picture`](Engine::picture), and the sums behind it.
     pub fn picture_with_sums(&mut self) -> Result<(Picture, Sums)> {
         let sums = self.sums()?;
         let film = match (self.totals().samples, self.renderer.caching()) {
@@ -216,7 +225,8 @@ impl Engine {
         self.renderer.resume(sums, totals)
     }
 
-    /// Sets the index that the first sample of this picture has in the whole picture.
+    /// Begins the picture anew, with the sample that has this index, below [`SampleRange::MOST`], in the whole picture; so do
+    /// pictures of later scenes.
     pub fn begin_at_sample(&mut self, first: u32) {
         self.renderer.begin_at_sample(first);
     }

@@ -85,6 +85,15 @@ impl Refinement {
         self.share(samples) < LEAST_SHARE
     }
 
+    /// What is left, in the picture after so many samples, of their standard error; all of it while the march alone is shown,
+    /// whose error is not known yet.
+    pub fn error_left(&self, samples: u32) -> f32 {
+        match self.share(samples) {
+            share if share < 1.0 && !self.is_over(samples) => (1.0 - share).sqrt() as f32,
+            _ => 1.0,
+        }
+    }
+
     /// The picture after so many samples with this mean.
     pub fn picture(&self, samples: u32, mean: &[[f32; 4]]) -> Vec<[f32; 4]> {
         let share = match self.is_over(samples) {

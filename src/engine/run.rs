@@ -5,11 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::Engine;
+use super::batches::{Filled, next_batch};
 use super::picture::{relative_error, rgb};
-use super::schedule::{Done, Filled, Stop, next_batch, next_unit, reason_to_stop, units_together};
+use super::schedule::{Done, Stop, next_unit, reason_to_stop, units_together};
 use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Place, Result};
-use crate::render::Until;
+use crate::render::{Film, Until};
 
 /// The least time between two looks at the error for progress alone, where no stop depends on it, and that time as a
 /// multiple of what a look takes: a picture has to be downloaded for it.
@@ -49,11 +50,19 @@ pub enum Progress {
     /// A batch of paths for the cache has ended.
     Filled { updates: u32, relative_error: f64 },
     /// A unit of samples has ended.
-    Sampled {
-        spp: u32,
-        seconds: f64,
-        relative_error: f64,
-    },
+    Sampled(Sampling),
+}
+
+/// How far a picture has come.
+#[derive(Debug, Clone, Copy)]
+pub struct Sampling {
+    /// Samples in every pixel.
+    pub spp: u32,
+    /// Time spent, with the filling of the cache where that is the picture's.
+    pub seconds: f64,
+    /// Seconds that a sample of every pixel takes.
+    pub seconds_per_sample: f64,
+    pub relative_error: f64,
 }
 
 /// How a render ended.
@@ -73,8 +82,9 @@ pub struct Outcome {
 }
 
 impl Engine {
-    /// Fills the cache, if the variant has one, and takes samples, until `stop` is reached. An empty stop, or one
-    /// that is never reached, goes on for ever.
+    /// Fills the cache, if the variant has one, and takes samples in addition to those that the picture has, until `stop` is
+    /// reached; with another range of samples than before, the picture is begun anew. An empty stop, or one that is never
+    /// reached, goes on for ever.
     pub fn render(&mut self, stop: Stop) -> Result<Outcome> {
         let never = AtomicBool::new(false);
         let mut run = Run {
@@ -84,6 +94,12 @@ impl Engine {
             waits: false,
             between: None,
         };
+        let totals = self.totals();
+        if let Some(range) = stop.samples
+            && (totals.samples == 0 || totals.first_sample != range.first)
+        {
+            self.begin_at_sample(range.first);
+        }
         let watch = Stopwatch::started();
         self.fill(&mut run, 1)?;
         self.sample(&mut run, &watch)
@@ -98,13 +114,21 @@ impl Engine {
             .map_or(Duration::ZERO, |cache| cache.took);
         let [deadline, latest] = [run.stop.time, run.stop.time.map(with_delay)]
             .map(|time| time.and_then(|time| after(time.saturating_sub(spent))));
+        let is_caught_up = |engine: &Engine| {
+            let cache = engine.renderer.cache();
+            cache.is_some_and(|cache| cache.updates == 0 || cache.is_caught_up())
+        };
+        let mut is_of_another_view = !is_caught_up(self);
         loop {
             let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
+            is_of_another_view &= !is_caught_up(self);
             let until = Until {
                 interrupt: run.interrupt,
                 deadline: match updates {
                     0 if run.waits => None,
                     0 => latest,
+                    // What has come in sight has had no path, and time that earlier views took does not count.
+                    _ if is_of_another_view => run.stop.time.map(with_delay).and_then(after),
                     _ => deadline,
                 },
             };
@@ -154,11 +178,13 @@ impl Engine {
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
         let totals = self.renderer.totals();
         let mut first_frame = (totals.units > 0).then(Instant::now);
+        let before = watch.elapsed();
         let mut done = Done {
             first_sample: totals.first_sample,
             samples: totals.samples,
             units: totals.units,
-            took: watch.elapsed(),
+            took: before,
+            seconds_per_sample: self.seconds_per_sample,
             // A picture that is continued may be good enough already.
             relative_error: match run.stop.relative_error {
                 Some(_) if totals.units > 0 => self.relative_error()?,
@@ -194,15 +220,22 @@ impl Engine {
                 done.took += look;
                 next_look = done.took + TIME_TO_LOOK.max(LOOKS_TO_WAIT * look);
             }
-            (run.progress)(Progress::Sampled {
+            let taken = f64::from(done.samples - totals.samples);
+            done.seconds_per_sample = (done.took - before).as_secs_f64() / taken;
+            self.seconds_per_sample = done.seconds_per_sample;
+            (run.progress)(Progress::Sampled(Sampling {
                 spp: done.samples,
                 seconds: done.took.as_secs_f64(),
+                seconds_per_sample: done.seconds_per_sample,
                 relative_error: done.relative_error,
-            });
+            }));
             run.pause(self)?;
         };
         let Some(first_frame) = first_frame else {
-            return Err(Error::Interrupted);
+            return Err(match run.is_interrupted() {
+                true => Error::Interrupted,
+                false => Error::value(format!("the picture would have no sample: {why_stopped}")),
+            });
         };
         Ok(Outcome {
             samples: done.samples,
@@ -222,7 +255,8 @@ impl Engine {
             // Without light in the cache there is no picture, however long the sample takes.
             (Some(_), Some(cache)) if cache.updates == 0 => Some(Duration::ZERO),
             // The cache's first paths may have been late already.
-            (Some(time), _) if is_first => Some(with_delay(time.max(done.took))),
+            (Some(time), Some(_)) if is_first => Some(with_delay(time.max(done.took))),
+            (Some(time), None) if is_first => Some(with_delay(time)),
             (time, _) => time,
         };
         // An interruption while the cache is filled still lets the first unit end: the picture that the cache shows.
@@ -260,9 +294,13 @@ impl Engine {
         if self.renderer.totals().units == 1 {
             return Ok(f64::INFINITY);
         }
-        let film = self.renderer.film()?;
-        Ok(relative_error(&rgb(&film.mean), &film.stderr))
+        Ok(relative_error_of(&self.renderer.film()?))
     }
+}
+
+/// Relative error of a picture of several units.
+pub fn relative_error_of(film: &Film) -> f64 {
+    relative_error(&rgb(&film.mean), &film.stderr)
 }
 
 impl Run<'_> {

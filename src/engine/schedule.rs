@@ -6,12 +6,19 @@
 //! powers of two that begin at multiples of themselves, since those are what samples are spread evenly over
 //! (glsl/include/random.glsl): the spread between units then shows most of what that gains. They follow from a sample's
 //! index in the whole picture, so that the shards of a picture have the units of a single run.
+//!
+//! Units are blocks of one sequence, so their spread is that of independently scrambled batches only in so far as the blocks
+//! are independent of each other: without a cache, what is reported is 1.01 to 1.07 times the true error ("The error that is
+//! reported" in tools/measurements.md).
+//!
+//! In a march each sample is a unit of its own to the renderer, and units here are only what is taken between two looks
+//! (`render/units.rs`, `render/halves.rs`).
 
 use std::num::NonZeroU32;
 use std::time::Duration;
 
 use super::sample_range::SampleRange;
-use crate::render::doubling;
+use crate::render::Halves;
 
 /// When to stop: at whichever of these comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -62,13 +69,17 @@ pub struct Done {
     pub first_sample: u32,
     pub samples: u32,
     pub units: u32,
+    /// Time spent on the picture, with the filling of the cache where that is the picture's.
     pub took: Duration,
+    /// Seconds that a sample of every pixel takes; infinite while it is unknown, so that a single one is taken next.
+    pub seconds_per_sample: f64,
     /// Not finite while it is unknown.
     pub relative_error: f64,
 }
 
-/// Before this many units the spread between them says too little to stop by.
-pub const UNITS_TO_TRUST: u32 = 16;
+/// Before this many units the spread between them says too little to stop by. Marched samples are units of their own, and
+/// how evenly they are spread is looked at from this number on.
+pub const UNITS_TO_TRUST: u32 = Halves::LEAST;
 
 /// Why to stop now, as the end of a sentence; `None`: go on.
 pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
@@ -101,71 +112,6 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
     None
 }
 
-/// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): it is in every
-/// sample alike, and none averages it away.
-/// With half of it, seven eighths are left to the samples, which are a third more then, while the cache fills in a quarter of
-/// the time that a quarter of the error would take.
-const CACHE_SHARE_OF_ERROR: f64 = 0.5;
-/// Relative error at which the cache counts as converged where no error is asked for.
-const CACHE_ERROR: f64 = 0.002;
-
-/// The relative error at which the cache counts as converged.
-pub fn cache_goal(stop: &Stop) -> f64 {
-    stop.relative_error
-        .map_or(CACHE_ERROR, |goal| CACHE_SHARE_OF_ERROR * goal)
-}
-
-/// The cache's share of the time, at most, while it is not known how noisy samples are (`filling.rs`); a larger one
-/// where they have next to no noise.
-pub fn cache_share_of_time(samples_are_smooth: bool) -> f64 {
-    match samples_are_smooth {
-        true => 0.9,
-        false => 0.5,
-    }
-}
-
-/// How far a cache has come.
-#[derive(Debug, Clone, Copy)]
-pub struct Filled {
-    pub updates: u32,
-    pub took: Duration,
-    /// What it shows is good enough for the error that `stop` asks for, or as good as a cache need be.
-    pub is_good: bool,
-    /// The share of the time that filling may take.
-    pub share_of_time: f64,
-    pub seconds_per_update: f64,
-    /// Paths of all cells, for each pixel of all pictures to be made.
-    pub paths_per_pixel: f64,
-}
-
-/// Paths a cell from which an error can be told.
-const FEWEST_UPDATES: u32 = 8;
-
-/// Paths for each cell in the next batch; `None` once the picture needs samples more than the cache needs
-/// paths. Where samples are counted, the cache gets about as many paths as the pictures get samples.
-pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
-    let enough =
-        |spp: u32| filled.updates >= FEWEST_UPDATES && filled.paths_per_pixel >= f64::from(spp);
-    if filled.is_good || stop.count().is_some_and(enough) {
-        return None;
-    }
-    let double = doubling(filled.updates);
-    let Some(time) = stop.time.filter(|_| filled.updates > 0) else {
-        return Some(double);
-    };
-    let left = time
-        .mul_f64(filled.share_of_time)
-        .saturating_sub(filled.took);
-    let samples = (left.as_secs_f64() / filled.seconds_per_update) as u32;
-    // A batch that is small beside what is there changes nothing that can be seen.
-    // The first batches tell how fast the next ones are.
-    let is_early = filled.updates < FEWEST_UPDATES && !left.is_zero();
-    match is_early || samples >= double {
-        true => Some(double),
-        false => (8 * samples >= filled.updates).then_some(samples),
-    }
-}
-
 /// The largest power of two that is at most a sixteenth of `samples`; at least one.
 pub fn sixteenth(samples: u32) -> u32 {
     1 << (samples / 16).max(1).ilog2()
@@ -184,9 +130,8 @@ pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
     if let Some(goal) = stop.time
         && done.samples > 0
     {
-        let rate = done.samples as f64 / done.took.as_secs_f64();
         let left = goal.saturating_sub(done.took).as_secs_f64();
-        samples = samples.min((rate * left) as u32);
+        samples = samples.min((left / done.seconds_per_sample) as u32);
     }
     samples.max(1)
 }
@@ -195,18 +140,23 @@ pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
 /// are lost.
 pub const MOST_AT_ONCE: u32 = 3;
 
+/// The longest one for an infinite number of seconds.
+fn duration(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
+}
+
 /// How many of the next units have the same size, where several of them together take less time than one by one.
 pub fn units_together(stop: &Stop, done: &Done) -> u32 {
     let samples = next_unit(stop, done);
     let most = MOST_AT_ONCE * done.samples;
-    let seconds_per_sample = done.took.as_secs_f64() / f64::from(done.samples.max(1));
     let mut ahead = *done;
     let mut units = 0;
     loop {
         units += 1;
         ahead.samples += samples;
         ahead.units += 1;
-        ahead.took += Duration::from_secs_f64(seconds_per_sample * f64::from(samples));
+        let seconds = done.seconds_per_sample * f64::from(samples);
+        ahead.took = ahead.took.saturating_add(duration(seconds));
         // The error falls with the root of the number of samples.
         ahead.relative_error =
             done.relative_error * (f64::from(done.samples) / f64::from(ahead.samples)).sqrt();
@@ -236,18 +186,8 @@ mod tests {
             samples,
             units,
             took: Duration::from_secs_f64(seconds),
+            seconds_per_sample: seconds / f64::from(samples.max(1)),
             relative_error,
-        }
-    }
-
-    fn filled(updates: u32, seconds: f64, paths_per_pixel: f64) -> Filled {
-        Filled {
-            updates,
-            took: Duration::from_secs_f64(seconds),
-            is_good: false,
-            share_of_time: 0.5,
-            seconds_per_update: seconds / f64::from(updates),
-            paths_per_pixel,
         }
     }
 
@@ -342,35 +282,6 @@ mod tests {
         assert!(reason_to_stop(&stop, &done(16, 16, 1.0, f64::NAN)).is_none());
     }
 
-    #[test]
-    fn a_cache_takes_its_share_of_the_time_and_no_more() {
-        let stop = stop(None, Some(10), None);
-        let filled = |updates, seconds| filled(updates, seconds, 0.0);
-        assert_eq!(next_batch(&stop, &filled(0, 0.0)), Some(4));
-        assert_eq!(next_batch(&stop, &filled(16, 1.0)), Some(16));
-        assert_eq!(next_batch(&stop, &filled(64, 4.0)), Some(16));
-        assert_eq!(next_batch(&stop, &filled(64, 4.9)), None);
-        assert_eq!(
-            next_batch(&stop, &filled(30, 3.0)),
-            Some(2),
-            "to where gathering ends"
-        );
-        assert_eq!(next_batch(&stop, &filled(1, 20.0)), None);
-    }
-
-    #[test]
-    fn a_cache_takes_as_many_paths_as_pictures_take_samples() {
-        let stop = stop(Some(64), None, None);
-        let filled = |updates, paths_per_pixel| filled(updates, 0.0, paths_per_pixel);
-        assert_eq!(next_batch(&stop, &filled(8, 60.0)), Some(8));
-        assert_eq!(next_batch(&stop, &filled(16, 64.0)), None);
-        assert_eq!(
-            next_batch(&stop, &filled(2, 64.0)),
-            Some(2),
-            "too few to tell an error"
-        );
-    }
-
     /// Its mean counts no further.
     #[test]
     fn a_picture_ends_with_the_last_sample_that_it_can_have() {
@@ -381,6 +292,7 @@ mod tests {
             assert!(units_together(&stop, &now) >= 1);
             now.samples += next_unit(&stop, &now);
             now.took = Duration::from_secs_f64(f64::from(now.samples) / most);
+            now.seconds_per_sample = 1.0 / most;
             now.units += 1;
         }
         assert_eq!(now.samples, SampleRange::MOST);
@@ -390,5 +302,8 @@ mod tests {
     fn a_unit_ends_before_the_time_is_over() {
         let stop = stop(None, Some(10), None);
         assert_eq!(next_unit(&stop, &done(1600, 64, 9.9, 0.1)), 16);
+        let mut after_filling = done(4, 4, 5.0, 0.1);
+        after_filling.seconds_per_sample = 0.1;
+        assert_eq!(units_together(&stop, &after_filling), 12);
     }
 }

@@ -7,7 +7,7 @@ pub enum MemoryError {
     /// No plan stays within the budget.
     #[error(
         "the budget is {budget} bytes, but {variant} needs {} ({needed} bytes), {} of it for the {largest}{}: raise \
-         --vram-budget, lower --size, or set volume.crop", human(*.needed), human(*.largest_bytes), after_semicolon(.smallest_cache)
+         --vram-budget, or {remedy}", human(*.needed), human(*.largest_bytes), after_semicolon(.smallest_cache)
     )]
     Plan {
         budget: u64,
@@ -18,6 +18,8 @@ pub enum MemoryError {
         largest_bytes: u64,
         /// What the smallest cache needs, where one was considered.
         smallest_cache: Option<String>,
+        /// What makes the largest resource smaller.
+        remedy: &'static str,
     },
     /// A cache was asked for by name, and only a picture without one fits.
     #[error(
@@ -30,9 +32,12 @@ pub enum MemoryError {
         smallest_cache: String,
         non_caching: u64,
     },
-    /// The device is too small for the picture or the volume, even without a cache.
-    #[error("{0}: lower --size, or set volume.crop")]
-    Scene(Box<MemoryError>),
+    /// The device is too small for the picture, the volume or the sky, even without a cache.
+    #[error("{why}: {remedy}")]
+    Scene {
+        why: Box<MemoryError>,
+        remedy: &'static str,
+    },
     /// A resource is more than what is left of the budget.
     #[error(
         "{resource} needs {}, but {} of the budget of {} are in use: raise --vram-budget, or crop the volume or shrink \
@@ -100,6 +105,20 @@ pub enum MemoryError {
         "{what}: the machine has no memory left; close what else uses it, or lower --ram-budget"
     )]
     Host { what: String },
+}
+
+impl MemoryError {
+    /// The resource that is too large, where it is one.
+    pub fn resource(&self) -> Option<&str> {
+        match self {
+            MemoryError::Budget { resource, .. }
+            | MemoryError::Allocation { resource, .. }
+            | MemoryError::Buffer { resource, .. }
+            | MemoryError::Image { resource, .. }
+            | MemoryError::Refused { resource, .. } => Some(resource),
+            _ => None,
+        }
+    }
 }
 
 fn after_semicolon(text: &Option<String>) -> String {

@@ -19,9 +19,10 @@ pub struct BufferDesc {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Placement {
     Device,
-    /// Mapped; written by the host, read by the device.
+    /// Mapped, and in the device's own memory where the host can write there. The host only writes: reading takes it very
+    /// long on a GPU.
     Upload,
-    /// Mapped; written by the device, read (and reset) by the host.
+    /// Mapped, in the host's memory and caches. Both sides read and write; a GPU does so over the bus.
     Readback,
 }
 

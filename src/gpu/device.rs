@@ -9,7 +9,7 @@ use ash::{ext, khr, vk};
 
 use super::failure::failure;
 use super::instance::{Instance, Validation, one_at_a_time, queue_families};
-use super::needs::{can_load_texels, can_vote, has_timestamps, timestamp_mask};
+use super::needs::{can_load_texels, can_store_texels, can_vote, has_timestamps, timestamp_mask};
 use super::pipeline_cache::PipelineCache;
 use super::shader;
 use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
@@ -47,6 +47,8 @@ pub struct Device {
     /// Whether submissions are timed by the host's clock: where the queue writes no timestamps, and where a window is
     /// drawn by Mesa's CPU driver, which then writes them when it draws next, not where they were recorded.
     pub(super) timed_by_host: bool,
+    /// Whether the queue writes timestamps.
+    pub writes_timestamps: bool,
     has_memory_budget: bool,
     /// Whether shaders read images texel by texel as storage images: `glsl/include/texels.glsl`.
     pub loads_texels: bool,
@@ -101,7 +103,9 @@ impl Device {
                 false => unable("has no compute queue"),
             })?;
         let family = queue_families(&instance, physical)[queue_family as usize];
-        let stores_texels = can_load_texels(&instance, physical);
+        let stores_texels = can_store_texels(&instance, physical);
+        let loads_texels =
+            !fetches_texels && summary.kind.is_software() && can_load_texels(&instance, physical);
         let has_memory_budget = instance.has_extension(physical, ext::memory_budget::NAME);
         let raw = logical_device(&instance, physical, queue_family, has_memory_budget, draws)
             .map_err(|e| failure(e, format!("{} could not be opened", summary.name)))?;
@@ -131,9 +135,10 @@ impl Device {
                 }
             },
             timestamp_mask: timestamp_mask(&family),
+            writes_timestamps: has_timestamps(&family),
             timed_by_host: !has_timestamps(&family) || draws && summary.kind.is_software(),
             has_memory_budget,
-            loads_texels: stores_texels && !fetches_texels && summary.kind.is_software(),
+            loads_texels,
             stores_texels,
             votes: can_vote(&instance, physical),
             summary,

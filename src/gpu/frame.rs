@@ -4,20 +4,27 @@
 //! Recording a command gives it its barrier, its label and its timestamps. Barriers are global and sit in front of
 //! every command, because images stay in one layout and passes run one after another.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use ash::vk;
 
 use super::descriptors::DescriptorSets;
 use super::device::Device;
 use super::failure::failure;
+use super::queue::submit_to_queue;
 use super::timing::{Span, Timings, Work};
 use crate::error::{DeviceError, Error, Result};
 
 const MAX_PASSES: u32 = 64;
-/// Transfers; ignored when the time of a submission is attributed to a pass.
-const COPIES: [&str; 5] = ["begin", "clear", "upload", "download", "place"];
+
+/// A command of the submission under way.
+struct Recorded {
+    name: &'static str,
+    work: Work,
+    /// Whether it copies or clears, and is no pass.
+    is_copy: bool,
+}
 
 /// A command buffer, its fence and its queries, used again and again.
 pub struct Frame {
@@ -27,7 +34,7 @@ pub struct Frame {
     fence: vk::Fence,
     queries: vk::QueryPool,
     pub(super) sets: DescriptorSets,
-    recorded: Vec<(&'static str, Work)>,
+    recorded: Vec<Recorded>,
     /// Marks of the images that the submission under way begins.
     pub(super) begun: Vec<Arc<AtomicBool>>,
     leave_out_barriers: bool,
@@ -81,7 +88,8 @@ impl Frame {
     /// Records, submits and waits. An error while recording submits nothing.
     pub fn run(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<()> {
         self.begin().map_err(|e| self.lost(e))?;
-        let done = record(self).and_then(|()| self.submit().map_err(|e| self.lost(e)));
+        let done =
+            record(self).and_then(|()| self.submit().map_err(|e| self.lost_in(self.main(), e)));
         for is_new in self.begun.drain(..) {
             is_new.store(done.is_err(), Ordering::Relaxed);
         }
@@ -124,13 +132,17 @@ impl Frame {
         Ok(())
     }
 
-    /// Attributes the time of the whole submission to its only pass that is not a copy.
+    /// The first pass of the submission, which takes most of its time; without a pass, the first copy.
+    fn main(&self) -> Option<&Recorded> {
+        let pass = self.recorded.iter().find(|recorded| !recorded.is_copy);
+        pass.or(self.recorded.first())
+    }
+
+    /// Attributes the time of the whole submission to its main pass. Others in it, such as the tone map after a march, are
+    /// not listed.
     fn time_by_host(&mut self, submitted_us: f64) {
-        let main = self
-            .recorded
-            .iter()
-            .find(|(pass, _)| !COPIES.contains(pass));
-        if let Some(&(pass, work)) = main.or(self.recorded.first()) {
+        let main = self.main().map(|main| (main.name, main.work));
+        if let Some((pass, work)) = main {
             let now_us = self.timings.began.elapsed().as_secs_f64() * 1e6;
             self.timings.record(Span {
                 pass,
@@ -159,24 +171,25 @@ impl Frame {
             let ticks = ticks_between(from, to, self.device.timestamp_mask);
             ticks as f64 * self.device.timestamp_period_ns / 1e3
         };
-        for (&(pass, work), t) in self.recorded.iter().zip(ticks.chunks_exact(2)) {
+        for (recorded, t) in self.recorded.iter().zip(ticks.chunks_exact(2)) {
             self.timings.record(Span {
-                pass,
+                pass: recorded.name,
                 start_us: submitted_us + us(ticks[0], t[0]),
                 duration_us: us(t[0], t[1]),
-                work,
+                work: recorded.work,
             });
         }
         Ok(())
     }
 
-    /// An error of the device, naming the last pass that was recorded.
+    /// An error while recording, naming the last command.
     pub(super) fn lost(&self, error: vk::Result) -> Error {
-        let last = match self.recorded.last() {
-            Some((pass, _)) => format!(" in pass {pass}"),
-            None => String::new(),
-        };
-        failure(error, format!("{} failed{last}", self.device.summary.name))
+        self.lost_in(self.recorded.last(), error)
+    }
+
+    fn lost_in(&self, recorded: Option<&Recorded>, error: vk::Result) -> Error {
+        let place = recorded.map_or(String::new(), |r| format!(" in pass {}", r.name));
+        failure(error, format!("{} failed{place}", self.device.summary.name))
     }
 
     /// Makes the effects of everything before visible to the commands that follow at `stage`. A test leaves barriers
@@ -210,7 +223,11 @@ impl Frame {
             .into());
         }
         let query = 2 * self.recorded.len() as u32;
-        self.recorded.push((name, Work::default()));
+        self.recorded.push(Recorded {
+            name,
+            work: Work::default(),
+            is_copy: false,
+        });
         self.barrier(
             stage,
             vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
@@ -225,9 +242,24 @@ impl Frame {
 
     /// Sets the work of the command that was recorded last.
     pub fn state_work(&mut self, work: Work) {
-        if let Some((_, stated)) = self.recorded.last_mut() {
-            *stated = work;
+        if let Some(recorded) = self.recorded.last_mut() {
+            recorded.work = work;
         }
+    }
+
+    /// Records a command that copies or clears.
+    pub(super) fn copied(
+        &mut self,
+        name: &'static str,
+        stage: vk::PipelineStageFlags2,
+        commands: impl FnOnce(&mut Frame) -> Result<()>,
+    ) -> Result<()> {
+        self.timed(name, stage, |frame| {
+            if let Some(recorded) = frame.recorded.last_mut() {
+                recorded.is_copy = true;
+            }
+            commands(frame)
+        })
     }
 
     fn timestamp(&self, query: u32) {
@@ -270,30 +302,6 @@ fn ticks_between(from: u64, to: u64, mask: u64) -> u64 {
         ticks if ticks <= mask / 2 => ticks,
         _ => 0,
     }
-}
-
-/// # Safety
-/// The caller keeps to the rules of `vkQueueSubmit2`, except for those on the queue, which is locked here.
-unsafe fn submit_to_queue(
-    device: &Device,
-    submit: &[vk::SubmitInfo2<'_>],
-    fence: vk::Fence,
-) -> Result<(), vk::Result> {
-    if is_lost() {
-        return Err(vk::Result::ERROR_DEVICE_LOST);
-    }
-    let queue = device.queue();
-    // SAFETY: the caller's promise; the guard keeps other threads off the queue.
-    unsafe { device.raw.queue_submit2(*queue, submit, fence) }
-}
-
-/// `ISOLUME_LOSE_DEVICE=n` lets the process's submission n, counted from 0, and all after it fail as if
-/// the driver had been reset: a test sees how the program ends.
-fn is_lost() -> bool {
-    static FROM: LazyLock<Option<usize>> =
-        LazyLock::new(|| std::env::var("ISOLUME_LOSE_DEVICE").ok()?.parse().ok());
-    static COUNT: AtomicUsize = AtomicUsize::new(0);
-    FROM.is_some_and(|from| COUNT.fetch_add(1, Ordering::Relaxed) >= from)
 }
 
 impl Drop for Frame {

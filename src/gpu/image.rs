@@ -22,8 +22,8 @@ pub struct ImageDesc {
     pub volumetric: bool,
     /// Whether shaders write it, as a storage image.
     pub written: bool,
-    /// Whether its texels are zero when it is first used. Otherwise they are undefined, and the first command that
-    /// uses it has to write all of them.
+    /// Whether its texels are zero when it is first used. Otherwise they are undefined, and no shader may make use of a texel
+    /// before a command has written it.
     pub zeroed: bool,
     pub format: vk::Format,
 }

@@ -128,8 +128,13 @@ impl Memory {
         self.ledger().peak
     }
 
-    /// The resources that were alive at the peak, in order of allocation.
+    /// The resources that are there now, in order of allocation.
     pub fn resources(&self) -> Vec<ResourceBytes> {
+        self.ledger().alive.clone()
+    }
+
+    /// The resources that were there at the peak, in order of allocation.
+    pub fn resources_at_peak(&self) -> Vec<ResourceBytes> {
         self.ledger().at_peak.clone()
     }
 

@@ -21,6 +21,7 @@ mod needs;
 mod pass;
 mod pipeline;
 mod pipeline_cache;
+mod queue;
 mod reflection;
 mod shader;
 mod shared;

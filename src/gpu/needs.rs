@@ -13,7 +13,8 @@ pub(super) const GROUP_THREADS: u32 = 64;
 pub(super) const STORAGE_BUFFERS: u32 = 16;
 pub(super) const STORAGE_IMAGES: u32 = 8;
 pub(super) const SAMPLED_IMAGES: u32 = 16;
-/// The most storage images of a shader where all images are read as storage images (`glsl/include/texels.glsl`).
+/// The most storage images of a shader where all images are read as storage images (`glsl/include/texels.glsl`); a row of
+/// the table names this number.
 pub(super) const LOADED_IMAGES: u32 = 16;
 
 /// A row of the table, with what one device offers.
@@ -153,7 +154,7 @@ pub(super) fn needs(instance: &Instance, physical: vk::PhysicalDevice) -> Vec<Ne
     table
 }
 
-fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 7] {
+fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 8] {
     let mut twelve = vk::PhysicalDeviceVulkan12Features::default();
     let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut twelve);
     // SAFETY: `physical` belongs to the live instance, and the chain outlives the call.
@@ -201,10 +202,16 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 7] {
         .or("a thread that has done its work waits for its neighbours"),
         presence(
             "storage images of every format",
-            can_load_texels(instance, physical),
-            "a CPU, which reads texels faster without its sampler, and a GPU that is brought bricks of a volume",
+            can_store_texels(instance, physical),
+            "a GPU that is brought bricks of a volume",
         )
-        .or("a CPU fetches texels through its sampler, and a GPU copies bricks, which takes it longer"),
+        .or("it copies bricks, which takes it longer"),
+        presence(
+            "16 storage images in a pass",
+            can_load_texels(instance, physical),
+            "a CPU, which reads texels faster without its sampler",
+        )
+        .or("a CPU fetches texels through its sampler"),
     ]
 }
 
@@ -298,14 +305,20 @@ fn uses(features: vk::FormatFeatureFlags) -> String {
     }
 }
 
+/// Whether images of every format can be storage images.
+pub(super) fn can_store_texels(instance: &Instance, physical: vk::PhysicalDevice) -> bool {
+    let stores = |&(_, format, ..): &(_, vk::Format, bool, &str)| {
+        format_features(instance, physical, format).contains(STORED)
+    };
+    FORMATS.iter().all(stores)
+}
+
 /// Whether all images can be read as storage images, and a pass can bind [`LOADED_IMAGES`] of them.
 pub(super) fn can_load_texels(instance: &Instance, physical: vk::PhysicalDevice) -> bool {
     // SAFETY: `physical` belongs to the live instance.
     let limits = unsafe { instance.raw.get_physical_device_properties(physical) }.limits;
-    let stores = |&(_, format, ..): &(_, vk::Format, bool, &str)| {
-        format_features(instance, physical, format).contains(STORED)
-    };
-    limits.max_per_stage_descriptor_storage_images >= LOADED_IMAGES && FORMATS.iter().all(stores)
+    limits.max_per_stage_descriptor_storage_images >= LOADED_IMAGES
+        && can_store_texels(instance, physical)
 }
 
 fn format_features(

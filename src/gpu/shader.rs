@@ -182,12 +182,13 @@ impl Shaders {
     }
 }
 
-/// The SPIR-V that is kept for this version of the shaders, and for this version of the program, which decides how
-/// they are compiled.
+/// The SPIR-V that is kept for this version of the shaders, of the program, and of this file, which decides how they are
+/// compiled.
 pub(super) fn compiled() -> Compiled {
     static VERSION: LazyLock<u128> = LazyLock::new(|| {
         let mut hash = Xxh3::new();
         hash.update(env!("CARGO_PKG_VERSION").as_bytes());
+        hash.update(include_bytes!("shader.rs"));
         add(&mut hash, &EMBEDDED);
         hash.digest128()
     });

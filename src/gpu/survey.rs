@@ -199,7 +199,10 @@ pub(super) fn choose<'a>(
     };
     let numbered = wanted.parse().ok().and_then(|index: usize| all.get(index));
     let is_named = |d: &&DeviceSummary| d.name.to_lowercase().contains(&wanted.to_lowercase());
-    let found = numbered.or_else(|| all.iter().find(is_named));
+    // One device may be shown by two drivers, one of which cannot be used.
+    let usable = all.iter().filter(|d| d.lacks.is_empty()).find(is_named);
+    let named = usable.or_else(|| all.iter().find(is_named));
+    let found = numbered.or(named);
     let found = found.ok_or_else(|| DeviceError::NotFound {
         wanted: wanted.into(),
         found: listing(),

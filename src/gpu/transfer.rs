@@ -33,7 +33,7 @@ impl Frame {
         if new.is_empty() {
             return Ok(());
         }
-        self.timed("begin", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.copied("begin", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
             frame.to_general(&new);
             for image in new.iter().filter(|image| image.desc.zeroed) {
                 frame.fill_image(image, [0.0; 4]);
@@ -50,7 +50,7 @@ impl Frame {
     /// Sets all texels of the images to `texel`.
     pub fn clear_to(&mut self, images: &[&Image], texel: [f32; 4]) -> Result<()> {
         self.begin_images(images.iter().copied())?;
-        self.timed("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.copied("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
             for image in images {
                 frame.fill_image(image, texel);
             }
@@ -184,7 +184,7 @@ impl Frame {
         copied_bytes: u64,
         record: impl FnOnce(&ash::Device, vk::CommandBuffer),
     ) -> Result<()> {
-        self.timed(name, vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
+        self.copied(name, vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
             record(&frame.device.raw, frame.commands);
             frame.state_work(Work {
                 copied_bytes,

@@ -9,7 +9,7 @@ use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stopwatch};
 use crate::error::Result;
 use crate::interrupt;
-use crate::output::{Outputs, Parts};
+use crate::output::{Outputs, Parts, say};
 use crate::render::doubling;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{About, CacheFile, Found, Identity, Named, RunOf, Settings, State};
@@ -36,6 +36,8 @@ pub struct Keeper<'a> {
     began: Instant,
     /// Whether the checkpoint holds the state in which an interruption found the filling, after a whole batch.
     has_last: bool,
+    /// Whether the state of the filled cache could not be written yet.
+    cache_is_unsaved: bool,
     /// When the checkpoint was last written.
     written: Instant,
 }
@@ -124,6 +126,7 @@ impl<'a> Keeper<'a> {
             runs,
             began: Instant::now(),
             has_last: false,
+            cache_is_unsaved: false,
             written: Instant::now(),
         })
     }
@@ -157,15 +160,32 @@ impl<'a> Keeper<'a> {
     pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
         if is_enough {
             self.fill_state = FillState::Done;
-            let mut outputs = Outputs::default();
-            self.fingerprints.fill = self.stage_cache(engine, &mut outputs)?;
-            self.commit(outputs)?;
+            match self.save_filled(engine) {
+                Err(error) if error.is_about_input() => {
+                    say(format!("note: no checkpoint was written: {error}"));
+                    self.cache_is_unsaved = true;
+                    let volume = self.fingerprints.volume.clone();
+                    self.fingerprints = Fingerprints::of(engine, volume)?;
+                }
+                saved => saved?,
+            }
         } else {
             self.fill_state = FillState::Interrupted;
             let volume = self.fingerprints.volume.clone();
             self.fingerprints = Fingerprints::of(engine, volume)?;
         }
         Ok(())
+    }
+
+    /// Writes the state of a cache that is filled.
+    fn save_filled(&mut self, engine: &mut Engine) -> Result<()> {
+        let mut outputs = Outputs::default();
+        self.fingerprints.fill = self.stage_cache(engine, &mut outputs)?;
+        // Without a cache there is nothing yet that an older checkpoint could make way for.
+        match self.fingerprints.fill {
+            Some(_) => self.commit(outputs),
+            None => Ok(()),
+        }
     }
 
     /// To be called whenever the state could be continued: writes the checkpoint, if it is time. An error of the file
@@ -183,7 +203,7 @@ impl<'a> Keeper<'a> {
         }
         match self.write(engine, view, watch) {
             Err(error) if error.is_about_input() => {
-                eprintln!("note: no checkpoint was written: {error}")
+                say(format!("note: no checkpoint was written: {error}"));
             }
             other => {
                 other?;
@@ -213,7 +233,7 @@ impl<'a> Keeper<'a> {
             return Ok(());
         }
         let mut outputs = Outputs::default();
-        if self.fill_state == FillState::UnderWay {
+        if self.fill_state == FillState::UnderWay || self.cache_is_unsaved {
             self.stage_cache(engine, &mut outputs)?;
         }
         let mut saved = Saved::of(engine, view, self.subject.opened, Some(&self.fingerprints))?;
@@ -238,7 +258,9 @@ impl<'a> Keeper<'a> {
             is_quick: true,
         };
         outputs.exr_with(self.path, &saved.picture, &saved.provenance, parts)?;
-        self.commit(outputs)
+        self.commit(outputs)?;
+        self.cache_is_unsaved = false;
+        Ok(())
     }
 
     /// Gives files that are whole their names, in the place of those of a checkpoint that is ignored.
@@ -261,9 +283,9 @@ impl<'a> Keeper<'a> {
             true => "the interruption came",
             false => "the time was over",
         };
-        eprintln!(
+        say(format!(
             "note: no checkpoint was written at the end, since {why} in the middle of a batch of the cache's paths: {before}"
-        );
+        ));
     }
 
     /// Writes the cache's state under a temporary name, and returns the fingerprint of its light; `None` without a cache.

@@ -3,7 +3,7 @@
 use crate::cli::MergeArgs;
 use crate::error::Result;
 use crate::interrupt;
-use crate::output::{Outputs, Parts, Provenance, check_writable};
+use crate::output::{Outputs, Parts, Provenance, check_writable, say};
 use crate::shard;
 
 use super::shards::to_json;
@@ -12,9 +12,10 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
     interrupt::catch_signals();
     check_writable([&args.output])?;
     let merged = shard::merge(&args.shards)?;
+    shard::check_kept(&args.output, &merged.header)?;
     if !args.quiet {
         for note in &merged.notes {
-            eprintln!("note: {note}");
+            say(format!("note: {note}"));
         }
     }
     let header = &merged.header;
@@ -33,14 +34,14 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
     outputs.commit()?;
     if !args.quiet {
         let ranges: Vec<String> = header.samples.iter().map(ToString::to_string).collect();
-        eprintln!(
+        say(format!(
             "{}: {} samples per pixel ({}) of {} files, relative error {:.4}",
             args.output.display(),
             header.count(),
             ranges.join(", "),
             args.shards.len(),
             merged.picture.relative_error(),
-        );
+        ));
     }
     Ok(0)
 }

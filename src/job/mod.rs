@@ -21,6 +21,7 @@ use crate::error::{DEVICE_STATUS, DeviceError, Error, Result};
 use crate::gpu::list_devices;
 use crate::info;
 use crate::interrupt::is_interrupted;
+use crate::output::say;
 use crate::scene::Opened;
 use crate::scene::volume::{self, Reading, Volume, VolumeOverrides};
 use crate::scene::{describe, open};
@@ -51,7 +52,7 @@ fn open_scene_timed(args: &SceneArgs, quiet: bool, clock: &mut Clock) -> Result<
     clock.part("decode them", loading.saturating_sub(reading.took()));
     if !quiet {
         for note in &opened.notes {
-            eprintln!("note: {note}");
+            say(format!("note: {note}"));
         }
     }
     Ok(opened)

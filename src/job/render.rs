@@ -2,6 +2,7 @@
 
 use std::num::NonZeroU32;
 use std::panic::resume_unwind;
+use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
@@ -16,7 +17,7 @@ use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Trial, Work};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::Progress;
-use crate::output::{Outputs, check_writable};
+use crate::output::{Outputs, check_writable, say};
 use crate::scene::{Opened, Variant};
 use crate::shard::{Found, volume_fingerprint};
 
@@ -32,6 +33,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
             .chain(others.into_iter().flatten()),
     )?;
     let (opened, host) = open(args, &mut clock)?;
+    check_sky_stays(pictures.iter().flatten(), &opened)?;
     let views = views(pictures, args, &opened);
     let mut render = Render::begin(args, &host, &opened, &views, clock)?;
     render.fill()?;
@@ -55,6 +57,27 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         summary.print();
     }
     Ok(interrupt::status())
+}
+
+/// Fails if a picture would take the place of an image that lights the scene, as `sky.exr` of `sky.toml`.
+fn check_sky_stays<'a>(pictures: impl Iterator<Item = &'a PathBuf>, opened: &Opened) -> Result<()> {
+    let skies: Vec<PathBuf> = opened
+        .file
+        .images()
+        .filter_map(|image| image.canonicalize().ok())
+        .collect();
+    for picture in pictures {
+        if picture
+            .canonicalize()
+            .is_ok_and(|path| skies.contains(&path))
+        {
+            let name = picture.display();
+            return Err(Error::Usage(format!(
+                "{name}: this image lights the scene, and the picture would take its place; give another name with -o"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Opens the scene while the device starts.
@@ -147,7 +170,7 @@ impl<'a> Render<'a> {
             false => trial.end()?,
         };
         if scene.render.variant == Variant::Published && args.error.is_some() && !args.quiet {
-            eprintln!("note: published does not know its error, and does not stop by --error");
+            say("note: published does not know its error, and does not stop by --error");
         }
         if pictures > 1 {
             engine.look_from_everywhere();

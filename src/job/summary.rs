@@ -6,13 +6,12 @@ use super::checkpoint::Earlier;
 use super::clock::{self, Clock};
 use super::views::View;
 use crate::cli::RenderArgs;
-use crate::engine::schedule::cache_goal;
+use crate::engine::batches::cache_goal;
 use crate::engine::{Engine, Host, Outcome, Stop, figures};
 use crate::error::Result;
 use crate::gpu::Timings;
-use crate::output::Outputs;
 use crate::output::stats::{Stats, ViewStats};
-use crate::output::time_table;
+use crate::output::{Outputs, say, time_table};
 use crate::scene::Variant;
 
 /// A picture that has samples, and how it ended.
@@ -79,11 +78,14 @@ impl<'a> Summary<'a> {
     pub fn print(&self) {
         if self.is_asked_for() {
             let paths = self.stats.paths.saturating_sub(self.earlier.paths);
-            eprint!("{}", time_table::text(&self.stats, paths));
+            say(time_table::text(&self.stats, paths).trim_end());
         }
         let seconds = self.stats.wall_s + self.earlier.took.as_secs_f64();
         let line = last_line(&self.stats, seconds, &self.files, &self.why_stopped);
-        eprintln!("{line}{}", why_variant(self.asked, &self.stats.reason));
+        say(format!(
+            "{line}{}",
+            why_variant(self.asked, &self.stats.reason)
+        ));
     }
 
     fn is_asked_for(&self) -> bool {

@@ -11,13 +11,12 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
-use tempfile::NamedTempFile;
 
 use super::{Parts, Provenance, exr, png};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
-use crate::temporary::{self, Listed};
+use crate::temporary::{self, Temporary};
 
 /// How the temporary names of outputs begin.
 const PREFIX: &str = ".isolume-output-";
@@ -39,9 +38,7 @@ struct Staged {
     /// The name that the user gave, for messages.
     path: PathBuf,
     target: Target,
-    temporary: NamedTempFile,
-    /// Dropped after the file.
-    listed: Listed,
+    temporary: Temporary,
 }
 
 /// Where the bytes end up.
@@ -90,8 +87,8 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
     ) -> Result<()> {
-        let (target, mut temporary, listed) = open(path)?;
-        let mut file = BufWriter::new(temporary.as_file_mut());
+        let (target, mut temporary) = open(path)?;
+        let mut file = BufWriter::new(temporary.file.as_file_mut());
         write(&mut file)
             .and_then(|()| file.flush())
             // Some file systems report a full disk only here.
@@ -102,7 +99,6 @@ impl Outputs {
             path: path.to_owned(),
             target,
             temporary,
-            listed,
         });
         Ok(())
     }
@@ -113,15 +109,11 @@ impl Outputs {
             path,
             target,
             mut temporary,
-            listed: _listed,
         } in self.staged
         {
             let (done, target) = match target {
-                Target::File(target) => {
-                    let done = temporary.persist(&target).map(drop);
-                    (done.map_err(|failed| failed.error), target)
-                }
-                Target::Stream(target) => (copy(temporary.as_file_mut(), &target), target),
+                Target::File(target) => (temporary.persist(&target), target),
+                Target::Stream(target) => (copy(temporary.file.as_file_mut(), &target), target),
             };
             done.map_err(|error| Error::io(&path, error))?;
             HAS_COMMITTED.store(true, Ordering::Relaxed);
@@ -137,18 +129,21 @@ pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Resul
     let mut taken: Vec<PathBuf> = Vec::new();
     let mut cleared: Vec<PathBuf> = Vec::new();
     for path in paths {
-        let (target, temporary, _listed) = open(path)?;
-        if let Some(folder) = temporary.path().parent()
+        let (target, temporary) = open(path)?;
+        if let Some(folder) = temporary.file.path().parent()
             && !cleared.iter().any(|cleared| cleared == folder)
         {
             temporary::remove_abandoned(folder, PREFIX);
             cleared.push(folder.to_owned());
         }
-        let (Target::File(file), Some(name)) = (target, path.file_name()) else {
+        let Target::File(file) = target else {
+            continue;
+        };
+        let Some(name) = file.file_name() else {
             continue;
         };
         // The folder exists; the file may not.
-        let folder = temporary.path().parent().map(fs::canonicalize);
+        let folder = temporary.file.path().parent().map(fs::canonicalize);
         let folder = folder.and_then(Result::ok).unwrap_or_default();
         let file = fs::canonicalize(&file).unwrap_or(folder.join(name));
         if taken.contains(&file) {
@@ -162,7 +157,7 @@ pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Resul
     Ok(())
 }
 
-fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
+fn open(path: &Path) -> Result<(Target, Temporary)> {
     let target = match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => {
             return Err(Error::input(path, "it is a folder; name a file in it"));
@@ -193,17 +188,21 @@ fn open(path: &Path) -> Result<(Target, NamedTempFile, Listed)> {
         );
         return Err(Error::input(path, problem));
     }
-    let (temporary, listed) =
-        temporary::create(&folder, PREFIX).map_err(|error| Error::io(path, error))?;
-    Ok((target, temporary, listed))
+    let temporary = temporary::create(&folder, PREFIX).map_err(|error| Error::io(path, error))?;
+    Ok((target, temporary))
 }
 
-/// Where a symbolic link without a file behind it leads; other paths lead to themselves.
+/// Where symbolic links without a file behind them lead; other paths lead to themselves.
 fn target_of(path: &Path) -> PathBuf {
-    match (fs::read_link(path), path.parent()) {
-        (Ok(target), Some(folder)) => folder.join(target),
-        _ => path.to_owned(),
+    const MOST_LINKS: usize = 40;
+    let mut target = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        let (Ok(next), Some(folder)) = (fs::read_link(&target), target.parent()) else {
+            break;
+        };
+        target = folder.join(next);
     }
+    target
 }
 
 /// Asks the disk to keep a new name, where it can: without this the file may have its old content after a power cut.

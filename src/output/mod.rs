@@ -13,6 +13,7 @@ pub mod stats;
 pub mod time_table;
 pub mod trace;
 
+use std::io::Write;
 use std::path::Path;
 
 use crate::engine::Picture;
@@ -22,6 +23,11 @@ use crate::scene::Tone;
 
 pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
 pub use atomic::{Outputs, check_writable, has_committed};
+
+/// Prints a line to stderr. Whoever reads it may be gone, which is no reason to stop.
+pub fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
 
 /// The picture formats that can be written, told apart by the file name's extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,19 +6,19 @@ use std::time::{Duration, Instant};
 
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
-use crate::engine::{self, Stop};
+use crate::engine::{self, Sampling, Stop};
 use crate::scene::volume::Copying;
 
 /// Seconds until the stop is reached, estimated from the progress so far.
-pub fn remaining(stop: &Stop, spp: u64, seconds: f64, relative_error: f64) -> Option<f64> {
-    let by_spp = stop
-        .count()
-        .map(|goal| seconds * (f64::from(goal) / spp as f64 - 1.0));
-    let by_time = stop.time.map(|goal| goal.as_secs_f64() - seconds);
+pub fn remaining(stop: &Stop, done: &Sampling) -> Option<f64> {
+    let spp = f64::from(done.spp);
+    let until = |samples: f64| (samples - spp) * done.seconds_per_sample;
+    let by_spp = stop.count().map(|goal| until(f64::from(goal)));
+    let by_time = stop.time.map(|goal| goal.as_secs_f64() - done.seconds);
     // The error falls as 1/√n.
     let by_error = stop
         .relative_error
-        .map(|goal| seconds * ((relative_error / goal).powi(2) - 1.0));
+        .map(|goal| until(spp * (done.relative_error / goal).powi(2)));
     [by_spp, by_time, by_error]
         .into_iter()
         .flatten()
@@ -88,35 +88,31 @@ impl Progress {
                 updates,
                 relative_error,
             } => self.filled(updates, relative_error),
-            engine::Progress::Sampled {
-                spp,
-                seconds,
-                relative_error,
-            } => self.update(u64::from(spp), seconds, relative_error),
+            engine::Progress::Sampled(done) => self.sampled(&done),
         }
     }
 
-    /// `relative_error` is not finite as long as it is unknown.
-    pub fn update(&mut self, spp: u64, seconds: f64, relative_error: f64) {
-        let remaining = remaining(&self.stop, spp, seconds, relative_error);
+    fn sampled(&mut self, done: &Sampling) {
+        let remaining = remaining(&self.stop, done);
+        let seconds = done.seconds;
         match &mut self.shown {
             Shown::Nothing => {}
             Shown::Bar(bar) => {
-                let done = remaining.map_or(0.0, |remaining| seconds / (seconds + remaining));
-                bar.set_position((done * BAR_STEPS as f64) as u64);
-                bar.set_message(status(spp, relative_error, remaining));
+                let share = remaining.map_or(0.0, |remaining| seconds / (seconds + remaining));
+                bar.set_position((share * BAR_STEPS as f64) as u64);
+                bar.set_message(status(done, remaining));
             }
             Shown::Lines { log, next_at } => {
                 if seconds >= *next_at {
                     *next_at = seconds + LINE_SECONDS;
-                    print(log, &status(spp, relative_error, remaining));
+                    print(log, &status(done, remaining));
                 }
             }
         }
     }
 
     /// Shows the progress of the cache's filling, before the first sample.
-    pub fn filled(&mut self, updates: u32, relative_error: f64) {
+    fn filled(&mut self, updates: u32, relative_error: f64) {
         let mut status = format!("cache: {updates} paths a cell in sight");
         if relative_error.is_finite() {
             status += &format!(", relative error {relative_error:.4}");
@@ -182,10 +178,10 @@ fn bar() -> ProgressBar {
     ProgressBar::new(BAR_STEPS).with_style(style)
 }
 
-fn status(spp: u64, relative_error: f64, remaining: Option<f64>) -> String {
-    let mut status = format!("{spp} spp");
-    if relative_error.is_finite() {
-        status += &format!(", relative error {relative_error:.4}");
+fn status(done: &Sampling, remaining: Option<f64>) -> String {
+    let mut status = format!("{} spp", done.spp);
+    if done.relative_error.is_finite() {
+        status += &format!(", relative error {:.4}", done.relative_error);
     }
     if let Some(left) = remaining.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok()) {
         status += &format!(", {} left", FormattedDuration(left));

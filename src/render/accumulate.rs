@@ -26,8 +26,14 @@ impl Accumulate {
         Ok(Accumulate(passes.compile::<AccumulatePush>("accumulate")?))
     }
 
-    /// Folds all units of the pixels that `push` names.
-    pub fn record(&self, frame: &mut Frame, r: &Resources, push: &AccumulatePush) -> Result<()> {
+    /// Folds the `units` units of the pixels that `push` names.
+    pub fn record(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        units: u32,
+        push: &AccumulatePush,
+    ) -> Result<()> {
         let streaming = r.bricks.as_ref().map(VolumeBricks::streaming_binding);
         let bindings = [
             ("scene_block", Binding::Buffer(&r.scene)),
@@ -45,7 +51,7 @@ impl Accumulate {
         )?;
         let pixels = u64::from(pixels);
         frame.state_work(Work {
-            reads: 3 * pixels,
+            reads: (2 + u64::from(units)) * pixels,
             writes: 2 * pixels,
             ..Work::default()
         });

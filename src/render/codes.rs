@@ -30,6 +30,11 @@ codes! {
     /// The number of a node's first paths that end where they can gather cached light (gathering.glsl). In most
     /// bricks they are paths of the coarse lattice (coarse.glsl).
     pub const GATHERED: u32 = 32;
+    /// All nodes of a brick are filled; all for the first time, so that those whose turn has not come may hold the light of an
+    /// older scene; or only those of the coarse lattice.
+    pub const FILLED_WHOLE: u32 = 0;
+    pub const FILLED_FIRST: u32 = 1;
+    pub const FILLED_COARSE: u32 = 2;
     /// In the place of a half of the cache's nodes, whose indices have an even (0) or odd (1) sum: all nodes at once.
     pub const BOTH_HALVES: u32 = 2;
     /// Gathered paths that count as much as one traced path. They share the errors of what they read with all their

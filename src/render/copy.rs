@@ -9,8 +9,19 @@ pub type Source<'a> = dyn FnMut(&mut [u8]) -> Result<()> + 'a;
 
 /// Fills an image with texels in x, y, z order.
 pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[u8]) -> Result<()> {
+    upload_corner(frame, staging, image, image.desc.extent, texels)
+}
+
+/// Fills the box of size `extent` at an image's lowest corner with texels in x, y, z order.
+pub fn upload_corner(
+    frame: &mut Frame,
+    staging: &mut Buffer,
+    image: &Image,
+    extent: [u32; 3],
+    texels: &[u8],
+) -> Result<()> {
     let mut rest = texels;
-    upload_pieces(frame, staging, image, &mut |to| {
+    upload_pieces(frame, staging, image, extent, &mut |to| {
         let (piece, remaining) = rest.split_at(to.len());
         to.copy_from_slice(piece);
         rest = remaining;
@@ -18,15 +29,16 @@ pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[
     })
 }
 
-/// Fills an image with texels that come in x, y, z order.
+/// Fills the box of size `extent` at an image's lowest corner with texels that come in x, y, z order.
 pub fn upload_pieces(
     frame: &mut Frame,
     staging: &mut Buffer,
     image: &Image,
+    extent: [u32; 3],
     source: &mut Source<'_>,
 ) -> Result<()> {
     let texel = image.desc.texel_bytes();
-    for (low, extent) in pieces(image.desc.extent, texel, staging.desc.bytes) {
+    for (low, extent) in pieces(extent, texel, staging.desc.bytes) {
         let bytes = extent.iter().product::<u32>() as usize * texel;
         if let Some(mapped) = staging.mapped_mut() {
             source(&mut mapped[..bytes])?;

@@ -89,6 +89,7 @@ impl DeltaTracking {
             Some(bricks) => {
                 let pixels = (progress.first_item / bundle.units).min(all);
                 bricks.allow(Items {
+                    // The queue's numbers begin with the bundle's first item.
                     first: 0,
                     ..bundle.items_from(pixels, r.size)
                 });

@@ -67,6 +67,16 @@ impl Features {
         macros
     }
 
+    /// Vectors in the flux of a node: one for each channel where light has colours of its own, one for all of them otherwise, or
+    /// none.
+    pub fn flux_columns(&self) -> u32 {
+        match (self.flux_step, self.has_colored_flux) {
+            (0, _) => 0,
+            (_, false) => 1,
+            (_, true) => 3,
+        }
+    }
+
     /// Whether a picture at rest is marched, and not traced: `camera_march.comp` says why.
     pub fn is_marched(&self) -> bool {
         self.cache_order == 1 && self.has_medium
@@ -77,7 +87,7 @@ impl Features {
         self.cache_order > 0 && (self.has_phong || self.has_disney)
     }
 
-    /// Whether such a march may leave light to paths (`tail_tracking.comp`).
+    /// Whether the march of a picture at rest may leave light to paths (`tail_tracking.comp`).
     pub fn has_tails(&self) -> bool {
         self.is_marched() && (self.surface_count > 0 || self.has_rim_cubes)
     }

@@ -10,7 +10,7 @@ use super::iso_depth::FirstSurface;
 use super::renderer::Renderer;
 use super::sums::{Sums, variance};
 use super::totals::Totals;
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// The picture so far, row 0 on top.
 pub struct Film {
@@ -72,8 +72,19 @@ impl Renderer {
         })
     }
 
-    /// Continues a picture of the current size from sums that a renderer of the same scene had after `totals`.
+    /// Continues a picture of the current size from sums that a renderer of the same scene had after `totals`; fails if they are
+    /// of another size.
     pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
+        let pixels = self.pixels() as usize;
+        if [&sums.mean, &sums.squares]
+            .iter()
+            .any(|texels| texels.len() != pixels)
+        {
+            return Err(Error::value(format!(
+                "the sums are of {} pixels, and the picture has {pixels}",
+                sums.mean.len()
+            )));
+        }
         self.begin_picture();
         self.is_stale = false;
         self.totals = totals;
@@ -102,9 +113,11 @@ impl Renderer {
 
     pub(super) fn upload(&mut self, sums: &Sums) -> Result<()> {
         let r = &mut self.resources;
+        let [width, height] = r.size;
         for (image, texels) in [(&r.mean, &sums.mean), (&r.squares, &sums.squares)] {
             let texels = bytemuck::cast_slice(texels);
-            copy::upload(&mut self.frame, &mut r.staging, image, texels)?;
+            let corner = [width, height, 1];
+            copy::upload_corner(&mut self.frame, &mut r.staging, image, corner, texels)?;
         }
         Ok(())
     }

@@ -9,7 +9,7 @@
 //! tools/measurements.md).
 //!
 //! One pixel's halves say little. So the share of the variance that is left is that of all pixels in a square around it,
-//! and how the variance is divided among these follows from the spread between their samples, as before.
+//! and how the variance is divided among these follows from the spread between their samples.
 
 use rayon::prelude::*;
 

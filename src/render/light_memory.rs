@@ -7,6 +7,9 @@ use super::shared::EnvironmentCell;
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, Format, Image, ImageDesc, Memory};
 
+/// The resource whose size is that of the user's image.
+pub const ENVIRONMENT_IMAGE: &str = "environment image";
+
 pub struct LightMemory {
     suns: Buffer,
     /// The sampling table of the sky's image.
@@ -21,7 +24,7 @@ impl LightMemory {
         let table: &[EnvironmentCell] = sky.map_or(&[], |sky| &sky.table.sky);
         let [width, height] = sky.map_or([1, 1], |sky| sky.image.size());
         let environment = ImageDesc {
-            name: "environment image",
+            name: ENVIRONMENT_IMAGE,
             extent: [width, height, 1],
             volumetric: false,
             written: false,

@@ -37,7 +37,7 @@
 //! - **cube**: the space between eight neighbouring nodes, in which light is interpolated.
 //! - **brick**: 4³ nodes, which have memory together or not at all.
 //! - **place**: the position of a brick in the cache's images; the page table says which brick has which place.
-//! - **batch**: the paths that all nodes get between two looks at the error; `engine/schedule.rs` says how many.
+//! - **batch**: the paths that all nodes get between two looks at the error; `engine/batches.rs` says how many.
 //! - **update**: one path of a node.
 //! - **part**: up to eight of the paths that a node gets in a batch, or a 64th of them if that is more; a **turn** is a part
 //!   for each node of a brick, a **portion** the turns that are worked off together (`cache/work_list.rs`).

@@ -1,5 +1,5 @@
 //! Positions in a lattice of bricks, or of places for them, x fastest: by their index, and packed into a word with ten
-//! bits for each axis (`unpacked` in `glsl/include/cells.glsl`).
+//! bits for each axis (`unpacked` in `glsl/include/cells.glsl`, `to_texel` in `glsl/include/volume_bricks.glsl`).
 
 /// Positions along an axis that fit into ten bits.
 pub const MOST: u32 = 1 << 10;

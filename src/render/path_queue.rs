@@ -130,7 +130,9 @@ impl PathQueue {
         let counted = counted(r);
         let before = std::mem::replace(&mut self.counted, counted);
         let lookups = counted.lookups.wrapping_sub(before.lookups);
-        frame.timings.state_work(pass.name, self.work_of(lookups));
+        frame
+            .timings
+            .state_work(pass.name, self.stated_work(lookups));
         let unfinished = counted.unfinished.wrapping_sub(before.unfinished);
         let (mut waits, mut waiting, mut first_item) = (false, 0, 0);
         if let Some(bricks) = &r.bricks {
@@ -152,7 +154,7 @@ impl PathQueue {
         })
     }
 
-    fn work_of(&self, lookups: u32) -> Work {
+    fn stated_work(&self, lookups: u32) -> Work {
         let lookups = u64::from(lookups);
         match self.reads_one_texel {
             true => Work {

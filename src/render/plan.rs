@@ -10,6 +10,8 @@ use super::allocation::Allocation;
 use super::bricks::BrickLayout;
 use super::cache::{CacheLayout, layout};
 use super::gpu_scene::GpuScene;
+use super::light_memory::ENVIRONMENT_IMAGE;
+use super::resources::TRANSFER_FUNCTION;
 use super::variant::Variant;
 use crate::bytes::human;
 use crate::error::{Error, MemoryError, Result};
@@ -44,7 +46,7 @@ impl Plan {
         let dry_run = Memory::dry_run(device, limits.clone());
         Allocation::make(&dry_run, scene)?;
         Ok(Plan {
-            resources: dry_run.resources(),
+            resources: dry_run.resources_at_peak(),
             variant: scene.variant.clone(),
             bricks: scene.bricks,
         })
@@ -215,8 +217,21 @@ fn fitting(plan: Plan, budget: u64, better: Vec<String>) -> Result<Plan> {
 /// Adds the remedy to the error of a device that is too small even without a cache.
 fn with_remedy(error: Error) -> Error {
     match error {
-        Error::Memory(why) => MemoryError::Scene(Box::new(why)).into(),
+        Error::Memory(why) => MemoryError::Scene {
+            remedy: remedy(why.resource().unwrap_or_default()),
+            why: Box::new(why),
+        }
+        .into(),
         other => other,
+    }
+}
+
+/// What makes a resource smaller, as the end of a sentence.
+fn remedy(resource: &str) -> &'static str {
+    match resource {
+        ENVIRONMENT_IMAGE => "make the environment's image smaller",
+        TRANSFER_FUNCTION => "give medium.transfer fewer points",
+        _ => "lower --size, or set volume.crop",
     }
 }
 
@@ -241,6 +256,7 @@ fn too_small(without_cache: &Plan, budget: u64, caching: Vec<String>) -> Error {
         largest: largest.name.into(),
         largest_bytes: largest.bytes,
         smallest_cache: caching.last().cloned(),
+        remedy: remedy(largest.name),
     }
     .into()
 }

@@ -51,7 +51,7 @@ pub struct Renderer {
     pub(super) lookups_under_way: u64,
     /// The picture before the units under way, if pixels get these one after another.
     pub(super) kept: Option<Sums>,
-    /// Whether the picture so far is that of another scene.
+    /// Whether `mean` and `squares` hold an earlier picture, and have to be cleared before anything is added.
     pub(super) is_stale: bool,
     compiling: Duration,
 }
@@ -249,7 +249,7 @@ impl Renderer {
             first: 0,
             end: r.size[0] * r.size[1],
         };
-        frame.run(|f| self.accumulate.record(f, r, &push))?;
+        frame.run(|f| self.accumulate.record(f, r, 1, &push))?;
         self.begin_picture();
         Ok(())
     }

@@ -29,6 +29,9 @@ const SLOTS_A_PLACE: u32 = 128;
 const SLOTS_GPU_IN_BRICKS: u32 = 1 << 18;
 const SLOTS_CPU_IN_BRICKS: u32 = 1 << 12;
 
+/// The resource whose size is that of the transfer function.
+pub const TRANSFER_FUNCTION: &str = "transfer function";
+
 pub struct Resources {
     /// Pixels of the picture. Its images may hold more; the picture is in their upper left corner.
     pub size: [u32; 2],
@@ -72,6 +75,8 @@ impl Resources {
         };
         let volume = ImageDesc {
             written: scene.bricks.is_some() && place_bricks::is_by_pass(memory),
+            // A preview reads places that have no brick yet.
+            zeroed: scene.bricks.is_some(),
             ..volumetric("volume", scene.volume_extent(), parts.field.format())
         };
         let majorants = ImageDesc {
@@ -224,7 +229,7 @@ pub fn picture_desc(name: &'static str, [width, height]: [u32; 2]) -> ImageDesc 
 fn transfer_desc(points: usize) -> ImageDesc {
     let [columns, rows] = transfer_extent(points);
     ImageDesc {
-        name: "transfer function",
+        name: TRANSFER_FUNCTION,
         extent: [columns, rows, 1],
         volumetric: false,
         written: false,

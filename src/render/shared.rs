@@ -17,6 +17,7 @@ use crate::shared;
 
 pub use super::codes::*;
 /// Trilinear cells along an axis of a macrocell.
+pub use crate::scene::surface::MOST_SURFACES;
 pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;
@@ -33,8 +34,6 @@ pub const DENSE_DEPTH: f32 = 2.0;
 pub const TRANSFER_BINS: u32 = 512;
 /// Patches along either side of the picture, however many pixels it has.
 pub const PATCHES: u32 = 32;
-/// A path keeps its side of every surface in one word.
-pub const MOST_SURFACES: usize = 32;
 
 shared! {
     all STRUCTS:
@@ -65,8 +64,8 @@ shared! {
         pub transfer_bins: vec2,
         /// Colour of all points of the transfer function if `has_one_color`.
         pub color: vec3,
-        /// Opacity at stored value 0 and its slope, if `is_linear`.
-        pub linear_opacity: vec2,
+        /// If `is_linear`: the stored value at the lower end of the line, the opacity there, and the slope.
+        pub linear_opacity: vec3,
         /// Collisions and reflections on a path; 0 = no limit.
         pub max_bounces: uint,
         pub seed: uint,
@@ -99,7 +98,7 @@ shared! {
         pub cache_step: vec3,
         /// Places for bricks in the cache's images along each axis.
         pub cache_places: uvec3,
-        /// Voxels from node to node: the number of a march's steps for which light is read once.
+        /// Voxels from node to node: a march reads light once in one and a half times as many steps.
         pub cache_stride: uint,
         /// Bricks of the volume along each axis, if it is cut into bricks.
         pub volume_bricks: uvec3,
@@ -191,7 +190,8 @@ shared! {
         pub surface: int,
         /// The collision's stored value.
         pub value: float,
-        /// Bit s: the ray is where V ≥ value of surface s, just before `t_end`.
+        /// Bit s: the ray is where V ≥ value of surface s, just before the surface at which the flight would have ended.
+        /// It means nothing at a collision.
         pub inside: uint,
         pub throughput: vec3,
         /// Density of the current direction, 1/sr.
@@ -240,12 +240,12 @@ shared! {
     pub struct Brick {
         /// Position in the lattice, ten bits for each axis.
         pub position: uint,
-        /// Whether the batch under way fills it on the coarse lattice.
-        pub is_coarse: uint,
+        /// What the batch under way fills: `FILLED_WHOLE`, `FILLED_FIRST` or `FILLED_COARSE`.
+        pub filled: uint,
         /// Whether a surface that stops light cuts one of its cubes.
         pub is_cut: uint,
-        /// Mean of w² over the rays of a picture, times 2³¹, with w the weight of the brick's light in a ray's
-        /// colour.
+        /// Sum of w² over a ray's reads of the brick's light, averaged over the rays of a picture, times 2³¹, with w
+        /// the weight of one read in the ray's colour.
         pub weight: uint,
     }
 
@@ -322,7 +322,7 @@ shared! {
         pub work: uint,
         /// Units of samples that are worked off together.
         pub units: uint,
-        /// The first item to be worked on, and the first that has to wait.
+        /// The first item to be worked on (in a queue, the item that its number 0 stands for), and the first that has to wait.
         pub first_item: uint,
         pub end_item: uint,
         /// The least item that a slot is still working on.

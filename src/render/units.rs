@@ -13,7 +13,8 @@ use crate::error::Result;
 impl Renderer {
     /// Gives every pixel `samples` more samples. Returns false, and leaves the picture as it was, if
     /// `until` comes before the last path ends. In `published`, a unit is a round instead, whatever
-    /// `samples` says.
+    /// `samples` says. Where samples are marched, each is a unit of its own: then it returns true if at least one has
+    /// ended, and `totals().samples` says how many have.
     pub fn unit<'a>(&mut self, samples: u32, until: impl Into<Until<'a>>) -> Result<bool> {
         self.units(samples, 1, until)
     }
@@ -55,7 +56,8 @@ impl Renderer {
         Ok(true)
     }
 
-    /// Goes on with a unit for a slice of time, or begins one. Returns whether it has ended.
+    /// Goes on with a unit of so many samples, or of a single one where samples are marched, for a slice of time, or begins
+    /// one. Returns whether it has ended.
     pub fn advance_unit(&mut self, samples: u32) -> Result<bool> {
         self.advance_units(samples, 1)
     }
@@ -127,7 +129,8 @@ impl Renderer {
                 end: pixels,
             };
             let r = &self.resources;
-            self.frame.run(|f| self.accumulate.record(f, r, &push))?;
+            self.frame
+                .run(|f| self.accumulate.record(f, r, bundle.units, &push))?;
             self.folded = pixels;
         }
         if has_ended {
@@ -152,7 +155,7 @@ impl Renderer {
         }
     }
 
-    fn pixels(&self) -> u32 {
+    pub(super) fn pixels(&self) -> u32 {
         self.resources.size[0] * self.resources.size[1]
     }
 }

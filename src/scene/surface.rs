@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// The most surfaces of a scene: a path keeps its side of each in one word.
+pub const MOST_SURFACES: usize = 32;
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surfaces {
     pub light: LightModel,

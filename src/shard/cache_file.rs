@@ -19,8 +19,6 @@ use crate::render::CacheState;
 const MAGIC: &[u8] = b"isolume cache 1\n";
 /// Bytes after the header: the header's length, and the fingerprint.
 const TAIL: u64 = 8 + 16;
-/// An upper bound of a header's length.
-const MOST_HEADER_BYTES: u64 = 1 << 20;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CacheHeader {
@@ -128,8 +126,7 @@ impl CacheFile {
         file.seek(SeekFrom::Start(header_end)).map_err(read)?;
         file.read_exact(&mut number).map_err(read)?;
         let header_bytes = u64::from_le_bytes(number);
-        let most = MOST_HEADER_BYTES.min(header_end - MAGIC.len() as u64);
-        if header_bytes > most {
+        if header_bytes > header_end - MAGIC.len() as u64 {
             return Err(damaged());
         }
         let header_start = header_end - header_bytes;

@@ -2,8 +2,8 @@
 //!
 //! Shards are folded in order of their samples, so that the result does not depend on the order of the arguments; in
 //! double precision, by the formulas of Chan, Golub and LeVeque (1979), so that it equals that of a single run apart
-//! from rounding. Only how evenly marched samples are spread over all shards is not known where no two halves of them are
-//! shards: the standard error is then that of independent shards.
+//! from rounding, except for how evenly marched samples are spread: where the second of two folded parts does not double
+//! the samples of the first, samples count as spread evenly within each part only.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use super::header::{Fill, Header, checksum};
 use super::identity::Named;
 use crate::engine::{Picture, SampleRange};
 use crate::error::{Error, Place, Result};
-use crate::render::{Sums, variance};
+use crate::render::{Halves, Sums, variance};
 
 /// The picture of all shards.
 pub struct Merged {
@@ -88,6 +88,28 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
         header,
         scene: first.scene.clone(),
     })
+}
+
+/// Fails if the output would take the place of a shard of the same picture whose samples are not in the merged one, as where
+/// its name was forgotten and the first shard stands in its place.
+pub fn check_kept(output: &Path, merged: &Header) -> Result<()> {
+    let Ok((before, _)) = read_header::<Header>(output) else {
+        return Ok(());
+    };
+    let is_in = |range: &SampleRange| {
+        let mut all = merged.samples.iter();
+        all.any(|merged| merged.first <= range.first && range.end <= merged.end)
+    };
+    let lost = before.samples.iter().find(|range| !is_in(range));
+    match lost.filter(|_| before.identity == merged.identity) {
+        Some(range) => Err(Error::input(
+            output,
+            format!(
+                "it holds the samples {range} of this picture, which would be lost: name the file to write first, and then all shards"
+            ),
+        )),
+        None => Ok(()),
+    }
 }
 
 impl<'a> Part<'a> {
@@ -171,6 +193,15 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
         let Shard { sums, .. } = Shard::read(part.path, &part.header)?;
         let more = f64::from(part.header.count());
         let all = count + more;
+        // Of few samples nothing is known; they count as independent.
+        let unknown = |samples: f64, mean| Arc::new(Halves::first(samples as u32, mean));
+        let both = match (halves, sums.halves) {
+            (None, None) => None,
+            (before, added) => Some((
+                before.unwrap_or_else(|| unknown(count, single(&mean))),
+                added.unwrap_or_else(|| unknown(more, sums.mean.clone())),
+            )),
+        };
         let texels = sums.mean.iter().zip(&sums.squares);
         for ((m, s), (m_part, s_part)) in mean.iter_mut().zip(&mut squares).zip(texels) {
             for c in 0..4 {
@@ -180,14 +211,14 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
             }
         }
         units += part.header.units;
-        halves = halves.zip(sums.halves).map(|(halves, others)| {
+        halves = both.map(|(before, added)| {
             let mean = single(&mean);
-            Arc::new(match all == f64::from(halves.samples) * 2.0 {
+            Arc::new(match all == f64::from(before.samples) * 2.0 {
                 true => {
                     let variance = variance(&single(&squares), all as u32, units);
-                    halves.doubled(mean, &variance, width as usize)
+                    before.doubled(mean, &variance, width as usize)
                 }
-                false => halves.joined(count, &others, more, mean),
+                false => before.joined(count, &added, more, mean),
             })
         });
         count = all;

@@ -21,7 +21,7 @@ pub use file::{Shard, read_header};
 pub use fingerprint::Fingerprint;
 pub use header::{Fill, Header};
 pub use identity::{Identity, Named, volume_fingerprint};
-pub use merge::{Merged, merge};
+pub use merge::{Merged, check_kept, merge};
 
 /// The file of this kind beside a checkpoint: `FILE.exr.cache`.
 fn beside(checkpoint: &Path, extension: &str) -> PathBuf {

@@ -8,6 +8,7 @@ use winit::event_loop::EventLoopProxy;
 use super::document::Document;
 use super::hud::{self, Hud, MemoryNow, Message};
 use super::keys::{Wish, wishes};
+use super::live::Live;
 use super::load::Load;
 use super::report::Report;
 use super::session::Session;
@@ -21,7 +22,7 @@ use crate::output::Outputs;
 /// Time between two updates of the figures while work goes on.
 const FIGURES: Duration = Duration::from_millis(250);
 
-/// The smallest pictures have this share of the window's pixels along an axis.
+/// The smallest pictures have the window's pixels along an axis, divided by this.
 const LAST_DIVISOR: u32 = 8;
 
 pub struct App<'a> {
@@ -41,7 +42,10 @@ pub struct App<'a> {
     pub(super) fitted: [u32; 2],
     /// When the interface has to run next, unless an event comes first.
     pub(super) interface_due: Option<Instant>,
-    /// The error that ended the session, if one did.
+    /// Whether a picture has been there, or something else than the scene of the command line was asked for: then a document
+    /// that cannot be shown does not end the program.
+    pub(super) outlives_errors: bool,
+    /// The error that ended the program, if one did.
     pub(super) failure: Option<Error>,
 }
 
@@ -61,6 +65,7 @@ impl<'a> App<'a> {
             place: [[0; 2]; 2],
             fitted: [0; 2],
             interface_due: Some(Instant::now()),
+            outlives_errors: false,
             failure: None,
         }
     }
@@ -95,7 +100,16 @@ impl<'a> App<'a> {
             return Ok(());
         };
         let was_building = session.build_under_way().is_some();
-        let problem = session.take_built(&mut self.report)?;
+        let problem = match session.take_built(&mut self.report) {
+            Err(Error::Device(why)) => return Err(Error::Device(why)),
+            Err(error) if self.outlives_errors => {
+                self.session = None;
+                self.complain(error);
+                return Ok(());
+            }
+            problem => problem?,
+        };
+        self.outlives_errors |= session.live.is_some();
         if was_building && session.build_under_way().is_none() {
             self.interface_due = Some(Instant::now());
         }
@@ -126,7 +140,8 @@ impl<'a> App<'a> {
         let (mut asked, mut rect) = (Vec::new(), Rect::NOTHING);
         let (mut gives_up, mut has_read) = (false, false);
         let delay = stage.run_interface(|ui| {
-            asked = wishes(ui);
+            // The interface may be run twice in a frame, the second time without the keys.
+            asked.extend(wishes(ui));
             if let Some(session) = session.as_mut().filter(|_| *shows_panels) {
                 asked.extend(panels::show(ui, session));
             }
@@ -149,10 +164,10 @@ impl<'a> App<'a> {
                 }
                 if let Some(opening) = opening {
                     hud::progress(ui, rect, opening);
-                    gives_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
+                    gives_up |= ui.input(|i| i.key_pressed(egui::Key::Escape));
                 }
                 if let Some(message) = message {
-                    has_read = hud::message(ui, rect, message);
+                    has_read |= hud::message(ui, rect, message);
                 }
             });
         })?;
@@ -172,8 +187,8 @@ impl<'a> App<'a> {
         Ok(asked)
     }
 
-    /// Makes pictures of the size for which the window has room or, where memory is short, of a half or a quarter of
-    /// it.
+    /// Makes pictures of the size for which the window has room or, where memory is short, of a half, a quarter or an eighth
+    /// of it along each axis. A renderer that leaves no room even for those has to be planned anew.
     fn fit_picture(&mut self) -> Result<()> {
         let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session) else {
             return Ok(());
@@ -196,15 +211,14 @@ impl<'a> App<'a> {
         }
         self.fitted = whole;
         let mut is_new = false;
+        let size_by = |divisor: u32| whole.map(|n| n.div_ceil(divisor));
+        if !has_room(stage, session.live.as_ref(), size_by(LAST_DIVISOR))? {
+            session.drop_live();
+        }
         for divisor in [1, 2, 4, LAST_DIVISOR] {
-            let size = whole.map(|n| n.div_ceil(divisor));
-            let for_window = stage.bytes_ahead(size)?;
-            let has_room = match &session.live {
-                Some(live) => live.engine.has_room_for(size, for_window)?,
-                None => for_window <= stage.memory.budget,
-            };
+            let size = size_by(divisor);
             let is_last = divisor == LAST_DIVISOR;
-            if !has_room && !is_last {
+            if !is_last && !has_room(stage, session.live.as_ref(), size)? {
                 continue;
             }
             is_new |= size != stage.picture_size();
@@ -232,7 +246,7 @@ impl<'a> App<'a> {
             };
             self.report.planned(live.planned_bytes());
             if !fits {
-                session.live = None;
+                session.drop_live();
             }
         }
         Ok(())
@@ -367,5 +381,18 @@ impl<'a> App<'a> {
             outputs.commit()?;
         }
         Ok(0)
+    }
+}
+
+/// Whether there is room for pictures of this size beside the window's images: in the live renderer's plan, or in one that
+/// is still to be made.
+fn has_room(stage: &Stage, live: Option<&Live>, size: [u32; 2]) -> Result<bool> {
+    let for_window = match stage.bytes_ahead(size) {
+        Err(Error::Memory(_)) => return Ok(false),
+        bytes => bytes?,
+    };
+    match live {
+        Some(live) => live.engine.has_room_for(size, for_window),
+        None => Ok(for_window <= stage.memory.budget),
     }
 }

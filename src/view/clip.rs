@@ -12,10 +12,11 @@ const RADIUS: f32 = 7.0;
 /// The arrow's length, as a share of the picture's height.
 const ARROW: f64 = 0.12;
 
-/// Cuts away the half that faces the viewer, or removes the plane that did so. Planes of the scene file stay.
+/// Cuts away the half that faces the viewer, or removes the plane that did so. Planes of the scene file stay. Undoing
+/// brings a removed plane back, with its handle.
 pub fn toggle(session: &mut Session) {
     let clips = &mut session.scene.clips;
-    if let Some(i) = session.chosen.clip.take().filter(|i| *i < clips.len()) {
+    if let Some(i) = session.chosen.clip.filter(|i| *i < clips.len()) {
         clips.remove(i);
         return;
     }

@@ -34,7 +34,10 @@ impl ApplicationHandler<()> for App<'_> {
         let wants_frame = stage.hear(&event);
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
-            WindowEvent::DroppedFile(path) => self.open(path),
+            WindowEvent::DroppedFile(path) => {
+                self.outlives_errors = true;
+                self.open(path);
+            }
             WindowEvent::RedrawRequested => {
                 let drawn = stage.is_hidden().and_then(|hidden| match hidden {
                     true => Ok(()),

@@ -41,6 +41,14 @@ impl History {
         step(&mut self.future, &mut self.past, &mut self.settled, scene);
     }
 
+    /// Forgets the last change, which could not be shown: `scene` is as it was before.
+    pub fn retract(&mut self, scene: &Scene) {
+        self.settled = scene.clone();
+        for steps in [&mut self.past, &mut self.future] {
+            steps.pop_if(|step| like(step, scene) == *scene);
+        }
+    }
+
     pub fn can_undo(&self) -> bool {
         !self.past.is_empty()
     }
@@ -59,9 +67,41 @@ fn step(from: &mut Vec<Scene>, to: &mut Vec<Scene>, settled: &mut Scene, scene: 
 }
 
 /// `scene` with the camera and the picture's size of `other`.
-fn like(scene: &Scene, other: &Scene) -> Scene {
+pub fn like(scene: &Scene, other: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.camera = other.camera;
     scene.render.size = other.render.size;
     scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::volume::{Volume, Voxels};
+    use crate::scene::{SceneFile, resolve};
+
+    fn dense(density: f64) -> Scene {
+        let volume = Volume::from_values([1; 3], [1.0; 3], Voxels::U8(vec![1]));
+        let text = format!(
+            "volume.path = \"v.npy\"\nmedium = {{ density = {density}, transfer = [{{ value = 0 }}] }}"
+        );
+        let file = SceneFile::parse(&text, "v.toml".as_ref(), &[]).expect("a scene");
+        resolve(&file, &volume.expect("a volume"))
+            .expect("a scene")
+            .0
+    }
+
+    #[test]
+    fn what_could_not_be_shown_is_no_step() {
+        let [first, shown, failed] = [1.0, 2.0, 3.0].map(dense);
+        let mut history = History::new(&first);
+        history.settle(&shown);
+        history.settle(&failed);
+        history.retract(&shown);
+        history.settle(&shown);
+        assert!(!history.can_redo());
+        let mut scene = shown;
+        history.undo(&mut scene);
+        assert!(scene == first && !history.can_undo());
+    }
 }

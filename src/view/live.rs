@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::document::Document;
 use super::picture::Picture;
-use crate::engine::{Changed, Engine, Host};
+use crate::engine::{Changed, Engine, Host, KeptLight};
 use crate::error::{Error, Place, Result};
 use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};
@@ -21,6 +21,8 @@ pub struct Order {
     pub samples: u32,
     /// Bytes that the window needs.
     pub for_window: u64,
+    /// The light of the renderer before, if it is right for the scene.
+    pub light: Option<KeptLight>,
 }
 
 pub struct Live {
@@ -47,6 +49,7 @@ impl Live {
             seed,
             samples,
             for_window,
+            light,
         } = order;
         if scene.render.variant == Variant::Published {
             return Err(Error::input(
@@ -65,10 +68,18 @@ impl Live {
             caching.roam();
             caching.guess_light()?;
         }
+        if let Some(light) = light {
+            engine.adopt_light(&light)?;
+        }
         Ok(Live {
             picture: Picture::new(&engine, samples),
             engine,
         })
+    }
+
+    /// The light of the cache, if it is right for `scene` as well.
+    pub fn light_for(&mut self, scene: &Scene) -> Result<Option<KeptLight>> {
+        self.engine.light_for(scene)
     }
 
     /// Brings the engine up to date with `scene`, whose picture has the current size.

@@ -14,6 +14,7 @@ mod gizmo;
 mod history;
 mod hud;
 mod keys;
+mod light;
 mod live;
 mod load;
 mod opening;

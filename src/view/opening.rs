@@ -25,8 +25,8 @@ impl App<'_> {
                 for note in &document.opened.notes {
                     self.report.say(&format!("note: {note}"));
                 }
-                self.watch =
-                    is_scene(&document.path).then(|| Watch::new(&document.path, document.modified));
+                self.watch = is_scene(&document.path)
+                    .then(|| Watch::new(&document.path, &document.edits, document.modified));
                 self.set_title(&document);
                 let volume = document.opened.file.volume_path()?;
                 let listing = Some(list_series(volume, &self.proxy));
@@ -35,7 +35,7 @@ impl App<'_> {
                 self.session = Some(session);
                 self.message = None;
             }
-            Err(error) if self.session.is_some() => self.complain(error),
+            Err(error) if self.outlives_errors => self.complain(error),
             Err(error) => return Err(error),
         }
         Ok(())
@@ -74,27 +74,31 @@ impl App<'_> {
         if !watch.has_changed() {
             return;
         }
-        let path = watch.path.clone();
-        match self.read_again(&path) {
-            Ok(()) => {
+        let (path, edits) = (watch.path.clone(), watch.edits.clone());
+        match self.read_again(&path, edits) {
+            Ok(is_read) => {
                 self.message = None;
-                self.report.say("scene file read again");
+                if is_read {
+                    self.report.say("scene file read again");
+                }
             }
             Err(error) => self.complain(error),
         }
         self.interface_due = Some(Instant::now());
     }
 
-    fn read_again(&mut self, path: &Path) -> Result<()> {
+    /// Returns whether the file has been read; otherwise it is being opened again, with its volume.
+    fn read_again(&mut self, path: &Path, edits: Vec<Edit>) -> Result<bool> {
         let Some(session) = &mut self.session else {
-            return Ok(());
+            // As it was before, it could not be shown.
+            self.open_edited(path.to_path_buf(), edits);
+            return Ok(false);
         };
         let file = SceneFile::read(path, &session.document.edits)?;
         let opened = &session.document.opened;
         if file.volume != opened.file.volume {
-            let edits = session.document.edits.clone();
             self.open_edited(path.to_path_buf(), edits);
-            return Ok(());
+            return Ok(false);
         }
         let (scene, notes) = resolve(&file, &opened.volume)?;
         for note in notes {
@@ -106,7 +110,7 @@ impl App<'_> {
         };
         scene.render.size = session.scene.render.size;
         session.reread(file, scene);
-        Ok(())
+        Ok(true)
     }
 
     pub(super) fn open(&mut self, path: PathBuf) {
@@ -123,6 +127,7 @@ impl App<'_> {
         let mut edits = self.edits_of(&path);
         let flag = format!("series {number}");
         edits.push(Edit::set(flag, "volume.series", i64::from(number).into()));
+        self.outlives_errors = true;
         self.open_edited(path, edits);
     }
 

@@ -8,11 +8,12 @@
 
 use std::time::{Duration, Instant};
 
+use super::light;
 use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
-use crate::engine::{self, Engine, Refinement};
+use crate::engine::{self, Engine, Refinement, relative_error_of};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};
-use crate::render::{RAYS, ToneMapPush, doubling};
+use crate::render::{Film, RAYS, ToneMapPush};
 use crate::scene::Tone;
 
 /// Time that a picture in motion should take.
@@ -26,13 +27,6 @@ const RESTING_MS: f64 = 30.0;
 /// Motion is over when nothing has changed for this time.
 const REST_AFTER: Duration = Duration::from_millis(180);
 
-/// The cache counts as converged at this relative error of the picture that it shows, or after `LONGEST_FILLING` spent
-/// on filling it.
-pub const CACHE_ERROR: f64 = 0.006;
-const LONGEST_FILLING: Duration = Duration::from_secs(30);
-/// From this relative error on, the cache's light changes so little that edges are what is seen, and a march has all of its
-/// rays.
-const EDGES_BELOW: f64 = 2.0 * CACHE_ERROR;
 /// The cache is marched again when filling has taken this many times as long as the last march.
 const MARCH_SHARE: f64 = 3.0;
 /// The picture counts as finished at this relative error, or when it has had all its samples.
@@ -72,13 +66,11 @@ enum Doing {
 }
 
 impl Picture {
-    /// A software driver begins with few pixels, a GPU with all.
+    /// The first frame has few pixels: it is not known yet how long they take, and a fast device soon has all of them.
     pub fn new(engine: &Engine, most_samples: u32) -> Picture {
-        let is_software = engine.host().summary().kind.is_software();
-        let scale = match (is_software, engine.renderer().cache()) {
-            (true, Some(_)) => 0.35,
-            (true, None) => 0.25,
-            (false, _) => 1.0,
+        let scale = match engine.renderer().cache() {
+            Some(_) => 0.35,
+            None => 0.25,
         };
         Picture {
             doing: Doing::Moving,
@@ -175,8 +167,8 @@ impl Picture {
         // Fewer pixels do not bring bricks sooner.
         let took = began.elapsed() - (waited_for_bricks(engine) - waited);
         self.adapt(took.as_secs_f64() * 1e3);
-        if !Picture::cache_is_good(engine) {
-            let batch = Picture::next_batch(engine);
+        if !light::cache_is_good(engine) {
+            let batch = light::next_batch(engine);
             engine.renderer_mut().take_slices_of(FILLING_MS);
             if let Some(mut caching) = engine.renderer_mut().caching() {
                 caching.advance(batch)?;
@@ -222,15 +214,15 @@ impl Picture {
             _ => self.marched_in + began.elapsed(),
         };
         self.filled_since = Instant::now();
-        self.marched_batches = Picture::batches(engine);
+        self.marched_batches = light::batches(engine);
         // With fewer rays, edges that were smooth would become rough again for a moment.
         let is_better = rays >= self.rays_shown;
         if is_better {
             self.show(engine, shown)?;
             self.rays_shown = rays;
         }
-        self.doing = match Picture::cache_is_converged(engine) {
-            _ if rays < RAYS && Picture::shows_edges(engine) => Doing::marching(),
+        self.doing = match light::cache_is_converged(engine) {
+            _ if rays < RAYS && light::shows_edges(engine) => Doing::marching(),
             true => self.refining(engine)?,
             false => Doing::Filling,
         };
@@ -238,16 +230,16 @@ impl Picture {
     }
 
     fn fill_on(&mut self, engine: &mut Engine) -> Result<bool> {
-        let batch = Picture::next_batch(engine);
+        let batch = light::next_batch(engine);
         engine.renderer_mut().take_slices_of(RESTING_MS);
         let ended = match engine.renderer_mut().caching() {
             Some(mut caching) => caching.advance(batch)?,
             None => true,
         };
         let due = self.marched_in.mul_f64(MARCH_SHARE);
-        let is_new = Picture::batches(engine) != self.marched_batches;
+        let is_new = light::batches(engine) != self.marched_batches;
         let filled_for = self.filled_since.elapsed();
-        let is_done = ended && Picture::cache_is_converged(engine);
+        let is_done = ended && light::cache_is_converged(engine);
         if is_done || is_new && filled_for >= due {
             self.doing = Doing::marching();
         }
@@ -271,10 +263,15 @@ impl Picture {
             return Ok(false);
         }
         let totals = engine.totals();
-        if totals.units >= UNITS_TO_TRUST {
-            self.relative_error = engine.relative_error()?;
+        let is_trusted = totals.units >= UNITS_TO_TRUST;
+        let film = match is_trusted || self.refinement.is_some() {
+            true => Some(engine.renderer_mut().film()?),
+            false => None,
+        };
+        if let Some(film) = film.as_ref().filter(|_| is_trusted) {
+            self.relative_error = relative_error_of(film);
         }
-        self.show(engine, shown)?;
+        self.show_film(engine, shown, film)?;
         self.refinement.take_if(|r| r.is_over(totals.samples));
         if self.is_good_enough(totals.samples) {
             self.doing = Doing::Nothing;
@@ -284,9 +281,19 @@ impl Picture {
 
     /// Encodes the latest picture for display.
     fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
+        let film = match self.refinement.is_some() {
+            true => Some(engine.renderer_mut().film()?),
+            false => None,
+        };
+        self.show_film(engine, shown, film)
+    }
+
+    /// `film`: that of the samples so far, if they refine a march.
+    fn show_film(&mut self, engine: &mut Engine, shown: &Image, film: Option<Film>) -> Result<()> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
         let push = Picture::tone_map_push(engine, shown);
-        if let Some(picture) = self.refined(engine)?
+        let samples = engine.totals().samples;
+        if let Some(picture) = film.and_then(|film| self.refined(samples, &film.mean))
             && let Some(mut caching) = engine.renderer_mut().caching()
         {
             return caching.tone_map_texels(&picture, shown, &push);
@@ -305,21 +312,26 @@ impl Picture {
         if let Doing::Marching { .. } = self.doing {
             self.doing = Doing::marching();
         }
-        if let Some(refined) = self.refined(engine)? {
-            picture.show(&refined);
+        let samples = engine.totals().samples;
+        if self.refinement.is_some() {
+            let mean = engine.renderer_mut().film()?.mean;
+            if let Some(refined) = self.refined(samples, &mean) {
+                picture.show(&refined);
+            }
+        }
+        if let Some(refinement) = &self.refinement {
+            let left = refinement.error_left(samples);
+            let errors = picture.stderr.as_flattened_mut().iter_mut();
+            errors.for_each(|error| *error *= left);
         }
         Ok(picture)
     }
 
-    /// The picture that is shown while samples refine a march; `None` otherwise.
-    fn refined(&mut self, engine: &mut Engine) -> Result<Option<Vec<[f32; 4]>>> {
-        let Some(refinement) = &mut self.refinement else {
-            return Ok(None);
-        };
-        let samples = engine.totals().samples;
-        let mean = engine.renderer_mut().film()?.mean;
-        refinement.compare(samples, &mean);
-        Ok(Some(refinement.picture(samples, &mean)))
+    /// The picture that is shown while so many samples with this mean refine a march; `None` otherwise.
+    fn refined(&mut self, samples: u32, mean: &[[f32; 4]]) -> Option<Vec<[f32; 4]>> {
+        let refinement = self.refinement.as_mut()?;
+        refinement.compare(samples, mean);
+        Some(refinement.picture(samples, mean))
     }
 
     fn tone_map_push(engine: &Engine, shown: &Image) -> ToneMapPush {
@@ -331,40 +343,6 @@ impl Picture {
             exposure: render.exposure.exp2() as f32,
             filmic: (render.tone == Tone::Filmic) as u32,
         }
-    }
-
-    fn batches(engine: &Engine) -> Option<u32> {
-        engine.renderer().cache().map(|cache| cache.batches)
-    }
-
-    /// Paths that a node in sight gets in a batch: as many as it has had, or 0 for those that it lacks.
-    fn next_batch(engine: &Engine) -> u32 {
-        let cache = engine.renderer().cache();
-        match cache.map_or(0, |cache| cache.updates) {
-            0 => 1,
-            _ if Picture::cache_is_good(engine) => 0,
-            updates => doubling(updates),
-        }
-    }
-
-    /// Whether the cache is good enough in the view for which its error was last measured.
-    fn cache_is_good(engine: &Engine) -> bool {
-        engine
-            .renderer()
-            .cache()
-            .is_none_or(|cache| cache.is_known_to(CACHE_ERROR) || cache.took >= LONGEST_FILLING)
-    }
-
-    /// Whether the cache has converged in this view.
-    fn cache_is_converged(engine: &Engine) -> bool {
-        let cache = engine.renderer().cache();
-        Picture::cache_is_good(engine) && cache.is_none_or(|cache| cache.is_caught_up())
-    }
-
-    /// Whether more rays of each pixel make the picture better than more paths for the cache.
-    fn shows_edges(engine: &Engine) -> bool {
-        let cache = engine.renderer().cache();
-        Picture::cache_is_converged(engine) || cache.is_some_and(|c| c.is_known_to(EDGES_BELOW))
     }
 
     fn moving_size(&self, engine: &Engine) -> [u32; 2] {

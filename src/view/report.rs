@@ -4,13 +4,14 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
+use super::light::CACHE_ERROR;
 use super::live::Live;
-use super::picture::CACHE_ERROR;
 use super::recent::Recent;
 use super::response::{Response, ResponseStats};
 use super::stage::Stage;
 use crate::engine::figures::{self, CacheStats, MemoryStats, PassStats};
 use crate::gpu::Timings;
+use crate::output::say;
 
 pub struct Report {
     began: Instant,
@@ -88,7 +89,7 @@ impl Report {
 
     pub fn say(&self, line: &str) {
         if !self.is_quiet {
-            eprintln!("{line}");
+            say(line);
         }
     }
 

@@ -8,11 +8,15 @@ use crate::output::{Outputs, Provenance, stem};
 
 /// Writes the picture as it is now, as PNG and EXR, and returns the PNG's name.
 pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
-    let scene = session.describe();
     let path = free_name(&session.document.path, ["png", "exr"])?;
-    let live = session.live.as_mut();
+    let live = session.live.as_ref();
     let live = live.filter(|live| live.engine.has_picture());
-    let live = live.ok_or_else(|| Error::value("there is no picture of all pixels to save yet"))?;
+    let scene = live.map(|live| session.describe(live.engine.scene()));
+    let (Some(scene), Some(live)) = (scene, &mut session.live) else {
+        return Err(Error::value(
+            "there is no picture of all pixels to save yet",
+        ));
+    };
     let engine = &mut live.engine;
     let picture = live.picture.taken(engine)?;
     let provenance = Provenance::new(scene, seed, engine.host().summary().name.clone());
@@ -28,7 +32,7 @@ pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
 pub fn scene(session: &Session) -> Result<PathBuf> {
     let path = free_name(&session.document.path, ["toml"])?;
     let mut outputs = Outputs::default();
-    outputs.text(&path, &session.describe())?;
+    outputs.text(&path, &session.describe(&session.scene))?;
     outputs.commit()?;
     Ok(path)
 }

@@ -5,12 +5,13 @@ use std::sync::Arc;
 use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
-use super::history::History;
+use super::history::{History, like};
 use super::live::{Followed, Live, Order};
 use super::load::{Load, build};
 use super::report::Report;
 use super::stage::Stage;
 use crate::cli::ViewArgs;
+use crate::engine::KeptLight;
 use crate::error::{Error, Result};
 use crate::scene::volume::Preview;
 use crate::scene::{Camera, Scene, SceneFile, describe};
@@ -22,7 +23,7 @@ pub struct Session {
     /// The scene to show; panels change it as they like.
     pub scene: Scene,
     pub live: Option<Live>,
-    building: Option<Load<Live>>,
+    building: Option<Build>,
     /// The build of the document before. Nobody wants its result, but until it has ended there may be no memory for
     /// another one.
     ending: Option<Load<Live>>,
@@ -33,10 +34,16 @@ pub struct Session {
     pub history: History,
     /// The camera at the beginning.
     pub home: Camera,
-    /// The last scene that the GPU has shown.
+    /// The last scene that was shown before the build under way.
     shown: Option<Scene>,
     /// The selected item in each list of the panels.
     pub chosen: Chosen,
+}
+
+/// A renderer under way, and the scene that it is for.
+struct Build {
+    scene: Scene,
+    load: Load<Live>,
 }
 
 #[derive(Default)]
@@ -44,7 +51,7 @@ pub struct Chosen {
     pub point: usize,
     pub surface: usize,
     pub sun: usize,
-    /// The plane that the key C has made.
+    /// The plane that the key C has made; it may have been removed.
     pub clip: Option<usize>,
     /// A drag on the picture turns the sun, where there is one, instead of the camera.
     pub aims_sun: bool,
@@ -56,7 +63,7 @@ impl Session {
         let (mut ending, mut series) = (None, Vec::new());
         if let Some(before) = before {
             before.document.close();
-            ending = before.building.or(before.ending);
+            ending = before.building.map(|build| build.load).or(before.ending);
             // The list of volumes stays until the same folder's new list is there, so that the panel does not jump
             // when the user picks from it.
             if before.document.path == document.path {
@@ -90,13 +97,25 @@ impl Session {
         report: &mut Report,
     ) -> Result<bool> {
         let is_building = self.build_under_way().is_some();
+        if self
+            .live
+            .as_ref()
+            .is_some_and(|live| *live.engine.scene() == self.scene)
+        {
+            return Ok(false);
+        }
+        // A change that fails may have stopped half way.
+        let before = self.live.as_ref().map(|live| live.engine.scene().clone());
+        let mut light = None;
         let followed = match &mut self.live {
-            Some(live) if *live.engine.scene() == self.scene => return Ok(false),
             Some(live) => match live.follow(&self.scene) {
                 Err(Error::Device(why)) => return Err(Error::Device(why)),
-                // The change may have stopped half way; if a new renderer fails for the same reason, that is
-                // reported.
+                // If a new renderer fails for the same reason, that is reported.
                 Err(_) => Followed::Impossible,
+                Ok(Followed::Impossible) => {
+                    light = live.light_for(&self.scene)?;
+                    Followed::Impossible
+                }
                 Ok(followed) => followed,
             },
             None if is_building => return Ok(false),
@@ -108,22 +127,35 @@ impl Session {
             Followed::Impossible => {
                 // The old renderer is dropped first to make room.
                 self.live = None;
-                self.building = Some(self.begin_build(stage, proxy, args)?);
+                self.shown = before.or(self.shown.take());
+                self.building = Some(Build {
+                    scene: self.scene.clone(),
+                    load: self.begin_build(stage, proxy, args, light)?,
+                });
             }
         }
         Ok(followed != Followed::Impossible)
     }
 
+    /// Drops the renderer to make room, and remembers what it showed.
+    pub fn drop_live(&mut self) {
+        if let Some(live) = self.live.take() {
+            self.shown = Some(live.engine.scene().clone());
+        }
+    }
+
     /// The build under way, wanted or not: there is one at a time, since its plan counts on all memory that the
     /// window leaves.
     pub fn build_under_way(&self) -> Option<&Load<Live>> {
-        self.building.as_ref().or(self.ending.as_ref())
+        let building = self.building.as_ref().map(|build| &build.load);
+        building.or(self.ending.as_ref())
     }
 
     /// Ends a build under way and waits for it: a process that ends while its driver compiles may crash.
     pub fn end_build(&mut self) {
         self.document.close();
-        let builds = [self.building.take(), self.ending.take()];
+        let building = self.building.take().map(|build| build.load);
+        let builds = [building, self.ending.take()];
         builds.into_iter().flatten().for_each(Load::join);
     }
 
@@ -132,6 +164,7 @@ impl Session {
         stage: &Stage,
         proxy: &EventLoopProxy<()>,
         args: &ViewArgs,
+        light: Option<KeptLight>,
     ) -> Result<Load<Live>> {
         let order = Order {
             host: stage.host.clone(),
@@ -140,22 +173,26 @@ impl Session {
             seed: args.seed,
             samples: args.spp.get(),
             for_window: stage.bytes_now()?,
+            light,
         };
         Ok(build(order, self.document.clone(), proxy))
     }
 
-    /// Takes the renderer that was built, if it is ready. A scene that could not be built is replaced by the last one
-    /// that could, and the error is returned.
+    /// Takes the renderer that was built, if it is ready. A scene that could not be built is replaced by the last one that
+    /// was shown, unless it has been changed since, and the error is returned.
+    ///
+    /// # Errors
+    ///
+    /// If nothing of this document has been shown yet, or what was shown cannot be shown any more, or the device is lost.
     pub fn take_built(&mut self, report: &mut Report) -> Result<Option<Error>> {
         self.ending.take_if(|load| load.result().is_some());
-        let Some(result) = self.building.as_ref().and_then(Load::result) else {
+        let Some(result) = self.building.as_ref().and_then(|build| build.load.result()) else {
             return Ok(None);
         };
-        self.building = None;
+        let ordered = self.building.take().map(|build| build.scene);
         match result {
             Ok(live) => {
                 report.built(&live);
-                self.shown = Some(live.engine.scene().clone());
                 self.live = Some(live);
                 Ok(None)
             }
@@ -164,8 +201,13 @@ impl Session {
                 let Some(shown) = self.shown.take() else {
                     return Err(error);
                 };
-                let camera = self.scene.camera;
-                self.scene = Scene { camera, ..shown };
+                let is_as_ordered = ordered.is_some_and(|o| like(&o, &self.scene) == self.scene);
+                if !is_as_ordered {
+                    self.shown = Some(shown);
+                    return Ok(None);
+                }
+                self.scene = like(&shown, &self.scene);
+                self.history.retract(&self.scene);
                 Ok(Some(error))
             }
         }
@@ -178,8 +220,8 @@ impl Session {
         self.chosen.clip = None;
     }
 
-    /// The scene as a file that `render` reads.
-    pub fn describe(&self) -> String {
-        describe(&self.file, &self.document.opened.volume, &self.scene)
+    /// A scene of this document as a file that `render` reads.
+    pub fn describe(&self, scene: &Scene) -> String {
+        describe(&self.file, &self.document.opened.volume, scene)
     }
 }

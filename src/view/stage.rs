@@ -141,7 +141,7 @@ impl Stage {
     fn planned_bytes(&self, window: Shape, picture: [u32; 2]) -> Result<u64> {
         let dry_run = Memory::dry_run(self.device(), self.device().summary.clone());
         WindowImages::allocate(&dry_run, &self.surface, window, picture)?;
-        Ok(dry_run.resources().iter().map(|r| r.bytes).sum())
+        Ok(dry_run.resources_at_peak().iter().map(|r| r.bytes).sum())
     }
 
     /// Makes the window's images anew, at its current size.

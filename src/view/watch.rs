@@ -3,20 +3,25 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
+use crate::scene::Edit;
+
 /// The time between two looks at the file.
 pub const INTERVAL: Duration = Duration::from_millis(250);
 
 pub struct Watch {
     pub path: PathBuf,
+    /// The changes of the command line, and a series that was picked, with which the file was opened.
+    pub edits: Vec<Edit>,
     seen: Option<SystemTime>,
     looked: Instant,
 }
 
 impl Watch {
     /// `read`: when the text that is shown was last modified.
-    pub fn new(path: &Path, read: Option<SystemTime>) -> Watch {
+    pub fn new(path: &Path, edits: &[Edit], read: Option<SystemTime>) -> Watch {
         Watch {
             path: path.to_path_buf(),
+            edits: edits.to_vec(),
             seen: read,
             looked: Instant::now(),
         }

@@ -49,11 +49,15 @@ impl App<'_> {
             Wish::Undo => session.history.undo(&mut session.scene),
             Wish::Redo => session.history.redo(&mut session.scene),
             Wish::NextVariant => {
-                let variant = &mut session.scene.render.variant;
-                let now = VARIANTS.iter().position(|(_, v)| v == variant);
-                let (name, next) = VARIANTS[(now.unwrap_or(0) + 1) % VARIANTS.len()];
-                *variant = next;
-                return Ok(Some(format!("variant: {name}")));
+                let render = &mut session.scene.render;
+                let now = VARIANTS.iter().position(|(_, v)| *v == render.variant);
+                let others = VARIANTS.iter().cycle().skip(now.unwrap_or(0) + 1);
+                for (name, next) in others.take(VARIANTS.len()) {
+                    render.variant = *next;
+                    if render.clash().is_none() {
+                        return Ok(Some(format!("variant: {name}")));
+                    }
+                }
             }
             Wish::SaveImage => {
                 let path = save::image(session, self.args.seed)?;

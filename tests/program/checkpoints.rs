@@ -14,8 +14,8 @@ pub const OFTEN: &str = "--checkpoint c.exr --checkpoint-every 0.02";
 /// Kills a render again and again, at some moment after it has begun to write, until it gets to its end. Returns how
 /// often it was killed. `ISOLUME_KILLS=50` kills more often, and later.
 pub fn survive(folder: &Folder, command: &str, random: &mut fastrand::Rng) -> u32 {
-    let kills = std::env::var("ISOLUME_KILLS").ok();
-    let most: u32 = kills.and_then(|kills| kills.parse().ok()).unwrap_or(2);
+    let kills = std::env::var("ISOLUME_KILLS");
+    let most: u32 = kills.map_or(2, |n| n.parse().expect("ISOLUME_KILLS: a number"));
     for kill in 0..most {
         let before = changed(folder);
         let mut process = folder.isolume(command).spawn().expect("it starts");

@@ -136,6 +136,21 @@ fn wrong_usage_exits_with_2() {
     }
 }
 
+/// Pictures are named after their scene, and so may be skies.
+#[test]
+fn a_picture_does_not_take_the_place_of_the_sky() {
+    let folder = Folder::new();
+    folder.succeed("render ball.toml --size 8x4 --spp 1 -o sky.exr");
+    let sky = folder.read("sky.exr");
+    let render = "render ball.toml --size 8x4 --spp 1 --set light.1.image=sky.exr";
+    let said = refused(&folder, &format!("{render} -o ./sky.exr"), 2);
+    assert!(
+        said.contains("./sky.exr: this image lights the scene"),
+        "{said}"
+    );
+    assert!(folder.read("sky.exr") == sky);
+}
+
 #[test]
 fn a_budget_that_is_too_small_exits_with_4() {
     let folder = Folder::new();

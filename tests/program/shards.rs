@@ -51,6 +51,12 @@ fn shards_merge_to_the_picture_of_a_single_run() {
         let bytes = folder.read("merged.exr");
         assert!(*merged.get_or_insert(bytes.clone()) == bytes, "{names}");
     }
+    // The name of the file to write was forgotten.
+    let said = refused(&folder, "merge a.exr b.exr c.exr d.exr", 3);
+    assert!(
+        said.contains("a.exr: it holds the samples 0..32 of this picture, which would be lost"),
+        "{said}"
+    );
     let [single, merged] = ["single.exr", "merged.exr"].map(|name| folder.exr(name));
     let [mean, stderr] = ["", "stderr."].map(|prefix| difference(&single, &merged, prefix));
     println!("mean differs by {mean:.1e} of the mean, standard error by {stderr:.1e} of its own");
@@ -137,6 +143,16 @@ fn shards_through_one_filling_count_its_error_once() {
     );
     let error = |name: &str| channel(&folder.exr(name), "stderr.G").iter().sum::<f64>();
     assert!(error("ab.exr") < error("a.exr"));
+    // A few more samples, of whose spread nothing is known, do not make the others independent.
+    folder.succeed(&format!("{cached} --samples 128..132 -o d.exr"));
+    folder.succeed("merge abd.exr a.exr b.exr d.exr");
+    println!(
+        "{:.4} {:.4} {:.4}",
+        error("a.exr"),
+        error("ab.exr"),
+        error("abd.exr")
+    );
+    assert!(error("abd.exr") < 1.1 * error("ab.exr"));
 }
 
 #[test]

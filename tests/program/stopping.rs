@@ -180,7 +180,7 @@ fn nohup_outlives_its_terminal() {
     ends(child, 143);
 }
 
-/// Seen from within a white fog of optical depth 10⁷: no path gets out.
+/// Seen from within a white fog of optical depth 10⁷: no path gets out. What `--restart` ignores is left alone.
 #[test]
 fn the_time_holds_for_a_sample_without_end() {
     let folder = Folder::new();
@@ -193,9 +193,12 @@ fn the_time_holds_for_a_sample_without_end() {
         ("auto", "render.max_bounces"),
         ("caching", "--variant non-caching"),
     ];
+    folder.write("c.exr", b"an older checkpoint");
     for (variant, remedy) in too_short {
         let began = Instant::now();
-        let command = format!("render ball.toml -o a.exr {fog} --variant {variant} --time 0.5");
+        let command = format!(
+            "render ball.toml -o a.exr {fog} --variant {variant} --time 0.5 --checkpoint c.exr --restart"
+        );
         let output = folder.run(&command);
         let said = crate::text(&output.stderr);
         assert_eq!(output.status.code(), Some(3), "{variant}: {said}");
@@ -203,6 +206,7 @@ fn the_time_holds_for_a_sample_without_end() {
         assert!(said.contains(remedy), "{variant}: {said}");
         assert!(began.elapsed() < Duration::from_secs(30), "{variant}");
         assert!(!folder.path("a.exr").exists());
+        assert_eq!(folder.read("c.exr"), b"an older checkpoint", "{variant}");
     }
 }
 

@@ -87,6 +87,8 @@ struct Pictures {
     /// Normals of the first surface and distances to it.
     hits: Vec<[f32; 4]>,
     figures: Option<BrickFigures>,
+    /// Reads of the volume by paths.
+    lookups: u64,
 }
 
 /// With a cache of that scale, or without one; whole, or in bricks with so many places.
@@ -128,6 +130,7 @@ fn pictures(scene: &Scene, cache_scale: Option<f64>, places: Option<u64>) -> Pic
         marched,
         hits: hits.normal_depth,
         figures: renderer.brick_figures(),
+        lookups: renderer.lookups(),
     }
 }
 
@@ -143,6 +146,9 @@ fn assert_same(scene: &Scene, cache_scale: Option<f64>, places: &[u64]) {
         assert!(whole.stderr == streamed.stderr, "{places} places");
         assert!(whole.marched == streamed.marched, "{places} places");
         assert!(whole.hits == streamed.hits, "{places} places");
+        if cache_scale.is_none() {
+            assert_eq!(whole.lookups, streamed.lookups, "{places} places");
+        }
     }
 }
 

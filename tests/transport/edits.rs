@@ -6,7 +6,7 @@
 use std::num::NonZeroU32;
 use std::path::Path;
 
-use isolume::engine::{Changed, Engine, Host, HostOptions, Picture, Stop};
+use isolume::engine::{Changed, Engine, Host, HostOptions, Picture, SampleRange, Stop};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::{Edit, Scene, SceneFile, resolve};
 
@@ -258,6 +258,29 @@ fn samples_of_fewer_pixels_are_no_picture() {
     engine.reduce_to(scene.render.size).expect("all pixels");
     assert!(!engine.has_picture());
     assert!(sampled(&mut engine));
+}
+
+#[test]
+fn a_shard_has_the_samples_that_were_asked_for() {
+    let folder = folder();
+    let host = Host::open(&HostOptions::default()).expect("a device");
+    let volume = volume();
+    let scene = scene(GLOSSY, folder.path(), &[], &volume);
+    let shard = |first, end| {
+        let mut engine = Engine::new(&host, &volume, &scene, 1).expect("an engine");
+        let samples = Some(SampleRange { first, end });
+        let stop = Stop {
+            samples,
+            ..Stop::default()
+        };
+        engine.render(stop).expect("a picture");
+        assert_eq!(
+            (engine.totals().first_sample, engine.totals().samples),
+            (first, end - first)
+        );
+        engine.picture().expect("a picture").rgb
+    };
+    assert!(shard(2, 4) != shard(0, 2));
 }
 
 #[test]

@@ -114,7 +114,7 @@ fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
     let mut random = Rng::with_seed(3);
     let dims = [40, 33, 25];
     let mut scattering = [0usize; 2];
-    for trial in 0..8usize {
+    for trial in 0..9usize {
         let values = (0..dims.iter().product::<u32>()).map(|n| {
             let wave = (0.13 * f64::from(n % 40) + 0.2 * trial as f64).sin();
             (100.0 * wave + 4.0 * random.f64()).max(f64::from(BACKGROUND)) as f32
@@ -132,6 +132,17 @@ fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
                 color: [0.9; 3],
             }
         });
+        // One ramp for all values, which begins at the background.
+        let ramp =
+            [(f64::from(BACKGROUND), 0.0), (149.0, 1.0)].map(|(value, opacity)| TransferPoint {
+                value,
+                opacity,
+                color: [0.9; 3],
+            });
+        let transfer = match trial {
+            8 => ramp.to_vec(),
+            _ => transfer.collect(),
+        };
         let camera = Camera {
             eye: [0.0, 0.0, 90.0],
             target: [0.0; 3],
@@ -139,7 +150,7 @@ fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
             projection: Projection::Perspective { fov_y: 30.0 },
         };
         let mut scene = empty_scene([8, 8], camera);
-        scene.medium = Some(Medium::isotropic(0.7, transfer.collect()));
+        scene.medium = Some(Medium::isotropic(0.7, transfer));
         let device = device();
         let memory = Memory::new(&device, BUDGET).expect("memory");
         let scene = GpuScene::new(&scene, &volume, 1);

@@ -15,7 +15,7 @@ impl Frame {
         let color = vk::ClearColorValue {
             float32: [r, g, b, 1.0],
         };
-        self.timed("clear", vk::PipelineStageFlags2::ALL_COMMANDS, |frame| {
+        self.copied("clear", vk::PipelineStageFlags2::ALL_COMMANDS, |frame| {
             frame.change_layout(target, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
             // SAFETY: the command buffer is recording, and the image is in this layout.
             unsafe {

@@ -25,7 +25,7 @@ use crate::compare::LinearImage;
 use crate::engine::{Host, Progress, Run, Stop};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
-use crate::output::{Outputs, check_writable};
+use crate::output::{Outputs, check_writable, say};
 use crate::render::Peak;
 use crate::scene::Opened;
 use crate::scene::volume::Volume;
@@ -210,7 +210,7 @@ impl Bench<'_> {
         outputs.text(&folder.file(PAGE), &markdown::page(&report))?;
         outputs.commit()?;
         if !args.quiet {
-            eprintln!("{}", folder.file(PAGE).display());
+            say(folder.file(PAGE).display());
         }
         Ok(())
     }
@@ -240,7 +240,7 @@ impl Bench<'_> {
 
     fn say(&self, what: &str) {
         if !self.args.quiet {
-            eprintln!("{what}");
+            say(what);
         }
     }
 

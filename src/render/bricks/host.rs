@@ -22,7 +22,7 @@ const ROWS_AT_ONCE: usize = 8;
 pub struct HostBricks {
     volume: Volume,
     layout: BrickLayout,
-    /// For each brick, whether shaders may ask for it, as far as the scene at the beginning tells.
+    /// For each brick, whether there was something to see in it at the beginning.
     matters: Vec<bool>,
     /// Bricks that are read together along x.
     together: u32,

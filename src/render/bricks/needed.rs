@@ -1,11 +1,12 @@
-//! The bricks of a volume that are ever read.
+//! The bricks of a volume in which there is something to see.
 
 use super::layout::BrickLayout;
 use crate::render::cache::Occupancy;
 use crate::render::gpu_scene::GpuScene;
 use crate::scene::volume::{MACROCELL, Volume};
 
-/// Number of bricks in which the medium scatters or a surface shows: the others are never read.
+/// Number of bricks in which the medium scatters or a surface shows. Of the others, only those are read that share a block
+/// of one majorant with one of them, or lie beside a surface.
 pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
     let matter = bricks_that_matter(scene, volume, BrickLayout::SIDE);
     matter.into_iter().filter(|&matters| matters).count() as u32

@@ -22,7 +22,7 @@ pub struct BrickFigures {
     /// Bricks of the whole volume, and those on the GPU.
     pub total: u32,
     pub resident: u32,
-    /// Bricks that shaders may ask for, as far as the scene at the beginning tells.
+    /// Bricks in which there was something to see at the beginning.
     pub matter: u32,
     pub loads: u64,
     pub bytes_read: u64,

@@ -21,13 +21,14 @@ pub enum Order {
 pub struct Items {
     /// Units in the bundle.
     pub units: u32,
+    /// The first item to be worked on; in a queue, the item that its number 0 stands for.
     pub first: u32,
     /// Items from this one on have to wait.
     pub end: u32,
 }
 
 impl Items {
-    /// No restriction, for work that is not made of items.
+    /// For work that is not made of items, and does not look at these.
     pub const NONE: Items = Items {
         units: 1,
         first: 0,

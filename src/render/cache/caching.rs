@@ -67,6 +67,11 @@ impl Caching<'_> {
         self.cache.outlook = outlook;
     }
 
+    /// Forgets the batch under way.
+    pub fn abandon(&mut self) {
+        self.cache.abandon();
+    }
+
     /// Forgets all light.
     pub fn clear(&mut self) {
         self.cache.clear();
@@ -80,7 +85,13 @@ impl Caching<'_> {
 
     /// The picture that has just been marched.
     pub fn marched(&mut self) -> Result<Vec<[f32; 4]>> {
-        copy::download(self.frame, &self.r.staging, &self.r.unit_sum)
+        let [width, height] = self.r.size;
+        copy::download_corner(
+            self.frame,
+            &self.r.staging,
+            &self.r.unit_sum,
+            [width, height, 1],
+        )
     }
 
     /// Marches that picture and leaves it on the GPU.
@@ -144,7 +155,9 @@ impl Caching<'_> {
         self.cache.ray_march.rays = 0;
         let texels = bytemuck::cast_slice(picture);
         let r = &mut *self.r;
-        copy::upload(self.frame, &mut r.staging, &r.unit_sum, texels)?;
+        let [width, height] = r.size;
+        let corner = [width, height, 1];
+        copy::upload_corner(self.frame, &mut r.staging, &r.unit_sum, corner, texels)?;
         self.tone_map(to, push)
     }
 

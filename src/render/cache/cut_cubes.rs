@@ -1,4 +1,5 @@
-//! Finds the cubes of the cache that a surface cuts; whenever the volume or an isovalue changes.
+//! Finds the cubes of the cache that a surface cuts; whenever the volume, the medium, an obstacle or a clip
+//! plane changes.
 
 use super::cube_bits::{CubePush, mark};
 use super::memory::CacheMemory;

@@ -20,8 +20,8 @@ const MOST_HALVINGS: u8 = 4;
 /// In place of a number of halvings: the brick is out of sight.
 const OUT_OF_SIGHT: u8 = u8::MAX;
 
-/// A picture has a ray on every so many pixels along both axes, at most, that none of the bricks slips
-/// through between them; `None`: pixels are too few for that.
+/// The largest distance between rays, in pixels along both axes, at which no brick fits unseen between four of them; `None`
+/// where a brick may be narrower than a pixel.
 pub fn longest_stride(scene: &GpuScene) -> Option<u32> {
     let c = scene.constants();
     let length = |v: [f32; 3]| Vec3::from(v).length();
@@ -92,7 +92,7 @@ impl Focus {
     }
 
     /// For each brick, how many paths its nodes get next where the full share is `goal`, and how many they have had: what
-    /// they lack, but those that they gather come in batches of their own.
+    /// they lack, but no batch goes past `GATHERED`, so that none is gathered in part.
     pub fn left(&self, goal: u32) -> impl Iterator<Item = [u32; 2]> {
         let left = move |(&halvings, &had): (&u8, &u32)| {
             let share = match self.share(goal, halvings) {

@@ -6,16 +6,14 @@ use bytemuck::Zeroable;
 
 use super::layout::CacheLayout;
 use super::marched::MarchedSamples;
-use super::work_list::{most_items, most_turns};
+use super::work_list::{most_items, most_turns, part_bytes};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
 use crate::render::copy;
 use crate::render::features::Features;
 use crate::render::gpu_scene::GpuScene;
 use crate::render::resources::{bytes_of, slots};
-use crate::render::shared::{
-    BRICK, Brick, NodeSums, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail, Turn,
-};
+use crate::render::shared::{BRICK, Brick, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail, Turn};
 
 /// The cache: its nodes' light, and where to find it.
 pub struct CacheMemory {
@@ -79,7 +77,7 @@ impl CacheMemory {
         };
         let is_full_light = scene.parts.surfaces.is_full_light();
         let slots = slots(&memory.limits, scene);
-        let items = most_items(slots, layout, &memory.limits);
+        let items = most_items(slots, layout, &features, &memory.limits);
         let if_needed = |is_needed: bool, name, bytes| {
             let desc = on_device(name, bytes);
             is_needed.then(|| Buffer::new(memory, desc)).transpose()
@@ -114,7 +112,7 @@ impl CacheMemory {
             )?,
             parts: Buffer::new(
                 memory,
-                on_device("cache: parts", bytes_of::<NodeSums>(items)),
+                on_device("cache: parts", part_bytes(&features) * u64::from(items)),
             )?,
             most_items: items,
             reflectance: if_needed(
@@ -171,10 +169,16 @@ impl CacheMemory {
     /// Makes room for as many parts as the layout and the slots need.
     fn resize_parts(&mut self) -> Result<()> {
         let slots = self.work.desc.bytes / size_of::<NodeWork>() as u64;
-        self.most_items = most_items(slots as u32, &self.layout, self.light.limits());
+        self.most_items = most_items(
+            slots as u32,
+            &self.layout,
+            &self.features,
+            self.light.limits(),
+        );
         self.turns
             .resize(bytes_of::<Turn>(most_turns(self.most_items)))?;
-        self.parts.resize(bytes_of::<NodeSums>(self.most_items))
+        let bytes = part_bytes(&self.features) * u64::from(self.most_items);
+        self.parts.resize(bytes)
     }
 
     pub fn images(&self) -> impl Iterator<Item = &Image> {
@@ -306,10 +310,7 @@ fn flux_extent(layout: &CacheLayout, features: &Features) -> Option<[u32; 3]> {
     let step = features.flux_step;
     (step > 0).then(|| {
         let [x, y, z] = layout.extent().map(|n| n / step);
-        match features.has_colored_flux {
-            true => [3 * x, y, z],
-            false => [x, y, z],
-        }
+        [features.flux_columns() * x, y, z]
     })
 }
 

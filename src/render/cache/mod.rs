@@ -177,6 +177,10 @@ impl Cache {
             return Ok(());
         }
         self.clear();
+        // The marks of cubes do not depend on lights.
+        if !changes.spoil(Derived::CacheLayout) {
+            return Ok(());
+        }
         if let Some(pass) = &self.rim_cubes {
             let rim = f64::from(pass.run(frame, r, &self.memory)?);
             if let AtRest::March(march) = &mut self.at_rest
@@ -346,19 +350,20 @@ impl Cache {
             };
         }
         self.outlook.has_looked = true;
-        if self.is_wide {
+        let longest = self.focus_stride.filter(|_| !self.is_wide);
+        let Some(longest) = longest else {
             self.focus.widen();
-        } else if let Some(longest) = self.focus_stride {
-            let bricks = self.memory.bricks_mut().iter_mut();
-            bricks.for_each(|brick| brick.weight = 0);
-            let stride = measured_stride(r).min(longest);
-            let question = ray_march::for_weights(stride);
-            self.ray_march.ask(frame, r, &self.memory, question)?;
-            let weights = || self.memory.bricks().iter().map(|brick| brick.weight);
-            let read: Vec<bool> = weights().map(|weight| weight > 0).collect();
-            let in_sight = self.memory.layout.with_neighbours(&read);
-            self.focus.narrow(weights(), &in_sight);
-        }
+            return Ok(());
+        };
+        let bricks = self.memory.bricks_mut().iter_mut();
+        bricks.for_each(|brick| brick.weight = 0);
+        let stride = measured_stride(r).min(longest);
+        let question = ray_march::for_weights(stride);
+        self.ray_march.ask(frame, r, &self.memory, question)?;
+        let weights = || self.memory.bricks().iter().map(|brick| brick.weight);
+        let read: Vec<bool> = weights().map(|weight| weight > 0).collect();
+        let in_sight = self.memory.layout.with_neighbours(&read);
+        self.focus.narrow(weights(), &in_sight);
         Ok(())
     }
 

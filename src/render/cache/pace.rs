@@ -31,8 +31,8 @@ impl Pace {
     }
 }
 
-/// The number of paths that doubles what nodes in sight have had: as many as they have had and may still gather, or as
-/// those are worth.
+/// Paths of nodes in sight in the next batch. While nodes gather: as many as they have had, but no more than are left to
+/// gather. Then: as many as their paths are worth.
 pub fn doubling(updates: u32) -> u32 {
     match updates {
         0 => 4,

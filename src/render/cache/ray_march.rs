@@ -12,8 +12,6 @@ shared! {
     pub struct MarchPush {
         /// Every `stride`-th pixel along both axes is marched.
         pub stride: uint,
-        /// Transmittance below which a march ends.
-        pub opaque_below: float,
         /// Factor on the length of steps.
         pub step_scale: float,
         /// 1: the result is not the picture, but the part of it that the picture at rest takes from the cache as
@@ -27,9 +25,6 @@ shared! {
         pub rays_before: uint,
     }
 }
-
-/// Transmittance below which nothing behind can be seen in eight bits.
-const OPAQUE_BELOW: f32 = 1e-3;
 
 /// Factor on the length of steps for a picture in motion.
 const STEP_SCALE: f32 = 2.0;
@@ -143,7 +138,6 @@ pub fn for_weights(stride: u32) -> MarchPush {
 fn push(stride: u32) -> MarchPush {
     MarchPush {
         stride,
-        opaque_below: OPAQUE_BELOW,
         step_scale: 1.0,
         measures: 0,
         weighs: 0,

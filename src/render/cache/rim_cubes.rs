@@ -1,4 +1,5 @@
-//! Finds the cubes of the cache at the rim of a dense medium; whenever the volume, the medium or a clip plane changes.
+//! Finds the cubes of the cache at the rim of a dense medium; whenever the volume, the medium, an obstacle or
+//! a clip plane changes.
 
 use super::cube_bits::{CubePush, mark};
 use super::layout::CacheLayout;

@@ -113,7 +113,8 @@ impl Caching<'_> {
             return Err(Error::value("the cache's state is that of another layout"));
         }
         for image in self.cache.memory.images() {
-            copy::upload_pieces(self.frame, &mut self.r.staging, image, source)?;
+            let extent = image.desc.extent;
+            copy::upload_pieces(self.frame, &mut self.r.staging, image, extent, source)?;
         }
         let mut focus = Focus::everywhere(self.cache.memory.begins_coarse());
         focus.all_from = state.all_from;

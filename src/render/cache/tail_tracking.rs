@@ -12,8 +12,6 @@ use crate::shared;
 
 shared! {
     pub struct TailPush {
-        /// Paths for a tail of weight 1.
-        pub paths: uint,
         /// Index of the sample that has been marched.
         pub sample_index: uint,
         /// Loop iterations after which a slot leaves its path to the next dispatch.
@@ -21,10 +19,6 @@ shared! {
         pub slots: uint,
     }
 }
-
-/// Paths for the light of a surface that fills a pixel. With more of them, where surfaces fill the picture, paths
-/// would take longer than the march before them.
-const PATHS: u32 = 4;
 
 pub struct TailTracking {
     pass: Pass,
@@ -50,7 +44,6 @@ impl TailTracking {
         let TailTracking { pass, queue } = self;
         queue.advance(frame, r, pass, |frame, work| {
             let push = TailPush {
-                paths: PATHS,
                 sample_index,
                 work,
                 slots: r.slots(),
@@ -62,7 +55,6 @@ impl TailTracking {
     /// Runs the pass without a path, since some drivers finish compiling only then.
     pub fn warm_up(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         let nothing = TailPush {
-            paths: PATHS,
             sample_index: 0,
             work: 0,
             slots: 0,

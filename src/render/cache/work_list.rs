@@ -9,7 +9,8 @@ use super::layout::CacheLayout;
 use super::memory::CacheMemory;
 use super::pace::history;
 use crate::gpu::DeviceSummary;
-use crate::render::shared::{BRICK, GATHERED, NodeSums, Turn};
+use crate::render::features::Features;
+use crate::render::shared::{BRICK, FILLED_COARSE, FILLED_FIRST, FILLED_WHOLE, GATHERED, Turn};
 
 /// Paths in a part, unless there would be more than the most parts.
 const PATHS_A_PART: u32 = 8;
@@ -22,11 +23,21 @@ pub const COARSE_NODES: u32 = NODES / 8;
 /// The most turns in a portion: Vulkan promises no more workgroups along an axis, and `merge_parts.comp` has one for each.
 const MOST_TURNS: u32 = 65_535;
 
+/// Bytes of the sums of an item: those of light, and of the flux if the cache holds it (`turns.glsl`).
+pub fn part_bytes(features: &Features) -> u64 {
+    size_of::<[f32; 4]>() as u64 + u64::from(features.flux_columns()) * size_of::<[f32; 3]>() as u64
+}
+
 /// The most items in a portion. A cache of few nodes has no use for many; all parts of a brick have room.
-pub fn most_items(slots: u32, layout: &CacheLayout, limits: &DeviceSummary) -> u32 {
+pub fn most_items(
+    slots: u32,
+    layout: &CacheLayout,
+    features: &Features,
+    limits: &DeviceSummary,
+) -> u32 {
     const LEAST: u64 = (MOST_PARTS * NODES) as u64;
     let useful = u64::from(items_for(slots)).min(2 * layout.active_nodes());
-    let largest = limits.max_allocation_bytes / size_of::<NodeSums>() as u64;
+    let largest = limits.max_allocation_bytes / part_bytes(features);
     useful.min(largest).max(LEAST) as u32
 }
 
@@ -80,7 +91,11 @@ impl WorkList {
             let brick = &mut cache.bricks_mut()[place as usize];
             let gathers = gathers && samples > 0 && had + samples <= GATHERED;
             let is_coarse = gathers && begins_coarse[place as usize];
-            brick.is_coarse = is_coarse.into();
+            brick.filled = match had {
+                _ if is_coarse => FILLED_COARSE,
+                0 => FILLED_FIRST,
+                _ => FILLED_WHOLE,
+            };
             if samples > 0 {
                 jobs.push(Job {
                     place,

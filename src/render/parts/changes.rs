@@ -23,6 +23,8 @@ pub enum Part {
     Obstacles,
     Clips,
     View,
+    /// The view, apart from the number of pixels.
+    Camera,
     Background,
     MaxBounces,
     Request,
@@ -59,7 +61,7 @@ impl Derived {
         match self {
             Derived::Plan => &[Field, Request, MaxBounces],
             Derived::Majorants => &[Field, Medium],
-            Derived::Patches => &[Field, Medium, Surfaces, Clips, View],
+            Derived::Patches => &[Field, Medium, Surfaces, Camera],
             Derived::CacheLayout => &[Field, Medium, Obstacles, Clips],
             Derived::CachedLight => &[Field, Medium, LightShares, Obstacles, Clips],
             Derived::Reflectance => &[Materials],
@@ -111,6 +113,7 @@ impl Changes {
             ),
             (Part::Clips, *clips != after.clips),
             (Part::View, *view != after.view),
+            (Part::Camera, view.with_size(after.view.size) != after.view),
             (Part::Background, *background != after.background),
             (Part::MaxBounces, *max_bounces != after.max_bounces),
             (Part::Request, *request != after.request),

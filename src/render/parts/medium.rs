@@ -14,8 +14,9 @@ pub struct Medium {
     pub g: f32,
     /// Non-decreasing in value; empty in vacuum.
     pub transfer: Vec<TransferPoint>,
-    /// Opacity at stored value 0 and its slope, if one straight line holds for all voxels.
-    pub linear_opacity: Option<[f32; 2]>,
+    /// The lower end of a straight line on which all voxels lie, as stored value and opacity, and its slope; `None` if there is
+    /// none.
+    pub linear_opacity: Option<[f32; 3]>,
     /// Sides of the blocks, in trilinear cells.
     pub block_size: u32,
 }
@@ -101,7 +102,9 @@ impl Medium {
     }
 }
 
-fn linear_opacity(transfer: &[TransferPoint], volume: &Volume) -> Option<[f32; 2]> {
+/// A value, the opacity there, and the slope of the line on which all values in the volume lie; `None` if they do not. The
+/// value is that of the lower end, so that opacity is exactly 0 where a ramp begins.
+fn linear_opacity(transfer: &[TransferPoint], volume: &Volume) -> Option<[f32; 3]> {
     let [low, high] = volume.range.map(|value| stored(volume, value));
     let line = |n: usize| {
         let [a, b] = [&transfer[n], &transfer[n + 1]];
@@ -109,8 +112,8 @@ fn linear_opacity(transfer: &[TransferPoint], volume: &Volume) -> Option<[f32; 2
         let ends_in_a_step = transfer.get(n + 2).is_some_and(|c| c.value == b.value);
         let holds = a.value <= low && high <= b.value && a.value < b.value && !ends_in_a_step;
         let slope = f64::from(b.opacity - a.opacity) / f64::from(b.value - a.value);
-        let at_zero = f64::from(a.opacity) - slope * f64::from(a.value);
-        holds.then_some([at_zero as f32, slope as f32])
+        let lower = if a.opacity <= b.opacity { a } else { b };
+        holds.then_some([lower.value, lower.opacity, slope as f32])
     };
     (0..transfer.len().saturating_sub(1)).find_map(line)
 }

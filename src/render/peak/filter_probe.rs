@@ -9,19 +9,11 @@
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::gpu::types::*;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, Device, Format, Frame, Image, ImageDesc, Memory, Pass, PassDesc,
     Placement, Shaders, Shared,
 };
 use crate::render::shared::PROBE_POSITIONS;
-use crate::shared;
-
-shared! {
-    pub struct ProbePush {
-        pub seed: uint,
-    }
-}
 
 /// A budget that exceeds what the probe's few resources take.
 const BUDGET: u64 = 16 << 20;
@@ -62,7 +54,7 @@ pub fn filter_error(
     let desc = PassDesc {
         name: "filter_probe",
         specialization: &[],
-        push: ProbePush::PUSH,
+        push: <()>::PUSH,
         macros: &[],
     };
     let pass = Pass::new(device, shaders, &desc)?;
@@ -73,8 +65,7 @@ pub fn filter_error(
             ("checkerboard", Binding::Filtered(&image)),
             ("errors", Binding::Buffer(&errors)),
         ];
-        let push = ProbePush { seed: 1 };
-        f.pass(&pass, &bindings, &push, [PROBE_POSITIONS, 1, 1])
+        f.pass(&pass, &bindings, &(), [PROBE_POSITIONS, 1, 1])
     })?;
     let measured: &[f32] = bytemuck::cast_slice(errors.mapped().unwrap_or_default());
     Ok(Some(measured.iter().copied().fold(0.0, f32::max)))

@@ -294,7 +294,8 @@ impl Bench {
             if growth < 1.5 || steps == most {
                 break;
             }
-            steps = (f64::from(steps) * growth).min(f64::from(most)) as u32;
+            // Rounded up, so that a single step grows as well.
+            steps = (f64::from(steps) * growth).ceil().min(f64::from(most)) as u32;
         }
         let mut best = f64::INFINITY;
         for _ in 0..RUNS {

@@ -36,7 +36,6 @@ impl PublishedMarch {
             ("scene_block", Binding::Buffer(&r.scene)),
             ("transfer", Binding::Image(&r.transfer)),
             ("clips", Binding::Buffer(&r.clips)),
-            r.camera_binding(),
             ("ranges", Binding::Image(&r.ranges)),
             ("surfaces", Binding::Buffer(&r.surfaces)),
             ("radiance_cells", Binding::Filtered(&cells.radiance)),

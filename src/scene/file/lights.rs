@@ -78,16 +78,24 @@ impl SceneFile {
         })
     }
 
+    /// The images of environments, with the number of their light.
+    fn numbered_images(&self) -> impl Iterator<Item = (usize, PathBuf)> {
+        let environments = self.lights_of(LightKind::Environment);
+        environments.filter_map(|(i, table)| Some((i, self.origins.path(table.image.as_ref()?))))
+    }
+
+    /// The images of environments.
+    pub fn images(&self) -> impl Iterator<Item = PathBuf> {
+        self.numbered_images().map(|(_, path)| path)
+    }
+
     /// Fails if an image cannot be opened: a mistake in its name is found before the volume is read.
     pub(in crate::scene) fn check_images(&self) -> Result<()> {
-        for (i, table) in self.lights_of(LightKind::Environment) {
-            if let Some(image) = &table.image {
-                let path = self.origins.path(image);
-                std::fs::File::open(&path).map_err(|why| {
-                    let problem = format!("{}: {why}", path.display());
-                    self.origins.error(&format!("light.{i}.image"), problem)
-                })?;
-            }
+        for (i, path) in self.numbered_images() {
+            std::fs::File::open(&path).map_err(|why| {
+                let problem = format!("{}: {why}", path.display());
+                self.origins.error(&format!("light.{i}.image"), problem)
+            })?;
         }
         Ok(())
     }

@@ -6,6 +6,7 @@ use super::SceneFile;
 use super::numbers::{FINITE, NOT_NEGATIVE, UNIT};
 use super::page::Page;
 use crate::error::Result;
+use crate::scene::surface::MOST_SURFACES;
 use crate::scene::volume::Volume;
 use crate::scene::words::words;
 use crate::scene::{Disney, Isosurface, LightModel, Normals, Scene, Shading, Surfaces};
@@ -49,7 +50,15 @@ words! {
 
 impl SceneFile {
     pub(super) fn surfaces(&self) -> Result<Surfaces> {
-        let mut iso: Vec<Isosurface> = Vec::with_capacity(self.surfaces.iso.len());
+        let count = self.surfaces.iso.len();
+        if count > MOST_SURFACES {
+            let found =
+                format!("found {count} surfaces, expected at most {MOST_SURFACES}; remove some");
+            return Err(self
+                .origins
+                .error(&format!("surfaces.iso.{MOST_SURFACES}"), found));
+        }
+        let mut iso: Vec<Isosurface> = Vec::with_capacity(count);
         for (i, table) in self.surfaces.iso.iter().enumerate() {
             let surface = self.isosurface(i, table)?;
             if let Some(same) = iso.iter().position(|other| other.value == surface.value) {

@@ -123,9 +123,12 @@ fn outputs_have_ordinary_permissions_and_keep_links_and_pipes() {
 
     // A link may name a file that is still to come.
     fs::create_dir(at("elsewhere")).unwrap();
-    symlink("elsewhere/new", at("ahead")).unwrap();
+    symlink("elsewhere/new", at("between")).unwrap();
+    symlink("between", at("ahead")).unwrap();
+    let twice = ["ahead", "elsewhere/new"].map(at);
+    check_writable(&twice).expect_err("the same file");
     text("ahead");
-    assert!(at("ahead").is_symlink());
+    assert!(at("ahead").is_symlink() && at("between").is_symlink());
     assert_eq!(fs::read_to_string(at("elsewhere/new")).unwrap(), "text");
 
     assert!(

@@ -46,6 +46,27 @@ fn each_type_byte_order_and_version_round_trips() {
     }
 }
 
+/// As n5-zarr once wrote them: chunks in folders, without a word about it, and a number as text.
+#[test]
+fn chunks_in_folders_are_found() {
+    let array = textured(DIMS, VoxelType::U16);
+    let folder = folder();
+    let mut zarr = Zarr::new(false, &[1, 2, 3], Codec::Plain);
+    zarr.fill = json!("0");
+    let path = zarr.write(&folder.path().join("v.zarr"), "zyx", &SHAPE, &array);
+    let metadata = path.join("0/.zarray");
+    let text = fs::read_to_string(&metadata).unwrap();
+    let mut told: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert!(
+        told.as_object_mut()
+            .unwrap()
+            .remove("dimension_separator")
+            .is_some()
+    );
+    fs::write(metadata, told.to_string()).unwrap();
+    assert_eq!(values(&plain(&path)), array.values);
+}
+
 /// Values with runs, repetitions and noise.
 fn textured(dims: [u32; 3], voxel_type: VoxelType) -> Array {
     let mut array = Array::new(dims, voxel_type, Endian::Little);

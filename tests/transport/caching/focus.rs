@@ -47,9 +47,12 @@ fn catch_up(cached: &mut Cached) {
 
 /// Seen from the other side from now on.
 fn turn(cached: &mut Cached) {
-    let scene = from([0.0, 0.0, -3.0]);
-    let turned = cached.renderer.scene().changed_to(&scene, &block());
-    let lasts = cached.renderer.change(&turned);
+    look(cached, &from([0.0, 0.0, -3.0]));
+}
+
+fn look(cached: &mut Cached, scene: &Scene) {
+    let changed = cached.renderer.scene().changed_to(scene, &block());
+    let lasts = cached.renderer.change(&changed);
     assert!(lasts.expect("a change"));
 }
 
@@ -144,4 +147,16 @@ fn from_elsewhere_the_cache_catches_up() {
     assert!(made_up > 0 && made_up <= paths);
     catch_up(&mut turned);
     assert_eq!(turned.renderer.paths(), paths + made_up);
+}
+
+/// Where bricks are narrower than a pixel, it cannot be told which are in sight.
+#[test]
+fn from_far_away_all_cells_catch_up() {
+    let mut cached = filled(&from([0.0, 0.0, 3.0]), false, 16, 1);
+    assert!(cached.cache().mean_updates() < 16.0);
+    let mut far = from([0.0, 0.0, 3.0]);
+    far.camera.projection = Projection::Orthographic { height: 100.0 };
+    look(&mut cached, &far);
+    catch_up(&mut cached);
+    assert_eq!(cached.cache().mean_updates(), 16.0);
 }

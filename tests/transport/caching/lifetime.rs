@@ -1,5 +1,6 @@
 //! What keeps the cache's light and what ends it.
 
+use isolume::engine::{Changed, Engine, Host, HostOptions};
 use isolume::render::{CacheLayout, GpuScene};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
@@ -68,6 +69,45 @@ fn surfaces_keep_it_in_local_light_alone() {
     let material = |s: &mut Scene| s.surfaces.iso[0].color = [0.1; 3];
     assert!(lasts(LightModel::Local, isovalue) && lasts(LightModel::Local, material));
     assert!(!lasts(LightModel::Full, isovalue) && !lasts(LightModel::Full, material));
+}
+
+/// Another shading needs other passes, and so another engine.
+#[test]
+fn light_goes_from_one_engine_to_another() {
+    let volume = constant_field(1.0, [16; 3], [1.0; 3]);
+    let mut before = scene(LightModel::Local);
+    before.render.variant = Variant::Caching;
+    let mut after = before.clone();
+    after.surfaces.iso[0].shading = Shading::Disney(Disney::default());
+    let host = Host::open(&HostOptions::default()).expect("a device");
+    let begin = |scene: &Scene| Engine::new(&host, &volume, scene, 1).expect("an engine");
+    let mut old = begin(&before);
+    assert!(
+        old.light_for(&after).expect("light").is_none(),
+        "there is none yet"
+    );
+    let stop = std::sync::atomic::AtomicBool::new(false);
+    let mut caching = old.renderer_mut().caching().expect("a cache");
+    assert!(caching.batch(4, &stop).expect("a batch"));
+    assert_eq!(
+        old.change_in_place(&after).expect("no change"),
+        Changed::Impossible
+    );
+    let mut darker = after.clone();
+    darker.lights.suns[0].irradiance = [1.0; 3];
+    assert!(
+        old.light_for(&darker).expect("light").is_none(),
+        "it is of other lights"
+    );
+    let light = old.light_for(&after).expect("light").expect("some");
+    let [mut new, mut empty] = [begin(&after), begin(&after)];
+    assert!(new.adopt_light(&light).expect("the same layout"));
+    assert_eq!(new.renderer_mut().caching().expect("a cache").updates(), 4);
+    // What the cache shows is the same as what another engine fills it with.
+    let mut caching = empty.renderer_mut().caching().expect("a cache");
+    assert!(caching.batch(4, &stop).expect("a batch"));
+    let [adopted, filled] = [&mut new, &mut empty].map(|e| e.march().expect("a march"));
+    assert!(adopted.expect("a picture").rgb == filled.expect("a picture").rgb);
 }
 
 /// The cache knows each light's share in all of them.

@@ -70,7 +70,7 @@ fn pictures(fetches: bool, scene: &Scene, format: CacheFormat) -> [Vec<[f32; 4]>
 
 #[test]
 fn loaded_and_fetched_texels_are_the_same() {
-    let device = device();
+    let device = device_that_fetches(false);
     assert_eq!(device.loads_texels, device.summary.kind.is_software());
     assert!(!device_that_fetches(true).loads_texels);
     for (g, with_surface, format) in [

@@ -94,8 +94,8 @@ fn shaders_without_patches() -> Shaders {
     shaders_with(
         "include/camera.glsl",
         include_str!("../../../glsl/include/camera.glsl"),
-        "vec2 reach = reach_at(p);",
-        "vec2 reach = vec2(0.0, 3.4e38);",
+        "camera_ray_within(p, reach_at(p), entry, t_end)",
+        "camera_ray_within(p, vec2(0.0, 3.4e38), entry, t_end)",
     )
 }
 

@@ -35,7 +35,7 @@ fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung
     renderer.first_hits().expect(&what);
     drop(renderer);
     assert_eq!(memory.peak(), plan.bytes(), "{what}");
-    assert_eq!(memory.resources(), plan.resources, "{what}");
+    assert_eq!(memory.resources_at_peak(), plan.resources, "{what}");
     let left = memory.history().last().map(|&(_, bytes)| bytes);
     assert_eq!(left, Some(0), "{what}: something is never given back");
 

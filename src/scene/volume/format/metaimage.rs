@@ -13,12 +13,17 @@ pub fn read(path: &Path) -> Parsed<Header> {
     let (fields, end) = fields(&bytes)?;
     for (key, only) in [("NDims", "3"), ("ElementNumberOfChannels", "1")] {
         match fields.get(key) {
-            Some(value) if value != only => return Err(unexpected(key, value, only)),
+            Some(value) if value != only => {
+                let expected = format!("{only}; extract the volume to render first");
+                return Err(unexpected(key, value, &expected));
+            }
             _ => {}
         }
     }
     if !flag(&fields, "BinaryData")?.unwrap_or(true) {
-        return Err("`BinaryData` is False, expected binary data, not text".into());
+        return Err(
+            "`BinaryData` is False, expected binary data, not text; save it anew as binary".into(),
+        );
     }
     let spacing = match fields.numbers("ElementSpacing", "numbers")? {
         Some(spacing) => spacing,

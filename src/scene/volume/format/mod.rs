@@ -116,6 +116,9 @@ fn told(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     }
 }
 
+/// How files of a pair end.
+const HALVES: [&str; 4] = [".hdr", ".img", ".hdr.gz", ".img.gz"];
+
 fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.to_lowercase();
@@ -127,6 +130,7 @@ fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
         Some((name, _, read)) => Ok((name, read)),
         // Many files of DICOM have no extension, or a number in its place.
         None if dicom::is_dicom(path) => Ok((DICOM.0, &DICOM.1)),
+        None if HALVES.iter().any(|end| name.ends_with(end)) => Err(nifti::HALF.into()),
         None => Err(format!(
             "has an unknown extension, expected {}, or a folder",
             readable()

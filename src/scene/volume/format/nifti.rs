@@ -78,6 +78,10 @@ const NIFTI_2: Places = Places {
     real: 8,
 };
 
+/// What is wrong with a header or voxels in a file of their own.
+pub const HALF: &str = "is half of a .hdr/.img pair, expected one .nii file; join them first, in Python: \
+                        `nibabel.save(nibabel.load(\"scan.hdr\"), \"scan.nii\")`";
+
 pub fn read(path: &Path) -> Parsed<Header> {
     let is_packed = path
         .extension()
@@ -157,9 +161,7 @@ impl Fields {
                 endian,
                 places,
             }),
-            [b'n', b'i', b'1' | b'2', 0, ..] => {
-                Err("is half of a .hdr/.img pair, expected one .nii file".into())
-            }
+            [b'n', b'i', b'1' | b'2', 0, ..] => Err(HALF.into()),
             _ => Err(format!(
                 "has no `n+1` or `n+2` at byte {}, so it is no NIfTI file",
                 places.magic

@@ -53,7 +53,8 @@ fn element(text: &str) -> Parsed<(VoxelType, Endian)> {
     let descr = value(text, "descr")?;
     let quoted = |quote| descr.strip_prefix(quote)?.split_once(quote);
     let Some((name, _)) = quoted('\'').or_else(|| quoted('"')) else {
-        return Err(unexpected("descr", descr, "one plain number type"));
+        let list = descr.split_inclusive(']').next().unwrap_or(descr).trim();
+        return Err(unexpected("descr", list, "one plain number type"));
     };
     VoxelType::numpy(name).ok_or_else(|| {
         let expected = format!("{}; use `array.astype`", VoxelType::NUMPY_NAMES);
@@ -64,7 +65,10 @@ fn element(text: &str) -> Parsed<(VoxelType, Endian)> {
 /// The dimensions, and a remark where users may expect others.
 fn dims(text: &str) -> Parsed<([u32; 3], Option<String>)> {
     let shape = value(text, "shape")?;
-    let wrong = || unexpected("shape", shape, "three whole numbers from 1 to 4294967295");
+    let quoted = shape.split_inclusive(')').next().unwrap_or(shape);
+    let expected = "three whole numbers from 1 to 4294967295; save `array[n]` of an array with four axes, and \
+                    `array[None]` of one with two";
+    let wrong = || unexpected("shape", quoted, expected);
     let numbers = shape
         .strip_prefix('(')
         .and_then(|rest| rest.split_once(')'))
@@ -81,6 +85,9 @@ fn dims(text: &str) -> Parsed<([u32; 3], Option<String>)> {
             let note = "the array is in Fortran's order, so its first index is x; the last one would be in C's order";
             Ok(([a, b, c], Some(note.into())))
         }
-        order => Err(unexpected("fortran_order", order, "True or False")),
+        order => {
+            let word = order.split([',', '}']).next().unwrap_or(order).trim();
+            Err(unexpected("fortran_order", word, "True or False"))
+        }
     }
 }

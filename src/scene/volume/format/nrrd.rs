@@ -15,7 +15,11 @@ pub fn read(path: &Path) -> Parsed<Header> {
     let (fields, end) = fields(&bytes)?;
     let dimension = fields.require("dimension")?;
     if dimension != "3" {
-        return Err(unexpected("dimension", dimension, "3: one scalar volume"));
+        return Err(unexpected(
+            "dimension",
+            dimension,
+            "3: one scalar volume; extract the one to render first",
+        ));
     }
     if let Some(kinds) = fields.get("kinds") {
         let is_place = |kind: &str| matches!(kind, "domain" | "space" | "time" | "???" | "none");

@@ -7,7 +7,6 @@ use std::fs;
 use std::io::{BufWriter, Write};
 
 use rayon::prelude::*;
-use tempfile::NamedTempFile;
 use xxhash_rust::xxh3::xxh3_64;
 
 use super::file::{Entry, LEVEL, Rest};
@@ -17,7 +16,7 @@ use crate::error::{Error, Origin, Result};
 use crate::scene::volume::Volume;
 use crate::scene::volume::grid::Reader;
 use crate::scene::volume::region::Region;
-use crate::temporary::{self, Listed};
+use crate::temporary::{self, Temporary};
 
 impl Keeping {
     /// Writes the store, with the voxels if the volume itself cannot be read in any order.
@@ -27,9 +26,9 @@ impl Keeping {
     /// If the volume cannot be read, if the folder cannot be written or is full, or if the callback returns an error.
     pub fn write(&self, volume: &Volume) -> Result<()> {
         let layout = Layout::new(volume.dims, volume.stored.bytes());
-        let (mut file, _listed) = self.place.create().map_err(|e| self.no_room(volume, &e))?;
+        let mut temporary = self.place.create().map_err(|e| self.no_room(volume, &e))?;
         let mut copy = Copy {
-            file: BufWriter::new(file.as_file_mut()),
+            file: BufWriter::new(temporary.file.as_file_mut()),
             offset: 0,
             index: Vec::new(),
         };
@@ -53,8 +52,7 @@ impl Keeping {
             .and_then(|()| copy.file.get_ref().sync_all());
         drop(copy);
         written
-            .and_then(|()| file.persist(self.place.path()).map_err(|e| e.error))
-            .map(drop)
+            .and_then(|()| temporary.persist(&self.place.path()))
             .map_err(|e| self.no_room(volume, &e))
     }
 
@@ -97,7 +95,7 @@ impl Stores {
 
 impl Place {
     /// Makes a temporary file, after removing those that killed processes have left.
-    fn create(&self) -> std::io::Result<(NamedTempFile, Listed)> {
+    fn create(&self) -> std::io::Result<Temporary> {
         let folder = &self.stores.folder;
         fs::create_dir_all(folder)?;
         let prefix = format!("{PREFIX}{}-", self.name);

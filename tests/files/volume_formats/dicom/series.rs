@@ -146,7 +146,12 @@ fn acquisitions_that_continue_one_another_are_one_volume() {
         let series = Volume::series(folder).unwrap();
         series.iter().map(|one| one.slices).collect()
     };
-    for acquisitions in [[1, 1, 2, 2, 2], [4, 4, 3, 3, 1], [1, 2, 3, 4, 5]] {
+    for acquisitions in [
+        [1, 1, 2, 2, 2],
+        [4, 4, 3, 3, 1],
+        [1, 2, 3, 4, 5],
+        [1, 2, 1, 2, 1],
+    ] {
         let folder = stepwise(acquisitions, |_, _| {});
         let volume = plain(folder.path());
         assert_eq!(values(&volume), hounsfield());
@@ -161,6 +166,33 @@ fn acquisitions_that_continue_one_another_are_one_volume() {
         scan.slices[n].position[2] -= if n < 2 { 0.0 } else { 3.0 };
     });
     assert_eq!(depths(repeated.path()), [3, 2]);
+}
+
+/// Moments of a heartbeat, say, which no element tells apart but the number of the file.
+#[test]
+fn what_repeats_at_each_place_is_several_volumes() {
+    let folder = folder();
+    for moment in 0..3 {
+        for n in 0..SLICES {
+            let instance = 3 * n + moment + 1;
+            let mut scan = Scan::ct().with(|common| common.text((0x20, 0x13), "IS", instance));
+            scan.slices[n].intercept += 100.0 * moment as f64;
+            let name = format!("I{instance}");
+            crate::volume_files::write(folder.path(), &name, scan.slice_file(n, Syntax::Explicit));
+        }
+    }
+    let series = Volume::series(folder.path()).unwrap();
+    assert_eq!(
+        series.iter().map(|one| one.slices).collect::<Vec<_>>(),
+        [SLICES as u32; 3]
+    );
+    for moment in 0..3 {
+        let volume = picked(folder.path(), Pick::Number(moment + 1)).unwrap();
+        let expected = hounsfield()
+            .into_iter()
+            .map(|value| value + 100.0 * f64::from(moment));
+        assert_eq!(values(&volume), expected.collect::<Vec<_>>());
+    }
 }
 
 #[test]

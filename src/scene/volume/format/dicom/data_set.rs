@@ -77,6 +77,8 @@ pub struct Pixels {
     pub at: u64,
     /// `None` if they come in fragments.
     pub length: Option<u64>,
+    /// Whether they are written as words of 16 bits (OW).
+    pub is_words: bool,
 }
 
 impl DataSet {
@@ -286,6 +288,7 @@ impl Walk<'_> {
                 tag: head.tag,
                 at: self.at,
                 length: head.length,
+                is_words: &head.vr == b"OW",
             });
             return Ok(false);
         }

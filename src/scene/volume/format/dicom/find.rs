@@ -1,6 +1,7 @@
 //! Finds the files of a folder, a DICOMDIR or a single path, and classifies them.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fmt::Display;
 use std::fs::DirEntry;
 use std::io::ErrorKind;
@@ -118,7 +119,7 @@ fn leads_to_file(link: &Path) -> std::io::Result<bool> {
     }
 }
 
-/// The path of a file in a DICOMDIR, which names it in capitals although the file's name may be in small letters.
+/// The path of a file in a DICOMDIR, which names it in capitals whatever the letters of its own name are.
 fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
     let mut path = folder.to_path_buf();
     for part in name {
@@ -130,8 +131,14 @@ fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
             return None;
         }
         let exact = path.join(part);
-        let small = path.join(part.to_lowercase());
-        path = if exact.exists() { exact } else { small };
+        path = match exact.exists() {
+            true => exact,
+            false => {
+                let entries = std::fs::read_dir(&path).ok()?.flatten();
+                let is_it = |name: &OsString| name.eq_ignore_ascii_case(part);
+                path.join(entries.map(|entry| entry.file_name()).find(is_it)?)
+            }
+        };
     }
     path.is_file().then_some(path)
 }

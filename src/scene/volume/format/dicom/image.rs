@@ -8,7 +8,7 @@ use super::data_set::{DataSet, Pixels, numeric};
 use super::file::{Parsing, Place};
 use super::frame::{Frame, frames};
 use super::other::{COLOUR_REMEDY, Other, UNPLACED, colours, other};
-use super::syntax::{Packing, TransferSyntax};
+use super::syntax::{GDCMCONV, Packing, TransferSyntax};
 use super::tags::{self, Tag};
 
 /// The kind of a file's contents.
@@ -31,6 +31,8 @@ pub struct Image {
     pub modality: String,
     pub series_uid: String,
     pub series_number: i64,
+    /// Its number in the series.
+    pub instance: Option<i64>,
     pub description: String,
     pub rows: u32,
     pub columns: u32,
@@ -111,10 +113,15 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
         Ok(samples) => samples,
         Err(other) => return Ok(Content::Other(other)),
     };
+    if parsing.transfer.syntax.is_big && pixels.is_words && samples.bytes() == 1 {
+        return Err(format!(
+            "its pixels of 8 bits stand in big-endian words, which is not read; {GDCMCONV}"
+        ));
+    }
     let size = |tag, name| match data.whole(tag) {
-        Some(size) if size > 0 => Ok(size),
+        Some(size) if (1..=u16::MAX.into()).contains(&size) => Ok(size),
         found => Err(format!(
-            "its {name} is {}, expected 1 or more",
+            "its {name} is {}, expected 1 to 65535",
             found.map_or("missing".into(), |size| size.to_string())
         )),
     };
@@ -129,6 +136,11 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
             .ok()
             .flatten()
             .unwrap_or(0.0) as i64,
+        instance: data
+            .decimal(tags::INSTANCE, "InstanceNumber")
+            .ok()
+            .flatten()
+            .map(|number| number as i64),
         description: data.text(tags::SERIES_DESCRIPTION).unwrap_or_default(),
         rows: size(tags::ROWS, "number of rows (Rows)")?,
         columns: size(tags::COLUMNS, "number of columns (Columns)")?,

@@ -108,20 +108,24 @@ impl Header {
         let basic = match self.max >= 128 {
             true => {
                 let factor = (self.max.min(4095) + 128) / 256;
-                [factor + 2, factor * 4 + 3, factor * 17 + 4]
+                [
+                    factor + 2 + 3 * near,
+                    factor * 4 + 3 + 5 * near,
+                    factor * 17 + 4 + 7 * near,
+                ]
             }
             false => {
                 let factor = 256 / (self.max + 1);
                 [
-                    (3 / factor).max(2),
-                    (7 / factor).max(3),
-                    (21 / factor).max(4),
+                    (3 / factor + 3 * near).max(2),
+                    (7 / factor + 5 * near).max(3),
+                    (21 / factor + 7 * near).max(4),
                 ]
             }
         };
-        let first = bounded(basic[0] + 3 * near, near + 1);
-        let second = bounded(basic[1] + 5 * near, first);
-        let third = bounded(basic[2] + 7 * near, second);
+        let first = bounded(basic[0], near + 1);
+        let second = bounded(basic[1], first);
+        let third = bounded(basic[2], second);
         let chosen = |given: i32, standard: i32| if given == 0 { standard } else { given };
         self.thresholds = [chosen(t1, first), chosen(t2, second), chosen(t3, third)];
         Ok(self)

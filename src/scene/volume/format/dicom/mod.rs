@@ -49,6 +49,8 @@ use stack::Stack;
 use thumbnail::thumbnail;
 use values::Values;
 
+/// RescaleType's word for values that have no stated unit.
+const UNSPECIFIED: &str = "US";
 /// The most other volumes that one message names.
 const MOST_NAMED: usize = 8;
 
@@ -95,7 +97,10 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     }
     let is_hounsfield = first.modality == "CT"
         && !first.is_inverted
-        && first.units.as_deref().is_none_or(|unit| unit == "HU");
+        && first
+            .units
+            .as_deref()
+            .is_none_or(|unit| unit == "HU" || unit == UNSPECIFIED);
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
     let images = std::mem::take(&mut found.images);
     let gaps = stack.gaps.clone();

@@ -7,12 +7,15 @@
 //! Some scanners count an acquisition for each slice, or for each few slices between two steps of the table. Where
 //! acquisitions continue one another, or each has only one slice, their numbers do not distinguish volumes, and are
 //! ignored.
+//!
+//! Moments of a heartbeat, directions of diffusion and the like are stated in many ways, some of which scanners misuse. So where
+//! what is left has the same number of frames at every place, these are that many volumes, in the order of their instances.
 
 use std::collections::HashMap;
 
 use super::frame::Frame;
 use super::image::Image;
-use super::stack::is_continued;
+use super::stack::{at_each_place, is_continued};
 
 /// A frame among those of all images.
 #[derive(Debug, Clone, Copy)]
@@ -51,6 +54,7 @@ pub fn group(images: &[Image]) -> Vec<Group> {
     let alike = split(images, all, false).into_iter();
     let mut groups: Vec<Group> = alike
         .flat_map(|group| by_acquisition(images, group))
+        .flat_map(|group| by_repetition(images, group))
         .collect();
     let order = |group: &Group| {
         let image = &images[group.frames[0].image];
@@ -82,6 +86,32 @@ fn by_acquisition(images: &[Image], group: Group) -> Vec<Group> {
     let frames: Vec<At> = single.into_iter().flat_map(|group| group.frames).collect();
     volumes.extend((!frames.is_empty()).then_some(Group { frames }));
     volumes
+}
+
+/// The volumes of frames that repeat at each place. Frames of the same number are copies, and stay together.
+fn by_repetition(images: &[Image], group: Group) -> Vec<Group> {
+    let number = |at: &At| {
+        images[at.image]
+            .instance
+            .map(|instance| (instance, at.frame))
+    };
+    let Some(mut places) = at_each_place(images, &group) else {
+        return vec![group];
+    };
+    let count = places[0].len();
+    for place in &mut places {
+        place.sort_by_key(number);
+        let is_in_order = place
+            .windows(2)
+            .all(|pair| number(&pair[0]) < number(&pair[1]));
+        if count == 1 || place.len() != count || !is_in_order {
+            return vec![group];
+        }
+    }
+    let repetition = |n: usize| Group {
+        frames: places.iter().map(|place| place[n]).collect(),
+    };
+    (0..count).map(repetition).collect()
 }
 
 fn split(images: &[Image], frames: Vec<At>, by_acquisition: bool) -> Vec<Group> {

@@ -70,7 +70,12 @@ impl Grid {
             farthest = farthest.max((place - places[0] - step * spacing).abs());
         }
         let count = (length / middle + EXACT).floor() + 1.0;
-        let is_dense = count.max(all_steps) <= MOST_INVENTED * places.len() as f64;
+        let most = if has_steps {
+            count.max(all_steps)
+        } else {
+            count
+        };
+        let is_dense = most <= MOST_INVENTED * places.len() as f64;
         if !is_dense {
             return Err(format!(
                 "its {} slices are {} to {} mm apart, expected slices at about equal distances",

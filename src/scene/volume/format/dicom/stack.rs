@@ -66,7 +66,9 @@ impl Stack {
         let thickness = frame(images, first).thickness.unwrap_or(1.0);
         let Some(plane) = frame(images, first).plane else {
             notes.push(
-                "it is one picture that says nothing of its place in the patient".to_string(),
+                "it is one picture that says nothing of its place in the patient: several of them cannot be put in order, \
+                 unless they are converted to a TIFF stack"
+                    .to_string(),
             );
             return Ok(Stack {
                 dims: [image.columns, image.rows, 1],
@@ -127,7 +129,8 @@ impl Stack {
     }
 }
 
-/// Whether the acquisitions of a group are one stack: each begins where another ends. Repetitions overlap.
+/// Whether the acquisitions of a group are one stack: each begins where another ends, or together they have slices at equal
+/// distances. Repetitions overlap.
 pub fn is_continued(images: &[Image], group: &Group) -> bool {
     let Some(plane) = frame(images, group.frames[0]).plane else {
         return false;
@@ -142,12 +145,32 @@ pub fn is_continued(images: &[Image], group: &Group) -> bool {
     let pairs = placed.frames.windows(2).zip(&distances);
     let borders = pairs.filter(|(pair, _)| acquisition(pair[0]) != acquisition(pair[1]));
     let borders: Vec<f64> = borders.map(|(_, distance)| *distance).collect();
-    !is_repeated
-        && borders.len() + 1 == acquisitions.len()
-        && borders
-            .iter()
-            .all(|distance| *distance <= MOST_APART * usual)
-        && Stack::new(images, group).is_ok()
+    let is_in_turn = borders.len() + 1 == acquisitions.len();
+    let is_near = borders
+        .iter()
+        .all(|distance| *distance <= MOST_APART * usual);
+    // Acquisitions that take turns: each has every second slice, say.
+    let is_even = distances
+        .iter()
+        .all(|distance| (distance - usual).abs() <= EXACT * usual);
+    !is_repeated && (is_in_turn && is_near || is_even) && Stack::new(images, group).is_ok()
+}
+
+/// The frames of a group at each place along the normal; `None` for frames whose place is not known.
+pub fn at_each_place(images: &[Image], group: &Group) -> Option<Vec<Vec<At>>> {
+    let plane = frame(images, group.frames[0]).plane?;
+    let placed = Placed::in_order(images, group, plane);
+    let mut places: Vec<Vec<At>> = Vec::new();
+    let mut doubles = placed.doubles.iter().peekable();
+    for first in &placed.frames {
+        let is_here = |(one, _): &&(At, At)| (one.image, one.frame) == (first.image, first.frame);
+        let mut here = vec![*first];
+        while let Some((_, other)) = doubles.next_if(|pair| is_here(&pair)) {
+            here.push(*other);
+        }
+        places.push(here);
+    }
+    Some(places)
 }
 
 /// Frames in the order of their places along the normal, one for each place.

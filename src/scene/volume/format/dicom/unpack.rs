@@ -81,7 +81,44 @@ fn run_length(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
     })
 }
 
+/// Fails for lossless JPEG in a form that the decoder reads wrongly: with restart intervals, after which it goes on from the
+/// pixel before, and with a point transform, before which it predicts.
+fn check_lossless(packed: &[u8]) -> Parsed<()> {
+    const START_OF_IMAGE: usize = 2;
+    const LOSSLESS: u8 = 0xC3;
+    const RESTART_INTERVAL: u8 = 0xDD;
+    const START_OF_SCAN: u8 = 0xDA;
+    let mut rest = packed.get(START_OF_IMAGE..).unwrap_or_default();
+    let (mut is_lossless, mut has_restarts) = (false, false);
+    while let [0xFF, marker, high, low, segment @ ..] = rest {
+        let length = usize::from(u16::from_be_bytes([*high, *low])).saturating_sub(2);
+        let body = segment.get(..length).unwrap_or_default();
+        match *marker {
+            LOSSLESS => is_lossless = true,
+            RESTART_INTERVAL => has_restarts = body.iter().any(|byte| *byte != 0),
+            START_OF_SCAN => {
+                let has_point_transform = body.last().is_some_and(|last| last & 0x0F != 0);
+                return match is_lossless && (has_restarts || has_point_transform) {
+                    true => Err(format!(
+                        "it is lossless with {}, which is not read; {GDCMCONV}",
+                        if has_restarts {
+                            "restart intervals"
+                        } else {
+                            "a point transform"
+                        }
+                    )),
+                    false => Ok(()),
+                };
+            }
+            _ => {}
+        }
+        rest = segment.get(length..).unwrap_or_default();
+    }
+    Ok(())
+}
+
 fn jpeg(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
+    check_lossless(packed)?;
     let mut decoder = Decoder::new(packed);
     decoder.read_info().map_err(jpeg_fault)?;
     let info = decoder.info().ok_or("it has no header")?;
@@ -212,5 +249,31 @@ fn check_size(image: &Image, width: u32, height: u32) -> Parsed<()> {
             "its picture is {width}×{height}, expected {}×{} as in the header",
             image.columns, image.rows
         )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lossless_pictures_that_would_be_read_wrongly_are_refused() {
+        let file = |frame: u8, restarts: u8, point_transform: u8| {
+            let segments: [&[u8]; 4] = [
+                &[0xFF, 0xD8],
+                &[0xFF, frame, 0, 3, 8],
+                &[0xFF, 0xDD, 0, 4, 0, restarts],
+                &[0xFF, 0xDA, 0, 8, 1, 1, 0, 1, 0, point_transform],
+            ];
+            segments.concat()
+        };
+        for (file, is_read) in [
+            (file(0xC3, 0, 0), true),
+            (file(0xC3, 32, 0), false),
+            (file(0xC3, 0, 1), false),
+            (file(0xC0, 32, 0), true),
+        ] {
+            assert_eq!(check_lossless(&file).is_ok(), is_read, "{file:x?}");
+        }
     }
 }

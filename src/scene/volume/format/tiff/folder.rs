@@ -32,7 +32,9 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let pages: Vec<Parsed<Page>> = pages.collect();
     let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
     let layout = pages[0].layout;
-    let meaning = meaning(&files[0], pages.len(), &layout)?;
+    let name = files[0].file_name().unwrap_or_default().to_string_lossy();
+    let meaning = meaning(&files[0], pages.len(), &layout, overrides)
+        .map_err(|fault| format!("{name} {fault}"))?;
     stack(path, meaning, vec![layout.size], overrides, |n| {
         Ok(pages[n].clone())
     })
@@ -53,7 +55,12 @@ fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
 }
 
 /// What the first file says of all: ImageJ repeats its description in each. It is silent about the distance of slices.
-fn meaning(first: &Path, pages: usize, layout: &Layout) -> Parsed<Meaning> {
+fn meaning(
+    first: &Path,
+    pages: usize,
+    layout: &Layout,
+    overrides: &VolumeOverrides,
+) -> Parsed<Meaning> {
     let file = Arc::new(WatchedFile::open(first)?);
     let directories = Directories::new(&file)?;
     let full = directories.full_pages()?;
@@ -65,9 +72,12 @@ fn meaning(first: &Path, pages: usize, layout: &Layout) -> Parsed<Meaning> {
         return Ok(Meaning::stack(pages, layout.samples));
     }
     let mut meaning = imagej_meaning(&directories, page, pages, layout)?;
-    if let Some(unit) = meaning.unit.as_ref().filter(|_| pages > 1) {
+    let is_silent = pages > 1 && overrides.spacing.is_none() && !imagej::states_depth(&description);
+    if let Some(unit) = meaning.unit.as_ref().filter(|_| is_silent) {
+        let depth = meaning.spacing[2];
         meaning.notes.push(format!(
-            "ImageJ does not say how far apart the slices of a folder are: they are taken as 1 {unit} apart; set volume.spacing"
+            "ImageJ does not say how far apart the slices of a folder are: they are taken as {depth} {unit} apart; set \
+             volume.spacing"
         ));
     }
     Ok(meaning)

@@ -16,6 +16,11 @@ pub fn images(description: &str) -> Parsed<u64> {
     count(description, "images")
 }
 
+/// Whether the description says how far apart slices are.
+pub fn states_depth(description: &str) -> bool {
+    value(description, "spacing").is_some()
+}
+
 /// `resolution`: pixels per unit of length along x and y.
 pub fn meaning(
     description: &str,

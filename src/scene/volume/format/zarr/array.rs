@@ -81,7 +81,16 @@ impl Array {
     pub fn read(folder: &Path) -> Parsed<Array> {
         let array = match folder.join(".zarray").is_file() {
             true => json::<Version2>(&folder.join(".zarray"))?.array(folder)?,
-            false => json::<Version3>(&folder.join("zarr.json"))?.array(folder)?,
+            false if folder.join("zarr.json").is_file() => {
+                json::<Version3>(&folder.join("zarr.json"))?.array(folder)?
+            }
+            false => {
+                return Err(
+                    "has neither .zarray nor zarr.json: download it as well, or open another level alone, as \
+                     in FOLDER/2, with volume.spacing"
+                        .into(),
+                );
+            }
         };
         array.check()?;
         Ok(array)
@@ -182,6 +191,11 @@ impl Version2 {
             "F" => order.reverse(),
             other => return Err(unexpected("order", other, "C or F")),
         }
+        // Older versions of n5-zarr nest chunks in folders and do not say so.
+        let usual = match self.shape.len() > 1 && folder.join("0").is_dir() {
+            true => '/',
+            false => '.',
+        };
         Ok(Array {
             folder: folder.to_path_buf(),
             shape: self.shape,
@@ -195,7 +209,7 @@ impl Version2 {
             fill: fill(&self.fill_value, voxel_type, endian)?,
             keys: Keys {
                 prefix: "",
-                separator: separator(self.dimension_separator.as_deref(), '.')?,
+                separator: separator(self.dimension_separator.as_deref(), usual)?,
             },
             compression: self.compressor.map(|it| in_words(&it.id, it.cname)),
         })
@@ -312,7 +326,12 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
     };
     let is_float = matches!(voxel_type, VoxelType::F32 | VoxelType::F64);
     let size = voxel_type.bytes();
-    let bits = match value {
+    // n5-zarr writes numbers as strings.
+    let number = value
+        .as_str()
+        .and_then(|text| serde_json::from_str(text).ok());
+    let number = number.map(Value::Number);
+    let bits = match number.as_ref().unwrap_or(value) {
         Value::Null => 0,
         Value::Bool(is_set) => u64::from(*is_set),
         Value::String(text) if text.starts_with("0x") => {
@@ -328,8 +347,8 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
             bits.ok_or_else(wrong)?
         }
         Value::Number(_) | Value::String(_) => {
-            let number = match value.as_str() {
-                None => value.as_f64(),
+            let number = match value.as_str().filter(|_| number.is_none()) {
+                None => number.as_ref().unwrap_or(value).as_f64(),
                 Some("NaN") => Some(f64::NAN),
                 Some("Infinity") => Some(f64::INFINITY),
                 Some("-Infinity") => Some(f64::NEG_INFINITY),
