@@ -298,7 +298,7 @@ impl Engine {
     }
 }
 
-/// Relative error of a picture of several units.
+/// rms(standard error) / mean(RGB) of a picture of several units.
 pub fn relative_error_of(film: &Film) -> f64 {
     relative_error(&rgb(&film.mean), &film.stderr)
 }

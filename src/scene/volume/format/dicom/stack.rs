@@ -165,7 +165,7 @@ pub fn at_each_place(images: &[Image], group: &Group) -> Option<Vec<Vec<At>>> {
     for first in &placed.frames {
         let is_here = |(one, _): &&(At, At)| (one.image, one.frame) == (first.image, first.frame);
         let mut here = vec![*first];
-        while let Some((_, other)) = doubles.next_if(|pair| is_here(&pair)) {
+        while let Some((_, other)) = doubles.next_if(is_here) {
             here.push(*other);
         }
         places.push(here);
