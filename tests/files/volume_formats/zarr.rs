@@ -54,7 +54,7 @@ fn chunks_in_folders_are_found() {
     let mut zarr = Zarr::new(false, &[1, 2, 3], Codec::Plain);
     zarr.fill = json!("0");
     let path = zarr.write(&folder.path().join("v.zarr"), "zyx", &SHAPE, &array);
-    let metadata = path.join("0/.zarray");
+    let metadata = path.join("s0/.zarray");
     let text = fs::read_to_string(&metadata).unwrap();
     let mut told: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert!(

@@ -175,10 +175,12 @@ fn what_repeats_at_each_place_is_several_volumes() {
     for moment in 0..3 {
         for n in 0..SLICES {
             let instance = 3 * n + moment + 1;
-            let mut scan = Scan::ct().with(|common| common.text((0x20, 0x13), "IS", instance));
+            let mut scan = Scan::ct();
             scan.slices[n].intercept += 100.0 * moment as f64;
-            let name = format!("I{instance}");
-            crate::volume_files::write(folder.path(), &name, scan.slice_file(n, Syntax::Explicit));
+            let header = scan.header(n).text((0x20, 0x13), "IS", instance);
+            let words = std::slice::from_ref(&scan.slices[n].words);
+            let bytes = file(&header, Syntax::Explicit, Pixels::Words(words), COLUMNS);
+            crate::volume_files::write(folder.path(), &format!("I{instance}"), bytes);
         }
     }
     let series = Volume::series(folder.path()).unwrap();
