@@ -91,13 +91,16 @@ fn read_exr_colors(path: &Path) -> Result<Rgb32FImage, String> {
         Ok((read.attributes.display_window, read.layer_data))
     })?;
     let pixels = data.channel_data.pixels;
-    let Vec2(x, y) = data.attributes.layer_position - shown.position;
+    let between = |from: i32, to: i32| i64::from(to) - i64::from(from);
+    let place = data.attributes.layer_position;
+    let x = between(shown.position.x(), place.x());
+    let y = between(shown.position.y(), place.y());
     let Vec2(width, height) = shown.size;
     if (x, y, width as u32, height as u32) == (0, 0, pixels.width(), pixels.height()) {
         return Ok(pixels);
     }
     let mut image = Rgb32FImage::new(width as u32, height as u32);
-    imageops::replace(&mut image, &pixels, x.into(), y.into());
+    imageops::replace(&mut image, &pixels, x, y);
     Ok(image)
 }
 

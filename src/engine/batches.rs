@@ -75,15 +75,6 @@ mod tests {
     use super::*;
     use std::num::NonZeroU32;
 
-    fn stop(spp: Option<u32>, seconds: Option<u64>, relative_error: Option<f64>) -> Stop {
-        Stop {
-            spp: spp.and_then(NonZeroU32::new),
-            samples: None,
-            time: seconds.map(Duration::from_secs),
-            relative_error,
-        }
-    }
-
     fn filled(updates: u32, seconds: f64, paths_per_pixel: f64) -> Filled {
         Filled {
             updates,
@@ -97,7 +88,7 @@ mod tests {
 
     #[test]
     fn a_cache_takes_its_share_of_the_time_and_no_more() {
-        let stop = stop(None, Some(10), None);
+        let stop = Stop::after(Duration::from_secs(10));
         let filled = |updates, seconds| filled(updates, seconds, 0.0);
         assert_eq!(next_batch(&stop, &filled(0, 0.0)), Some(4));
         assert_eq!(next_batch(&stop, &filled(16, 1.0)), Some(16));
@@ -113,7 +104,7 @@ mod tests {
 
     #[test]
     fn a_cache_takes_as_many_paths_as_pictures_take_samples() {
-        let stop = stop(Some(64), None, None);
+        let stop = Stop::at_samples(NonZeroU32::MIN.saturating_add(63));
         let filled = |updates, paths_per_pixel| filled(updates, 0.0, paths_per_pixel);
         assert_eq!(next_batch(&stop, &filled(8, 60.0)), Some(8));
         assert_eq!(next_batch(&stop, &filled(16, 64.0)), None);

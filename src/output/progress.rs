@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
+use super::say;
 use crate::engine::{self, Sampling, Stop};
 use crate::scene::volume::Copying;
 
@@ -151,7 +152,7 @@ pub fn copying(quiet: bool) -> impl Fn(&Copying) + Send + Sync {
         let (bar, last) = shown.get_or_insert_with(|| {
             let folder = folder.display();
             let line = format!("copying {volume} to {folder}, where the next run will find it");
-            print(&mut io::stderr(), &line);
+            say(line);
             (bar(), Instant::now())
         });
         if is_terminal {
@@ -159,7 +160,7 @@ pub fn copying(quiet: bool) -> impl Fn(&Copying) + Send + Sync {
             bar.set_message(percent);
         } else if last.elapsed().as_secs_f64() >= LINE_SECONDS {
             *last = Instant::now();
-            print(&mut io::stderr(), &percent);
+            say(percent);
         }
         if *share >= 1.0 {
             bar.finish_and_clear();

@@ -16,8 +16,8 @@ use crate::gpu::types::*;
 use crate::shared;
 
 pub use super::codes::*;
-/// Trilinear cells along an axis of a macrocell.
 pub use crate::scene::surface::MOST_SURFACES;
+/// Trilinear cells along an axis of a macrocell.
 pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;

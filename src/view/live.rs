@@ -77,11 +77,6 @@ impl Live {
         })
     }
 
-    /// The light of the cache, if it is right for `scene` as well.
-    pub fn light_for(&mut self, scene: &Scene) -> Result<Option<KeptLight>> {
-        self.engine.light_for(scene)
-    }
-
     /// Brings the engine up to date with `scene`, whose picture has the current size.
     pub fn follow(&mut self, scene: &Scene) -> Result<Followed> {
         Ok(match self.engine.change_in_place(scene)? {

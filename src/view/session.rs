@@ -113,7 +113,7 @@ impl Session {
                 // If a new renderer fails for the same reason, that is reported.
                 Err(_) => Followed::Impossible,
                 Ok(Followed::Impossible) => {
-                    light = live.light_for(&self.scene)?;
+                    light = live.engine.light_for(&self.scene)?;
                     Followed::Impossible
                 }
                 Ok(followed) => followed,

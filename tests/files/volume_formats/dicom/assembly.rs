@@ -109,15 +109,20 @@ fn missing_slices_are_named_or_filled() {
     }
 }
 
+/// The first slices of the CT, at these places along z.
+fn with_slices_at(places: &[f64]) -> Scan {
+    let mut scan = Scan::ct();
+    scan.slices.truncate(places.len());
+    for (slice, place) in scan.slices.iter_mut().zip(places) {
+        slice.position[2] = *place;
+    }
+    scan
+}
+
 /// Half of the distances are as long as two.
 #[test]
 fn a_slice_is_missed_where_there_are_few() {
-    let mut scan = Scan::ct();
-    scan.slices.truncate(3);
-    for (slice, place) in scan.slices.iter_mut().zip([0.0, 1.0, 3.0]) {
-        slice.position[2] = place;
-    }
-    let message = refused_scan(&scan);
+    let message = refused_scan(&with_slices_at(&[0.0, 1.0, 3.0]));
     assert!(
         message.contains("1 of 4 slices is missing, at 2 mm"),
         "{message}"
@@ -137,11 +142,7 @@ fn pixels_without_a_size_are_refused() {
 
 #[test]
 fn slices_that_are_uneven_as_well_are_missed_all_the_same() {
-    let mut scan = Scan::ct();
-    for (slice, place) in scan.slices.iter_mut().zip([0.0, 2.6, 4.98, 9.95, 12.5]) {
-        slice.position[2] = place;
-    }
-    let message = refused_scan(&scan);
+    let message = refused_scan(&with_slices_at(&[0.0, 2.6, 4.98, 9.95, 12.5]));
     assert!(
         message.contains("1 of 6 slices is missing, at 7.465 mm"),
         "{message}"
@@ -150,12 +151,8 @@ fn slices_that_are_uneven_as_well_are_missed_all_the_same() {
 
 #[test]
 fn uneven_slices_are_resampled_to_their_median() {
-    let mut scan = Scan::ct();
     let places = [0.0, 2.5, 5.0, 8.5, 11.0];
-    for (slice, place) in scan.slices.iter_mut().zip(places) {
-        slice.position[2] = place;
-    }
-    let volume = loaded(&scan);
+    let volume = loaded(&with_slices_at(&places));
     has(
         &volume.notes,
         "2.5 to 3.5 mm apart and resampled linearly to the median, 2.5 mm",

@@ -327,11 +327,12 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
     let is_float = matches!(voxel_type, VoxelType::F32 | VoxelType::F64);
     let size = voxel_type.bytes();
     // n5-zarr writes numbers as strings.
-    let number = value
+    let parsed = value
         .as_str()
         .and_then(|text| serde_json::from_str(text).ok());
-    let number = number.map(Value::Number);
-    let bits = match number.as_ref().unwrap_or(value) {
+    let parsed = parsed.map(Value::Number);
+    let value = parsed.as_ref().unwrap_or(value);
+    let bits = match value {
         Value::Null => 0,
         Value::Bool(is_set) => u64::from(*is_set),
         Value::String(text) if text.starts_with("0x") => {
@@ -347,8 +348,8 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
             bits.ok_or_else(wrong)?
         }
         Value::Number(_) | Value::String(_) => {
-            let number = match value.as_str().filter(|_| number.is_none()) {
-                None => number.as_ref().unwrap_or(value).as_f64(),
+            let number = match value.as_str() {
+                None => value.as_f64(),
                 Some("NaN") => Some(f64::NAN),
                 Some("Infinity") => Some(f64::INFINITY),
                 Some("-Infinity") => Some(f64::NEG_INFINITY),
