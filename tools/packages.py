@@ -18,7 +18,8 @@ def enter(home, packages):
     python, installed = home / "bin/python", home / "installed"
     wanted = set(packages)
     if not installed.exists():
-        venv.create(home, with_pip=True)
+        # Links are left as they are where an earlier installation was interrupted.
+        venv.create(home, with_pip=True, symlinks=True)
     found = set(installed.read_text().split()) if installed.exists() else set()
     if not wanted <= found:
         subprocess.run([python, "-m", "pip", "install", "--quiet", *sorted(wanted)], check=True, stdout=sys.stderr)
