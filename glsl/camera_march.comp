@@ -112,10 +112,10 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                 }
             }
             Cube cube = cube_taken(taken, ray);
-            if (is_left_to_paths(cube)) {
+            CachedLight light = read_cache(cube);
+            if (is_left_to_paths(cube) || full_light && !light.known) {
                 leave(front, Tail(tail_t, taken.weight, COLLISION, 0u, 0u), random);
             } else {
-                CachedLight light = read_cache(cube);
                 front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
                 front.taken += taken.weight;
                 front.picked_t = picked_t;

@@ -1,4 +1,5 @@
-// Which of the cache's cubes a surface cuts: those over which the field takes values on both sides of it.
+// Which of the cache's cubes a surface cuts: those over which the field takes values on both sides of it. And on which
+// side of the surfaces each node is.
 
 #version 460
 #include "scene.glsl"
@@ -17,6 +18,19 @@ uint marks_of(ivec3 cube) {
     return may_cross(range_of_voxels(voxels_of(cube)), 0u, true) ? CUBE_MARKED : NOTHING_MARKED;
 }
 
-void note(uint brick) {
-    bricks.at[brick].is_cut = 1u;
+layout(scalar) buffer SideBlock { uint at[]; } sides;
+
+// That of the thread's node.
+uint side;
+
+// Where no surface is near, the macrocell tells.
+void examine(ivec3 node, bool is_possible) {
+    vec3 g = node_position(node);
+    ivec3 macrocell = min(ivec3(g) / MACROCELL, ivec3(scene.macrocells) - 1);
+    side = side_of_surfaces(sides_of(is_possible ? vec2(volume_value(g)) : macrocell_range(macrocell)));
+}
+
+void keep(ivec3 node) {
+    uvec2 bits = side_bits_of(node);
+    atomicOr(sides.at[bits.x], side << bits.y);
 }

@@ -38,7 +38,9 @@ void main() {
     float share = samples / (turn.history + samples);
     vec4 light = sums.light / samples;
     if (share < 1.0) {
-        light = mix(texel_at(cache_light, texel), light, share);
+        vec4 before = texel_at(cache_light, texel);
+        share = before.a < 0.0 ? 1.0 : share; // a guess
+        light = mix(before, light, share);
     }
     imageStore(light_out, texel, rounded(light));
     if (flux_step == 1u || flux_step == 2u && is_coarse_node(node)) {

@@ -76,7 +76,16 @@ void note_reading(Cube cube) {
     }
 }
 
-void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front) {
+// The light that the medium scatters at a point on this side of the surfaces.
+CachedLight light_in(Cube cube, uint side) {
+    CachedLight light = read_cache(cube);
+    if (full_light && is_cut(cube)) {
+        read_on_side(cube, side, light);
+    }
+    return light;
+}
+
+void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout Front front) {
     if (!has_medium || !(t < t_end)) {
         return;
     }
@@ -107,7 +116,7 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
             for (uint k = 0u; k < weighs; ++k) {
                 weigh(cube, taken.weight);
             }
-            CachedLight light = read_cache(cube);
+            CachedLight light = light_in(cube, side);
             vec3 albedo = albedo_taken(taken);
             vec3 scattered = albedo * scattered_back(light, ray);
             front.lasting += scattered;
@@ -126,37 +135,41 @@ void march_segment(Ray ray, float t, float t_end, uint weighs, inout Front front
     }
 }
 
-// All light except the suns' that arrives at a surface. Nodes behind a surface that stops light are dark: the light is
-// then looked for in front of the surface.
-CachedLight light_on(vec3 g, vec3 geometric, uint weighs) {
+// All light except the suns' that arrives at a surface on one of its sides. It is looked for in front of the surface
+// where all nodes around are behind it.
+CachedLight light_on(vec3 g, vec3 geometric, uint side, uint weighs) {
     const float FARTHEST = 4.0; // nodes
     vec3 to_next = geometric / scene.spacing;
     to_next /= length(to_next / scene.cache_step);
     Cube cube = cube_at(g);
+    CachedLight light;
+    bool is_known = false;
     float distance = 0.0;
     LOOP {
-        bool is_lit = !full_light || !has_memory(cube.low) || !is_cut(cube);
-        if (is_lit || distance == FARTHEST) {
+        is_known = has_medium && read_on_side(cube, side, light);
+        if (is_known || !full_light || distance == FARTHEST) {
             break;
         }
         distance += 1.0;
         cube = cube_at(g + distance * to_next);
     }
-    CachedLight light;
-    if (has_medium && read_beside_medium(cube, light)) {
-        if (weighs != 0u) {
-            note_reading(cube);
-        }
-        return light;
+    if (!is_known) {
+        return CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, mat3(0.0), true);
     }
-    return CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, mat3(0.0), true);
+    if (flux_step == 2u) {
+        light.flux = flux_between_even_nodes(cube, side, light.mean);
+    }
+    if (weighs != 0u) {
+        note_reading(cube);
+    }
+    return light;
 }
 
 vec3 shade(Ray ray, Crossing crossing, uint weighs) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
     vec3 g = ray.origin + crossing.t * ray.step;
-    CachedLight light = light_on(g, hit.geometric, weighs);
+    CachedLight light = light_on(g, hit.geometric, side_of_surfaces(crossing.inside), weighs);
     vec3 reflected = reflected_light(uint(crossing.surface), material, hit.shading, -ray.direction, light);
     return reflected * scene.cache_unit + sunlight_reflected(ray, crossing, hit, material, OPAQUE_BELOW);
 }
@@ -175,7 +188,8 @@ Front look(Ray ray, float t_end, uint weighs) {
             crossing = find_crossing(ray, t_end, search);
         }
         bool hits = crossing.surface >= 0;
-        march_segment(ray, t, hits ? crossing.t : t_end, weighs, front);
+        uint side = side_of_surfaces(crossing.inside);
+        march_segment(ray, t, hits ? crossing.t : t_end, side, weighs, front);
         // What the medium hides is not shaded, and needs no light.
         hits = hits && front.transmittance > OPAQUE_BELOW;
         float weight = hits ? front.transmittance * surface_at(uint(crossing.surface)).opacity : 0.0;

@@ -89,4 +89,5 @@ uint marks_of(ivec3 cube) {
     return steps ? NEIGHBOURS_MARKED : NOTHING_MARKED;
 }
 
-void note(uint brick) {}
+void examine(ivec3 node, bool is_possible) {}
+void keep(ivec3 node) {}

@@ -2,6 +2,8 @@
 // in the middle between the inner two of four values, a cubic through them is (−a + 9b + 9c − d)/16. (Light is curved
 // where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A workgroup a
 // brick, a thread for each of the nodes that get their light: half of all along the last axis.
+//
+// Nodes behind a surface tell nothing. Where all neighbours are behind one, the node gets a guess.
 
 #version 460
 #include "scene.glsl"
@@ -27,11 +29,12 @@ bool may_be_old(ivec3 node) {
     return is_in_second_half && bricks.at[place_of(node / BRICK)].filled == FILLED_FIRST;
 }
 
-// `known` is false, and the light 0, where there is no node with memory, or the node has had no path.
-Light light_of(ivec3 node) {
+// `known` is false, and the light 0, where there is no node with memory on this side of the surfaces, or the node has
+// had no path.
+Light light_of(ivec3 node, uint side) {
     const Light NONE = Light(vec4(0.0), mat3(0.0), false);
     bool is_node = all(greaterThanEqual(node, ivec3(0))) && all(lessThan(node, ivec3(scene.cache_nodes)));
-    if (!is_node || page_of(node / BRICK) == NO_PLACE || may_be_old(node)) {
+    if (!is_node || !has_memory(node) || !is_on_side(node, side) || may_be_old(node)) {
         return NONE;
     }
     ivec3 texel = node_texel(node);
@@ -62,21 +65,27 @@ void main() {
     if (brick.filled != FILLED_COARSE || !exists) {
         return;
     }
-    Light a = light_of(node - 3 * e);
-    Light b = light_of(node - e); // of the same brick, and known
-    Light c = light_of(node + e);
-    Light d = light_of(node + 3 * e);
-    float inner = c.known ? 0.5 : 1.0;
+    uint side = side_of_node(node);
+    Light a = light_of(node - 3 * e, side);
+    Light b = light_of(node - e, side);
+    Light c = light_of(node + e, side);
+    Light d = light_of(node + 3 * e, side);
+    float known = float(b.known) + float(c.known);
+    ivec3 texel = node_texel(node);
+    if (known == 0.0) {
+        vec4 other = texel_at(cache_light, node_texel(node - e));
+        imageStore(light_out, texel, rounded(as_guess(other)));
+        return;
+    }
+    float inner = 1.0 / known;
     float outer = 0.0;
-    if (a.known && c.known && d.known) {
+    if (a.known && b.known && c.known && d.known) {
         inner = 9.0 / 16.0;
         outer = -1.0 / 16.0;
     }
-    float next = c.known ? inner : 0.0;
-    ivec3 texel = node_texel(node);
-    vec4 light = inner * b.light + next * c.light + outer * (a.light + d.light);
+    vec4 light = inner * (b.light + c.light) + outer * (a.light + d.light);
     imageStore(light_out, texel, rounded(max(light, 0.0)));
     if (flux_step == 1u) {
-        store_flux(texel, inner * b.flux + next * c.flux + outer * (a.flux + d.flux));
+        store_flux(texel, inner * (b.flux + c.flux) + outer * (a.flux + d.flux));
     }
 }

@@ -19,12 +19,28 @@ LOADED_AS(CACHE_FORMAT) uniform texels3D cache_light;
 LOADED_AS(CACHE_FORMAT) uniform texels3D cache_flux;
 // A bit for each cube of a brick: a surface cuts it. Two words a brick.
 layout(scalar) readonly buffer CutBlock { uint at[]; } cuts;
-// The same for cubes at the rim (rim_cubes.comp).
+// For each node, in two bits, on which side of the surfaces it is (`side_of_surfaces`). Four words a brick.
+layout(scalar) readonly buffer SideBlock { uint at[]; } sides;
+// The same as the first for cubes at the rim (rim_cubes.comp).
 layout(scalar) readonly buffer RimBlock { uint at[]; } rims;
 
 bool is_cut(Cube cube) {
     uvec2 bit = bit_of(cube.low);
     return (cuts.at[bit.x] >> bit.y & 1u) != 0u;
+}
+
+// The side of surfaces on which a node with memory is; there is only one side of those that stop no light.
+uint side_of_node(ivec3 node) {
+    if (!full_light) {
+        return 0u;
+    }
+    uvec2 bits = side_bits_of(node);
+    return sides.at[bits.x] >> bits.y & 3u;
+}
+
+// Whether a node with memory is on this side.
+bool is_on_side(ivec3 node, uint side) {
+    return side_of_node(node) == side;
 }
 
 bool is_rim(Cube cube) {
@@ -60,6 +76,12 @@ struct CachedLight {
     mat3 flux;  // mean of that radiance times direction of travel, a column for each channel
     bool known; // false if it is a guess, in part
 };
+
+// A texel that marks its light as a guess.
+vec4 as_guess(vec4 light) {
+    const float LEAST = 1e-3; // 0 has no sign that could mark it
+    return vec4(light.rgb, -max(abs(light.a), LEAST));
+}
 
 // A node's light. `known` becomes false if that is a guess.
 vec4 light_at(ivec3 texel, inout bool known) {

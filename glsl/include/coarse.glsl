@@ -7,8 +7,9 @@
 // (`transport caching::gathering` prints the noise of both). The errors of the coarse lattice are forgotten as the
 // nodes get paths of their own.
 //
-// A surface that stops light may lie between nodes: bricks that it cuts begin with the fine lattice. So do all bricks
-// where the coarse lattice would be so coarse that noise is the smaller error (src/render/cache/layout.rs).
+// A surface that stops light may lie between nodes: light is interpolated among those on the same side of it. Where the
+// coarse lattice would be so coarse that noise is the smaller error, all bricks begin with the fine one
+// (src/render/cache/layout.rs).
 
 bool is_coarse_node(ivec3 node) {
     return all(equal(node & 1, ivec3(0)));

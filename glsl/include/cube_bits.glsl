@@ -1,12 +1,13 @@
 // A bit for each cube of the cache, by one workgroup a brick and one thread a cube; all are zero before. A shader that
-// includes this file says which bits are set: it defines `may_mark`, `marks_of` and, for bricks with such a cube, `note`.
+// includes this file says which bits are set: it defines `may_mark` and `marks_of`. It may find something for each node
+// as well, by `examine`, which is kept by `keep`.
 
 #include "pages.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 #include "push.glsl"
 layout(scalar) buffer BitBlock { uint at[]; } bits;
-layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
+layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 layout(scalar) buffer CounterBlock { Counters count; } counters;
 
 // Threads of the group that have missed a brick of the volume.
@@ -44,7 +45,9 @@ ivec3 last_cube() {
 
 bool may_mark(Span span);
 uint marks_of(ivec3 cube);
-void note(uint brick);
+// `is_possible`: some cube of the node's brick may set a bit.
+void examine(ivec3 node, bool is_possible);
+void keep(ivec3 node);
 
 void set_bit(ivec3 cube) {
     uvec2 bit = bit_of(cube);
@@ -108,6 +111,10 @@ void main() {
     ivec3 cube = first + ivec3(gl_LocalInvocationID);
     bool exists = all(lessThanEqual(cube, last_cube()));
     uint marks = is_possible && exists ? marks_of(cube) : NOTHING_MARKED;
+    bool is_node = all(lessThan(cube, ivec3(scene.cache_nodes)));
+    if (is_node) {
+        examine(cube, is_possible);
+    }
     if (is_void) {
         atomicAdd(lacking, 1u);
     }
@@ -119,8 +126,8 @@ void main() {
             set_done(brick);
         }
     }
-    if (!has_missed && marks != NOTHING_MARKED) {
-        note(brick);
+    if (!has_missed && is_node) {
+        keep(cube);
     }
     if (!has_missed && marks == CUBE_MARKED) {
         set_bit(cube);

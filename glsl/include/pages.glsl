@@ -22,9 +22,20 @@ uint place_of(ivec3 brick) {
     return (at.z * scene.cache_places.y + at.y) * scene.cache_places.x + at.x;
 }
 
+// Where a node or a cube is among those of its brick.
+uint index_in_brick(ivec3 node) {
+    uvec3 inner = uvec3(node % BRICK);
+    return (inner.z * BRICK + inner.y) * BRICK + inner.x;
+}
+
 // The word and the bit of a cube among those of all bricks.
 uvec2 bit_of(ivec3 cube) {
-    uvec3 inner = uvec3(cube % BRICK);
-    uint bit = (inner.z * BRICK + inner.y) * BRICK + inner.x;
+    uint bit = index_in_brick(cube);
     return uvec2(2u * place_of(cube / BRICK) + bit / 32u, bit % 32u);
+}
+
+// The word of a node's side (cache.glsl) among those of all bricks, and its lower bit.
+uvec2 side_bits_of(ivec3 node) {
+    uint bit = 2u * index_in_brick(node);
+    return uvec2(4u * place_of(node / BRICK) + bit / 32u, bit % 32u);
 }

@@ -11,8 +11,9 @@
 
 layout(scalar) readonly buffer ReflectanceBlock { Reflectance at[]; } reflectances;
 
-// The flux in the colour of `mean`, interpolated between nodes whose indices are even. Those without memory do not count.
-mat3 flux_between_even_nodes(Cube cube, vec3 mean) {
+// The flux in the colour of `mean`, interpolated between nodes whose indices are even. Those without memory, or on another
+// side of the surfaces, do not count.
+mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
     ivec3 last = (ivec3(scene.cache_nodes) - 1) & ~1;
     ivec3 low = min(cube.low & ~1, max(last - 2, 0));
     vec3 p = clamp((vec3(cube.low - low) + cube.p) / 2.0, 0.0, 1.0);
@@ -23,7 +24,7 @@ mat3 flux_between_even_nodes(Cube cube, vec3 mean) {
         ivec3 corner = ivec3(k, k >> 1, k >> 2) & 1;
         vec3 q = mix(1.0 - p, p, vec3(corner));
         ivec3 node = min(low + 2 * corner, last);
-        if (has_memory(node)) {
+        if (has_memory(node) && is_on_side(node, side)) {
             float weight = q.x * q.y * q.z;
             flux += weight * flux_at(node_texel(node) / int(flux_step))[0];
             known += weight;
@@ -37,12 +38,14 @@ mat3 flux_between_even_nodes(Cube cube, vec3 mean) {
     return outerProduct(flux / max(known * grey, 1e-30), mean);
 }
 
-// The light around a point on a surface, which may lie beside the medium and outside of all nodes: nodes without
-// memory do not count. False if none of the cube's has any.
-bool read_beside_medium(Cube cube, out CachedLight light) {
-    light = CachedLight(vec3(0.0), 0.0, mat3(0.0), true);
+// The light at a point on this side of the surfaces. It may lie beside the medium and outside of all nodes: nodes without
+// memory do not count, nor do those behind a surface, and guesses hardly do. False, with `light` as it was, if no node
+// of the cube is left.
+bool read_on_side(Cube cube, uint side, inout CachedLight light) {
+    const float OF_A_GUESS = 1e-3;
     ivec3 last = ivec3(scene.cache_nodes) - 1;
     vec3 p = clamp(cube.p, 0.0, 1.0);
+    CachedLight r = CachedLight(vec3(0.0), 0.0, mat3(0.0), true);
     float sum = 0.0;
     int k = 0;
     LOOP {
@@ -50,11 +53,16 @@ bool read_beside_medium(Cube cube, out CachedLight light) {
         vec3 q = mix(1.0 - p, p, vec3(corner));
         ivec3 node = min(cube.low + corner, last);
         float weight = q.x * q.y * q.z;
-        if (weight > 0.0 && has_memory(node)) {
+        if (weight > 0.0 && has_memory(node) && is_on_side(node, side)) {
             ivec3 texel = node_texel(node);
-            light.mean += weight * light_at(texel, light.known).rgb;
+            bool known = true;
+            vec4 at_node = light_at(texel, known);
+            weight *= known ? 1.0 : OF_A_GUESS;
+            r.mean += weight * at_node.rgb;
+            r.suns += weight * at_node.a;
+            r.known = r.known && known;
             if (flux_step == 1u) {
-                light.flux += weight * flux_at(texel);
+                r.flux += weight * flux_at(texel);
             }
             sum += weight;
         }
@@ -66,11 +74,7 @@ bool read_beside_medium(Cube cube, out CachedLight light) {
     if (sum == 0.0) {
         return false;
     }
-    light.mean /= sum;
-    light.flux /= sum;
-    if (flux_step == 2u) {
-        light.flux = flux_between_even_nodes(cube, light.mean);
-    }
+    light = CachedLight(r.mean / sum, r.suns / sum, r.flux / sum, r.known);
     return true;
 }
 

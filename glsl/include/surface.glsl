@@ -197,6 +197,12 @@ uint sides_of(vec2 range) {
     return inside;
 }
 
+// Where a point is among the surfaces, in two bits: the number of those that it is inside of, modulo 4. So the two sides
+// of a surface always differ.
+uint side_of_surfaces(uint inside) {
+    return uint(bitCount(inside)) & 3u;
+}
+
 // A search for crossings along a ray, which has come to t.
 struct Search {
     float t;

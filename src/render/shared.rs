@@ -242,8 +242,6 @@ shared! {
         pub position: uint,
         /// What the batch under way fills: `FILLED_WHOLE`, `FILLED_FIRST` or `FILLED_COARSE`.
         pub filled: uint,
-        /// Whether a surface that stops light cuts one of its cubes.
-        pub is_cut: uint,
         /// Sum of w² over a ray's reads of the brick's light, averaged over the rays of a picture, times 2³¹, with w
         /// the weight of one read in the ray's colour.
         pub weight: uint,

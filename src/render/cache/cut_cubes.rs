@@ -1,5 +1,5 @@
-//! Finds the cubes of the cache that a surface cuts; whenever the volume, the medium, an obstacle or a clip
-//! plane changes.
+//! Finds the cubes of the cache that a surface cuts, and on which side of the surfaces its nodes are; whenever the
+//! volume, the medium, an obstacle or a clip plane changes.
 
 use super::cube_bits::{CubePush, mark};
 use super::memory::CacheMemory;
@@ -16,12 +16,14 @@ impl CutCubes {
     }
 
     /// No queue of paths may be under way.
-    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &mut CacheMemory) -> Result<()> {
-        cache
-            .bricks_mut()
-            .iter_mut()
-            .for_each(|brick| brick.is_cut = 0);
-        let bindings = [("surfaces", Binding::Buffer(&r.surfaces))];
+    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+        if let Some(sides) = &cache.sides {
+            frame.run(|f| f.zero(sides))?;
+        }
+        let bindings = [
+            ("surfaces", Binding::Buffer(&r.surfaces)),
+            cache.sides_binding(),
+        ];
         mark(frame, r, cache, &self.0, cache.cuts.as_ref(), &bindings).map(drop)
     }
 }

@@ -11,6 +11,7 @@
 
 use glam::Vec3;
 
+use super::layout::CacheLayout;
 use super::work_list::{COARSE_NODES, NODES};
 use crate::render::gpu_scene::GpuScene;
 use crate::render::shared::{BRICK, GATHERED};
@@ -44,19 +45,26 @@ pub struct Focus {
     pub(super) had: Vec<u32>,
     /// From so many paths of those in sight on, the others get one as well. `None`: they get none.
     pub(super) all_from: Option<u32>,
-    /// Whether a brick begins with the coarse lattice of nodes.
-    begins_coarse: Vec<bool>,
+    /// Nodes of a brick that get the first paths.
+    first_nodes: u32,
 }
 
 impl Focus {
-    /// The same share for all bricks, none of which has had a path. `begins_coarse` says for each whether it begins with
-    /// the coarse lattice of nodes.
-    pub fn everywhere(begins_coarse: Vec<bool>) -> Focus {
+    /// The same share for all bricks of a cache, none of which has had a path.
+    pub fn everywhere(layout: &CacheLayout) -> Focus {
+        let first_nodes = match layout.begins_coarse() {
+            true => COARSE_NODES,
+            false => NODES,
+        };
+        Focus::of(layout.active.len(), first_nodes)
+    }
+
+    fn of(bricks: usize, first_nodes: u32) -> Focus {
         Focus {
-            halvings: vec![0; begins_coarse.len()],
-            had: vec![0; begins_coarse.len()],
+            halvings: vec![0; bricks],
+            had: vec![0; bricks],
             all_from: None,
-            begins_coarse,
+            first_nodes,
         }
     }
 
@@ -114,26 +122,22 @@ impl Focus {
 
     /// Paths that all nodes get together in the next batch, where the full share is `goal`.
     pub fn paths_to(&self, goal: u32) -> u64 {
-        let left = self.left(goal).zip(&self.begins_coarse);
-        left.map(|([samples, had], &coarse)| {
-            paths_of(had + samples, coarse) - paths_of(had, coarse)
-        })
-        .sum()
+        let left = self.left(goal);
+        left.map(|[samples, had]| self.paths_of(had + samples) - self.paths_of(had))
+            .sum()
     }
 
     /// Paths that all nodes get together in all batches until the full share is `goal`.
     pub fn paths_in_batches_to(&self, goal: u32) -> u64 {
-        let left = |((&halvings, &had), &coarse): ((&u8, &u32), &bool)| {
-            paths_of(self.share(goal, halvings).max(had), coarse) - paths_of(had, coarse)
+        let left = |(&halvings, &had): (&u8, &u32)| {
+            self.paths_of(self.share(goal, halvings).max(had)) - self.paths_of(had)
         };
-        let bricks = self.halvings.iter().zip(&self.had).zip(&self.begins_coarse);
-        bricks.map(left).sum()
+        self.halvings.iter().zip(&self.had).map(left).sum()
     }
 
     /// Paths that all nodes have had.
     pub fn paths(&self) -> u64 {
-        let bricks = self.had.iter().zip(&self.begins_coarse);
-        bricks.map(|(&had, &coarse)| paths_of(had, coarse)).sum()
+        self.had.iter().map(|&had| self.paths_of(had)).sum()
     }
 
     /// Whether some brick lacks paths.
@@ -149,21 +153,17 @@ impl Focus {
         }
     }
 
+    /// Paths that a brick's nodes have had together where each that had any has had `had`.
+    fn paths_of(&self, had: u32) -> u64 {
+        let [young, old] = [had.min(GATHERED), had.saturating_sub(GATHERED)].map(u64::from);
+        young * u64::from(self.first_nodes) + old * u64::from(NODES)
+    }
+
     /// Paths that a node has had, on average.
     pub fn mean_paths(&self) -> f64 {
         let sum: f64 = self.had.iter().map(|&had| f64::from(had)).sum();
         sum / self.had.len().max(1) as f64
     }
-}
-
-/// Paths that a brick's nodes have had together where each that had any has had `had`.
-fn paths_of(had: u32, begins_coarse: bool) -> u64 {
-    let [young, old] = [had.min(GATHERED), had.saturating_sub(GATHERED)].map(u64::from);
-    let first_nodes = match begins_coarse {
-        true => COARSE_NODES,
-        false => NODES,
-    };
-    young * u64::from(first_nodes) + old * u64::from(NODES)
 }
 
 #[cfg(test)]
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn without_a_view_all_bricks_get_the_same() {
-        let mut focus = Focus::everywhere(vec![true; 3]);
+        let mut focus = Focus::of(3, COARSE_NODES);
         for goal in [1, 2, 4, 6] {
             fill(&mut focus, goal);
             assert_eq!(focus.had, [goal; 3]);
@@ -188,7 +188,7 @@ mod tests {
 
     #[test]
     fn what_is_seen_gets_more_and_nothing_in_sight_gets_none() {
-        let mut focus = Focus::everywhere(vec![true; 4]);
+        let mut focus = Focus::of(4, COARSE_NODES);
         focus.narrow([10_000, 10_000, 625, 0].into_iter(), &[true; 4]);
         fill(&mut focus, 1);
         assert_eq!(focus.had, [1; 4]);
@@ -196,22 +196,23 @@ mod tests {
         assert_eq!(focus.had, [64, 64, 16, 4]);
     }
 
-    /// A surface cuts the second brick: all of its nodes get paths from the first one on.
     #[test]
     fn the_coarse_lattice_gets_an_eighth_of_the_paths() {
-        let mut focus = Focus::everywhere(vec![true, false]);
-        assert_eq!(focus.paths_to(4), 4 * 8 + 4 * 64);
-        assert_eq!(
-            focus.paths_in_batches_to(GATHERED + 1),
-            (32 * 8 + 64) + 33 * 64
-        );
-        fill(&mut focus, 4);
-        assert_eq!(focus.paths(), 4 * 8 + 4 * 64);
+        for (first_nodes, first) in [(COARSE_NODES, 8), (NODES, 64)] {
+            let mut focus = Focus::of(2, first_nodes);
+            assert_eq!(focus.paths_to(4), 2 * 4 * first);
+            assert_eq!(
+                focus.paths_in_batches_to(GATHERED + 1),
+                2 * (32 * first + 64)
+            );
+            fill(&mut focus, 4);
+            assert_eq!(focus.paths(), 2 * 4 * first);
+        }
     }
 
     #[test]
     fn another_view_makes_up_for_what_it_lacks() {
-        let mut focus = Focus::everywhere(vec![true; 2]);
+        let mut focus = Focus::of(2, COARSE_NODES);
         focus.narrow([100, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 64);
         focus.narrow([0, 100].into_iter(), &[true; 2]);
@@ -226,7 +227,7 @@ mod tests {
     #[test]
     fn what_is_out_of_sight_gets_paths_only_where_the_camera_is_about_to_move() {
         for (all_from, had) in [(None, [0, 0]), (Some(1), [1, 1]), (Some(2), [0, 1])] {
-            let mut focus = Focus::everywhere(vec![true; 2]);
+            let mut focus = Focus::of(2, COARSE_NODES);
             focus.all_from = all_from;
             focus.narrow([100, 0].into_iter(), &[true, false]);
             fill(&mut focus, 1);
@@ -239,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_view_of_nothing_prefers_nothing() {
-        let mut focus = Focus::everywhere(vec![true; 2]);
+        let mut focus = Focus::of(2, COARSE_NODES);
         focus.narrow([0, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 8);
         assert_eq!(focus.had, [8, 8]);

@@ -33,7 +33,9 @@ pub struct CacheMemory {
     pub layout: CacheLayout,
     /// For each place, a bit a cube: whether a surface cuts it; `None` where no surface stops light.
     pub cuts: Option<Buffer>,
-    /// The same for cubes at the rim; `None` where there can be none.
+    /// For each place, the side of the surfaces on which each node is, in two bits; `None` where no surface stops light.
+    pub sides: Option<Buffer>,
+    /// As `cuts`, for cubes at the rim; `None` where there can be none.
     pub(super) rims: Option<Buffer>,
     /// The node that each slot is working on.
     pub work: Buffer,
@@ -98,6 +100,7 @@ impl CacheMemory {
             bricks,
             layout: layout.clone(),
             cuts: if_needed(is_full_light, "cache: cuts", cube_bits(layout))?,
+            sides: if_needed(is_full_light, "cache: sides", 2 * cube_bits(layout))?,
             rims: if_needed(features.has_rim_cubes, "cache: rim", cube_bits(layout))?,
             work: Buffer::new(
                 memory,
@@ -143,6 +146,9 @@ impl CacheMemory {
         for bits in self.cuts.iter_mut().chain(&mut self.rims) {
             bits.resize(cube_bits(layout))?;
         }
+        if let Some(sides) = &mut self.sides {
+            sides.resize(2 * cube_bits(layout))?;
+        }
         self.layout = layout.clone();
         self.resize_parts()
     }
@@ -187,21 +193,20 @@ impl CacheMemory {
 
     /// The bricks that have memory, in order of their places.
     pub fn bricks(&self) -> &[Brick] {
-        let room: &[Brick] = bytemuck::cast_slice(self.bricks.mapped().unwrap_or_default());
-        &room[..self.layout.active.len().min(room.len())]
+        let room = self.bricks.mapped().unwrap_or_default();
+        bytemuck::cast_slice(&room[..self.brick_bytes().min(room.len())])
     }
 
     pub fn bricks_mut(&mut self) -> &mut [Brick] {
-        let room = bytemuck::cast_slice_mut(self.bricks.mapped_mut().unwrap_or_default());
-        let bricks = self.layout.active.len().min(room.len());
-        &mut room[..bricks]
+        let bytes = self.brick_bytes();
+        let room = self.bricks.mapped_mut().unwrap_or_default();
+        let bytes = bytes.min(room.len());
+        bytemuck::cast_slice_mut(&mut room[..bytes])
     }
 
-    /// Whether each brick begins with the coarse lattice of nodes (`coarse.glsl`).
-    pub fn begins_coarse(&self) -> Vec<bool> {
-        let coarse = self.layout.begins_coarse();
-        let bricks = self.bricks().iter();
-        bricks.map(|brick| coarse && brick.is_cut == 0).collect()
+    /// Bytes of the bricks that have memory; the buffer may be larger.
+    fn brick_bytes(&self) -> usize {
+        self.layout.active.len() * size_of::<Brick>()
     }
 
     /// For a pass with a workgroup for each brick: the number of bricks and how many form a row of workgroups; and
@@ -238,7 +243,7 @@ impl CacheMemory {
     }
 
     /// The resources that reading the cache needs. In place of one that the scene does without, another is bound.
-    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 5] {
+    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 6] {
         [
             ("cache_light", Binding::Image(&self.light)),
             (
@@ -247,6 +252,7 @@ impl CacheMemory {
             ),
             ("pages", Binding::Image(&self.pages)),
             self.cuts_binding(),
+            self.sides_binding(),
             self.rims_binding(),
         ]
     }
@@ -268,6 +274,11 @@ impl CacheMemory {
         ("cuts", Binding::Buffer(cuts))
     }
 
+    pub fn sides_binding(&self) -> (&'static str, Binding<'_>) {
+        let sides = self.sides.as_ref().unwrap_or(&self.bricks);
+        ("sides", Binding::Buffer(sides))
+    }
+
     pub fn rims_binding(&self) -> (&'static str, Binding<'_>) {
         let rims = self.rims.as_ref().unwrap_or(&self.bricks);
         ("rims", Binding::Buffer(rims))
@@ -276,7 +287,8 @@ impl CacheMemory {
     /// Bytes that the cache needs once it is filled.
     pub fn bytes(&self) -> u64 {
         let images = self.images().map(|i| i.desc.bytes());
-        let bits = self.cuts.iter().chain(&self.rims).map(|b| b.desc.bytes);
+        let bits = self.cuts.iter().chain(&self.sides).chain(&self.rims);
+        let bits = bits.map(|b| b.desc.bytes);
         let bits = bits.sum::<u64>();
         images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + bits
     }

@@ -115,6 +115,7 @@ impl Cache {
             || rayon::join(|| CellTracking::new(passes), || RayMarch::new(passes)),
         );
         Ok(Cache {
+            focus: Focus::everywhere(&memory.layout),
             memory,
             at_rest: at_rest?,
             tracking: tracking?,
@@ -131,7 +132,6 @@ impl Cache {
                 true => Some(SurfaceReflectance::new(passes)?),
                 false => None,
             },
-            focus: Focus::everywhere(Vec::new()),
             focus_stride: focus_stride(scene),
             is_wide: false,
             roams: false,
@@ -190,7 +190,7 @@ impl Cache {
             }
         }
         match &self.cut_cubes {
-            Some(pass) => pass.run(frame, r, &mut self.memory),
+            Some(pass) => pass.run(frame, r, &self.memory),
             None => Ok(()),
         }
     }
@@ -248,7 +248,7 @@ impl Cache {
 
     /// Forgets all light.
     pub fn clear(&mut self) {
-        self.focus = Focus::everywhere(Vec::new());
+        self.focus = Focus::everywhere(&self.memory.layout);
         self.outlook = Outlook::default();
         self.updates = 0;
         self.relative_error = f64::INFINITY;
@@ -341,7 +341,7 @@ impl Cache {
             return Ok(());
         }
         if self.updates == 0 {
-            self.focus = Focus::everywhere(self.memory.begins_coarse());
+            self.focus = Focus::everywhere(&self.memory.layout);
             // The light of an older scene is not marked as a guess, and must not be read.
             self.focus.all_from = match self.is_blank {
                 true if !self.roams => None,

@@ -116,7 +116,7 @@ impl Caching<'_> {
             let extent = image.desc.extent;
             copy::upload_pieces(self.frame, &mut self.r.staging, image, extent, source)?;
         }
-        let mut focus = Focus::everywhere(self.cache.memory.begins_coarse());
+        let mut focus = Focus::everywhere(&self.cache.memory.layout);
         focus.all_from = state.all_from;
         source(&mut focus.halvings)?;
         source(bytemuck::cast_slice_mut(&mut focus.had))?;

@@ -83,14 +83,14 @@ impl WorkList {
     /// The work of a batch that gives the nodes of each brick the first number of paths in `left`, after the second.
     /// Bricks that lie close to one another come one after another: their paths read the same voxels.
     pub fn new(cache: &mut CacheMemory, left: impl Iterator<Item = [u32; 2]>) -> WorkList {
-        let (gathers, begins_coarse) = (cache.layout.gathers, cache.begins_coarse());
+        let (gathers, begins_coarse) = (cache.layout.gathers, cache.layout.begins_coarse());
         let left: Vec<[u32; 2]> = left.collect();
         let mut jobs = Vec::new();
         for place in cache.along_curve.clone() {
             let [samples, had] = left[place as usize];
             let brick = &mut cache.bricks_mut()[place as usize];
             let gathers = gathers && samples > 0 && had + samples <= GATHERED;
-            let is_coarse = gathers && begins_coarse[place as usize];
+            let is_coarse = gathers && begins_coarse;
             brick.filled = match had {
                 _ if is_coarse => FILLED_COARSE,
                 0 => FILLED_FIRST,

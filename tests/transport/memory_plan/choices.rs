@@ -271,7 +271,7 @@ fn the_cache_may_lack_a_buffer_of_its_own() {
         ..with_small_buffers(16 << 20)
     };
     let piece =
-        "cache: bricks needs 33.5 MiB, but the least of devices takes buffers of at most 16.0 MiB";
+        "cache: bricks needs 25.1 MiB, but the least of devices takes buffers of at most 16.0 MiB";
     assert_choices((volume, solid), &[(buffer, Heap, Ok(HALF_F32), piece)]);
 }
 

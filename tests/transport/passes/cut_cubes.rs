@@ -1,6 +1,7 @@
 //! `cut_cubes` marks the cubes between the cache's nodes that a surface cuts. A cut that it misses lets light through
 //! a wall; a mark too many costs a path. So every cube over which the field takes values on both sides of a surface
-//! has to be marked, and none that has no voxels on both sides within one voxel of it.
+//! has to be marked, and none that has no voxels on both sides within one voxel of it. It also says on which side of
+//! the surfaces each node is.
 
 use bytemuck::pod_collect_to_vec;
 use fastrand::Rng;
@@ -54,33 +55,38 @@ fn scene(isovalues: &[f64]) -> Scene {
     scene
 }
 
-/// A bit for each cube of each brick, as the shaders that read the cache find them.
+/// A bit for each cube of each brick and two for each node, as the shaders that read the cache find them.
 struct Marks {
     layout: CacheLayout,
     pages: Vec<u32>,
     words: Vec<u32>,
+    sides: Vec<u32>,
 }
 
 impl Marks {
     fn read(cached: &Cached) -> Marks {
         let cache: &Cache = cached.cache();
-        let cuts = cache.memory.cuts.as_ref().expect("cuts, in full light");
         let memory = Memory::new(&cached.device, 1 << 24).expect("memory");
-        let desc = BufferDesc {
-            name: "marks",
-            placement: Placement::Readback,
-            ..cuts.desc
-        };
-        let words = Buffer::new(&memory, desc).expect("a buffer");
         let mut frame = Frame::new(&cached.device).expect("a frame");
-        frame.run(|f| f.copy(cuts, &words)).expect("a copy");
+        let mut words_of = |buffer: &Option<Buffer>| -> Vec<u32> {
+            let buffer = buffer.as_ref().expect("a buffer, in full light");
+            let desc = BufferDesc {
+                name: "marks",
+                placement: Placement::Readback,
+                ..buffer.desc
+            };
+            let words = Buffer::new(&memory, desc).expect("a buffer");
+            frame.run(|f| f.copy(buffer, &words)).expect("a copy");
+            pod_collect_to_vec(words.mapped().expect("a mapped buffer"))
+        };
+        let marks = Marks {
+            pages: cache.memory.layout.pages(),
+            words: words_of(&cache.memory.cuts),
+            sides: words_of(&cache.memory.sides),
+            layout: cache.memory.layout.clone(),
+        };
         assert_silent(&cached.device);
-        let layout = cache.memory.layout.clone();
-        Marks {
-            pages: layout.pages(),
-            words: pod_collect_to_vec(words.mapped().expect("a mapped buffer")),
-            layout,
-        }
+        marks
     }
 
     /// Cubes that are read: from each node to the next.
@@ -90,17 +96,33 @@ impl Marks {
             .map(move |n| UVec3::new(n, n / count.x, n / (count.x * count.y)) % count)
     }
 
+    fn nodes(&self) -> impl Iterator<Item = UVec3> {
+        let count = UVec3::from(self.layout.nodes);
+        (0..count.element_product())
+            .map(move |n| UVec3::new(n, n / count.x, n / (count.x * count.y)) % count)
+    }
+
     fn is_marked(&self, cube: UVec3) -> bool {
+        let bit = self.index(cube);
+        self.words[bit / 32] >> (bit % 32) & 1 == 1
+    }
+
+    fn side(&self, node: UVec3) -> u32 {
+        let bit = 2 * self.index(node);
+        self.sides[bit / 32] >> (bit % 32) & 3
+    }
+
+    /// Where a node or a cube is among those of all bricks.
+    fn index(&self, node: UVec3) -> usize {
         let [width, height, _] = self.layout.bricks;
-        let brick = cube / BRICK;
+        let brick = node / BRICK;
         let page = self.pages[((brick.z * height + brick.y) * width + brick.x) as usize];
         assert_ne!(page, NO_PLACE, "brick {brick} has no memory");
         let place = UVec3::new(page, page >> 10, page >> 20) & 1023;
         let [width, height, _] = self.layout.places;
         let place = (place.z * height + place.y) * width + place.x;
-        let inner = cube % BRICK;
-        let bit = (inner.z * BRICK + inner.y) * BRICK + inner.x;
-        self.words[(2 * place + bit / 32) as usize] >> (bit % 32) & 1 == 1
+        let inner = node % BRICK;
+        (place * BRICK.pow(3) + (inner.z * BRICK + inner.y) * BRICK + inner.x) as usize
     }
 }
 
@@ -157,9 +179,16 @@ fn range_nearby(volume: &Volume, ends: [[f64; 2]; 3]) -> [f64; 2] {
 /// Returns how many cubes are cut, marked, and neither.
 fn judge(cached: &Cached, volume: &Volume, isovalues: &[f64]) -> [usize; 3] {
     let marks = Marks::read(cached);
-    let bricks = cached.cache().memory.bricks().iter();
-    for (brick, words) in bricks.zip(marks.words.chunks_exact(2)) {
-        assert_eq!(brick.is_cut != 0, words != [0, 0], "{brick:?}");
+    let half = DVec3::from(volume.extent()) / 2.0;
+    for node in marks.nodes() {
+        let step = DVec3::from(marks.layout.step.map(f64::from));
+        let value = value_at(volume, (node.as_dvec3() + 0.5) * step - half);
+        let is_on_surface = isovalues.iter().any(|&v| (value - v).abs() < 1e-3);
+        let inside = isovalues.iter().filter(|&&v| value >= v).count();
+        assert!(
+            is_on_surface || marks.side(node) == inside as u32,
+            "node {node}, where the field is {value}"
+        );
     }
     let is_cut = |[low, high]: [f64; 2]| isovalues.iter().any(|&v| low < v && high >= v);
     let mut counts = [0; 3];
