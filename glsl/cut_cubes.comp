@@ -8,6 +8,7 @@
 #include "ranges.glsl"
 #include "surface.glsl"
 #include "cells.glsl"
+const uint WORDS_A_BRICK = CUT_WORDS;
 #include "cube_bits.glsl"
 
 bool may_mark(Span span) {
@@ -18,12 +19,10 @@ uint marks_of(ivec3 cube) {
     return may_cross(range_of_voxels(voxels_of(cube)), 0u, true) ? CUBE_MARKED : NOTHING_MARKED;
 }
 
-layout(scalar) buffer SideBlock { uint at[]; } sides;
-
-// That of the thread's node.
+// The side on which the thread's node is.
 uint side;
 
-// Where no surface is near, the macrocell tells.
+// Where no surface is near, the range of the macrocell says on which side the node is, without any voxel.
 void examine(ivec3 node, bool is_possible) {
     vec3 g = node_position(node);
     ivec3 macrocell = min(ivec3(g) / MACROCELL, ivec3(scene.macrocells) - 1);
@@ -31,6 +30,6 @@ void examine(ivec3 node, bool is_possible) {
 }
 
 void keep(ivec3 node) {
-    uvec2 bits = side_bits_of(node);
-    atomicOr(sides.at[bits.x], side << bits.y);
+    uvec2 word = side_bits_of(node);
+    atomicOr(bits.at[word.x], side << word.y);
 }

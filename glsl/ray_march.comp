@@ -142,7 +142,7 @@ CachedLight light_on(vec3 g, vec3 geometric, uint side, uint weighs) {
     vec3 to_next = geometric / scene.spacing;
     to_next /= length(to_next / scene.cache_step);
     Cube cube = cube_at(g);
-    CachedLight light;
+    CachedLight light = CachedLight(vec3(0.0), 0.0, mat3(0.0), true);
     bool is_known = false;
     float distance = 0.0;
     LOOP {

@@ -16,6 +16,7 @@
 #include "ray.glsl"
 #include "ranges.glsl"
 #include "cells.glsl"
+const uint WORDS_A_BRICK = RIM_WORDS;
 #include "cube_bits.glsl"
 
 // The longest side of a cube across which a face of the box or a clip plane ends what is in a span; 0 if none does.

@@ -17,15 +17,14 @@
 
 LOADED_AS(CACHE_FORMAT) uniform texels3D cache_light;
 LOADED_AS(CACHE_FORMAT) uniform texels3D cache_flux;
-// A bit for each cube of a brick: a surface cuts it. Two words a brick.
+// CUT_WORDS for each brick: a bit for each cube, if a surface cuts it, and two bits for each node, which tell on what side
+// of the surfaces it is (`side_of_surfaces`).
 layout(scalar) readonly buffer CutBlock { uint at[]; } cuts;
-// For each node, in two bits, on which side of the surfaces it is (`side_of_surfaces`). Four words a brick.
-layout(scalar) readonly buffer SideBlock { uint at[]; } sides;
-// The same as the first for cubes at the rim (rim_cubes.comp).
+// RIM_WORDS for each brick: a bit for each cube, if it is at the rim (rim_cubes.comp).
 layout(scalar) readonly buffer RimBlock { uint at[]; } rims;
 
 bool is_cut(Cube cube) {
-    uvec2 bit = bit_of(cube.low);
+    uvec2 bit = bit_of(cube.low, CUT_WORDS);
     return (cuts.at[bit.x] >> bit.y & 1u) != 0u;
 }
 
@@ -35,7 +34,7 @@ uint side_of_node(ivec3 node) {
         return 0u;
     }
     uvec2 bits = side_bits_of(node);
-    return sides.at[bits.x] >> bits.y & 3u;
+    return cuts.at[bits.x] >> bits.y & 3u;
 }
 
 // Whether a node with memory is on this side.
@@ -44,7 +43,7 @@ bool is_on_side(ivec3 node, uint side) {
 }
 
 bool is_rim(Cube cube) {
-    uvec2 bit = bit_of(cube.low);
+    uvec2 bit = bit_of(cube.low, RIM_WORDS);
     return (rims.at[bit.x] >> bit.y & 1u) != 0u;
 }
 

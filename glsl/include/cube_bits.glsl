@@ -1,6 +1,6 @@
 // A bit for each cube of the cache, by one workgroup a brick and one thread a cube; all are zero before. A shader that
-// includes this file says which bits are set: it defines `may_mark` and `marks_of`. It may find something for each node
-// as well, by `examine`, which is kept by `keep`.
+// includes this file says which bits are set: it defines `may_mark` and `marks_of`, and before the file is included,
+// WORDS_A_BRICK. It may find something for each node as well, by `examine`, which is kept by `keep`.
 
 #include "pages.glsl"
 
@@ -50,7 +50,7 @@ void examine(ivec3 node, bool is_possible);
 void keep(ivec3 node);
 
 void set_bit(ivec3 cube) {
-    uvec2 bit = bit_of(cube);
+    uvec2 bit = bit_of(cube, WORDS_A_BRICK);
     uint before = atomicOr(bits.at[bit.x], 1u << bit.y);
     atomicAdd(counters.count.marked_cubes, ~before >> bit.y & 1u);
 }

@@ -28,14 +28,14 @@ uint index_in_brick(ivec3 node) {
     return (inner.z * BRICK + inner.y) * BRICK + inner.x;
 }
 
-// The word and the bit of a cube among those of all bricks.
-uvec2 bit_of(ivec3 cube) {
+// The word and the bit of a cube, where each brick has a number of words that begin with a bit for each cube.
+uvec2 bit_of(ivec3 cube, uint words) {
     uint bit = index_in_brick(cube);
-    return uvec2(2u * place_of(cube / BRICK) + bit / 32u, bit % 32u);
+    return uvec2(words * place_of(cube / BRICK) + bit / 32u, bit % 32u);
 }
 
-// The word of a node's side (cache.glsl) among those of all bricks, and its lower bit.
+// The word and the lower bit of a node's side (cache.glsl): sides stand behind the bits of the brick's cubes.
 uvec2 side_bits_of(ivec3 node) {
     uint bit = 2u * index_in_brick(node);
-    return uvec2(4u * place_of(node / BRICK) + bit / 32u, bit % 32u);
+    return uvec2(CUT_WORDS * place_of(node / BRICK) + RIM_WORDS + bit / 32u, bit % 32u);
 }

@@ -197,8 +197,8 @@ uint sides_of(vec2 range) {
     return inside;
 }
 
-// Where a point is among the surfaces, in two bits: the number of those that it is inside of, modulo 4. So the two sides
-// of a surface always differ.
+// The side of the surfaces on which a point is, in two bits: the number of surfaces that it is inside of, modulo 4. So the
+// two sides of a surface always differ.
 uint side_of_surfaces(uint inside) {
     return uint(bitCount(inside)) & 3u;
 }

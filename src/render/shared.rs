@@ -21,6 +21,9 @@ pub use crate::scene::surface::MOST_SURFACES;
 pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;
+/// Words of a brick with a bit for each of its cubes (`cube_bits.glsl`), and with two bits for each of its nodes besides.
+pub const RIM_WORDS: u32 = BRICK.pow(3) / u32::BITS;
+pub const CUT_WORDS: u32 = 3 * RIM_WORDS;
 /// The optical depth along a cube of the cache from which a medium is dense where a face of the box or a clip plane ends
 /// it (rim_cubes.comp).
 pub const RIM_DEPTH: f32 = 0.15;
@@ -344,6 +347,7 @@ shared! {
 pub fn glsl() -> String {
     [
         format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
+        format!("const uint RIM_WORDS = {RIM_WORDS};\nconst uint CUT_WORDS = {CUT_WORDS};\n"),
         format!("const int TRANSFER_BINS = {TRANSFER_BINS};\n"),
         format!(
             "const float RIM_DEPTH = {RIM_DEPTH:?};\nconst float STEP_DEPTH = {STEP_DEPTH:?};\n"

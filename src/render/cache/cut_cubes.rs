@@ -17,13 +17,7 @@ impl CutCubes {
 
     /// No queue of paths may be under way.
     pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
-        if let Some(sides) = &cache.sides {
-            frame.run(|f| f.zero(sides))?;
-        }
-        let bindings = [
-            ("surfaces", Binding::Buffer(&r.surfaces)),
-            cache.sides_binding(),
-        ];
+        let bindings = [("surfaces", Binding::Buffer(&r.surfaces))];
         mark(frame, r, cache, &self.0, cache.cuts.as_ref(), &bindings).map(drop)
     }
 }

@@ -13,7 +13,9 @@ use crate::render::copy;
 use crate::render::features::Features;
 use crate::render::gpu_scene::GpuScene;
 use crate::render::resources::{bytes_of, slots};
-use crate::render::shared::{BRICK, Brick, NodeWork, REFLECTANCE_ANGLES, Reflectance, Tail, Turn};
+use crate::render::shared::{
+    BRICK, Brick, CUT_WORDS, NodeWork, REFLECTANCE_ANGLES, RIM_WORDS, Reflectance, Tail, Turn,
+};
 
 /// The cache: its nodes' light, and where to find it.
 pub struct CacheMemory {
@@ -31,11 +33,10 @@ pub struct CacheMemory {
     /// only counts.
     pub(super) along_curve: Vec<u32>,
     pub layout: CacheLayout,
-    /// For each place, a bit a cube: whether a surface cuts it; `None` where no surface stops light.
+    /// For each place, a bit a cube: whether a surface cuts it; and two bits a node: on which side of the surfaces it is.
+    /// `None` where no surface stops light.
     pub cuts: Option<Buffer>,
-    /// For each place, the side of the surfaces on which each node is, in two bits; `None` where no surface stops light.
-    pub sides: Option<Buffer>,
-    /// As `cuts`, for cubes at the rim; `None` where there can be none.
+    /// For each place, a bit a cube: whether it is at the rim; `None` where there can be none.
     pub(super) rims: Option<Buffer>,
     /// The node that each slot is working on.
     pub work: Buffer,
@@ -99,9 +100,12 @@ impl CacheMemory {
             },
             bricks,
             layout: layout.clone(),
-            cuts: if_needed(is_full_light, "cache: cuts", cube_bits(layout))?,
-            sides: if_needed(is_full_light, "cache: sides", 2 * cube_bits(layout))?,
-            rims: if_needed(features.has_rim_cubes, "cache: rim", cube_bits(layout))?,
+            cuts: if_needed(is_full_light, "cache: cuts", words(layout, CUT_WORDS))?,
+            rims: if_needed(
+                features.has_rim_cubes,
+                "cache: rim",
+                words(layout, RIM_WORDS),
+            )?,
             work: Buffer::new(
                 memory,
                 on_device("cache: work", bytes_of::<NodeWork>(slots)),
@@ -143,11 +147,11 @@ impl CacheMemory {
         self.pages.resize(pages_desc(layout).extent)?;
         self.bricks.rewrite(&bricks(layout))?;
         self.along_curve = layout.along_curve();
-        for bits in self.cuts.iter_mut().chain(&mut self.rims) {
-            bits.resize(cube_bits(layout))?;
+        if let Some(cuts) = &mut self.cuts {
+            cuts.resize(words(layout, CUT_WORDS))?;
         }
-        if let Some(sides) = &mut self.sides {
-            sides.resize(2 * cube_bits(layout))?;
+        if let Some(rims) = &mut self.rims {
+            rims.resize(words(layout, RIM_WORDS))?;
         }
         self.layout = layout.clone();
         self.resize_parts()
@@ -243,7 +247,7 @@ impl CacheMemory {
     }
 
     /// The resources that reading the cache needs. In place of one that the scene does without, another is bound.
-    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 6] {
+    pub fn bindings(&self) -> [(&'static str, Binding<'_>); 5] {
         [
             ("cache_light", Binding::Image(&self.light)),
             (
@@ -252,7 +256,6 @@ impl CacheMemory {
             ),
             ("pages", Binding::Image(&self.pages)),
             self.cuts_binding(),
-            self.sides_binding(),
             self.rims_binding(),
         ]
     }
@@ -274,11 +277,6 @@ impl CacheMemory {
         ("cuts", Binding::Buffer(cuts))
     }
 
-    pub fn sides_binding(&self) -> (&'static str, Binding<'_>) {
-        let sides = self.sides.as_ref().unwrap_or(&self.bricks);
-        ("sides", Binding::Buffer(sides))
-    }
-
     pub fn rims_binding(&self) -> (&'static str, Binding<'_>) {
         let rims = self.rims.as_ref().unwrap_or(&self.bricks);
         ("rims", Binding::Buffer(rims))
@@ -287,8 +285,7 @@ impl CacheMemory {
     /// Bytes that the cache needs once it is filled.
     pub fn bytes(&self) -> u64 {
         let images = self.images().map(|i| i.desc.bytes());
-        let bits = self.cuts.iter().chain(&self.sides).chain(&self.rims);
-        let bits = bits.map(|b| b.desc.bytes);
+        let bits = self.cuts.iter().chain(&self.rims).map(|b| b.desc.bytes);
         let bits = bits.sum::<u64>();
         images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + bits
     }
@@ -342,8 +339,7 @@ fn tail_bytes([width, height]: [u32; 2]) -> u64 {
     bytes_of::<Tail>(1) * u64::from(width) * u64::from(height)
 }
 
-/// Bytes for a bit for each cube whose lowest node has memory.
-fn cube_bits(layout: &CacheLayout) -> u64 {
-    let cells = layout.extent().iter().map(|&n| n as u64).product::<u64>();
-    cells / 8
+/// Bytes for so many words for each place.
+fn words(layout: &CacheLayout, words: u32) -> u64 {
+    layout.places.map(u64::from).iter().product::<u64>() * bytes_of::<u32>(words)
 }

@@ -70,11 +70,11 @@ fn nothing_leaks_through_a_wall_thinner_than_a_cell() {
 #[test]
 fn in_motion_light_ends_at_a_wall() {
     let volume = volume([32, 16, 16], |p| if p[0] < 0.0 { 1.0 } else { 2.0 });
-    for scale in [1.0, 0.5, 0.25] {
+    for scale in [1.0, 0.25] {
         let [left, right] = [-40.0, 40.0].map(|x| {
-            let mut cache = cached(&walled(x), &volume, scale, CacheFormat::F16, 64, 1);
+            let mut cache = cached(&walled(x), &volume, scale, CacheFormat::F16, 32, 1);
             let moving = mean_red(&cache.march());
-            [moving, mean_red(&cache.at_rest(2, 64).mean)]
+            [moving, mean_red(&cache.at_rest(2, 16).mean)]
         });
         println!("scale {scale}: {left:?} on the left, {right:?} on the right");
         assert!(right[0] < 1e-3 * left[0], "{right:?} of {left:?}");

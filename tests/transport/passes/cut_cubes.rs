@@ -7,7 +7,7 @@ use bytemuck::pod_collect_to_vec;
 use fastrand::Rng;
 use glam::{DVec3, UVec3};
 use isolume::gpu::*;
-use isolume::render::shared::{BRICK, NO_PLACE};
+use isolume::render::shared::{BRICK, CUT_WORDS, NO_PLACE};
 use isolume::render::{Cache, CacheLayout};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
@@ -60,7 +60,6 @@ struct Marks {
     layout: CacheLayout,
     pages: Vec<u32>,
     words: Vec<u32>,
-    sides: Vec<u32>,
 }
 
 impl Marks {
@@ -68,21 +67,17 @@ impl Marks {
         let cache: &Cache = cached.cache();
         let memory = Memory::new(&cached.device, 1 << 24).expect("memory");
         let mut frame = Frame::new(&cached.device).expect("a frame");
-        let mut words_of = |buffer: &Option<Buffer>| -> Vec<u32> {
-            let buffer = buffer.as_ref().expect("a buffer, in full light");
-            let desc = BufferDesc {
-                name: "marks",
-                placement: Placement::Readback,
-                ..buffer.desc
-            };
-            let words = Buffer::new(&memory, desc).expect("a buffer");
-            frame.run(|f| f.copy(buffer, &words)).expect("a copy");
-            pod_collect_to_vec(words.mapped().expect("a mapped buffer"))
+        let cuts = cache.memory.cuts.as_ref().expect("cuts, in full light");
+        let desc = BufferDesc {
+            name: "marks",
+            placement: Placement::Readback,
+            ..cuts.desc
         };
+        let words = Buffer::new(&memory, desc).expect("a buffer");
+        frame.run(|f| f.copy(cuts, &words)).expect("a copy");
         let marks = Marks {
             pages: cache.memory.layout.pages(),
-            words: words_of(&cache.memory.cuts),
-            sides: words_of(&cache.memory.sides),
+            words: pod_collect_to_vec(words.mapped().expect("a mapped buffer")),
             layout: cache.memory.layout.clone(),
         };
         assert_silent(&cached.device);
@@ -103,17 +98,17 @@ impl Marks {
     }
 
     fn is_marked(&self, cube: UVec3) -> bool {
-        let bit = self.index(cube);
-        self.words[bit / 32] >> (bit % 32) & 1 == 1
+        let [first, index] = self.place(cube);
+        self.words[first + index / 32] >> (index % 32) & 1 == 1
     }
 
     fn side(&self, node: UVec3) -> u32 {
-        let bit = 2 * self.index(node);
-        self.sides[bit / 32] >> (bit % 32) & 3
+        let [first, index] = self.place(node);
+        self.words[first + 2 + index / 16] >> (2 * (index % 16)) & 3
     }
 
-    /// Where a node or a cube is among those of all bricks.
-    fn index(&self, node: UVec3) -> usize {
+    /// The first word of the brick of a node or a cube, and its index among those of its brick.
+    fn place(&self, node: UVec3) -> [usize; 2] {
         let [width, height, _] = self.layout.bricks;
         let brick = node / BRICK;
         let page = self.pages[((brick.z * height + brick.y) * width + brick.x) as usize];
@@ -122,7 +117,8 @@ impl Marks {
         let [width, height, _] = self.layout.places;
         let place = (place.z * height + place.y) * width + place.x;
         let inner = node % BRICK;
-        (place * BRICK.pow(3) + (inner.z * BRICK + inner.y) * BRICK + inner.x) as usize
+        let index = (inner.z * BRICK + inner.y) * BRICK + inner.x;
+        [(CUT_WORDS * place) as usize, index as usize]
     }
 }
 
