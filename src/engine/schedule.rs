@@ -107,7 +107,7 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
         && done.units > 0
         && done.took >= goal
     {
-        return Some(format!("{:.1} s are over", goal.as_secs_f64()));
+        return Some(format!("{:.1} s of rendering are over", goal.as_secs_f64()));
     }
     None
 }

@@ -11,14 +11,14 @@ fn the_last_line_says_why_it_stopped() {
     let folder = Folder::new();
     for (limit, reason) in [
         ("--spp 5", "stopped because --spp 5 is reached"),
-        ("--time 0.5", "s are over"),
+        ("--time 0.5", "s of rendering are over"),
         (
             "--error 0.5",
             "stopped because the relative error is below 0.5",
         ),
-        ("--spp 1000000 --time 0.5", "s are over"),
+        ("--spp 1000000 --time 0.5", "s of rendering are over"),
         // Too short for the cache's first paths, which may be late.
-        ("--variant caching --time 0.001", "s are over"),
+        ("--variant caching --time 0.001", "s of rendering are over"),
         // Farther away than any clock counts.
         ("--spp 2 --time 1e19", "stopped because --spp 2 is reached"),
         (
