@@ -136,30 +136,30 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
 }
 
 // All light except the suns' that arrives at a surface on one of its sides. It is looked for in front of the surface
-// where all nodes around are behind it.
+// where no node around that is not behind it knows any.
 CachedLight light_on(vec3 g, vec3 geometric, uint side, uint weighs) {
     const float FARTHEST = 4.0; // nodes
+    CachedLight light = CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, mat3(0.0), false);
+    if (!has_medium) {
+        return light;
+    }
     vec3 to_next = geometric / scene.spacing;
     to_next /= length(to_next / scene.cache_step);
-    Cube cube = cube_at(g);
-    CachedLight light = CachedLight(vec3(0.0), 0.0, mat3(0.0), true);
-    bool is_known = false;
+    Cube cube;
+    bool is_read = false;
     float distance = 0.0;
     LOOP {
-        is_known = has_medium && read_on_side(cube, side, light);
-        if (is_known || !full_light || distance == FARTHEST) {
+        cube = cube_at(g + distance * to_next);
+        is_read = read_on_side(cube, side, light) || is_read;
+        if (light.known || !full_light || distance == FARTHEST) {
             break;
         }
         distance += 1.0;
-        cube = cube_at(g + distance * to_next);
     }
-    if (!is_known) {
-        return CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, mat3(0.0), true);
-    }
-    if (flux_step == 2u) {
+    if (is_read && flux_step == 2u) {
         light.flux = flux_between_even_nodes(cube, side, light.mean);
     }
-    if (weighs != 0u) {
+    if (is_read && weighs != 0u) {
         note_reading(cube);
     }
     return light;

@@ -3,7 +3,8 @@
 // where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A workgroup a
 // brick, a thread for each of the nodes that get their light: half of all along the last axis.
 //
-// Nodes behind a surface tell nothing. Where all neighbours are behind one, the node gets a guess.
+// Nodes behind a surface tell nothing. Where both neighbours are behind one, the mean of others nearby has to do; where all
+// of those are, the node gets a guess.
 
 #version 460
 #include "scene.glsl"
@@ -49,6 +50,27 @@ Light light_of(ivec3 node, uint side) {
     return r;
 }
 
+// The mean of the nodes nearby whose light has been found before this axis has its turn: of even index along this axis and
+// those to come.
+Light mean_nearby(ivec3 node, uint side) {
+    Light sum = Light(vec4(0.0), mat3(0.0), false);
+    ivec3 step = mix(ivec3(1), ivec3(2), greaterThan(uvec3(0u, 1u, 2u), uvec3(push.axis)));
+    float count = 0.0;
+    for (int k = 0; k < 27; ++k) {
+        ivec3 offset = ivec3(k % 3, k / 3 % 3, k / 9) - 1;
+        if (offset[push.axis] != 0) {
+            Light light = light_of(node + step * offset, side);
+            count += float(light.known);
+            sum.light += light.light;
+            sum.flux += light.flux;
+        }
+    }
+    sum.known = count > 0.0;
+    sum.light /= max(count, 1.0);
+    sum.flux /= max(count, 1.0);
+    return sum;
+}
+
 void main() {
     uint place = gl_WorkGroupID.y * push.row + gl_WorkGroupID.x;
     if (place >= push.bricks) {
@@ -73,6 +95,10 @@ void main() {
     float known = float(b.known) + float(c.known);
     ivec3 texel = node_texel(node);
     if (known == 0.0) {
+        b = mean_nearby(node, side);
+        known = 1.0;
+    }
+    if (!b.known && !c.known) {
         vec4 other = texel_at(cache_light, node_texel(node - e));
         imageStore(light_out, texel, rounded(as_guess(other)));
         return;

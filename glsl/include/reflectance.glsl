@@ -39,13 +39,13 @@ mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
 }
 
 // The light at a point on this side of the surfaces. It may lie beside the medium and outside of all nodes: nodes without
-// memory do not count, nor do those behind a surface, and guesses hardly do. False, with `light` as it was, if no node
-// of the cube is left.
+// memory do not count, nor do those behind a surface, and guesses hardly do: the light is known unless all are guesses.
+// False, with `light` as it was, if no node of the cube is left.
 bool read_on_side(Cube cube, uint side, inout CachedLight light) {
     const float OF_A_GUESS = 1e-3;
     ivec3 last = ivec3(scene.cache_nodes) - 1;
     vec3 p = clamp(cube.p, 0.0, 1.0);
-    CachedLight r = CachedLight(vec3(0.0), 0.0, mat3(0.0), true);
+    CachedLight r = CachedLight(vec3(0.0), 0.0, mat3(0.0), false);
     float sum = 0.0;
     int k = 0;
     LOOP {
@@ -60,7 +60,7 @@ bool read_on_side(Cube cube, uint side, inout CachedLight light) {
             weight *= known ? 1.0 : OF_A_GUESS;
             r.mean += weight * at_node.rgb;
             r.suns += weight * at_node.a;
-            r.known = r.known && known;
+            r.known = r.known || known;
             if (flux_step == 1u) {
                 r.flux += weight * flux_at(texel);
             }
