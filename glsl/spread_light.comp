@@ -92,18 +92,17 @@ void main() {
     Light b = light_of(node - e, side);
     Light c = light_of(node + e, side);
     Light d = light_of(node + 3 * e, side);
-    float known = float(b.known) + float(c.known);
     ivec3 texel = node_texel(node);
-    if (known == 0.0) {
+    // Where no surface stops light, b is of the same brick, and known.
+    if (full_light && !b.known && !c.known) {
         b = mean_nearby(node, side);
-        known = 1.0;
+        if (!b.known) {
+            vec4 other = texel_at(cache_light, node_texel(node - e));
+            imageStore(light_out, texel, rounded(as_guess(other)));
+            return;
+        }
     }
-    if (!b.known && !c.known) {
-        vec4 other = texel_at(cache_light, node_texel(node - e));
-        imageStore(light_out, texel, rounded(as_guess(other)));
-        return;
-    }
-    float inner = 1.0 / known;
+    float inner = b.known && c.known ? 0.5 : 1.0;
     float outer = 0.0;
     if (a.known && b.known && c.known && d.known) {
         inner = 9.0 / 16.0;

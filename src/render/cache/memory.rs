@@ -100,11 +100,15 @@ impl CacheMemory {
             },
             bricks,
             layout: layout.clone(),
-            cuts: if_needed(is_full_light, "cache: cuts", words(layout, CUT_WORDS))?,
+            cuts: if_needed(
+                is_full_light,
+                "cache: cuts",
+                bytes_of_words(layout, CUT_WORDS),
+            )?,
             rims: if_needed(
                 features.has_rim_cubes,
                 "cache: rim",
-                words(layout, RIM_WORDS),
+                bytes_of_words(layout, RIM_WORDS),
             )?,
             work: Buffer::new(
                 memory,
@@ -148,10 +152,10 @@ impl CacheMemory {
         self.bricks.rewrite(&bricks(layout))?;
         self.along_curve = layout.along_curve();
         if let Some(cuts) = &mut self.cuts {
-            cuts.resize(words(layout, CUT_WORDS))?;
+            cuts.resize(bytes_of_words(layout, CUT_WORDS))?;
         }
         if let Some(rims) = &mut self.rims {
-            rims.resize(words(layout, RIM_WORDS))?;
+            rims.resize(bytes_of_words(layout, RIM_WORDS))?;
         }
         self.layout = layout.clone();
         self.resize_parts()
@@ -340,6 +344,6 @@ fn tail_bytes([width, height]: [u32; 2]) -> u64 {
 }
 
 /// Bytes for so many words for each place.
-fn words(layout: &CacheLayout, words: u32) -> u64 {
+fn bytes_of_words(layout: &CacheLayout, words: u32) -> u64 {
     layout.places.map(u64::from).iter().product::<u64>() * bytes_of::<u32>(words)
 }

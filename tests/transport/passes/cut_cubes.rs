@@ -86,15 +86,11 @@ impl Marks {
 
     /// Cubes that are read: from each node to the next.
     fn cubes(&self) -> impl Iterator<Item = UVec3> {
-        let count = UVec3::from(self.layout.nodes.map(|n| (n - 1).max(1)));
-        (0..count.element_product())
-            .map(move |n| UVec3::new(n, n / count.x, n / (count.x * count.y)) % count)
+        indices(self.layout.nodes.map(|n| (n - 1).max(1)))
     }
 
     fn nodes(&self) -> impl Iterator<Item = UVec3> {
-        let count = UVec3::from(self.layout.nodes);
-        (0..count.element_product())
-            .map(move |n| UVec3::new(n, n / count.x, n / (count.x * count.y)) % count)
+        indices(self.layout.nodes)
     }
 
     fn is_marked(&self, cube: UVec3) -> bool {
@@ -120,6 +116,13 @@ impl Marks {
         let index = (inner.z * BRICK + inner.y) * BRICK + inner.x;
         [(CUT_WORDS * place) as usize, index as usize]
     }
+}
+
+/// Of so many nodes or cubes along each axis.
+fn indices(count: [u32; 3]) -> impl Iterator<Item = UVec3> {
+    let count = UVec3::from(count);
+    (0..count.element_product())
+        .map(move |n| UVec3::new(n, n / count.x, n / (count.x * count.y)) % count)
 }
 
 /// A cube's ends along each axis, in voxels from the centre of the first: from its node to the next one, or to the
