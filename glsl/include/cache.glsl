@@ -28,18 +28,15 @@ bool is_cut(Cube cube) {
     return (cuts.at[bit.x] >> bit.y & 1u) != 0u;
 }
 
-// The side of surfaces on which a node with memory is; there is only one side of those that stop no light.
+// The side of surfaces that stop light on which a node with memory is.
 uint side_of_node(ivec3 node) {
-    if (!full_light) {
-        return 0u;
-    }
     uvec2 bits = side_bits_of(node);
     return cuts.at[bits.x] >> bits.y & 3u;
 }
 
-// Whether a node with memory is on this side.
+// Whether no surface that stops light is known to stand between a node with memory and a point on this side.
 bool is_on_side(ivec3 node, uint side) {
-    return side_of_node(node) == side;
+    return !full_light || side_of_node(node) == side;
 }
 
 bool is_rim(Cube cube) {

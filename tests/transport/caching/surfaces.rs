@@ -82,6 +82,35 @@ fn in_motion_light_ends_at_a_wall() {
     }
 }
 
+/// A ball in a medium that weakens the sky's light, seen from within: surfaces that stop no light have the same light on
+/// both sides, in motion as well.
+#[test]
+fn in_motion_a_surface_seen_from_within_has_the_light_around_it() {
+    let volume = volume([32, 32, 32], |p| {
+        16.0 - p.iter().map(|x| x * x).sum::<f64>().sqrt() as f32
+    });
+    let camera = Camera {
+        eye: [0.0; 3],
+        target: [0.0, 0.0, 1.0],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Perspective { fov_y: 60.0 },
+    };
+    let mut scene = empty_scene([16, 16], camera);
+    scene.medium = Some(uniform_medium(0.03, 0.5, 0.0));
+    scene.surfaces.iso = vec![Isosurface {
+        color: [0.8; 3],
+        ..black(10.0)
+    }];
+    scene.lights.environment.radiance = [1.0; 3];
+    let mut cache = cached(&scene, &volume, 0.5, CacheFormat::F16, 512, 1);
+    let moving = mean_red(&cache.march());
+    let at_rest = mean_red(&cache.at_rest(4, 16).mean);
+    assert!(
+        (moving - at_rest).abs() < 0.02 * at_rest,
+        "{moving}, not {at_rest}"
+    );
+}
+
 /// A small surface in a large picture: paths begin in few of its pixels.
 #[test]
 fn a_surface_in_few_pixels_is_as_bright_as_in_all() {
