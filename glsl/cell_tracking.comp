@@ -44,26 +44,26 @@ float grey(vec3 radiance) {
     return dot(radiance, vec3(1.0 / 3.0));
 }
 
-void arrive(vec3 radiance, vec3 towards_light) {
+void arrive(vec3 radiance, vec3 towards_light, bool is_skys_own) {
     vec3 light = radiance / scene.cache_unit;
     node_work.sums.light.rgb += light;
-    if (flux_columns() == 0u) {
-        return;
-    }
     if (has_colored_flux) {
         node_work.sums.flux -= outerProduct(towards_light, light);
-    } else {
+    } else if (flux_step == 2u && is_skys_own) {
+        node_work.sums.flux[1] -= grey(light) * towards_light;
+        node_work.sums.flux[2].x += grey(light);
+    } else if (flux_step != 0u) {
         node_work.sums.flux[0] -= grey(light) * towards_light;
     }
 }
 
 void contribute(inout Path path, vec3 radiance) {
     if (path.bounces > 0u) {
-        arrive(radiance, node_work.first_direction);
+        arrive(radiance, node_work.first_direction, false);
     } else if (node_work.shadow_is_sun != 0u) {
         node_work.sums.light.a += radiance.x;
     } else {
-        arrive(radiance, path.shadow_direction);
+        arrive(radiance, path.shadow_direction, true);
     }
 }
 
@@ -71,7 +71,7 @@ void cover(inout Path path, float share) {}
 
 void escape(inout Path path) {
     arrive(path.throughput * escaping_radiance(path.direction, path.pdf),
-           node_work.first_direction);
+           node_work.first_direction, path.bounces == 0u);
 }
 
 bool collect(inout Path path, inout Random random) {

@@ -43,12 +43,18 @@ void main() {
         light = mix(before, light, share);
     }
     imageStore(light_out, texel, rounded(light));
-    if (flux_step == 1u || flux_step == 2u && is_coarse_node(node)) {
-        ivec3 at = texel / int(flux_step);
-        mat3 flux = sums.flux / samples;
+    mat3 flux = sums.flux / samples;
+    if (flux_step == 1u) {
         if (share < 1.0) {
-            flux = (1.0 - share) * flux_at(at) + share * flux;
+            flux = (1.0 - share) * flux_at(texel) + share * flux;
         }
-        store_flux(at, flux);
+        store_flux(texel, flux);
+    }
+    if (flux_step == 2u && is_coarse_node(node)) {
+        FluxOfGrey grey = FluxOfGrey(vec4(flux[0], 0.0), vec4(flux[1], flux[2].x));
+        if (share < 1.0) {
+            grey = (1.0 - share) * flux_of_grey_at(texel) + share * grey;
+        }
+        store_flux_of_grey(texel, grey);
     }
 }

@@ -3,9 +3,10 @@
 // A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB), and the share of
 // the suns' light that arrives unscattered (A, the mean over suns by brightness). Suns are kept apart because their
 // light has edges: the share read from the cache is corrected by a shadow ray at rest. A second image holds the flux of
-// the same light (RGB are its components): in an anisotropic medium at every node, and in an isotropic one, where only
-// surfaces ask for the direction of light, at those whose indices are even. It is grey unless an anisotropic medium
-// scatters light of several colours: each channel has a flux of its own then, in texels side by side.
+// the same light (RGB are its components). In an anisotropic medium it does so at every node; each channel has a flux of
+// its own, in texels side by side, where light has several colours. In an isotropic medium only surfaces ask for the
+// direction of light, and nodes whose indices are even hold two fluxes of grey light side by side: of scattered light, and
+// of the sky's own, which comes from elsewhere and in another colour.
 //
 // Nodes that have had no path hold a guess, marked by a negative A. Where none of the view's rays reads a node, it
 // keeps the guess (src/render/cache/focus.rs): a path that comes there continues as if there were no cache.
@@ -50,7 +51,7 @@ bool is_left_to_paths(Cube cube) {
     return full_light && is_cut(cube) || has_rim_cubes && is_rim(cube);
 }
 
-// Position of a channel's flux, if `texel` is that of a node's light.
+// Position of a channel's flux in an anisotropic medium, if `texel` is that of a node's light.
 ivec3 flux_texel(ivec3 texel, int channel) {
     return ivec3(3 * texel.x + channel, texel.yz);
 }
@@ -64,6 +65,19 @@ mat3 flux_at(ivec3 texel) {
     return mat3(texel_at(cache_flux, flux_texel(texel, 0)).rgb,
                 texel_at(cache_flux, flux_texel(texel, 1)).rgb,
                 texel_at(cache_flux, flux_texel(texel, 2)).rgb);
+}
+
+// The grey light that comes to an even node of an isotropic medium from all sides: the flux of scattered light in the
+// first column; in the second the flux of the sky's own light, and in its alpha the mean of that light.
+#define FluxOfGrey mat2x4
+
+// Position of a column, if `texel` is that of an even node's light.
+ivec3 grey_texel(ivec3 texel, int column) {
+    return ivec3(texel.x + column, texel.yz / 2);
+}
+
+FluxOfGrey flux_of_grey_at(ivec3 texel) {
+    return FluxOfGrey(texel_at(cache_flux, grey_texel(texel, 0)), texel_at(cache_flux, grey_texel(texel, 1)));
 }
 
 struct CachedLight {

@@ -1,4 +1,4 @@
-// Stores what `flux_at` in cache.glsl reads.
+// Stores what cache.glsl reads of the flux.
 
 layout(CACHE_FORMAT) writeonly uniform image3D flux_out;
 
@@ -10,4 +10,9 @@ void store_flux(ivec3 texel, mat3 flux) {
     imageStore(flux_out, flux_texel(texel, 0), rounded(vec4(flux[0], 0.0)));
     imageStore(flux_out, flux_texel(texel, 1), rounded(vec4(flux[1], 0.0)));
     imageStore(flux_out, flux_texel(texel, 2), rounded(vec4(flux[2], 0.0)));
+}
+
+void store_flux_of_grey(ivec3 texel, FluxOfGrey flux) {
+    imageStore(flux_out, grey_texel(texel, 0), rounded(flux[0]));
+    imageStore(flux_out, grey_texel(texel, 1), rounded(flux[1]));
 }

@@ -11,13 +11,19 @@
 
 layout(scalar) readonly buffer ReflectanceBlock { Reflectance at[]; } reflectances;
 
-// The flux in the colour of `mean`, interpolated between nodes whose indices are even. Those without memory, or on another
-// side of the surfaces, do not count.
+// A colour whose mean over channels is 1.
+vec3 color_of(vec3 light) {
+    return light / max(dot(light, vec3(1.0 / 3.0)), 1e-30);
+}
+
+// The flux of light of this mean, interpolated between nodes whose indices are even. Those without memory, or on another
+// side of the surfaces, do not count. Scattered light has the colour that the sky's own light leaves of the mean.
 mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
+    const float LEAST_SCATTERED = 0.01; // of each channel: the sky's light, from other nodes than the mean, may exceed it
     ivec3 last = (ivec3(scene.cache_nodes) - 1) & ~1;
     ivec3 low = min(cube.low & ~1, max(last - 2, 0));
     vec3 p = clamp((vec3(cube.low - low) + cube.p) / 2.0, 0.0, 1.0);
-    vec3 flux = vec3(0.0);
+    FluxOfGrey flux = FluxOfGrey(0.0);
     float known = 0.0;
     int k = 0;
     LOOP {
@@ -26,7 +32,7 @@ mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
         ivec3 node = min(low + 2 * corner, last);
         if (has_memory(node) && is_on_side(node, side)) {
             float weight = q.x * q.y * q.z;
-            flux += weight * flux_at(node_texel(node) / int(flux_step))[0];
+            flux += weight * flux_of_grey_at(node_texel(node));
             known += weight;
         }
         ++k;
@@ -34,8 +40,10 @@ mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
             break;
         }
     }
-    float grey = dot(mean, vec3(1.0 / 3.0));
-    return outerProduct(flux / max(known * grey, 1e-30), mean);
+    flux /= max(known, 1e-30);
+    vec3 sky = color_of(scene.sky);
+    vec3 scattered = color_of(max(mean - flux[1].a * sky, LEAST_SCATTERED * mean));
+    return outerProduct(flux[0].xyz, scattered) + outerProduct(flux[1].xyz, sky);
 }
 
 // The light at a point on this side of the surfaces. It may lie beside the medium and outside of all nodes: nodes without

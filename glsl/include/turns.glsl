@@ -11,7 +11,7 @@ const uint NODES = uint(BRICK * BRICK * BRICK);
 const uint COARSE_NODES = NODES / 8u;
 
 uint flux_columns() {
-    return flux_step == 0u ? 0u : has_colored_flux ? 3u : 1u;
+    return flux_step == 0u ? 0u : flux_step == 2u || has_colored_flux ? 3u : 1u;
 }
 
 // Where the numbers of an item begin (`part_bytes` in src/render/cache/work_list.rs).

@@ -33,7 +33,8 @@ specialization! {
         /// The collision from which a path reads the cache: 1 is the first, 0 means never.
         pub cache_order: uint,
         pub cache_is_f16: bool,
-        /// The cache holds the flux of light at every node (1), at those whose indices are even (2), or not at all (0).
+        /// The cache holds the flux of light at every node (1), of scattered light and of the sky's at those whose indices are
+        /// even (2), or not at all (0).
         pub flux_step: uint,
         /// Each channel of the light has a flux of its own.
         pub has_colored_flux: bool,
@@ -67,13 +68,20 @@ impl Features {
         macros
     }
 
-    /// Vectors in the flux of a node: one for each channel where light has colours of its own, one for all of them otherwise, or
-    /// none.
+    /// Columns of a node's sums of flux (`NodeSums`).
     pub fn flux_columns(&self) -> u32 {
         match (self.flux_step, self.has_colored_flux) {
             (0, _) => 0,
-            (_, false) => 1,
-            (_, true) => 3,
+            (1, false) => 1,
+            _ => 3,
+        }
+    }
+
+    /// Texels of flux of a node that has any.
+    pub fn flux_texels(&self) -> u32 {
+        match self.flux_step {
+            2 => 2,
+            _ => self.flux_columns(),
         }
     }
 

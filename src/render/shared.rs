@@ -86,6 +86,8 @@ shared! {
         pub up: vec3,
         /// Constant part of the environment.
         pub environment: vec3,
+        /// Mean radiance of the environment with its image, in units of `cache_unit`.
+        pub sky: vec3,
         /// Probability that next-event estimation picks the environment image over a sun: 1 without
         /// suns, 0 without an image.
         pub image_probability: float,
@@ -266,8 +268,9 @@ shared! {
         pub gathers: uint,
     }
 
-    /// Sums over paths of a node, as in the cache's images. The flux has a column for each channel; the first holds it
-    /// where it is grey.
+    /// Sums over paths of a node, as in the cache's images. In an anisotropic medium the flux has a column for each channel, or
+    /// is in the first one where it is grey; in an isotropic one the columns are the grey flux of scattered light, that of the
+    /// sky's own light, and (the mean of the sky's own light, 0, 0).
     pub struct NodeSums {
         pub light: vec4,
         pub flux: mat3,

@@ -318,12 +318,12 @@ fn bricks(layout: &CacheLayout) -> Vec<Brick> {
     layout.active.iter().map(brick).collect()
 }
 
-/// Texels of the flux. Those of a node's channels lie side by side.
+/// Texels of the flux. Those of a node lie side by side.
 fn flux_extent(layout: &CacheLayout, features: &Features) -> Option<[u32; 3]> {
     let step = features.flux_step;
     (step > 0).then(|| {
         let [x, y, z] = layout.extent().map(|n| n / step);
-        [features.flux_columns() * x, y, z]
+        [features.flux_texels() * x, y, z]
     })
 }
 

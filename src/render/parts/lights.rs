@@ -75,6 +75,7 @@ impl Lights {
     /// Writes the constants of the lights, apart from lists and the sky's image.
     pub fn write(&self, constants: &mut SceneConstants) {
         constants.environment = self.environment;
+        constants.sky = over(self.sky_radiance(), self.unit());
         constants.image_probability = self.image_probability();
         constants.image_cells = self.sky.as_ref().map_or([0; 2], |sky| sky.table.cells);
         constants.suns_grey = self.suns_grey();

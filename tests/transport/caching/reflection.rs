@@ -58,11 +58,28 @@ fn scene(shading: Shading) -> Scene {
     scene
 }
 
-/// The mean over rows of pixels.
-fn mean(picture: &[[f32; 4]], rows: std::ops::Range<u32>) -> f64 {
+/// A picture in motion, and one at rest of the same rays.
+fn moving_and_resting(scene: &Scene, volume: &Volume) -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
+    let mut cached = cached(scene, volume, 0.5, CacheFormat::F16, 512, 1);
+    let moving = cached.march();
+    let mut centred = cached.renderer.scene().clone();
+    centred.parts.view.through_centres = true;
+    cached.renderer.change(&centred).expect("the same scene");
+    (moving, cached.at_rest(4, 32).mean)
+}
+
+/// The mean over rows of pixels of the sum of these channels.
+fn mean_of(picture: &[[f32; 4]], rows: std::ops::Range<u32>, channels: &[usize]) -> f64 {
     let pixels = &picture[(rows.start * SIZE) as usize..(rows.end * SIZE) as usize];
-    let sum: f64 = pixels.iter().map(|p| f64::from(p[0] + p[1] + p[2])).sum();
+    let sum: f64 = pixels
+        .iter()
+        .flat_map(|p| channels.iter().map(|&c| f64::from(p[c])))
+        .sum();
     sum / pixels.len() as f64
+}
+
+fn mean(picture: &[[f32; 4]], rows: std::ops::Range<u32>) -> f64 {
+    mean_of(picture, rows, &[0, 1, 2])
 }
 
 /// Two moments are all that there is of such a sky, so whatever the material is, nothing may be missing: not from above,
@@ -100,12 +117,7 @@ fn light_that_is_linear_in_direction_is_reflected_exactly() {
     ];
     let volume = ball();
     for shading in shadings {
-        let mut cached = cached(&scene(shading), &volume, 0.5, CacheFormat::F16, 512, 1);
-        let moving = cached.march();
-        let mut centred = cached.renderer.scene().clone();
-        centred.parts.view.through_centres = true;
-        cached.renderer.change(&centred).expect("the same scene");
-        let resting = cached.at_rest(4, 32).mean;
+        let (moving, resting) = moving_and_resting(&scene(shading), &volume);
         for rows in [4..16, 16..32, 32..44] {
             let [a, b] = [&moving, &resting].map(|picture| mean(picture, rows.clone()));
             println!(
@@ -113,6 +125,36 @@ fn light_that_is_linear_in_direction_is_reflected_exactly() {
                 100.0 * (a / b - 1.0)
             );
             assert!((a / b - 1.0).abs() < 0.01, "{shading:?}: {a}, not {b}");
+        }
+    }
+}
+
+/// A red sun from behind makes the haze glow on all sides of the ball, and the sky, blue, is brightest above: the glow must
+/// not be taken to come from there as well.
+#[test]
+fn light_of_two_colours_has_two_directions() {
+    let volume = ball();
+    let mut scene = scene(Shading::Lambert);
+    scene.medium = Some(uniform_medium(0.02, 0.9, 0.0));
+    scene.lights.suns = vec![DirectionalLight {
+        direction: [0.0, 0.0, 1.0],
+        irradiance: [20.0, 4.0, 4.0],
+    }];
+    let blue = linear_sky().times([0.2, 0.6, 1.0]);
+    scene.lights.environment.image = Some(blue.expect("a sky"));
+    let (moving, resting) = moving_and_resting(&scene, &volume);
+    for rows in [6..16, 16..32, 32..42] {
+        for channel in 0..3 {
+            let [a, b] =
+                [&moving, &resting].map(|picture| mean_of(picture, rows.clone(), &[channel]));
+            println!(
+                "channel {channel}, rows {rows:?}: {:+.2} %",
+                100.0 * (a / b - 1.0)
+            );
+            assert!(
+                (a / b - 1.0).abs() < 0.02,
+                "channel {channel}: {a}, not {b}"
+            );
         }
     }
 }
