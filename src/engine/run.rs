@@ -177,7 +177,6 @@ impl Engine {
     /// short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
         let totals = self.renderer.totals();
-        let mut first_frame = (totals.units > 0).then(Instant::now);
         let before = watch.elapsed();
         let mut done = Done {
             first_sample: totals.first_sample,
@@ -210,7 +209,6 @@ impl Engine {
                 }
                 continue;
             }
-            first_frame.get_or_insert_with(Instant::now);
             done.samples = self.renderer.totals().samples;
             done.units = self.renderer.totals().units;
             done.took = watch.elapsed();
@@ -231,7 +229,7 @@ impl Engine {
             }));
             run.pause(self)?;
         };
-        let Some(first_frame) = first_frame else {
+        let Some(first_frame) = self.totals().seen_since else {
             return Err(match run.is_interrupted() {
                 true => Error::Interrupted,
                 false => Error::value(format!("the picture would have no sample: {why_stopped}")),

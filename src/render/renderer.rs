@@ -278,6 +278,7 @@ impl Renderer {
     pub fn begin_picture(&mut self) {
         self.totals.samples = 0;
         self.totals.units = 0;
+        self.totals.seen_since = None;
         self.under_way = None;
         self.kept = None;
         self.halves = None;

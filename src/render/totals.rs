@@ -1,5 +1,7 @@
 //! Counts of the work so far.
 
+use std::time::Instant;
+
 /// `samples` and `units` are those of the picture at hand, the others those of all pictures that it was made after.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Totals {
@@ -9,6 +11,8 @@ pub struct Totals {
     pub samples: u32,
     /// Units whose spread gives the standard error; `published` has a single one, which grows.
     pub units: u32,
+    /// When this process had the first of them, if it has any.
+    pub seen_since: Option<Instant>,
     /// Camera paths of units that have ended.
     pub paths: u64,
     /// Reads of the volume by tracking in these units.

@@ -3,6 +3,8 @@
 //! Pictures are only taken at the end of a unit: stopping a pixel in the middle of its work would favour its short
 //! paths.
 
+use std::time::Instant;
+
 use super::accumulate::AccumulatePush;
 use super::bundle::{Bundle, most_together};
 use super::estimator::Estimator;
@@ -139,6 +141,7 @@ impl Renderer {
             let samples = bundle.samples * bundle.units;
             self.totals.samples += samples;
             self.totals.units += bundle.units;
+            self.totals.seen_since.get_or_insert_with(Instant::now);
             self.totals.paths += u64::from(samples) * u64::from(pixels);
             self.totals.lookups += self.lookups_under_way;
             self.look_at_halves()?;

@@ -7,6 +7,7 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
@@ -266,6 +267,7 @@ impl Found {
                 .map_or(0, |range: &SampleRange| range.first),
             samples: header.count(),
             units: header.units,
+            seen_since: Some(Instant::now()),
             paths: header.paths,
             lookups: header.lookups,
         };

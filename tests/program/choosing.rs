@@ -1,5 +1,7 @@
 //! `auto` tries both variants where work is long enough for a trial, and says what it found.
 
+use serde_json::Value;
+
 use crate::stopping::{read_until, send, started};
 use crate::{Folder, last_line};
 
@@ -38,7 +40,26 @@ fn a_trial_need_not_come_before_short_work() {
         let is_found = reason.contains("without one")
             || reason == "the work is done before a cache would be filled";
         assert!(is_found, "{limit}: {reason}");
+        // A trial without a cache is the picture's beginning.
+        let stats = folder.json("s.json");
+        if stats["variant"] == "non-caching" {
+            let first = 1e3 * stats["first_frame_s"].as_f64().expect("seconds");
+            let tried = end_of_trial(&stats);
+            assert!(
+                first < tried,
+                "{limit}: after {first} ms, tried until {tried}"
+            );
+        }
     }
+}
+
+/// The time that all stages took up to the trial's end, in milliseconds.
+fn end_of_trial(stats: &Value) -> f64 {
+    let stages = stats["stages"].as_array().expect("stages");
+    let is_trial = |stage: &Value| stage["name"] == "try variants";
+    let last = stages.iter().position(is_trial).expect("a trial");
+    let ms = |stage: &Value| stage["ms"].as_f64().expect("milliseconds");
+    stages[..=last].iter().map(ms).sum()
 }
 
 #[test]

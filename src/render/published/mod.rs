@@ -12,6 +12,8 @@ mod published_transport;
 
 pub use cells::PublishedCells;
 
+use std::time::Instant;
+
 use bytemuck::Zeroable;
 
 use super::gpu_scene::GpuScene;
@@ -81,6 +83,7 @@ impl Published {
         if totals.units == 0 {
             self.march(frame, r)?;
             totals.units = 1;
+            totals.seen_since = Some(Instant::now());
         }
         Ok(())
     }
