@@ -51,10 +51,10 @@ void main() {
         store_flux(texel, flux);
     }
     if (flux_step == 2u && is_coarse_node(node)) {
-        FluxOfGrey grey = FluxOfGrey(vec4(flux[0], 0.0), vec4(flux[1], flux[2].x));
+        TwoFluxes fluxes = TwoFluxes(vec4(flux[0], 0.0), vec4(flux[1], flux[2].x));
         if (share < 1.0) {
-            grey = (1.0 - share) * flux_of_grey_at(texel) + share * grey;
+            fluxes = (1.0 - share) * two_fluxes_at(texel) + share * fluxes;
         }
-        store_flux_of_grey(texel, grey);
+        store_two_fluxes(texel, fluxes);
     }
 }

@@ -99,6 +99,9 @@ void main() {
         if (!b.known) {
             vec4 other = texel_at(cache_light, node_texel(node - e));
             imageStore(light_out, texel, rounded(as_guess(other)));
+            if (flux_step == 1u) {
+                store_flux(texel, mat3(0.0));
+            }
             return;
         }
     }

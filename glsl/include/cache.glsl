@@ -67,17 +67,17 @@ mat3 flux_at(ivec3 texel) {
                 texel_at(cache_flux, flux_texel(texel, 2)).rgb);
 }
 
-// The grey light that comes to an even node of an isotropic medium from all sides: the flux of scattered light in the
-// first column; in the second the flux of the sky's own light, and in its alpha the mean of that light.
-#define FluxOfGrey mat2x4
+// The fluxes of grey light at an even node of an isotropic medium: of scattered light in the first column; in the second one
+// that of the sky's own light, and in its alpha the mean of that light.
+#define TwoFluxes mat2x4
 
 // Position of a column, if `texel` is that of an even node's light.
-ivec3 grey_texel(ivec3 texel, int column) {
+ivec3 two_fluxes_texel(ivec3 texel, int column) {
     return ivec3(texel.x + column, texel.yz / 2);
 }
 
-FluxOfGrey flux_of_grey_at(ivec3 texel) {
-    return FluxOfGrey(texel_at(cache_flux, grey_texel(texel, 0)), texel_at(cache_flux, grey_texel(texel, 1)));
+TwoFluxes two_fluxes_at(ivec3 texel) {
+    return TwoFluxes(texel_at(cache_flux, two_fluxes_texel(texel, 0)), texel_at(cache_flux, two_fluxes_texel(texel, 1)));
 }
 
 struct CachedLight {

@@ -12,7 +12,7 @@ void store_flux(ivec3 texel, mat3 flux) {
     imageStore(flux_out, flux_texel(texel, 2), rounded(vec4(flux[2], 0.0)));
 }
 
-void store_flux_of_grey(ivec3 texel, FluxOfGrey flux) {
-    imageStore(flux_out, grey_texel(texel, 0), rounded(flux[0]));
-    imageStore(flux_out, grey_texel(texel, 1), rounded(flux[1]));
+void store_two_fluxes(ivec3 texel, TwoFluxes fluxes) {
+    imageStore(flux_out, two_fluxes_texel(texel, 0), rounded(fluxes[0]));
+    imageStore(flux_out, two_fluxes_texel(texel, 1), rounded(fluxes[1]));
 }

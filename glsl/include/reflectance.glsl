@@ -23,7 +23,7 @@ mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
     ivec3 last = (ivec3(scene.cache_nodes) - 1) & ~1;
     ivec3 low = min(cube.low & ~1, max(last - 2, 0));
     vec3 p = clamp((vec3(cube.low - low) + cube.p) / 2.0, 0.0, 1.0);
-    FluxOfGrey flux = FluxOfGrey(0.0);
+    TwoFluxes fluxes = TwoFluxes(0.0);
     float known = 0.0;
     int k = 0;
     LOOP {
@@ -32,7 +32,7 @@ mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
         ivec3 node = min(low + 2 * corner, last);
         if (has_memory(node) && is_on_side(node, side)) {
             float weight = q.x * q.y * q.z;
-            flux += weight * flux_of_grey_at(node_texel(node));
+            fluxes += weight * two_fluxes_at(node_texel(node));
             known += weight;
         }
         ++k;
@@ -40,10 +40,10 @@ mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
             break;
         }
     }
-    flux /= max(known, 1e-30);
+    fluxes /= max(known, 1e-30);
     vec3 sky = color_of(scene.sky);
-    vec3 scattered = color_of(max(mean - flux[1].a * sky, LEAST_SCATTERED * mean));
-    return outerProduct(flux[0].xyz, scattered) + outerProduct(flux[1].xyz, sky);
+    vec3 scattered = color_of(max(mean - fluxes[1].a * sky, LEAST_SCATTERED * mean));
+    return outerProduct(fluxes[0].xyz, scattered) + outerProduct(fluxes[1].xyz, sky);
 }
 
 // The light at a point on this side of the surfaces. It may lie beside the medium and outside of all nodes: nodes without

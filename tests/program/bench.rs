@@ -76,6 +76,9 @@ fn a_report_holds_what_the_contract_names() {
     );
     assert!(!list(&cached["new_view"]).is_empty());
     assert!(number(&cached["same_rays"]["psnr"]) > 20.0 && runs[0]["same_rays"].is_null());
+    for seen in ["surfaces", "medium"] {
+        assert!(number(&cached["bias_apart"][seen]).abs() < 0.1, "{seen}");
+    }
     let dragged = list(&cached["isovalue"]["points"]);
     assert!(number(&dragged[0]["psnr"]) > 20.0 && runs[0]["isovalue"].is_null());
     assert!(number(&subject["reference_of_centres"]["noise"]["mse"]) > 0.0);

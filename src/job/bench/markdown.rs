@@ -1,7 +1,7 @@
 //! report.md: the contents of report.json for people.
 
 use super::plots::{ERROR_TIME, PSNR_TIME, SIMILARITY_TIME};
-use super::report::{CacheSetting, Point, Report, RunReport, SubjectReport};
+use super::report::{BiasApart, CacheSetting, Point, Report, RunReport, SubjectReport};
 use super::table::{Table, by_time, decibels, number};
 use crate::bytes::human;
 use crate::compare::{Comparison, WithoutNoise};
@@ -191,6 +191,8 @@ fn new_views(subject: &SubjectReport) -> String {
         "MSE",
         "PSNR",
         "PSNR, same rays",
+        "bias of surfaces",
+        "of the medium",
         "later",
     ]);
     for run in &subject.runs {
@@ -201,6 +203,10 @@ fn new_views(subject: &SubjectReport) -> String {
             let (mse, psnr) = (number(p.error.mse), decibels(p.error.psnr));
             format!("{:.2} s: {mse}, {psnr} dB", p.seconds)
         });
+        let bias = |of: fn(&BiasApart) -> Option<f64>| {
+            let bias = run.bias_apart.as_ref().and_then(of);
+            bias.map_or("–".into(), |bias| format!("{:+.2} %", 100.0 * bias))
+        };
         table.row([
             run.variant.clone(),
             format!("{:.1} ms", 1e3 * first.seconds),
@@ -209,6 +215,8 @@ fn new_views(subject: &SubjectReport) -> String {
             run.same_rays
                 .as_ref()
                 .map_or("–".into(), |s| decibels(s.psnr)),
+            bias(|apart| apart.surfaces),
+            bias(|apart| apart.medium),
             later.collect::<Vec<_>>().join("; "),
         ]);
     }

@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use super::apart::{Seen, seen};
 use super::entrants::Subject;
 use super::report::ReferenceReport;
 use super::{Bench, patient_run};
@@ -19,6 +20,8 @@ const TIMES_AS_LONG: u32 = 4;
 
 pub struct Reference {
     pub image: LinearImage,
+    /// What its pixels show, if all rays went through their middles.
+    pub seen: Option<Vec<Seen>>,
     pub report: ReferenceReport,
 }
 
@@ -50,6 +53,7 @@ impl Reference {
         let exposure = subject.exposure();
         Ok(Reference {
             image: image.clone(),
+            seen: None,
             report: ReferenceReport {
                 file: path.display().to_string(),
                 seconds: None,
@@ -92,6 +96,7 @@ impl Reference {
                 noise: own_noise(&image, entrant.scene.render.exposure)?,
             },
             image,
+            seen: (rays == Rays::Centres).then(|| seen(&picture)),
         })
     }
 }

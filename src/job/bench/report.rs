@@ -85,10 +85,20 @@ pub struct RunReport {
     pub new_view: Vec<Point>,
     /// The first picture of that view, against a reference of the same rays: one through the middle of each pixel.
     pub same_rays: Option<Comparison>,
+    /// The bias of that picture against the same reference.
+    pub bias_apart: Option<BiasApart>,
     /// Null without a medium, and in `published`.
     pub edit: Option<Edit>,
     /// Null without a cache or a surface, and in `full` light, whose cache an isovalue clears.
     pub isovalue: Option<IsovalueEdit>,
+}
+
+/// The bias of a picture relative to the light of the reference, in pixels in whose middle a surface is seen, and in those
+/// with medium alone; null where there are none.
+#[derive(Debug, Serialize)]
+pub struct BiasApart {
+    pub surfaces: Option<f64>,
+    pub medium: Option<f64>,
 }
 
 /// A picture at some time, against the reference.

@@ -6,6 +6,7 @@ use super::edits;
 use super::entrants::{Entrant, Subject};
 use super::reference::Reference;
 use super::report::{Point, RunReport, Similarity, SimilarityPoint, seconds_to};
+use super::warm::NewView;
 use super::{Bench, patient_run};
 use crate::compare::{LinearImage, measure as compare};
 use crate::engine::batches::cache_goal;
@@ -53,9 +54,9 @@ pub fn measure(
     let cache = run.cache();
     let passes = figures::passes(run.engine.timings(), bench.peak.as_ref());
     let is_warm = run.fill_everywhere()?;
-    let (orbit, (new_view, same_rays)) = match is_warm {
+    let (orbit, new_view) = match is_warm {
         true => (Some(run.orbit()?), run.new_view(bench)?),
-        false => (None, (Vec::new(), None)),
+        false => (None, NewView::default()),
     };
     let isovalue = match is_warm {
         true => run.dragged_isovalue(bench)?,
@@ -83,8 +84,9 @@ pub fn measure(
             bytes_per_voxel: cache.as_ref().map(|c| c.bytes as f64 / voxels(bench)),
             cache,
             orbit,
-            new_view,
-            same_rays,
+            new_view: new_view.points,
+            same_rays: new_view.same_rays,
+            bias_apart: new_view.bias_apart,
             edit,
             isovalue,
         },

@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use super::report::{IsovalueEdit, Orbit, Point, seconds_to};
+use super::apart::bias_apart;
+use super::report::{BiasApart, IsovalueEdit, Orbit, Point, seconds_to};
 use super::run::{Look, Run};
 use super::{Bench, patient_run};
 use crate::compare::{Comparison, measure as compare};
@@ -20,6 +21,14 @@ const VIEWS: u32 = 24;
 const WARM_SHARE: f64 = 0.25;
 /// Distance from which isovalues are dragged, as a share of the range of all values.
 const DRAGGED: f64 = 0.02;
+
+/// What a warm cache shows of a view that it does not know better than others; as in [`RunReport`](super::report::RunReport).
+#[derive(Default)]
+pub struct NewView {
+    pub points: Vec<Point>,
+    pub same_rays: Option<Comparison>,
+    pub bias_apart: Option<BiasApart>,
+}
 
 impl Run<'_> {
     /// Makes the cache as good for all views as it is for the scene's own. False if there is no cache, or if Ctrl-C
@@ -71,18 +80,20 @@ impl Run<'_> {
 
     /// Returns to the scene's own view, which the cache does not know better than others. Also compares the march
     /// with a reference of the same rays.
-    pub(super) fn new_view(
-        &mut self,
-        bench: &mut Bench<'_>,
-    ) -> Result<(Vec<Point>, Option<Comparison>)> {
+    pub(super) fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<NewView> {
         let name = format!("{}.new-view.exr", self.prefix);
         let Some((marched, points)) = self.come_back(bench, Some(name))? else {
-            return Ok((Vec::new(), None));
+            return Ok(NewView::default());
         };
         let exposure = self.entrant.scene.render.exposure;
         let centres = self.references.centres;
         let same_rays = centres.map(|centres| compare(&centres.image, &marched.image, exposure));
-        Ok((points, same_rays.transpose()?))
+        let seen = centres.and_then(|centres| Some((&centres.image, centres.seen.as_deref()?)));
+        Ok(NewView {
+            points,
+            same_rays: same_rays.transpose()?,
+            bias_apart: seen.map(|(image, seen)| bias_apart(image, seen, &marched.image)),
+        })
     }
 
     /// Drags the isovalues to those of the scene. `None` where that is not done in place: without a surface, or in
