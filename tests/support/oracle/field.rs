@@ -68,7 +68,7 @@ pub fn interval(volume: &Volume, clips: &[ClipPlane], ray: &Ray) -> Option<(f64,
 
 pub fn value_at(volume: &Volume, point: DVec3) -> f64 {
     let (cell, local) = locate(volume, point);
-    trilinear(corners(cell, |v| voxel(volume, v)), local)
+    trilinear(corners(cell, voxels_of(volume)), local)
 }
 
 /// The interpolant's own gradient n_g, in world units.
@@ -79,7 +79,7 @@ pub fn gradient_analytic(volume: &Volume, point: DVec3) -> DVec3 {
 /// n_g of the polynomial that belongs to `cell`: on a cell's face the neighbour's is another one.
 pub fn gradient_in_cell(volume: &Volume, cell: IVec3, point: DVec3) -> DVec3 {
     let local = to_grid(volume, point) - cell.as_dvec3();
-    let values = corners(cell, |v| voxel(volume, v));
+    let values = corners(cell, voxels_of(volume));
     let gradient = DVec3::from_array(array::from_fn(|a| {
         let (mut low, mut high) = (local, local);
         (low[a], high[a]) = (0.0, 1.0);
@@ -92,10 +92,11 @@ pub fn gradient_in_cell(volume: &Volume, cell: IVec3, point: DVec3) -> DVec3 {
 /// border voxel repeats, and the distance is two voxels there, too.
 pub fn gradient_smooth(volume: &Volume, point: DVec3) -> DVec3 {
     let (cell, local) = locate(volume, point);
+    let voxel = voxels_of(volume);
     let difference = |at: IVec3, axis: usize| {
         let at = at.clamp(IVec3::ZERO, last_voxel(volume));
         let step = IVec3::AXES[axis];
-        (voxel(volume, at + step) - voxel(volume, at - step)) / (2.0 * volume.spacing[axis])
+        (voxel(at + step) - voxel(at - step)) / (2.0 * volume.spacing[axis])
     };
     DVec3::from_array(array::from_fn(|a| {
         trilinear(corners(cell, |v| difference(v, a)), local)
@@ -165,9 +166,8 @@ pub fn segments(volume: &Volume, ray: Ray, t0: f64, t1: f64) -> impl Iterator<It
 pub fn cubic_along(volume: &Volume, ray: &Ray, segment: &Segment, value: f64) -> Cubic {
     let start = to_grid(volume, ray.at(segment.start)) - segment.cell.as_dvec3();
     let rate = ray.direction / DVec3::from(volume.spacing);
-    let c = corners(segment.cell, |v| {
-        Cubic([voxel(volume, v) - value, 0.0, 0.0, 0.0])
-    });
+    let voxel = voxels_of(volume);
+    let c = corners(segment.cell, |v| Cubic([voxel(v) - value, 0.0, 0.0, 0.0]));
     let mix = |low: Cubic, high: Cubic, axis: usize| low.mix(high, start[axis], rate[axis]);
     let row = |n: usize| mix(c[n], c[n + 1], 0);
     let face = |n: usize| mix(row(n), row(n + 2), 1);
@@ -245,18 +245,21 @@ fn last_voxel(volume: &Volume) -> IVec3 {
     IVec3::from_array(volume.dims.map(|n| n as i32)) - IVec3::ONE
 }
 
-/// The voxel's value; outside the grid the nearest one's.
-fn voxel(volume: &Volume, at: IVec3) -> f64 {
-    let at = at.clamp(IVec3::ZERO, last_voxel(volume));
-    let [x, y, z] = at.to_array().map(|i| i as usize);
-    let [nx, ny, _] = volume.dims.map(|n| n as usize);
-    let n = x + nx * (y + ny * z);
-    let stored = match &*volume.voxels().expect("voxels") {
-        Voxels::U8(voxels) => voxels[n] as f64,
-        Voxels::U16(voxels) => voxels[n] as f64,
-        Voxels::F32(voxels) => voxels[n] as f64,
-    };
-    volume.offset + volume.scale * stored
+/// The voxels' values; outside the grid the nearest one's.
+fn voxels_of(volume: &Volume) -> impl Fn(IVec3) -> f64 {
+    let voxels = volume.voxels().expect("voxels");
+    move |at| {
+        let at = at.clamp(IVec3::ZERO, last_voxel(volume));
+        let [x, y, z] = at.to_array().map(|i| i as usize);
+        let [nx, ny, _] = volume.dims.map(|n| n as usize);
+        let n = x + nx * (y + ny * z);
+        let stored = match &*voxels {
+            Voxels::U8(voxels) => voxels[n] as f64,
+            Voxels::U16(voxels) => voxels[n] as f64,
+            Voxels::F32(voxels) => voxels[n] as f64,
+        };
+        volume.offset + volume.scale * stored
+    }
 }
 
 /// What `f` says of a cell's eight voxels, x fastest.

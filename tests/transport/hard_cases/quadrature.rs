@@ -104,6 +104,7 @@ fn value(volume: &Volume, p: DVec3) -> f64 {
         high[a] = (low[a] + 1).min(last);
         t[a] = x.fract();
     }
+    let voxels = volume.voxels().expect("voxels");
     let corner = |i: u32| {
         let mut weight = 1.0;
         let mut voxel = [0; 3];
@@ -112,15 +113,15 @@ fn value(volume: &Volume, p: DVec3) -> f64 {
             weight *= if upper { t[a] } else { 1.0 - t[a] };
             voxel[a] = if upper { high[a] } else { low[a] };
         }
-        weight * voxel_value(volume, voxel)
+        weight * voxel_value(volume, &voxels, voxel)
     };
     (0..8).map(corner).sum()
 }
 
-fn voxel_value(volume: &Volume, [x, y, z]: [u32; 3]) -> f64 {
+fn voxel_value(volume: &Volume, voxels: &Voxels, [x, y, z]: [u32; 3]) -> f64 {
     let [width, height, _] = volume.dims;
     let i = (x + width * (y + height * z)) as usize;
-    let stored = match &*volume.voxels().expect("voxels") {
+    let stored = match voxels {
         Voxels::U8(v) => f64::from(v[i]),
         Voxels::U16(v) => f64::from(v[i]),
         Voxels::F32(v) => f64::from(v[i]),

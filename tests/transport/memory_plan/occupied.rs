@@ -65,6 +65,7 @@ fn value(volume: &Volume, g: DVec3) -> f64 {
     let last = UVec3::from(volume.dims).as_ivec3() - 1;
     let cell = g.floor();
     let p = g - cell;
+    let voxels = volume.voxels().expect("voxels");
     (0..8)
         .map(|corner| {
             let offset = glam::IVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
@@ -74,7 +75,7 @@ fn value(volume: &Volume, g: DVec3) -> f64 {
                 .map(|i| i as usize);
             let [width, height, _] = volume.dims.map(|n| n as usize);
             let n = (z * height + y) * width + x;
-            let stored = match &*volume.voxels().expect("voxels") {
+            let stored = match &*voxels {
                 Voxels::U8(v) => f64::from(v[n]),
                 Voxels::U16(v) => f64::from(v[n]),
                 Voxels::F32(v) => f64::from(v[n]),
