@@ -2,7 +2,6 @@
 
 use super::report::BiasApart;
 use crate::compare::LinearImage;
-use crate::engine::Picture;
 
 /// What is seen through the middle of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,13 +13,16 @@ pub enum Seen {
     Background,
 }
 
-/// What pixels show of a reference all of whose rays go through their middles.
-pub fn seen(centres: &Picture) -> Vec<Seen> {
-    let pixels = centres.depth.iter().zip(&centres.stderr);
-    let seen = pixels.map(|(depth, stderr)| match depth.is_finite() {
+/// The coverage from which on a pixel shows medium.
+const LEAST: f32 = 0.01;
+
+/// What pixels show whose first surface, if any, has this depth (+inf without one), and that are covered by so much (a texel's
+/// alpha), where all rays go through their middles.
+pub fn seen(depth: &[f32], texels: &[[f32; 4]]) -> Vec<Seen> {
+    let pixels = depth.iter().zip(texels);
+    let seen = pixels.map(|(depth, &[_, _, _, coverage])| match depth.is_finite() {
         true => Seen::Surface,
-        // All samples of the background alone are the same.
-        false if *stderr == [0.0; 3] => Seen::Background,
+        false if coverage < LEAST => Seen::Background,
         false => Seen::Medium,
     });
     seen.collect()
@@ -57,7 +59,11 @@ mod tests {
             rgb: values.map(|v| [v; 3]).to_vec(),
             stderr: None,
         };
-        let seen = [Seen::Surface, Seen::Medium, Seen::Medium, Seen::Background];
+        let depth = [1.0, f32::INFINITY, f32::INFINITY, f32::INFINITY];
+        let seen = seen(
+            &depth,
+            &[0.0, 1.0, 0.01, 0.009].map(|alpha| [1.0, 1.0, 1.0, alpha]),
+        );
         let bias = bias_apart(
             &image([1.0, 2.0, 2.0, 1.0]),
             &seen,

@@ -94,7 +94,7 @@ pub struct RunReport {
 }
 
 /// The bias of a picture relative to the light of the reference, in pixels in whose middle a surface is seen, and in those
-/// with medium alone; null where there are none.
+/// with medium alone that covers at least a hundredth; null where there are none.
 #[derive(Debug, Serialize)]
 pub struct BiasApart {
     pub surfaces: Option<f64>,
