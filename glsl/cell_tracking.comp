@@ -40,10 +40,6 @@ const uint CELL_SAMPLES = 0x80000000u;
 
 NodeWork node_work;
 
-float grey(vec3 radiance) {
-    return dot(radiance, vec3(1.0 / 3.0));
-}
-
 void arrive(vec3 radiance, vec3 towards_light, bool is_skys_own) {
     vec3 light = radiance / scene.cache_unit;
     node_work.sums.light.rgb += light;

@@ -243,7 +243,7 @@ void main() {
     front.radiance += front.transmittance * background(ray.direction);
     vec4 result = vec4(front.radiance, 1.0 - front.transmittance);
     if (push.measures != 0u) {
-        result = vec4(front.lasting, dot(front.radiance, vec3(1.0 / 3.0)));
+        result = vec4(front.lasting, grey(front.radiance));
     }
     if (push.rays_before > 0u) {
         result = mix(imageLoad(unit_sum, pixel), result, 1.0 / float(push.rays_before + 1u));

@@ -67,6 +67,10 @@ mat3 flux_at(ivec3 texel) {
                 texel_at(cache_flux, flux_texel(texel, 2)).rgb);
 }
 
+float grey(vec3 light) {
+    return dot(light, vec3(1.0 / 3.0));
+}
+
 // The fluxes of grey light at an even node of an isotropic medium: of scattered light in the first column; in the second one
 // that of the sky's own light, and in its alpha the mean of that light.
 #define TwoFluxes mat2x4

@@ -11,9 +11,9 @@
 
 layout(scalar) readonly buffer ReflectanceBlock { Reflectance at[]; } reflectances;
 
-// A colour whose mean over channels is 1.
+// The colour of light: its mean over channels is 1.
 vec3 color_of(vec3 light) {
-    return light / max(dot(light, vec3(1.0 / 3.0)), 1e-30);
+    return light / max(grey(light), 1e-30);
 }
 
 // The flux of light of this mean, interpolated between nodes whose indices are even. Those without memory, or on another

@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-/// `samples` and `units` are those of the picture at hand, the others those of all pictures that it was made after.
+/// `samples`, `units` and `seen_since` are those of the picture at hand, counts of work those of all pictures that it was made
+/// after as well.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Totals {
     /// Index of the picture's first sample, which is not 0 in a shard of a picture.
@@ -11,7 +12,7 @@ pub struct Totals {
     pub samples: u32,
     /// Units whose spread gives the standard error; `published` has a single one, which grows.
     pub units: u32,
-    /// When this process had the first of them, if it has any.
+    /// When this process had the first unit, if it has any.
     pub seen_since: Option<Instant>,
     /// Camera paths of units that have ended.
     pub paths: u64,

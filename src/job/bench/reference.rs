@@ -88,7 +88,10 @@ impl Reference {
         let path = bench.folder.file(&name);
         bench.outputs.exr(&path, &picture, &provenance)?;
         let image = LinearImage::from_picture(&name, &picture);
-        let texels = engine.renderer_mut().film()?.mean;
+        let seen = match rays {
+            Rays::Anywhere => None,
+            Rays::Centres => Some(seen(&picture.depth, &engine.renderer_mut().film()?.mean)),
+        };
         Ok(Reference {
             report: ReferenceReport {
                 file: name,
@@ -97,7 +100,7 @@ impl Reference {
                 noise: own_noise(&image, entrant.scene.render.exposure)?,
             },
             image,
-            seen: (rays == Rays::Centres).then(|| seen(&picture.depth, &texels)),
+            seen,
         })
     }
 }
