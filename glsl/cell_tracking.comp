@@ -43,7 +43,7 @@ NodeWork node_work;
 void arrive(vec3 radiance, vec3 towards_light, bool is_skys_own) {
     vec3 light = radiance / scene.cache_unit;
     node_work.sums.light.rgb += light;
-    if (has_colored_flux) {
+    if (has_colored_flux()) {
         node_work.sums.flux -= outerProduct(towards_light, light);
     } else if (flux_step == 2u && is_skys_own) {
         node_work.sums.flux[1] -= grey(light) * towards_light;

@@ -51,6 +51,11 @@ bool is_left_to_paths(Cube cube) {
     return full_light && is_cut(cube) || has_rim_cubes && is_rim(cube);
 }
 
+// Whether each channel of the light has a flux of its own.
+bool has_colored_flux() {
+    return flux_step == 1u && flux_columns == 3u;
+}
+
 // Position of a channel's flux in an anisotropic medium, if `texel` is that of a node's light.
 ivec3 flux_texel(ivec3 texel, int channel) {
     return ivec3(3 * texel.x + channel, texel.yz);
@@ -58,7 +63,7 @@ ivec3 flux_texel(ivec3 texel, int channel) {
 
 // The flux at a node whose light has this texel.
 mat3 flux_at(ivec3 texel) {
-    if (!has_colored_flux) {
+    if (!has_colored_flux()) {
         vec3 flux = texel_at(cache_flux, texel).rgb;
         return mat3(flux, flux, flux);
     }

@@ -3,7 +3,7 @@
 layout(CACHE_FORMAT) writeonly uniform image3D flux_out;
 
 void store_flux(ivec3 texel, mat3 flux) {
-    if (!has_colored_flux) {
+    if (!has_colored_flux()) {
         imageStore(flux_out, texel, rounded(vec4(flux[0], 0.0)));
         return;
     }

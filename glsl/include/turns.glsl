@@ -10,13 +10,9 @@ layout(scalar) buffer PartBlock { float at[]; } parts;
 const uint NODES = uint(BRICK * BRICK * BRICK);
 const uint COARSE_NODES = NODES / 8u;
 
-uint flux_columns() {
-    return flux_step == 0u ? 0u : flux_step == 2u || has_colored_flux ? 3u : 1u;
-}
-
 // Where the numbers of an item begin (`part_bytes` in src/render/cache/work_list.rs).
 uint sums_at(uint item) {
-    return item * (4u + 3u * flux_columns());
+    return item * (4u + 3u * flux_columns);
 }
 
 void store_sums(uint item, NodeSums sums) {
@@ -24,7 +20,7 @@ void store_sums(uint item, NodeSums sums) {
     for (uint i = 0u; i < 4u; ++i) {
         parts.at[at + i] = sums.light[i];
     }
-    for (uint i = 0u; i < 3u * flux_columns(); ++i) {
+    for (uint i = 0u; i < 3u * flux_columns; ++i) {
         parts.at[at + 4u + i] = sums.flux[i / 3u][i % 3u];
     }
 }
@@ -34,7 +30,7 @@ void add_sums(uint item, inout NodeSums sums) {
     for (uint i = 0u; i < 4u; ++i) {
         sums.light[i] += parts.at[at + i];
     }
-    for (uint i = 0u; i < 3u * flux_columns(); ++i) {
+    for (uint i = 0u; i < 3u * flux_columns; ++i) {
         sums.flux[i / 3u][i % 3u] += parts.at[at + 4u + i];
     }
 }

@@ -36,8 +36,9 @@ specialization! {
         /// The cache holds the flux of light at every node (1), of scattered light and of the sky's at those whose indices are
         /// even (2), or not at all (0).
         pub flux_step: uint,
-        /// Each channel of the light has a flux of its own.
-        pub has_colored_flux: bool,
+        /// Columns of a node's sums of flux (`NodeSums`): 1 where it is grey, 3 where each channel has a flux of its own, or
+        /// where nodes hold two fluxes; 0 without flux.
+        pub flux_columns: uint,
         /// A dense medium may end at a face of the box, at a clip plane or between two voxels (`rim_cubes.comp`).
         pub has_rim_cubes: bool,
         /// Bits of a voxel on the GPU.
@@ -68,20 +69,11 @@ impl Features {
         macros
     }
 
-    /// Columns of a node's sums of flux (`NodeSums`).
-    pub fn flux_columns(&self) -> u32 {
-        match (self.flux_step, self.has_colored_flux) {
-            (0, _) => 0,
-            (1, false) => 1,
-            _ => 3,
-        }
-    }
-
     /// Texels of flux of a node that has any.
     pub fn flux_texels(&self) -> u32 {
         match self.flux_step {
             2 => 2,
-            _ => self.flux_columns(),
+            _ => self.flux_columns,
         }
     }
 

@@ -140,7 +140,11 @@ impl GpuScene {
         let is_grey = lights.have_one_color()
             && medium.is_grey()
             && surfaces.obstacles().is_none_or(Surfaces::are_grey);
-        features.has_colored_flux = features.flux_step == 1 && !is_grey;
+        features.flux_columns = match features.flux_step {
+            0 => 0,
+            1 if is_grey => 1,
+            _ => 3,
+        };
         features
     }
 

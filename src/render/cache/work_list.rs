@@ -25,7 +25,7 @@ const MOST_TURNS: u32 = 65_535;
 
 /// Bytes of the sums of an item: those of light, and of the flux if the cache holds it (`turns.glsl`).
 pub fn part_bytes(features: &Features) -> u64 {
-    size_of::<[f32; 4]>() as u64 + u64::from(features.flux_columns()) * size_of::<[f32; 3]>() as u64
+    size_of::<[f32; 4]>() as u64 + u64::from(features.flux_columns) * size_of::<[f32; 3]>() as u64
 }
 
 /// The most items in a portion. A cache of few nodes has no use for many; all parts of a brick have room.
