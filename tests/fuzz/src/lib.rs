@@ -16,8 +16,6 @@ pub mod volume;
 pub mod dicom_files;
 #[path = "../../support/dicom_scan.rs"]
 pub mod dicom_scan;
-#[path = "../../support/proper_volume.rs"]
-pub mod proper_volume;
 #[path = "../../support/tiff_files.rs"]
 pub mod tiff_files;
 #[path = "../../support/volume_files.rs"]

@@ -5,12 +5,18 @@ use std::path::Path;
 use isolume::scene::volume::{Region, Volume, VolumeOverrides, Voxels};
 
 use crate::guard;
-pub use crate::proper_volume::allowance_in_chunks as allowed_in_chunks;
-use crate::proper_volume::{allowance, assert_proper};
 
-/// Its voxels are looked at as well.
-pub fn allowed(bytes: usize) -> usize {
-    allowance(8 << 20, bytes)
+/// Bytes that may be asked for, not just those held at once, to load a file of so many and to look at its voxels: buffers and
+/// the state of decompression, and a multiple of the file for its header's text and its voxels.
+pub fn allowed(file: usize) -> usize {
+    (8 << 20) + 16 * file
+}
+
+/// The same of formats whose parts are decoded alone: a piece of the walk and the state of decompression, and what parts may
+/// decode to. A codec makes at most so many bytes of one, and what it makes is kept, converted and placed.
+pub fn allowed_in_chunks(file: usize) -> usize {
+    const MAX_RATIO: usize = 32 << 10;
+    (48 << 20) + 4 * MAX_RATIO * file
 }
 
 /// What the first byte of an input says of it, and the rest.
@@ -40,6 +46,16 @@ pub fn check(path: &Path, overrides: &VolumeOverrides, allowed: usize) {
     assert_eq!(histogram.counts.iter().sum::<u64>() as usize, voxels.len());
     histogram.otsu(4);
     check_part(&volume, &voxels);
+}
+
+/// What holds of any volume that loads, whatever its file says. `voxels` is the number of those that were read.
+fn assert_proper(volume: &Volume, voxels: usize) {
+    let count: usize = volume.dims.iter().map(|size| *size as usize).product();
+    assert!(voxels > 0 && voxels == count);
+    let is_length = |size: &f64| size.is_finite() && *size > 0.0;
+    assert!(volume.spacing.iter().all(is_length));
+    assert!(volume.scale > 0.0 && volume.scale.is_finite() && volume.offset.is_finite());
+    assert!(volume.range[0] <= volume.range[1] && volume.range.iter().all(|v| v.is_finite()));
 }
 
 /// The middle third along each axis, read alone.

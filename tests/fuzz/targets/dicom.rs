@@ -24,7 +24,10 @@ fn seeds() -> Vec<Vec<u8>> {
         scan.slice_file(0, Syntax::RunLength),
         scan.slice_file(0, Syntax::JpegLossless),
         scan.enhanced(Syntax::Explicit),
+        scan.enhanced(Syntax::Implicit),
         scan.enhanced(Syntax::BigEndian),
+        scan.enhanced(Syntax::RunLength),
+        scan.enhanced(Syntax::JpegLossless),
         scan.gated(),
         packed(
             Syntax::JpegLs,

@@ -15,8 +15,14 @@ fn seeds() -> Vec<Vec<u8>> {
     let floats = Array::new([3, 2, 2], VoxelType::F32, Endian::Little);
     let oriented = "space: LPS\nspace directions: (1,0,0) (0,2,0) (0,0,-3)\nkey:=value\n";
     let detached = "line skip: 1\nbyte skip: -1\nspacings: 1 2 3\ndata file: data.bin\n";
+    let gigabyte = Array {
+        dims: [1024, 1024, 1000],
+        ..Array::new([16, 16, 8], VoxelType::U8, Endian::Little)
+    };
     [
         (0, integers.nrrd("raw", oriented)),
+        // It holds less than it says.
+        (0, gigabyte.nrrd("gzip", "spacings: 1 1 1\n")),
         (0, floats.nrrd("gzip", "byte skip: 0\nspacings: 1 1 1\n")),
         (
             0,
