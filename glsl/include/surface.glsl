@@ -51,17 +51,25 @@ float evaluate(vec4 c, float u) {
     return c.x + u * (c.y + u * (c.z + u * c.w));
 }
 
+// A vector in the unit of its largest component. Values have the data's own unit, in which their squares may be beyond a
+// float: densities are 1e-24 in g/cm³, and 1e20 in 1/m³.
+vec3 in_own_unit(vec3 v) {
+    float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
+    return largest > 0.0 ? v * (1.0 / largest) : v;
+}
+
 // The cubic's extrema, sorted and clamped to [0, 1]: between them it is monotone.
 vec2 extrema(vec4 c) {
-    float a = 3.0 * c.w;
-    float b = c.z;
-    float discriminant = b * b - a * c.y;
+    vec3 slope = in_own_unit(c.yzw);
+    float a = 3.0 * slope.z;
+    float b = slope.y;
+    float discriminant = b * b - a * slope.x;
     if (discriminant < 0.0) {
         return vec2(1.0);
     }
     float q = -(b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
     float one = a != 0.0 ? q / a : 1.0;
-    float two = q != 0.0 ? c.y / q : 1.0;
+    float two = q != 0.0 ? slope.x / q : 1.0;
     return clamp(vec2(min(one, two), max(one, two)), 0.0, 1.0);
 }
 
@@ -349,14 +357,14 @@ Hit hit_at(Ray ray, Crossing crossing) {
     vec3 g = ray.origin + crossing.t * ray.step;
     bool from_inside = (crossing.inside >> crossing.surface & 1u) != 0u;
     float sign = from_inside ? 1.0 : -1.0;
-    vec3 gradient = sign * volume_gradient(g);
+    vec3 gradient = in_own_unit(sign * volume_gradient(g));
     float size = length(gradient);
     Hit hit;
     hit.geometric = size > 0.0 ? gradient / size : -ray.direction;
     hit.shading = hit.geometric;
     if (!analytic_normals) {
         work += 8u;
-        vec3 smoothed = sign * volume_smooth_gradient(g);
+        vec3 smoothed = in_own_unit(sign * volume_smooth_gradient(g));
         float smooth_size = length(smoothed);
         if (smooth_size > 0.0 && dot(smoothed, ray.direction) < 0.0) {
             hit.shading = smoothed / smooth_size;

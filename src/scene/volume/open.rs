@@ -1,6 +1,7 @@
 //! From a header to a [`Volume`]: the user's settings override those of the file, one walk through the voxels settles
 //! what they mean, and left-handed axes become right-handed.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -112,7 +113,7 @@ fn open(
 ) -> Parsed<Volume> {
     let region = Region::cropped(header.dims, overrides.crop)?;
     let (spacing, orientation) = geometry(&header, overrides)?;
-    check_spacing(spacing, region.dims)?;
+    check_spacing(spacing)?;
     check_rescale(header.slope, header.intercept)?;
     let conversion = Conversion {
         from: header.voxel_type,
@@ -207,14 +208,17 @@ fn geometry(header: &Header, overrides: &VolumeOverrides) -> Parsed<([f64; 3], O
     ))
 }
 
-/// Lengths must also survive the GPU's 32 bits.
-fn check_spacing(spacing: [f64; 3], dims: [u32; 3]) -> Parsed<()> {
-    for (axis, (size, count)) in ["x", "y", "z"].iter().zip(spacing.into_iter().zip(dims)) {
-        let extent = (size * f64::from(count)) as f32;
-        if size <= 0.0 || !(size as f32).is_normal() || !extent.is_finite() {
+/// Voxel sizes with which the GPU can calculate: squares of lengths in world units must be within its floats of 32 bits.
+const VOXEL_SIZES: RangeInclusive<f64> = 1e-15..=1e15;
+
+fn check_spacing(spacing: [f64; 3]) -> Parsed<()> {
+    for (axis, size) in ["x", "y", "z"].iter().zip(spacing) {
+        if !VOXEL_SIZES.contains(&size) {
             return Err(format!(
-                "the voxel size along {axis} is {size}, expected a finite length above 0; give \
-                 `spacing`"
+                "the voxel size along {axis} is {size:?}, expected {:e} to {:e} world units; give `spacing`, if need be in \
+                 another unit",
+                VOXEL_SIZES.start(),
+                VOXEL_SIZES.end()
             ));
         }
     }

@@ -49,6 +49,20 @@ fn sheared_axes_are_refused_by_name() {
 }
 
 #[test]
+fn lengths_that_a_gpu_cannot_square_are_refused() {
+    for (spacings, found) in [
+        ("1 1 3e21", "along z is 3e21"),
+        ("-1 1 1e-16", "along x is -1.0"),
+    ] {
+        refuses(
+            "v.nrrd",
+            u8s().nrrd("raw", &format!("spacings: {spacings}\n")),
+            &[found, "expected 1e-15 to 1e15 world units"],
+        );
+    }
+}
+
+#[test]
 fn sheared_axes_open_with_spacing_and_axes_of_the_user() {
     let folder = folder();
     let mut nifti = u8s().nifti();

@@ -114,3 +114,34 @@ fn constant_and_equal_to_the_isovalue() {
         assert!(hits.iter().all(|p| p[3] == f32::INFINITY));
     }
 }
+
+/// Whatever the unit of the values, a surface is the same to the last bit: mass densities in g/cm³ are about 1e-25 between
+/// stars, numbers of particles 1e25 in a m³ of air.
+#[test]
+fn values_whose_squares_are_beyond_a_float() {
+    let whole = noise([8, 8, 8], [0.125; 3]);
+    let Voxels::F32(values) = whole.voxels().expect("voxels").into_owned() else {
+        panic!("made of floats");
+    };
+    let in_unit = |unit: f32, normals: Normals| {
+        let scaled = values.iter().map(|value| value * unit).collect();
+        let volume = Volume::from_values(whole.dims, whole.spacing, Voxels::F32(scaled));
+        let mut scene = empty_scene([48, 48], orthographic([1.0, 1.5, 2.0], 0.7));
+        scene.lights.environment.radiance = [1.0; 3];
+        scene.surfaces.normals = normals;
+        scene.surfaces.iso = vec![Isosurface {
+            value: 0.5 * f64::from(unit),
+            opacity: 1.0,
+            color: [0.6; 3],
+            shading: Shading::Lambert,
+        }];
+        render(&scene, &volume.expect("a volume"), 2, 4, 1).mean
+    };
+    for normals in [Normals::Smooth, Normals::Analytic] {
+        let plain = in_unit(1.0, normals);
+        assert!(mean_red(&plain) > 0.1, "nothing is seen");
+        for exponent in [-83, 83] {
+            assert_eq!(in_unit(2f32.powi(exponent), normals), plain, "2^{exponent}");
+        }
+    }
+}
