@@ -41,7 +41,7 @@ pub fn build(image: &EnvironmentImage) -> EnvironmentTable {
 }
 
 /// The solid angle of one cell in row `row`, in steradians.
-fn solid_angle(cells: [u32; 2], row: u32) -> f64 {
+pub(super) fn solid_angle(cells: [u32; 2], row: u32) -> f64 {
     use std::f64::consts::PI;
     let polar = |r: u32| PI * r as f64 / cells[1] as f64;
     2.0 * PI / cells[0] as f64 * (polar(row).cos() - polar(row + 1).cos())

@@ -1,8 +1,9 @@
 //! Suns and sky.
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::environment_table::{self, EnvironmentTable};
+use super::environment_table::{self, EnvironmentTable, solid_angle};
 use super::is_grey;
 use crate::render::features::Features;
 use crate::render::shared::{SceneConstants, Sun};
@@ -23,7 +24,7 @@ pub struct Lights {
 pub struct Sky {
     pub image: EnvironmentImage,
     pub table: EnvironmentTable,
-    /// Mean of the texels.
+    /// Mean over all directions.
     mean: [f32; 3],
     /// Whether all texels have the colour of the mean.
     has_one_color: bool,
@@ -37,11 +38,7 @@ impl PartialEq for Sky {
 
 impl Sky {
     fn new(image: &EnvironmentImage) -> Sky {
-        let mean = |c: usize| {
-            let texels = image.texels.iter().map(|texel| f64::from(texel[c]));
-            (texels.sum::<f64>() / image.texels.len() as f64) as f32
-        };
-        let mean = std::array::from_fn(mean);
+        let mean = mean_over_directions(image);
         let mut texels = image.texels.iter();
         Sky {
             table: environment_table::build(image),
@@ -50,6 +47,20 @@ impl Sky {
             image: image.clone(),
         }
     }
+}
+
+/// Rows near the poles of a latitude-longitude image cover little of the sphere.
+fn mean_over_directions(image: &EnvironmentImage) -> [f32; 3] {
+    let mut mean = [0.0; 3];
+    for (row, y) in image.texels.chunks_exact(image.width as usize).zip(0..) {
+        let share = solid_angle([image.width, image.height], y) / (4.0 * PI);
+        for texel in row {
+            for (mean, c) in mean.iter_mut().zip(texel) {
+                *mean += share * f64::from(*c);
+            }
+        }
+    }
+    mean.map(|c| c as f32)
 }
 
 impl Lights {
