@@ -58,8 +58,11 @@ impl Engine {
             return Ok(Changed::Impossible);
         }
         let next = match changes.spoil(Derived::CacheLayout) {
-            true => next.refitted(&self.volume, self.host.summary().max_image_3d)?,
-            false => next,
+            true => unless_refused(next.refitted(&self.volume, self.host.summary().max_image_3d))?,
+            false => Some(next),
+        };
+        let Some(next) = next else {
+            return Ok(Changed::Impossible);
         };
         if !self.full.passes_serve(&next) || !self.fits(&next)? {
             return Ok(Changed::Impossible);
@@ -97,7 +100,9 @@ impl Engine {
         if same_memory {
             return Ok(true);
         }
-        let plan = self.plan_for(next)?;
+        let Some(plan) = unless_refused(self.plan_for(next))? else {
+            return Ok(false);
+        };
         let fits = plan.bytes() + self.reserved <= self.memory.budget;
         if fits {
             self.choice.plan = plan;
@@ -111,11 +116,8 @@ impl Engine {
 
     /// Whether the budget and the device's limits allow pictures of another size beside `reserved` bytes for something else.
     pub fn has_room_for(&self, size: [u32; 2], reserved: u64) -> Result<bool> {
-        match self.plan_for(&self.full.reduced_to(size)) {
-            Ok(plan) => Ok(plan.bytes() + reserved <= self.memory.budget),
-            Err(Error::Memory(_)) => Ok(false),
-            Err(other) => Err(other),
-        }
+        let plan = unless_refused(self.plan_for(&self.full.reduced_to(size)))?;
+        Ok(plan.is_some_and(|plan| plan.bytes() + reserved <= self.memory.budget))
     }
 
     /// Sets bytes of the budget aside for something else.
@@ -135,5 +137,14 @@ impl Engine {
             self.renderer.change(&self.full.reduced_to(size))?;
         }
         Ok(())
+    }
+}
+
+/// `None` where the device's limits or its memory refuse what was planned.
+fn unless_refused<T>(planned: Result<T>) -> Result<Option<T>> {
+    match planned {
+        Ok(planned) => Ok(Some(planned)),
+        Err(Error::Memory(_)) => Ok(None),
+        Err(other) => Err(other),
     }
 }

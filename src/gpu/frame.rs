@@ -118,12 +118,18 @@ impl Frame {
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         let submitted_us = self.timings.began.elapsed().as_secs_f64() * 1e6;
-        // SAFETY: recording has begun and ends here; the fence is unsignalled.
+        // SAFETY: recording has begun and ends here. Nothing waits for the fence any more, as the previous submission has
+        // ended. Where waiting for this one fails, so that its objects might be destroyed while the device still works on
+        // them, the device is waited for instead.
         unsafe {
             raw.end_command_buffer(self.commands)?;
-            submit_to_queue(&self.device, &submit, self.fence)?;
-            raw.wait_for_fences(&[self.fence], true, u64::MAX)?;
             raw.reset_fences(&[self.fence])?;
+            submit_to_queue(&self.device, &submit, self.fence)?;
+            let waited = raw.wait_for_fences(&[self.fence], true, u64::MAX);
+            if waited.is_err() {
+                let _ = raw.device_wait_idle();
+            }
+            waited?;
         }
         match self.device.timed_by_host {
             true => self.time_by_host(submitted_us),

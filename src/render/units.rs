@@ -71,12 +71,20 @@ impl Renderer {
         if let Some(bricks) = &self.resources.bricks {
             bricks.begin_preview();
         }
-        while !self.advance_unit(1)? {}
+        let sampled = self.whole_unit();
         let r = &self.resources;
         if let Some(bricks) = &r.bricks {
-            bricks.end_preview(&mut self.frame, &r.volume)?;
+            // A preview ends also where a sample fails: other pictures wait for their bricks.
+            let ended = bricks.end_preview(&mut self.frame, &r.volume);
             self.begin_picture();
+            ended?;
         }
+        sampled
+    }
+
+    /// Gives every pixel another sample.
+    fn whole_unit(&mut self) -> Result<()> {
+        while !self.advance_unit(1)? {}
         Ok(())
     }
 

@@ -127,7 +127,7 @@ impl Caching<'_> {
             bricks.begin_preview();
             bricks.begin(self.frame, Order::Slots)?;
         }
-        self.frame.run(|f| {
+        let marched = self.frame.run(|f| {
             if let Some(bricks) = &r.bricks {
                 bricks.record_news(f)?;
             }
@@ -136,11 +136,12 @@ impl Caching<'_> {
                 bricks.record_told(f)?;
             }
             tone_map.record(f, &r.unit_sum, to, push)
-        })?;
-        match &r.bricks {
+        });
+        let ended = match &r.bricks {
             Some(bricks) => bricks.end_preview(self.frame, &r.volume),
             None => Ok(()),
-        }
+        };
+        marched.and(ended)
     }
 
     /// Encodes another picture for display, row 0 on top, which takes the place of the last march. A unit of samples under

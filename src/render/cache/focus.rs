@@ -20,6 +20,8 @@ use crate::render::shared::{BRICK, GATHERED};
 const MOST_HALVINGS: u8 = 4;
 /// In place of a number of halvings: the brick is out of sight.
 const OUT_OF_SIGHT: u8 = u8::MAX;
+/// More paths than a node ever gets, so few that twice as many can be counted.
+const MOST_UPDATES: u32 = 1 << 30;
 
 /// The largest distance between rays, in pixels along both axes, at which no brick fits unseen between four of them; `None`
 /// where a brick may be narrower than a pixel.
@@ -73,10 +75,13 @@ impl Focus {
         self.halvings.fill(0);
     }
 
-    /// Whether filling a cache can lead to this state; a file may say anything.
-    pub fn is_possible(&self) -> bool {
+    /// Whether filling a cache with `updates` paths can lead to this state; a file may say anything.
+    pub fn is_possible(&self, updates: u32) -> bool {
         let is_share = |&h: &u8| h <= MOST_HALVINGS || h == OUT_OF_SIGHT;
-        self.halvings.iter().all(is_share)
+        let has_had = |&had: &u32| had <= updates;
+        updates <= MOST_UPDATES
+            && self.halvings.iter().all(is_share)
+            && self.had.iter().all(has_had)
     }
 
     /// `weights`: Σw² of each brick in the view at hand, in any unit. Those of no weight are `in_sight` where a ray

@@ -122,7 +122,7 @@ impl Caching<'_> {
         source(bytemuck::cast_slice_mut(&mut focus.had))?;
         let mut shown = vec![<[f32; 4]>::zeroed(); state.shown];
         source(bytemuck::cast_slice_mut(&mut shown))?;
-        if !focus.is_possible() {
+        if !focus.is_possible(state.updates) {
             return Err(Error::value("the cache's state says what no cache has"));
         }
         let cache = &mut *self.cache;
