@@ -57,6 +57,8 @@ impl Engine {
             rest = after;
             Ok(())
         })?;
+        // The other engine may have looked from elsewhere.
+        drop(caching.take_outlook());
         Ok(true)
     }
 }

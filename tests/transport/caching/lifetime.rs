@@ -102,7 +102,9 @@ fn light_goes_from_one_engine_to_another() {
     let light = old.light_for(&after).expect("light").expect("some");
     let [mut new, mut empty] = [begin(&after), begin(&after)];
     assert!(new.adopt_light(&light).expect("the same layout"));
-    assert_eq!(new.renderer_mut().caching().expect("a cache").updates(), 4);
+    let cache = new.renderer().cache().expect("a cache");
+    assert_eq!(cache.updates, 4);
+    assert!(!cache.is_caught_up(), "what is in sight is not known yet");
     // What the cache shows is the same as what another engine fills it with.
     let mut caching = empty.renderer_mut().caching().expect("a cache");
     assert!(caching.batch(4, &stop).expect("a batch"));
