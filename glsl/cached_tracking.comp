@@ -13,7 +13,7 @@
 #include "surface.glsl"
 #include "brdf.glsl"
 #include "light.glsl"
-#include "cells.glsl"
+#include "nodes.glsl"
 #include "cache.glsl"
 #include "scattered.glsl"
 #include "camera.glsl"

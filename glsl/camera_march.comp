@@ -23,7 +23,7 @@
 #include "surface.glsl"
 #include "brdf.glsl"
 #include "light.glsl"
-#include "cells.glsl"
+#include "nodes.glsl"
 #include "cache.glsl"
 #include "scattered.glsl"
 #include "camera.glsl"
@@ -140,7 +140,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
 // The light of a sun that is scattered at `g` towards the ray's beginning.
 vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     LightSample sun = sample_sun(random_numbers(random).x);
-    Ray shadow = make_ray(g, sun.direction);
+    Ray shadow = make_ray(g, sun.towards);
     vec2 span = clip_ray(shadow, 0.0);
     Tracking tracking = begin_tracking(shadow, track_from(shadow, span.x, span.y));
     float transmittance = 1.0;
@@ -156,7 +156,7 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     if (full_light) {
         transmittance *= surface_transmittance(shadow, span.x, span.y, NOTHING, 0u);
     }
-    return transmittance * phase_density(dot(ray.direction, sun.direction)) * sun.radiance;
+    return transmittance * phase_function(dot(ray.direction, sun.towards)) * sun.radiance;
 }
 
 // The difference between the suns' light at the picked points and the part that was read from the cache.

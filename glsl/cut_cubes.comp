@@ -7,7 +7,7 @@
 #include "ray.glsl"
 #include "ranges.glsl"
 #include "surface.glsl"
-#include "cells.glsl"
+#include "nodes.glsl"
 const uint WORDS_A_BRICK = CUT_WORDS;
 #include "cube_bits.glsl"
 

@@ -12,7 +12,7 @@ layout(scalar) readonly buffer PieceBlock { BrickPiece at[]; } pieces;
 layout(VOLUME_FORMAT) writeonly uniform image3D volume;
 
 // The texel of the voxel at this byte of the buffer.
-float texel_at(uint byte) {
+float voxel_at(uint byte) {
     uint word = staging.words[byte / 4u] >> 8u * (byte % 4u);
     if (push.voxel_bytes == 1u) {
         return unpackUnorm4x8(word).x;
@@ -28,5 +28,5 @@ void main() {
         return;
     }
     uvec3 voxel = uvec3(i % extent.x, i / extent.x % extent.y, i / (extent.x * extent.y));
-    imageStore(volume, ivec3(piece.low + voxel), vec4(texel_at(piece.offset + i * push.voxel_bytes)));
+    imageStore(volume, ivec3(piece.low + voxel), vec4(voxel_at(piece.offset + i * push.voxel_bytes)));
 }

@@ -15,7 +15,7 @@
 #include "surface.glsl"
 #include "brdf.glsl"
 #include "light.glsl"
-#include "cells.glsl"
+#include "nodes.glsl"
 #include "cache.glsl"
 #include "scattered.glsl"
 #include "reflectance.glsl"
@@ -231,9 +231,9 @@ void main() {
     Front front;
     // Weights are added up while the ray is marched, and cannot be taken back: where bricks of the volume may be
     // missing, they are added in a second march, once all that the ray meets is known to be there.
-    uint turns = is_in_bricks && push.weighs != 0u ? 2u : 1u;
-    for (uint turn = 0u; turn < turns && !is_void; ++turn) {
-        front = look(ray, t_end, turn + 1u == turns ? push.weighs : 0u);
+    uint looks = is_in_bricks && push.weighs != 0u ? 2u : 1u;
+    for (uint n = 0u; n < looks && !is_void; ++n) {
+        front = look(ray, t_end, n + 1u == looks ? push.weighs : 0u);
     }
     report(index, is_void, !is_void);
     if (is_void) {

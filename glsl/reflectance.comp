@@ -30,8 +30,8 @@ void main() {
     for (uint i = 0u; i < DIRECTIONS; ++i) {
         vec3 u = unit_intervals(even_words(Random(index, i, 0u), 0u)).xyz;
         vec3 l = brdf_sample(material, n, v, u);
-        float density = brdf_density(material, n, v, l);
-        vec3 share = density > 0.0 ? brdf_value(material, n, v, l) * max(0.0, l.z) / density : vec3(0.0);
+        float pdf = brdf_pdf(material, n, v, l);
+        vec3 share = pdf > 0.0 ? brdf_value(material, n, v, l) * max(0.0, l.z) / pdf : vec3(0.0);
         sum.mean += share;
         sum.along_normal += share * l.z;
         sum.along_tangent += share * l.x;

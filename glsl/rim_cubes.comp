@@ -15,7 +15,7 @@
 #include "medium.glsl"
 #include "ray.glsl"
 #include "ranges.glsl"
-#include "cells.glsl"
+#include "nodes.glsl"
 const uint WORDS_A_BRICK = RIM_WORDS;
 #include "cube_bits.glsl"
 

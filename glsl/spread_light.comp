@@ -8,7 +8,7 @@
 
 #version 460
 #include "scene.glsl"
-#include "cells.glsl"
+#include "nodes.glsl"
 #include "cache.glsl"
 #include "flux_out.glsl"
 

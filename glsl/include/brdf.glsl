@@ -1,5 +1,5 @@
 // BRDFs: f(ω, ω') per steradian with n the shading normal, v towards the viewer, l towards the light.
-// Sampling returns a direction; `brdf_density` is the density of the mixture it was drawn from.
+// Sampling returns a direction; `brdf_pdf` is that of the mixture it was drawn from.
 
 struct Material {
     Surface surface;
@@ -117,22 +117,22 @@ vec3 brdf_value(Material m, vec3 n, vec3 v, vec3 l) {
 }
 
 // Density of l, per steradian, in `brdf_sample`.
-float brdf_density(Material m, vec3 n, vec3 v, vec3 l) {
+float brdf_pdf(Material m, vec3 n, vec3 v, vec3 l) {
     float n_l = dot(n, l);
-    float density = m.diffuse_share * max(0.0, n_l) / PI;
+    float pdf = m.diffuse_share * max(0.0, n_l) / PI;
     if (has_disney && m.surface.shading == SHADING_DISNEY) {
         vec3 h = normalize(l + v);
         float h_sine2 = sine_squared(n, h);
         // l·h is half the length of l + v, which does not cancel where l is near −v.
         float jacobian = max(dot(n, h), 0.0) / max(2.0 * length(l + v), 1e-12);
         float coat_share = 1.0 - m.diffuse_share - m.specular_share;
-        density += jacobian * (m.specular_share * ggx_d(h_sine2, m.alpha)
+        pdf += jacobian * (m.specular_share * ggx_d(h_sine2, m.alpha)
                              + coat_share * gtr1_d(h_sine2, clearcoat_alpha(m)));
     }
     if (has_phong && m.surface.shading == SHADING_PHONG) {
-        density += m.specular_share * (m.surface.shininess + 1.0) / (2.0 * PI) * phong_lobe(m, n, v, l);
+        pdf += m.specular_share * (m.surface.shininess + 1.0) / (2.0 * PI) * phong_lobe(m, n, v, l);
     }
-    return density;
+    return pdf;
 }
 
 // A direction from the mixture of lobes; u.z picks the lobe. It may lie below the surface.

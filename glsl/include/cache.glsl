@@ -1,4 +1,4 @@
-// The cache: light that arrives at the nodes of a lattice (cells.glsl).
+// The cache: light that arrives at the nodes of a lattice (nodes.glsl).
 //
 // A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB), and the share of
 // the suns' light that arrives unscattered (A, the mean over suns by brightness). Suns are kept apart because their
@@ -29,7 +29,7 @@ bool is_cut(Cube cube) {
     return (cuts.at[bit.x] >> bit.y & 1u) != 0u;
 }
 
-// The side of surfaces that stop light on which a node with memory is.
+// The side of surfaces that stop light on which a node with memory is: how many of them it is behind, modulo 4.
 uint side_of_node(ivec3 node) {
     uvec2 bits = side_bits_of(node);
     return cuts.at[bits.x] >> bits.y & 3u;

@@ -20,9 +20,9 @@ bool collect(inout Path path, inout Random random) {
     path.origin = g;
     if (sun_count > 0u) {
         LightSample sun = sample_sun(random_numbers(random).x);
-        float density = phase_density(dot(path.direction, sun.direction));
-        vec3 radiance = throughput * density * sun.radiance;
-        aim_shadow_ray(path, sun.direction, worth_a_ray(radiance, random), NOTHING);
+        float phase = phase_function(dot(path.direction, sun.towards));
+        vec3 radiance = throughput * phase * sun.radiance;
+        aim_shadow_ray(path, sun.towards, worth_a_ray(radiance, random), NOTHING);
     }
     end_path(path);
     return true;

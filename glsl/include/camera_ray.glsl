@@ -37,7 +37,7 @@ ivec2 own_pixel(uint height) {
     uvec2 inner = uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);
     uint rows = (height + 7u) / 8u;
     uvec2 group = gl_WorkGroupID.xy;
-    uint turn = rows % STRIDE == 0u ? group.y / (rows / STRIDE) : 0u;
-    group.y = (STRIDE * group.y + turn) % rows;
+    uint shift = rows % STRIDE == 0u ? group.y / (rows / STRIDE) : 0u;
+    group.y = (STRIDE * group.y + shift) % rows;
     return ivec2(8u * group + inner);
 }

@@ -14,8 +14,8 @@ bool gathers(Turn turn, uint nodes_half) {
     return has_light && turn.gathers != 0u;
 }
 
-// The linear function through four corners of a cube, no two of which are neighbours: those whose sum of indices has
-// the parity `nodes_half`. A loop, for drivers that take long to compile reads of images.
+// Of a cube's eight corners, the four whose sum of indices is even (`nodes_half` 0) or odd (1), no two of which share an
+// edge: the linear function through the light at these. A loop, for drivers that take long to compile reads of images.
 CachedLight read_half(Cube cube, int nodes_half) {
     int mirrored = cube.low.x + cube.low.y + cube.low.z + nodes_half & 1;
     CachedLight r = CachedLight(vec3(0.0), 0.0, mat3(0.0), true);

@@ -1,7 +1,7 @@
 // Lights: parallel suns, a constant environment, and an environment image.
 //
 // The constant part has no next-event estimation: it is equally bright everywhere, so a path's own escape finds it
-// with the best density. Suns are picked by power, and so are the image's cells; between suns and image half and half.
+// with the best pdf. Suns are picked by power, and so are the image's cells; between suns and image half and half.
 
 layout(scalar) readonly buffer SunBlock { Sun at[]; } suns;
 LOADED_AS(rgba32f) uniform texels2D environment;
@@ -43,25 +43,25 @@ vec3 environment_image(vec3 direction) {
 }
 
 // Density of `direction` in light sampling, 1/sr.
-float environment_density(vec3 direction) {
+float environment_pdf(vec3 direction) {
     if (!has_environment_image) {
         return 0.0;
     }
     uvec2 cells = scene.image_cells;
     uvec2 cell = min(uvec2(environment_position(direction) * vec2(cells)), cells - 1u);
-    return scene.image_probability * sky.at[cell.y * cells.x + cell.x].density;
+    return scene.image_probability * sky.at[cell.y * cells.x + cell.x].pdf;
 }
 
-// In place of a density, where no other strategy could have found the direction.
+// In place of a pdf, where no other strategy could have found the direction.
 const float ALONE = -1.0;
 
-// The radiance that a ray in `direction` brings from outside. `density` is the one with which the direction was
+// The radiance that a ray in `direction` brings from outside. `pdf` is the one with which the direction was
 // sampled, for the balance heuristic against light sampling; ALONE for a ray from the camera.
-vec3 escaping_radiance(vec3 direction, float density) {
+vec3 escaping_radiance(vec3 direction, float pdf) {
     vec3 radiance = scene.environment;
     if (has_environment_image) {
-        float both = max(density + environment_density(direction), 1e-30); // neither finds it: 0, not 0/0
-        float weight = density == ALONE ? 1.0 : density / both;
+        float both = max(pdf + environment_pdf(direction), 1e-30); // neither finds it: 0, not 0/0
+        float weight = pdf == ALONE ? 1.0 : pdf / both;
         radiance += weight * environment_image(direction);
     }
     return radiance;
@@ -76,9 +76,9 @@ vec3 background(vec3 direction) {
 }
 
 struct LightSample {
-    vec3 direction; // towards the light
-    vec3 radiance;  // divided by the density; for a sun, irradiance over probability
-    float density;  // 1/sr; ALONE for a sun
+    vec3 towards;  // the light
+    vec3 radiance; // divided by the pdf; for a sun, irradiance over probability
+    float pdf;     // 1/sr; ALONE for a sun
 };
 
 // cos(πx) from 0 to 1, to single precision. A device's own cosine may be off by 1/2048, a tenth of a cell at the
@@ -106,9 +106,9 @@ LightSample sample_image(vec2 u, uint word, float pick) {
     float y = mix(cos_pi(row / float(cells.y)), cos_pi((row + 1.0) / float(cells.y)), u.y);
     float r = sqrt(max(0.0, 1.0 - y * y));
     LightSample light;
-    light.direction = vec3(r * sin(azimuth), y, -r * cos(azimuth));
-    light.density = scene.image_probability * sky.at[cell].density;
-    light.radiance = environment_image(light.direction) / light.density;
+    light.towards = vec3(r * sin(azimuth), y, -r * cos(azimuth));
+    light.pdf = scene.image_probability * sky.at[cell].pdf;
+    light.radiance = environment_image(light.towards) / light.pdf;
     return light;
 }
 
@@ -135,7 +135,7 @@ LightSample sample_light(uvec4 words) {
     return light;
 }
 
-// Weight of light sampling against a path's own `density` of the same direction.
-float light_weight(LightSample light, float density) {
-    return light.density == ALONE ? 1.0 : light.density / (light.density + density);
+// Weight of light sampling against a path's own pdf of the same direction.
+float light_weight(LightSample light, float pdf) {
+    return light.pdf == ALONE ? 1.0 : light.pdf / (light.pdf + pdf);
 }

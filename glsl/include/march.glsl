@@ -92,7 +92,7 @@ March begin_march(Ray ray, float t, float t_end) {
 }
 
 // A step of the march. Within it extinction is either linear, or, where the transfer function has points between the
-// values at the ends, as good as constant on both sides of a split.
+// values at the ends, taken as one constant before a split and another one behind it.
 struct MarchStep {
     float absorbed; // 1 − exp(−optical depth)
     vec3 albedo;    // of what it meets

@@ -57,14 +57,14 @@ void begin_flight(inout Path path, Ray ray, float t, float t_end) {
     path.block = track.block;
 }
 
-// Turns the path into `direction` at path.origin; `known` is the surface it starts on, or −1.
-void turn(inout Path path, vec3 direction, int known, inout Random random) {
+// Goes on from path.origin in `direction`; `start_surface` is the surface on which the path starts, or NOTHING.
+void redirect(inout Path path, vec3 direction, int start_surface, inout Random random) {
     Ray ray = make_ray(path.origin, direction);
     vec2 span = clip_ray(ray, 0.0);
     begin_flight(path, ray, span.x, span.y);
     path.surface = NOTHING;
     if (full_light) {
-        find_surface(path, ray, known, random);
+        find_surface(path, ray, start_surface, random);
     }
 }
 
@@ -86,7 +86,7 @@ vec3 worth_a_ray(vec3 radiance, inout Random random) {
 
 // Next-event estimation: sends a shadow ray that will bring `radiance` to path.origin; the flight goes
 // on after it.
-void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
+void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int start_surface) {
     if (brightest(radiance) <= 0.0) {
         return;
     }
@@ -101,7 +101,7 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int known) {
     path.shadow_radiance = radiance;
     path.stage = STAGE_SHADOW;
     if (full_light) {
-        Search search = begin_search(ray, span.x, known, path.inside);
+        Search search = begin_search(ray, span.x, start_surface, path.inside);
         if (is_in_bricks) {
             hold_search(path, search);
             path.searches = SEARCH_SHADOW;
@@ -151,39 +151,39 @@ Scatterer scatterer_of(Path path) {
 // The scatterer's response to light in a direction.
 struct Response {
     vec3 value;    // BRDF times cosine, or phase function
-    float density; // of sampling by it, 1/sr
+    float pdf;     // of sampling by it, 1/sr
 };
 
 Response response_of(Scatterer s, vec3 direction) {
     if (s.is_surface) {
         return Response(brdf_value(s.material, s.hit.shading, -s.arriving, direction)
                             * cosine_towards(s.hit, direction),
-                        brdf_density(s.material, s.hit.shading, -s.arriving, direction));
+                        brdf_pdf(s.material, s.hit.shading, -s.arriving, direction));
     }
-    float density = phase_density(dot(s.arriving, direction));
-    return Response(vec3(density), density);
+    float phase = phase_function(dot(s.arriving, direction));
+    return Response(vec3(phase), phase);
 }
 
-// The path's next direction, with throughput and density; a throughput of 0 if it cannot go on.
+// The path's next direction, with throughput and pdf; a throughput of 0 if it cannot go on.
 vec3 sample_direction(inout Path path, Scatterer s, vec3 u) {
     if (s.is_surface) {
         vec3 direction = brdf_sample(s.material, s.hit.shading, -s.arriving, u);
         Response response = response_of(s, direction);
-        path.pdf = response.density;
-        // A density of 0 is a lobe's edge, lost to rounding.
+        path.pdf = response.pdf;
+        // A pdf of 0 is a lobe's edge, lost to rounding.
         path.throughput *= path.pdf > 0.0 ? response.value / path.pdf : vec3(0.0);
         return direction;
     }
     float cosine = phase_sample_cosine(u.x);
-    path.pdf = phase_density(cosine);
+    path.pdf = phase_function(cosine);
     return direction_around(s.arriving, cosine, u.y);
 }
 
-// Sends a shadow ray and turns the path. Code that surfaces and medium share is here only once: a device with wide
+// Sends a shadow ray and redirects the path. Code that surfaces and medium share is here only once: a device with wide
 // lanes runs both sides of a branch.
 void deflect(inout Path path, inout Random random) {
     Scatterer s = scatterer_of(path);
-    int known = s.is_surface ? path.surface : NOTHING;
+    int start_surface = s.is_surface ? path.surface : NOTHING;
     path.origin = end_of_flight(path);
     if (!s.is_surface) {
         ++path.collisions;
@@ -191,15 +191,15 @@ void deflect(inout Path path, inout Random random) {
     }
     if (has_light_sampling) {
         LightSample light = sample_light(words_for_light(path, random));
-        Response response = response_of(s, light.direction);
-        float weight = light_weight(light, response.density);
-        bool is_known = light.density == ALONE && knows_suns(path);
+        Response response = response_of(s, light.towards);
+        float weight = light_weight(light, response.pdf);
+        bool is_known = light.pdf == ALONE && knows_suns(path);
         vec3 radiance = is_known ? vec3(0.0) : path.throughput * response.value * weight * light.radiance;
-        aim_shadow_ray(path, light.direction, worth_a_ray(radiance, random), known);
+        aim_shadow_ray(path, light.towards, worth_a_ray(radiance, random), start_surface);
     }
     vec3 direction = sample_direction(path, s, numbers_for_direction(path, random).xyz);
     if (survives(path, random)) {
-        turn(path, direction, known, random);
+        redirect(path, direction, start_surface, random);
     } else {
         end_path(path);
     }

@@ -36,14 +36,14 @@ void search_shadow(inout Path path, Ray ray, inout Search search) {
 }
 
 Search held_search(Path path) {
-    return Search(path.search_t, path.search_macrocell, path.search_known, path.search_is_fresh != 0u,
+    return Search(path.search_t, path.search_macrocell, path.search_start_surface, path.search_is_fresh != 0u,
                   path.search_inside);
 }
 
 void hold_search(inout Path path, Search search) {
     path.search_t = search.t;
     path.search_macrocell = search.macrocell;
-    path.search_known = search.known;
+    path.search_start_surface = search.start_surface;
     path.search_is_fresh = search.fresh ? 1u : 0u;
     path.search_inside = search.inside;
 }
@@ -76,9 +76,9 @@ void continue_search(inout Path path, inout Random random) {
     }
 }
 
-// Searches for the surface at the flight's end; the flight starts on surface `known`, or on none (−1).
-void find_surface(inout Path path, Ray ray, int known, inout Random random) {
-    path.surface = known;
+// Searches for the surface at the flight's end; the flight starts on `start_surface`, or on none.
+void find_surface(inout Path path, Ray ray, int start_surface, inout Random random) {
+    path.surface = start_surface;
     Search search = begin_flight_search(path, ray);
     if (!is_in_bricks) {
         search_flight(path, ray, search, random);

@@ -2,7 +2,7 @@
 
 const float PI = 3.14159265358979;
 
-float phase_density(float cosine) {
+float phase_function(float cosine) {
     if (!is_anisotropic) {
         return 0.25 / PI;
     }
@@ -32,11 +32,12 @@ mat3 basis_around(vec3 n) {
     return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
 }
 
-vec3 direction_at(vec3 axis, float cosine, float sine, float turn) {
-    float phi = 2.0 * PI * turn;
+// The direction at an angle from the axis; `u` in [0, 1) is its azimuth, as a share of a full circle.
+vec3 direction_at(vec3 axis, float cosine, float sine, float u) {
+    float phi = 2.0 * PI * u;
     return normalize(basis_around(axis) * vec3(sine * cos(phi), sine * sin(phi), cosine));
 }
 
-vec3 direction_around(vec3 axis, float cosine, float turn) {
-    return direction_at(axis, cosine, sqrt(max(0.0, 1.0 - cosine * cosine)), turn);
+vec3 direction_around(vec3 axis, float cosine, float u) {
+    return direction_at(axis, cosine, sqrt(max(0.0, 1.0 - cosine * cosine)), u);
 }

@@ -24,7 +24,7 @@ mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
     ivec3 low = min(cube.low & ~1, max(last - 2, 0));
     vec3 p = clamp((vec3(cube.low - low) + cube.p) / 2.0, 0.0, 1.0);
     TwoFluxes fluxes = TwoFluxes(0.0);
-    float known = 0.0;
+    float weights = 0.0;
     int k = 0;
     LOOP {
         ivec3 corner = ivec3(k, k >> 1, k >> 2) & 1;
@@ -33,14 +33,14 @@ mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
         if (has_memory(node) && is_on_side(node, side)) {
             float weight = q.x * q.y * q.z;
             fluxes += weight * two_fluxes_at(node_texel(node));
-            known += weight;
+            weights += weight;
         }
         ++k;
         if (k == 8) {
             break;
         }
     }
-    fluxes /= max(known, 1e-30);
+    fluxes /= max(weights, 1e-30);
     vec3 sky = color_of(scene.sky);
     vec3 scattered = color_of(max(mean - fluxes[1].a * sky, LEAST_SCATTERED * mean));
     return outerProduct(fluxes[0].xyz, scattered) + outerProduct(fluxes[1].xyz, sky);

@@ -15,7 +15,7 @@ vec3 suns_scattered(vec3 travel) {
     vec3 sum = vec3(0.0);
     for (uint s = 0u; s < sun_count; ++s) {
         Sun sun = sun_at(s);
-        sum += phase_density(dot(sun.direction, travel)) * sun.irradiance;
+        sum += phase_function(dot(sun.direction, travel)) * sun.irradiance;
     }
     return sum;
 }

@@ -3,7 +3,9 @@
 //
 // The ray carries its side of every surface as a bit, and a crossing is a change of truth against that bit. A sign
 // lost to rounding at a cell's border is found in the next cell, so no ray slips through, and no epsilon is needed to
-// leave a surface: its known root is divided out.
+// leave a surface: its root there is divided out.
+
+#include "cubic.glsl"
 
 layout(scalar) readonly buffer SurfaceBlock { Surface at[]; } surfaces;
 
@@ -47,74 +49,6 @@ vec4 cell_cubic(Cell k, vec3 a, vec3 e) {
                 k.xyz * e.x * e.y * e.z);
 }
 
-float evaluate(vec4 c, float u) {
-    return c.x + u * (c.y + u * (c.z + u * c.w));
-}
-
-// A vector in the unit of its largest component. Values have the data's own unit, in which their squares may be beyond a
-// float: densities are 1e-24 in g/cm³, and 1e20 in 1/m³.
-vec3 in_own_unit(vec3 v) {
-    float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
-    return largest > 0.0 ? v * (1.0 / largest) : v;
-}
-
-// The cubic's extrema, sorted and clamped to [0, 1]: between them it is monotone.
-vec2 extrema(vec4 c) {
-    vec3 slope = in_own_unit(c.yzw);
-    float a = 3.0 * slope.z;
-    float b = slope.y;
-    float discriminant = b * b - a * slope.x;
-    if (discriminant < 0.0) {
-        return vec2(1.0);
-    }
-    float q = -(b + (b < 0.0 ? -1.0 : 1.0) * sqrt(discriminant));
-    float one = a != 0.0 ? q / a : 1.0;
-    float two = q != 0.0 ? slope.x / q : 1.0;
-    return clamp(vec2(min(one, two), max(one, two)), 0.0, 1.0);
-}
-
-// The root in [low, high], where the truth of c(u) ≥ 0 is `inside` at low and not at high: from the chord's root
-// by Newton's method, kept within a bracket that shrinks by half where Newton would leave it.
-float refine(vec4 c, float low, float high, bool inside) {
-    float at_low = evaluate(c, low);
-    float along_chord = at_low / (at_low - evaluate(c, high));
-    bool has_chord = along_chord > 0.0 && along_chord < 1.0; // not where a sign was lost to rounding
-    float u = mix(low, high, has_chord ? along_chord : 0.5);
-    float error;
-    int rounds = 0;
-    LOOP {
-        float value = evaluate(c, u);
-        bool changed = (value >= 0.0) != inside;
-        high = changed ? u : high;
-        low = changed ? low : u;
-        float next = u - value / (c.y + u * (2.0 * c.z + u * 3.0 * c.w));
-        next = next > low && next < high ? next : 0.5 * (low + high);
-        error = abs(next - u);
-        u = next;
-        ++rounds;
-        if (error <= 1e-7 || rounds == 40) {
-            break;
-        }
-    }
-    return u;
-}
-
-// Where the truth of c(u) ≥ 0 first differs from `inside`, for u ∈ (0, 1].
-struct Change {
-    bool exists;
-    float low, high; // it does so between them, and the cubic is monotone there
-};
-
-Change first_change(vec4 c, bool inside) {
-    vec2 split = extrema(c);
-    bool in_first = (evaluate(c, split.x) >= 0.0) != inside;
-    bool in_second = (evaluate(c, split.y) >= 0.0) != inside;
-    bool in_third = (evaluate(c, 1.0) >= 0.0) != inside;
-    return Change(in_first || in_second || in_third,
-                  in_first ? 0.0 : in_second ? split.x : split.y,
-                  in_first ? split.x : in_second ? split.y : 1.0);
-}
-
 // origin + t·step − cell with the digits that the subtraction would lose (two-sum).
 vec3 local_position(Ray ray, float t, vec3 cell) {
     precise vec3 high = ray.origin - cell;
@@ -129,7 +63,7 @@ struct Passage {
     Corners corners;
     ivec3 cell;
     float t0, t1;
-    int known;  // a surface on which the ray starts at t0, or −1
+    int start_surface; // on which the ray starts at t0, or NOTHING
     bool fresh; // the sides are not known yet
 };
 
@@ -142,15 +76,15 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
     relative.c -= value; // exact for integers, and here the digits are needed
     vec3 a = local_position(ray, passage.t0, vec3(passage.cell));
     vec4 c = cell_cubic(relative, a, ray.step * (passage.t1 - passage.t0));
-    bool is_known = int(surface) == passage.known;
-    if (is_known) {
+    bool starts_here = int(surface) == passage.start_surface;
+    if (starts_here) {
         c = vec4(c.yzw, 0.0);
     } else if (passage.fresh) {
         inside = c.x >= 0.0 ? inside | bit : inside & ~bit;
     }
     bool is_inside = (inside & bit) != 0u;
     vec2 range = corner_range(passage.corners);
-    if (!is_known && (range.x >= value || range.y < value)) {
+    if (!starts_here && (range.x >= value || range.y < value)) {
         return (range.x >= value) != is_inside ? 0.0 : 2.0;
     }
     Change change = first_change(c, is_inside);
@@ -215,7 +149,7 @@ uint side_of_surfaces(uint inside) {
 struct Search {
     float t;
     ivec3 macrocell; // at t
-    int known;       // as in Passage
+    int start_surface; // as in Passage
     bool fresh;      // the same; otherwise `inside` holds the sides
     uint inside;
 };
@@ -224,9 +158,9 @@ ivec3 macrocell_at(Ray ray, float t) {
     return cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells));
 }
 
-// `inside` matters for the known surface alone: the search finds the sides of all others.
-Search begin_search(Ray ray, float t, int known, uint inside) {
-    return Search(t, macrocell_at(ray, t), known, true, inside);
+// `inside` matters for the surface on which the ray starts alone: the search finds the sides of all others.
+Search begin_search(Ray ray, float t, int start_surface, uint inside) {
+    return Search(t, macrocell_at(ray, t), start_surface, true, inside);
 }
 
 // Whether a ray crosses a surface between search.t and t_end, and in which passage first. Cells without a crossing are
@@ -240,10 +174,10 @@ bool cross_cells(Ray ray, inout Search search, float t_end, inout Passage passag
         bool more, may;
         LOOP {
             passage = Passage(volume_corners(walk.cell), walk.cell, t, max(t, min(walk.exit, t_end)),
-                              search.known, search.fresh);
+                              search.start_surface, search.fresh);
             t = passage.t1;
             may = t > passage.t0
-               && (search.known >= 0 || search.fresh
+               && (search.start_surface >= 0 || search.fresh
                    || may_cross(corner_range(passage.corners), search.inside, false));
             more = walk.exit < t_end && step_walk(walk, ray, 1.0, cells);
             if (may || !more || is_void) {
@@ -251,7 +185,7 @@ bool cross_cells(Ray ray, inout Search search, float t_end, inout Passage passag
             }
         }
         found = may && crosses(ray, passage, search.inside);
-        search.known = may ? NOTHING : search.known;
+        search.start_surface = may ? NOTHING : search.start_surface;
         search.fresh = search.fresh && !may;
         if (found || !more || is_void) {
             break;
@@ -277,7 +211,7 @@ Crossing find_crossing(Ray ray, float t_end, inout Search search) {
         LOOP {
             vec2 range = macrocell_range(walk.cell);
             bool is_first = searched == 0u;
-            bool may = is_first && search.known >= 0 || may_cross(range, search.inside, search.fresh || !is_first);
+            bool may = is_first && search.start_surface >= 0 || may_cross(range, search.inside, search.fresh || !is_first);
             if (!more || !is_first && !may) {
                 break;
             }
@@ -333,8 +267,8 @@ void attenuate(Ray ray, float t_end, inout Search search, inout float transmitta
 }
 
 // Product of 1 − opacity over the crossings of `ray` in [t, t_end].
-float surface_transmittance(Ray ray, float t, float t_end, int known, uint inside) {
-    Search search = begin_search(ray, t, known, inside);
+float surface_transmittance(Ray ray, float t, float t_end, int start_surface, uint inside) {
+    Search search = begin_search(ray, t, start_surface, inside);
     float transmittance = 1.0;
     attenuate(ray, t_end, search, transmittance);
     return transmittance;

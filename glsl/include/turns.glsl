@@ -7,31 +7,28 @@ layout(scalar) readonly buffer TurnBlock { Turn at[]; } turns;
 // The sums of items, number by number: light, and as many columns of flux as the cache holds.
 layout(scalar) buffer PartBlock { float at[]; } parts;
 
-const uint NODES = uint(BRICK * BRICK * BRICK);
-const uint COARSE_NODES = NODES / 8u;
-
-// Where the numbers of an item begin (`part_bytes` in src/render/cache/work_list.rs).
+// Where the numbers of an item begin.
 uint sums_at(uint item) {
-    return item * (4u + 3u * flux_columns);
+    return item * (LIGHT_FLOATS + FLUX_FLOATS * flux_columns);
 }
 
 void store_sums(uint item, NodeSums sums) {
     uint at = sums_at(item);
-    for (uint i = 0u; i < 4u; ++i) {
+    for (uint i = 0u; i < LIGHT_FLOATS; ++i) {
         parts.at[at + i] = sums.light[i];
     }
-    for (uint i = 0u; i < 3u * flux_columns; ++i) {
-        parts.at[at + 4u + i] = sums.flux[i / 3u][i % 3u];
+    for (uint i = 0u; i < FLUX_FLOATS * flux_columns; ++i) {
+        parts.at[at + LIGHT_FLOATS + i] = sums.flux[i / FLUX_FLOATS][i % FLUX_FLOATS];
     }
 }
 
 void add_sums(uint item, inout NodeSums sums) {
     uint at = sums_at(item);
-    for (uint i = 0u; i < 4u; ++i) {
+    for (uint i = 0u; i < LIGHT_FLOATS; ++i) {
         sums.light[i] += parts.at[at + i];
     }
-    for (uint i = 0u; i < 3u * flux_columns; ++i) {
-        sums.flux[i / 3u][i % 3u] += parts.at[at + 4u + i];
+    for (uint i = 0u; i < FLUX_FLOATS * flux_columns; ++i) {
+        sums.flux[i / FLUX_FLOATS][i % FLUX_FLOATS] += parts.at[at + LIGHT_FLOATS + i];
     }
 }
 

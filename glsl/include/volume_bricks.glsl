@@ -57,7 +57,7 @@ ivec3 to_texel(ivec3 voxel) {
     } else if ((page & PAGE_READ) == 0u && is_needed()) {
         atomicOr(volume_pages.at[brick], PAGE_READ);
     }
-    ivec3 place = ivec3(page, page >> 10u, page >> 20u) & 0x3FF;
+    ivec3 place = unpacked(page);
     // Bricks hold the first voxels behind them as well: a trilinear cell lies in one of them.
     int side = 1 << scene.brick_shift;
     return place * (side + 1) - position * side;

@@ -54,7 +54,7 @@ impl Engine {
         }
         // The baseline's cells and their majorant are made for one medium under one light.
         let is_published = self.full.variant == Variant::Published;
-        if is_published && changes.spoil(Derived::CellPaths) {
+        if is_published && changes.spoil(Derived::NodePaths) {
             return Ok(Changed::Impossible);
         }
         let next = match changes.spoil(Derived::CacheLayout) {

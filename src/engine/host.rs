@@ -5,10 +5,10 @@ use std::sync::Arc;
 use super::budget::{self, Budget, Limit};
 use crate::error::{DeviceError, Error, Place, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
-use crate::render::shared::{self, MOST_SURFACES};
+use crate::render::shared;
 use crate::render::{Choice, Peak, caches, choose, peak};
-use crate::scene::Scene;
 use crate::scene::volume::Volume;
+use crate::scene::{Scene, surface};
 
 /// Which device to open, and how. By default the best one, with as much memory as its driver grants.
 #[derive(Debug, Clone, Default)]
@@ -155,11 +155,10 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
             clash,
         ));
     }
-    let surfaces = scene.surfaces.iso.len();
-    if surfaces > MOST_SURFACES {
+    if let Some(excess) = surface::excess(scene.surfaces.iso.len()) {
         return Err(Error::input(
             Place::default().with_key("surfaces.iso"),
-            format!("there are {surfaces} surfaces; at most {MOST_SURFACES} are possible"),
+            excess,
         ));
     }
     Ok(())

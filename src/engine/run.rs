@@ -195,13 +195,7 @@ impl Engine {
             if let Some(reason) = reason_to_stop(&run.stop, &done) {
                 break reason;
             }
-            let until = self.until(run, &done, watch);
-            let samples = next_unit(&run.stop, &done);
-            let units = match self.streams() {
-                true => units_together(&run.stop, &done),
-                false => 1,
-            };
-            if !self.renderer.units(samples, units, until)? {
+            if !self.take_units(run, &done, watch)? {
                 match run.is_interrupted() {
                     true => break "it was interrupted".into(),
                     false if done.units == 0 => return Err(self.too_short(&run.stop, watch)),
@@ -229,6 +223,29 @@ impl Engine {
             }));
             run.pause(self)?;
         };
+        self.outcome(run, &done, watch, why_stopped)
+    }
+
+    /// Takes the next unit of samples, or several together where the volume streams. Returns whether it has ended before it
+    /// had to stop.
+    fn take_units(&mut self, run: &Run<'_>, done: &Done, watch: &Stopwatch) -> Result<bool> {
+        let until = self.until(run, done, watch);
+        let samples = next_unit(&run.stop, done);
+        let units = match self.streams() {
+            true => units_together(&run.stop, done),
+            false => 1,
+        };
+        self.renderer.units(samples, units, until)
+    }
+
+    /// What has become of a run that has ended.
+    fn outcome(
+        &mut self,
+        run: &Run<'_>,
+        done: &Done,
+        watch: &Stopwatch,
+        why_stopped: String,
+    ) -> Result<Outcome> {
         let Some(first_frame) = self.totals().seen_since else {
             return Err(match run.is_interrupted() {
                 true => Error::Interrupted,

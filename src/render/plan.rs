@@ -96,17 +96,17 @@ pub(super) fn rungs(
 /// Cells that a CPU should fill at most, unless the picture has more pixels: a cell's path costs as much as a
 /// pixel's. A GPU is some hundred times as fast. The limit holds for `auto` alone: a scale that is set by name is
 /// granted.
-const FEW_CELLS: u64 = 1 << 18;
+const FEW_NODES: u64 = 1 << 18;
 const COARSEST: f64 = 0.125;
 
 /// The number of the cache's cells, if the device should not fill so many.
-pub(super) fn too_many_cells(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<u64> {
+pub(super) fn too_many_nodes(plan: &Plan, limits: &DeviceSummary, scene: &Scene) -> Option<u64> {
     let layout = plan.variant.cache()?;
     let pixels = scene.render.size.iter().map(|&n| n as u64).product::<u64>();
     let minds = limits.kind.is_software()
         && scene.render.cache_scale == CacheScale::Auto
         && layout.scale > COARSEST;
-    Some(layout.active_nodes()).filter(|&cells| minds && cells > FEW_CELLS.max(pixels))
+    Some(layout.active_nodes()).filter(|&cells| minds && cells > FEW_NODES.max(pixels))
 }
 
 /// The reason why a cache is of no use to the scene, if there is one.
@@ -132,8 +132,7 @@ pub(super) fn choose_whole(
 ) -> Result<Choice> {
     let wanted = scene.render.variant;
     let uncached = GpuScene::new(scene, volume, 0);
-    let plan = |scene: &GpuScene| Plan::new(device, limits, scene);
-    let without_cache = || plan(&uncached).map_err(with_remedy);
+    let without_cache = || Plan::new(device, limits, &uncached).map_err(with_remedy);
     let without = |reason: String, next_better: String| {
         Ok(Choice {
             plan: fitting(without_cache()?, budget, Vec::new())?,
@@ -155,24 +154,17 @@ pub(super) fn choose_whole(
         let name = layout::description(rung.scale, rung.format);
         let layout = rung.layout.map_err(Error::from);
         let cached = layout.map(|layout| uncached.clone().with_cache(layout));
-        match cached.and_then(|cached| plan(&cached)) {
-            Ok(plan) if let Some(cells) = too_many_cells(&plan, limits, scene) => {
-                better.push(format!(
-                    "{name} has {cells} cells, more than a CPU fills while it renders a picture of this \
-                     size, and would take {}",
-                    human(plan.bytes()),
-                ))
-            }
-            Ok(plan) if plan.bytes() <= budget => {
+        let planned = cached.and_then(|cached| Plan::new(device, limits, &cached));
+        match why_not(&planned, budget, limits, scene) {
+            Some(why) => better.push(format!("{name} {why}")),
+            None => {
+                let plan = planned?;
                 return Ok(Choice {
                     reason: reason(&plan, wanted, &better),
                     next_better: better.pop().unwrap_or("there is none".into()),
                     plan,
                 });
             }
-            Ok(plan) => better.push(format!("{name} needs {}", needs(plan.bytes()))),
-            Err(Error::Memory(why)) => better.push(format!("{name} is impossible: {why}")),
-            Err(other) => return Err(other),
         }
     }
     if wanted == scene::Variant::Caching {
@@ -185,6 +177,25 @@ pub(super) fn choose_whole(
         reason: format!("no cache fits: {next_better}"),
         next_better,
     })
+}
+
+/// What is in the way of a planned cache, as the end of a sentence that begins with its name. `None` for one that fits, and
+/// for errors that have nothing to do with memory.
+fn why_not(
+    planned: &Result<Plan>,
+    budget: u64,
+    limits: &DeviceSummary,
+    scene: &Scene,
+) -> Option<String> {
+    match planned {
+        Ok(plan) if let Some(cells) = too_many_nodes(plan, limits, scene) => Some(format!(
+            "has {cells} cells, more than a CPU fills while it renders a picture of this size, and would take {}",
+            human(plan.bytes()),
+        )),
+        Ok(plan) if plan.bytes() > budget => Some(format!("needs {}", needs(plan.bytes()))),
+        Err(Error::Memory(why)) => Some(format!("is impossible: {why}")),
+        Ok(_) | Err(_) => None,
+    }
 }
 
 fn reason(plan: &Plan, wanted: scene::Variant, better: &[String]) -> String {

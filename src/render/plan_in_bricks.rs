@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::bricks::{BrickLayout, needed_bricks};
 use super::gpu_scene::GpuScene;
-use super::plan::{Choice, Plan, rungs, too_many_cells, useless};
+use super::plan::{Choice, Plan, rungs, too_many_nodes, useless};
 use crate::bytes::human;
 use crate::error::{Error, Result};
 use crate::gpu::{Device, DeviceSummary};
@@ -94,7 +94,7 @@ fn plans(
     cached.chain(without).filter_map(move |candidate| {
         let plan = fill(device, limits, budget, candidate).transpose()?;
         match plan {
-            Ok(plan) if too_many_cells(&plan, limits, scene).is_some() => None,
+            Ok(plan) if too_many_nodes(&plan, limits, scene).is_some() => None,
             plan => Some(plan),
         }
     })

@@ -11,6 +11,7 @@
 
 use super::codes;
 use super::features::Features;
+use super::packed;
 use crate::gpu::Specialization;
 use crate::gpu::types::*;
 use crate::shared;
@@ -21,8 +22,14 @@ pub use crate::scene::surface::MOST_SURFACES;
 pub use crate::scene::volume::MACROCELL;
 /// Nodes of the cache along an axis of a brick.
 pub const BRICK: u32 = 4;
+/// Nodes of a brick, and those of them that belong to the coarse lattice.
+pub const NODES: u32 = BRICK.pow(3);
+pub const COARSE_NODES: u32 = NODES / 8;
+/// Floats of the sums of a node's paths: those of its light, and those of each column of its flux ([`NodeSums`]).
+pub const LIGHT_FLOATS: u32 = 4;
+pub const FLUX_FLOATS: u32 = 3;
 /// Words of a brick with a bit for each of its cubes (`cube_bits.glsl`), and with two bits for each of its nodes besides.
-pub const RIM_WORDS: u32 = BRICK.pow(3) / u32::BITS;
+pub const RIM_WORDS: u32 = NODES / u32::BITS;
 pub const CUT_WORDS: u32 = 3 * RIM_WORDS;
 /// The optical depth along a cube of the cache from which a medium is dense where a face of the box or a clip plane ends
 /// it (rim_cubes.comp).
@@ -165,7 +172,7 @@ shared! {
         pub keep: float,
         pub alias: uint,
         /// Probability per solid angle, 1/sr, of the cell itself.
-        pub density: float,
+        pub pdf: float,
     }
 
     /// A path in flight, between two dispatches.
@@ -215,7 +222,7 @@ shared! {
         /// The first of these searches, as in `Search` of surface.glsl.
         pub search_t: float,
         pub search_macrocell: ivec3,
-        pub search_known: int,
+        pub search_start_surface: int,
         pub search_is_fresh: uint,
         pub search_inside: uint,
         /// Sum of the samples of this pixel; coverage in w.
@@ -268,9 +275,13 @@ shared! {
         pub gathers: uint,
     }
 
-    /// Sums over paths of a node, as in the cache's images. In an anisotropic medium the flux has a column for each channel, or
-    /// is in the first one where it is grey; in an isotropic one the columns are the grey flux of scattered light, that of the
-    /// sky's own light, and (the mean of the sky's own light, 0, 0).
+    /// Sums over paths of a node, as in the cache's images. What the columns of the flux are depends on the medium:
+    ///
+    /// | medium | columns |
+    /// |---|---|
+    /// | anisotropic, light of several colours | the flux of each channel |
+    /// | anisotropic, light of one colour | the grey flux |
+    /// | isotropic, beside surfaces | the grey flux of scattered light; that of the sky's own light; (the mean of the latter, 0, 0) |
     pub struct NodeSums {
         pub light: vec4,
         pub flux: mat3,
@@ -350,6 +361,11 @@ shared! {
 pub fn glsl() -> String {
     [
         format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
+        format!("const uint NODES = {NODES};\nconst uint COARSE_NODES = {COARSE_NODES};\n"),
+        format!(
+            "const uint LIGHT_FLOATS = {LIGHT_FLOATS};\nconst uint FLUX_FLOATS = {FLUX_FLOATS};\n"
+        ),
+        packed::glsl(),
         format!("const uint RIM_WORDS = {RIM_WORDS};\nconst uint CUT_WORDS = {CUT_WORDS};\n"),
         format!("const int TRANSFER_BINS = {TRANSFER_BINS};\n"),
         format!(

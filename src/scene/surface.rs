@@ -5,6 +5,12 @@ use serde::{Deserialize, Serialize};
 /// The most surfaces of a scene: a path keeps its side of each in one word.
 pub const MOST_SURFACES: usize = 32;
 
+/// The problem with so many surfaces, if there is one.
+pub fn excess(count: usize) -> Option<String> {
+    (count > MOST_SURFACES)
+        .then(|| format!("found {count} surfaces, expected at most {MOST_SURFACES}; remove some"))
+}
+
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surfaces {
     pub light: LightModel,

@@ -26,7 +26,7 @@ fn a_render_leaves_whole_files_and_nothing_else() {
     let trace = folder.json("p.json");
     let events = trace["traceEvents"].as_array().expect("events");
     for (phase, name) in [
-        ("X", "cell_tracking"),
+        ("X", "node_tracking"),
         ("X", "cached_tracking"),
         ("X", "render"),
         ("C", "device memory"),

@@ -71,7 +71,7 @@ fn a_profile_accounts_for_the_wall_time() {
         "compile",
         "save the pictures",
         "not covered",
-        "cell_tracking",
+        "node_tracking",
         "paths/s",
     ] {
         let named = |line: &str| line.contains(name);

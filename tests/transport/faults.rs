@@ -186,7 +186,7 @@ fn in_a_medium_under_an_image_and_a_sun() {
         Fault {
             name: "no weight where two strategies meet",
             file: LIGHT,
-            right: "density / both",
+            right: "pdf / both",
             wrong: "1.0",
         },
     ];

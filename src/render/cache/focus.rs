@@ -12,9 +12,8 @@
 use glam::Vec3;
 
 use super::layout::CacheLayout;
-use super::work_list::{COARSE_NODES, NODES};
 use crate::render::gpu_scene::GpuScene;
-use crate::render::shared::{BRICK, GATHERED};
+use crate::render::shared::{BRICK, COARSE_NODES, GATHERED, NODES};
 
 /// log2 of the largest share to the smallest of bricks in sight.
 const MOST_HALVINGS: u8 = 4;

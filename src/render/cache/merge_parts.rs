@@ -7,13 +7,14 @@ use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
+use crate::render::shared::NODES;
 use crate::shared;
 
 shared! {
     pub struct MergePush {
         /// The portion's turns of the coarse lattice, which come first.
         pub coarse_turns: uint,
-        /// As in `CellPush`.
+        /// As in `NodePush`.
         pub nodes_half: uint,
     }
 }
@@ -44,12 +45,6 @@ impl MergeParts {
             coarse_turns: portion.coarse_turns,
             nodes_half,
         };
-        const THREADS_A_TURN: u32 = 64;
-        frame.pass(
-            &self.0,
-            &bindings,
-            &push,
-            [THREADS_A_TURN * portion.turns, 1, 1],
-        )
+        frame.pass(&self.0, &bindings, &push, [NODES * portion.turns, 1, 1])
     }
 }

@@ -8,7 +8,6 @@
 mod at_rest;
 mod caching;
 mod camera_march;
-mod cell_tracking;
 mod cube_bits;
 mod cut_cubes;
 mod error;
@@ -17,6 +16,7 @@ pub(super) mod layout;
 mod marched;
 mod memory;
 mod merge_parts;
+mod node_tracking;
 mod occupancy;
 mod pace;
 mod progress;
@@ -46,10 +46,10 @@ use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::{Frame, Slices};
 use at_rest::AtRest;
-use cell_tracking::CellTracking;
 use cut_cubes::CutCubes;
 use error::{measured_stride, relative_error, shown};
 use focus::Focus;
+use node_tracking::NodeTracking;
 use pace::{Pace, history};
 use ray_march::RayMarch;
 use reflectance::SurfaceReflectance;
@@ -58,7 +58,7 @@ use rim_cubes::RimCubes;
 pub struct Cache {
     pub memory: CacheMemory,
     at_rest: AtRest,
-    tracking: CellTracking,
+    tracking: NodeTracking,
     pub(super) ray_march: RayMarch,
     /// `None` where no surface stops light.
     cut_cubes: Option<CutCubes>,
@@ -112,7 +112,7 @@ impl Cache {
         // Compiling is most of a start, and these are the largest shaders.
         let (at_rest, (tracking, ray_march)) = rayon::join(
             || AtRest::new(passes),
-            || rayon::join(|| CellTracking::new(passes), || RayMarch::new(passes)),
+            || rayon::join(|| NodeTracking::new(passes), || RayMarch::new(passes)),
         );
         Ok(Cache {
             focus: Focus::everywhere(&memory.layout),
@@ -160,7 +160,7 @@ impl Cache {
     ) -> Result<()> {
         self.look_elsewhere(scene);
         self.guess = scene.guessed_light();
-        if changes.spoil(Derived::CellPaths) {
+        if changes.spoil(Derived::NodePaths) {
             self.abandon();
         }
         if let Some(pass) = &self.reflectance

@@ -10,22 +10,22 @@ use super::memory::CacheMemory;
 use super::pace::history;
 use crate::gpu::DeviceSummary;
 use crate::render::features::Features;
-use crate::render::shared::{BRICK, FILLED_COARSE, FILLED_FIRST, FILLED_WHOLE, GATHERED, Turn};
+use crate::render::shared::{
+    COARSE_NODES, FILLED_COARSE, FILLED_FIRST, FILLED_WHOLE, FLUX_FLOATS, GATHERED, LIGHT_FLOATS,
+    NODES, Turn,
+};
 
 /// Paths in a part, unless there would be more than the most parts.
 const PATHS_A_PART: u32 = 8;
 const MOST_PARTS: u32 = 64;
-
-/// Nodes of a brick, and those of them that belong to the coarse lattice.
-pub const NODES: u32 = BRICK.pow(3);
-pub const COARSE_NODES: u32 = NODES / 8;
 
 /// The most turns in a portion: Vulkan promises no more workgroups along an axis, and `merge_parts.comp` has one for each.
 const MOST_TURNS: u32 = 65_535;
 
 /// Bytes of the sums of an item: those of light, and of the flux if the cache holds it (`turns.glsl`).
 pub fn part_bytes(features: &Features) -> u64 {
-    size_of::<[f32; 4]>() as u64 + u64::from(features.flux_columns) * size_of::<[f32; 3]>() as u64
+    let floats = LIGHT_FLOATS + FLUX_FLOATS * features.flux_columns;
+    u64::from(floats) * size_of::<f32>() as u64
 }
 
 /// The most items in a portion. A cache of few nodes has no use for many; all parts of a brick have room.
@@ -175,7 +175,7 @@ mod tests {
     fn parts_are_neither_empty_nor_large() {
         for samples in (1..3000).chain([1 << 16, (1 << 20) + 1]) {
             let parts = parts_of(samples);
-            // The rule of `begin_part` in `cell_tracking.comp`.
+            // The rule of `begin_part` in `node_tracking.comp`.
             let most = samples.div_ceil(parts);
             assert!(
                 (parts - 1) * most < samples && samples <= parts * most,

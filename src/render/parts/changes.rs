@@ -48,7 +48,7 @@ pub enum Derived {
     /// The table of how surfaces reflect cached light.
     Reflectance,
     /// Paths on their way from the cache's nodes; they carry radiance and not shares of it.
-    CellPaths,
+    NodePaths,
     /// The samples of the picture.
     Picture,
     /// What a display shows of the picture.
@@ -65,7 +65,7 @@ impl Derived {
             Derived::CacheLayout => &[Field, Medium, Obstacles, Clips],
             Derived::CachedLight => &[Field, Medium, LightShares, Obstacles, Clips],
             Derived::Reflectance => &[Materials],
-            Derived::CellPaths => &[Field, Medium, Lights, Obstacles, Clips],
+            Derived::NodePaths => &[Field, Medium, Lights, Obstacles, Clips],
             Derived::Picture => &[
                 Field, Medium, Lights, Surfaces, Clips, View, Background, MaxBounces, Request, Seed,
             ],

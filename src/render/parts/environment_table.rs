@@ -2,7 +2,7 @@
 //! by Walker's alias method (Vose 1991).
 //!
 //! A cell's weight is the integral of the *filtered* image over it, not the texel's own value, so
-//! that the density is positive wherever bilinear interpolation carries light. Large images share
+//! that the pdf is positive wherever bilinear interpolation carries light. Large images share
 //! cells between texels: the table then stays in a GPU's cache.
 
 use crate::render::shared::EnvironmentCell;
@@ -34,7 +34,7 @@ pub fn build(image: &EnvironmentImage) -> EnvironmentTable {
         .map(|c| EnvironmentCell {
             keep: keep[c] as f32,
             alias: alias[c] as u32,
-            density: (probabilities[c] / solid_angle(cells, c as u32 / cells[0])) as f32,
+            pdf: (probabilities[c] / solid_angle(cells, c as u32 / cells[0])) as f32,
         })
         .collect();
     EnvironmentTable { cells, sky }

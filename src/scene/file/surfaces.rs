@@ -6,7 +6,7 @@ use super::SceneFile;
 use super::numbers::{FINITE, NOT_NEGATIVE, UNIT};
 use super::page::Page;
 use crate::error::Result;
-use crate::scene::surface::MOST_SURFACES;
+use crate::scene::surface::{self, MOST_SURFACES};
 use crate::scene::volume::Volume;
 use crate::scene::words::words;
 use crate::scene::{Disney, Isosurface, LightModel, Normals, Scene, Shading, Surfaces};
@@ -51,9 +51,7 @@ words! {
 impl SceneFile {
     pub(super) fn surfaces(&self) -> Result<Surfaces> {
         let count = self.surfaces.iso.len();
-        if count > MOST_SURFACES {
-            let found =
-                format!("found {count} surfaces, expected at most {MOST_SURFACES}; remove some");
+        if let Some(found) = surface::excess(count) {
             return Err(self
                 .origins
                 .error(&format!("surfaces.iso.{MOST_SURFACES}"), found));

@@ -22,6 +22,6 @@ void main() {
     BrdfInput i = inputs.at[id];
     Material material = make_material(push.surface);
     outputs.at[id] = BrdfOutput(brdf_value(material, i.normal, i.view, i.light),
-                                brdf_density(material, i.normal, i.view, i.light),
+                                brdf_pdf(material, i.normal, i.view, i.light),
                                 brdf_sample(material, i.normal, i.view, i.u));
 }

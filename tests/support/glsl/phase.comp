@@ -14,6 +14,6 @@ void main() {
     uint id = gl_GlobalInvocationID.x;
     if (id < push.count) {
         outputs.at[id] = PhaseOutput(phase_sample_cosine(unit_interval(inputs.at[id].word)),
-                                     phase_density(inputs.at[id].cosine));
+                                     phase_function(inputs.at[id].cosine));
     }
 }

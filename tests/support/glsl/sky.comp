@@ -19,6 +19,6 @@ void main() {
     SkyInput i = inputs.at[id];
     LightSample light = sample_image(i.u, i.word, i.pick);
     outputs.at[id] = SkyOutput(environment_position(i.direction), environment_image(i.direction),
-                               environment_density(i.direction), light.direction, light.radiance,
-                               light.density, escaping_radiance(i.direction, 0.0));
+                               environment_pdf(i.direction), light.towards, light.radiance,
+                               light.pdf, escaping_radiance(i.direction, 0.0));
 }

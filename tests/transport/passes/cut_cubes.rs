@@ -208,7 +208,7 @@ fn judge(cached: &Cached, volume: &Volume, isovalues: &[f64]) -> [usize; 3] {
 #[test]
 fn every_cube_that_a_surface_cuts_is_marked_and_none_far_from_it() {
     let shaders = shaders()
-        .with_file("cell_tracking.comp", NOTHING)
+        .with_file("node_tracking.comp", NOTHING)
         .with_file("cached_tracking.comp", NOTHING);
     for (dims, scale, is_8_bit) in [
         ([45, 50, 47], 1.0, true),

@@ -177,7 +177,7 @@ fn a_march_is_shown_in_one_step_as_in_two() {
     let volume = constant_field(1.0, [8; 3], [0.1; 3]);
     // The cache shows a guess: nobody traces a path.
     let shaders = shaders()
-        .with_file("cell_tracking.comp", NOTHING)
+        .with_file("node_tracking.comp", NOTHING)
         .with_file("camera_march.comp", NOTHING);
     let device = device();
     let mut cached = empty_cache(

@@ -6,11 +6,6 @@ vec3 node_position(ivec3 node) {
     return 0.5 + (vec3(node) + 0.5) * scene.cache_step;
 }
 
-// Unpacks three numbers of ten bits each.
-ivec3 unpacked(uint word) {
-    return ivec3(word, word >> 10u, word >> 20u) & 1023;
-}
-
 // The lowest node of the cube that holds a point, and the point's position in that cube: in [0, 1], or beyond near
 // the box's faces.
 struct Cube {

@@ -3,7 +3,7 @@
 use super::memory::CacheMemory;
 use super::merge_parts::MergeParts;
 use super::spread_light::SpreadLight;
-use super::work_list::{NODES, Portion, WorkList};
+use super::work_list::{Portion, WorkList};
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
@@ -11,11 +11,11 @@ use crate::render::bricks::Items;
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::path_queue::{PathQueue, Progress};
 use crate::render::resources::Resources;
-use crate::render::shared::BOTH_HALVES;
+use crate::render::shared::{BOTH_HALVES, NODES};
 use crate::shared;
 
 shared! {
-    pub struct CellPush {
+    pub struct NodePush {
         /// Loop iterations after which a slot leaves its path to the next dispatch.
         pub work: uint,
         pub slots: uint,
@@ -27,7 +27,7 @@ shared! {
     }
 }
 
-pub struct CellTracking {
+pub struct NodeTracking {
     pass: Pass,
     merge_parts: MergeParts,
     spread_light: SpreadLight,
@@ -38,10 +38,10 @@ pub struct CellTracking {
     portion: Portion,
 }
 
-impl CellTracking {
+impl NodeTracking {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
-        Ok(CellTracking {
-            pass: passes.compile::<CellPush>("cell_tracking")?,
+        Ok(NodeTracking {
+            pass: passes.compile::<NodePush>("node_tracking")?,
             merge_parts: MergeParts::new(passes)?,
             spread_light: SpreadLight::new(passes)?,
             queue: PathQueue::new(passes),
@@ -86,7 +86,7 @@ impl CellTracking {
     ) -> Result<Progress> {
         let (pass, portion, nodes_half) = (&self.pass, self.portion, self.half);
         let mut progress = self.queue.advance(frame, r, pass, |frame, work| {
-            let push = CellPush {
+            let push = NodePush {
                 work,
                 slots: r.slots(),
                 turns: portion.turns,

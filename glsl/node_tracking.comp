@@ -22,7 +22,7 @@
 #include "surface.glsl"
 #include "brdf.glsl"
 #include "light.glsl"
-#include "cells.glsl"
+#include "nodes.glsl"
 #include "cache.glsl"
 #include "scattered.glsl"
 #include "path.glsl"
@@ -36,7 +36,7 @@ layout(scalar) buffer CounterBlock { Counters count; } counters;
 layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
 
 // The first sample index of nodes, so that no camera path has the same random numbers.
-const uint CELL_SAMPLES = 0x80000000u;
+const uint NODE_SAMPLES = 0x80000000u;
 
 NodeWork node_work;
 
@@ -106,7 +106,7 @@ bool begin_part(inout Path path) {
     uint most = (turn.samples + turn.parts - 1u) / turn.parts;
     uint first = turn.part * most;
     path.samples_left = is_in_lattice(node) ? min(most, turn.samples - first) : 0u;
-    path.sample_index = CELL_SAMPLES + turn.first_sample + first - 1u;
+    path.sample_index = NODE_SAMPLES + turn.first_sample + first - 1u;
     node_work.node = node;
     node_work.item = item;
     node_work.gathers = gathers(turn, push.nodes_half) ? 1u : 0u;
@@ -114,18 +114,18 @@ bool begin_part(inout Path path) {
     return true;
 }
 
-// Next-event estimation as at a collision. The directions' density on the sphere is 1/4π, and the mean
-// over directions divides by 4π: for a sky, radiance over density and 4π; for a sun, its share.
+// Next-event estimation as at a collision. The directions' pdf on the sphere is 1/4π, and the mean
+// over directions divides by 4π: for a sky, radiance over pdf and 4π; for a sun, its share.
 void ask_for_light(inout Path path, inout Random random) {
     LightSample light = sample_light(words_for_light(path, random));
-    bool is_sun = light.density == ALONE;
+    bool is_sun = light.pdf == ALONE;
     vec3 radiance = light_weight(light, 0.25 / PI) * light.radiance * (0.25 / PI);
     if (is_sun) {
         radiance = vec3(grey(light.radiance / scene.cache_unit) / scene.suns_grey);
     }
     node_work.shadow_is_sun = is_sun ? 1u : 0u;
     // Without roulette: the suns' share is estimated by this ray.
-    aim_shadow_ray(path, light.direction, radiance, NOTHING);
+    aim_shadow_ray(path, light.towards, radiance, NOTHING);
 }
 
 void begin_sample(inout Path path) {
@@ -140,7 +140,7 @@ void begin_sample(inout Path path) {
     vec2 u = numbers_for_direction(path, random).xy;
     node_work.first_direction = direction_around(vec3(0.0, 0.0, 1.0), 1.0 - 2.0 * u.x, u.y);
     path.pdf = 0.25 / PI;
-    turn(path, node_work.first_direction, NOTHING, random);
+    redirect(path, node_work.first_direction, NOTHING, random);
     path.dimension = random.dimension;
 }
 
