@@ -3,7 +3,7 @@
 // A path begins at a node as if it had just collided there in an isotropic medium: with a shadow ray, and in a
 // direction that is uniform over the sphere. The path's light goes to the node's mean and flux; the light of the
 // first shadow ray, if it went to a sun, goes to the suns' share. Slots take parts of a node's paths from a queue
-// (turns.glsl) as those of camera_path.glsl take pixels; merge_parts.comp adds up the parts.
+// (slot_loop.glsl, turns.glsl); merge_parts.comp adds up the parts.
 //
 // The first paths of a node end where they can gather light that the cache holds so far (gathering.glsl), and the
 // very first are paths of only some nodes (coarse.glsl).
@@ -28,17 +28,17 @@
 #include "path.glsl"
 #include "gathering.glsl"
 
-layout(local_size_x = 64) in;
 #include "push.glsl"
-layout(scalar) buffer CounterBlock { Counters count; } counters;
-#include "slots.glsl"
+#include "slot_loop.glsl"
 #include "turns.glsl"
 layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
 
 // The first sample index of nodes, so that no camera path has the same random numbers.
 const uint NODE_SAMPLES = 0x80000000u;
 
+// What is known of the slot's item.
 NodeWork node_work;
+NodeWork held_work;
 
 void arrive(vec3 radiance, vec3 towards_light, bool is_skys_own) {
     vec3 light = radiance / scene.cache_unit;
@@ -93,7 +93,7 @@ bool knows_suns(Path path) {
     return false;
 }
 
-bool begin_part(inout Path path) {
+bool begin_item(inout Path path) {
     uint item = atomicAdd(counters.count.next, 1u);
     uint index = turn_of(item);
     if (index >= push.turns) {
@@ -144,62 +144,26 @@ void begin_sample(inout Path path) {
     path.dimension = random.dimension;
 }
 
-void main() {
-    uint slot = gl_GlobalInvocationID.x;
-    if (slot >= push.slots || stands_back(slot)) {
-        return;
-    }
-    if (is_in_bricks && still_misses(paths.at[slot].missing)) {
-        atomicAdd(counters.count.unfinished, 1u);
-        report(slot, true, false);
-        return;
-    }
-    Path path = path_of(slot);
+void finish_item(inout Path path) {
+    store_sums(node_work.item, node_work.sums);
+}
+
+void load_work(uint slot, Path path) {
     if (!rests(path)) {
         node_work = node_works.at[slot];
     }
-    uint finished = 0u;
-    bool working = true;
-    bool has_advanced = false;
-    while (working && first_missing == 0u && !has_done_enough(push.work)) {
-        ++work;
-        if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
-            working = begin_part(path);
-        }
-        Path before = path;
-        NodeWork node_work_before = node_work;
-        uint lookups_before = lookups;
-        if (path.stage == STAGE_IDLE && path.samples_left > 0u) {
-            begin_sample(path);
-        }
-        if (path.stage != STAGE_IDLE) {
-            if (!is_void) {
-                advance(path);
-            }
-            if (is_void) {
-                path = before;
-                node_work = node_work_before;
-                lookups = lookups_before;
-            } else {
-                has_advanced = true;
-                if (path.stage == STAGE_IDLE) {
-                    ++finished;
-                    if (path.samples_left == 0u) {
-                        store_sums(node_work.item, node_work.sums);
-                    }
-                }
-            }
-        }
-    }
-    path.missing = first_missing;
-    keep(slot, path);
+}
+
+void store_work(uint slot, Path path) {
     if (!rests(path)) {
         node_works.at[slot] = node_work;
     }
-    if (working) {
-        atomicAdd(counters.count.unfinished, 1u);
-    }
-    atomicAdd(counters.count.lookups, lookups);
-    atomicAdd(counters.count.finished, finished);
-    report(slot, first_missing != 0u, has_advanced);
+}
+
+void hold_work() {
+    held_work = node_work;
+}
+
+void undo_work() {
+    node_work = held_work;
 }

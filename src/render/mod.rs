@@ -24,6 +24,10 @@
 //! - **patch**: one of 32 × 32 rectangles of the picture. For each it is known how near and how far its rays meet
 //!   anything.
 //!
+//! Around the volume:
+//! - **sky**: the light of all environments together, their constant radiance and the image. Scene files, and what is made
+//!   of one of their keys, say environment.
+//!
 //! In the volume:
 //! - **cell**: the cube between eight neighbouring voxels, in which the field is one trilinear polynomial.
 //! - **macrocell**: 8³ cells, with the smallest and the largest value in them.

@@ -175,7 +175,7 @@ mod tests {
     fn parts_are_neither_empty_nor_large() {
         for samples in (1..3000).chain([1 << 16, (1 << 20) + 1]) {
             let parts = parts_of(samples);
-            // The rule of `begin_part` in `node_tracking.comp`.
+            // The rule of `begin_item` in `node_tracking.comp`.
             let most = samples.div_ceil(parts);
             assert!(
                 (parts - 1) * most < samples && samples <= parts * most,

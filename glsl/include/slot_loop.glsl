@@ -1,0 +1,95 @@
+// What a slot does in a dispatch.
+//
+// It takes an item from a queue, traces all of its paths one after another, and takes the next item, so that no lane idles
+// because its neighbour's paths are longer. It does a bounded amount of work, and keeps its path in memory until the next
+// dispatch. A step that has missed a brick of the volume is undone, and is taken again once the brick is there.
+//
+// A shader that includes this takes push constants `work` and `slots`, and defines:
+
+// Takes an item, which may have no paths, from the queue. Returns false if there is none to work on.
+bool begin_item(inout Path path);
+// Begins the item's next path.
+void begin_sample(inout Path path);
+// Is called when all of the item's paths have ended.
+void finish_item(inout Path path);
+// What the shader knows of an item besides its path: fetches it from memory and keeps it there, and holds it while a step is
+// taken, which may have to be undone.
+void load_work(uint slot, Path path);
+void store_work(uint slot, Path path);
+void hold_work();
+void undo_work();
+
+layout(local_size_x = 64) in;
+layout(scalar) buffer CounterBlock { Counters count; } counters;
+#include "slots.glsl"
+
+// Reports the item that a slot still works on to the host.
+void report_item(uint item) {
+#ifdef VOLUME_IN_BRICKS
+    if (item != 0u) {
+        atomicMin(streaming.now.oldest_item, item - 1u);
+    }
+#endif
+}
+
+void main() {
+    uint slot = gl_GlobalInvocationID.x;
+    if (slot >= push.slots) {
+        return;
+    }
+    if (stands_back(slot)) {
+        report_item(paths.at[slot].item);
+        return;
+    }
+    if (is_in_bricks && still_misses(paths.at[slot].missing)) {
+        report_item(paths.at[slot].item);
+        atomicAdd(counters.count.unfinished, 1u);
+        report(slot, true, false);
+        return;
+    }
+    Path path = path_of(slot);
+    load_work(slot, path);
+    uint finished = 0u;
+    bool working = true;
+    bool has_advanced = false;
+    while (working && first_missing == 0u && !has_done_enough(push.work)) {
+        ++work;
+        if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
+            working = begin_item(path);
+        }
+        Path before = path;
+        hold_work();
+        uint lookups_before = lookups;
+        if (path.stage == STAGE_IDLE && path.samples_left > 0u) {
+            begin_sample(path);
+        }
+        if (path.stage != STAGE_IDLE) {
+            if (!is_void) {
+                advance(path);
+            }
+            if (is_void) {
+                path = before;
+                undo_work();
+                lookups = lookups_before;
+            } else {
+                has_advanced = true;
+                if (path.stage == STAGE_IDLE) {
+                    ++finished;
+                    if (path.samples_left == 0u) {
+                        finish_item(path);
+                    }
+                }
+            }
+        }
+    }
+    path.missing = first_missing;
+    keep(slot, path);
+    store_work(slot, path);
+    report_item(path.item);
+    if (working) {
+        atomicAdd(counters.count.unfinished, 1u);
+    }
+    atomicAdd(counters.count.lookups, lookups);
+    atomicAdd(counters.count.finished, finished);
+    report(slot, first_missing != 0u, has_advanced);
+}
