@@ -50,81 +50,87 @@ pub fn transmittances(scene: &Scene, volume: &Volume, rays: u32) -> Vec<f64> {
     let forward = (DVec3::from(camera.target) - eye).normalize();
     let right = forward.cross(DVec3::from(camera.up)).normalize();
     let up = right.cross(forward);
+    let field = Field::new(volume);
     let across = |i: u32| height * ((f64::from(i) + 0.5) / f64::from(rays) - 0.5);
     let ray = |i: u32| {
         let origin = eye + across(i % rays) * right - across(i / rays) * up;
-        (-optical_depth(scene, volume, origin, forward)).exp()
+        (-optical_depth(scene, &field, origin, forward)).exp()
     };
     (0..rays * rays).map(ray).collect()
 }
 
-fn optical_depth(scene: &Scene, volume: &Volume, origin: DVec3, direction: DVec3) -> f64 {
+fn optical_depth(scene: &Scene, field: &Field, origin: DVec3, direction: DVec3) -> f64 {
     let Some(medium) = &scene.medium else {
         return 0.0;
     };
-    let [near, far] = inside_box(volume, origin, direction);
+    let [near, far] = field.inside_box(origin, direction);
     let step = (far - near).max(0.0) / f64::from(POINTS);
     let extinction = |k: u32| {
         let p = origin + (near + (f64::from(k) + 0.5) * step) * direction;
         let clipped = |c: &isolume::scene::ClipPlane| DVec3::from(c.normal).dot(p) > c.offset;
         match scene.clips.iter().any(clipped) {
             true => 0.0,
-            false => medium.density * medium.classify(value(volume, p)).0,
+            false => medium.density * medium.classify(field.value(p)).0,
         }
     };
     (0..POINTS).map(extinction).sum::<f64>() * step
 }
 
-fn inside_box(volume: &Volume, origin: DVec3, direction: DVec3) -> [f64; 2] {
-    let extent = volume.extent();
-    let mut span = [0.0, f64::INFINITY];
-    for a in 0..3 {
-        let side = |sign: f64| (sign * 0.5 * extent[a] - origin[a]) / direction[a];
-        if direction[a] != 0.0 {
-            span[0] = f64::max(span[0], side(-1.0).min(side(1.0)));
-            span[1] = f64::min(span[1], side(-1.0).max(side(1.0)));
-        } else if origin[a].abs() > 0.5 * extent[a] {
-            return [0.0; 2];
-        }
-    }
-    span
+/// The trilinear interpolant.
+struct Field {
+    dims: [usize; 3],
+    extent: DVec3,
+    spacing: DVec3,
+    voxels: Vec<f64>,
 }
 
-/// The trilinear interpolant, clamped in the outer half voxel.
-fn value(volume: &Volume, p: DVec3) -> f64 {
-    let extent = volume.extent();
-    let mut low = [0; 3];
-    let mut high = [0; 3];
-    let mut t = [0.0; 3];
-    for a in 0..3 {
-        let last = volume.dims[a] - 1;
-        let x = (p[a] + 0.5 * extent[a]) / volume.spacing[a] - 0.5;
-        let x = x.clamp(0.0, f64::from(last));
-        low[a] = x.floor() as u32;
-        high[a] = (low[a] + 1).min(last);
-        t[a] = x.fract();
+impl Field {
+    fn new(volume: &Volume) -> Field {
+        let value = |stored: f64| volume.offset + volume.scale * stored;
+        let voxels = match &*volume.voxels().expect("voxels") {
+            Voxels::U8(voxels) => voxels.iter().map(|&v| value(v.into())).collect(),
+            Voxels::U16(voxels) => voxels.iter().map(|&v| value(v.into())).collect(),
+            Voxels::F32(voxels) => voxels.iter().map(|&v| value(v.into())).collect(),
+        };
+        Field {
+            dims: volume.dims.map(|size| size as usize),
+            extent: volume.extent().into(),
+            spacing: volume.spacing.into(),
+            voxels,
+        }
     }
-    let voxels = volume.voxels().expect("voxels");
-    let corner = |i: u32| {
-        let mut weight = 1.0;
-        let mut voxel = [0; 3];
+
+    /// Distances at which a ray enters the box and leaves it.
+    fn inside_box(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
+        let mut span = [0.0, f64::INFINITY];
         for a in 0..3 {
-            let upper = i >> a & 1 == 1;
-            weight *= if upper { t[a] } else { 1.0 - t[a] };
-            voxel[a] = if upper { high[a] } else { low[a] };
+            let side = |sign: f64| (sign * 0.5 * self.extent[a] - origin[a]) / direction[a];
+            if direction[a] != 0.0 {
+                span[0] = f64::max(span[0], side(-1.0).min(side(1.0)));
+                span[1] = f64::min(span[1], side(-1.0).max(side(1.0)));
+            } else if origin[a].abs() > 0.5 * self.extent[a] {
+                return [0.0; 2];
+            }
         }
-        weight * voxel_value(volume, &voxels, voxel)
-    };
-    (0..8).map(corner).sum()
-}
+        span
+    }
 
-fn voxel_value(volume: &Volume, voxels: &Voxels, [x, y, z]: [u32; 3]) -> f64 {
-    let [width, height, _] = volume.dims;
-    let i = (x + width * (y + height * z)) as usize;
-    let stored = match voxels {
-        Voxels::U8(v) => f64::from(v[i]),
-        Voxels::U16(v) => f64::from(v[i]),
-        Voxels::F32(v) => f64::from(v[i]),
-    };
-    volume.offset + volume.scale * stored
+    /// Clamped in the outer half voxel.
+    fn value(&self, p: DVec3) -> f64 {
+        let [width, height, _] = self.dims;
+        let along = |a: usize| {
+            let last = self.dims[a] - 1;
+            let x = ((p[a] + 0.5 * self.extent[a]) / self.spacing[a] - 0.5).clamp(0.0, last as f64);
+            let low = x as usize;
+            (low, (low + 1).min(last), x.fract())
+        };
+        let [(x0, x1, tx), (y0, y1, ty), (z0, z1, tz)] = [along(0), along(1), along(2)];
+        let mix = |a: f64, b: f64, t: f64| (1.0 - t) * a + t * b;
+        let row = |y: usize, z: usize| {
+            let row = &self.voxels[width * (y + height * z)..];
+            mix(row[x0], row[x1], tx)
+        };
+        let slice = |z: usize| mix(row(y0, z), row(y1, z), ty);
+        mix(slice(z0), slice(z1), tz)
+    }
 }
