@@ -5,7 +5,8 @@
 //! them give a standard error, and a stop never throws away more than a sixteenth of the work. They are
 //! powers of two that begin at multiples of themselves, since those are what samples are spread evenly over
 //! (glsl/include/random.glsl): the spread between units then shows most of what that gains. They follow from a sample's
-//! index in the whole picture, so that the shards of a picture have the units of a single run.
+//! index in the whole picture, so that shards have the units of a single run. Only a shard that begins so late that it would
+//! have fewer than four of them has shorter ones, a sixteenth of it at most, so that it knows its own error.
 //!
 //! Units are blocks of one sequence, so their spread is that of independently scrambled batches only in so far as the blocks
 //! are independent of each other: without a cache, what is reported is 1.01 to 1.07 times the true error ("The error that is
@@ -81,6 +82,9 @@ pub struct Done {
 /// how evenly they are spread is looked at from this number on.
 pub const UNITS_TO_TRUST: u32 = Halves::LEAST;
 
+/// A shard that would have fewer units has shorter ones.
+const FEWEST_UNITS: u32 = 4;
+
 /// Why to stop now, as the end of a sentence; `None`: go on.
 pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
     if let Some(goal) = stop.count()
@@ -125,6 +129,9 @@ pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
         samples = samples.min(1 << at.trailing_zeros());
     }
     if let Some(goal) = stop.count() {
+        if goal < FEWEST_UNITS * sixteenth(done.first_sample) {
+            samples = samples.min(sixteenth(goal));
+        }
         samples = samples.min(goal - done.samples);
     }
     if let Some(goal) = stop.time
@@ -217,7 +224,7 @@ mod tests {
         }
     }
 
-    /// Those that a single run has, if no shard ends within one of them.
+    /// Those that a single run has, if no shard ends within one of them or is short.
     #[test]
     fn shards_have_the_units_of_a_single_run() {
         let units = |first: u32, end: u32| {
@@ -246,6 +253,10 @@ mod tests {
             assert!(samples.is_power_of_two() && first.is_multiple_of(*samples));
         }
         assert_eq!(*last, [768, 9], "the last unit takes what is left");
+        for [first, end] in [[256, 272], [4096, 4224], [1_000_000, 1_000_016]] {
+            let few = units(first, end).len();
+            assert!((16..=32).contains(&few), "{few} from {first} to {end}");
+        }
     }
 
     #[test]

@@ -61,6 +61,13 @@ fn shards_merge_to_the_picture_of_a_single_run() {
     let [mean, stderr] = ["", "stderr."].map(|prefix| difference(&single, &merged, prefix));
     println!("mean differs by {mean:.1e} of the mean, standard error by {stderr:.1e} of its own");
     assert!(mean <= 1e-6 && stderr <= 0.01, "{mean:.1e} {stderr:.1e}");
+    let render = "render ball.toml --variant non-caching";
+    folder.succeed(&format!("{render} --samples 512..528 -o short.exr"));
+    let errors = channel(&folder.exr("short.exr"), "stderr.R");
+    assert!(
+        errors.iter().all(|error| error.is_finite()),
+        "a short shard does not know its error"
+    );
     for layer in ["albedo.R", "normal.Z", "depth.Z"] {
         assert_eq!(channel(&single, layer), channel(&merged, layer));
     }
