@@ -85,18 +85,19 @@ pub fn separate_isovalues(session: &mut Session) {
     let mut others: Vec<f64> = iso.iter().map(|s| s.value).collect();
     if chosen < others.len() {
         others.remove(chosen);
-        iso[chosen].value = apart(iso[chosen].value, &others, high - low);
+        iso[chosen].value = apart(iso[chosen].value, &others, [low, high]);
     }
 }
 
-/// The next value from `value` upwards that is none of `others`, in steps that are small in data of this extent, but
-/// never lost in a float's precision.
-fn apart(value: f64, others: &[f64], extent: f64) -> f64 {
+/// The next value from `value` upwards that is none of `others`, or downwards where the data's range ends, in steps that are
+/// small in it, but never lost in a float's precision.
+fn apart(value: f64, others: &[f64], [low, high]: [f64; 2]) -> f64 {
     let least = (2e-7 * value.abs()).max(f32::MIN_POSITIVE.into());
-    let step = least.max(1e-4 * extent);
-    let steps = (0u32..).map(|n| value + f64::from(n) * step);
-    let mut free = steps.filter(|value| !others.contains(value));
-    free.next().unwrap_or(value)
+    let step = least.max(1e-4 * (high - low));
+    let is_free = |value: &f64| !others.contains(value);
+    let places = |sign: f64| (0..=others.len()).map(move |n| value + sign * n as f64 * step);
+    let up = places(1.0).find(is_free).filter(|value| *value <= high);
+    up.or(places(-1.0).find(is_free)).unwrap_or(value)
 }
 
 /// A named slider from `low` to `high`; a logarithmic one is fine near zero. A value from elsewhere, as from a scene
@@ -132,12 +133,22 @@ mod tests {
 
     #[test]
     fn equal_isovalues_part_in_any_data() {
-        for (value, extent) in [(5.0, 0.0), (0.0, 0.0), (-1e30, 0.0), (150.0, 255.0)] {
-            let third = apart(value, &[value, apart(value, &[value], extent)], extent);
-            assert!(third > value, "{value} in data of extent {extent}");
-            assert!(third - value < 1e-3 * extent.max(value.abs()).max(1.0));
+        for (value, range) in [
+            (5.0, [5.0; 2]),
+            (0.0, [0.0; 2]),
+            (-1e30, [-1e30; 2]),
+            (150.0, [0.0, 255.0]),
+            (255.0, [0.0, 255.0]),
+        ] {
+            let second = apart(value, &[value], range);
+            let third = apart(value, &[value, second], range);
+            let values = [value, second, third].map(|value| value as f32);
+            assert!(values[0] != values[1] && values[1] != values[2] && values[2] != values[0]);
+            let [low, high]: [f64; 2] = range;
+            assert!((third - value).abs() < 1e-3 * (high - low).max(value.abs()).max(1.0));
+            assert!(high == low || third <= high, "{third} is beyond the data");
         }
-        assert_eq!(apart(5.0, &[4.0], 0.0), 5.0);
+        assert_eq!(apart(5.0, &[4.0], [5.0; 2]), 5.0);
     }
 
     #[test]

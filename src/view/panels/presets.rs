@@ -1,7 +1,7 @@
 //! Presets to start from: a transfer function and surfaces, in the data's own units where they are known, as shares
 //! of the range otherwise. Light and camera stay.
 
-use egui::Ui;
+use egui::{Button, Ui};
 
 use crate::scene::preset::{BONE, FLESH, IVORY, Point, ROUGHNESS, SKIN, SOFT_TISSUE, film};
 use crate::scene::{Disney, Isosurface, Medium, Shading, TransferPoint};
@@ -84,7 +84,8 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     let usual = Medium::default_density(volume.extent());
     ui.horizontal_wrapped(|ui| {
         for look in &LOOKS {
-            if ui.button(look.name).clicked() {
+            let button = Button::new(look.name);
+            if ui.add_enabled(look.suits(range), button).clicked() {
                 let scene = &mut session.scene;
                 scene.medium = Some(look.medium(range, usual));
                 scene.surfaces.iso = look.surface(range).into_iter().collect();
@@ -102,6 +103,16 @@ impl Look {
         }
     }
 
+    /// Whether anything of its medium is to be seen in data of this range.
+    fn suits(&self, range: [f64; 2]) -> bool {
+        let values = self
+            .transfer
+            .iter()
+            .map(|(value, ..)| self.value(*value, range));
+        let [first, last] = [f64::min, f64::max].map(|of| values.clone().fold(f64::NAN, of));
+        first < range[1] && range[0] < last
+    }
+
     fn medium(&self, range: [f64; 2], usual: f64) -> Medium {
         let point = |&(value, opacity, color): &Point| TransferPoint {
             value: self.value(value, range),
@@ -114,9 +125,12 @@ impl Look {
         )
     }
 
+    /// `None` also where its value lies outside of the data's range: `render` would refuse a scene with it.
     fn surface(&self, range: [f64; 2]) -> Option<Isosurface> {
-        self.surface.map(|(value, color)| Isosurface {
-            value: self.value(value, range),
+        let (value, color) = self.surface?;
+        let value = self.value(value, range);
+        (range[0]..=range[1]).contains(&value).then(|| Isosurface {
+            value,
             opacity: 1.0,
             color,
             shading: glossy(),
