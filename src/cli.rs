@@ -25,7 +25,7 @@ pub use bench::{BenchArgs, BenchVariant};
 pub use cache::{CacheArgs, CleanArgs};
 use values::{
     cache_format, cache_scale, device, exr, finite, iso, limit, picture, positive, samples,
-    seconds, size, spp, variant, view, word,
+    seconds, size, spp, variant, view, views, word,
 };
 #[cfg(feature = "window")]
 pub use view::ViewArgs;
@@ -150,7 +150,7 @@ pub struct RenderArgs {
 
     /// Render so many views around the object, from one cache: OUT.0001.exr and so on. What stops a
     /// render stops each view.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = views)]
     pub orbit: Option<NonZeroU32>,
 
     /// Seed of the random numbers.

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::bytes::human;
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
 use crate::scene::volume::{Series, Storage, Volume, VolumeOverrides};
@@ -173,18 +174,17 @@ fn device_table(device: &DeviceSummary) -> String {
             Some(format!("  without        {}: {fallback}\n", need.name))
         })
         .collect();
-    let gib = |bytes: u64| bytes as f64 / (1u64 << 30) as f64;
     format!(
-        "{}: {}\n  kind           {}\n  driver         {}\n  Vulkan         {}\n  usable         {usable}\n  memory         {:.2} GiB device-local\n  3D images      {} texels a side at most\n  one buffer     {:.2} GiB at most\n  one allocation {:.2} GiB at most\n{fallbacks}",
+        "{}: {}\n  kind           {}\n  driver         {}\n  Vulkan         {}\n  usable         {usable}\n  memory         {} device-local\n  3D images      {} texels a side at most\n  one buffer     {} at most\n  one allocation {} at most\n{fallbacks}",
         device.index,
         device.name,
         device.kind,
         device.driver,
         device.api,
-        gib(device.device_local_bytes),
+        human(device.device_local_bytes),
         device.max_image_3d,
-        gib(device.max_storage_buffer_bytes),
-        gib(device.max_allocation_bytes),
+        human(device.max_storage_buffer_bytes),
+        human(device.max_allocation_bytes),
     )
 }
 

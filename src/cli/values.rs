@@ -45,6 +45,17 @@ pub(super) fn device(text: &str) -> Result<String, String> {
     }
 }
 
+/// The most views of an orbit: their names count them with four digits.
+const MOST_VIEWS: u32 = 9999;
+
+/// The value of `--orbit`.
+pub(super) fn views(text: &str) -> Result<NonZeroU32, String> {
+    let count = text.trim().parse().ok().and_then(NonZeroU32::new);
+    count
+        .filter(|count| count.get() <= MOST_VIEWS)
+        .ok_or(format!("expected a whole number from 1 to {MOST_VIEWS}"))
+}
+
 /// A word or a number that one of the scene's own types understands.
 pub(super) fn word<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let value = text.parse().unwrap_or_else(|_| Value::String(text.into()));

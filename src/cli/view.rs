@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::values::extent;
+use super::values::{extent, spp};
 use super::{GpuArgs, SceneArgs};
 
 #[derive(Debug, Args)]
@@ -18,7 +18,7 @@ pub struct ViewArgs {
     pub window: [u32; 2],
 
     /// Refine a picture at rest by at most so many samples per pixel.
-    #[arg(long, value_name = "N", default_value = "1024")]
+    #[arg(long, value_name = "N", default_value = "1024", value_parser = spp)]
     pub spp: NonZeroU32,
 
     /// Seed of the random numbers.

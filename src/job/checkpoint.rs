@@ -249,6 +249,11 @@ impl<'a> Keeper<'a> {
             settings: settings(engine),
             picture: view.number,
             pictures: self.subject.views.len() as u32,
+            goal: self
+                .subject
+                .args
+                .stop(self.subject.opened.scene.render.variant)
+                .count(),
             seconds: watch.elapsed().as_secs_f64(),
             runs: self.runs.clone(),
         };

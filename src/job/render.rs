@@ -2,7 +2,6 @@
 
 use std::num::NonZeroU32;
 use std::panic::resume_unwind;
-use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
@@ -17,7 +16,7 @@ use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Trial, Work};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::Progress;
-use crate::output::{Outputs, check_writable, say};
+use crate::output::{Outputs, check_inputs_stay, check_writable, say};
 use crate::scene::{Opened, Variant};
 use crate::shard::{Found, volume_fingerprint};
 
@@ -26,14 +25,16 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let mut clock = Clock::new();
     let others = [&args.checkpoint, &args.stats, &args.profile];
     let pictures = files(args);
-    check_writable(
+    let outputs = || {
         pictures
             .iter()
             .flatten()
-            .chain(others.into_iter().flatten()),
-    )?;
+            .chain(others.into_iter().flatten())
+    };
+    check_writable(outputs())?;
     let (opened, host) = open(args, &mut clock)?;
-    check_sky_stays(pictures.iter().flatten(), &opened)?;
+    let inputs = [vec![args.scene.input.clone()], opened.inputs()?].concat();
+    check_inputs_stay(outputs(), &inputs)?;
     let views = views(pictures, args, &opened);
     let mut render = Render::begin(args, &host, &opened, &views, clock)?;
     render.fill()?;
@@ -57,27 +58,6 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         summary.print();
     }
     Ok(interrupt::status())
-}
-
-/// Fails if a picture would take the place of an image that lights the scene, as `sky.exr` of `sky.toml`.
-fn check_sky_stays<'a>(pictures: impl Iterator<Item = &'a PathBuf>, opened: &Opened) -> Result<()> {
-    let skies: Vec<PathBuf> = opened
-        .file
-        .images()
-        .filter_map(|image| image.canonicalize().ok())
-        .collect();
-    for picture in pictures {
-        if picture
-            .canonicalize()
-            .is_ok_and(|path| skies.contains(&path))
-        {
-            let name = picture.display();
-            return Err(Error::Usage(format!(
-                "{name}: this image lights the scene, and the picture would take its place; give another name with -o"
-            )));
-        }
-    }
-    Ok(())
 }
 
 /// Opens the scene while the device starts.

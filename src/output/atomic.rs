@@ -157,11 +157,36 @@ pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Resul
     Ok(())
 }
 
+/// Fails if an output would take the place of a file that is read, as `sky.exr` would of the image that lights `sky.toml`.
+pub fn check_inputs_stay<'a>(
+    outputs: impl IntoIterator<Item = &'a PathBuf>,
+    inputs: &[PathBuf],
+) -> Result<()> {
+    let inputs: Vec<PathBuf> = inputs
+        .iter()
+        .filter_map(|p| p.canonicalize().ok())
+        .collect();
+    for output in outputs {
+        if output
+            .canonicalize()
+            .is_ok_and(|path| inputs.contains(&path))
+        {
+            return Err(Error::Usage(format!(
+                "{}: the scene is read from this file, and an output would take its place; give the output another name",
+                output.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
 fn open(path: &Path) -> Result<(Target, Temporary)> {
+    let is_folder = path.as_os_str().as_encoded_bytes().ends_with(b"/");
     let target = match fs::metadata(path) {
         Ok(existing) if existing.is_dir() => {
             return Err(Error::input(path, "it is a folder; name a file in it"));
         }
+        _ if is_folder => return Err(Error::input(path, "it names a folder; name a file")),
         // The path may be a symbolic link: the link stays.
         Ok(existing) if existing.is_file() => {
             Target::File(fs::canonicalize(path).map_err(|error| Error::io(path, error))?)

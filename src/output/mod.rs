@@ -22,7 +22,7 @@ use crate::render::Sums;
 use crate::scene::Tone;
 
 pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
-pub use atomic::{Outputs, check_writable, has_committed};
+pub use atomic::{Outputs, check_inputs_stay, check_writable, has_committed};
 
 /// Prints a line to stderr. Whoever reads it may be gone, which is no reason to stop.
 pub fn say(line: impl std::fmt::Display) {

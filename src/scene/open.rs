@@ -1,6 +1,6 @@
 //! Opens the argument of a command, a scene file or a bare volume, and collects everything that a renderer needs.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::Scene;
 use super::file::{Edit, SceneFile, resolve};
@@ -22,6 +22,16 @@ pub struct Opened {
     pub scene: Scene,
     /// Remarks for the user: one sentence each.
     pub notes: Vec<String>,
+}
+
+impl Opened {
+    /// The files from which the scene is read, apart from a scene file itself.
+    pub fn inputs(&self) -> Result<Vec<PathBuf>> {
+        Ok([self.file.volume_path()?]
+            .into_iter()
+            .chain(self.file.images())
+            .collect())
+    }
 }
 
 /// Opens the argument of `render` and similar commands. A preset has no effect on a scene file.

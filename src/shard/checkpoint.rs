@@ -30,6 +30,9 @@ pub struct State {
     /// Number of the picture under way, and of all pictures of the orbit; from 1 on.
     pub picture: u32,
     pub pictures: u32,
+    /// Samples per pixel that each picture of an orbit gets, if they are counted.
+    #[serde(default)]
+    pub goal: Option<u32>,
     /// Seconds spent on this picture, over all runs.
     pub seconds: f64,
     pub runs: Vec<RunOf>,
@@ -187,6 +190,13 @@ impl Found {
             {
                 let counts = format!("it is of {} pictures, not of {pictures}", state.pictures);
                 return refuse(&name, counts);
+            }
+            if let (Some(had), Some(asked)) = (state.goal, stop.count())
+                && state.picture > 1
+                && had != asked
+            {
+                let views = format!("its earlier views have {had} samples, not {asked}");
+                return refuse(&name, views);
             }
             let found = Named {
                 name: &name,

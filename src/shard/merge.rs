@@ -8,6 +8,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::checkpoint::State;
 use super::file::{Shard, read_header};
 use super::header::{Fill, Header, checksum};
 use super::identity::Named;
@@ -90,9 +91,13 @@ pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
     })
 }
 
-/// Fails if the output would take the place of a shard of the same picture whose samples are not in the merged one, as where
-/// its name was forgotten and the first shard stands in its place.
+/// Fails if the output would take the place of a checkpoint, or of a shard of the same picture whose samples are not in the
+/// merged one, as where its name was forgotten and the first shard stands in its place.
 pub fn check_kept(output: &Path, merged: &Header) -> Result<()> {
+    if read_header::<State>(output).is_ok() {
+        let problem = "it is a checkpoint, and a merged picture in its place could not be continued; name another file";
+        return Err(Error::input(output, problem));
+    }
     let Ok((before, _)) = read_header::<Header>(output) else {
         return Ok(());
     };

@@ -36,10 +36,11 @@ use crate::cli::ViewArgs;
 use crate::error::{DeviceError, Result};
 use crate::fence::unless_it_panics;
 use crate::interrupt;
-use crate::output::check_writable;
+use crate::output::{check_inputs_stay, check_writable};
 
 pub fn view(args: &ViewArgs) -> Result<u8> {
     check_writable(&args.stats)?;
+    check_inputs_stay(&args.stats, std::slice::from_ref(&args.scene.input))?;
     let event_loop = event_loop().map_err(|problem| {
         let input = args.scene.input.display();
         DeviceError::Display(format!(

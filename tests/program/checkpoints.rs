@@ -271,6 +271,11 @@ fn a_checkpoint_of_something_else_is_refused() {
         assert!(said.ends_with("; --restart begins anew"), "{said}");
         assert_eq!(said.lines().count(), 1, "{said}");
     }
+    let orbit = "render ball.toml --size 8x8 -o turn.exr --orbit 2 --checkpoint o.exr --spp";
+    folder.succeed(&format!("{orbit} 2"));
+    let said = refused(&folder, &format!("{orbit} 4"), 3);
+    let expected = "its earlier views have 2 samples, not 4; --restart begins anew";
+    assert!(said.ends_with(expected), "{said}");
     let cached = format!("{render} --variant caching --spp 8");
     // The variant that was picked before stands.
     folder.succeed(&format!("{render} --spp 8"));
@@ -288,6 +293,8 @@ fn a_checkpoint_of_something_else_is_refused() {
     folder.write("c.exr.cache", &cache);
     let whole = folder.read("c.exr");
     folder.succeed("render ball.toml --variant caching --samples 0..8 -o shard.exr");
+    let said = refused(&folder, "merge c.exr shard.exr", 3);
+    assert!(said.contains("c.exr: it is a checkpoint"), "{said}");
     let shard = format!("{cached} --checkpoint shard.exr").replace(" --checkpoint c.exr", "");
     let said = refused(&folder, &shard, 3);
     assert!(

@@ -125,6 +125,7 @@ fn wrong_usage_exits_with_2() {
         "render ball.toml --colour red",
         "render ball.toml -o a.jpg",
         "render ball.toml --spp 0",
+        "render ball.toml --orbit 10000",
         "render ball.toml --size 24",
         "render ball.toml --vram-budget lots",
     ] {
@@ -138,17 +139,23 @@ fn wrong_usage_exits_with_2() {
 
 /// Pictures are named after their scene, and so may be skies.
 #[test]
-fn a_picture_does_not_take_the_place_of_the_sky() {
+fn no_output_takes_the_place_of_what_is_read() {
     let folder = Folder::new();
     folder.succeed("render ball.toml --size 8x4 --spp 1 -o sky.exr");
-    let sky = folder.read("sky.exr");
+    let volume = "ball_16x16x16_uint8.raw";
+    let before = ["sky.exr", "ball.toml", volume].map(|name| folder.read(name));
     let render = "render ball.toml --size 8x4 --spp 1 --set light.1.image=sky.exr";
-    let said = refused(&folder, &format!("{render} -o ./sky.exr"), 2);
-    assert!(
-        said.contains("./sky.exr: this image lights the scene"),
-        "{said}"
-    );
-    assert!(folder.read("sky.exr") == sky);
+    for (flags, name) in [
+        ("-o ./sky.exr".to_string(), "./sky.exr"),
+        ("-o a.exr --checkpoint sky.exr --restart".into(), "sky.exr"),
+        ("-o a.exr --stats ball.toml".into(), "ball.toml"),
+        (format!("-o a.exr --profile {volume}"), volume),
+    ] {
+        let said = refused(&folder, &format!("{render} {flags}"), 2);
+        let expected = format!("{name}: the scene is read from this file");
+        assert!(said.contains(&expected), "{flags}: {said}");
+    }
+    assert!(["sky.exr", "ball.toml", volume].map(|name| folder.read(name)) == before);
 }
 
 #[test]

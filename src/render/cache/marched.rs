@@ -15,9 +15,9 @@ pub struct MarchedSamples {
 }
 
 impl MarchedSamples {
-    pub(super) fn allocate(memory: &Arc<Memory>) -> Result<MarchedSamples> {
+    pub(super) fn allocate(memory: &Arc<Memory>, name: &'static str) -> Result<MarchedSamples> {
         let desc = BufferDesc {
-            name: "marched samples",
+            name,
             bytes: bytes_of::<Marched>(1),
             placement: Placement::Device,
         };

@@ -136,8 +136,8 @@ impl CacheMemory {
                 "tails",
                 tail_bytes(scene.parts.view.size),
             )?,
-            marched: MarchedSamples::allocate(memory)?,
-            marched_at_rest: MarchedSamples::allocate(memory)?,
+            marched: MarchedSamples::allocate(memory, "marched samples")?,
+            marched_at_rest: MarchedSamples::allocate(memory, "marched samples at rest")?,
         })
     }
 

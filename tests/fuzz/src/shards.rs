@@ -36,6 +36,7 @@ pub fn checkpoint(end: u32) -> Vec<u8> {
         settings: Settings::of(&Variant::NonCaching, "it was asked for"),
         picture: 1,
         pictures: 1,
+        goal: None,
         seconds: 1.0,
         runs: vec![RunOf {
             host: "here".into(),
