@@ -159,9 +159,14 @@ impl Document {
                 )),
             },
             Change::View(view) => {
+                // What another flag says of the camera still counts.
+                let is_of_a_flag =
+                    matches!(self.origins.places.get("camera.up"), Some(Origin::Flag(_)));
                 if let Some(camera) = self.root.get_mut("camera").and_then(Value::as_table_mut) {
                     camera.remove("eye");
-                    camera.remove("up");
+                    if !is_of_a_flag {
+                        camera.remove("up");
+                    }
                 }
                 self.set(edit, "camera.view", view.clone())
             }

@@ -108,6 +108,10 @@ fn iso_and_view_flags() {
         (None, None, Some(30.0))
     );
     assert_eq!(camera.view, Some(view));
+    // What another flag says still counts.
+    let turned = [edits(&["camera.up=[0, 0, 1]"]), vec![Edit::view(view)]].concat();
+    let turned = SceneFile::parse(placed, Path::new("head.toml"), &turned).unwrap();
+    assert_eq!(turned.camera.up, Some([0.0, 0.0, 1.0]));
 }
 
 #[test]
