@@ -109,8 +109,8 @@ impl Picture {
     pub fn doing(&self) -> &'static str {
         match self.doing {
             Doing::Moving => "moving",
-            Doing::Marching { .. } => "looking closely",
-            Doing::Filling => "light spreads",
+            Doing::Marching { .. } => "marching every pixel",
+            Doing::Filling => "filling the cache",
             Doing::Refining => "refining",
             Doing::Nothing => "done",
         }

@@ -221,7 +221,7 @@ impl Bench<'_> {
     fn in_time(&self, entrant: &Entrant, runs: &[RunReport]) -> Result<(), String> {
         let layout = entrant.choice.plan.variant.cache();
         let fastest = |cached: bool| {
-            let like = runs.iter().filter(|run| run.orbit.is_some() == cached);
+            let like = runs.iter().filter(|run| run.cache.is_some() == cached);
             like.map(|run| run.paths_per_second).reduce(f64::max)
         };
         let (Some(layout), Some(rate)) = (layout, fastest(true).or(fastest(false))) else {
