@@ -13,8 +13,9 @@ pub struct VolumeOverrides {
     /// Raw files only; little if absent.
     pub endian: Option<Endian>,
     pub spacing: Option<[f64; 3]>,
-    /// Index of the channel, counted from 0; the first if absent. TIFF and OME-Zarr only.
+    /// Index of the channel, counted from 0; the first if absent. Formats that may hold several only.
     pub channel: Option<u32>,
+    /// Index of the time, likewise.
     pub time: Option<u32>,
     /// Index of the resolution, counted from 0, the finest; the finest if absent. TIFF and OME-Zarr only.
     pub level: Option<u32>,

@@ -65,8 +65,8 @@ fn metaimage_refuses_what_is_no_scalar_volume() {
     refuses("v.mha", text("NDims = 3", "NDims = 2"), &["`NDims` is `2`"]);
     refuses(
         "v.mha",
-        u8s().mha("ElementNumberOfChannels = 3\n"),
-        &["Channels"],
+        u8s().mha("ElementNumberOfChannels = 0\n"),
+        &["`ElementNumberOfChannels` is `0`"],
     );
     refuses(
         "v.mha",

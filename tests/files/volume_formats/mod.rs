@@ -8,6 +8,7 @@ mod nifti;
 mod nrrd;
 mod refusals;
 mod regions;
+mod several;
 mod tiff;
 mod values;
 mod zarr;

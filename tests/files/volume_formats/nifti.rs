@@ -123,10 +123,12 @@ fn nifti_refuses_what_is_no_scalar_volume() {
         file.bytes
     };
     let mut series = u8s().nifti();
-    series.int16(40, 4);
+    series.int16(40, 6);
     assert_eq!(load_bytes("v.nii", &series.bytes).dims, DIMS);
-    series.int16(48, 5);
-    refuses("v.nii", series.bytes, &["`dim[4]` is `5`", "extract"]);
+    series.int16(52, 5);
+    refuses("v.nii", &series.bytes, &["`dim[6]` is `5`", "expected 1"]);
+    series.int16(48, 0);
+    refuses("v.nii", series.bytes, &["`dim[4]` is `0`", "1 or more"]);
     refuses("v.nii", changed(40, 9), &["`dim[0]` is `9`"]);
     refuses("v.nii", changed(44, 0), &["`dim[2]` is `0`"]);
     refuses("v.nii", changed(44, -4), &["`dim[2]` is `-4`"]);

@@ -43,7 +43,7 @@ fn nrrd_knows_every_name_of_a_type() {
     let text = u8s().nrrd_header("raw", "\n").replace("uint8", "block");
     refuses("v.nrrd", text, &["`type` is `block`"]);
     let text = u8s().nrrd_header("raw", "kinds: RGB-color domain domain\n\n");
-    let expected = "expected domain or space for each axis";
+    let expected = "expected domain or space for three axes";
     refuses(
         "v.nrrd",
         text,

@@ -380,11 +380,18 @@ fn numbers_beyond_64_bits_are_refused() {
 fn channels_are_for_formats_that_have_some() {
     let folder = folder();
     let array = textured([4, 3, 2], VoxelType::U8, Endian::Little);
-    let path = write(folder.path(), "v.nrrd", array.nrrd("raw", ""));
+    let path = write(folder.path(), "v.npy", array.npy(1, false));
     let overrides = VolumeOverrides {
         channel: Some(0),
         ..Default::default()
     };
     let message = refusal(&path, &overrides);
-    assert!(message.contains("`channel` is only for TIFF"), "{message}");
+    assert!(message.contains("`channel` is only for NRRD"), "{message}");
+    let path = write(folder.path(), "v.nrrd", array.nrrd("raw", ""));
+    let overrides = VolumeOverrides {
+        level: Some(0),
+        ..Default::default()
+    };
+    let message = refusal(&path, &overrides);
+    assert!(message.contains("`level` is only for TIFF"), "{message}");
 }

@@ -14,7 +14,11 @@ fn seeds() -> Vec<Vec<u8>> {
     let integers = Array::new([4, 3, 2], VoxelType::I16, Endian::Big);
     let floats = Array::new([3, 2, 2], VoxelType::F32, Endian::Little);
     let matrix = "TransformMatrix = 1 0 0 0 1 0 0 0 1\nElementSpacing = 1 2 3\nAnatomicalOrientation = RAI\n";
+    let times = integers.meta_header("ElementNumberOfChannels = 2\n", "LOCAL");
+    let times = times.replace("NDims = 3", "NDims = 4");
+    let times = times.replace("4 3 2", "2 1 3 2");
     [
+        (48, [times.into_bytes(), integers.bytes()].concat()),
         (0, integers.mha(matrix)),
         (
             0,
@@ -30,10 +34,12 @@ fn seeds() -> Vec<Vec<u8>> {
 }
 
 fn parse(bytes: &[u8]) {
-    let Some((more, overrides, file)) = volume::options(bytes) else {
+    let Some((more, mut overrides, file)) = volume::options(bytes) else {
         return;
     };
     let path = folder::write(["v.mha", "v.mhd"][usize::from(more & 1)], file);
+    overrides.channel = (more & 2 != 0).then_some(1);
+    overrides.time = (more & 4 != 0).then_some(1);
     volume::check(&path, &overrides, volume::allowed(file.len() + DATA.len()));
 }
 

@@ -14,8 +14,13 @@ fn seeds() -> Vec<Vec<u8>> {
     qform.int16(252, 1);
     qform.floats(256, &[0., 0., 1.]);
     let wide = Array::new([4, 3, 2], VoxelType::U8, Endian::Little).nifti_2();
+    let mut times = Array::new([3, 2, 4], VoxelType::U8, Endian::Little).nifti();
+    times.int16(40, 4);
+    times.int16(46, 2);
+    times.int16(48, 2);
     [
         (0, &sform.bytes),
+        (64, &times.bytes),
         (0, &qform.bytes),
         (0, &wide.bytes),
         (8, &sform.bytes),
@@ -26,7 +31,7 @@ fn seeds() -> Vec<Vec<u8>> {
 }
 
 fn parse(bytes: &[u8]) {
-    let Some((more, overrides, file)) = volume::options(bytes) else {
+    let Some((more, mut overrides, file)) = volume::options(bytes) else {
         return;
     };
     let path = match more & 3 {
@@ -34,6 +39,8 @@ fn parse(bytes: &[u8]) {
         1 => folder::write("v.nii.gz", &gzip(file)),
         _ => folder::write("v.nii.gz", file),
     };
+    overrides.channel = (more & 4 != 0).then_some(1);
+    overrides.time = (more & 8 != 0).then_some(1);
     volume::check(&path, &overrides, volume::allowed(file.len()));
 }
 

@@ -19,7 +19,11 @@ fn seeds() -> Vec<Vec<u8>> {
         dims: [1024, 1024, 1000],
         ..Array::new([16, 16, 8], VoxelType::U8, Endian::Little)
     };
+    let vectors = integers.nrrd_header("raw", "kinds: vector domain domain domain\n\n");
+    let vectors = vectors.replace("dimension: 3", "dimension: 4");
+    let vectors = vectors.replace("4 3 2", "2 2 3 2");
     [
+        (16, [vectors.into_bytes(), integers.bytes()].concat()),
         (0, integers.nrrd("raw", oriented)),
         // It holds less than it says.
         (0, gigabyte.nrrd("gzip", "spacings: 1 1 1\n")),
@@ -38,10 +42,12 @@ fn seeds() -> Vec<Vec<u8>> {
 }
 
 fn parse(bytes: &[u8]) {
-    let Some((more, overrides, file)) = volume::options(bytes) else {
+    let Some((more, mut overrides, file)) = volume::options(bytes) else {
         return;
     };
     let path = folder::write(["v.nrrd", "v.nhdr"][usize::from(more & 1)], file);
+    overrides.channel = (more & 2 != 0).then_some(1);
+    overrides.time = (more & 4 != 0).then_some(1);
     volume::check(&path, &overrides, volume::allowed(file.len() + DATA.len()));
 }
 

@@ -14,7 +14,7 @@ use std::str::FromStr;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::Source;
-use crate::scene::volume::source::file::{Data, Encoding, Start};
+use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
@@ -61,6 +61,7 @@ impl Header {
             start: Start::At(start),
             encoding: Encoding::Raw,
             skip: 0,
+            part: Part::WHOLE,
         };
         let source = data.open(path, dims, voxel_type)?;
         Ok(Header::of_source(source, dims, voxel_type, endian))
@@ -150,28 +151,27 @@ impl Fields {
         self.get(key).map(parse).transpose()
     }
 
-    /// Exactly N numbers, separated by blanks.
-    pub fn numbers<const N: usize, T: FromStr>(
+    /// Exactly `count` numbers, separated by blanks.
+    pub fn numbers<T: FromStr>(
         &self,
         key: &str,
+        count: usize,
         kind: &str,
-    ) -> Parsed<Option<[T; N]>> {
+    ) -> Parsed<Option<Vec<T>>> {
         let Some(value) = self.get(key) else {
             return Ok(None);
         };
         let numbers: Result<Vec<T>, _> = value.split_whitespace().map(T::from_str).collect();
-        numbers
-            .ok()
-            .and_then(|numbers| numbers.try_into().ok())
-            .map(Some)
-            .ok_or_else(|| unexpected(key, value, &format!("{N} {kind}")))
+        let numbers = numbers.ok().filter(|numbers| numbers.len() == count);
+        let wrong = || unexpected(key, value, &format!("{count} {kind}"));
+        numbers.map(Some).ok_or_else(wrong)
     }
 
-    /// The three sizes.
-    pub fn dims(&self, key: &str) -> Parsed<[u32; 3]> {
+    /// The sizes along `count` axes.
+    pub fn sizes(&self, key: &str, count: usize) -> Parsed<Vec<u32>> {
         self.require(key)?;
-        let dims = self.numbers(key, "whole numbers from 1 to 4294967295")?;
-        Ok(dims.unwrap_or_default())
+        let sizes = self.numbers(key, count, "whole numbers from 1 to 4294967295")?;
+        Ok(sizes.unwrap_or_default())
     }
 }
 

@@ -3,51 +3,70 @@
 use std::path::Path;
 
 use super::header::{About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use super::several::{Key, Several};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::file::{Data, Encoding, Start};
+use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-pub fn read(path: &Path) -> Parsed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (fields, end) = fields(&bytes)?;
-    for (key, only) in [("NDims", "3"), ("ElementNumberOfChannels", "1")] {
-        match fields.get(key) {
-            Some(value) if value != only => {
-                let expected = format!("{only}; extract the volume to render first");
-                return Err(unexpected(key, value, &expected));
-            }
-            _ => {}
-        }
-    }
+    let (dims, axes, several) = shape(&fields)?;
     if !flag(&fields, "BinaryData")?.unwrap_or(true) {
         return Err(
             "`BinaryData` is False, expected binary data, not text; save it anew as binary".into(),
         );
     }
-    let spacing = match fields.numbers("ElementSpacing", "numbers")? {
-        Some(spacing) => spacing,
-        None => fields
-            .numbers("ElementSize", "numbers")?
-            .unwrap_or([1.0; 3]),
-    };
     let slope = fields.number("ElementToIntensityFunctionSlope", "a number")?;
     let intercept = fields.number("ElementToIntensityFunctionOffset", "a number")?;
-    let dims = fields.dims("DimSize")?;
     let voxel_type = voxel_type(fields.require("ElementType")?)?;
     let data = data(path, &fields, end)?;
+    let (source, storage) = several.open(data, path, dims, voxel_type, overrides)?;
     Ok(Header {
         dims,
         voxel_type,
         endian: endian(&fields)?,
-        geometry: orientation(&fields).map(|orientation| (spacing, orientation)),
+        geometry: geometry(&fields, axes),
         slope: slope.unwrap_or(1.0),
         intercept: intercept.unwrap_or(0.0),
-        storage: data.encoding.storage(),
-        notes: Vec::new(),
+        notes: storage.notes(),
+        storage,
         about: About::default(),
-        source: data.open(path, dims, voxel_type)?,
+        source,
     })
+}
+
+/// The sizes, the number of axes, and what there is beside one volume: a fourth axis is time, and the channels of a
+/// voxel lie side by side.
+fn shape(fields: &Fields) -> Parsed<([u32; 3], usize, Several)> {
+    let axes = match fields.get("NDims") {
+        None | Some("3") => 3,
+        Some("4") => 4,
+        Some(other) => {
+            let expected = "3, or 4 of which one is time; extract the volume to render first";
+            return Err(unexpected("NDims", other, expected));
+        }
+    };
+    let sizes = fields.sizes("DimSize", axes)?;
+    let one_or_more = "a whole number from 1 up";
+    let channels = fields.number("ElementNumberOfChannels", one_or_more)?;
+    let channels: u32 = channels.unwrap_or(1);
+    let times = sizes.get(3).copied().unwrap_or(1);
+    for (key, count) in [("ElementNumberOfChannels", channels), ("DimSize", times)] {
+        if count == 0 {
+            return Err(unexpected(key, fields.require(key)?, one_or_more));
+        }
+    }
+    let several = Several {
+        within: (channels > 1).then_some((Key::Channel, channels)),
+        beyond: (times > 1)
+            .then_some((Key::Time, times))
+            .into_iter()
+            .collect(),
+    };
+    Ok(([sizes[0], sizes[1], sizes[2]], axes, several))
 }
 
 /// All fields up to `ElementDataFile`, which is the last one, and the offset of the data after it.
@@ -106,22 +125,33 @@ fn endian(fields: &Fields) -> Parsed<Endian> {
     Ok(if big { Endian::Big } else { Endian::Little })
 }
 
-/// Each three numbers of the matrix are one axis' direction, in left-posterior-superior coordinates
-/// unless the orientation is declared unknown ("???").
+/// The voxel size and the axes' directions, of which there may be one for time.
+fn geometry(fields: &Fields, axes: usize) -> Parsed<([f64; 3], Orientation)> {
+    let size = match fields.numbers("ElementSpacing", axes, "numbers")? {
+        Some(spacing) => Some(spacing),
+        None => fields.numbers("ElementSize", axes, "numbers")?,
+    };
+    let size: Vec<f64> = size.unwrap_or(vec![1.0; axes]);
+    let orientation = orientation(fields, axes)?;
+    Ok(([size[0], size[1], size[2]], orientation))
+}
+
+/// Each row of the matrix is one axis' direction, in left-posterior-superior coordinates unless the orientation is
+/// declared unknown ("???").
 ///
 /// `AnatomicalOrientation` names where axes come *from*: ITK writes "RAI" beside the identity, and
 /// MetaIO's own table spells R as "RL" (its documentation says the reverse). It counts only where
 /// there is no matrix.
-fn orientation(fields: &Fields) -> Parsed<Orientation> {
+fn orientation(fields: &Fields, axes: usize) -> Parsed<Orientation> {
     let letters = fields.get("AnatomicalOrientation");
     let unknown = letters.is_some_and(|letters| letters.contains('?'));
     for key in ["TransformMatrix", "Rotation", "Orientation"] {
-        if let Some([a, b, c, d, e, f, g, h, i]) = fields.numbers(key, "numbers")? {
+        if let Some(matrix) = fields.numbers::<f64>(key, axes * axes, "numbers")? {
             let frame = match unknown {
                 true => Frame::RightHanded,
                 false => Frame::Anatomical(Axes::LPS),
             };
-            let steps = [[a, b, c], [d, e, f], [g, h, i]];
+            let steps = [0, 1, 2].map(|i| [0, 1, 2].map(|x| matrix[i * axes + x]));
             return Ok(Orientation::from_steps(steps, frame)?.1);
         }
     }
@@ -165,5 +195,6 @@ fn data(path: &Path, fields: &Fields, end: usize) -> Parsed<Data> {
         start,
         encoding,
         skip: 0,
+        part: Part::WHOLE,
     })
 }

@@ -10,6 +10,7 @@ mod nifti;
 mod npy;
 mod nrrd;
 mod raw;
+mod several;
 mod tiff;
 mod zarr;
 
@@ -23,8 +24,10 @@ use header::Header;
 enum Read {
     /// The file describes its voxels.
     Described(fn(&Path) -> Parsed<Header>),
-    /// The file may hold several volumes, of which the user picks one.
+    /// The file may hold several channels and times, of which the user picks one.
     Several(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
+    /// It may also hold several resolutions.
+    Leveled(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
     /// The file may hold several volumes; the second function lists them, and the third does so with pictures.
     Listed(
         fn(&Path, &VolumeOverrides) -> Parsed<Header>,
@@ -44,11 +47,11 @@ const DICOM: (&str, Read) = ("DICOM", Listed(dicom::read, dicom::series, dicom::
 
 /// Each format with the endings of its files' names, in lower case.
 const FORMATS: [(&str, &[&str], Read); 8] = [
-    ("NRRD", &[".nrrd", ".nhdr"], Described(nrrd::read)),
-    ("MetaImage", &[".mha", ".mhd"], Described(metaimage::read)),
-    ("NIfTI", &[".nii", ".nii.gz"], Described(nifti::read)),
+    ("NRRD", &[".nrrd", ".nhdr"], Several(nrrd::read)),
+    ("MetaImage", &[".mha", ".mhd"], Several(metaimage::read)),
+    ("NIfTI", &[".nii", ".nii.gz"], Several(nifti::read)),
     ("NumPy", &[".npy"], Described(npy::read)),
-    ("TIFF", &[".tif", ".tiff"], Several(tiff::read)),
+    ("TIFF", &[".tif", ".tiff"], Leveled(tiff::read)),
     ("raw", &[".raw"], Bare(raw::read)),
     (
         "OpenVDB",
@@ -66,8 +69,8 @@ type IsFolder = fn(&Path) -> bool;
 
 /// The kinds of folders. The first one that recognises a folder reads it.
 const FOLDERS: [(&str, IsFolder, Read); 3] = [
-    ("OME-Zarr", zarr::is_folder, Several(zarr::read_folder)),
-    ("TIFF pages", has_pages, Several(tiff::read_folder)),
+    ("OME-Zarr", zarr::is_folder, Leveled(zarr::read_folder)),
+    ("TIFF pages", has_pages, Leveled(tiff::read_folder)),
     // Any other folder: DICOM's files may lie in folders within folders.
     (DICOM.0, |_| true, DICOM.1),
 ];
@@ -84,7 +87,7 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     check_keys(read, overrides)?;
     let header = match read {
         Described(read) => read(path),
-        Several(read) | Listed(read, ..) | Bare(read) => read(path, overrides),
+        Several(read) | Leveled(read) | Listed(read, ..) | Bare(read) => read(path, overrides),
         Refused(why) => Err(why.to_string()),
     };
     header.map(|mut header| {
@@ -155,9 +158,11 @@ fn has_pages(folder: &Path) -> bool {
 /// Fails for a key of the user that the format does not use.
 fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
     let is_bare = matches!(read, Bare(_));
-    let is_several = matches!(read, Several(_));
+    let is_several = matches!(read, Several(_) | Leveled(_));
+    let is_leveled = matches!(read, Leveled(_));
     let raw = "only for .raw files, this one's own header says it";
-    let several = "only for TIFF and OME-Zarr";
+    let several = "only for NRRD, MetaImage, NIfTI, TIFF and OME-Zarr";
+    let leveled = "only for TIFF and OME-Zarr";
     let is_listed = matches!(read, Listed(..));
     let listed = "only for DICOM";
     for (key, given, is_wanted, why) in [
@@ -166,7 +171,7 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
         ("endian", overrides.endian.is_some(), is_bare, raw),
         ("channel", overrides.channel.is_some(), is_several, several),
         ("time", overrides.time.is_some(), is_several, several),
-        ("level", overrides.level.is_some(), is_several, several),
+        ("level", overrides.level.is_some(), is_leveled, leveled),
         ("series", overrides.series.is_some(), is_listed, listed),
         ("fill_gaps", overrides.fill_gaps, is_listed, listed),
     ] {

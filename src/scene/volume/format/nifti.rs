@@ -11,9 +11,11 @@ use std::path::Path;
 use flate2::read::MultiGzDecoder;
 
 use super::header::{About, Header, unexpected};
+use super::several::{Key, Several};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::file::{Data, Encoding, Start};
+use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
@@ -82,7 +84,7 @@ const NIFTI_2: Places = Places {
 pub const HALF: &str = "is half of a .hdr/.img pair, expected one .nii file; join them first, in Python: \
                         `nibabel.save(nibabel.load(\"scan.hdr\"), \"scan.nii\")`";
 
-pub fn read(path: &Path) -> Parsed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let is_packed = path
         .extension()
         .is_some_and(|end| end.eq_ignore_ascii_case("gz"));
@@ -91,7 +93,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
         false => Encoding::Raw,
     };
     let fields = Fields::read(path, encoding)?;
-    let (dims, count) = dims(&fields)?;
+    let (dims, count, several) = dims(&fields)?;
     let geometry = geometry(&fields, count);
     let (slope, intercept) = rescale(&fields);
     let voxel_type = voxel_type(fields.int(fields.places.datatype, 2))?;
@@ -100,7 +102,9 @@ pub fn read(path: &Path) -> Parsed<Header> {
         start: Start::At(0),
         encoding,
         skip: fields.first_voxel()?,
+        part: Part::WHOLE,
     };
+    let (source, storage) = several.open(data, path, dims, voxel_type, overrides)?;
     Ok(Header {
         dims,
         voxel_type,
@@ -108,12 +112,12 @@ pub fn read(path: &Path) -> Parsed<Header> {
         geometry,
         slope,
         intercept,
+        notes: storage.notes(),
         storage: Storage {
             unit: fields.unit(),
-            ..encoding.storage()
+            ..storage
         },
-        notes: Vec::new(),
-        source: data.open(path, dims, voxel_type)?,
+        source,
         about: About::default(),
     })
 }
@@ -237,8 +241,9 @@ impl Fields {
     }
 }
 
-/// The sizes, and how many of the three the file gives; the others are 1.
-fn dims(fields: &Fields) -> Parsed<([u32; 3], usize)> {
+/// The sizes, how many of the three the file gives (the others are 1), and what there is beside one volume: the fourth
+/// axis is time, and the fifth the components of a vector.
+fn dims(fields: &Fields) -> Parsed<([u32; 3], usize, Several)> {
     let (place, width) = fields.places.dim;
     let size = |axis: usize| fields.int(place + width * axis, width);
     let count = size(0);
@@ -246,22 +251,25 @@ fn dims(fields: &Fields) -> Parsed<([u32; 3], usize)> {
         return Err(unexpected("dim[0]", &count.to_string(), "1 to 7"));
     }
     let mut dims = [1; 3];
+    let mut several = Several::default();
     for axis in 1..=count as usize {
-        let name = format!("dim[{axis}]");
-        match (size(axis), axis) {
-            (found, 1..=3) => {
-                let size = u32::try_from(found).ok().filter(|size| *size > 0);
-                let wrong = || unexpected(&name, &found.to_string(), "1 or more");
-                dims[axis - 1] = size.ok_or_else(wrong)?;
-            }
-            (1, _) => {}
-            (size, _) => {
-                let expected = "1: one scalar volume; extract the one to render first";
-                return Err(unexpected(&name, &size.to_string(), expected));
+        let wrong =
+            |expected| unexpected(&format!("dim[{axis}]"), &size(axis).to_string(), expected);
+        let found = u32::try_from(size(axis)).ok().filter(|size| *size > 0);
+        let found = found.ok_or_else(|| wrong("1 or more"))?;
+        match (axis, found) {
+            (1..=3, _) => dims[axis - 1] = found,
+            (_, 1) => {}
+            (4, _) => several.beyond.push((Key::Time, found)),
+            (5, _) => several.beyond.push((Key::Channel, found)),
+            _ => {
+                return Err(wrong(
+                    "1: of axes beyond space, only time and one more are read",
+                ));
             }
         }
     }
-    Ok((dims, count as usize))
+    Ok((dims, count as usize, several))
 }
 
 fn voxel_type(code: i64) -> Parsed<VoxelType> {

@@ -37,12 +37,26 @@ pub struct Data {
     pub encoding: Encoding,
     /// Bytes of the decoded data before the first voxel.
     pub skip: u64,
+    pub part: Part,
+}
+
+/// One of several volumes of the same size that follow one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Part {
+    pub index: u64,
+    /// How many there are.
+    pub of: u64,
+}
+
+impl Part {
+    /// The only one.
+    pub const WHOLE: Part = Part { index: 0, of: 1 };
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Start {
     At(u64),
-    /// The last voxel is at the end of the file.
+    /// The last voxel, of the last volume, is at the end of the file.
     FromEnd,
 }
 
@@ -101,13 +115,15 @@ impl Data {
 
     fn open_file(self, bytes: u64, dims: [u32; 3], voxel_type: VoxelType) -> Parsed<DataFile> {
         let (file, metadata) = open_file(&self.path)?;
-        let end = self
-            .skip
-            .checked_add(bytes)
-            .ok_or_else(|| format!("skipping {} bytes leads past any file's end", self.skip))?;
+        let far = || format!("skipping {} bytes leads past any file's end", self.skip);
+        let before = bytes.checked_mul(self.part.index);
+        let begin = before.and_then(|before| before.checked_add(self.skip));
+        let begin = begin.ok_or_else(far)?;
+        let end = begin.checked_add(bytes).ok_or_else(far)?;
+        let all = bytes.saturating_mul(self.part.of);
         let start = match self.start {
             Start::At(start) => start,
-            Start::FromEnd => metadata.len().saturating_sub(bytes),
+            Start::FromEnd => metadata.len().saturating_sub(all),
         };
         let source = DataFile {
             path: self.path,
@@ -116,7 +132,7 @@ impl Data {
             prefix: String::new(),
             start,
             encoding: self.encoding,
-            begin: self.skip,
+            begin,
             end,
             dims,
             voxel_type,

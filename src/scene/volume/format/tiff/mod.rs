@@ -29,7 +29,7 @@ use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::{Chunked, Chunks};
 use crate::scene::volume::source::codec::{Codec, MAX_RATIO};
-use crate::scene::volume::source::file::{Data, Encoding, Start, shape, voxel_bytes};
+use crate::scene::volume::source::file::{Data, Encoding, Part, Start, shape, voxel_bytes};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::storage::{Level, Storage};
 
@@ -237,6 +237,7 @@ fn stack(
             start: Start::At(start),
             encoding: Encoding::Raw,
             skip: 0,
+            part: Part::WHOLE,
         }
         .open(path, dims, layout.voxel_type)?,
         None => {

@@ -1,47 +1,41 @@
 //! NRRD (`.nrrd`, `.nhdr`): <https://teem.sourceforge.net/nrrd/format.html>.
 
+mod axes;
+mod vectors;
+
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
+use axes::FileAxes;
+use vectors::vectors;
+
 use super::header::{About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::file::{Data, Encoding, Start};
+use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-pub fn read(path: &Path) -> Parsed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (fields, end) = fields(&bytes)?;
-    let dimension = fields.require("dimension")?;
-    if dimension != "3" {
-        return Err(unexpected(
-            "dimension",
-            dimension,
-            "3: one scalar volume; extract the one to render first",
-        ));
-    }
-    if let Some(kinds) = fields.get("kinds") {
-        let is_place = |kind: &str| matches!(kind, "domain" | "space" | "time" | "???" | "none");
-        if !kinds.to_lowercase().split_whitespace().all(is_place) {
-            let expected = "domain or space for each axis: one scalar volume";
-            return Err(unexpected("kinds", kinds, expected));
-        }
-    }
     let voxel_type = voxel_type(fields.require("type")?)?;
-    let dims = fields.dims("sizes")?;
+    let axes = FileAxes::read(&fields)?;
+    let (dims, several) = (axes.dims, &axes.several);
     let data = data(path, &fields, end)?;
+    let (source, storage) = several.open(data, path, dims, voxel_type, overrides)?;
     Ok(Header {
         dims,
         voxel_type,
         endian: endian(&fields, voxel_type)?,
-        geometry: geometry(&fields),
+        geometry: geometry(&fields, &axes),
         slope: 1.0,
         intercept: 0.0,
-        storage: data.encoding.storage(),
-        notes: Vec::new(),
+        notes: storage.notes(),
+        storage,
         about: About::default(),
-        source: data.open(path, dims, voxel_type)?,
+        source,
     })
 }
 
@@ -118,28 +112,19 @@ fn endian(fields: &Fields, voxel_type: VoxelType) -> Parsed<Endian> {
     }
 }
 
-fn geometry(fields: &Fields) -> Parsed<([f64; 3], Orientation)> {
-    if let Some(directions) = fields.get("space directions") {
-        return Orientation::from_steps(vectors(directions)?, frame(fields)?);
+fn geometry(fields: &Fields, axes: &FileAxes) -> Parsed<([f64; 3], Orientation)> {
+    if let Some(text) = fields.get("space directions") {
+        let vectors = vectors(text, axes.count)?;
+        let [Some(i), Some(j), Some(k)] = axes.places.map(|axis| vectors[axis]) else {
+            let expected = "three vectors (x,y,z), one for each axis in space";
+            return Err(unexpected("space directions", text, expected));
+        };
+        return Orientation::from_steps([i, j, k], frame(fields)?);
     }
-    let spacing = fields.numbers("spacings", "numbers")?.unwrap_or([1.0; 3]);
+    let spacings = fields.numbers("spacings", axes.count, "numbers")?;
+    let spacings: Vec<f64> = spacings.unwrap_or(vec![1.0; axes.count]);
+    let spacing = axes.places.map(|axis| spacings[axis]);
     Ok((spacing, Orientation::UNKNOWN))
-}
-
-/// "(1,0,0) (0,1,0) (0,0,1)"
-fn vectors(text: &str) -> Parsed<[[f64; 3]; 3]> {
-    let vector = |group: &str| -> Option<[f64; 3]> {
-        let numbers = group.trim().strip_prefix('(')?.split(',');
-        let numbers: Vec<f64> = numbers
-            .map(|number| number.trim().parse().ok())
-            .collect::<Option<_>>()?;
-        numbers.try_into().ok()
-    };
-    text.trim()
-        .strip_suffix(')')
-        .and_then(|groups| groups.split(')').map(vector).collect::<Option<Vec<_>>>())
-        .and_then(|vectors| vectors.try_into().ok())
-        .ok_or_else(|| unexpected("space directions", text, "three vectors (x,y,z)"))
 }
 
 /// The coordinates of the directions. Without a `space` they are taken as right-handed: nothing is known to the
@@ -148,7 +133,13 @@ fn frame(fields: &Fields) -> Parsed<Frame> {
     let Some(space) = fields.get("space") else {
         return Ok(Frame::RightHanded);
     };
-    match space.to_lowercase().as_str() {
+    let name = space.to_lowercase();
+    // Time as a fourth coordinate changes nothing about the others.
+    let in_space = match name.as_str() {
+        "rast" | "last" | "lpst" => &name[..3],
+        name => name.strip_suffix("-time").unwrap_or(name),
+    };
+    match in_space {
         "scanner-xyz" | "3d-right-handed" => Ok(Frame::RightHanded),
         "3d-left-handed" => Ok(Frame::LeftHanded),
         name => Axes::from_names(name)
@@ -196,6 +187,7 @@ fn data(path: &Path, fields: &Fields, end: Option<usize>) -> Parsed<Data> {
         start,
         encoding,
         skip,
+        part: Part::WHOLE,
     })
 }
 
