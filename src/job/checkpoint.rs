@@ -244,16 +244,13 @@ impl<'a> Keeper<'a> {
             run.seconds = self.began.elapsed().as_secs_f64();
             run.samples = engine.totals().samples;
         }
+        let Subject { args, opened, .. } = &self.subject;
         let state = State {
             header,
             settings: settings(engine),
             picture: view.number,
             pictures: self.subject.views.len() as u32,
-            goal: self
-                .subject
-                .args
-                .stop(self.subject.opened.scene.render.variant)
-                .count(),
+            goal: args.stop(opened.scene.render.variant).count(),
             seconds: watch.elapsed().as_secs_f64(),
             runs: self.runs.clone(),
         };

@@ -192,3 +192,21 @@ fn suns(lights: &[DirectionalLight]) -> Vec<Sun> {
 fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|c| light[c] / unit[c])
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cap of 45° around the pole is a seventh of the sphere, not a quarter.
+    #[test]
+    fn a_bright_pole_is_a_small_part_of_the_sky() {
+        let image = EnvironmentImage {
+            width: 1,
+            height: 4,
+            texels: [[1.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]].into(),
+        };
+        let mean = mean_over_directions(&image);
+        let exact = 0.5 * (1.0 - 0.5f32.sqrt());
+        assert!((mean[0] - exact).abs() < 1e-6, "{mean:?}, not {exact}");
+    }
+}
