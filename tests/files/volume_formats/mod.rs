@@ -10,6 +10,7 @@ mod refusals;
 mod regions;
 mod several;
 mod tiff;
+mod tiff_pages;
 mod values;
 mod zarr;
 

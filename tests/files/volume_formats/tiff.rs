@@ -98,41 +98,7 @@ fn a_last_strip_may_be_padded() {
     }
 }
 
-#[test]
-fn a_folder_of_pages_is_sorted_by_number() {
-    let folder = folder();
-    let array = textured([5, 4, 12], VoxelType::U16, Endian::Little);
-    for z in 0..12 {
-        let compression = if z % 2 == 0 { LZW } else { DEFLATE };
-        let tiff = Tiff {
-            compression,
-            ..Tiff::default()
-        };
-        let name = format!("slice {}.TIF", z + 1);
-        write(folder.path(), &name, tiff.write(&slice(&array, z)));
-    }
-    let single = super::folder();
-    let page = slice(&array, 0);
-    write(single.path(), "page.tif", Tiff::default().write(&page));
-    assert_eq!(values(&plain(single.path())), page.values);
-
-    write(folder.path(), "notes.txt", "no page");
-    write(folder.path(), "._slice 1.TIF", "no page either");
-    let volume = plain(folder.path());
-    assert_eq!((volume.dims, values(&volume)), ([5, 4, 12], array.values));
-    assert_eq!(volume.storage.format, "TIFF pages");
-
-    let odd = textured([4, 4, 1], VoxelType::U16, Endian::Little);
-    write(folder.path(), "slice 7.TIF", Tiff::default().write(&odd));
-    write(folder.path(), "slice 9.TIF", Tiff::default().write(&odd));
-    let message = refusal(folder.path(), &VolumeOverrides::default());
-    assert!(
-        message.contains("page 7 of 12 (in slice 7.TIF) is 4×4 pixels, expected 5×4"),
-        "{message}"
-    );
-}
-
-fn ome(order: &str, sizes: [u32; 3], data: &str) -> String {
+pub fn ome(order: &str, sizes: [u32; 3], data: &str) -> String {
     let [z, c, t] = sizes;
     format!(
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?><OME xmlns=\"http://www.openmicroscopy.org/Schemas/OME/2016-06\">\
@@ -197,6 +163,23 @@ fn ome_says_what_each_page_is() {
         tiff.write(&array),
         &["12 pages", "speaks of 13"],
     );
+}
+
+#[test]
+fn a_size_of_0_in_ome_is_none() {
+    let array = textured([4, 3, 2], VoxelType::U8, Endian::Little);
+    let description = ome("XYZCT", [2, 1, 1], "<TiffData/>");
+    let mut tiff = Tiff {
+        description: description.replace("PhysicalSizeZ=\"2\"", "PhysicalSizeZ=\"0.0\""),
+        ..Tiff::default()
+    };
+    let volume = load_bytes("v.ome.tif", tiff.write(&array));
+    assert_eq!(volume.spacing, [500.0, 250.0, 1.0]);
+    let note = "`PhysicalSizeZ` is 0, and counts as not stated";
+    assert!(volume.notes[0].contains(note), "{:?}", volume.notes);
+    tiff.description = description.replace("PhysicalSizeZ=\"2\"", "PhysicalSizeZ=\"-2\"");
+    let bytes = tiff.write(&array);
+    refuses("v.ome.tif", bytes, &["`PhysicalSizeZ` is `-2`", "above 0"]);
 }
 
 #[test]
@@ -275,32 +258,6 @@ fn damaged_strips_are_refused() {
             bytes,
             &["page 1 of 3: a part of it, compressed with"],
         );
-    }
-}
-
-#[test]
-fn a_damaged_page_of_a_folder_is_named() {
-    let array = textured([40, 30, 3], VoxelType::U16, Endian::Little);
-    for count in [3, 1] {
-        let folder = folder();
-        for z in 0..count {
-            let tiff = Tiff {
-                compression: DEFLATE,
-                rows_per_strip: 30,
-                ..Tiff::default()
-            };
-            let mut bytes = tiff.write(&slice(&array, z));
-            if z + 1 == count {
-                bytes[12..400].fill(0xff);
-            }
-            write(folder.path(), &format!("s{z}.tif"), bytes);
-        }
-        let message = refusal(folder.path(), &VolumeOverrides::default());
-        let page = format!(
-            "page {count} of {count} (in s{}.tif): a part of it",
-            count - 1
-        );
-        assert!(message.contains(&page), "{message}");
     }
 }
 

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::directory::{Directories, Tag};
 use super::page::{Layout, Page};
-use super::{Meaning, imagej, imagej_meaning, stack};
+use super::{Meaning, imagej, imagej_meaning, ome, stack};
 use crate::scene::volume::format::header::Header;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
@@ -54,7 +54,7 @@ fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
     Ok(files.into_iter().map(|(_, path)| path).collect())
 }
 
-/// What the first file says of all: ImageJ repeats its description in each. It is silent about the distance of slices.
+/// What the first file says of all: ImageJ repeats its description in each, and a page of OME describes itself.
 fn meaning(
     first: &Path,
     pages: usize,
@@ -68,15 +68,27 @@ fn meaning(
         return Ok(Meaning::stack(pages, layout.samples));
     };
     let description = directories.text(page, Tag::ImageDescription)?;
-    if !description.starts_with(imagej::START) {
+    let (mut meaning, states_depth, program) = if description.starts_with(imagej::START) {
+        let meaning = imagej_meaning(&directories, page, pages, layout)?;
+        (meaning, imagej::states_depth(&description), "ImageJ")
+    } else if ome::is_ome(&description)
+        && let Some(size) = ome::voxel_size(&description, pages)?
+    {
+        let meaning = Meaning {
+            spacing: size.spacing,
+            unit: size.unit,
+            notes: size.notes,
+            ..Meaning::stack(pages, layout.samples)
+        };
+        (meaning, size.states_depth, "OME-XML")
+    } else {
         return Ok(Meaning::stack(pages, layout.samples));
-    }
-    let mut meaning = imagej_meaning(&directories, page, pages, layout)?;
-    let is_silent = pages > 1 && overrides.spacing.is_none() && !imagej::states_depth(&description);
+    };
+    let is_silent = pages > 1 && overrides.spacing.is_none() && !states_depth;
     if let Some(unit) = meaning.unit.as_ref().filter(|_| is_silent) {
         let depth = meaning.spacing[2];
         meaning.notes.push(format!(
-            "ImageJ does not say how far apart the slices of a folder are: they are taken as {depth} {unit} apart; set \
+            "{program} does not say how far apart the slices of a folder are: they are taken as {depth} {unit} apart; set \
              volume.spacing"
         ));
     }

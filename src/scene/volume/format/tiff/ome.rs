@@ -18,15 +18,26 @@ pub fn is_ome(description: &str) -> bool {
     description.contains("<OME") || description.contains("<ome:OME")
 }
 
-pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning> {
+fn parsed(description: &str, pages: usize) -> Parsed<Document<'_>> {
     let options = ParsingOptions {
         nodes_limit: (pages as u32)
             .saturating_mul(NODES_FOR_PAGE)
             .saturating_add(MORE_NODES),
         ..Default::default()
     };
-    let document = Document::parse_with_options(description.trim(), options)
-        .map_err(|e| format!("its OME-XML cannot be read: {e}"))?;
+    Document::parse_with_options(description.trim(), options)
+        .map_err(|e| format!("its OME-XML cannot be read: {e}"))
+}
+
+/// The voxel size that one of a folder's pages states, each of which describes itself. `None` if it states none.
+pub fn voxel_size(description: &str, pages: usize) -> Parsed<Option<VoxelSize>> {
+    let document = parsed(description, pages)?;
+    let pixels = document.descendants().find(|node| is(node, "Pixels"));
+    pixels.map(|pixels| VoxelSize::read(&pixels)).transpose()
+}
+
+pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning> {
+    let document = parsed(description, pages)?;
     let pixels = document.descendants().find(|node| is(node, "Pixels"));
     let Some(pixels) = pixels else {
         let elsewhere = document.descendants().any(|node| is(&node, "BinaryOnly"));
@@ -39,7 +50,7 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
     };
     let [depth, channels, times] = ["SizeZ", "SizeC", "SizeT"].map(|key| size(&pixels, key));
     let (depth, channels, times) = (depth?, channels?, times?);
-    let (spacing, unit) = spacing(&pixels)?;
+    let size = VoxelSize::read(&pixels)?;
     if channels % samples != 0 {
         return Err(unexpected(
             "SizeC",
@@ -72,8 +83,9 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
     let order = order(pixels.attribute("DimensionOrder").unwrap_or("XYZCT"), sizes)?;
     let places = places(&pixels, order, planes as usize, pages)?;
     Ok(Meaning {
-        spacing,
-        unit,
+        spacing: size.spacing,
+        unit: size.unit,
+        notes: size.notes,
         depth: depth as usize,
         channels: names,
         times,
@@ -94,24 +106,42 @@ fn size(pixels: &Node, key: &str) -> Parsed<u32> {
     size.ok_or_else(|| unexpected(key, text, "a whole number from 1 up"))
 }
 
-/// The voxel size, and its unit if the file states one.
-fn spacing(pixels: &Node) -> Parsed<([f64; 3], Option<String>)> {
-    let mut lengths = [1.0; 3];
-    let mut units = [None; 3];
-    for (a, axis) in ["X", "Y", "Z"].into_iter().enumerate() {
-        let key = format!("PhysicalSize{axis}");
-        if let Some(text) = pixels.attribute(key.as_str()) {
-            let length = text.parse().ok().filter(|length: &f64| *length > 0.0);
-            lengths[a] = length.ok_or_else(|| unexpected(&key, text, "a length above 0"))?;
+/// What is stated of the size of voxels.
+pub struct VoxelSize {
+    pub spacing: [f64; 3],
+    pub unit: Option<String>,
+    pub states_depth: bool,
+    pub notes: Vec<String>,
+}
+
+impl VoxelSize {
+    fn read(pixels: &Node) -> Parsed<VoxelSize> {
+        let mut lengths = [None; 3];
+        let mut units = [None; 3];
+        let mut notes = Vec::new();
+        for (a, axis) in ["X", "Y", "Z"].into_iter().enumerate() {
+            let key = format!("PhysicalSize{axis}");
+            let Some(text) = pixels.attribute(key.as_str()) else {
+                continue;
+            };
+            let length = text.parse().ok().filter(|length: &f64| *length >= 0.0);
+            let length = length.ok_or_else(|| unexpected(&key, text, "a length above 0"))?;
+            if length == 0.0 {
+                notes.push(format!("`{key}` is 0, and counts as not stated"));
+                continue;
+            }
+            lengths[a] = Some(length);
             units[a] = pixels
                 .attribute(format!("{key}Unit").as_str())
                 .or(Some("µm"));
         }
+        Ok(VoxelSize {
+            spacing: in_one_unit(lengths.map(|length| length.unwrap_or(1.0)), units),
+            unit: units[0].map(str::to_string),
+            states_depth: lengths[2].is_some(),
+            notes,
+        })
     }
-    Ok((
-        in_one_unit(lengths, units),
-        units[0].map(|unit| unit.to_string()),
-    ))
 }
 
 /// Distance, in pages, to the next channel, slice and time.

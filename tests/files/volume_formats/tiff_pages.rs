@@ -1,0 +1,100 @@
+//! TIFF: a folder of files with a page each.
+
+use isolume::scene::volume::{Endian, VolumeOverrides, VoxelType};
+
+use super::tiff::{ome, textured};
+use crate::tiff_files::{DEFLATE, LZW, Tiff, slice};
+use crate::volume_files::write;
+use crate::volume_formats::{folder, plain, refusal, values};
+
+#[test]
+fn a_folder_of_pages_is_sorted_by_number() {
+    let folder = folder();
+    let array = textured([5, 4, 12], VoxelType::U16, Endian::Little);
+    for z in 0..12 {
+        let compression = if z % 2 == 0 { LZW } else { DEFLATE };
+        let tiff = Tiff {
+            compression,
+            ..Tiff::default()
+        };
+        let name = format!("slice {}.TIF", z + 1);
+        write(folder.path(), &name, tiff.write(&slice(&array, z)));
+    }
+    let single = super::folder();
+    let page = slice(&array, 0);
+    write(single.path(), "page.tif", Tiff::default().write(&page));
+    assert_eq!(values(&plain(single.path())), page.values);
+
+    write(folder.path(), "notes.txt", "no page");
+    write(folder.path(), "._slice 1.TIF", "no page either");
+    let volume = plain(folder.path());
+    assert_eq!((volume.dims, values(&volume)), ([5, 4, 12], array.values));
+    assert_eq!(volume.storage.format, "TIFF pages");
+
+    let odd = textured([4, 4, 1], VoxelType::U16, Endian::Little);
+    write(folder.path(), "slice 7.TIF", Tiff::default().write(&odd));
+    write(folder.path(), "slice 9.TIF", Tiff::default().write(&odd));
+    let message = refusal(folder.path(), &VolumeOverrides::default());
+    assert!(
+        message.contains("page 7 of 12 (in slice 7.TIF) is 4×4 pixels, expected 5×4"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_damaged_page_of_a_folder_is_named() {
+    let array = textured([40, 30, 3], VoxelType::U16, Endian::Little);
+    for count in [3, 1] {
+        let folder = folder();
+        for z in 0..count {
+            let tiff = Tiff {
+                compression: DEFLATE,
+                rows_per_strip: 30,
+                ..Tiff::default()
+            };
+            let mut bytes = tiff.write(&slice(&array, z));
+            if z + 1 == count {
+                bytes[12..400].fill(0xff);
+            }
+            write(folder.path(), &format!("s{z}.tif"), bytes);
+        }
+        let message = refusal(folder.path(), &VolumeOverrides::default());
+        let page = format!(
+            "page {count} of {count} (in s{}.tif): a part of it",
+            count - 1
+        );
+        assert!(message.contains(&page), "{message}");
+    }
+}
+
+/// As tifffile writes one plane after another: each describes itself alone.
+#[test]
+fn a_folder_of_ome_pages_has_their_voxel_size() {
+    let array = textured([4, 3, 3], VoxelType::U8, Endian::Little);
+    let opened = |description: &str| {
+        let folder = folder();
+        for z in 0..3 {
+            let tiff = Tiff {
+                description: description.into(),
+                ..Tiff::default()
+            };
+            let name = format!("z{z}.ome.tif");
+            write(folder.path(), &name, tiff.write(&slice(&array, z)));
+        }
+        let volume = plain(folder.path());
+        assert_eq!(values(&volume), array.values);
+        volume
+    };
+    let whole = ome("XYZCT", [1, 1, 1], "<TiffData/>");
+    let volume = opened(&whole);
+    assert_eq!(volume.spacing, [500.0, 250.0, 2000.0]);
+    assert_eq!(volume.storage.unit.as_deref(), Some("nm"));
+    assert!(volume.notes.is_empty(), "{:?}", volume.notes);
+    let flat = opened(&whole.replace("PhysicalSizeZ=\"2\"", ""));
+    assert_eq!(flat.spacing, [500.0, 250.0, 1.0]);
+    let note =
+        "OME-XML does not say how far apart the slices of a folder are: they are taken as 1 nm";
+    assert!(flat.notes[0].contains(note), "{:?}", flat.notes);
+    let elsewhere = opened("<OME><BinaryOnly MetadataFile=\"all.ome.xml\"/></OME>");
+    assert_eq!(elsewhere.spacing, [1.0; 3]);
+}
