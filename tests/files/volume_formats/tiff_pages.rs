@@ -98,3 +98,23 @@ fn a_folder_of_ome_pages_has_their_voxel_size() {
     let elsewhere = opened("<OME><BinaryOnly MetadataFile=\"all.ome.xml\"/></OME>");
     assert_eq!(elsewhere.spacing, [1.0; 3]);
 }
+
+#[test]
+fn pages_of_a_folder_may_differ_in_byte_order() {
+    for voxel_type in [VoxelType::U8, VoxelType::I16, VoxelType::F32] {
+        for tile in [None, Some([16, 16])] {
+            let folder = folder();
+            let mut array = textured([20, 17, 4], voxel_type, Endian::Little);
+            for z in 0..4 {
+                array.endian = [Endian::Big, Endian::Little][z as usize % 2];
+                let tiff = Tiff {
+                    tile,
+                    ..Tiff::default()
+                };
+                let page = tiff.write(&slice(&array, z));
+                write(folder.path(), &format!("{z}.tif"), page);
+            }
+            assert_eq!(values(&plain(folder.path())), array.values, "{voxel_type}");
+        }
+    }
+}

@@ -14,12 +14,14 @@ mod folder;
 mod imagej;
 mod ome;
 mod page;
+mod pages;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use directory::{Directories, Directory, Tag};
 use page::{Layout, Page};
+use pages::{Pages, named};
 
 pub use folder::{is_page, read_folder};
 
@@ -27,7 +29,7 @@ use super::header::{Header, pick};
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::chunked::{Chunked, Chunks};
+use crate::scene::volume::source::chunked::Chunked;
 use crate::scene::volume::source::codec::{Codec, MAX_RATIO};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start, shape, voxel_bytes};
 use crate::scene::volume::source::watched::WatchedFile;
@@ -100,10 +102,9 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let first_page = page(0)?;
     let samples = first_page.layout.samples;
     let is_imagej = description.starts_with(imagej::START);
-    let images = if is_imagej {
-        imagej::images(&description)?
-    } else {
-        1
+    let images = match is_imagej {
+        true => imagej::images(&description)?,
+        false => 1,
     };
     let is_one_block = full.len() == 1 && images > 1 && first_page.layout.codec == Codec::Plain;
     let count = if is_one_block {
@@ -272,12 +273,6 @@ fn stack(
     })
 }
 
-/// A page with its file's name, for messages.
-fn named(page: &Page, z: usize, depth: usize) -> String {
-    let name = page.file.path().file_name().unwrap_or_default();
-    format!("page {} of {depth} (in {})", z + 1, name.to_string_lossy())
-}
-
 fn check_alike(first: &Layout, page: &Page, z: usize, depth: usize) -> Parsed<()> {
     let name = || named(page, z, depth);
     let here = &page.layout;
@@ -291,7 +286,7 @@ fn check_alike(first: &Layout, page: &Page, z: usize, depth: usize) -> Parsed<()
             first.size[1]
         ));
     }
-    let kinds = |layout: &Layout| (layout.voxel_type, layout.endian, layout.samples);
+    let kinds = |layout: &Layout| (layout.voxel_type, layout.samples);
     if kinds(here) != kinds(first) {
         let describe = |layout: &Layout| {
             let values = if layout.samples == 1 {
@@ -299,12 +294,7 @@ fn check_alike(first: &Layout, page: &Page, z: usize, depth: usize) -> Parsed<()
             } else {
                 "values"
             };
-            format!(
-                "{} {values} a pixel, {} in {:?}-endian order",
-                layout.samples, layout.voxel_type, layout.endian
-            )
-            .replace("Little", "little")
-            .replace("Big", "big")
+            format!("{} {values} a pixel, {}", layout.samples, layout.voxel_type)
         };
         return Err(format!(
             "{} has {}, expected {} like the first",
@@ -340,41 +330,4 @@ fn plain_start(pages: &[Page]) -> Option<u64> {
     };
     pages.iter().enumerate().try_for_each(follows)?;
     Some(start)
-}
-
-#[derive(Debug)]
-struct Pages {
-    pages: Vec<Page>,
-    /// Whether the user has named a folder, and each page is a file in it.
-    is_folder: bool,
-    sample: u32,
-    /// Whether all pages have the same strips or tiles; otherwise pages are decoded as a whole.
-    is_alike: bool,
-}
-
-impl Chunks for Pages {
-    fn files(&self) -> Vec<PathBuf> {
-        let mut paths: Vec<PathBuf> = Vec::new();
-        for page in &self.pages {
-            let path = page.file.path();
-            // Pages of one file follow one another.
-            if paths.last().is_none_or(|last| last != path) {
-                paths.push(path.to_path_buf());
-            }
-        }
-        paths
-    }
-
-    fn decode(&self, [column, row, z]: [u32; 3]) -> Parsed<Vec<u8>> {
-        let page = &self.pages[z as usize];
-        let decoded = match self.is_alike {
-            true => page.decode([column, row], self.sample),
-            false => page.decode_whole(self.sample),
-        };
-        decoded.map_err(|fault| match (self.is_folder, self.pages.len()) {
-            (true, count) => format!("{}: {fault}", named(page, z as usize, count)),
-            (false, 1) => fault,
-            (false, count) => format!("page {} of {count}: {fault}", z + 1),
-        })
-    }
 }
