@@ -1,4 +1,4 @@
-//! TIFF as ImageJ writes it: its description, and stacks with a single directory.
+//! TIFF as ImageJ writes it: its description, and stacks with a single directory, which tifffile writes as well.
 
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 
@@ -165,4 +165,29 @@ fn imagej_may_write_one_directory_for_all_pages() {
     let half = write(folder.path(), "half.tif", &whole[..whole.len() / 2]);
     let message = refusal(&half, &VolumeOverrides::default());
     assert!(message.contains("truncated"), "{message}");
+}
+
+/// As `tifffile.imwrite` writes an array with `truncate=True`.
+#[test]
+fn tifffile_may_write_one_directory_for_all_pages() {
+    let array = textured([4, 3, 6], VoxelType::U16, Endian::Big);
+    let first = slice(&array, 0);
+    let described = |description: &str| {
+        let tiff = Tiff {
+            description: description.into(),
+            rows_per_strip: 3,
+            ..Tiff::default()
+        };
+        of_one_directory(&tiff, &first, &array.bytes())
+    };
+    let whole = described("{\"shape\": [2, 3, 3, 4], \"truncated\": true}");
+    assert_eq!(values(&load_bytes("v.tif", &whole)), array.values);
+    refuses("v.tif", &whole[..whole.len() - 50], &["truncated"]);
+    for alone in [
+        "{\"shape\": [6, 3, 4]}",
+        "{\"shape\": [3, 4], \"truncated\": true}",
+    ] {
+        let page = load_bytes("v.tif", described(alone));
+        assert_eq!(values(&page), first.values, "{alone}");
+    }
 }

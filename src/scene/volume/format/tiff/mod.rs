@@ -3,7 +3,7 @@
 //! <https://www.awaresystems.be/imaging/tiff/bigtiff.html>
 //!
 //! Each page is a slice, and its first row is y = 0. Programs for microscopes put more than a stack into a file, and
-//! describe the pages in the first page's description ([`imagej`], [`ome`]). No file says where a slice is in a body:
+//! describe the pages in the first page's description ([`imagej`], [`ome`], [`shaped`]). No file says where a slice is in a body:
 //! the axes stay unknown.
 //!
 //! Strips and tiles are decoded one by one, by all cores at once; pixels that lie plainly one after another are read
@@ -15,6 +15,7 @@ mod imagej;
 mod ome;
 mod page;
 mod pages;
+mod shaped;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -104,7 +105,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let is_imagej = description.starts_with(imagej::START);
     let images = match is_imagej {
         true => imagej::images(&description)?,
-        false => 1,
+        false => shaped::images(&description, &first_page.layout),
     };
     let is_one_block = full.len() == 1 && images > 1 && first_page.layout.codec == Codec::Plain;
     let count = if is_one_block {
@@ -116,7 +117,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         let last = first_page.layout.page_bytes().checked_mul(images);
         if last.is_none_or(|bytes| bytes > file.bytes()) {
             return Err(format!(
-                "its {} bytes cannot hold the {images} images that ImageJ's description speaks of: the file \
+                "its {} bytes cannot hold the {images} images that its description speaks of: the file \
                  is truncated",
                 file.bytes()
             ));
