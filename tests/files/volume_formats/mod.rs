@@ -13,6 +13,7 @@ mod tiff;
 mod tiff_pages;
 mod values;
 mod zarr;
+mod zarr_axes;
 
 use std::path::Path;
 

@@ -28,6 +28,8 @@ pub struct Array {
     pub folder: PathBuf,
     /// Slowest axis first, as are all the following.
     pub shape: Vec<u64>,
+    /// The axes' names, if all have one.
+    pub names: Option<Vec<String>>,
     /// The smallest boxes that are compressed as one.
     pub chunk: Vec<u64>,
     pub shard: Option<Shard>,
@@ -199,6 +201,7 @@ impl Version2 {
         Ok(Array {
             folder: folder.to_path_buf(),
             shape: self.shape,
+            names: None,
             chunk: self.chunks,
             shard: None,
             voxel_type,
@@ -225,6 +228,7 @@ struct Version3 {
     #[serde(default)]
     fill_value: Value,
     codecs: Vec<Named>,
+    dimension_names: Option<Vec<Option<String>>>,
 }
 
 impl Version3 {
@@ -293,6 +297,9 @@ impl Version3 {
             keys,
             compression,
             shape: self.shape,
+            names: self
+                .dimension_names
+                .and_then(|names| names.into_iter().collect()),
         })
     }
 }

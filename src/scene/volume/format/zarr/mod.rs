@@ -2,7 +2,8 @@
 //! files. <https://ngff.openmicroscopy.org/0.4/>, <https://ngff.openmicroscopy.org/0.5/>
 //!
 //! Axes may be time, channel, z, y and x, or some of them. One channel at one time in one resolution is the volume,
-//! with x fastest whatever the array's order is. A Zarr array without OME's metadata is read as z, y, x. No file says
+//! with x fastest whatever the array's order is. A Zarr array without OME's metadata is read by its own names
+//! of axes, or else as z, y, x. No file says
 //! where a slice is in a body: the axes stay unknown.
 
 mod array;
@@ -117,24 +118,42 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let (dimensions, resolutions, names) = match is_array {
         true => {
             let array = Array::read(path)?;
-            let names = ["t", "c", "z", "y", "x"];
-            let unnamed = names.len().checked_sub(array.shape.len());
-            let names = &names[unnamed.ok_or("has more than 5 axes")?..];
-            let dimensions = names.iter().map(|name| Dimension {
-                name: name.to_string(),
-                unit: None,
-            });
+            let dimensions = dimensions_of(&array)?;
             let scale = vec![1.0; array.shape.len()];
-            (
-                dimensions.collect(),
-                vec![Resolution { array, scale }],
-                Vec::new(),
-            )
+            (dimensions, vec![Resolution { array, scale }], Vec::new())
         }
         false => image(path)?,
     };
     let metadata = (!is_array).then(|| metadata_file(path));
     volume(&dimensions, resolutions, names, metadata, overrides)
+}
+
+/// The axes of an array alone: by its own names for them, if those are the usual ones, or else in the usual order.
+fn dimensions_of(array: &Array) -> Parsed<Vec<Dimension>> {
+    let usual = ["t", "c", "z", "y", "x"];
+    let count = array.shape.len();
+    let has = |names: &[String], wanted: &str| {
+        let named = names
+            .iter()
+            .filter(|name| name.eq_ignore_ascii_case(wanted));
+        named.count()
+    };
+    let are_usual = |names: &Vec<String>| {
+        names.len() == count
+            && usual.iter().map(|name| has(names, name)).sum::<usize>() == count
+            && usual.iter().all(|name| has(names, name) <= 1)
+            && ["x", "y"].iter().all(|name| has(names, name) == 1)
+    };
+    let names = match array.names.clone().filter(are_usual) {
+        Some(names) => names,
+        None => {
+            let unnamed = usual.len().checked_sub(count);
+            let names = &usual[unnamed.ok_or("has more than 5 axes")?..];
+            names.iter().map(|name| name.to_string()).collect()
+        }
+    };
+    let dimension = |name| Dimension { name, unit: None };
+    Ok(names.into_iter().map(dimension).collect())
 }
 
 /// The file in which a group describes its arrays.
