@@ -2,7 +2,7 @@
 
 use isolume::scene::volume::{Endian, StoredType, VoxelType};
 
-use crate::volume_files::Array;
+use crate::volume_files::{Array, gzip};
 use crate::volume_formats::{DIMS, load_bytes, refuses, u8s, values};
 
 #[test]
@@ -44,6 +44,47 @@ fn nifti_takes_the_qform_where_the_sform_is_zero() {
     let volume = load_bytes("v.nii", file.bytes);
     assert_eq!(volume.axes.unwrap().to_string(), "LPS");
     assert_eq!(volume.spacing, [1.5, 2.0, 2.5]);
+}
+
+#[test]
+fn nifti_voxels_have_a_size_whatever_its_sign() {
+    let mut file = u8s().nifti();
+    file.floats(80, &[-1.5, 2.0, 0.0]);
+    let volume = load_bytes("v.nii", &file.bytes);
+    assert_eq!(volume.spacing, [1.5, 2.0, 1.0]);
+    let note = "`pixdim[3]` is 0, and counts as 1";
+    assert!(volume.notes[0].contains(note), "{:?}", volume.notes);
+    file.int16(252, 1);
+    let volume = load_bytes("v.nii", &file.bytes);
+    assert_eq!(volume.spacing, [1.5, 2.0, 1.0]);
+    assert_eq!(volume.axes.unwrap().to_string(), "RAS");
+    // Where the sform says how large voxels are, nothing else does.
+    file.int16(254, 1);
+    file.floats(280, &[3., 0., 0., 0., 0., 4., 0., 0., 0., 0., 5., 0.]);
+    let volume = load_bytes("v.nii", &file.bytes);
+    assert_eq!(volume.spacing, [3.0, 4.0, 5.0]);
+    assert!(volume.notes.is_empty(), "{:?}", volume.notes);
+    let mut flat = u8s().nifti();
+    flat.int16(40, 2);
+    flat.floats(88, &[0.0]);
+    assert!(load_bytes("v.nii", flat.bytes).notes.is_empty());
+}
+
+#[test]
+fn nifti_voxels_follow_the_header_where_nothing_is_said() {
+    let (mut narrow, mut wide) = (u8s().nifti(), u8s().nifti_2());
+    narrow.floats(108, &[0.0]);
+    wide.int64(168, 0);
+    for file in [narrow, wide] {
+        assert_eq!(values(&load_bytes("v.nii", file.bytes)), u8s().values);
+    }
+}
+
+#[test]
+fn nifti_is_unpacked_by_its_content() {
+    let plain = u8s().nifti().bytes;
+    assert_eq!(values(&load_bytes("v.nii", gzip(&plain))), u8s().values);
+    assert_eq!(values(&load_bytes("v.nii.gz", plain)), u8s().values);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::header::{About, Header, unexpected};
+use super::header::{About, Header, first_bytes, unexpected};
 use super::several::{Key, Several};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
@@ -85,16 +85,18 @@ pub const HALF: &str = "is half of a .hdr/.img pair, expected one .nii file; joi
                         `nibabel.save(nibabel.load(\"scan.hdr\"), \"scan.nii\")`";
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
-    let is_packed = path
-        .extension()
-        .is_some_and(|end| end.eq_ignore_ascii_case("gz"));
-    let encoding = match is_packed {
-        true => Encoding::Gzip,
-        false => Encoding::Raw,
+    // Programs that unpack a file do not always rename it.
+    let encoding = match first_bytes(path, 2)?[..] {
+        [0x1f, 0x8b] => Encoding::Gzip,
+        _ => Encoding::Raw,
     };
     let fields = Fields::read(path, encoding)?;
     let (dims, count, several) = dims(&fields)?;
-    let geometry = geometry(&fields, count);
+    let mut unknown = Vec::new();
+    let geometry = geometry(&fields, count, &mut unknown);
+    if overrides.spacing.is_some() {
+        unknown.clear();
+    }
     let (slope, intercept) = rescale(&fields);
     let voxel_type = voxel_type(fields.int(fields.places.datatype, 2))?;
     let data = Data {
@@ -112,7 +114,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         geometry,
         slope,
         intercept,
-        notes: storage.notes(),
+        notes: [storage.notes(), unknown].concat(),
         storage: Storage {
             unit: fields.unit(),
             ..storage
@@ -203,7 +205,7 @@ impl Fields {
         let place = self.places.vox_offset;
         let least = self.places.size as u64 + 4;
         let wrong = |found: String| {
-            let expected = format!("a whole number from {least} up");
+            let expected = format!("0 or a whole number from {least} up");
             unexpected("vox_offset", &found, &expected)
         };
         // In NIfTI-1 it is a float: beyond 2^24 it could not even name every byte.
@@ -216,6 +218,10 @@ impl Fields {
         } else {
             1e15
         };
+        // Left at 0 it means that the voxels follow the header.
+        if offset == 0.0 {
+            return Ok(least);
+        }
         match offset.fract() == 0.0 && (least as f64..=most).contains(&offset) {
             true => Ok(offset as u64),
             false => Err(wrong(offset.to_string())),
@@ -311,11 +317,12 @@ fn rescale(fields: &Fields) -> (f64, f64) {
 
 /// The affine "sform" if there is one, else the rotation "qform", else nothing but voxel sizes. Some programs write an sform
 /// of zeros, which is none.
-fn geometry(fields: &Fields, count: usize) -> Parsed<([f64; 3], Orientation)> {
+fn geometry(
+    fields: &Fields,
+    count: usize,
+    unknown: &mut Vec<String>,
+) -> Parsed<([f64; 3], Orientation)> {
     let places = fields.places;
-    let pixdim: [f64; 4] = fields.floats(places.pixdim);
-    // A 2D image need not say how thick it is.
-    let spacing: [f64; 3] = std::array::from_fn(|a| if a < count { pixdim[a + 1] } else { 1.0 });
     let frame = Frame::Anatomical(Axes::RAS);
     let rows: [[f64; 4]; 3] =
         std::array::from_fn(|row| fields.floats(places.srow + 4 * places.real * row));
@@ -323,9 +330,11 @@ fn geometry(fields: &Fields, count: usize) -> Parsed<([f64; 3], Orientation)> {
         let steps = std::array::from_fn(|axis| rows.map(|row| row[axis]));
         return Orientation::from_steps(steps, frame).map_err(|fault| format!("sform: {fault}"));
     }
+    let spacing = voxel_size(fields, count, unknown);
     if fields.code(places.qform_code) > 0 {
+        let [handedness] = fields.floats(places.pixdim);
         let mut directions = rotation(fields.floats(places.quatern));
-        if pixdim[0] < 0.0 {
+        if handedness < 0.0 {
             directions[2] = directions[2].map(|x| -x);
         }
         return match Orientation::from_steps(directions, frame) {
@@ -334,6 +343,22 @@ fn geometry(fields: &Fields, count: usize) -> Parsed<([f64; 3], Orientation)> {
         };
     }
     Ok((spacing, Orientation::UNKNOWN))
+}
+
+/// The voxel size by `pixdim`, of which only the amount counts: some programs mark a reversed axis by a sign.
+fn voxel_size(fields: &Fields, count: usize, unknown: &mut Vec<String>) -> [f64; 3] {
+    let pixdim: [f64; 4] = fields.floats(fields.places.pixdim);
+    [1, 2, 3].map(|axis| match pixdim[axis].abs() {
+        // A 2D image need not say how thick it is.
+        _ if axis > count => 1.0,
+        0.0 => {
+            unknown.push(format!(
+                "`pixdim[{axis}]` is 0, and counts as 1; if that is wrong, set volume.spacing"
+            ));
+            1.0
+        }
+        size => size,
+    })
 }
 
 /// The directions of i, j and k from the last three components of a unit quaternion.
