@@ -242,9 +242,16 @@ fn spacing_comes_from_the_header_or_the_user() {
     let path = write(
         folder.path(),
         "v.nrrd",
-        array.nrrd("raw", "spacings: nan 1 1\n"),
+        array.nrrd("raw", "spacings: NaN 1 nan\n"),
     );
-    assert!(refusal(&path, &VolumeOverrides::default()).contains("along x is NaN"));
+    // By NRRD's definition that says that the size is not known.
+    let unknown = plain(&path);
+    assert_eq!(unknown.spacing, [1.0; 3]);
+    assert!(
+        unknown.notes[0].contains("NaN means that the size of voxels is not known"),
+        "{:?}",
+        unknown.notes
+    );
     let overrides = VolumeOverrides {
         spacing: Some([1.0, 2.0, 4.0]),
         ..Default::default()
@@ -253,6 +260,7 @@ fn spacing_comes_from_the_header_or_the_user() {
         Volume::load(&path, &overrides).unwrap().spacing,
         [1.0, 2.0, 4.0]
     );
+    assert!(Volume::load(&path, &overrides).unwrap().notes.is_empty());
 }
 
 #[test]

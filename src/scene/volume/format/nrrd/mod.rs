@@ -24,15 +24,20 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let axes = FileAxes::read(&fields)?;
     let (dims, several) = (axes.dims, &axes.several);
     let data = data(path, &fields, end)?;
+    let mut unknown = Vec::new();
+    let geometry = geometry(&fields, &axes, &mut unknown);
+    if overrides.spacing.is_some() {
+        unknown.clear();
+    }
     let (source, storage) = several.open(data, path, dims, voxel_type, overrides)?;
     Ok(Header {
         dims,
         voxel_type,
         endian: endian(&fields, voxel_type)?,
-        geometry: geometry(&fields, &axes),
+        geometry,
         slope: 1.0,
         intercept: 0.0,
-        notes: storage.notes(),
+        notes: [storage.notes(), unknown].concat(),
         storage,
         about: About::default(),
         source,
@@ -112,7 +117,11 @@ fn endian(fields: &Fields, voxel_type: VoxelType) -> Parsed<Endian> {
     }
 }
 
-fn geometry(fields: &Fields, axes: &FileAxes) -> Parsed<([f64; 3], Orientation)> {
+fn geometry(
+    fields: &Fields,
+    axes: &FileAxes,
+    unknown: &mut Vec<String>,
+) -> Parsed<([f64; 3], Orientation)> {
     if let Some(text) = fields.get("space directions") {
         let vectors = vectors(text, axes.count)?;
         let [Some(i), Some(j), Some(k)] = axes.places.map(|axis| vectors[axis]) else {
@@ -124,7 +133,15 @@ fn geometry(fields: &Fields, axes: &FileAxes) -> Parsed<([f64; 3], Orientation)>
     let spacings = fields.numbers("spacings", axes.count, "numbers")?;
     let spacings: Vec<f64> = spacings.unwrap_or(vec![1.0; axes.count]);
     let spacing = axes.places.map(|axis| spacings[axis]);
-    Ok((spacing, Orientation::UNKNOWN))
+    if spacing.iter().any(|size| size.is_nan()) {
+        unknown.push(
+            "a `spacings` of NaN means that the size of voxels is not known: it counts as 1; if that is wrong, set \
+             volume.spacing"
+                .into(),
+        );
+    }
+    let known = spacing.map(|size| if size.is_nan() { 1.0 } else { size });
+    Ok((known, Orientation::UNKNOWN))
 }
 
 /// The coordinates of the directions. Without a `space` they are taken as right-handed: nothing is known to the
