@@ -3,7 +3,7 @@
 use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
 
 use crate::volume_files::{Array, gzip, write};
-use crate::volume_formats::{DIMS, folder, load_bytes, refusal, refuses, u8s};
+use crate::volume_formats::{DIMS, folder, load_bytes, refusal, refuses, u8s, values};
 
 #[test]
 fn shape_is_for_raw_files_only() {
@@ -121,6 +121,25 @@ fn npy_refuses_what_is_no_scalar_volume() {
     );
     refuses("v.npy", changed("shape", "shade"), &["no `shape`"]);
     refuses("v.npy", b"PK\x03\x04", &["version 1, 2 or 3"]);
+}
+
+/// The header of an array of Python 2, and one of an array with an axis too many, which is 1 long.
+#[test]
+fn npy_shapes_are_read_in_each_spelling() {
+    let array = u8s();
+    for shape in ["(2L, 3L, 4L)", "(1, 2, 3, 4)", "( 2,3 ,4L,)"] {
+        let bytes = array.npy(2, false);
+        let from = "(2, 3, 4)";
+        let at = bytes.windows(from.len()).position(|w| w == from.as_bytes());
+        let (before, after) = bytes.split_at(at.unwrap());
+        let mut changed = [before, shape.as_bytes(), &after[from.len()..]].concat();
+        changed[8] += (shape.len() - from.len()) as u8;
+        assert_eq!(
+            values(&load_bytes("v.npy", changed)),
+            array.values,
+            "{shape}"
+        );
+    }
 }
 
 #[test]

@@ -74,11 +74,13 @@ fn dims(text: &str) -> Parsed<([u32; 3], Option<String>)> {
         .and_then(|rest| rest.split_once(')'))
         .map(|(numbers, _)| numbers.trim().trim_end_matches(','))
         .ok_or_else(wrong)?;
-    let sizes: Result<Vec<u32>, _> = numbers.split(',').map(|size| size.trim().parse()).collect();
-    let [a, b, c] = sizes
-        .map_err(|_| wrong())?
-        .try_into()
-        .map_err(|_| wrong())?;
+    // Python 2 marks long integers.
+    let size = |text: &str| text.trim().trim_end_matches('L').parse().ok();
+    let sizes: Option<Vec<u32>> = numbers.split(',').map(size).collect();
+    let [a, b, c] = match sizes.ok_or_else(wrong)?[..] {
+        [a, b, c] | [1, a, b, c] => [a, b, c],
+        _ => return Err(wrong()),
+    };
     match value(text, "fortran_order")? {
         order if order.starts_with("False") => Ok(([c, b, a], None)),
         order if order.starts_with("True") => {
