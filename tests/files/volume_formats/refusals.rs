@@ -194,6 +194,40 @@ fn truncated_files_say_how_much_is_missing() {
     );
 }
 
+/// Only numbers make a pattern of a name with `%d` in it, and only if no file has that name.
+#[test]
+fn names_with_a_per_cent_sign_are_names() {
+    let folder = folder();
+    let array = u8s();
+    for name in [
+        "a%20b.raw",
+        "a%d.raw",
+        "50 %.raw",
+        "s%02d.raw 0 9 1",
+        "LISTED.raw",
+        "100%",
+    ] {
+        write(folder.path(), name, array.bytes());
+        let nrrd = array.nrrd_header("raw", &format!("data file: {name}\n"));
+        let nrrd = write(folder.path(), "v.nhdr", nrrd);
+        let meta = write(folder.path(), "v.mhd", array.meta_header("", name));
+        for path in [nrrd, meta] {
+            let volume = Volume::load(&path, &VolumeOverrides::default());
+            assert_eq!(values(&volume.unwrap()), array.values, "{name}");
+        }
+    }
+    for name in ["gone%20b.raw", "gone%d.raw"] {
+        let nrrd = array.nrrd_header("raw", &format!("data file: {name}\n"));
+        refuses("v.nhdr", nrrd, &["its data file", "No such file"]);
+    }
+    for name in ["gone%03d.raw 0 8 1", "gone %d 1 9 1 2", "LIST 2"] {
+        let nrrd = array.nrrd_header("raw", &format!("data file: {name}\n"));
+        let found = format!("`data file` is `{name}`, expected one file");
+        refuses("v.nhdr", nrrd, &[&found]);
+        refuses("v.mhd", array.meta_header("", name), &["or one file"]);
+    }
+}
+
 #[test]
 fn damaged_compressed_voxels_are_refused() {
     let array = Array::new([16, 16, 16], VoxelType::U8, Endian::Little);

@@ -207,3 +207,17 @@ pub fn pick(key: &str, wanted: Option<u32>, count: u32) -> Parsed<u32> {
 pub fn beside(header: &Path, name: &str) -> PathBuf {
     header.parent().unwrap_or(Path::new("")).join(name)
 }
+
+/// Whether a header names several data files: by a list that follows, or by a pattern and the numbers to put into it, as in
+/// "slice%03d.raw 1 9 1". What is a file's name is no pattern.
+pub fn names_several_files(header: &Path, name: &str) -> bool {
+    let mut words = name.split_whitespace();
+    let first = words.next().unwrap_or_default();
+    let numbers = words.rev().take_while(|word| word.parse::<i64>().is_ok());
+    let is_conversion = |text: &str| {
+        let letter = text.trim_start_matches(|c: char| c.is_ascii_digit());
+        letter.starts_with(['d', 'i', 'u'])
+    };
+    let is_pattern = name.split('%').skip(1).any(is_conversion) && numbers.count() >= 3;
+    (first == "LIST" || is_pattern) && !beside(header, name).is_file()
+}

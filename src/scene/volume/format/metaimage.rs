@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use super::header::{About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use super::header::{
+    About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, names_several_files, unexpected,
+};
 use super::several::{Key, Several};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
@@ -173,7 +175,7 @@ fn data(path: &Path, fields: &Fields, end: usize) -> Parsed<Data> {
     let (file, begin) = match name {
         name if name.eq_ignore_ascii_case("LOCAL") => (path.to_path_buf(), end as u64),
         "" => return Err(unexpected("ElementDataFile", name, "LOCAL or a file")),
-        name if name.starts_with("LIST") || name.contains('%') => {
+        name if names_several_files(path, name) => {
             let expected = "LOCAL or one file; join the slices into one .mha first";
             return Err(unexpected("ElementDataFile", name, expected));
         }

@@ -9,7 +9,9 @@ use std::path::Path;
 use axes::FileAxes;
 use vectors::vectors;
 
-use super::header::{About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, unexpected};
+use super::header::{
+    About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, names_several_files, unexpected,
+};
 use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
@@ -65,7 +67,7 @@ fn fields(bytes: &[u8]) -> Parsed<(Fields, Option<usize>)> {
         // The lines after a list are file names.
         if fields
             .get("data file")
-            .is_some_and(|name| name.starts_with("LIST"))
+            .is_some_and(|name| name.split_whitespace().next() == Some("LIST"))
         {
             break;
         }
@@ -174,7 +176,7 @@ fn data(path: &Path, fields: &Fields, end: Option<usize>) -> Parsed<Data> {
         other => return Err(unexpected("encoding", other, "raw, gzip or bzip2")),
     };
     let (file, begin) = match fields.get("data file") {
-        Some(name) if name.starts_with("LIST") || name.contains('%') => {
+        Some(name) if names_several_files(path, name) => {
             let expected = "one file; join the slices into one .nrrd first";
             return Err(unexpected("data file", name, expected));
         }
