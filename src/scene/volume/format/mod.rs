@@ -1,9 +1,11 @@
 //! The file formats, and how each is recognised by a file's name or a folder's content.
 //!
-//! A format is one module, which makes a [`Header`] of a file, and one line in [`FORMATS`] or [`FOLDERS`]. Voxels
-//! that do not lie in one file, plain or deflated, come with a [`Source`](super::source::Source) of their own.
+//! A format is one module, which makes a [`Header`] of a file, and one line in [`FORMATS`] or in those of
+//! [`folder`]. Voxels that do not lie in one file, plain or deflated, come with a
+//! [`Source`](super::source::Source) of their own.
 
 mod dicom;
+mod folder;
 pub mod header;
 mod metaimage;
 mod nifti;
@@ -14,7 +16,7 @@ mod several;
 mod tiff;
 mod zarr;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
@@ -64,17 +66,6 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
 ];
 
-/// How a folder of a format is recognised.
-type IsFolder = fn(&Path) -> bool;
-
-/// The kinds of folders. The first one that recognises a folder reads it.
-const FOLDERS: [(&str, IsFolder, Read); 3] = [
-    ("OME-Zarr", zarr::is_folder, Leveled(zarr::read_folder)),
-    ("TIFF pages", has_pages, Leveled(tiff::read_folder)),
-    // Any other folder: DICOM's files may lie in folders within folders.
-    (DICOM.0, |_| true, DICOM.1),
-];
-
 pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     if path.to_string_lossy().contains("://") {
         return Err(
@@ -114,9 +105,17 @@ pub(super) fn previews(path: &Path) -> Parsed<Vec<Preview>> {
 
 fn told(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     match path.is_dir() {
-        true => folder(path),
+        true => folder::told(path),
         false => file(path),
     }
+}
+
+/// The format of a file by its name, in lower case.
+fn named(name: &str) -> Option<&'static (&'static str, &'static [&'static str], Read)> {
+    let is_named = |end: &&str| name.ends_with(*end);
+    FORMATS
+        .iter()
+        .find(|(_, ends, _)| ends.iter().any(is_named))
 }
 
 /// How files of a pair end.
@@ -125,11 +124,7 @@ const HALVES: [&str; 4] = [".hdr", ".img", ".hdr.gz", ".img.gz"];
 fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.to_lowercase();
-    let is_named = |end: &&str| name.ends_with(*end);
-    let format = FORMATS
-        .iter()
-        .find(|(_, ends, _)| ends.iter().any(is_named));
-    match format {
+    match named(&name) {
         Some((name, _, read)) => Ok((name, read)),
         // Many files of DICOM have no extension, or a number in its place.
         None if dicom::is_dicom(path) => Ok((DICOM.0, &DICOM.1)),
@@ -139,20 +134,6 @@ fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
             readable()
         )),
     }
-}
-
-fn folder(path: &Path) -> Parsed<(&'static str, &'static Read)> {
-    let format = FOLDERS.iter().find(|(_, is_of, _)| is_of(path));
-    let named = format.map(|(name, _, read)| (*name, read));
-    named.ok_or_else(|| "is a folder of no format that is read".into())
-}
-
-/// Whether a folder holds TIFF pages, and none of its other files is DICOM: a picture may lie beside a scan's slices.
-fn has_pages(folder: &Path) -> bool {
-    let entries = std::fs::read_dir(folder).into_iter().flatten();
-    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let (pages, others): (Vec<PathBuf>, Vec<PathBuf>) = paths.partition(|path| tiff::is_page(path));
-    !pages.is_empty() && !others.iter().any(|path| dicom::begins_as_dicom(path))
 }
 
 /// Fails for a key of the user that the format does not use.

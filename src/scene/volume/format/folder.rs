@@ -1,0 +1,110 @@
+//! The kinds of folders, how each is recognised by its content, and what can be opened in a folder of none.
+
+use std::fs::DirEntry;
+use std::path::{Path, PathBuf};
+
+use super::{DICOM, Read, dicom, named, tiff, zarr};
+use crate::scene::volume::parsed::Parsed;
+
+/// How a folder of a format is recognised.
+type IsFolder = fn(&Path) -> bool;
+
+/// The kinds of folders. The first one that recognises a folder reads it; any other is DICOM's, whose files may lie in
+/// folders within folders.
+const FOLDERS: [(&str, IsFolder, Read); 2] = [
+    (
+        "OME-Zarr",
+        zarr::is_folder,
+        Read::Leveled(zarr::read_folder),
+    ),
+    ("TIFF pages", has_pages, Read::Leveled(tiff::read_folder)),
+];
+
+/// The most levels of nested folders in which DICOM is looked for.
+const MOST_NESTED: u32 = 32;
+/// The most names in one message.
+const MOST_NAMED: usize = 3;
+/// Endings of pictures that are no volume's slices to this program.
+const PICTURES: [&str; 4] = [".png", ".jpg", ".jpeg", ".bmp"];
+
+/// The format of a folder.
+pub fn told(path: &Path) -> Parsed<(&'static str, &'static Read)> {
+    let format = FOLDERS.iter().find(|(_, is_of, _)| is_of(path));
+    if let Some((name, _, read)) = format {
+        return Ok((name, read));
+    }
+    match openable(path) {
+        Some(others) if !holds_dicom(path, MOST_NESTED) => {
+            Err(format!("holds no DICOM image, but {others}"))
+        }
+        _ => Ok((DICOM.0, &DICOM.1)),
+    }
+}
+
+/// Whether a folder holds TIFF pages, and none of its other files is DICOM: a picture may lie beside a scan's slices, or
+/// beside folders of them.
+fn has_pages(folder: &Path) -> bool {
+    let paths = entries(folder).map(|entry| entry.path());
+    let (pages, others): (Vec<PathBuf>, Vec<PathBuf>) = paths.partition(|path| tiff::is_page(path));
+    match pages.len() {
+        0 => false,
+        1 => !holds_dicom(folder, MOST_NESTED),
+        _ => !others.iter().any(|path| dicom::begins_as_dicom(path)),
+    }
+}
+
+/// Whether a file in a folder, or below it, is DICOM. Links to folders are not followed: they may lead in circles.
+fn holds_dicom(folder: &Path, nested: u32) -> bool {
+    let is_folder = |entry: &DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());
+    let (folders, files): (Vec<DirEntry>, Vec<DirEntry>) = entries(folder).partition(is_folder);
+    let is_dicom = |entry: &DirEntry| dicom::begins_as_dicom(&entry.path());
+    let is_within = |entry: &DirEntry| holds_dicom(&entry.path(), nested - 1);
+    files.iter().any(is_dicom) || nested > 0 && folders.iter().any(is_within)
+}
+
+fn entries(folder: &Path) -> impl Iterator<Item = DirEntry> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    entries.filter_map(Result::ok)
+}
+
+/// The files and folders in a folder that can be opened alone, and the pictures that cannot, with what to do.
+fn openable(folder: &Path) -> Option<String> {
+    let name = |entry: DirEntry| entry.file_name().to_string_lossy().into_owned();
+    let mut names: Vec<String> = entries(folder).map(name).collect();
+    names.retain(|name| !name.starts_with('.'));
+    names.sort();
+    let is_openable = |name: &&String| match folder.join(name) {
+        path if path.is_dir() => FOLDERS.iter().any(|(_, is_of, _)| is_of(&path)),
+        _ => named(&name.to_lowercase())
+            .is_some_and(|(_, _, read)| !matches!(read, Read::Refused(_))),
+    };
+    let volumes: Vec<&String> = names.iter().filter(is_openable).collect();
+    if let [first, ..] = volumes[..] {
+        return Some(match volumes.len() {
+            1 => format!("{first}; open that"),
+            _ => format!("{}; open one of these", listed(&volumes)),
+        });
+    }
+    let is_picture = |name: &&String| {
+        let name = name.to_lowercase();
+        PICTURES.iter().any(|end| name.ends_with(end))
+    };
+    let picture = names.iter().find(is_picture)?;
+    Some(format!(
+        "pictures such as {picture}; save the slices as TIFF, and open the folder of those"
+    ))
+}
+
+/// "a.nii, b.nii, c.nii and 4 more"
+fn listed(names: &[&String]) -> String {
+    let shown: Vec<&str> = names
+        .iter()
+        .take(MOST_NAMED)
+        .map(|name| name.as_str())
+        .collect();
+    let more = match names.len() - shown.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    shown.join(", ") + &more
+}
