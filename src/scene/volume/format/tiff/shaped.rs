@@ -21,7 +21,7 @@ pub fn images(description: &str, layout: &Layout) -> u64 {
     };
     let mut values: u64 = shape.into_iter().fold(1, u64::saturating_mul);
     for size in [layout.size[0], layout.size[1], layout.samples] {
-        values /= u64::from(size);
+        values /= u64::from(size).max(1);
     }
     values.max(1)
 }
