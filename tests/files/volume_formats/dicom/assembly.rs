@@ -101,6 +101,13 @@ fn missing_slices_are_named_or_filled() {
         &volume.notes,
         "at 35 mm along the slices' normal; they are interpolated",
     );
+    // The user may mean a series that is whole.
+    let mut other = Scan::ct().with(|common| common.text((0x20, 0xe), "UI", "1.2.3.77"));
+    other.slices.truncate(2);
+    other.write(folder.path(), Syntax::Explicit, |n| format!("other{n}"));
+    let message = refused(folder.path(), &VolumeOverrides::default());
+    assert!(message.contains("1 of 5 slices is missing"), "{message}");
+    assert!(message.contains("there is 1 other volume"), "{message}");
     let (found, whole, slice) = (values(&volume), hounsfield(), ROWS * COLUMNS);
     for n in 0..slice {
         let mean = 0.5 * (whole[slice + n] + whole[3 * slice + n]);

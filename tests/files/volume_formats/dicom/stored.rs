@@ -149,6 +149,30 @@ fn slices_with_rescalings_of_their_own_stay_integers_where_they_can() {
 }
 
 #[test]
+fn a_blank_slice_of_pet_is_its_intercept() {
+    let mut scan = Scan::ct().with(|common| common.text((8, 0x60), "CS", "PT"));
+    for (z, slice) in scan.slices.iter_mut().enumerate() {
+        (slice.slope, slice.intercept) = (if z == 2 { 0.0 } else { 0.5 }, 0.0);
+    }
+    let volume = loaded(&scan);
+    let slice = (volume.dims[0] * volume.dims[1]) as usize;
+    let stored = |(n, value): (usize, f64)| match n / slice {
+        2 => 0.0,
+        _ => 0.5 * (value + 1024.0),
+    };
+    let expected: Vec<f64> = hounsfield().into_iter().enumerate().map(stored).collect();
+    assert_eq!(values(&volume), expected);
+
+    // Where all slopes are 0, they say nothing.
+    let rescaled = |slope: f64| {
+        let mut scan = Scan::ct();
+        scan.slices.iter_mut().for_each(|slice| slice.slope = slope);
+        values(&loaded(&scan))
+    };
+    assert_eq!(rescaled(0.0), rescaled(1.0));
+}
+
+#[test]
 fn a_range_beyond_16_bits_signed_is_kept_in_16_with_an_offset() {
     let mut scan = Scan::ct().with(|common| bits(common, 16, 15, false));
     scan.slices.iter_mut().for_each(|slice| slice.slope = -1.0);

@@ -196,20 +196,11 @@ fn frame(places: &Places, index: u32) -> Parsed<Frame> {
     let (measures, values) = (tags::PIXEL_MEASURES, tags::VALUE_TRANSFORMATION);
     let spacing = places.decimal(measures, tags::SLICE_SPACING, "SpacingBetweenSlices")?;
     let thickness = places.decimal(measures, tags::SLICE_THICKNESS, "SliceThickness")?;
-    let (mut slope_name, mut slope) = ("RescaleSlope", None);
-    for (name, tag) in [
-        ("RescaleSlope", tags::SLOPE),
-        ("DoseGridScaling", tags::DOSE_SCALE),
-    ] {
-        if slope.is_none() {
-            (slope_name, slope) = (name, places.decimal(values, tag, name)?);
-        }
-    }
-    let slope = slope.unwrap_or(1.0);
+    let slope = match places.decimal(values, tags::SLOPE, "RescaleSlope")? {
+        Some(slope) => Some(slope),
+        None => places.decimal(values, tags::DOSE_SCALE, "DoseGridScaling")?,
+    };
     let intercept = places.decimal(values, tags::INTERCEPT, "RescaleIntercept")?;
-    if slope == 0.0 {
-        return Err(format!("its {slope_name} is 0, expected any other number"));
-    }
     let content = tags::FRAME_CONTENT;
     let frame_type = places
         .text(tags::MR_FRAME_TYPE, tags::FRAME_TYPE)
@@ -227,7 +218,7 @@ fn frame(places: &Places, index: u32) -> Parsed<Frame> {
             .or(thickness)
             .map(f64::abs)
             .filter(|size| *size > 0.0),
-        slope,
+        slope: slope.unwrap_or(1.0),
         intercept: intercept.unwrap_or(0.0),
         image_type: frame_type.unwrap_or_default(),
         acquisition: acquisition.unwrap_or_default(),

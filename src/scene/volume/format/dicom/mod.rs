@@ -112,7 +112,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     source.compare_doubles(&remedy)?;
     match (gaps, overrides.fill_gaps) {
         (Some(gaps), true) => notes.push(format!("{gaps}; they are interpolated")),
-        (Some(gaps), false) => return Err(incomplete(&gaps, &found)),
+        (Some(gaps), false) => return Err(incomplete(&gaps, &found) + &remedy),
         (None, _) => {}
     }
     Ok(Header {

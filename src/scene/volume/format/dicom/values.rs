@@ -36,15 +36,21 @@ pub enum Map {
 
 impl Values {
     pub fn of(frames: &[(&Image, &Frame)]) -> Parsed<Values> {
-        for (_, frame) in frames {
+        // A slice of PET in which nothing is seen has a slope of 0. If all have, it means nothing.
+        let is_blank = |(_, frame): &(&Image, &Frame)| frame.slope == 0.0;
+        let slope: fn(&Frame) -> f64 = match frames.iter().all(is_blank) {
+            true => |_: &Frame| 1.0,
+            false => |frame: &Frame| frame.slope,
+        };
+        for (_, frame) in frames.iter().filter(|frame| !is_blank(frame)) {
             check_rescale(frame.slope, frame.intercept)?;
         }
-        Ok(Values::whole(frames).unwrap_or_else(|| Values::real(frames)))
+        Ok(Values::whole(frames, slope).unwrap_or_else(|| Values::real(frames, slope)))
     }
 
-    fn real(frames: &[(&Image, &Frame)]) -> Values {
+    fn real(frames: &[(&Image, &Frame)], slope: fn(&Frame) -> f64) -> Values {
         let map = |(_, frame): &(&Image, &Frame)| Map::Real {
-            slope: frame.slope,
+            slope: slope(frame),
             intercept: frame.intercept,
         };
         Values {
@@ -55,10 +61,11 @@ impl Values {
         }
     }
 
-    fn whole(frames: &[(&Image, &Frame)]) -> Option<Values> {
+    fn whole(frames: &[(&Image, &Frame)], slope_of: fn(&Frame) -> f64) -> Option<Values> {
         let (_, first) = frames.first()?;
-        let unit = first.slope.abs();
-        let has_one_unit = frames.iter().all(|(_, frame)| frame.slope.abs() == unit);
+        let mut units = frames.iter().map(|(_, frame)| slope_of(frame).abs());
+        let unit = units.clone().find(|unit| *unit > 0.0)?;
+        let has_one_unit = units.all(|own| own == unit || own == 0.0);
         let (slope, base) = match has_one_unit {
             true => (unit, first.intercept),
             false => (1.0, 0.0),
@@ -66,7 +73,7 @@ impl Values {
         let mut maps = Vec::new();
         let (mut low, mut high) = (i64::MAX, i64::MIN);
         for (image, frame) in frames {
-            let ratio = frame.slope / slope;
+            let ratio = slope_of(frame) / slope;
             let factor = whole(ratio, ROUNDING * ratio.abs())?;
             let offset = whole((frame.intercept - base) / slope, ROUNDING)?;
             for stored in image.samples.limits()? {
