@@ -23,6 +23,7 @@ fn a_folder_names_what_can_be_opened_in_it() {
     write(&folder, "002.PNG", "a picture");
     write(&folder, "001.png", "a picture");
     write(&folder, "notes.txt", "");
+    write(&folder, "damaged.dcm", "no DICOM");
     let expected = "holds no DICOM image, but pictures such as 001.png; save the slices as TIFF";
     assert!(message().contains(expected), "{}", message());
 

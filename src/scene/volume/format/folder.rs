@@ -24,7 +24,7 @@ const FOLDERS: [(&str, IsFolder, Read); 2] = [
 const MOST_NESTED: u32 = 32;
 /// The most names in one message.
 const MOST_NAMED: usize = 3;
-/// Endings of pictures that are no volume's slices to this program.
+/// Endings of pictures, which are not read.
 const PICTURES: [&str; 4] = [".png", ".jpg", ".jpeg", ".bmp"];
 
 /// The format of a folder.
@@ -67,7 +67,8 @@ fn entries(folder: &Path) -> impl Iterator<Item = DirEntry> {
     entries.filter_map(Result::ok)
 }
 
-/// The files and folders in a folder that can be opened alone, and the pictures that cannot, with what to do.
+/// The files and folders in a folder without DICOM that can be opened alone, or else pictures that cannot, with what to
+/// do.
 fn openable(folder: &Path) -> Option<String> {
     let name = |entry: DirEntry| entry.file_name().to_string_lossy().into_owned();
     let mut names: Vec<String> = entries(folder).map(name).collect();
@@ -76,7 +77,7 @@ fn openable(folder: &Path) -> Option<String> {
     let is_openable = |name: &&String| match folder.join(name) {
         path if path.is_dir() => FOLDERS.iter().any(|(_, is_of, _)| is_of(&path)),
         _ => named(&name.to_lowercase())
-            .is_some_and(|(_, _, read)| !matches!(read, Read::Refused(_))),
+            .is_some_and(|(_, _, read)| !matches!(read, Read::Refused(_) | Read::Listed(..))),
     };
     let volumes: Vec<&String> = names.iter().filter(is_openable).collect();
     if let [first, ..] = volumes[..] {

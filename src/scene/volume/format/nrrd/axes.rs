@@ -1,7 +1,7 @@
 //! The axes of a NRRD: three of them are places, and others count times, or the values of a voxel.
 //!
-//! `kinds` names what each axis is. Where it does not tell, an axis without a direction in space is no place, and of four
-//! axes the one that is 1 long, or else the slowest.
+//! `kinds` names what each axis is. Where it does not tell, an axis without a direction in space is no place; and if
+//! four are left, neither is the one that is 1 long, or else the slowest.
 
 use super::vectors::vectors;
 use crate::scene::volume::format::header::{Fields, unexpected};
