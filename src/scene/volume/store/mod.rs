@@ -37,7 +37,7 @@ use crate::error::Result;
 use file::Known;
 
 /// Raised with every change of a store's bytes or of the values in it.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 /// How the name of a store ends.
 const SUFFIX: &str = ".isolume-store";
 /// How the temporary name of a store begins.
