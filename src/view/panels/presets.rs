@@ -103,14 +103,11 @@ impl Look {
         }
     }
 
-    /// Whether anything of its medium is to be seen in data of this range.
+    /// Whether anything of its medium is to be seen in data of this range: below its first point there is nothing, and behind
+    /// its last one there is what is at that.
     fn suits(&self, range: [f64; 2]) -> bool {
-        let values = self
-            .transfer
-            .iter()
-            .map(|(value, ..)| self.value(*value, range));
-        let [first, last] = [f64::min, f64::max].map(|of| values.clone().fold(f64::NAN, of));
-        first < range[1] && range[0] < last
+        let first = self.transfer.first();
+        first.is_some_and(|(value, ..)| self.value(*value, range) < range[1])
     }
 
     fn medium(&self, range: [f64; 2], usual: f64) -> Medium {
