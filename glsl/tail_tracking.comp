@@ -59,7 +59,7 @@ uint paths_of(Tail tail) {
     return uint(ceil(tail.weight * float(PATHS)));
 }
 
-bool begin_pixel(inout Path path) {
+bool begin_item(inout Path path) {
     // A CPU's driver ends a loop silently after 65535 turns (path_queue.rs), which rare tails could need.
     const uint MOST = 32u;
     uint tried = 0u;

@@ -19,7 +19,7 @@ bool knows_suns(Path path) {
     return false;
 }
 
-bool begin_pixel(inout Path path) {
+bool begin_item(inout Path path) {
     uint item;
     if (!take_item(path, item)) {
         return false;

@@ -1,10 +1,8 @@
 // Paths whose light belongs to pixels, pixel by pixel. A pixel's paths are summed by one slot in a fixed order: the picture
 // does not depend on the number of slots.
 //
-// A shader that includes this takes push constants `work` and `slots`, and defines:
+// A shader that includes this defines, besides `begin_item` and `begin_sample` (slot_loop.glsl):
 
-// Takes a pixel, which may have no paths, from the queue. Returns false if the queue is empty.
-bool begin_pixel(inout Path path);
 // Is called when all of the pixel's paths have ended.
 void finish_pixel(Path path);
 
@@ -35,10 +33,6 @@ uint item_of(Path path) {
 #else
     return path.pixel;
 #endif
-}
-
-bool begin_item(inout Path path) {
-    return begin_pixel(path);
 }
 
 void finish_item(inout Path path) {

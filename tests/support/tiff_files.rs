@@ -3,12 +3,14 @@
 
 #![allow(dead_code)] // The fuzzer uses less of it than the tests of formats.
 
+use std::path::Path;
+
 use isolume::scene::volume::{Endian, VoxelType};
 use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use weezl::BitOrder;
 use weezl::encode::Encoder;
 
-use crate::volume_files::{Array, zlib};
+use crate::volume_files::{Array, write, zlib};
 
 pub const PLAIN: u16 = 1;
 pub const LZW: u16 = 5;
@@ -64,6 +66,13 @@ impl Tiff {
         let slices = 0..array.dims[2];
         let pages: Vec<Array> = slices.map(|z| slice(array, z)).collect();
         self.write_pages(&pages)
+    }
+
+    /// A file of a folder for each slice, with the slice's name.
+    pub fn write_files(&self, folder: &Path, array: &Array, name: impl Fn(u32) -> String) {
+        for z in 0..array.dims[2] {
+            write(folder, &name(z), self.write(&slice(array, z)));
+        }
     }
 
     pub fn write_pages(&self, pages: &[Array]) -> Vec<u8> {

@@ -72,10 +72,7 @@ fn a_folder_of_imagej_pages_is_calibrated() {
         resolution: Some([4, 2]),
         ..Tiff::default()
     };
-    for z in 0..3 {
-        let page = tiff.write(&slice(&array, z));
-        write(folder.path(), &format!("{z}.tif"), page);
-    }
+    tiff.write_files(folder.path(), &array, |z| format!("{z}.tif"));
     let volume = Volume::load(folder.path(), &VolumeOverrides::default()).unwrap();
     let expected: Vec<f64> = array.values.iter().map(|value| value - 32768.0).collect();
     assert_eq!(values(&volume), expected);

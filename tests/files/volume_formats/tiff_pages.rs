@@ -73,14 +73,11 @@ fn a_folder_of_ome_pages_has_their_voxel_size() {
     let array = textured([4, 3, 3], VoxelType::U8, Endian::Little);
     let opened = |description: &str| {
         let folder = folder();
-        for z in 0..3 {
-            let tiff = Tiff {
-                description: description.into(),
-                ..Tiff::default()
-            };
-            let name = format!("z{z}.ome.tif");
-            write(folder.path(), &name, tiff.write(&slice(&array, z)));
-        }
+        let tiff = Tiff {
+            description: description.into(),
+            ..Tiff::default()
+        };
+        tiff.write_files(folder.path(), &array, |z| format!("z{z}.ome.tif"));
         let volume = plain(folder.path());
         assert_eq!(values(&volume), array.values);
         volume
