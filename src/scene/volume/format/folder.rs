@@ -3,6 +3,7 @@
 use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
+use super::header::first_of;
 use super::{DICOM, Read, dicom, named, tiff, zarr};
 use crate::scene::volume::parsed::Parsed;
 
@@ -20,21 +21,19 @@ const FOLDERS: [(&str, IsFolder, Read); 2] = [
     ("TIFF pages", has_pages, Read::Leveled(tiff::read_folder)),
 ];
 
-/// The most levels of nested folders in which DICOM is looked for.
-const MOST_NESTED: u32 = 32;
 /// The most names in one message.
 const MOST_NAMED: usize = 3;
 /// Endings of pictures, which are not read.
 const PICTURES: [&str; 4] = [".png", ".jpg", ".jpeg", ".bmp"];
 
 /// The format of a folder.
-pub fn told(path: &Path) -> Parsed<(&'static str, &'static Read)> {
+pub fn format_of(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     let format = FOLDERS.iter().find(|(_, is_of, _)| is_of(path));
     if let Some((name, _, read)) = format {
         return Ok((name, read));
     }
     match openable(path) {
-        Some(others) if !holds_dicom(path, MOST_NESTED) => {
+        Some(others) if !dicom::holds_dicom(path) => {
             Err(format!("holds no DICOM image, but {others}"))
         }
         _ => Ok((DICOM.0, &DICOM.1)),
@@ -48,18 +47,9 @@ fn has_pages(folder: &Path) -> bool {
     let (pages, others): (Vec<PathBuf>, Vec<PathBuf>) = paths.partition(|path| tiff::is_page(path));
     match pages.len() {
         0 => false,
-        1 => !holds_dicom(folder, MOST_NESTED),
+        1 => !dicom::holds_dicom(folder),
         _ => !others.iter().any(|path| dicom::begins_as_dicom(path)),
     }
-}
-
-/// Whether a file in a folder, or below it, is DICOM. Links to folders are not followed: they may lead in circles.
-fn holds_dicom(folder: &Path, nested: u32) -> bool {
-    let is_folder = |entry: &DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());
-    let (folders, files): (Vec<DirEntry>, Vec<DirEntry>) = entries(folder).partition(is_folder);
-    let is_dicom = |entry: &DirEntry| dicom::begins_as_dicom(&entry.path());
-    let is_within = |entry: &DirEntry| holds_dicom(&entry.path(), nested - 1);
-    files.iter().any(is_dicom) || nested > 0 && folders.iter().any(is_within)
 }
 
 fn entries(folder: &Path) -> impl Iterator<Item = DirEntry> {
@@ -83,7 +73,7 @@ fn openable(folder: &Path) -> Option<String> {
     if let [first, ..] = volumes[..] {
         return Some(match volumes.len() {
             1 => format!("{first}; open that"),
-            _ => format!("{}; open one of these", listed(&volumes)),
+            _ => format!("{}; open one of these", first_of(&volumes, MOST_NAMED)),
         });
     }
     let is_picture = |name: &&String| {
@@ -94,18 +84,4 @@ fn openable(folder: &Path) -> Option<String> {
     Some(format!(
         "pictures such as {picture}; save the slices as TIFF, and open the folder of those"
     ))
-}
-
-/// "a.nii, b.nii, c.nii and 4 more"
-fn listed(names: &[&String]) -> String {
-    let shown: Vec<&str> = names
-        .iter()
-        .take(MOST_NAMED)
-        .map(|name| name.as_str())
-        .collect();
-    let more = match names.len() - shown.len() {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    shown.join(", ") + &more
 }

@@ -105,7 +105,7 @@ pub(super) fn previews(path: &Path) -> Parsed<Vec<Preview>> {
 
 fn told(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     match path.is_dir() {
-        true => folder::told(path),
+        true => folder::format_of(path),
         false => file(path),
     }
 }

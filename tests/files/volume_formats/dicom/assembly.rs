@@ -2,7 +2,9 @@
 
 use isolume::scene::volume::{Pick, Volume, VolumeOverrides};
 
-use super::{everything, has, hounsfield, loaded, plain, refused, refused_scan, values, written};
+use super::{
+    everything, folder, has, hounsfield, loaded, plain, refused, refused_scan, values, written,
+};
 use crate::dicom_files::Syntax;
 use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan};
 use crate::volume_files::write;
@@ -31,6 +33,51 @@ fn left_stays_left_whichever_way_the_scanner_went() {
         values(&volume)[..slice],
         hounsfield()[(SLICES - 1) * slice..]
     );
+}
+
+#[test]
+fn copies_are_left_out_however_they_are_stored() {
+    let folder = folder();
+    Scan::ct().write(folder.path(), Syntax::Explicit, |n| format!("I{n}"));
+    Scan::ct().write(folder.path(), Syntax::BigEndian, |n| format!("b{n}"));
+    Scan::ct().write(folder.path(), Syntax::RunLength, |n| format!("r{n}"));
+    let mut signed = Scan::ct().with(|common| {
+        common
+            .word((0x28, 0x101), 16)
+            .word((0x28, 0x102), 15)
+            .word((0x28, 0x103), 1)
+    });
+    signed
+        .slices
+        .iter_mut()
+        .for_each(|slice| slice.intercept = 0.0);
+    for word in signed.slices.iter_mut().flat_map(|slice| &mut slice.words) {
+        *word = word.wrapping_sub(1024);
+    }
+    signed.write(folder.path(), Syntax::Implicit, |n| format!("s{n}"));
+    let volume = plain(folder.path());
+    assert_eq!(values(&volume), hounsfield());
+    has(&volume.notes, "15 slices lie where others lie");
+}
+
+#[test]
+fn a_copy_that_cannot_be_read_is_no_loss() {
+    let folder = folder();
+    Scan::ct().write(folder.path(), Syntax::Explicit, |n| format!("I{n}"));
+    for n in [1, 3] {
+        let whole = Scan::ct().slice_file(n, Syntax::Implicit);
+        write(
+            folder.path(),
+            &format!("cut{n}"),
+            &whole[..whole.len() - 10],
+        );
+    }
+    let volume = plain(folder.path());
+    assert_eq!(values(&volume), hounsfield());
+    has(&volume.notes, "2 × copy that cannot be read");
+    std::fs::remove_file(folder.path().join("I3")).unwrap();
+    let message = refused(folder.path(), &VolumeOverrides::default());
+    assert!(message.contains("cut3: holds"), "{message}");
 }
 
 #[test]

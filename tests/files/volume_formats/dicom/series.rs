@@ -3,7 +3,7 @@
 use isolume::scene::volume::{Pick, Volume, VolumeOverrides};
 
 use super::{folder, has, hounsfield, plain, refused, values};
-use crate::dicom_files::{Pixels, Syntax, file};
+use crate::dicom_files::{Object, Pixels, Syntax, file};
 use crate::dicom_scan::{COLUMNS, ROWS, SLICES, Scan, stored};
 
 /// A large volume, a small one of another series, and one of the same series with another acquisition.
@@ -166,6 +166,42 @@ fn acquisitions_that_continue_one_another_are_one_volume() {
         scan.slices[n].position[2] -= if n < 2 { 0.0 } else { 3.0 };
     });
     assert_eq!(depths(repeated.path()), [3, 2]);
+}
+
+/// Scanners that state something else for each slice, or for one, mean no other volume by it.
+#[test]
+fn what_differs_with_each_slice_tells_no_volumes_apart() {
+    let depths = |differs: &dyn Fn(usize, Object) -> Object| -> Vec<u32> {
+        let folder = stepwise([1; SLICES], |n, scan| {
+            *scan = scan.clone().with(|common| differs(n, common));
+        });
+        let series = Volume::series(folder.path()).unwrap();
+        series.iter().map(|one| one.slices).collect()
+    };
+    let image_type = |common: Object, is_derived: bool| match is_derived {
+        true => common.text((8, 8), "CS", "DERIVED\\PRIMARY\\AXIAL"),
+        false => common,
+    };
+    let whole = [SLICES as u32];
+    assert_eq!(
+        depths(&|n, common| common.text((0x20, 0x9056), "SH", n)),
+        whole
+    );
+    assert_eq!(
+        depths(&|n, common| common.text((0x20, 0x100), "IS", n)),
+        whole
+    );
+    assert_eq!(
+        depths(&|n, common| common.double((0x18, 0x9087), n as f64)),
+        whole
+    );
+    assert_eq!(depths(&|n, common| image_type(common, n == 2)), whole);
+    assert_eq!(
+        depths(&|n, common| image_type(common, n == SLICES - 1)),
+        whole
+    );
+    // Every second slice is of the other kind.
+    assert_eq!(depths(&|n, common| image_type(common, n % 2 == 1)), [3, 2]);
 }
 
 /// Moments of a heartbeat, say, which no element tells apart but the number of the file.

@@ -103,6 +103,18 @@ fn padding_becomes_the_smallest_value_that_was_measured() {
     assert_eq!(values(&loaded(&signed)), found);
 }
 
+/// A padding of 16 bits among values of 12 is no value whose lower 12 bits are the same.
+#[test]
+fn padding_beyond_the_stored_bits_erases_no_value() {
+    let padding: u16 = 0xf000 | PADDING;
+    let mut scan = Scan::ct().with(|common| common.word((0x28, 0x120), padding));
+    scan.slices[0].words[..2].copy_from_slice(&[padding, PADDING]);
+    let mut expected = hounsfield();
+    expected[1] = f64::from(PADDING) - 1024.0;
+    expected[0] = expected[1..].iter().copied().fold(f64::INFINITY, f64::min);
+    assert_eq!(values(&loaded(&scan)), expected);
+}
+
 #[test]
 fn slices_with_rescalings_of_their_own_stay_integers_where_they_can() {
     let mut scan = Scan::ct();

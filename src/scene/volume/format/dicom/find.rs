@@ -1,6 +1,6 @@
 //! Finds the files of a folder, a DICOMDIR or a single path, and classifies them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::fs::DirEntry;
@@ -9,12 +9,13 @@ use std::path::{Component, Path, PathBuf};
 
 use rayon::prelude::*;
 
+use crate::scene::volume::format::header::first_of;
 use crate::scene::volume::parsed::Parsed;
 
 use super::file::{self, Fault};
 use super::frame::Frame;
 use super::image::{Content, Image, understand};
-use super::other::{Other, UNPLACED};
+use super::other::{Other, UNPLACED, UNREADABLE_COPY};
 
 /// The most levels of nested folders.
 const MOST_NESTED: u32 = 32;
@@ -38,6 +39,7 @@ pub struct Found {
 pub fn find(path: &Path) -> Parsed<Found> {
     let mut found = examine(path)?;
     found.pass_over_unplaced();
+    found.pass_over_unreadable_copies();
     Ok(found)
 }
 
@@ -97,6 +99,26 @@ fn list(folder: &Path, top: &Path, depth: u32, files: &mut Vec<PathBuf>) -> Pars
         }
     }
     Ok(())
+}
+
+/// Whether a file, which may also be a folder or unreadable, certainly begins like DICOM.
+pub fn begins_as_dicom(path: &Path) -> bool {
+    matches!(file::parse(path), Ok(Some(_)) | Err(Fault::Content(_)))
+}
+
+/// Whether a file in a folder, or below it where [`find`] would look, certainly begins like DICOM. What cannot be read is
+/// passed over.
+pub fn holds_dicom(folder: &Path) -> bool {
+    holds_dicom_at(folder, 0)
+}
+
+fn holds_dicom_at(folder: &Path, depth: u32) -> bool {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let is_folder = |entry: &DirEntry| entry.file_type().is_ok_and(|kind| kind.is_dir());
+    let (folders, files): (Vec<DirEntry>, Vec<DirEntry>) = entries.partition(is_folder);
+    let is_within = |entry: &DirEntry| holds_dicom_at(&entry.path(), depth + 1);
+    files.iter().any(|file| begins_as_dicom(&file.path()))
+        || depth < MOST_NESTED && folders.iter().any(is_within)
 }
 
 /// A refusal of a folder `top` because of a file or folder in it, which may hold a slice.
@@ -193,6 +215,28 @@ impl Found {
         self.images.retain(|image| !image.frames.is_empty());
     }
 
+    /// An image whose pixels cannot be read is no loss where there is the same one, perhaps unpacked, that can be read.
+    fn pass_over_unreadable_copies(&mut self) {
+        let number = |image: &Image| Some((image.series_uid.clone(), image.instance?));
+        let mut readable: HashMap<_, Vec<&Image>> = HashMap::new();
+        for image in self.images.iter().filter(|image| image.damage.is_none()) {
+            readable.entry(number(image)).or_default().push(image);
+        }
+        let is_copy = |image: &Image| {
+            let mut alike = readable.get(&number(image)).into_iter().flatten();
+            image.damage.is_some()
+                && image.instance.is_some()
+                && alike.any(|other| other.lies_like(image))
+        };
+        let is_copy: Vec<bool> = self.images.iter().map(is_copy).collect();
+        let count = is_copy.iter().filter(|is_copy| **is_copy).count();
+        if count > 0 {
+            self.others.insert(UNREADABLE_COPY, count);
+            let mut is_copy = is_copy.into_iter();
+            self.images.retain(|_| is_copy.next() == Some(false));
+        }
+    }
+
     /// The reason why there is no volume.
     pub fn nothing(&self) -> String {
         if let Some(why) = &self.why {
@@ -232,12 +276,8 @@ impl Found {
     /// The first few files that cannot be read, and how many there are.
     fn named_unreadable(&self) -> Option<String> {
         let count = self.unreadable.len();
-        let first = self.unreadable[..count.min(MOST_NAMED)].join(", ");
-        let more = match count.saturating_sub(MOST_NAMED) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
+        let first = first_of(&self.unreadable, MOST_NAMED);
         let files = if count == 1 { "file" } else { "files" };
-        (count > 0).then(|| format!("{count} {files} that cannot be read: {first}{more}"))
+        (count > 0).then(|| format!("{count} {files} that cannot be read: {first}"))
     }
 }

@@ -39,8 +39,7 @@ pub struct Image {
     pub samples: Samples,
     /// Whether the smallest value is white.
     pub is_inverted: bool,
-    /// Range of stored values, both ends included, that stand for no measurement; inverted where the image is.
-    pub padding: Option<[i64; 2]>,
+    pub padding: Option<Padding>,
     /// "HU", "BQML" and the like.
     pub units: Option<String>,
     /// Frames in the file, of which `frames` has those that may be part of a volume.
@@ -48,6 +47,16 @@ pub struct Image {
     pub frames: Vec<Frame>,
     /// The fault of its pixels, if one is known already.
     pub damage: Option<String>,
+}
+
+/// Values that stand for no measurement, before an image is inverted.
+#[derive(Debug, Clone, Copy)]
+pub struct Padding {
+    /// Both ends included.
+    pub range: [i64; 2],
+    /// Some writers give a padding of 16 bits for values of fewer bits. It is then sought among whole words, all of
+    /// whose bits count.
+    pub is_of_words: bool,
 }
 
 /// The encoding of a stored value.
@@ -211,8 +220,7 @@ fn is_inverted(data: &DataSet) -> bool {
     data.text(tags::PHOTOMETRIC).as_deref() == Some("MONOCHROME1")
 }
 
-/// The range of padding, in terms of stored values.
-fn padding(data: &DataSet, samples: Samples) -> Option<[i64; 2]> {
+fn padding(data: &DataSet, samples: Samples) -> Option<Padding> {
     let Samples::Integers {
         allocated,
         stored,
@@ -222,24 +230,27 @@ fn padding(data: &DataSet, samples: Samples) -> Option<[i64; 2]> {
     else {
         return None;
     };
-    // Some writers give a padding of 16 bits for values of fewer bits: only the bits in use count.
     let value = |tag: Tag| {
-        let bits = i64::from(data.whole(tag)?);
-        let shift = 64 - stored.min(allocated);
+        let word = i64::from(data.whole(tag)?);
+        let unused = 64
+            - if word >> stored == 0 {
+                stored
+            } else {
+                allocated
+            };
         Some(match is_signed {
-            true => (bits << shift) >> shift,
-            false => ((bits as u64) << shift >> shift) as i64,
+            true => (word << unused) >> unused,
+            false => ((word as u64) << unused >> unused) as i64,
         })
     };
     let first = value(tags::PADDING)?;
     let last = value(tags::PADDING_LIMIT).unwrap_or(first);
-    let turned = |value| match (is_inverted(data), is_signed) {
-        (false, _) => value,
-        (true, true) => -1 - value,
-        (true, false) => (1 << stored) - 1 - value,
-    };
-    let (first, last) = (turned(first), turned(last));
-    Some([first.min(last), first.max(last)])
+    let range = [first.min(last), first.max(last)];
+    let is_stored = |[low, high]: [i64; 2]| low <= range[0] && range[1] <= high;
+    Some(Padding {
+        range,
+        is_of_words: !samples.limits().is_some_and(is_stored),
+    })
 }
 
 fn units(data: &DataSet) -> Option<String> {
@@ -285,6 +296,14 @@ impl Image {
             ("", _) => format!("frame {}", index + 1),
             (name, _) => format!("frame {} of {name}", index + 1),
         }
+    }
+
+    /// Whether another image has frames of the same size at the same places.
+    pub fn lies_like(&self, other: &Image) -> bool {
+        let size = |image: &Image| (image.columns, image.rows, image.frames.len());
+        let position = |frame: &Frame| frame.plane.map(|plane| plane.position);
+        let mut pairs = self.frames.iter().zip(&other.frames);
+        size(self) == size(other) && pairs.all(|(a, b)| position(a) == position(b))
     }
 
     pub fn frame_pixels(&self) -> u64 {

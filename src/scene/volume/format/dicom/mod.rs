@@ -39,8 +39,8 @@ use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::Endian;
 
 use super::header::{About, Header};
-use file::Fault;
 use find::{Found, find};
+pub use find::{begins_as_dicom, holds_dicom};
 use frame::Frame;
 use image::Image;
 use series::{At, Group, frame, group};
@@ -57,11 +57,6 @@ const MOST_NAMED: usize = 8;
 /// Whether a file begins like DICOM, whatever its name is, or cannot be read at all, which is reported later.
 pub fn is_dicom(path: &Path) -> bool {
     !matches!(file::parse(path), Ok(None))
-}
-
-/// Whether a file, which may also be a folder or unreadable, certainly begins like DICOM.
-pub fn begins_as_dicom(path: &Path) -> bool {
-    matches!(file::parse(path), Ok(Some(_)) | Err(Fault::Content(_)))
 }
 
 /// The volume that the user has picked, or else the largest.
@@ -85,6 +80,12 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         .collect();
     let values = Values::of(&pairs)?;
     let (first, first_frame) = pairs[0];
+    if found.images.len() == 1 && stack.slices.len() == 1 && first_frame.plane.is_some() {
+        notes.push(
+            "it is one slice; all slices of its series are opened by the name of their folder"
+                .into(),
+        );
+    }
     let facts = facts(first, first_frame);
     let packing = first.transfer.name;
     let storage = Storage {

@@ -21,6 +21,9 @@ const CAPTURE: &str = "secondary capture";
 /// An image that says nothing of its place in the patient, where others do.
 pub const UNPLACED: &str = "image without a place in the patient";
 
+/// An image that cannot be read beside the same one that can be.
+pub const UNREADABLE_COPY: &str = "copy that cannot be read";
+
 /// Objects that hold no measured slices, by the beginning of their class's UID.
 const OTHER_CLASSES: [(&str, &str); 10] = [
     ("1.2.840.10008.5.1.4.1.1.66.4", "segmentation"),

@@ -4,6 +4,9 @@
 //! to one volume if series, size, voxel size, orientation, image type and acquisition are the same, and also echo,
 //! time, b-value and stack where a file states them.
 //!
+//! Some scanners state another echo, time, b-value, stack or image type for each slice, or for one of them. Such slices
+//! are one volume if they lie at equal distances and not more than one of these parts has several slices.
+//!
 //! Some scanners count an acquisition for each slice, or for each few slices between two steps of the table. Where
 //! acquisitions continue one another, or each has only one slice, their numbers do not distinguish volumes, and are
 //! ignored.
@@ -15,7 +18,7 @@ use std::collections::HashMap;
 
 use super::frame::Frame;
 use super::image::Image;
-use super::stack::{at_each_place, is_continued};
+use super::stack::{at_each_place, is_continued, is_even};
 
 /// A frame among those of all images.
 #[derive(Debug, Clone, Copy)]
@@ -33,14 +36,22 @@ pub struct Group {
 /// Differences of direction cosines, and relative differences of voxel sizes, that count as rounding.
 const ROUNDING: f64 = 1e-3;
 
+/// What tells the volumes of one series apart that have the same size and directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Tell {
+    Nothing,
+    /// Image type, echo, time, b-value and stack.
+    Kind,
+    Acquisition,
+}
+
 /// Properties that must be the same within a volume, apart from directions and voxel sizes.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Key<'a> {
     series: &'a str,
     modality: &'a str,
     size: [u32; 2],
-    image_type: &'a str,
-    kind: &'a str,
+    kind: Option<[&'a str; 2]>,
     acquisition: Option<&'a str>,
     /// Set for a frame without a position in the patient, which belongs to no other frames.
     alone: Option<(usize, usize)>,
@@ -51,8 +62,9 @@ pub fn group(images: &[Image]) -> Vec<Group> {
     let frames =
         |image: usize| (0..images[image].frames.len()).map(move |frame| At { image, frame });
     let all = (0..images.len()).flat_map(frames).collect();
-    let alike = split(images, all, false).into_iter();
+    let alike = split(images, all, Tell::Nothing).into_iter();
     let mut groups: Vec<Group> = alike
+        .flat_map(|group| by_kind(images, group))
         .flat_map(|group| by_acquisition(images, group))
         .flat_map(|group| by_repetition(images, group))
         .collect();
@@ -75,12 +87,22 @@ pub fn frame(images: &[Image], at: At) -> &Frame {
     &images[at.image].frames[at.frame]
 }
 
+/// The volumes of frames that have the same series, size and directions.
+fn by_kind(images: &[Image], group: Group) -> Vec<Group> {
+    // Two slices are at equal distances wherever they lie.
+    const FEWEST: usize = 3;
+    let kinds = split(images, group.frames.clone(), Tell::Kind);
+    let several = kinds.iter().filter(|kind| kind.frames.len() > 1).count();
+    let is_one = several <= 1 && group.frames.len() >= FEWEST && is_even(images, &group);
+    if is_one { vec![group] } else { kinds }
+}
+
 /// The volumes of frames that differ in nothing but their acquisitions.
 fn by_acquisition(images: &[Image], group: Group) -> Vec<Group> {
     if is_continued(images, &group) {
         return vec![group];
     }
-    let acquisitions = split(images, group.frames, true).into_iter();
+    let acquisitions = split(images, group.frames, Tell::Acquisition).into_iter();
     let (mut volumes, single): (Vec<Group>, Vec<Group>) =
         acquisitions.partition(|group| group.frames.len() > 1);
     let frames: Vec<At> = single.into_iter().flat_map(|group| group.frames).collect();
@@ -114,7 +136,7 @@ fn by_repetition(images: &[Image], group: Group) -> Vec<Group> {
     (0..count).map(repetition).collect()
 }
 
-fn split(images: &[Image], frames: Vec<At>, by_acquisition: bool) -> Vec<Group> {
+fn split(images: &[Image], frames: Vec<At>, tell: Tell) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     let mut known: HashMap<Key, Vec<usize>> = HashMap::new();
     for at in frames {
@@ -124,9 +146,8 @@ fn split(images: &[Image], frames: Vec<At>, by_acquisition: bool) -> Vec<Group> 
             series: &image.series_uid,
             modality: &image.modality,
             size: [image.columns, image.rows],
-            image_type: &this.image_type,
-            kind: &this.kind,
-            acquisition: by_acquisition.then_some(&this.acquisition),
+            kind: (tell == Tell::Kind).then_some([&this.image_type, &this.kind]),
+            acquisition: (tell == Tell::Acquisition).then_some(&this.acquisition),
             alone: this.plane.is_none().then_some((at.image, at.frame)),
         };
         let candidates = known.entry(key).or_default();

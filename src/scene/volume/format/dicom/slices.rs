@@ -1,5 +1,6 @@
 //! Makes slices at equal distances from slices at any distances.
 
+use crate::scene::volume::format::header::first_of;
 use crate::scene::volume::parsed::Parsed;
 
 /// Tolerance as a part of a slice's distance: a frame nearer than this to a slice's place is that slice, and two
@@ -124,17 +125,13 @@ fn missing(places: &[f64], distances: &[f64], steps: impl Fn(f64) -> f64) -> Opt
         (1..count).map(move |n| place + n as f64 * distance / count as f64)
     });
     let missing: Vec<String> = between.map(|place| shown(place).to_string()).collect();
-    let more = match missing.len().saturating_sub(MOST_NAMED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
     let are = if missing.len() == 1 { "is" } else { "are" };
     (!missing.is_empty()).then(|| {
         format!(
-            "{} of {} slices {are} missing, at {}{more} mm along the slices' normal",
+            "{} of {} slices {are} missing, at {} mm along the slices' normal",
             missing.len(),
             missing.len() + places.len(),
-            missing[..missing.len().min(MOST_NAMED)].join(", ")
+            first_of(&missing, MOST_NAMED)
         )
     })
 }

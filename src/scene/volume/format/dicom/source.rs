@@ -81,25 +81,39 @@ impl Slices {
 
     /// Fails unless frames at one place are the same. `remedy` is the end of the sentence.
     pub fn compare_doubles(&self, remedy: &str) -> Parsed<()> {
-        let compare = |(one, other): &(_, _)| {
-            let name = |at: At, index| self.images[at.image].frame_name(index);
-            let (first, second) = (frame(&self.images, *one), frame(&self.images, *other));
-            let words = |at: At, index| {
-                let unpacked = self.words(at.image, index)?;
-                let meaning = (unpacked.samples, unpacked.is_big);
-                Ok::<_, String>((unpacked.words, meaning))
-            };
-            let is_same_scale = (first.slope, first.intercept) == (second.slope, second.intercept);
-            match is_same_scale && words(*one, first.index)? == words(*other, second.index)? {
-                true => Ok(()),
-                false => Err(format!(
-                    "{} and {} lie at one place and hold different pixels, expected one slice for each place{remedy}",
-                    name(*one, first.index),
-                    name(*other, second.index)
-                )),
-            }
+        let name = |at: At| self.images[at.image].frame_name(frame(&self.images, at).index);
+        let compare = |(one, other): &(_, _)| match self.holds_same([*one, *other])? {
+            true => Ok(()),
+            false => Err(format!(
+                "{} and {} lie at one place and hold different pixels, expected one slice for each place{remedy}",
+                name(*one),
+                name(*other)
+            )),
         };
         self.stack.doubles.par_iter().try_for_each(compare)
+    }
+
+    /// Whether two frames have the same values, however they are stored.
+    fn holds_same(&self, pair: [At; 2]) -> Parsed<bool> {
+        let described = pair.map(|at| (&self.images[at.image], frame(&self.images, at)));
+        let values = Values::of(&described)?;
+        let numbers = |n: usize| {
+            let (image, frame) = described[n];
+            let unpacked = self.words(pair[n].image, frame.index)?;
+            let mut numbers = vec![0; image.frame_pixels() as usize * values.voxel_type.bytes()];
+            let conversion = Conversion {
+                samples: unpacked.samples,
+                is_big: unpacked.is_big,
+                is_inverted: image.is_inverted,
+                padding: None,
+                filler: 0.0,
+                map: values.maps[n],
+                to: values.voxel_type,
+            };
+            conversion.convert(&unpacked.words, &mut numbers);
+            Ok::<_, String>(numbers)
+        };
+        Ok(numbers(0)? == numbers(1)?)
     }
 
     /// The smallest number that stands for a measurement.

@@ -149,11 +149,17 @@ pub fn is_continued(images: &[Image], group: &Group) -> bool {
     let is_near = borders
         .iter()
         .all(|distance| *distance <= MOST_APART * usual);
-    // Acquisitions that take turns: each has every second slice, say.
-    let is_even = distances
-        .iter()
-        .all(|distance| (distance - usual).abs() <= EXACT * usual);
-    !is_repeated && (is_in_turn && is_near || is_even) && Stack::new(images, group).is_ok()
+    // Acquisitions that take turns are even: each has every second slice, say.
+    !is_repeated && (is_in_turn && is_near || placed.is_even()) && Stack::new(images, group).is_ok()
+}
+
+/// Whether a group has one slice at each place, and its places are at equal distances.
+pub fn is_even(images: &[Image], group: &Group) -> bool {
+    let plane = frame(images, group.frames[0]).plane;
+    plane.is_some_and(|plane| {
+        let placed = Placed::in_order(images, group, plane);
+        placed.doubles.is_empty() && placed.is_even() && Stack::new(images, group).is_ok()
+    })
 }
 
 /// The frames of a group at each place along the normal; `None` for frames whose place is not known.
@@ -219,6 +225,13 @@ impl Placed {
             .windows(2)
             .map(|pair| pair[1] - pair[0])
             .collect()
+    }
+
+    fn is_even(&self) -> bool {
+        let distances = self.distances();
+        let usual = median(&distances).unwrap_or(0.0);
+        let is_usual = |distance: &f64| (distance - usual).abs() <= EXACT * usual;
+        distances.iter().all(is_usual)
     }
 
     /// The rows by which each slice lies below the volume's first row. Nothing is shifted along rows: no gantry tilts

@@ -10,7 +10,7 @@ use crate::scene::volume::stored::each;
 use crate::scene::volume::voxel_type::VoxelType;
 
 use super::frame::Frame;
-use super::image::{Image, Samples};
+use super::image::{Image, Padding, Samples};
 
 /// Differences from whole numbers that count as rounding: of offsets, and relative ones of factors, so that no factor
 /// is taken for 0.
@@ -125,7 +125,7 @@ fn narrowest(low: i64, high: i64) -> Option<(VoxelType, i64)> {
 
 impl Samples {
     /// The smallest and the largest value that can be stored, for integers.
-    fn limits(self) -> Option<[i64; 2]> {
+    pub fn limits(self) -> Option<[i64; 2]> {
         match self {
             Samples::Integers {
                 stored, is_signed, ..
@@ -134,6 +134,23 @@ impl Samples {
                 false => [0, (1 << stored) - 1],
             }),
             Samples::Float | Samples::Double => None,
+        }
+    }
+
+    /// Integers that have all bits of their words.
+    fn of_words(self) -> Samples {
+        match self {
+            Samples::Integers {
+                allocated,
+                is_signed,
+                ..
+            } => Samples::Integers {
+                allocated,
+                stored: allocated,
+                high: allocated - 1,
+                is_signed,
+            },
+            reals => reals,
         }
     }
 }
@@ -145,8 +162,7 @@ pub struct Conversion {
     /// Whether the words' most significant bytes come first.
     pub is_big: bool,
     pub is_inverted: bool,
-    /// Range of stored values that are padding, inverted where the image is, both ends included.
-    pub padding: Option<[i64; 2]>,
+    pub padding: Option<Padding>,
     /// The number in place of padding.
     pub filler: f64,
     pub map: Map,
@@ -189,6 +205,7 @@ impl Conversion {
 
     fn integers<const N: usize>(&self, words: &[u8], numbers: &mut [u8]) {
         let stored = self.stored::<N>();
+        let is_padding = self.is_padding::<N>();
         match self.map {
             Map::Whole { factor, offset } => {
                 // 32 bits suffice for all but the widest values, and are twice as fast.
@@ -203,14 +220,11 @@ impl Conversion {
                             _ => each(words, numbers, |word| whole(word).to_ne_bytes()),
                         }
                     }
-                    (padding, _) => {
+                    _ => {
                         let filler = self.filler as i64;
-                        let whole = |word| {
-                            let stored = stored(word);
-                            match is_padding(stored, padding) {
-                                true => filler,
-                                false => factor * stored + offset,
-                            }
+                        let whole = |word| match is_padding(word) {
+                            true => filler,
+                            false => factor * stored(word) + offset,
                         };
                         match self.to.bytes() {
                             1 => each(words, numbers, |word| (whole(word) as u8).to_ne_bytes()),
@@ -221,48 +235,30 @@ impl Conversion {
                 }
             }
             Map::Real { slope, intercept } => each(words, numbers, |word| {
-                let stored = stored(word);
-                let value = match is_padding(stored, self.padding) {
+                let value = match is_padding(word) {
                     true => self.filler,
-                    false => intercept + slope * stored as f64,
+                    false => intercept + slope * stored(word) as f64,
                 };
                 (value as f32).to_ne_bytes()
             }),
         }
     }
 
-    /// A word's stored value: the bits in use, with their sign, inverted where 0 is white.
+    /// A word's stored value, inverted where 0 is white.
     fn stored<const N: usize>(&self) -> impl Fn([u8; N]) -> i64 + use<N> {
-        let Samples::Integers {
-            stored,
-            high,
-            is_signed,
-            ..
-        } = self.samples
-        else {
-            unreachable!("floats have no stored integers");
+        stored(self.samples, self.is_big, self.is_inverted)
+    }
+
+    /// Whether a word stands for no measurement.
+    fn is_padding<const N: usize>(&self) -> impl Fn([u8; N]) -> bool + use<N> {
+        let is_of_words = self.padding.is_some_and(|padding| padding.is_of_words);
+        let samples = match is_of_words {
+            true => self.samples.of_words(),
+            false => self.samples,
         };
-        let (is_big, is_inverted) = (self.is_big, self.is_inverted);
-        let (left, right) = (31 - high, 32 - stored);
-        let turned = match is_signed {
-            true => -1,
-            false => (1i64 << stored) - 1,
-        };
-        move |word| {
-            let mut bits: u32 = 0;
-            for n in 0..N {
-                let byte = u32::from(word[if is_big { N - 1 - n } else { n }]);
-                bits |= byte << (8 * n);
-            }
-            let value = match is_signed {
-                true => i64::from(((bits << left) as i32) >> right),
-                false => i64::from((bits << left) >> right),
-            };
-            match is_inverted {
-                true => turned - value,
-                false => value,
-            }
-        }
+        let value = stored(samples, self.is_big, false);
+        let range = self.padding.map(|padding| padding.range);
+        move |word| range.is_some_and(|[first, last]| (first..=last).contains(&value(word)))
     }
 
     /// The smallest and largest numbers of a frame that stand for measurements.
@@ -287,11 +283,11 @@ impl Conversion {
 
     fn range_of<const N: usize>(&self, words: &[u8]) -> Option<[f64; 2]> {
         let stored = self.stored::<N>();
-        let padding = self.padding;
+        let is_padding = self.is_padding::<N>();
         let (mut low, mut high) = (i64::MAX, i64::MIN);
         for word in words.as_chunks().0 {
             let value = stored(*word);
-            let is_real = !is_padding(value, padding);
+            let is_real = !is_padding(*word);
             low = low.min(if is_real { value } else { i64::MAX });
             high = high.max(if is_real { value } else { i64::MIN });
         }
@@ -310,6 +306,39 @@ pub fn joined(range: Option<[f64; 2]>, other: [f64; 2]) -> [f64; 2] {
     [low.min(other[0]), high.max(other[1])]
 }
 
-fn is_padding(stored: i64, padding: Option<[i64; 2]>) -> bool {
-    padding.is_some_and(|[first, last]| first <= stored && stored <= last)
+/// The value of integer words: the bits in use, with their sign, inverted on request.
+fn stored<const N: usize>(
+    samples: Samples,
+    is_big: bool,
+    is_inverted: bool,
+) -> impl Fn([u8; N]) -> i64 + use<N> {
+    let Samples::Integers {
+        stored,
+        high,
+        is_signed,
+        ..
+    } = samples
+    else {
+        unreachable!("floats have no stored integers");
+    };
+    let (left, right) = (31 - high, 32 - stored);
+    let turned = match is_signed {
+        true => -1,
+        false => (1i64 << stored) - 1,
+    };
+    move |word| {
+        let mut bits: u32 = 0;
+        for n in 0..N {
+            let byte = u32::from(word[if is_big { N - 1 - n } else { n }]);
+            bits |= byte << (8 * n);
+        }
+        let value = match is_signed {
+            true => i64::from(((bits << left) as i32) >> right),
+            false => i64::from((bits << left) >> right),
+        };
+        match is_inverted {
+            true => turned - value,
+            false => value,
+        }
+    }
 }
