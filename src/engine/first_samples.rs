@@ -6,7 +6,7 @@ use super::Engine;
 use super::forecast::{Evenness, Forecast, left_of};
 use super::picture::relative_change;
 use super::schedule::MOST_AT_ONCE;
-use super::trial::Work;
+use super::work::Work;
 use crate::error::Result;
 use crate::render::Until;
 

@@ -2,7 +2,7 @@
 //! Noise falls with the root of the number of samples, and the error of a cache with the root of what its paths are worth.
 
 use super::schedule::{MOST_AT_ONCE, UNITS_TO_TRUST};
-use super::trial::Work;
+use super::work::Work;
 use crate::render::shared::GATHERED;
 use crate::render::worth;
 

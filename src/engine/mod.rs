@@ -17,6 +17,7 @@ mod sample_range;
 pub mod schedule;
 mod stopwatch;
 mod trial;
+mod work;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -39,7 +40,8 @@ pub use run::{Outcome, Progress, Run, Sampling, relative_error_of};
 pub use sample_range::SampleRange;
 pub use schedule::Stop;
 pub use stopwatch::Stopwatch;
-pub use trial::{Trial, Work};
+pub use trial::Trial;
+pub use work::Work;
 
 /// A scene on a device, and the picture of it so far.
 pub struct Engine {

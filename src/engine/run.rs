@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::Engine;
 use super::batches::{Filled, next_batch};
 use super::picture::{relative_error, rgb};
-use super::schedule::{Done, Stop, next_unit, reason_to_stop, units_together};
+use super::schedule::{Done, Stop, next_unit, reason_to_stop, units_together, with_delay};
 use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Place, Result};
 use crate::render::{Film, Until};
@@ -19,13 +19,6 @@ const LOOKS_TO_WAIT: u32 = 20;
 
 /// The flag of work that an interruption has to wait for; it is never set.
 static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
-
-/// The time after which a cache's first paths or a picture's first sample are too late, if `time` is what was given: a
-/// picture a little late is better than none.
-pub(super) fn with_delay(time: Duration) -> Duration {
-    const LEAST_DELAY: Duration = Duration::from_secs(5);
-    time.saturating_add(time.max(LEAST_DELAY))
-}
 
 /// A function that is called between two pieces of work.
 pub type Between<'a> = &'a mut dyn FnMut(&mut Engine) -> Result<()>;

@@ -116,6 +116,13 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
     None
 }
 
+/// The time after which a cache's first paths or a picture's first sample are too late, if `time` is what was given: a
+/// picture a little late is better than none.
+pub(super) fn with_delay(time: Duration) -> Duration {
+    const LEAST_DELAY: Duration = Duration::from_secs(5);
+    time.saturating_add(time.max(LEAST_DELAY))
+}
+
 /// The largest power of two that is at most a sixteenth of `samples`; at least one.
 pub fn sixteenth(samples: u32) -> u32 {
     1 << (samples / 16).max(1).ilog2()

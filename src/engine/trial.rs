@@ -10,13 +10,11 @@
 //!
 //! Where samples are counted, the plan's choice stands: the same command then gives the same bits.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::forecast::{Forecast, verdict};
-use super::run::with_delay;
-use super::schedule::Stop;
-use super::stopwatch::after;
+use super::work::Work;
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
 use crate::render::{Cache, Choice, Until, doubling};
@@ -30,40 +28,6 @@ const SHARE: f64 = 0.2;
 /// A cache is not tried where the work without one takes less than so many times what compiling and loading for it have
 /// taken: to do the same for a cache, and to go back, takes three to four times as long.
 const WORTH_A_TRIAL: f64 = 10.0;
-
-/// What an engine is made for.
-#[derive(Debug, Clone, Copy)]
-pub struct Work<'a> {
-    pub stop: Stop,
-    /// Pictures of the same light: the views of an orbit.
-    pub pictures: u32,
-    /// Setting this flag ends the trial; the engine that exists then goes on.
-    pub interrupt: &'a AtomicBool,
-}
-
-impl<'a> Work<'a> {
-    /// All pictures' time; infinite where it is not limited.
-    pub(super) fn seconds(&self) -> f64 {
-        let time = self
-            .stop
-            .time
-            .map_or(f64::INFINITY, |time| time.as_secs_f64());
-        f64::from(self.pictures) * time
-    }
-
-    /// Until the interruption, or until so much time is over.
-    fn until(&self, time: Option<Duration>) -> Until<'a> {
-        Until {
-            interrupt: self.interrupt,
-            deadline: time.and_then(after),
-        }
-    }
-
-    /// Until the interruption, or until a first sample is too late.
-    pub(super) fn until_late(&self) -> Until<'a> {
-        self.until(self.stop.time.map(with_delay))
-    }
-}
 
 /// The choice of a variant, and the engine with which it begins.
 pub struct Trial<'a> {

@@ -4,7 +4,7 @@
 use bytemuck::Zeroable;
 
 use super::bricks::BrickLayout;
-use super::cache::{CacheLayout, Occupancy, rim_cubes};
+use super::cache::{CacheLayout, Occupancy};
 use super::features::Features;
 use super::parts::{Changes, Derived, Field, Part, Parts, Surfaces};
 use super::shared::{DENSE_DEPTH, SceneConstants};
@@ -126,7 +126,7 @@ impl GpuScene {
         medium.require(&mut features);
         lights.require(&mut features);
         if let Variant::Caching(layout) = &self.variant {
-            features.has_rim_cubes = rim_cubes::may_exist(&self.parts, layout);
+            features.has_rim_cubes = layout.may_have_rims(&self.parts);
             features.is_dense = medium.largest_extinction() * field.largest_spacing() > DENSE_DEPTH;
         }
         surfaces.require(&mut features);

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Fingerprint, Identity, Settings, beside};
+use super::settings::Settings;
+use super::{Fingerprint, Identity, beside};
 use crate::engine::Engine;
 use crate::error::{Error, Place, Result};
 use crate::output::Outputs;

@@ -12,16 +12,18 @@ mod header;
 mod identity;
 mod lock;
 mod merge;
+mod settings;
 
 use std::path::{Path, PathBuf};
 
 pub use cache_file::{About, CacheFile};
-pub use checkpoint::{Found, RunOf, Settings, State};
+pub use checkpoint::{Found, RunOf, State};
 pub use file::{Shard, read_header};
 pub use fingerprint::Fingerprint;
 pub use header::{Fill, Header};
 pub use identity::{Identity, Named, volume_fingerprint};
 pub use merge::{Merged, check_kept, merge};
+pub use settings::Settings;
 
 /// The file of this kind beside a checkpoint: `FILE.exr.cache`.
 fn beside(checkpoint: &Path, extension: &str) -> PathBuf {

@@ -5,8 +5,8 @@
 use std::time::Duration;
 
 use super::entrants::{Entrant, Subject};
+use super::measure::voxels;
 use super::report::{CacheSetting, RunReport};
-use super::run::voxels;
 use super::{Bench, patient_run};
 use crate::cli::BenchVariant;
 use crate::compare::{LinearImage, measure as compare, without_noise};

@@ -8,13 +8,14 @@
 mod apart;
 mod cache_settings;
 mod edits;
+mod entrant_run;
 mod entrants;
 mod folder;
 mod markdown;
+mod measure;
 mod plots;
 mod reference;
 mod report;
-mod run;
 mod table;
 mod warm;
 
@@ -30,11 +31,11 @@ use crate::output::{Outputs, check_writable, say};
 use crate::render::Peak;
 use crate::scene::Opened;
 use crate::scene::volume::Volume;
+use entrant_run::References;
 use entrants::{Entrant, Subject, subjects};
 use folder::Folder;
 use reference::{Rays, Reference};
 use report::{Report, RunReport, SubjectReport};
-use run::References;
 
 /// Time for which a GPU is kept busy before its work is timed.
 const WAKING: Duration = Duration::from_millis(500);
@@ -168,11 +169,13 @@ impl Bench<'_> {
                 continue;
             }
             self.say(&format!("{}{}", subject.prefix, entrant.word));
-            let (run, looks) = run::measure(self, subject, entrant, references)?;
+            let (run, snapshots) = measure::measure(self, subject, entrant, references)?;
             if entrant.is_non_caching() {
-                uncached = looks;
+                uncached = snapshots;
             } else if !uncached.is_empty() {
-                similarity.push(run::similarity(entrant, subject, &uncached, &looks)?);
+                similarity.push(measure::similarity(
+                    entrant, subject, &uncached, &snapshots,
+                )?);
             }
             runs.push(run);
         }

@@ -4,8 +4,8 @@
 use std::time::Duration;
 
 use super::apart::bias_apart;
+use super::entrant_run::{EntrantRun, Snapshot};
 use super::report::{BiasApart, IsovalueEdit, Orbit, Point, seconds_to};
-use super::run::{Look, Run};
 use super::{Bench, patient_run};
 use crate::compare::{Comparison, measure as compare};
 use crate::engine::figures::quantile;
@@ -30,7 +30,7 @@ pub struct NewView {
     pub bias_apart: Option<BiasApart>,
 }
 
-impl Run<'_> {
+impl EntrantRun<'_> {
     /// Makes the cache as good for all views as it is for the scene's own. False if there is no cache, or if Ctrl-C
     /// came before the end.
     pub(super) fn fill_everywhere(&mut self) -> Result<bool> {
@@ -124,7 +124,7 @@ impl Run<'_> {
         &mut self,
         bench: &mut Bench<'_>,
         file: Option<String>,
-    ) -> Result<Option<(Look, Vec<Point>)>> {
+    ) -> Result<Option<(Snapshot, Vec<Point>)>> {
         let most = bench.longest().mul_f64(WARM_SHARE);
         bench.wake();
         self.watch = Stopwatch::started();
@@ -133,7 +133,7 @@ impl Run<'_> {
         let Some(mut picture) = self.engine.march()? else {
             return Ok(None);
         };
-        let (first, look) = self.look(bench, &picture, Duration::ZERO, file)?;
+        let (first, snapshot) = self.snapshot(bench, &picture, Duration::ZERO, file)?;
         let mut points = vec![first];
         let mut refinement = None;
         for asked in bench.seconds.clone() {
@@ -154,9 +154,9 @@ impl Run<'_> {
             if is_interrupted() {
                 break;
             }
-            points.push(self.look(bench, &picture, asked, None)?.0);
+            points.push(self.snapshot(bench, &picture, asked, None)?.0);
         }
-        Ok(Some((look, points)))
+        Ok(Some((snapshot, points)))
     }
 
     /// Marches more rays of each pixel, and then takes samples, until so much time is over. Returns the picture.

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use super::occupancy::Occupancy;
 use crate::error::{MemoryError, Result};
 use crate::render::packed::{self, pack, position, unpack};
-use crate::render::shared::{BRICK, NO_PLACE};
+use crate::render::parts::Parts;
+use crate::render::shared::{BRICK, NO_PLACE, RIM_DEPTH, STEP_DEPTH};
 use crate::scene::CacheFormat;
 
 /// The share of bricks with memory that may be of no use before the others get smaller images.
@@ -202,6 +203,24 @@ impl CacheLayout {
                 .product()
         };
         self.active.iter().map(inside).sum()
+    }
+
+    /// Whether there may be cubes at the rim of a dense medium (`rim_cubes.comp`): it meets a face of the box or a clip
+    /// plane, or is so dense that it may end between two voxels.
+    pub fn may_have_rims(&self, parts: &Parts) -> bool {
+        let steps = self.step.iter().zip(&parts.field.spacing);
+        let sides: Vec<f32> = steps.map(|(step, voxel)| step * voxel).collect();
+        let at_faces = match self.meets_faces {
+            true => sides.iter().copied().fold(0.0, f32::max),
+            false => 0.0,
+        };
+        let at_clips = match parts.clips.is_empty() {
+            true => 0.0,
+            false => sides.iter().map(|side| side * side).sum::<f32>().sqrt(),
+        };
+        let densest = parts.medium.largest_extinction();
+        densest * at_clips.max(at_faces) > RIM_DEPTH
+            || densest * parts.field.largest_spacing() > STEP_DEPTH
     }
 }
 

@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 
 use super::layout::CacheLayout;
 use super::marched::MarchedSamples;
-use super::work_list::{most_items, most_turns, part_bytes};
+use super::room::{most_items, most_turns, part_bytes};
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
 use crate::render::copy;

@@ -17,21 +17,9 @@
 use std::collections::HashMap;
 
 use super::frame::Frame;
+use super::group::{At, Group, frame};
 use super::image::Image;
 use super::stack::{at_each_place, is_continued, is_even};
-
-/// A frame among those of all images.
-#[derive(Debug, Clone, Copy)]
-pub struct At {
-    pub image: usize,
-    pub frame: usize,
-}
-
-/// The frames of one volume, in the order in which they were found.
-#[derive(Debug, Clone)]
-pub struct Group {
-    pub frames: Vec<At>,
-}
 
 /// Differences of direction cosines, and relative differences of voxel sizes, that count as rounding.
 const ROUNDING: f64 = 1e-3;
@@ -81,10 +69,6 @@ pub fn group(images: &[Image]) -> Vec<Group> {
     };
     groups.sort_by_cached_key(order);
     groups
-}
-
-pub fn frame(images: &[Image], at: At) -> &Frame {
-    &images[at.image].frames[at.frame]
 }
 
 /// The volumes of frames that have the same series, size and directions.

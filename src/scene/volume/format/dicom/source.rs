@@ -17,9 +17,9 @@ use crate::scene::volume::source::{Cursor, Source};
 use crate::scene::volume::voxel_type::VoxelType;
 
 use super::fragments::Fragments;
+use super::group::{At, frame};
 use super::image::Image;
 use super::run_length::MAX_RATIO;
-use super::series::{At, frame};
 use super::slices::Slice;
 use super::stack::Stack;
 use super::syntax::Packing;

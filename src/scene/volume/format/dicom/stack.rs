@@ -17,8 +17,8 @@ use crate::scene::volume::orientation::{
 use crate::scene::volume::parsed::Parsed;
 
 use super::frame::Plane;
+use super::group::{At, Group, frame};
 use super::image::Image;
-use super::series::{At, Group, frame};
 use super::slices::{EXACT, Grid, MOST_INVENTED, Slice, median};
 use super::vector::{cross, difference, dot, scaled, unit};
 

@@ -7,8 +7,8 @@ use crate::scene::volume::region::Region;
 use crate::scene::volume::source::Source;
 use crate::scene::volume::thumbnail::Thumbnail;
 
+use super::group::{At, Group, frame};
 use super::image::Image;
-use super::series::{At, Group, frame};
 use super::source::{Slices, add};
 use super::stack::Stack;
 use super::values::Values;

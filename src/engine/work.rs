@@ -1,0 +1,42 @@
+//! The work for which an engine is made, as far as it is known beforehand.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use super::schedule::{Stop, with_delay};
+use super::stopwatch::after;
+use crate::render::Until;
+
+/// What an engine is made for.
+#[derive(Debug, Clone, Copy)]
+pub struct Work<'a> {
+    pub stop: Stop,
+    /// Pictures of the same light: the views of an orbit.
+    pub pictures: u32,
+    /// Setting this flag ends the trial; the engine that exists then goes on.
+    pub interrupt: &'a AtomicBool,
+}
+
+impl<'a> Work<'a> {
+    /// All pictures' time; infinite where it is not limited.
+    pub(super) fn seconds(&self) -> f64 {
+        let time = self
+            .stop
+            .time
+            .map_or(f64::INFINITY, |time| time.as_secs_f64());
+        f64::from(self.pictures) * time
+    }
+
+    /// Until the interruption, or until so much time is over.
+    pub(super) fn until(&self, time: Option<Duration>) -> Until<'a> {
+        Until {
+            interrupt: self.interrupt,
+            deadline: time.and_then(after),
+        }
+    }
+
+    /// Until the interruption, or until a first sample is too late.
+    pub(super) fn until_late(&self) -> Until<'a> {
+        self.until(self.stop.time.map(with_delay))
+    }
+}
