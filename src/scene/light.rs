@@ -1,6 +1,6 @@
 //! The lights of a scene: directional ones, and the environment that surrounds the box.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use image::ColorType;
@@ -32,6 +32,16 @@ pub struct Environment {
     pub radiance: [f64; 3],
     /// The sum of the images, already multiplied by their radiance; `None` if there are none.
     pub image: Option<EnvironmentImage>,
+    /// The files of the images.
+    pub files: Vec<EnvironmentFile>,
+}
+
+/// Where an image of the sky comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EnvironmentFile {
+    pub path: PathBuf,
+    /// The factor of its texels, per channel, ≥ 0.
+    pub radiance: [f64; 3],
 }
 
 /// A latitude–longitude image. Direction d points towards the sky: u = ½ + atan2(d.x, −d.z)/2π,

@@ -30,7 +30,7 @@ pub fn describe(file: &SceneFile, volume: &Volume, scene: &Scene) -> String {
         None => page.unset(|page| describe_medium(page, &example_medium(volume))),
     }
     describe_surfaces(&mut page, scene, volume);
-    describe_lights(&mut page, file, &scene.lights);
+    describe_lights(&mut page, &scene.lights);
     describe_clips(&mut page, &scene.clips);
     describe_camera(&mut page, &scene.camera);
     describe_render(&mut page, &scene.render);

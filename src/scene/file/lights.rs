@@ -10,7 +10,7 @@ use super::SceneFile;
 use super::numbers::NOT_NEGATIVE;
 use super::page::Page;
 use crate::error::Result;
-use crate::scene::{DirectionalLight, Environment, EnvironmentImage, Lights};
+use crate::scene::{DirectionalLight, Environment, EnvironmentFile, EnvironmentImage, Lights};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -74,8 +74,19 @@ impl SceneFile {
             environment: Environment {
                 radiance: self.constant_radiance()?,
                 image: None,
+                files: self.environment_files()?,
             },
         })
+    }
+
+    fn environment_files(&self) -> Result<Vec<EnvironmentFile>> {
+        let mut files = Vec::new();
+        for (i, table) in self.lights_of(LightKind::Environment) {
+            let radiance = self.radiance(i, table)?;
+            let path = table.image.as_ref().map(|image| self.origins.path(image));
+            files.extend(path.map(|path| EnvironmentFile { path, radiance }));
+        }
+        Ok(files)
     }
 
     /// The images of environments, with the number of their light.
@@ -196,7 +207,7 @@ impl SceneFile {
 
 /// Prints the lights. The constant environments were added up, so one stands for all. It is printed if it is dark as
 /// well, since a scene without any light would be read as one with a bright sky.
-pub(super) fn describe_lights(page: &mut Page, file: &SceneFile, lights: &Lights) {
+pub(super) fn describe_lights(page: &mut Page, lights: &Lights) {
     if lights.suns.is_empty() {
         let example = DirectionalLight {
             direction: [0.0, -1.0, 0.0],
@@ -206,11 +217,8 @@ pub(super) fn describe_lights(page: &mut Page, file: &SceneFile, lights: &Lights
     }
     lights.suns.iter().for_each(|sun| describe_sun(page, sun));
     describe_environment(page, lights.environment.radiance, None);
-    for table in &file.light {
-        if let Some(image) = &table.image {
-            let radiance = table.radiance.unwrap_or(RADIANCE);
-            describe_environment(page, radiance, Some(&file.origins.path(image)));
-        }
+    for file in &lights.environment.files {
+        describe_environment(page, file.radiance, Some(&file.path));
     }
 }
 

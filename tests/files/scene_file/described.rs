@@ -89,6 +89,21 @@ tone = "filmic"
     }
 }
 
+/// As when an edit is taken back that came with the scene file's own change.
+#[test]
+fn a_scene_names_its_own_sky_whatever_the_file_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let volume = volume(None);
+    let [old, new] = ["old.exr", "new.exr"].map(|name| {
+        write_image(folder.path(), name, 4, 2, |i, _| i as f32);
+        let text = format!("[[light]]\ntype = \"environment\"\nimage = \"{name}\"");
+        SceneFile::parse(&text, &folder.path().join("head.toml"), &[]).unwrap()
+    });
+    let (scene, _) = resolve(&old, &volume).unwrap();
+    let described = describe(&new, &volume, &scene);
+    assert!(described.contains("old.exr") && !described.contains("new.exr"));
+}
+
 /// Comments show the keys that are not set, each with a value that it may have.
 #[test]
 fn keys_in_comments_are_keys() {

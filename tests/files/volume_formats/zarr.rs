@@ -218,6 +218,23 @@ fn metadata_may_be_long() {
     message_of(&path, &[".zattrs is longer than 16777216 bytes"]);
 }
 
+/// Python writes NaN and infinities, which JSON does not have.
+#[test]
+fn bare_numbers_in_attributes_are_no_obstacle() {
+    let folder = folder();
+    let array = textured([8, 8, 8], VoxelType::U8);
+    let zarr = Zarr::new(false, &[8; 3], Codec::Gzip);
+    let path = zarr.write(&folder.path().join("v"), "zyx", &[8; 3], &array);
+    let attributes = path.join(".zattrs");
+    let text = fs::read_to_string(&attributes).unwrap();
+    let bare = r#"{"note \\\" NaN": [NaN, -Infinity, Infinity, "Infinity \\"],"#;
+    fs::write(&attributes, text.replacen('{', bare, 1)).unwrap();
+    let volume = plain(&path);
+    assert_eq!(values(&volume), array.values);
+    fs::write(&attributes, text.replacen('{', "{\"note\": NoNumber,", 1)).unwrap();
+    message_of(&path, &[".zattrs: expected"]);
+}
+
 #[test]
 fn what_is_no_image_is_refused() {
     let folder = folder();

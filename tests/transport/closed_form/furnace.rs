@@ -120,6 +120,7 @@ fn under_an_image() {
                 height: 4,
                 texels: vec![[0.75; 3]; 32].into(),
             }),
+            ..Environment::default()
         };
         expect("an image", &scene, &scan(), [1.0; 3]);
     }

@@ -52,7 +52,7 @@ fn along(direction: [f64; 3]) -> Camera {
 fn uniform_sky(radiance: f64) -> Environment {
     Environment {
         radiance: [radiance; 3],
-        image: None,
+        ..Environment::default()
     }
 }
 
@@ -68,8 +68,8 @@ fn upper_sky() -> Environment {
         texels,
     });
     Environment {
-        radiance: [0.0; 3],
         image,
+        ..Environment::default()
     }
 }
 

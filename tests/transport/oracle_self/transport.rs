@@ -199,8 +199,8 @@ fn the_sky_is_where_it_should_be() {
         texels: texels.collect(),
     };
     let sky = Environment {
-        radiance: [0.0; 3],
         image: Some(image),
+        ..Environment::default()
     };
     let at = |d: DVec3| environment(&sky, d);
     let close = |a: DVec3, b: [f64; 3]| assert!(a.distance(b.into()) < 1e-9, "{a}, not {b:?}");

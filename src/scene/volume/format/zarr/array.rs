@@ -12,14 +12,13 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::metadata::json;
 use super::pipeline::{Named, Pipeline, Shard, codec, in_words, separator, sharding};
-use crate::scene::volume::format::header::{first_bytes, unexpected};
+use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::codec::Codec;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-/// The longest metadata that is read, in bytes. Those of labels give each of them a colour.
-const LONGEST: u64 = 16 << 20;
 /// An upper bound of the bytes of a chunk, which no file exceeds.
 const LARGEST_CHUNK: u64 = 1 << 40;
 
@@ -65,18 +64,6 @@ fn node_type(folder: &Path) -> Option<String> {
     }
     let node: Node = json(&folder.join("zarr.json")).ok()?;
     Some(node.node_type)
-}
-
-/// The contents of a metadata file, as far as `T` names them.
-pub fn json<T: for<'a> Deserialize<'a>>(path: &Path) -> Parsed<T> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let bytes = first_bytes(path, LONGEST + 1).map_err(|fault| format!("{name}: {fault}"))?;
-    if bytes.len() as u64 > LONGEST {
-        return Err(format!(
-            "{name} is longer than {LONGEST} bytes, expected metadata"
-        ));
-    }
-    serde_json::from_slice(&bytes).map_err(|e| format!("{name}: {e}"))
 }
 
 impl Array {

@@ -2,21 +2,22 @@
 //! files. <https://ngff.openmicroscopy.org/0.4/>, <https://ngff.openmicroscopy.org/0.5/>
 //!
 //! Axes may be time, channel, z, y and x, or some of them. One channel at one time in one resolution is the volume,
-//! with x fastest whatever the array's order is. A Zarr array without OME's metadata is read by its own names
-//! of axes, or else as z, y, x. No file says
-//! where a slice is in a body: the axes stay unknown.
+//! with x fastest whatever the array's order is. A Zarr array without OME's metadata is read by its own names of axes, or else
+//! as z, y, x. No file says where a slice is in a body: the axes stay unknown.
 
 mod array;
 mod chunks;
 mod crc32c;
+mod metadata;
 mod pipeline;
 
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
 
-use array::{Array, is_array, json};
+use array::{Array, is_array};
 use chunks::{ArrayChunks, Axis};
+use metadata::json;
 
 use super::header::{Header, pick, unexpected};
 use crate::scene::volume::orientation::Orientation;
