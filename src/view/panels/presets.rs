@@ -103,11 +103,14 @@ impl Look {
         }
     }
 
-    /// Whether anything of its medium is to be seen in data of this range: below its first point there is nothing, and behind
-    /// its last one there is what is at that.
+    /// Whether data of this range are what it is made for: they have values at which it changes.
     fn suits(&self, range: [f64; 2]) -> bool {
-        let first = self.transfer.first();
-        first.is_some_and(|(value, ..)| self.value(*value, range) < range[1])
+        let points = self.transfer.iter().map(|(value, ..)| *value);
+        let mut values = points.chain(self.surface.map(|(value, _)| value));
+        values.any(|value| {
+            let value = self.value(value, range);
+            range[0] < value && value < range[1]
+        })
     }
 
     fn medium(&self, range: [f64; 2], usual: f64) -> Medium {
