@@ -7,21 +7,24 @@ import venv
 from pathlib import Path
 
 
-def enter(home, packages):
+def enter(home, packages, alone=()):
     """Starts the script again in the environment in the folder `home`, with these packages installed; returns there.
 
-    What has been installed is written down when it is there: an installation that was interrupted is done again.
+    Those in `alone` are installed without the packages that they ask for. What has been installed is written down when it is there: an installation that was interrupted is done again.
     """
     home = Path(os.path.abspath(home))
     if Path(sys.prefix) == home:
         return
     python, installed = home / "bin/python", home / "installed"
-    wanted = set(packages)
+    wanted = {*packages, *alone}
     if not installed.exists():
         # Links are left as they are where an earlier installation was interrupted.
         venv.create(home, with_pip=True, symlinks=True)
     found = set(installed.read_text().split()) if installed.exists() else set()
     if not wanted <= found:
-        subprocess.run([python, "-m", "pip", "install", "--quiet", *sorted(wanted)], check=True, stdout=sys.stderr)
+        for switches, names in [([], packages), (["--no-deps"], alone)]:
+            if names:
+                subprocess.run([python, "-m", "pip", "install", "--quiet", *switches, *sorted(names)],
+                               check=True, stdout=sys.stderr)
         installed.write_text(" ".join(sorted(found | wanted)))
     os.execv(python, [str(python), *sys.argv])
