@@ -17,8 +17,9 @@ use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::Progress;
 use crate::output::{Outputs, check_inputs_stay, check_writable, say};
+use crate::render::Choice;
 use crate::scene::{Opened, Variant};
-use crate::shard::{Found, volume_fingerprint};
+use crate::shard::{Found, Settings, volume_fingerprint};
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
     interrupt::catch_signals();
@@ -70,6 +71,49 @@ fn open(args: &RenderArgs, clock: &mut Clock) -> Result<(Opened, Host)> {
     })
 }
 
+/// Plans. What was picked before stands, whatever is free now.
+fn choose(
+    args: &RenderArgs,
+    host: &Host,
+    opened: &Opened,
+    before: Option<&Settings>,
+) -> Result<Choice> {
+    let Opened { volume, scene, .. } = opened;
+    let settled = before.map(|before| before.settle(scene));
+    let mut choice = host.plan(volume, settled.as_ref().unwrap_or(scene))?;
+    if let Some(before) = before {
+        choice.reason = before.reason.clone();
+    }
+    for (is_given, flag) in [
+        (args.samples.is_some(), "--samples"),
+        (args.checkpoint.is_some(), "--checkpoint"),
+    ] {
+        if is_given {
+            check_variant(&choice.plan.variant, flag)?;
+        }
+    }
+    Ok(choice)
+}
+
+/// Makes an engine whose scene still leaves open what was chosen, as do those of the other pictures. Meanwhile computes the
+/// fingerprint of the volume for what is to be put together later.
+fn compile<'a>(
+    args: &RenderArgs,
+    host: &'a Host,
+    opened: &'a Opened,
+    choice: Choice,
+    work: Option<Work<'a>>,
+) -> Result<(Trial<'a>, Option<String>)> {
+    let Opened { volume, scene, .. } = opened;
+    thread::scope(|scope| {
+        let walks = args.samples.is_some() || args.checkpoint.is_some();
+        let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
+        let begun = Trial::begin(host, volume, scene, choice, args.seed, work)?;
+        let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        Ok((begun, walked.transpose()?))
+    })
+}
+
 /// A render under way.
 struct Render<'a> {
     args: &'a RenderArgs,
@@ -102,46 +146,23 @@ impl<'a> Render<'a> {
         views: &'a [View],
         mut clock: Clock,
     ) -> Result<Render<'a>> {
-        let Opened { volume, scene, .. } = opened;
         let found = args
             .checkpoint
             .as_ref()
             .map(|path| Found::open(path, args.restart))
             .transpose()?;
-        // What was picked before stands, whatever is free now; and the engine's scene still leaves it open, as do those of
-        // the other pictures.
-        let before = found.as_ref().and_then(Found::settings).cloned();
-        let settled = before.as_ref().map(|before| before.settle(scene));
-        let settled = settled.as_ref().unwrap_or(scene);
-        let mut choice = clock.time("plan", || host.plan(volume, settled))?;
-        let is_continued = before.is_some();
-        if let Some(before) = before {
-            choice.reason = before.reason;
-        }
-        for (is_given, flag) in [
-            (args.samples.is_some(), "--samples"),
-            (args.checkpoint.is_some(), "--checkpoint"),
-        ] {
-            if is_given {
-                check_variant(&choice.plan.variant, flag)?;
-            }
-        }
-        let stop = args.stop(scene.render.variant);
+        let before = found.as_ref().and_then(Found::settings);
+        let choice = clock.time("plan", || choose(args, host, opened, before))?;
+        let variant = opened.scene.render.variant;
+        let stop = args.stop(variant);
         let pictures = args.orbit.map_or(1, NonZeroU32::get);
-        let work = (!is_continued).then_some(Work {
+        let work = before.is_none().then_some(Work {
             stop,
             pictures,
             interrupt: &interrupt::INTERRUPTED,
         });
         let (trial, fingerprint) = clock.time("compile and upload", || {
-            thread::scope(|scope| -> Result<_> {
-                let walks = args.samples.is_some() || args.checkpoint.is_some();
-                let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
-                let begun = Trial::begin(host, volume, scene, choice, args.seed, work)?;
-                let walked =
-                    walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
-                Ok((begun, walked.transpose()?))
-            })
+            compile(args, host, opened, choice, work)
         })?;
         clock.part("compile", trial.compiling());
         interrupt::keep_work();
@@ -149,7 +170,7 @@ impl<'a> Render<'a> {
             true => clock.time("try variants", || trial.end())?,
             false => trial.end()?,
         };
-        if scene.render.variant == Variant::Published && args.error.is_some() && !args.quiet {
+        if variant == Variant::Published && args.error.is_some() && !args.quiet {
             say("note: published does not know its error, and does not stop by --error");
         }
         if pictures > 1 {
