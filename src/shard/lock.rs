@@ -4,7 +4,7 @@
 //! when the process ends, however that ends.
 
 use std::fs::{self, File, TryLockError};
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
 use super::beside;
@@ -25,7 +25,7 @@ impl Lock {
             match file.try_lock() {
                 Ok(()) => {}
                 // Not every file system has locks: there the user has to ensure that processes do not collide.
-                Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {}
+                Err(TryLockError::Error(error)) if is_without_locks(&error) => {}
                 Err(TryLockError::WouldBlock) => {
                     return Err(Error::input(
                         checkpoint,
@@ -47,6 +47,16 @@ impl Drop for Lock {
         // A leftover file does not lock anything.
         let _ = fs::remove_file(&self.path);
     }
+}
+
+/// Whether an error says that the file system has no locks. NFS whose server or client has no lock daemon has a number of its
+/// own for it.
+fn is_without_locks(error: &io::Error) -> bool {
+    #[cfg(unix)]
+    if error.raw_os_error() == Some(libc::ENOLCK) {
+        return true;
+    }
+    error.kind() == ErrorKind::Unsupported
 }
 
 /// Whether a name still leads to a file.
