@@ -87,7 +87,8 @@ void main() {
     if (brick.filled != FILLED_COARSE || !exists) {
         return;
     }
-    uint side = side_of_node(node);
+    // Where no surface stops light, there is no buffer of sides to read.
+    uint side = full_light ? side_of_node(node) : 0u;
     Light a = light_of(node - 3 * e, side);
     Light b = light_of(node - e, side);
     Light c = light_of(node + e, side);
