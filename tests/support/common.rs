@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use isolume::engine::{Host, HostOptions};
 use isolume::gpu::{Device, DeviceChoice, Memory, Shaders, Validation};
 use isolume::render::{
     Cache, CacheLayout, Caching, Film, FirstHits, GpuScene, Renderer, doubling, shared,
@@ -26,6 +27,15 @@ pub fn device_that_fetches(fetches_texels: bool) -> Arc<Device> {
         ..DeviceChoice::default()
     };
     Device::open(&choice).expect("a Vulkan device and the validation layers")
+}
+
+/// The same for a program that drives an engine.
+pub fn watched_host() -> Host {
+    let options = HostOptions {
+        validation: true,
+        ..HostOptions::default()
+    };
+    Host::open(&options).expect("a Vulkan device and the validation layers")
 }
 
 pub fn assert_silent(device: &Device) {
@@ -58,6 +68,35 @@ pub fn render_with_shaders(
     let film = renderer.film().expect("a film");
     assert_silent(&device);
     film
+}
+
+/// Pictures of one unit of `samples` samples, one for each seed. Passes are compiled once.
+pub fn render_seeds(
+    scene: &Scene,
+    volume: &Volume,
+    samples: u32,
+    seeds: impl IntoIterator<Item = u32>,
+) -> Vec<Film> {
+    let device = device();
+    let memory = Memory::new(&device, BUDGET).expect("memory");
+    let scene = GpuScene::new(scene, volume, 0);
+    let mut renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
+    let film = |seed| {
+        reseed(&mut renderer, seed);
+        let stop = AtomicBool::new(false);
+        assert!(renderer.unit(samples, &stop).expect("a unit"));
+        renderer.film().expect("a film")
+    };
+    let films = seeds.into_iter().map(film).collect();
+    assert_silent(&device);
+    films
+}
+
+/// Begins the picture anew with other random numbers, without compiling anything.
+fn reseed(renderer: &mut Renderer, seed: u32) {
+    let mut scene = renderer.scene().clone();
+    scene.parts.seed = seed;
+    renderer.change(&scene).expect("the same scene");
 }
 
 pub fn shaders() -> Shaders {
@@ -199,11 +238,9 @@ pub fn empty_cache_of(
 }
 
 impl Cached {
-    /// Begins anew with other random numbers, without compiling anything.
+    /// Begins cache and picture anew with other random numbers.
     pub fn reseed(&mut self, seed: u32) {
-        let mut scene = self.renderer.scene().clone();
-        scene.parts.seed = seed;
-        self.renderer.change(&scene).expect("the same scene");
+        reseed(&mut self.renderer, seed);
         self.caching().clear();
     }
 

@@ -1,6 +1,7 @@
 //! A scene on the GPU, and small passes of a test's own that run on it: the shaders' functions are
 //! tested where they run, one thread an input.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use isolume::gpu::*;
@@ -19,6 +20,8 @@ pub struct Probe {
     /// What the passes are compiled for.
     pub features: Features,
     pub constants: SceneConstants,
+    /// By name, text and what they are compiled for.
+    passes: HashMap<String, Pass>,
 }
 
 /// A pass in `tests/support/glsl/`. It reads `inputs`, writes `outputs`, and takes `push`.
@@ -47,6 +50,7 @@ impl Probe {
             renderer,
             features,
             constants,
+            passes: HashMap::new(),
         }
     }
 
@@ -60,14 +64,22 @@ impl Probe {
         outputs: usize,
     ) -> Vec<O> {
         let shared = [&shared::glsl(), I::GLSL, O::GLSL].concat();
-        let shaders = Shaders::new(shared).with_file(&format!("{}.comp", shader.name), shader.text);
         let desc = PassDesc {
             name: shader.name,
             specialization: &self.features.words(),
             push: P::PUSH,
             macros: &self.features.macros(),
         };
-        let pass = Pass::new(&self.device, &shaders, &desc).expect("a pass");
+        let what = (desc.name, shader.text, desc.specialization, desc.macros);
+        let compile = || {
+            let shaders = Shaders::new(shared);
+            let shaders = shaders.with_file(&format!("{}.comp", shader.name), shader.text);
+            Pass::new(&self.device, &shaders, &desc).expect("a pass")
+        };
+        let pass = &*self
+            .passes
+            .entry(format!("{what:?}"))
+            .or_insert_with(compile);
         let inputs = Buffer::with_data(&self.memory, "inputs", inputs).expect("inputs");
         let desc = BufferDesc {
             name: "outputs",
@@ -82,7 +94,7 @@ impl Probe {
         bindings.push(("inputs", Binding::Buffer(&inputs)));
         bindings.push(("outputs", Binding::Buffer(&results)));
         frame
-            .run(|f| f.pass(&pass, &bindings, push, [threads as u32, 1, 1]))
+            .run(|f| f.pass(pass, &bindings, push, [threads as u32, 1, 1]))
             .expect("a run");
         assert_silent(&self.device);
         let mapped = results.mapped().expect("outputs are mapped");

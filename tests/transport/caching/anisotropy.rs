@@ -70,14 +70,12 @@ fn each_color_has_its_own_direction() {
             [0, 1, 2].map(|c| picture.iter().map(|pixel| f64::from(pixel[c])).sum::<f64>())
         };
         let (mut reference, mut at_rest, mut in_motion) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-        for seed in 1..=4 {
+        let films = render_seeds(&scene, &volume, 256, 101..=104);
+        for (seed, film) in (1..).zip(films) {
             cache.reseed(seed);
             cache.fill(256);
             let pictures = [
-                (
-                    &mut reference,
-                    render(&scene, &volume, 1, 256, 100 + seed).mean,
-                ),
+                (&mut reference, film.mean),
                 (&mut at_rest, cache.at_rest(1, 64).mean),
                 (&mut in_motion, cache.march()),
             ];

@@ -96,7 +96,7 @@ fn errors_and_lookups(filled: impl Fn(u32) -> Cached, exact: &[[f32; 4]]) -> [f6
 
 #[test]
 fn gathering_on_the_coarse_lattice_takes_less_work_for_less_noise() {
-    let exact = filled_without_gathering(4096, 9).march();
+    let exact = filled_without_gathering(1024, 9).march();
     let [noise, work] = errors_and_lookups(|seed| filled_without_gathering(4, seed), &exact);
     let gathered = |shaders: &Shaders, seed| filled(shaders, 32, seed);
     let [gathered_noise, gathered_work] =

@@ -1,6 +1,6 @@
 //! What keeps the cache's light and what ends it.
 
-use isolume::engine::{Changed, Engine, Host, HostOptions};
+use isolume::engine::{Changed, Engine};
 use isolume::render::{CacheLayout, GpuScene};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
@@ -79,7 +79,7 @@ fn light_goes_from_one_engine_to_another() {
     before.render.variant = Variant::Caching;
     let mut after = before.clone();
     after.surfaces.iso[0].shading = Shading::Disney(Disney::default());
-    let host = Host::open(&HostOptions::default()).expect("a device");
+    let host = watched_host();
     let begin = |scene: &Scene| Engine::new(&host, &volume, scene, 1).expect("an engine");
     let mut old = begin(&before);
     assert!(
@@ -110,6 +110,8 @@ fn light_goes_from_one_engine_to_another() {
     assert!(caching.batch(4, &stop).expect("a batch"));
     let [adopted, filled] = [&mut new, &mut empty].map(|e| e.march().expect("a march"));
     assert!(adopted.expect("a picture").rgb == filled.expect("a picture").rgb);
+    drop((old, new, empty));
+    host.check_validation().expect("silence");
 }
 
 /// The cache knows each light's share in all of them.

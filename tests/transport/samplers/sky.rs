@@ -257,13 +257,14 @@ fn a_coarse_cosine_leaves_heights_as_they_are() {
 /// density: only directions that are never drawn would be missing.
 #[test]
 fn samples_add_up_to_the_whole_sky() {
-    const NODES: usize = 16;
     for (name, image) in images() {
+        // Nodes for each texel; those of a large image are many all the same.
+        let nodes = if image.width > 100 { 4 } else { 16 };
         let mut sky = Sky::new(image);
         let samples = sky.samples();
         let (columns, rows) = (
-            sky.image.width as usize * NODES,
-            sky.image.height as usize * NODES,
+            sky.image.width as usize * nodes,
+            sky.image.height as usize * nodes,
         );
         let mut whole = DVec3::ZERO;
         for row in 0..rows {
