@@ -36,8 +36,11 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) writeonly uniform image2D unit_sum;
 layout(scalar) writeonly buffer TailBlock { Tail at[]; } tails;
 
-// Transmittance below which nothing behind is seen: it is in a float's last digits.
+// Below this transmittance, a ray goes on with it or ends, at random: the mean is the same, and a bright light far behind
+// is not lost.
 const float OPAQUE_BELOW = 1e-4;
+// Less of a sun's light than this is none: it is in a float's last digits.
+const float LEAST_SUNLIGHT = 1e-7;
 
 // What a ray has collected so far.
 struct Front {
@@ -106,7 +109,11 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                 if (full_light || has_rim_cubes) {
                     tail_t = u.y * taken.weight < weight ? points.x : tail_t;
                 }
-                is_opaque = front.transmittance < OPAQUE_BELOW;
+                if (front.transmittance < OPAQUE_BELOW) {
+                    bool is_left = random_numbers(random).x * OPAQUE_BELOW < front.transmittance;
+                    front.transmittance = is_left ? OPAQUE_BELOW : 0.0;
+                }
+                is_opaque = front.transmittance <= 0.0;
                 if (is_opaque || !march.goes_on || is_due(taken)) {
                     break;
                 }
@@ -134,7 +141,6 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             break;
         }
     }
-    front.transmittance = is_opaque ? 0.0 : front.transmittance;
 }
 
 // The light of a sun that is scattered at `g` towards the ray's beginning.
@@ -156,7 +162,7 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
     if (full_light) {
         transmittance *= surface_transmittance(shadow, span.x, span.y, NOTHING, 0u);
     }
-    return transmittance * phase_function(dot(ray.direction, sun.towards)) * sun.radiance;
+    return transmittance * phase_function(ray.direction, sun.towards) * sun.radiance;
 }
 
 // The difference between the suns' light at the picked points and the part that was read from the cache.
@@ -207,7 +213,7 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
         if (weight > 0.0 && sun_count > 0u && !leaves_suns) {
             Hit hit = hit_at(ray, crossing);
             Material material = make_material(uint(crossing.surface));
-            front.radiance += weight * sunlight_reflected(ray, crossing, hit, material, OPAQUE_BELOW);
+            front.radiance += weight * sunlight_reflected(ray, crossing, hit, material, LEAST_SUNLIGHT);
         }
         leave(front, Tail(crossing.t, weight, crossing.surface, crossing.inside, uint(leaves_suns)), random);
         front.transmittance -= weight;

@@ -24,7 +24,7 @@ void main() {
         return;
     }
     Turn turn = turns.at[index];
-    ivec3 node = node_at(index, turn.brick, gl_LocalInvocationID.x);
+    ivec3 node = node_at(index, turn.place, gl_LocalInvocationID.x);
     if (!is_in_lattice(node)) {
         return;
     }

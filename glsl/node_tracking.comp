@@ -100,7 +100,7 @@ bool begin_item(inout Path path) {
         return false;
     }
     Turn turn = turns.at[index];
-    ivec3 node = node_at(index, turn.brick, item - first_item(index));
+    ivec3 node = node_at(index, turn.place, item - first_item(index));
     uvec3 lattice = scene.cache_nodes;
     path.pixel = (node.z * lattice.y + node.y) * lattice.x + node.x;
     uint most = (turn.samples + turn.parts - 1u) / turn.parts;
@@ -138,7 +138,7 @@ void begin_sample(inout Path path) {
         ask_for_light(path, random);
     }
     vec2 u = numbers_for_direction(path, random).xy;
-    node_work.first_direction = direction_around(vec3(0.0, 0.0, 1.0), 1.0 - 2.0 * u.x, u.y);
+    node_work.first_direction = uniform_direction(u);
     path.pdf = 0.25 / PI;
     redirect(path, node_work.first_direction, NOTHING, random);
     path.dimension = random.dimension;

@@ -48,7 +48,7 @@ CellPath begin_path(ivec3 cell, inout Random random) {
     vec2 u = random_numbers(random).xy;
     CellPath path;
     path.position = vec3(cell) + 0.5 + place;
-    path.direction = direction_around(vec3(0.0, 0.0, 1.0), 1.0 - 2.0 * u.x, u.y);
+    path.direction = uniform_direction(u);
     path.throughput = vec3(1.0);
     path.bounces = 0u;
     return path;
@@ -102,8 +102,8 @@ void main() {
             Medium medium = medium_at(path.position);
             if (unit_interval(words.y) * push.majorant < medium.sigma_t) {
                 path.throughput *= medium.albedo;
-                float cosine = phase_sample_cosine(unit_interval(words.z));
-                path.direction = direction_around(path.direction, cosine, unit_interval(words.w));
+                float x = phase_sample(unit_interval(words.z));
+                path.direction = scattered_direction(path.direction, x, unit_interval(words.w));
                 ++path.bounces;
             }
         }

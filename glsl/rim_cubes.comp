@@ -85,7 +85,7 @@ uint marks_of(ivec3 cube) {
     }
     // The last of them are the first of the next cube.
     Voxels voxels = voxels_of(cube);
-    voxels.high = mix(max(voxels.low, voxels.high - 1), voxels.high, span.ends);
+    voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
     bool steps = may_step(sigma_t_range(range_of_voxels(voxels))) && has_step(voxels, least_step());
     return steps ? NEIGHBOURS_MARKED : NOTHING_MARKED;
 }

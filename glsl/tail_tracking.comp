@@ -54,9 +54,9 @@ uint sample_of(uint item) {
     return push.sample_index + item % units_together();
 }
 
-// Number of paths for a tail: fewer where its weight is small.
+// Number of paths for a tail: fewer where its weight, which rounding may make greater than 1, is small.
 uint paths_of(Tail tail) {
-    return uint(ceil(tail.weight * float(PATHS)));
+    return min(uint(ceil(tail.weight * float(PATHS))), PATHS);
 }
 
 bool begin_item(inout Path path) {

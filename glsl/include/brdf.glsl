@@ -92,10 +92,14 @@ vec3 disney(Material m, float n_v, float n_l, float h_sine2, float l_h) {
     return diffuse + specular + coat;
 }
 
-// The k-th power of the cosine from the mirror direction, which rounding may make greater than 1.
+// The k-th power of the cosine from the mirror direction, 1 − x, by the series of its logarithm where a float would not know
+// the cosine well enough for a large k.
 float phong_lobe(Material m, vec3 n, vec3 v, vec3 l) {
-    float cosine = min(dot(reflect(-v, n), l), 1.0);
-    return cosine > 0.0 ? pow(cosine, m.surface.shininess) : 0.0;
+    float x = one_minus_dot(reflect(-v, n), l);
+    if (x < 0.01) {
+        return exp(-m.surface.shininess * x * (1.0 + x * (0.5 + x * (1.0 / 3.0))));
+    }
+    return x < 1.0 ? pow(1.0 - x, m.surface.shininess) : 0.0;
 }
 
 // f(v, l); zero below the shading hemisphere.
@@ -110,8 +114,8 @@ vec3 brdf_value(Material m, vec3 n, vec3 v, vec3 l) {
         return disney(m, n_v, n_l, sine_squared(n, h), dot(l, h));
     }
     if (has_phong && m.surface.shading == SHADING_PHONG) {
-        return m.diffuse_share * m.surface.color / PI
-             + m.specular_share * (m.surface.shininess + 2.0) / (2.0 * PI) * phong_lobe(m, n, v, l);
+        return (1.0 - m.surface.specular) * m.surface.color / PI
+             + m.surface.specular * (m.surface.shininess + 2.0) / (2.0 * PI) * phong_lobe(m, n, v, l);
     }
     return m.surface.color / PI;
 }
@@ -138,8 +142,9 @@ float brdf_pdf(Material m, vec3 n, vec3 v, vec3 l) {
 // A direction from the mixture of lobes; u.z picks the lobe. It may lie below the surface.
 vec3 brdf_sample(Material m, vec3 n, vec3 v, vec3 u) {
     if (has_phong && m.surface.shading == SHADING_PHONG && u.z >= m.diffuse_share) {
-        float cosine = pow(1.0 - u.x, 1.0 / (m.surface.shininess + 1.0));
-        return direction_around(reflect(-v, n), cosine, u.y);
+        // 1 − cosine, of which the power is uniform.
+        float x = one_minus_exp(-log(1.0 - u.x) / (m.surface.shininess + 1.0));
+        return direction_at(reflect(-v, n), 1.0 - x, sqrt(x * (2.0 - x)), u.y);
     }
     if (has_disney && m.surface.shading == SHADING_DISNEY && u.z >= m.diffuse_share) {
         float sine2;

@@ -20,7 +20,7 @@ bool collect(inout Path path, inout Random random) {
     path.origin = g;
     if (sun_count > 0u) {
         LightSample sun = sample_sun(random_numbers(random).x);
-        float phase = phase_function(dot(path.direction, sun.towards));
+        float phase = phase_function(path.direction, sun.towards);
         vec3 radiance = throughput * phase * sun.radiance;
         aim_shadow_ray(path, sun.towards, worth_a_ray(radiance, random), NOTHING);
     }

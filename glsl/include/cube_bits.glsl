@@ -77,7 +77,7 @@ struct Voxels {
 Voxels voxels_of(ivec3 cube) {
     ivec3 last = ivec3(scene.dims) - 1;
     ivec3 low = clamp(ivec3(floor(node_position(cube))) - 1, ivec3(0), last);
-    ivec3 high = clamp(ivec3(floor(node_position(cube + 1))), ivec3(0), last);
+    ivec3 high = clamp(ivec3(ceil(node_position(cube + 1))) - 1, ivec3(0), last);
     return Voxels(mix(low, ivec3(0), equal(cube, ivec3(0))),
                   mix(high, last, greaterThanEqual(cube + 2, ivec3(scene.cache_nodes))));
 }
@@ -96,13 +96,13 @@ vec2 range_of_voxels(Voxels voxels) {
 }
 
 void main() {
-    uint brick = gl_WorkGroupID.y * push.row + gl_WorkGroupID.x;
-    if (brick >= push.bricks || stands_back(brick) || is_done(brick)) {
+    uint place = gl_WorkGroupID.y * push.row + gl_WorkGroupID.x;
+    if (place >= push.bricks || stands_back(place) || is_done(place)) {
         return;
     }
     ask_ahead();
     uint thread = gl_LocalInvocationIndex;
-    ivec3 first = BRICK * unpacked(bricks.at[brick].position);
+    ivec3 first = BRICK * unpacked(bricks.at[place].position);
     if (thread == 0u) {
         lacking = 0u;
         is_possible = may_mark(span_of(first, first + BRICK - 1));
@@ -121,9 +121,9 @@ void main() {
     barrier();
     bool has_missed = lacking > 0u;
     if (thread == 0u) {
-        report(brick, has_missed, !has_missed);
+        report(place, has_missed, !has_missed);
         if (!has_missed) {
-            set_done(brick);
+            set_done(place);
         }
     }
     if (!has_missed && is_node) {

@@ -4,13 +4,6 @@ float evaluate(vec4 c, float u) {
     return c.x + u * (c.y + u * (c.z + u * c.w));
 }
 
-// A vector in the unit of its largest component. Values have the data's own unit, in which their squares may be beyond a
-// float: densities are 1e-24 in g/cm³, and 1e20 in 1/m³.
-vec3 in_own_unit(vec3 v) {
-    float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
-    return largest > 0.0 ? v * (1.0 / largest) : v;
-}
-
 // The cubic's extrema, sorted and clamped to [0, 1]: between them it is monotone.
 vec2 extrema(vec4 c) {
     vec3 slope = in_own_unit(c.yzw);

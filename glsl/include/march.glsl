@@ -14,16 +14,12 @@
 // more in all than a CPU's driver lets them (`work` in ray.glsl).
 
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
-// However dense the medium is, a step ends at a later t than it begins at.
+// However dense the medium is, a step ends at a later t than it begins at, also far along the ray.
 const float LEAST_VOXELS_PER_STEP = 1e-3;
+const float LEAST_SHARE_PER_STEP = 2e-7;
 
 // Factor on the length of steps for a picture in motion: they are longer, or end at the sides of larger cells.
 float step_scale = 1.0;
-
-// 1 − exp(−x) without cancellation.
-float absorbed_by(float x) {
-    return x < 0.01 ? x * (1.0 - x * (0.5 - x * (1.0 / 6.0))) : 1.0 - exp(-x);
-}
 
 // A march under way, stretch by stretch: each is the part of the ray in a row of blocks that hold medium. (Stretches
 // of one block leave lanes waiting for their neighbours; rows without a limit would be walked through for rays that
@@ -113,7 +109,7 @@ float middle_of(MarchStep s) {
 // Takes a step back if its optical depth is too large, and says how long the next one may be.
 void adapt(Ray ray, float from, Classified begin, inout March march, inout Medium medium) {
     float depth = step_scale * OPTICAL_DEPTH_PER_STEP;
-    float shortest = LEAST_VOXELS_PER_STEP / length(ray.step);
+    float shortest = max(LEAST_VOXELS_PER_STEP / length(ray.step), LEAST_SHARE_PER_STEP * from);
     bool is_taken_back = medium.sigma_t * (march.t - from) > depth && march.longest_now > shortest;
     float sigma_t = is_taken_back ? medium.sigma_t : scene.density * march.end.color.a;
     march.longest_now = clamp(0.5 * depth / max(sigma_t, 1e-30), shortest, march.longest);
@@ -146,7 +142,7 @@ MarchStep make_step(Ray ray, inout March march) {
     bool is_split = !is_linear && begin.point != march.end.point && a != b && mean > 0.0;
     float split = is_split ? clamp((b - mean) / (b - a), 0.0, 1.0) : 0.0;
     float before = is_split ? min(a * split / mean, 1.0) : 0.0;
-    return MarchStep(absorbed_by(medium.sigma_t * extent), medium.albedo, from, extent, lean, is_split, split, before);
+    return MarchStep(one_minus_exp(medium.sigma_t * extent), medium.albedo, from, extent, lean, is_split, split, before);
 }
 
 // Where in a step light is absorbed, for four numbers in [0, 1): the inverse of (1 − exp(−τ(x))) / (1 − exp(−τ)), to

@@ -160,7 +160,7 @@ Response response_of(Scatterer s, vec3 direction) {
                             * cosine_towards(s.hit, direction),
                         brdf_pdf(s.material, s.hit.shading, -s.arriving, direction));
     }
-    float phase = phase_function(dot(s.arriving, direction));
+    float phase = phase_function(s.arriving, direction);
     return Response(vec3(phase), phase);
 }
 
@@ -174,9 +174,9 @@ vec3 sample_direction(inout Path path, Scatterer s, vec3 u) {
         path.throughput *= path.pdf > 0.0 ? response.value / path.pdf : vec3(0.0);
         return direction;
     }
-    float cosine = phase_sample_cosine(u.x);
-    path.pdf = phase_function(cosine);
-    return direction_around(s.arriving, cosine, u.y);
+    float x = phase_sample(u.x);
+    path.pdf = phase_function_at(x);
+    return scattered_direction(s.arriving, x, u.y);
 }
 
 // Sends a shadow ray and redirects the path. Code that surfaces and medium share is here only once: a device with wide

@@ -1,27 +1,36 @@
-// Henyey–Greenstein; g > 0 is forward. Directions are those of travel, cosine = dot(before, after).
+// Henyey–Greenstein; g > 0 is forward. Directions are those of travel.
+//
+// Where g is close to ±1, the lobe is narrower than a float knows a cosine near ±1. So angles are counted from the lobe's
+// axis, the direction before or (g < 0) the one opposite to it, and stand as x = 1 − cosine, which keeps its digits
+// where the lobe is.
+
+#include "close_to_one.glsl"
 
 const float PI = 3.14159265358979;
 
-float phase_function(float cosine) {
+// 1/sr, at x from the lobe's axis.
+float phase_function_at(float x) {
     if (!is_anisotropic) {
         return 0.25 / PI;
     }
-    float g = scene.g;
-    // 1 + g² − 2g·cosine without cancellation where g → 1 and cosine → 1, which rounding may exceed.
-    float d = (1.0 - abs(g)) * (1.0 - abs(g)) + 2.0 * abs(g) * max(0.0, 1.0 - (g < 0.0 ? -cosine : cosine));
+    float g = abs(scene.g);
+    // 1 + g² − 2g·cosine
+    float d = (1.0 - g) * (1.0 - g) + 2.0 * g * x;
     return 0.25 / PI * (1.0 - g) * (1.0 + g) / (d * sqrt(d));
 }
 
-// Branch-free and stable through g = 0: the textbook inversion cancels for small g. It would cancel
-// here for g near −1, but the distribution for −g is the mirror image.
-float phase_sample_cosine(float u) {
+float phase_function(vec3 before, vec3 after) {
+    return is_anisotropic ? phase_function_at(one_minus_dot(before, scene.g < 0.0 ? -after : after)) : 0.25 / PI;
+}
+
+// A sample of x. Branch-free and stable through g = 0: the textbook inversion cancels for small g.
+float phase_sample(float u) {
     if (!is_anisotropic) {
-        return 1.0 - 2.0 * u;
+        return 2.0 * u;
     }
     float g = abs(scene.g);
     float q = (1.0 - g) / (1.0 - g + 2.0 * g * u);
-    float cosine = max(1.0 - 2.0 * (1.0 - u) * (1.0 + g * u) * q * q, -1.0);
-    return scene.g < 0.0 ? -cosine : cosine;
+    return min(2.0 * (1.0 - u) * (1.0 + g * u) * q * q, 2.0);
 }
 
 // Duff et al., "Building an Orthonormal Basis, Revisited" (JCGT 2017).
@@ -40,4 +49,15 @@ vec3 direction_at(vec3 axis, float cosine, float sine, float u) {
 
 vec3 direction_around(vec3 axis, float cosine, float u) {
     return direction_at(axis, cosine, sqrt(max(0.0, 1.0 - cosine * cosine)), u);
+}
+
+// The direction at x from the lobe's axis; `u` as above.
+vec3 scattered_direction(vec3 before, float x, float u) {
+    float cosine = is_anisotropic && scene.g < 0.0 ? x - 1.0 : 1.0 - x;
+    return direction_at(before, cosine, sqrt(x * (2.0 - x)), u);
+}
+
+// A direction from the whole sphere.
+vec3 uniform_direction(vec2 u) {
+    return direction_around(vec3(0.0, 0.0, 1.0), 1.0 - 2.0 * u.x, u.y);
 }

@@ -1,7 +1,7 @@
 // The light of the cache (cache.glsl) that the medium scatters.
 
-// ∫ p(ω, ω') L(ω') dω' with the first two moments of L: (φ + 3g F·ω)/4π; `travel` is the direction of
-// light on its way out.
+// ∫ p(ω, ω') L(ω') dω' with the first two moments of L, its mean φ and its flux F: φ + 3g F·ω; `travel` is the direction ω
+// of light on its way out.
 vec3 scattered_light(CachedLight light, vec3 travel) {
     vec3 radiance = light.mean;
     if (is_anisotropic) {
@@ -15,7 +15,7 @@ vec3 suns_scattered(vec3 travel) {
     vec3 sum = vec3(0.0);
     for (uint s = 0u; s < sun_count; ++s) {
         Sun sun = sun_at(s);
-        sum += phase_function(dot(sun.direction, travel)) * sun.irradiance;
+        sum += phase_function(sun.direction, travel) * sun.irradiance;
     }
     return sum;
 }

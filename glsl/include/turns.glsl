@@ -60,8 +60,8 @@ ivec3 offset_in(ivec3 size, uint index) {
 
 // A node of the brick of a turn; `index` counts those that get paths. All nodes of the coarse lattice are in the first
 // half.
-ivec3 node_at(uint turn, uint brick, uint index) {
-    ivec3 low = BRICK * unpacked(bricks.at[brick].position);
+ivec3 node_at(uint turn, uint place, uint index) {
+    ivec3 low = BRICK * unpacked(bricks.at[place].position);
     if (turn < push.coarse_turns) {
         return low + 2 * offset_in(ivec3(BRICK / 2), index);
     }

@@ -88,14 +88,22 @@ float volume_value(vec3 g) {
     return mix(along_y.x, along_y.y, p.x) * scene.stored_max;
 }
 
-// The interpolant's gradient in world units.
+// A vector in the unit of its largest component. Values have the data's own unit, in which their squares may be beyond a
+// float: densities are 1e-24 in g/cm³, and 1e20 in 1/m³.
+vec3 in_own_unit(vec3 v) {
+    float largest = max(max(abs(v.x), abs(v.y)), abs(v.z));
+    return largest > 1e-37 ? v * (1.0 / largest) : v;
+}
+
+// The interpolant's gradient, times the largest voxel size: only its direction is of use, and with another unit of length
+// it might be beyond a float.
 vec3 volume_gradient(vec3 g) {
     vec3 cell = floor(g);
     Cell k = cell_of(volume_corners(ivec3(cell)));
     vec3 p = g - cell;
     return vec3(k.x + p.y * k.xy + p.z * (k.xz + p.y * k.xyz),
                 k.y + p.x * k.xy + p.z * (k.yz + p.x * k.xyz),
-                k.z + p.x * k.xz + p.y * (k.yz + p.x * k.xyz)) / scene.spacing;
+                k.z + p.x * k.xz + p.y * (k.yz + p.x * k.xyz)) / in_own_unit(scene.spacing);
 }
 
 vec3 central_difference(ivec3 voxel) {
@@ -103,10 +111,10 @@ vec3 central_difference(ivec3 voxel) {
     return vec3(volume_voxel(voxel + step.xyy) - volume_voxel(voxel - step.xyy),
                 volume_voxel(voxel + step.yxy) - volume_voxel(voxel - step.yxy),
                 volume_voxel(voxel + step.yyx) - volume_voxel(voxel - step.yyx))
-         / (2.0 * scene.spacing);
+         / (2.0 * in_own_unit(scene.spacing));
 }
 
-// Central differences at voxels in world units, interpolated trilinearly.
+// Central differences at voxels, interpolated trilinearly, in the same unit.
 vec3 volume_smooth_gradient(vec3 g) {
     ivec3 low = ivec3(floor(g)) - 1;
     vec3 p = fract(g);

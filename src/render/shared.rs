@@ -262,7 +262,7 @@ shared! {
     /// A part of the paths that each node of a brick gets in a batch.
     pub struct Turn {
         /// The brick's place.
-        pub brick: uint,
+        pub place: uint,
         /// Which of how many parts it is. All parts of a brick follow one another.
         pub part: uint,
         pub parts: uint,

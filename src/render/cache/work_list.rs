@@ -104,7 +104,7 @@ impl WorkList {
             portion.turns += parts;
             portion.coarse_turns += u32::from(job.is_coarse) * parts;
             turns.extend((0..parts).map(|part| Turn {
-                brick: job.place,
+                place: job.place,
                 part,
                 parts,
                 samples: job.samples,

@@ -15,6 +15,11 @@ pub(super) type Expected = (fn(f64) -> bool, &'static str);
 pub(super) const FINITE: Expected = (|_| true, "a finite number within ±3e38");
 pub(super) const UNIT: Expected = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 pub(super) const NOT_NEGATIVE: Expected = (|x| x >= 0.0, "a finite number ≥ 0");
+/// Of light. Its squares, of which errors are made, must not leave the range of a float.
+pub(super) const LIGHT: Expected = (
+    |x| x == 0.0 || (1e-15..=1e15).contains(&x),
+    "0 or a number from 1e-15 to 1e15, with another unit if need be",
+);
 pub(super) const POSITIVE: Expected = (|x| x > 0.0, "a finite number > 0");
 
 impl SceneFile {

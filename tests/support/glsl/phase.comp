@@ -13,7 +13,8 @@ layout(scalar) writeonly buffer OutputBlock { PhaseOutput at[]; } outputs;
 void main() {
     uint id = gl_GlobalInvocationID.x;
     if (id < push.count) {
-        outputs.at[id] = PhaseOutput(phase_sample_cosine(unit_interval(inputs.at[id].word)),
-                                     phase_function(inputs.at[id].cosine));
+        PhaseInput ask = inputs.at[id];
+        outputs.at[id] = PhaseOutput(phase_sample(unit_interval(ask.word)), phase_function_at(ask.x),
+                                     phase_function(ask.before, ask.after));
     }
 }

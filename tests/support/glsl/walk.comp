@@ -22,7 +22,7 @@ void main() {
     for (uint flight = 0u; flight < push.flights; ++flight) {
         place += exponential(random_words(random).x) * direction;
         vec4 u = random_numbers(random);
-        direction = direction_around(direction, phase_sample_cosine(u.x), u.y);
+        direction = scattered_direction(direction, phase_sample(u.x), u.y);
     }
     outputs.at[id].squared = dot(place, place);
 }

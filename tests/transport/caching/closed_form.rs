@@ -140,3 +140,21 @@ fn a_white_furnace() {
         }
     }
 }
+
+/// A radiograph: so dense that next to nothing comes through, and yet the whole picture.
+#[test]
+fn light_behind_much_that_absorbs() {
+    let mut scene = slab(9.6, 0.0, 0.0).scene(2.0);
+    scene.lights.environment = Environment {
+        radiance: [1.0; 3],
+        ..Environment::default()
+    };
+    let volume = slab(9.6, 0.0, 0.0).volume();
+    let exact = (-9.6f64).exp();
+    let pixels = cached(&scene, &volume, 1.0, CacheFormat::F32, 1, 0)
+        .at_rest(16, 16)
+        .mean;
+    let mean = mean_red(&pixels);
+    println!("behind τ 9.6: {mean:e}, exactly {exact:e}");
+    assert!((mean / exact - 1.0).abs() < 0.02, "{mean:e}, not {exact:e}");
+}

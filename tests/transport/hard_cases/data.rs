@@ -115,18 +115,20 @@ fn constant_and_equal_to_the_isovalue() {
     }
 }
 
-/// Whatever the unit of the values, a surface is the same to the last bit: mass densities in g/cm³ are about 1e-25 between
-/// stars, numbers of particles 1e25 in a m³ of air.
+/// Whatever the units of values and lengths, a surface is the same to the last bit: mass densities in g/cm³ are about 1e-25
+/// between stars, numbers of particles 1e25 in a m³ of air.
 #[test]
 fn values_whose_squares_are_beyond_a_float() {
     let whole = noise([8, 8, 8], [0.125; 3]);
     let Voxels::F32(values) = whole.voxels().expect("voxels").into_owned() else {
         panic!("made of floats");
     };
-    let in_unit = |unit: f32, normals: Normals| {
+    let in_units = |unit: f32, length: f64, normals: Normals| {
         let scaled = values.iter().map(|value| value * unit).collect();
-        let volume = Volume::from_values(whole.dims, whole.spacing, Voxels::F32(scaled));
-        let mut scene = empty_scene([48, 48], orthographic([1.0, 1.5, 2.0], 0.7));
+        let spacing = whole.spacing.map(|size| size * length);
+        let volume = Volume::from_values(whole.dims, spacing, Voxels::F32(scaled));
+        let eye = [1.0, 1.5, 2.0].map(|at| at * length);
+        let mut scene = empty_scene([48, 48], orthographic(eye, 0.7 * length));
         scene.lights.environment.radiance = [1.0; 3];
         scene.surfaces.normals = normals;
         scene.surfaces.iso = vec![Isosurface {
@@ -138,10 +140,11 @@ fn values_whose_squares_are_beyond_a_float() {
         render(&scene, &volume.expect("a volume"), 2, 4, 1).mean
     };
     for normals in [Normals::Smooth, Normals::Analytic] {
-        let plain = in_unit(1.0, normals);
+        let plain = in_units(1.0, 1.0, normals);
         assert!(mean_red(&plain) > 0.1, "nothing is seen");
-        for exponent in [-83, 83] {
-            assert_eq!(in_unit(2f32.powi(exponent), normals), plain, "2^{exponent}");
+        for (value, length) in [(-83, 0), (83, 0), (-83, 46), (83, -46)] {
+            let found = in_units(2f32.powi(value), 2f64.powi(length), normals);
+            assert!(found == plain, "values in 2^{value}, lengths in 2^{length}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `cut_cubes` marks the cubes between the cache's nodes that a surface cuts. A cut that it misses lets light through
 //! a wall; a mark too many costs a path. So every cube over which the field takes values on both sides of a surface
-//! has to be marked, and none that has no voxels on both sides within one voxel of it. It also says on which side of
-//! the surfaces each node is.
+//! has to be marked, and none that has no voxels on both sides within one voxel of it, or at scale 1 within itself. It also
+//! says on which side of the surfaces each node is.
 
 use bytemuck::pod_collect_to_vec;
 use fastrand::Rng;
@@ -190,12 +190,17 @@ fn judge(cached: &Cached, volume: &Volume, isovalues: &[f64]) -> [usize; 3] {
         );
     }
     let is_cut = |[low, high]: [f64; 2]| isovalues.iter().any(|&v| low < v && high >= v);
+    let is_touched = |[low, high]: [f64; 2]| isovalues.iter().any(|&v| low <= v && high >= v);
     let mut counts = [0; 3];
     for cube in marks.cubes() {
         let ends = ends(&marks.layout, volume, cube);
         let (cut, marked) = (is_cut(range(volume, ends)), marks.is_marked(cube));
         assert!(!cut || marked, "{isovalues:?} cut cube {cube} unseen");
-        let near = is_cut(range_nearby(volume, ends));
+        // At scale 1 a cube has the corners of a cell.
+        let near = match marks.layout.scale == 1.0 {
+            true => is_touched(range(volume, ends)),
+            false => is_cut(range_nearby(volume, ends)),
+        };
         assert!(!marked || near, "nothing cuts the marked cube {cube}");
         counts[0] += usize::from(cut);
         counts[1] += usize::from(marked);

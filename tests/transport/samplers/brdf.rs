@@ -47,6 +47,7 @@ fn materials() -> Vec<Isosurface> {
         phong(0.5, 32.0),
         phong(1.0, 5.5),
         phong(0.9, 1000.0),
+        phong(0.9, 1e6),
         disney(0.0, 0.5, 0.0, 0.0, 0.0),
         disney(0.0, 0.05, 0.0, 0.0, 0.7),
         disney(0.0, 1.0, 0.0, 0.0, 1.0),
@@ -162,17 +163,23 @@ fn allowed(iso: &Isosurface, view: &View, l: DVec3, value: f64, color: f64) -> f
     }
 }
 
-/// Relative error of cos^k = exp2(k·log2 cos). The cosine is off by 4ε for n, 2ε for v and l, 9ε for
-/// the mirrored direction and 3ε for the dot product; log2 near 1 by 2⁻²¹ and exp2(x) by 3 + 2|x|
-/// units in the last place, as Vulkan has it; k·log2 and the factors before it by roundings.
+/// Relative error of cos^k. n is off by 4ε, v and l by 2ε each, and the mirrored direction by 9ε. Near it, the power is
+/// exp(−k·(x + x²/2 + x³/3)), with half the square of a difference as x = 1 − cos. Elsewhere it is exp2(k·log2 cos); log2
+/// near 1 is off by 2⁻²¹ and exp2(y) by 3 + 2|y| units in the last place, as Vulkan has it; products by roundings.
 fn power_error(view: &View, l: DVec3, k: f64) -> f64 {
     let cosine = view.mirror().dot(l);
     if cosine <= 0.0 {
         return 0.0;
     }
-    let base = k * (18.0 * ROUNDING / cosine + LN_2 * 2f64.powi(-21));
+    let x = 1.0 - cosine;
+    let off = 18.0 * ROUNDING;
+    let base = match x < 0.009 {
+        true => k * (off * (2.0 * x).sqrt() + off * off + 8.0 * ROUNDING * x + 0.3 * x.powi(4)),
+        false => k * (off / cosine + LN_2 * 2f64.powi(-21)),
+    };
     let exponent = (12.0 + 5.0 * k * cosine.log2().abs()) * ROUNDING;
-    (base + exponent).exp_m1()
+    // Where it is large, there is nothing left to be wrong.
+    (base + exponent).min(80.0).exp_m1()
 }
 
 /// Relative error of the worst of Disney's terms, none of which is negative.

@@ -31,13 +31,17 @@ mod twins {
         pub struct PhaseInput {
             /// To sample with.
             pub word: uint,
-            /// To take the density at.
-            pub cosine: float,
+            /// To take the density at: 1 − the cosine from the lobe's axis.
+            pub x: float,
+            /// To take the density between.
+            pub before: vec3,
+            pub after: vec3,
         }
 
         pub struct PhaseOutput {
-            pub cosine: float,
+            pub x: float,
             pub density: float,
+            pub between: float,
         }
 
         /// Values of the field at a step's ends.

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use glam::{DVec3, Vec3};
+
 use super::statistics::{assert_fits, assert_mean};
 use super::*;
 
@@ -14,36 +16,40 @@ const PHASE: Shader = Shader {
     uses: &["scene_block"],
 };
 
-/// Exact, in double precision.
+/// Exact, in double precision, for |g|: x = 1 − the cosine from the lobe's axis, which is the direction before or, where
+/// g < 0, the one opposite to it.
 #[derive(Clone, Copy)]
 struct Exact(f64);
 
 impl Exact {
-    /// 1 + g² − 2gμ without cancellation.
-    fn squared(self, cosine: f64) -> f64 {
-        let g = self.0.abs();
-        (1.0 - g).powi(2) + 2.0 * g * (1.0 - cosine * self.0.signum())
+    fn new(g: f32) -> Exact {
+        Exact(f64::from(g).abs())
     }
 
-    fn density(self, cosine: f64) -> f64 {
-        (1.0 - self.0.powi(2)) / (4.0 * PI * self.squared(cosine).powf(1.5))
+    /// 1 + g² − 2g·cosine.
+    fn squared(self, x: f64) -> f64 {
+        (1.0 - self.0).powi(2) + 2.0 * self.0 * x
     }
 
-    /// Probability of a smaller cosine.
-    fn below(self, cosine: f64) -> f64 {
-        let g = self.0;
-        if g.abs() < 1e-3 {
-            // (1 + μ)/2 − (1 − μ²)·(3g + 5g²μ)/4 + …
-            return 0.5 * (1.0 + cosine)
-                - 0.25 * (1.0 - cosine * cosine) * (3.0 * g + 5.0 * g * g * cosine);
+    fn density(self, x: f64) -> f64 {
+        (1.0 - self.0.powi(2)) / (4.0 * PI * self.squared(x).powf(1.5))
+    }
+
+    /// Probability of a smaller x.
+    fn below(self, x: f64) -> f64 {
+        let (g, cosine) = (self.0, 1.0 - x);
+        if g < 1e-3 {
+            // (1 − μ)/2 + (1 − μ²)·(3g + 5g²μ)/4 + …
+            return 0.5 * x + 0.25 * x * (2.0 - x) * (3.0 * g + 5.0 * g * g * cosine);
         }
-        (1.0 - g * g) / (2.0 * g) * (self.squared(cosine).sqrt().recip() - (1.0 + g).recip())
+        1.0 - (1.0 - g * g) / (2.0 * g) * (self.squared(x).sqrt().recip() - (1.0 + g).recip())
     }
 
+    /// The x that a sample has at least with the probability `u`.
     fn quantile(self, u: f64) -> f64 {
         let g = self.0;
         let q = (1.0 - g) / (1.0 - g + 2.0 * g * u);
-        1.0 - 2.0 * (1.0 - u) * (1.0 + g * u) * q * q
+        2.0 * (1.0 - u) * (1.0 + g * u) * q * q
     }
 }
 
@@ -52,6 +58,13 @@ fn with_g(probe: &mut Probe, g: f32) {
     probe.features.is_anisotropic = g != 0.0;
 }
 
+const ASKED: PhaseInput = PhaseInput {
+    word: 0,
+    x: 0.0,
+    before: [0.0, 0.0, 1.0],
+    after: [0.0, 0.0, 1.0],
+};
+
 fn run(probe: &mut Probe, inputs: &[PhaseInput]) -> Vec<PhaseOutput> {
     let push = CountPush {
         count: inputs.len() as u32,
@@ -59,21 +72,9 @@ fn run(probe: &mut Probe, inputs: &[PhaseInput]) -> Vec<PhaseOutput> {
     probe.run(&PHASE, &push, inputs, inputs.len(), inputs.len())
 }
 
-/// Bins of equal probability whose edges lie midway between neighbouring f32 numbers, so that
-/// rounding moves no sample to another bin: for g = .9999, half of all cosines round to 1.
-fn edges(exact: Exact) -> Vec<f64> {
-    const BINS: usize = 256;
-    let snapped = |i: usize| {
-        let cosine = exact.quantile(i as f64 / BINS as f64) as f32;
-        0.5 * (f64::from(cosine) + f64::from(cosine.next_down()))
-    };
-    let mut edges: Vec<f64> = (1..BINS).map(snapped).collect();
-    edges.dedup();
-    edges
-}
-
 #[test]
-fn cosines_follow_the_exact_distribution() {
+fn samples_follow_the_exact_distribution() {
+    const BINS: usize = 256;
     let mut probe = probe(&scene());
     let mut random = fastrand::Rng::with_seed(1);
     for g in HARD {
@@ -81,29 +82,19 @@ fn cosines_follow_the_exact_distribution() {
         let inputs: Vec<PhaseInput> = (0..SAMPLES)
             .map(|_| PhaseInput {
                 word: random.u32(..),
-                cosine: 0.0,
+                ..ASKED
             })
             .collect();
-        let cosines: Vec<f64> = run(&mut probe, &inputs)
-            .iter()
-            .map(|o| f64::from(o.cosine))
-            .collect();
-        assert_mean(&format!("g = {g}"), cosines.iter().copied(), g.into());
-        let exact = Exact(g.into());
-        let edges = edges(exact);
-        assert!(edges.len() > 4, "g = {g} has {} bins", edges.len());
-        let mut bins = vec![(0.0, 0.0); edges.len() + 1];
-        for cosine in cosines {
-            bins[edges.partition_point(|&e| e < cosine)].0 += 1.0;
-        }
-        for (i, bin) in bins.iter_mut().enumerate() {
-            let low = if i == 0 {
-                0.0
-            } else {
-                exact.below(edges[i - 1])
-            };
-            let high = edges.get(i).map_or(1.0, |&e| exact.below(e));
-            bin.1 = SAMPLES as f64 * (high - low);
+        let outputs = run(&mut probe, &inputs);
+        let xs = || outputs.iter().map(|output| f64::from(output.x));
+        assert_mean(&format!("g = {g}"), xs(), 1.0 - f64::from(g.abs()));
+        let exact = Exact::new(g);
+        // Bins of equal probability, in ascending order of x.
+        let edge = |i: usize| exact.quantile(1.0 - i as f64 / BINS as f64);
+        let edges: Vec<f64> = (1..BINS).map(edge).collect();
+        let mut bins = vec![(0.0, SAMPLES as f64 / BINS as f64); BINS];
+        for x in xs() {
+            bins[edges.partition_point(|&edge| edge < x)].0 += 1.0;
         }
         assert_fits(&format!("g = {g}"), &bins);
     }
@@ -114,75 +105,94 @@ fn the_density_is_the_distributions_derivative() {
     let mut probe = probe(&scene());
     for g in HARD {
         with_g(&mut probe, g);
-        let exact = Exact(g.into());
+        let exact = Exact::new(g);
         // Uniform, and as the distribution has them.
         let nodes = (0..=4000).map(|i| i as f64 / 4000.0);
         let inputs: Vec<PhaseInput> = nodes
-            .flat_map(|u| [2.0 * u - 1.0, exact.quantile(u)])
-            .map(|cosine| PhaseInput {
-                word: 0,
-                cosine: cosine as f32,
+            .flat_map(|u| [2.0 * u, exact.quantile(u)])
+            .map(|x| PhaseInput {
+                x: x as f32,
+                ..ASKED
             })
             .collect();
         for (input, output) in inputs.iter().zip(run(&mut probe, &inputs)) {
-            let expected = exact.density(input.cosine.into());
+            let expected = exact.density(input.x.into());
             let error = f64::from(output.density) / expected - 1.0;
-            assert!(error.abs() < 2e-6, "g = {g}, {input:?}: {error:e} off");
+            assert!(error.abs() < 2e-6, "g = {g}, {}: {error:e} off", input.x);
         }
     }
     // And the formula that it was compared with is the derivative of the one for the distribution.
     for g in HARD {
-        let exact = Exact(g.into());
+        let exact = Exact::new(g);
         for i in 1..100 {
-            let (cosine, h) = (-1.0 + f64::from(i) / 50.0, 1e-5);
-            let slope = (exact.below(cosine + h) - exact.below(cosine - h)) / (2.0 * h);
-            let error = slope / (2.0 * PI * exact.density(cosine)) - 1.0;
-            assert!(error.abs() < 1e-4, "g = {g}, {cosine}: {error:e}");
+            let (x, h) = (f64::from(i) / 50.0, 1e-5);
+            let slope = (exact.below(x + h) - exact.below(x - h)) / (2.0 * h);
+            let error = slope / (2.0 * PI * exact.density(x)) - 1.0;
+            assert!(error.abs() < 1e-4, "g = {g}, {x}: {error:e}");
         }
     }
 }
 
-/// The cosine between two rounded unit vectors may be a little more than 1.
+/// Of directions that are rounded, as light and paths have them. Their cosine has too few digits for a narrow lobe.
 #[test]
-fn the_density_is_finite_where_cosines_are_rounded() {
+fn the_density_between_directions_is_exact_in_the_narrowest_lobe() {
+    const PAIRS: usize = 1 << 14;
     let mut probe = probe(&scene());
+    let mut random = fastrand::Rng::with_seed(2);
     for g in HARD {
         with_g(&mut probe, g);
-        let cosines = [
-            1.0,
-            1.0 + 4.0 * f32::EPSILON,
-            -1.0,
-            -1.0 - 4.0 * f32::EPSILON,
-        ];
-        let inputs = cosines.map(|cosine| PhaseInput { word: 0, cosine });
-        let outputs = run(&mut probe, &inputs);
-        for pair in outputs.chunks(2) {
-            let [exact, rounded] = [pair[0].density, pair[1].density];
-            assert!(
-                (rounded / exact - 1.0).abs() < 0.01,
-                "g = {g}: {rounded}, not {exact}"
+        let exact = Exact::new(g);
+        let mut normal = || {
+            let (radius, turn) = (
+                (-2.0 * (1.0 - random.f64()).ln()).sqrt(),
+                2.0 * PI * random.f64(),
             );
+            radius * turn.cos()
+        };
+        let mut direction = || DVec3::new(normal(), normal(), normal()).normalize();
+        let inputs: Vec<PhaseInput> = (0..PAIRS)
+            .map(|i| {
+                let before = direction();
+                let x = exact.quantile((i as f64 + 0.5) / PAIRS as f64);
+                let across = before.cross(direction()).normalize();
+                let axis = if g < 0.0 { -before } else { before };
+                let after = (1.0 - x) * axis + (x * (2.0 - x)).sqrt() * across;
+                let [before, after] = [before, after].map(|d| d.as_vec3().to_array());
+                PhaseInput {
+                    before,
+                    after,
+                    ..ASKED
+                }
+            })
+            .collect();
+        for (input, output) in inputs.iter().zip(run(&mut probe, &inputs)) {
+            let [before, after] =
+                [input.before, input.after].map(|d| Vec3::from(d).as_dvec3().normalize());
+            let axis = if g < 0.0 { -before } else { before };
+            let expected = exact.density(0.5 * (axis - after).length_squared());
+            let error = f64::from(output.between) / expected - 1.0;
+            assert!(error.abs() < 1e-5, "g = {g}, {input:?}: {error:e} off");
         }
     }
 }
 
-/// Over the sphere. For g = .9999, single precision has no cosines to integrate over.
+/// Over the sphere.
 #[test]
 fn the_density_integrates_to_one() {
     const NODES: usize = 1 << 16;
     let mut probe = probe(&scene());
-    for g in HARD.into_iter().filter(|g| g.abs() < 0.999) {
+    for g in HARD {
         with_g(&mut probe, g);
         let inputs: Vec<PhaseInput> = (0..=NODES)
             .map(|i| i as f64 / NODES as f64)
             .map(|u| PhaseInput {
-                word: 0,
-                cosine: Exact(g.into()).quantile(u) as f32,
+                x: Exact::new(g).quantile(1.0 - u) as f32,
+                ..ASKED
             })
             .collect();
         let outputs = run(&mut probe, &inputs);
         let trapezium = |i: usize| {
-            let width = f64::from(inputs[i + 1].cosine) - f64::from(inputs[i].cosine);
+            let width = f64::from(inputs[i + 1].x) - f64::from(inputs[i].x);
             let height = f64::from(outputs[i].density) + f64::from(outputs[i + 1].density);
             0.5 * width * height
         };
