@@ -1,10 +1,10 @@
 //! How fast the window is, and what it takes, in figures for tools/measurements.md:
 //!
 //! ```text
-//! cargo test --release --test window figures -- --nocapture --test-threads=1
+//! ISOLUME_FIGURES_S=6 cargo test --release --test window figures -- --nocapture --test-threads=1
 //! ```
 //!
-//! `ISOLUME_TURNED="cloud2048.toml --vram-budget 1GiB"` turns another volume or scene, with options.
+//! Without that many seconds for each measurement, one says whether they can be made. `ISOLUME_TURNED="cloud2048.toml --vram-budget 1GiB"` turns another volume or scene, with options.
 
 use std::time::{Duration, Instant};
 
@@ -14,13 +14,14 @@ use crate::program::{Program, WINDOW};
 use crate::{MIDDLE, PICTURE};
 
 const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tools/sample/vismale.nrrd");
-/// So long somebody turns the picture.
-const TURNING: Duration = Duration::from_secs(6);
-/// So long the picture is then at rest.
-const RESTING: Duration = Duration::from_secs(6);
 /// Voxels along a side of the volume whose first picture is timed.
 const SIDE: usize = 256;
-const RESIZES: u32 = 1000;
+const RESIZES_A_SECOND: u32 = 160;
+
+/// So long somebody turns the picture, and so long it is then at rest.
+fn seconds() -> u32 {
+    std::env::var("ISOLUME_FIGURES_S").map_or(1, |n| n.parse().expect("a whole number"))
+}
 
 #[test]
 fn figures_of_turning() {
@@ -33,12 +34,13 @@ fn figures_of_turning() {
         let window = display.window();
         program.wait_for("first picture");
         let (began, before) = (Instant::now(), program.cpu_seconds());
-        while began.elapsed() < TURNING {
+        let long = Duration::from_secs(seconds().into());
+        while began.elapsed() < long {
             display.drag(1, [60, 150], [200, 180]);
             display.drag(1, [200, 180], [60, 150]);
         }
         let cores = (program.cpu_seconds() - before) / began.elapsed().as_secs_f64();
-        std::thread::sleep(RESTING);
+        std::thread::sleep(long);
         display.close(window);
         assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
         let stats = folder.json("stats.json");
@@ -126,10 +128,11 @@ fn figures_of_many_resizes() {
     let window = display.window();
     let mut random = fastrand::Rng::with_seed(3);
     let mut resident = Vec::new();
-    for n in 1..=RESIZES {
+    let resizes = RESIZES_A_SECOND * seconds();
+    for n in 1..=resizes {
         display.resize(window, random.u32(1..900), random.u32(1..700));
         std::thread::sleep(Duration::from_millis(25));
-        if n % (RESIZES / 10) == 0 {
+        if n % (resizes / 10) == 0 {
             display.resize(window, WINDOW[0] as u32, WINDOW[1] as u32);
             std::thread::sleep(Duration::from_millis(300));
             resident.push(program.resident_kib() / 1024);
@@ -140,7 +143,7 @@ fn figures_of_many_resizes() {
     let stats = folder.json("stats.json");
     let memory = &stats["memory"];
     println!(
-        "{RESIZES} resizes, {} of them with a picture: planned {}, peak {}; resident MiB {resident:?}",
+        "{resizes} resizes, {} of them with a picture: planned {}, peak {}; resident MiB {resident:?}",
         stats["resizes"], memory["planned_bytes"], memory["peak_bytes"]
     );
     assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");

@@ -197,6 +197,7 @@ impl Program {
             let left = until.saturating_duration_since(Instant::now());
             match self.lines.recv_timeout(left) {
                 Ok(line) => {
+                    assert!(!line.starts_with("Vulkan validation"), "{line}");
                     self.said.push(line);
                     if self.said.last().is_some_and(|l| l.starts_with(beginning)) {
                         return true;

@@ -22,6 +22,8 @@ use subject::{Outcome, Subject, Tried, judge, tried};
 
 const ENOSPC: &str = "28";
 const EIO: &str = "5";
+/// Of a file system without locks.
+const ENOLCK: &str = "37";
 const EROFS: &str = "30";
 const EDQUOT: &str = "122";
 const OUT_OF_HOST_MEMORY: &str = "-1";
@@ -153,7 +155,13 @@ fn a_disk_may_fail_wherever_it_is_written() {
         tried("open", EIO, 1, |call, outcome| {
             is_told(call, outcome) || call.name.starts_with(".isolume-")
         }),
-        tried("lock", EIO, 1, |_, _| true),
+        tried("lock", EIO, 1, |call, outcome| {
+            is_told(call, outcome) || is_harmless(call, outcome)
+        }),
+        Tried {
+            lasts: true,
+            ..tried("lock", ENOLCK, 1, is_harmless)
+        },
         tried("remove", EIO, 1, |_, outcome| outcome == Outcome::Success),
     ];
     let faults: Vec<Tried> = once(1).into_iter().chain(full).chain(others).collect();
