@@ -176,3 +176,34 @@ fn the_other_commands() {
     };
     assert_eq!(gz.outputs()[0], PathBuf::from("head.png"));
 }
+
+/// README's blocks of commands and scenes.
+fn blocks_of_readme(language: &str) -> Vec<&'static str> {
+    let parts = include_str!("../../README.md").split("```").skip(1);
+    let blocks = parts.step_by(2).filter_map(|part| part.split_once('\n'));
+    let blocks = blocks.filter(|(first, _)| *first == language);
+    blocks.map(|(_, block)| block).collect()
+}
+
+#[test]
+fn what_readme_says_can_be_typed() {
+    let commands = blocks_of_readme("").into_iter().flat_map(str::lines);
+    let commands: Vec<&str> = commands
+        .filter(|line| line.starts_with("isolume "))
+        .collect();
+    assert!(commands.len() > 15, "{commands:?}");
+    for command in commands {
+        let words = command.split_whitespace();
+        let typed: Vec<&str> = words
+            .take_while(|word| !["#", ">"].contains(word))
+            .collect();
+        if let Err(error) = Cli::try_parse_from(&typed) {
+            panic!("{command}: {error}");
+        }
+    }
+    let scenes = blocks_of_readme("toml");
+    assert!(!scenes.is_empty());
+    for scene in scenes {
+        SceneFile::parse(scene, Path::new("head.toml"), &[]).expect("a scene");
+    }
+}

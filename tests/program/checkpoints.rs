@@ -115,13 +115,22 @@ fn what_memory_allowed_before_stands() {
     let plan = folder.succeed("plan ball.toml --variant caching --json");
     let plan: serde_json::Value = serde_json::from_slice(&plan.stdout).expect("JSON");
     let less = plan["planned_bytes"].as_u64().expect("bytes") - 1;
-    let render = "render ball.toml --variant caching --spp 8 -o a.exr --checkpoint c.exr";
-    let first = folder.succeed(&format!("{render} --vram-budget {less}"));
+    let render = "render ball.toml --variant caching -o a.exr --stats s.json";
+    let kept = format!("{render} --spp 8 --checkpoint c.exr");
+    let cache = |arguments: &str| {
+        folder.succeed(arguments);
+        let stats = folder.json("s.json");
+        let [nodes, format] = ["dims", "format"].map(|key| stats["cache"][key].clone());
+        assert!(!nodes.is_null() && !format.is_null(), "{stats}");
+        [nodes, format]
+    };
+    let small = cache(&format!("{kept} --vram-budget {less}"));
     let picture = folder.read("a.exr");
-    let again = folder.succeed(render);
+    assert_eq!(cache(&kept), small);
     assert!(folder.read("a.exr") == picture);
-    let variant = |output| last_line(output).split("; ").nth(1).map(String::from);
-    assert_eq!(variant(&again), variant(&first));
+    let longer = kept.replace("--spp 8", "--spp 16");
+    assert_eq!(cache(&longer), small);
+    assert_ne!(cache(&format!("{render} --spp 8")), small);
 }
 
 /// What `--restart` ignores is there until something takes its place.

@@ -1,7 +1,5 @@
 //! `auto` tries both variants where work is long enough for a trial, and says what it found.
 
-use serde_json::Value;
-
 use crate::stopping::{read_until, send, started};
 use crate::{Folder, last_line};
 
@@ -32,9 +30,6 @@ fn long_work_is_tried_with_and_without_a_cache() {
     }
 }
 
-/// Milliseconds that may pass between stages, which their times leave out. A first unit of samples after a trial takes longer.
-const BETWEEN_STAGES: f64 = 5.0;
-
 #[test]
 fn a_trial_need_not_come_before_short_work() {
     let folder = Folder::new();
@@ -43,26 +38,7 @@ fn a_trial_need_not_come_before_short_work() {
         let is_found = reason.contains("without one")
             || reason == "the work is done before a cache would be filled";
         assert!(is_found, "{limit}: {reason}");
-        // A trial without a cache is the picture's beginning.
-        let stats = folder.json("s.json");
-        if stats["variant"] == "non-caching" {
-            let first = 1e3 * stats["first_frame_s"].as_f64().expect("seconds");
-            let tried = end_of_trial(&stats);
-            assert!(
-                first < tried + BETWEEN_STAGES,
-                "{limit}: after {first} ms, tried until {tried}"
-            );
-        }
     }
-}
-
-/// The time that all stages took up to the trial's end, in milliseconds.
-fn end_of_trial(stats: &Value) -> f64 {
-    let stages = stats["stages"].as_array().expect("stages");
-    let is_trial = |stage: &Value| stage["name"] == "try variants";
-    let last = stages.iter().position(is_trial).expect("a trial");
-    let ms = |stage: &Value| stage["ms"].as_f64().expect("milliseconds");
-    stages[..=last].iter().map(ms).sum()
 }
 
 #[test]

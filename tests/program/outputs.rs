@@ -129,13 +129,8 @@ fn shaders_that_are_kept_and_then_broken_change_no_picture() {
 #[test]
 fn a_long_orbit_needs_no_more_files_than_a_short_one() {
     let folder = Folder::new();
-    let command = folder.isolume("");
-    let program = command.get_program().to_str().expect("UTF-8");
-    let words = "render ball.toml --variant non-caching --orbit 60 --spp 1 --size 4x4 -o turn.png";
-    let script = format!("ulimit -n 40 && exec {program} {words} --quiet");
-    let mut shell = std::process::Command::new("sh");
-    shell.args(["-c", &script]).current_dir(folder.path(""));
-    let output = ended(&mut shell);
+    let render = "render ball.toml --variant non-caching --orbit 60 --spp 1 --size 4x4 -o turn.png";
+    let output = ended(&mut folder.shell("ulimit -n 40;", &format!("{render} --quiet")));
     assert!(output.status.success(), "{}", text(&output.stderr));
     let views = folder.names();
     let views = views.iter().filter(|name| name.starts_with("turn."));
@@ -325,6 +320,13 @@ fn comparing_tells_noise_from_nothing() {
     }
     let z = other["z_bias"].as_f64().expect("both know their noise");
     assert!(z.abs() < 4.0, "{other:#}");
+
+    // Two pictures of one scene differ by their noise alone, which others of the same scene tell.
+    folder.succeed("render ball.toml --spp 16 --seed 3 -o c.exr");
+    folder.succeed("render ball.toml --spp 16 --seed 4 -o d.exr");
+    let again = compared("compare a.exr b.exr --again c.exr d.exr --json");
+    let [with, without] = ["psnr", "psnr_without_noise"].map(|key| again[key].as_f64());
+    assert!(without > with.map(|psnr| psnr + 6.0), "{again:#}");
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Shards of a picture merge to what a single run renders, in whatever order they are given.
 
+use std::process::Command;
+
 use exr::prelude::FlatImage;
 
 use crate::refusals::refused;
-use crate::{Folder, text};
+use crate::{Folder, ended, text};
 
 const SHARDS: [&str; 4] = ["0..32", "32..100", "100..128", "128..256"];
 const NAMES: [&str; 4] = ["a.exr", "b.exr", "c.exr", "d.exr"];
@@ -245,4 +247,33 @@ fn a_range_of_samples_is_all_that_counts() {
     assert!(said.contains("has no samples by number"), "{said}");
     let output = folder.succeed("render ball.toml -o a.exr --samples 3..10");
     assert!(text(&output.stderr).contains("stopped because --samples 3..10 are done"));
+}
+
+/// What a cluster does for each task of an array, without one.
+#[cfg(unix)]
+#[test]
+fn tasks_of_an_array_render_what_merges_to_one_picture() {
+    let folder = Folder::new();
+    let slurm = concat!(env!("CARGO_MANIFEST_DIR"), "/tools/slurm");
+    let script = |words: &str, task: u32| {
+        let mut command = Command::new("bash");
+        command
+            .args(format!("{slurm}/{words}").split(' '))
+            .current_dir(folder.path(""))
+            .env("ISOLUME", env!("CARGO_BIN_EXE_isolume"))
+            .env("SLURM_ARRAY_TASK_ID", task.to_string())
+            .env("SLURMD_NODENAME", "here");
+        let output = ended(&mut command);
+        assert!(output.status.success(), "{words}, {task}: {output:?}");
+    };
+    for task in 0..3 {
+        script(
+            "shard ball.toml head 100 3 --variant non-caching --quiet",
+            task,
+        );
+    }
+    script("merge head", 0);
+    folder.succeed("render ball.toml --variant non-caching --spp 100 -o single.exr");
+    let [single, merged] = ["single.exr", "head.exr"].map(|name| folder.exr(name));
+    assert!(difference(&single, &merged, "") < 1e-6);
 }

@@ -167,12 +167,7 @@ fn ctrl_c_while_loading_or_compiling_ends_at_once() {
 #[test]
 fn nohup_outlives_its_terminal() {
     let folder = Folder::new();
-    let program = folder.isolume("");
-    let program = program.get_program().to_str().expect("UTF-8");
-    let script = format!("trap '' HUP; exec {program} {CACHED}");
-    let mut shell = Command::new("sh");
-    shell.args(["-c", &script]).current_dir(folder.path(""));
-    let mut child = Child::new(&mut shell);
+    let mut child = Child::new(&mut folder.shell("trap '' HUP;", CACHED));
     read_until(&mut child, "cache: ");
     send("HUP", &child);
     read_until(&mut child, "cache: ");

@@ -39,7 +39,7 @@ pub fn stored(x: usize, y: usize, z: usize) -> u16 {
 }
 
 /// What every element that could name somebody has in it.
-pub const SECRET: &str = "Zyx";
+pub const SECRET: &str = "Zyxwvut";
 
 fn joined(numbers: &[f64]) -> String {
     let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();

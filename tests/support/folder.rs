@@ -53,6 +53,17 @@ impl Folder {
         names
     }
 
+    /// A shell, about to do what `first` says, and then to become the program with these words.
+    pub fn shell(&self, first: &str, arguments: &str) -> Command {
+        let program = env!("CARGO_BIN_EXE_isolume");
+        let mut command = Command::new("sh");
+        command
+            .args(["-c", &format!("{first} exec {program} {arguments}")])
+            .current_dir(self.0.path())
+            .env("ISOLUME_VALIDATION", "1");
+        command
+    }
+
     /// The program, about to run in this folder with these words.
     pub fn isolume(&self, arguments: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_isolume"));
