@@ -36,7 +36,7 @@ float iso_depth(Ray ray, float t_end, uint pixel) {
     for (uint i = 0u; i < push.depth_iterations; ++i) {
         float candidate = depth * random_numbers(random).x;
         float value = volume_value(ray.origin + candidate * t_end * ray.step);
-        depth = value >= surfaces.at[0].value ? candidate : depth;
+        depth = value >= isovalue(0u) ? candidate : depth;
     }
     return depth;
 }
@@ -46,8 +46,8 @@ vec3 shade(Ray ray, float t) {
     vec3 towards_light = -ray.direction;
     vec3 irradiance = vec3(PI);
     if (sun_count > 0u) {
-        towards_light = -suns.at[0].direction;
-        irradiance = suns.at[0].irradiance;
+        towards_light = -sun_at(0u).direction;
+        irradiance = sun_at(0u).irradiance;
     }
     vec3 f = brdf_value(make_material(0u), hit.shading, -ray.direction, towards_light);
     return f * max(0.0, dot(hit.shading, towards_light)) * irradiance;

@@ -67,8 +67,9 @@ vec3 light_from(vec3 direction) {
     vec3 radiance = escaping_radiance(direction, ALONE);
     float edge = cos(SUN_ANGLE);
     for (uint s = 0u; s < sun_count; ++s) {
-        if (-dot(direction, suns.at[s].direction) > edge) {
-            radiance += suns.at[s].irradiance / (2.0 * PI * (1.0 - edge));
+        Sun sun = sun_at(s);
+        if (-dot(direction, sun.direction) > edge) {
+            radiance += sun.irradiance / (2.0 * PI * (1.0 - edge));
         }
     }
     return radiance;

@@ -10,7 +10,7 @@ vec2 marched_place(Random random) {
 
 // A ray through the picture at p, in pixels from its upper left corner, between two world distances from the eye (or its
 // plane), and within the box. `entry` is the distance at which it begins: the ray's own t starts there, so that a
-// distant eye costs no digits. Misses have t_end < 0.
+// distant eye costs it no digits. The ray as a whole is off by up to 6e-8 of the eye's distance. Misses have t_end < 0.
 Ray camera_ray_within(vec2 p, vec2 reach, out float entry, out float t_end) {
     vec2 film = vec2(2.0, -2.0) * p / vec2(scene.size) + vec2(-1.0, 1.0);
     vec3 across = film.x * scene.right + film.y * scene.up;

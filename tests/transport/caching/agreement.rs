@@ -67,7 +67,8 @@ fn tile_rmse(test: &Film, reference: &Film, width: usize) -> [f64; 2] {
 
 fn assert_agrees(setting: Setting) {
     for light in ["local", "full"] {
-        for g in [0.0, 0.5, 0.85] {
+        // With g = ½, paths read the cache from their third collision on.
+        for g in [0.0, 0.5] {
             let edits = [
                 format!("medium.g={g}"),
                 format!("surfaces.light=\"{light}\""),
@@ -76,15 +77,16 @@ fn assert_agrees(setting: Setting) {
             let width = scene.render.size[0] as usize;
             let reference = render(&scene, &volume, 16, setting.reference / 16, 1);
             let format = CacheFormat::F16;
-            let limit = if g == 0.0 { 0.01 } else { 0.02 };
             let mut cache = cached(&scene, &volume, 1.0, format, 0, 2);
-            for updates in setting.updates {
+            for (updates, limit) in setting.updates.into_iter().zip([0.01, 0.005]) {
+                // Where paths read the cache late, most of the difference is their own noise.
+                let limit = if g == 0.0 { limit } else { 0.008 };
                 cache.fill(updates);
                 cache.renderer.begin_picture();
                 let film = cache.at_rest(16, setting.at_rest / 16);
                 let [rmse, noise] = tile_rmse(&film, &reference, width);
                 println!(
-                    "{:<8} {light:<5} g {g:<4} tile RMSE {:.2} % (at most {:.0} %, noise {:.2} %) after {updates}",
+                    "{:<8} {light:<5} g {g:<4} tile RMSE {:.2} % (at most {:.1} %, noise {:.2} %) after {updates}",
                     setting.scene,
                     100.0 * rmse,
                     100.0 * limit,
@@ -125,11 +127,11 @@ fn tissue() {
     });
 }
 
-/// Its light is curved within a cell: interpolation alone loses two percent of it at half scale. The cache's
-/// own noise is 0.2 % in the mean of the picture.
+/// Its light is curved within a cell: interpolation alone would lose two percent of it at half scale, and a picture at rest
+/// reads most of that back. The cache's own noise is 0.2 % in the mean of the picture.
 #[test]
 fn a_dense_cloud() {
-    for (scale, updates, most) in [(1.0, [32, 128], 0.0075), (0.5, [256, 512], 0.0175)] {
+    for (scale, updates) in [(1.0, [32, 128]), (0.5, [256, 512])] {
         let setting = Setting {
             scene: "cloud",
             edits: &["render.size=[48, 48]"],
@@ -156,7 +158,7 @@ fn a_dense_cloud() {
                 100.0 * bias,
                 100.0 * moving
             );
-            assert!(bias.abs() < most, "{bias}");
+            assert!(bias.abs() < 0.0075, "{bias}");
             assert!(moving.abs() < 0.01, "in motion: {moving}");
         }
     }
