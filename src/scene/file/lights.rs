@@ -80,13 +80,11 @@ impl SceneFile {
     }
 
     fn environment_files(&self) -> Result<Vec<EnvironmentFile>> {
-        let mut files = Vec::new();
-        for (i, table) in self.lights_of(LightKind::Environment) {
-            let radiance = self.radiance(i, table)?;
-            let path = table.image.as_ref().map(|image| self.origins.path(image));
-            files.extend(path.map(|path| EnvironmentFile { path, radiance }));
-        }
-        Ok(files)
+        let file = |(i, path)| {
+            let radiance = self.radiance(i, &self.light[i])?;
+            Ok(EnvironmentFile { path, radiance })
+        };
+        self.numbered_images().map(file).collect()
     }
 
     /// The images of environments, with the number of their light.

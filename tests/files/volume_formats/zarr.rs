@@ -1,7 +1,7 @@
 //! OME-Zarr: each version and codec gives the same volume; what is damaged or no image is refused.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use isolume::scene::volume::{Endian, VolumeOverrides, VoxelType, Voxels};
 use serde_json::json;
@@ -201,12 +201,18 @@ fn a_few_chunks_may_stand_for_a_large_volume() {
     );
 }
 
-#[test]
-fn metadata_may_be_long() {
+/// An image of version 2, in a folder that is removed when it is dropped.
+fn small_image() -> (tempfile::TempDir, PathBuf, Array) {
     let folder = folder();
     let array = textured([8, 8, 8], VoxelType::U8);
     let zarr = Zarr::new(false, &[8; 3], Codec::Gzip);
     let path = zarr.write(&folder.path().join("v"), "zyx", &[8; 3], &array);
+    (folder, path, array)
+}
+
+#[test]
+fn metadata_may_be_long() {
+    let (_folder, path, array) = small_image();
     let attributes = path.join(".zattrs");
     let text = fs::read_to_string(&attributes).unwrap();
     let colours = "{\"label-value\":1,\"rgba\":[1,2,3,255]},".repeat(40_000);
@@ -221,10 +227,7 @@ fn metadata_may_be_long() {
 /// Python writes NaN and infinities, which JSON does not have.
 #[test]
 fn bare_numbers_in_attributes_are_no_obstacle() {
-    let folder = folder();
-    let array = textured([8, 8, 8], VoxelType::U8);
-    let zarr = Zarr::new(false, &[8; 3], Codec::Gzip);
-    let path = zarr.write(&folder.path().join("v"), "zyx", &[8; 3], &array);
+    let (_folder, path, array) = small_image();
     let attributes = path.join(".zattrs");
     let text = fs::read_to_string(&attributes).unwrap();
     let bare = r#"{"note \\\" NaN": [NaN, -Infinity, Infinity, "Infinity \\"],"#;

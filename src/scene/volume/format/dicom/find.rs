@@ -217,6 +217,9 @@ impl Found {
 
     /// An image whose pixels cannot be read is no loss where there is the same one, perhaps unpacked, that can be read.
     fn pass_over_unreadable_copies(&mut self) {
+        if self.images.iter().all(|image| image.damage.is_none()) {
+            return;
+        }
         let number = |image: &Image| Some((image.series_uid.clone(), image.instance?));
         let mut readable: HashMap<_, Vec<&Image>> = HashMap::new();
         for image in self.images.iter().filter(|image| image.damage.is_none()) {

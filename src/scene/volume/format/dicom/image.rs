@@ -232,12 +232,8 @@ fn padding(data: &DataSet, samples: Samples) -> Option<Padding> {
     };
     let value = |tag: Tag| {
         let word = i64::from(data.whole(tag)?);
-        let unused = 64
-            - if word >> stored == 0 {
-                stored
-            } else {
-                allocated
-            };
+        let is_stored = word >> stored == 0;
+        let unused = 64 - if is_stored { stored } else { allocated };
         Some(match is_signed {
             true => (word << unused) >> unused,
             false => ((word as u64) << unused >> unused) as i64,
@@ -246,10 +242,10 @@ fn padding(data: &DataSet, samples: Samples) -> Option<Padding> {
     let first = value(tags::PADDING)?;
     let last = value(tags::PADDING_LIMIT).unwrap_or(first);
     let range = [first.min(last), first.max(last)];
-    let is_stored = |[low, high]: [i64; 2]| low <= range[0] && range[1] <= high;
+    let holds = |[low, high]: [i64; 2]| low <= range[0] && range[1] <= high;
     Some(Padding {
         range,
-        is_of_words: !samples.limits().is_some_and(is_stored),
+        is_of_words: !samples.limits().is_some_and(holds),
     })
 }
 

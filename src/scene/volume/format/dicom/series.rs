@@ -77,8 +77,11 @@ fn by_kind(images: &[Image], group: Group) -> Vec<Group> {
     const FEWEST: usize = 3;
     let kinds = split(images, group.frames.clone(), Tell::Kind);
     let several = kinds.iter().filter(|kind| kind.frames.len() > 1).count();
-    let is_one = several <= 1 && group.frames.len() >= FEWEST && is_even(images, &group);
-    if is_one { vec![group] } else { kinds }
+    let may_be_one = kinds.len() > 1 && several <= 1 && group.frames.len() >= FEWEST;
+    match may_be_one && is_even(images, &group) {
+        true => vec![group],
+        false => kinds,
+    }
 }
 
 /// The volumes of frames that differ in nothing but their acquisitions.

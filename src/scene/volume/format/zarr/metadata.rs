@@ -35,17 +35,16 @@ fn without_bare_numbers(json: &[u8]) -> Option<Vec<u8>> {
     let (mut is_text, mut has_any) = (false, false);
     let mut rest = json;
     while let [byte, ..] = rest {
-        let bare = BARE.iter().find(|bare| rest.starts_with(bare));
-        let length = match (is_text, bare) {
-            (true, _) if *byte == b'\\' => 2,
-            (false, Some(bare)) => bare.len(),
-            _ => 1,
+        let bare = BARE.iter().find(|bare| !is_text && rest.starts_with(bare));
+        let length = match bare {
+            Some(bare) => bare.len(),
+            None if is_text && *byte == b'\\' => 2,
+            None => 1,
         };
         is_text ^= *byte == b'"';
         let (token, after) = rest.split_at(length.min(rest.len()));
-        let is_bare = length > 2;
-        plain.extend(if is_bare { b"null" } else { token });
-        has_any |= is_bare;
+        plain.extend(if bare.is_some() { b"null" } else { token });
+        has_any |= bare.is_some();
         rest = after;
     }
     has_any.then_some(plain)
