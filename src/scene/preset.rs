@@ -1,7 +1,7 @@
 //! A scene for a volume without one. A preset only writes what a user could have written, a [`SceneFile`], so that
 //! `--set` changes it and `isolume scene` prints it like any other.
 //!
-//! Both presets show one material as a glassy medium and a denser one inside it as a surface. The medium is a film
+//! Unless a file says what its values are, both presets show one material as a glassy medium and a denser one inside it as a surface. The medium is a film
 //! where the material begins, dense at grazing angles and clear from the front, and a haze behind it. Opacities are
 //! chosen for the default density, 50 over the longest side: a haze of α = 0.03 has optical depth 1.5 across the box,
 //! whatever the units are.
@@ -16,7 +16,7 @@ use super::file::{
     IsoTable, LightKind, LightTable, MediumTable, SceneFile, ShadingModel, SurfacesTable,
     TransferTable,
 };
-use super::volume::{Axes, Volume, VoxelType};
+use super::volume::{Axes, Quantity, Volume, VoxelType};
 use crate::error::{Error, Result};
 use crate::scene::Background;
 
@@ -34,7 +34,8 @@ pub enum Preset {
     Auto,
     /// Soft tissue as medium, bone as surface.
     Ct,
-    /// Thresholds are taken from the histogram.
+    /// A medium where the file says that values are densities, a surface at 0 where they are distances; otherwise
+    /// thresholds are taken from the histogram.
     Generic,
 }
 
@@ -47,11 +48,18 @@ impl Preset {
             return Err(Error::input(path, problem));
         }
         let integer = !matches!(volume.voxel_type, VoxelType::F32 | VoxelType::F64);
-        let hounsfield = volume.is_hounsfield.unwrap_or(integer && low <= -900.0);
-        let (name, medium, iso) = match self {
-            Preset::Auto if hounsfield => ct(volume),
-            Preset::Ct => ct(volume),
-            Preset::Auto | Preset::Generic => generic(volume)?,
+        let is_hounsfield = match volume.quantity {
+            Some(quantity) => quantity == Quantity::Hounsfield,
+            None => integer && low <= -900.0,
+        };
+        let (name, medium, iso) = match (self, volume.quantity) {
+            (Preset::Ct, _) => ct(volume),
+            (Preset::Auto, _) if is_hounsfield => ct(volume),
+            (_, Some(Quantity::Density)) if high > 0.0 => ("generic", Some(fog(high)), None),
+            (_, Some(Quantity::Distance)) if low < 0.0 && high > 0.0 => {
+                ("generic", None, Some(surface(0.0)))
+            }
+            (Preset::Auto | Preset::Generic, _) => generic(volume)?,
         };
         let mut scene = SceneFile {
             medium,
@@ -103,7 +111,13 @@ pub const fn film(start: f64, film: f64, haze: f64) -> [Point; 3] {
     [(start, 0.0, SKIN), (film, 1.0, SKIN), (haze, 0.03, FLESH)]
 }
 
-fn medium(points: [Point; 3]) -> MediumTable {
+/// Extinction in proportion to the value, up to 1 at `most`, which scatters nearly all light as a cloud does.
+fn fog(most: f64) -> MediumTable {
+    const WHITE: [f64; 3] = [0.99; 3];
+    medium([(0.0, 0.0, WHITE), (most, 1.0, WHITE)])
+}
+
+fn medium<const N: usize>(points: [Point; N]) -> MediumTable {
     let point = |(value, opacity, color)| TransferTable {
         value,
         opacity: Some(opacity),

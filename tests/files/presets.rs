@@ -5,7 +5,7 @@ use std::path::Path;
 use isolume::error::Result;
 use isolume::scene::Opened;
 use isolume::scene::preset::Preset;
-use isolume::scene::volume::{Volume, VoxelType, Voxels};
+use isolume::scene::volume::{Quantity, Volume, VoxelType, Voxels};
 use isolume::scene::{Background, Edit, describe, open};
 
 /// One row of voxels.
@@ -148,6 +148,27 @@ fn a_mask_becomes_a_surface() {
         (medium.classify(0.0).0, medium.classify(1.0).0 > 0.0),
         (0.0, true)
     );
+}
+
+/// As OpenVDB says of fog volumes and level sets.
+#[test]
+fn densities_become_a_medium_and_distances_a_surface() {
+    let values = (0..100).map(|n| n as f32 / 50.0).collect();
+    let mut fog = volume(Voxels::F32(values), 0.0, [0.0, 1.98], VoxelType::F32);
+    fog.quantity = Some(Quantity::Density);
+    let scene = opened(fog, Preset::Auto, &[]).unwrap().scene;
+    assert!(scene.surfaces.iso.is_empty());
+    let medium = scene.medium.unwrap();
+    for (value, opacity) in [(0.0, 0.0), (0.99, 0.5), (1.98, 1.0)] {
+        assert!((medium.classify(value).0 - opacity).abs() < 1e-6, "{value}");
+    }
+    let values = (0..100).map(|n| n as f32 / 10.0 - 3.0).collect();
+    let mut distances = volume(Voxels::F32(values), 0.0, [-3.0, 6.9], VoxelType::F32);
+    distances.quantity = Some(Quantity::Distance);
+    let scene = opened(distances, Preset::Auto, &[]).unwrap().scene;
+    assert!(scene.medium.is_none());
+    let values: Vec<f64> = scene.surfaces.iso.iter().map(|iso| iso.value).collect();
+    assert_eq!(values, [0.0]);
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod orientation;
 mod outline;
 mod overrides;
 mod parsed;
+mod quantity;
 mod reading;
 mod region;
 mod series;
@@ -36,6 +37,7 @@ pub use histogram::Histogram;
 pub use macrocells::MACROCELL;
 pub use orientation::{Anatomical, Axes};
 pub use overrides::{Pick, VolumeOverrides};
+pub use quantity::Quantity;
 pub use reading::Reading;
 pub use region::Region;
 pub use series::{Preview, Series};
@@ -83,8 +85,8 @@ pub struct Volume {
     pub notes: Vec<String>,
     /// Further facts from the file: a name and a value each, for `isolume info`.
     pub facts: Vec<(&'static str, String)>,
-    /// Whether the values are Hounsfield units, where the file says what they are.
-    pub is_hounsfield: Option<bool>,
+    /// `None` if the file does not say it.
+    pub quantity: Option<Quantity>,
     grid: Arc<Grid>,
     statistics: Arc<Statistics>,
     /// The place of its store, and what has been found out about its values.

@@ -186,7 +186,7 @@ fn open(
         storage: header.storage,
         notes,
         facts: header.about.facts,
-        is_hounsfield: header.about.is_hounsfield,
+        quantity: header.about.quantity,
         grid: Arc::new(grid),
         statistics: Arc::new(Statistics::new(settled.ranges, settled.counts, histogram)),
         keeping: place.map(|place| Arc::new(Keeping { place, facts })),

@@ -59,7 +59,7 @@ impl Volume {
             storage: Storage::default(),
             notes: Vec::new(),
             facts: Vec::new(),
-            is_hounsfield: None,
+            quantity: None,
             grid: Arc::new(Grid {
                 source: Box::new(Nowhere),
                 region: Region::whole(dims),

@@ -13,6 +13,7 @@ use std::str::FromStr;
 
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::watched::open_file;
@@ -43,8 +44,8 @@ pub struct Header {
 pub struct About {
     /// Facts for `isolume info`: a name and a value each.
     pub facts: Vec<(&'static str, String)>,
-    /// Whether the values are Hounsfield units, where the file says what they are.
-    pub is_hounsfield: Option<bool>,
+    /// What the values are, where the file says it.
+    pub quantity: Option<Quantity>,
 }
 
 impl Header {

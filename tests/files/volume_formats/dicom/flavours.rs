@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use isolume::scene::volume::{Endian, VoxelType};
+use isolume::scene::volume::{Endian, Quantity, VoxelType};
 
 use super::{everything, folder, hounsfield, loaded, plain, values};
 use crate::dicom_files::{Object, PLAIN, Pixels, Syntax, file};
@@ -15,7 +15,7 @@ fn a_ct_is_what_was_scanned() {
     assert_eq!(volume.spacing, [0.5, 0.75, 2.5]);
     assert_eq!(volume.axes.unwrap().to_string(), "LPS");
     assert_eq!(volume.voxel_type, VoxelType::U16);
-    assert_eq!(volume.is_hounsfield, Some(true));
+    assert_eq!(volume.quantity, Some(Quantity::Hounsfield));
     assert_eq!(values(&volume), hounsfield());
     assert!(volume.notes.is_empty(), "{:?}", volume.notes);
 }

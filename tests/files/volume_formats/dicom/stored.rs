@@ -1,6 +1,6 @@
 //! What stored values mean.
 
-use isolume::scene::volume::{StoredType, VoxelType};
+use isolume::scene::volume::{Quantity, StoredType, VoxelType};
 
 use super::{has, hounsfield, loaded, refused_scan, values};
 use crate::dicom_files::Object;
@@ -150,7 +150,7 @@ fn slices_with_rescalings_of_their_own_stay_integers_where_they_can() {
         }
         let volume = loaded(&scan);
         assert_eq!(volume.voxel_type, VoxelType::F32);
-        assert_eq!(volume.is_hounsfield, Some(false));
+        assert_eq!(volume.quantity, Some(Quantity::Other));
         let stored = |(n, value): (usize, f64)| {
             let slope = first + step * (n / slice) as f64;
             f64::from((slope * (value + 1024.0)) as f32)

@@ -35,6 +35,7 @@ use std::path::Path;
 
 use crate::scene::volume::overrides::{Pick, VolumeOverrides};
 use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::series::{Preview, Series};
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::Endian;
@@ -104,6 +105,10 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
             .units
             .as_deref()
             .is_none_or(|unit| unit == "HU" || unit == UNSPECIFIED);
+    let quantity = match is_hounsfield {
+        true => Quantity::Hounsfield,
+        false => Quantity::Other,
+    };
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
     let images = std::mem::take(&mut found.images);
     let gaps = stack.gaps.clone();
@@ -126,7 +131,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         notes,
         about: About {
             facts,
-            is_hounsfield: Some(is_hounsfield),
+            quantity: Some(quantity),
         },
         ..Header::of_source(source, dims, values.voxel_type, Endian::NATIVE)
     })
