@@ -6,6 +6,8 @@ mod dicom_files;
 mod dicom_scan;
 #[path = "../support/tiff_files.rs"]
 mod tiff_files;
+#[path = "../support/vdb_files.rs"]
+mod vdb_files;
 #[path = "../support/volume_files.rs"]
 mod volume_files;
 #[path = "../support/zarr_files/mod.rs"]

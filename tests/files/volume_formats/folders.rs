@@ -32,12 +32,12 @@ fn a_folder_names_what_can_be_opened_in_it() {
     assert!(message().contains(expected), "{}", message());
 
     write(&folder, ".hidden.nii", u8s().nifti().bytes);
-    write(&folder, "cloud.vdb", "not read");
+    write(&folder, "cloud.vdb", "a cloud");
     write(&folder, "V.NRRD", u8s().nrrd("raw", ""));
     write(&folder, "z.mha", u8s().mha(""));
     let zarr = Zarr::new(false, &[1, 2, 3], Codec::Plain);
     zarr.write(&folder.join("cells.zarr"), "zyx", &[2, 3, 4], &u8s());
-    let expected = "but V.NRRD, cells.zarr, t1.nii.gz and 1 more; open one of these";
+    let expected = "but V.NRRD, cells.zarr, cloud.vdb and 2 more; open one of these";
     assert!(message().contains(expected), "{}", message());
 }
 

@@ -13,6 +13,7 @@ mod several;
 mod tiff;
 mod tiff_pages;
 mod values;
+mod vdb;
 mod zarr;
 mod zarr_axes;
 

@@ -278,11 +278,6 @@ fn sizes_that_overflow_are_refused() {
 fn other_formats_get_a_way_out() {
     refuses("v.dcm", [0; 200], &["is no DICOM file"]);
     refuses(
-        "v.vdb",
-        [0; 200],
-        &["OpenVDB", "copyToArray", "ascontiguousarray(array.T)"],
-    );
-    refuses(
         "v.xyz",
         [0; 200],
         &["unknown extension", ".nrrd", ".nii.gz", ".raw"],

@@ -18,6 +18,8 @@ pub mod dicom_files;
 pub mod dicom_scan;
 #[path = "../../support/tiff_files.rs"]
 pub mod tiff_files;
+#[path = "../../support/vdb_files.rs"]
+pub mod vdb_files;
 #[path = "../../support/volume_files.rs"]
 pub mod volume_files;
 #[path = "../../support/zarr_files/mod.rs"]

@@ -32,7 +32,7 @@ impl Inner {
 }
 
 impl Blosc {
-    pub(super) fn packed(&self, bytes: &[u8], size: usize) -> Vec<u8> {
+    pub fn packed(&self, bytes: &[u8], size: usize) -> Vec<u8> {
         let blocks: Vec<&[u8]> = bytes.chunks(self.block).collect();
         let flags = (self.inner as u8) << 5 | self.shuffle | if self.is_split { 0 } else { 16 };
         let mut packed = vec![2, 1, flags, size as u8];

@@ -67,7 +67,7 @@ fn openable(folder: &Path) -> Option<String> {
     let is_openable = |name: &&String| match folder.join(name) {
         path if path.is_dir() => FOLDERS.iter().any(|(_, is_of, _)| is_of(&path)),
         _ => named(&name.to_lowercase())
-            .is_some_and(|(_, _, read)| !matches!(read, Read::Refused(_) | Read::Listed(..))),
+            .is_some_and(|(_, _, read)| !matches!(read, Read::Listed(..))),
     };
     let volumes: Vec<&String> = names.iter().filter(is_openable).collect();
     if let [first, ..] = volumes[..] {

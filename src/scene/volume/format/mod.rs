@@ -14,6 +14,7 @@ mod nrrd;
 mod raw;
 mod several;
 mod tiff;
+mod vdb;
 mod zarr;
 
 use std::path::Path;
@@ -38,8 +39,6 @@ enum Read {
     ),
     /// The user describes the voxels.
     Bare(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
-    /// The format is known but not read: the sentence says what the user can do instead.
-    Refused(&'static str),
 }
 
 use Read::*;
@@ -55,14 +54,7 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
     ("NumPy", &[".npy"], Described(npy::read)),
     ("TIFF", &[".tif", ".tiff"], Leveled(tiff::read)),
     ("raw", &[".raw"], Bare(raw::read)),
-    (
-        "OpenVDB",
-        &[".vdb"],
-        Refused(
-            "is OpenVDB, which is not read directly; convert its grid first, with OpenVDB for Python: \
-             `numpy.save(\"grid.npy\", numpy.ascontiguousarray(array.T))` after `grid.copyToArray(array)`",
-        ),
-    ),
+    ("OpenVDB", &[".vdb"], Several(vdb::read)),
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
 ];
 
@@ -79,7 +71,6 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let header = match read {
         Described(read) => read(path),
         Several(read) | Leveled(read) | Listed(read, ..) | Bare(read) => read(path, overrides),
-        Refused(why) => Err(why.to_string()),
     };
     header.map(|mut header| {
         header.storage.format = name;
@@ -142,7 +133,7 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
     let is_several = matches!(read, Several(_) | Leveled(_));
     let is_leveled = matches!(read, Leveled(_));
     let raw = "only for .raw files, this one's own header says it";
-    let several = "only for NRRD, MetaImage, NIfTI, TIFF and OME-Zarr";
+    let several = "only for NRRD, MetaImage, NIfTI, TIFF, OpenVDB and OME-Zarr";
     let leveled = "only for TIFF and OME-Zarr";
     let is_listed = matches!(read, Listed(..));
     let listed = "only for DICOM";
@@ -165,11 +156,7 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
 
 /// The extensions of the formats that are read: ".nrrd, .nhdr or .raw".
 fn readable() -> String {
-    let is_read = |format: &&(&str, &[&str], Read)| !matches!(format.2, Refused(_));
-    let names = FORMATS
-        .iter()
-        .filter(is_read)
-        .flat_map(|(_, ends, _)| *ends);
+    let names = FORMATS.iter().flat_map(|(_, ends, _)| *ends);
     let mut names: Vec<&str> = names.copied().collect();
     let last = names.pop().unwrap_or_default();
     format!("{} or {last}", names.join(", "))

@@ -1,0 +1,103 @@
+//! OpenVDB: sparse grids on a tree of nodes with 32³, 16³ and 8³ slots.
+//! <https://www.openvdb.org/documentation/doxygen/overview.html>; what lies where in a file stands nowhere but in OpenVDB's
+//! own source (`openvdb/io`, `openvdb/tree`). The one crate for it, `vdb-rs`, ends the program on damaged files, and loses
+//! backgrounds (`tools/measurements.md`).
+//!
+//! The volume is the box of a grid's active voxels, as `copyToArray` of OpenVDB's Python would make it: an inactive
+//! voxel in it has its own value, and where there is no node, the grid's background. Each grid of a file is a channel.
+//!
+//! A file is read in two steps. On opening, the nodes above the leaves ([`tree`]), and where each leaf lies. Voxels
+//! are then read in chunks, leaf by leaf ([`leaves`]).
+
+mod archive;
+mod leaves;
+mod mask;
+mod number;
+mod packed;
+mod stream;
+mod transform;
+mod tree;
+
+use std::path::Path;
+
+use archive::Archive;
+use leaves::Leaves;
+use tree::Tree;
+
+use super::header::{About, Header, pick};
+use crate::scene::volume::overrides::VolumeOverrides;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::quantity::Quantity;
+use crate::scene::volume::source::chunked::Chunked;
+use crate::scene::volume::source::file::{shape, voxel_bytes};
+use crate::scene::volume::source::watched::WatchedFile;
+use crate::scene::volume::storage::{Level, Storage};
+use crate::scene::volume::voxel_type::Endian;
+
+/// The grid that is shown if the user picks none: renderers call the medium's density so.
+const DENSITY: &str = "density";
+/// A volume may be so many times larger than its file: of what is the same everywhere, one value is stored.
+const MOST_EMPTY: u64 = 32 << 10;
+/// Voxels of a chunk along each axis: several leaves, since they need not begin where the volume does.
+const CHUNK: u32 = 64;
+
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+    let file = WatchedFile::open(path)?;
+    let archive = Archive::read(&file)?;
+    let grids = &archive.scalar;
+    let density = grids.iter().position(|grid| grid.name == DENSITY);
+    let wanted = overrides.channel.or(density.map(|n| n as u32));
+    let channel = pick("channel", wanted, grids.len() as u32)?;
+    let time = pick("time", overrides.time, 1)?;
+    let names: Vec<String> = grids.iter().map(|grid| grid.name.clone()).collect();
+    let in_grid = |fault| format!("grid `{}`: {fault}", names[channel as usize]);
+    let grid = archive.open(&file, channel as usize).map_err(in_grid)?;
+    let tree = Tree::read(&file, &grid).map_err(in_grid)?;
+    let dims = tree.dims().map_err(in_grid)?;
+
+    let storage = Storage {
+        compression: grid.compression.name(),
+        channels: names.clone(),
+        times: 1,
+        levels: vec![Level {
+            dims,
+            spacing: grid.geometry.as_ref().map_or([1.0; 3], |known| known.0),
+        }],
+        channel: Some(channel),
+        time: Some(time),
+        ..Storage::default()
+    };
+    let mut notes = storage.notes();
+    notes.extend(archive.left_out());
+    let voxel_type = grid.number.voxel_type();
+    if voxel_bytes(dims, voxel_type)? / MOST_EMPTY > file.bytes() {
+        return Err(format!(
+            "its {} bytes hold {}: nearly all of it is empty; leave out voxels that lie far from all others",
+            file.bytes(),
+            shape(dims, voxel_type)
+        ));
+    }
+    let leaves = Leaves::new(file, grid.number, grid.compression, tree, [CHUNK; 3]);
+    let source = Chunked::new(dims, [CHUNK; 3], voxel_type.bytes(), Box::new(leaves));
+    let is_density = names[channel as usize] == DENSITY;
+    let about = About {
+        quantity: quantity(&grid.class).or(is_density.then_some(Quantity::Density)),
+        facts: Vec::from_iter((!grid.class.is_empty()).then_some(("grid class", grid.class))),
+    };
+    Ok(Header {
+        geometry: grid.geometry,
+        storage,
+        notes,
+        about,
+        ..Header::of_source(Box::new(source), dims, voxel_type, Endian::Little)
+    })
+}
+
+/// What the values of a grid of this class are.
+fn quantity(class: &str) -> Option<Quantity> {
+    match class {
+        "fog volume" => Some(Quantity::Density),
+        "level set" => Some(Quantity::Distance),
+        _ => None,
+    }
+}
