@@ -1,10 +1,10 @@
 //! A scene for a volume without one. A preset only writes what a user could have written, a [`SceneFile`], so that
 //! `--set` changes it and `isolume scene` prints it like any other.
 //!
-//! Unless a file says what its values are, both presets show one material as a glassy medium and a denser one inside it as a surface. The medium is a film
-//! where the material begins, dense at grazing angles and clear from the front, and a haze behind it. Opacities are
-//! chosen for the default density, 50 over the longest side: a haze of α = 0.03 has optical depth 1.5 across the box,
-//! whatever the units are.
+//! Both presets show one material as a glassy medium and a denser one inside it as a surface, except for densities and
+//! distances, if the file says that its values are such. The medium is a film where the material begins, dense at grazing
+//! angles and clear from the front, and a haze behind it. Opacities are chosen for the default density, 50 over the longest
+//! side: a haze of α = 0.03 has optical depth 1.5 across the box, whatever the units are.
 
 use std::path::Path;
 

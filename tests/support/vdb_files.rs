@@ -35,8 +35,8 @@ pub struct Grid {
     pub inactive: Vec<f64>,
     /// Whether leaves of one value become slots without a node.
     pub has_tiles: bool,
-    /// A block of 4096³ voxels that has one value and no node, and is active.
-    pub block: Option<(Place, f64)>,
+    /// A block of 4096³ voxels that has one value and no node, and whether it is active.
+    pub block: Option<(Place, f64, bool)>,
     /// The name of the grid whose tree this one shows.
     pub parent: &'static str,
 }
@@ -172,10 +172,10 @@ impl Grid {
         }
         out.extend(u32::from(self.block.is_some()).to_le_bytes());
         out.extend((blocks.len() as u32).to_le_bytes());
-        if let Some((low, value)) = self.block {
+        if let Some((low, value, is_active)) = self.block {
             place(out, low);
             out.extend(self.alone(array, value));
-            out.push(1);
+            out.push(is_active.into());
         }
         for (low, block) in &mut blocks {
             place(out, *low);
@@ -183,9 +183,9 @@ impl Grid {
             let mut values = vec![self.background; active.len()];
             block.retain(|place, slots| {
                 let tile = of_one_value(slots);
-                if let Some(value) = tile {
+                if let Some((value, is_active)) = tile {
                     let slot = slot(32, *low, 128, place);
-                    (active[slot], values[slot]) = (true, value);
+                    (active[slot], values[slot]) = (is_active, value);
                 }
                 tile.is_none()
             });
@@ -312,7 +312,8 @@ impl Grid {
         };
         let packed = match self.compression & (ZIP | BLOSC) {
             0 => return out.extend(plain),
-            _ if is_half && plain.is_empty() => return,
+            // OpenVDB leaves out empty arrays that it converts, and no others.
+            _ if self.is_half && is_real && plain.is_empty() => return,
             ZIP => zlib(&plain),
             _ => Blosc {
                 inner: Inner::Lz4,
@@ -334,13 +335,13 @@ impl Grid {
     }
 }
 
-/// The value of a lower node that has no child and one active value.
-fn of_one_value(slots: &Slots) -> Option<f64> {
-    let (_, value, _) = *slots.values().next()?;
-    let is_same = |(leaf, other, is_active): &(Option<Leaf>, f64, bool)| {
-        leaf.is_none() && *other == value && *is_active
+/// The value of a lower node that has no child and one value, and whether it is active.
+fn of_one_value(slots: &Slots) -> Option<(f64, bool)> {
+    let (_, value, is_active) = *slots.values().next()?;
+    let is_same = |(leaf, other, is_other_active): &(Option<Leaf>, f64, bool)| {
+        leaf.is_none() && *other == value && *is_other_active == is_active
     };
-    (slots.len() == 4096 && slots.values().all(is_same)).then_some(value)
+    (slots.len() == 4096 && slots.values().all(is_same)).then_some((value, is_active))
 }
 
 fn numbers(voxel_type: VoxelType, values: &[f64]) -> Vec<u8> {

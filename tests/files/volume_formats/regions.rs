@@ -15,8 +15,9 @@ use isolume::scene::volume::{
 };
 
 use crate::tiff_files::{self, Tiff};
+use crate::vdb_files::{self, Grid};
 use crate::volume_files::{Array, gzip, write};
-use crate::volume_formats::{folder, plain, u8s};
+use crate::volume_formats::{folder, load_bytes, plain, u8s, vdb};
 use crate::zarr_files::{Codec, Zarr};
 
 fn bytes(voxels: &Voxels) -> &[u8] {
@@ -101,7 +102,7 @@ fn in_every_format(folder: &Path, array: &Array) -> Vec<PathBuf> {
         ..Zarr::new(true, &[2, 4, 3], Codec::Zstd)
     };
     let detached = array.nrrd_header("raw", "data file: detached.bin\n");
-    vec![
+    let mut paths = vec![
         write(folder, "raw.nrrd", array.nrrd("raw", "")),
         write(folder, "gzip.nrrd", array.nrrd("gzip", "")),
         write(folder, "v.nhdr", detached),
@@ -123,7 +124,28 @@ fn in_every_format(folder: &Path, array: &Array) -> Vec<PathBuf> {
             array,
         ),
         shards.write(&folder.join("b.zarr"), "zyx", &shape, array),
-    ]
+    ];
+    if matches!(array.voxel_type, VoxelType::F32 | VoxelType::F64) {
+        let grid = Grid {
+            low: [-3, 4090, 2],
+            ..Grid::default()
+        };
+        paths.push(write(folder, "v.vdb", vdb_files::write(&[(grid, array)])));
+    }
+    paths
+}
+
+/// Neither a chunk nor a region begins where a leaf does.
+#[test]
+fn regions_are_cut_from_many_leaves() {
+    let array = vdb::blocks([140, 129, 137]);
+    let grid = Grid {
+        low: [-128, 4099, 5],
+        has_tiles: true,
+        ..Grid::default()
+    };
+    let volume = load_bytes("v.vdb", vdb_files::write(&[(grid, &array)]));
+    reads_regions(&volume, bytes(&volume.voxels().unwrap()), 10);
 }
 
 #[test]

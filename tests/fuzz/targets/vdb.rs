@@ -2,40 +2,39 @@
 
 #![no_main]
 
-use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
+use isolume::scene::volume::{Endian, VoxelType};
 use isolume_fuzz::vdb_files::{self, ACTIVE_MASK, BLOSC, Grid, Transform, ZIP};
 use isolume_fuzz::volume_files::Array;
-use isolume_fuzz::{folder, guard, target, volume};
+use isolume_fuzz::{folder, target, volume};
 
-/// Bytes that are asked for on the way of a voxel: of its chunk, of the walk, and of what is made of it.
-const BYTES_OF_A_VOXEL: u64 = 32;
+/// The most bytes of an input (`tools/fuzz`): what is longer is cut off.
+const MOST_BYTES: usize = 16384;
 
 fn seeds() -> Vec<Vec<u8>> {
     let reals = Array::new([9, 6, 10], VoxelType::F32, Endian::Little);
-    let whole = Array::new([5, 4, 2], VoxelType::I32, Endian::Little);
+    let mut whole = Array::new([17, 4, 9], VoxelType::I32, Endian::Little);
+    whole.values[1..].fill(7.0);
     let masked = Grid {
         compression: ZIP | ACTIVE_MASK,
-        low: [-3, 4093, 2],
+        low: [2, 3, 5],
         background: reals.values[3],
         inactive: reals.values[..40].to_vec(),
         ..Grid::default()
     };
     let tiled = Grid {
-        name: "temperature".into(),
-        compression: BLOSC,
-        inactive: vec![whole.values[7]],
+        inactive: vec![7.0],
         has_tiles: true,
-        block: Some(([4096, 0, 0], 1.0)),
+        block: Some(([4096, 0, 0], 1.0, false)),
         transform: Transform::Vectors("UniformScaleTranslateMap", vec![[0.5; 3]; 6]),
         ..Grid::default()
     };
     let half = Grid {
         kind: Some("half"),
-        compression: 0,
         ..Grid::default()
     };
     let saved_as_half = Grid {
         is_half: true,
+        compression: BLOSC | ACTIVE_MASK,
         ..masked.clone()
     };
     let shown = Grid {
@@ -45,16 +44,21 @@ fn seeds() -> Vec<Vec<u8>> {
     };
     let vectors = Grid {
         kind: Some("vec3s"),
+        parent: "density",
         ..Grid::default()
     };
     let files = [
         vdb_files::write(&[(masked.clone(), &reals)]),
-        vdb_files::write(&[(tiled, &whole), (masked.clone(), &reals)]),
+        vdb_files::write(&[(tiled, &whole)]),
         vdb_files::write(&[(half, &reals)]),
         vdb_files::write(&[(saved_as_half, &reals)]),
         vdb_files::write(&[(vectors, &reals), (masked, &reals), (shown, &reals)]),
     ];
-    files.map(|file| [&[0], &file[..]].concat()).into()
+    let seed = |file: Vec<u8>| {
+        assert!(file.len() < MOST_BYTES, "{} bytes", file.len());
+        [&[0], &file[..]].concat()
+    };
+    files.map(seed).into()
 }
 
 fn parse(bytes: &[u8]) {
@@ -63,21 +67,7 @@ fn parse(bytes: &[u8]) {
     };
     let path = folder::write("v.vdb", rest);
     overrides.channel = (more & 1 != 0).then_some(1);
-    let allowed = volume::allowed_in_chunks(rest.len());
-    // A box may be far larger than what is in it; of such a volume, one voxel is read.
-    let one = VolumeOverrides {
-        crop: Some([[0; 3], [1; 3]]),
-        ..overrides.clone()
-    };
-    let opened = guard::run(allowed, || Volume::load(&path, &one));
-    let is_sparse = opened.is_ok_and(|volume| {
-        let dims = volume.storage.levels[0].dims.map(u64::from);
-        let voxels = dims.into_iter().fold(1, u64::saturating_mul);
-        voxels.saturating_mul(BYTES_OF_A_VOXEL) > allowed as u64
-    });
-    if !is_sparse {
-        volume::check(&path, &overrides, allowed);
-    }
+    volume::check_if_dense(&path, &overrides, volume::allowed_in_chunks(rest.len()));
 }
 
 target!(seeds, parse);

@@ -2,16 +2,11 @@
 
 #![no_main]
 
-use std::path::Path;
-
-use isolume::scene::volume::{Endian, Volume, VolumeOverrides, VoxelType};
+use isolume::scene::volume::{Endian, VoxelType};
 use isolume_fuzz::volume_files::Array;
 use isolume_fuzz::zarr_files::blosc::{Blosc, Inner};
 use isolume_fuzz::zarr_files::{Codec, Zarr};
-use isolume_fuzz::{archive, folder, guard, target, volume};
-
-/// Bytes that are asked for on the way of a voxel: of its chunk, of the walk, and of what is made of it.
-const BYTES_OF_A_VOXEL: u64 = 32;
+use isolume_fuzz::{archive, folder, target, volume};
 
 fn seeds() -> Vec<Vec<u8>> {
     let array = Array::new([6, 5, 4], VoxelType::U16, Endian::Little);
@@ -62,26 +57,7 @@ fn parse(bytes: &[u8]) {
     overrides.channel = (more & 1 != 0).then_some(1);
     overrides.time = (more & 2 != 0).then_some(1);
     overrides.level = (more & 4 != 0).then_some(1);
-    let allowed = volume::allowed_in_chunks(rest.len());
-    if !is_sparse(&path, &overrides, allowed) {
-        volume::check(&path, &overrides, allowed);
-    }
-}
-
-/// Whether the volume is larger than its files could be: chunks that have the fill value need not be written, and a walk
-/// through them is as long as it is. Of such a volume, one voxel is read.
-fn is_sparse(path: &Path, overrides: &VolumeOverrides, allowed: usize) -> bool {
-    let one = VolumeOverrides {
-        crop: Some([[0; 3], [1; 3]]),
-        ..overrides.clone()
-    };
-    let opened = guard::run(allowed, || Volume::load(path, &one));
-    opened.is_ok_and(|volume| {
-        let level = volume.storage.level.unwrap_or(0) as usize;
-        let dims = volume.storage.levels[level].dims.map(u64::from);
-        let voxels = dims.into_iter().fold(1, u64::saturating_mul);
-        voxels.saturating_mul(BYTES_OF_A_VOXEL) > allowed as u64
-    })
+    volume::check_if_dense(&path, &overrides, volume::allowed_in_chunks(rest.len()));
 }
 
 target!(seeds, parse);

@@ -13,12 +13,12 @@ const MAGIC: u64 = 0x5644_4220;
 /// From this version on, each grid names its compression, and nodes have masks. OpenVDB 2.0 wrote it first, in 2013.
 const FIRST_VERSION: u32 = 222;
 const LAST_VERSION: u32 = 225;
-/// A number in hexadecimal digits and hyphens by which files are told apart.
+/// The file's UUID, as text.
 const UUID_BYTES: u64 = 36;
 /// Bytes that are read at a time, which most metadata do not exceed.
 const HEAD: u64 = 1 << 12;
-/// What divides a grid's name from a number, if several grids have one name.
-const OF_SEVERAL: char = '\u{1e}';
+/// Stands between a grid's name and a number, if several grids have one name.
+const NAME_SEPARATOR: char = '\u{1e}';
 
 /// An entry of the list of grids.
 pub struct Listed {
@@ -27,7 +27,7 @@ pub struct Listed {
     grid_type: String,
     /// `None` if the grid holds anything else.
     number: Option<Number>,
-    /// The unique name of the grid with whose tree this one shows, or "".
+    /// The unique name of the grid whose tree this one shares, or "".
     parent: String,
     /// Offset of the metadata.
     at: u64,
@@ -43,7 +43,8 @@ pub struct Archive {
 }
 
 /// A grid up to its tree.
-pub struct Grid {
+#[derive(Debug)]
+pub struct GridHead {
     pub number: Number,
     pub compression: Compression,
     /// Such as "fog volume" and "level set", or "".
@@ -62,9 +63,12 @@ impl Archive {
         }
         let version = stream.u32()?;
         if !(FIRST_VERSION..=LAST_VERSION).contains(&version) {
+            let remedy = match version < FIRST_VERSION {
+                true => "; read it with OpenVDB and write it again",
+                false => "",
+            };
             return Err(format!(
-                "is OpenVDB of file version {version}, expected {FIRST_VERSION} to {LAST_VERSION}; read it with \
-                 OpenVDB and write it again"
+                "is OpenVDB of file version {version}, expected {FIRST_VERSION} to {LAST_VERSION}{remedy}"
             ));
         }
         // The library's version.
@@ -77,7 +81,7 @@ impl Archive {
             );
         }
         stream.skip(UUID_BYTES);
-        metadata(&mut stream, "")?;
+        metadata(&mut stream, None)?;
         Archive::list(&mut stream)
     }
 
@@ -86,7 +90,7 @@ impl Archive {
         let (mut scalar, mut others) = (Vec::new(), Vec::new());
         for _ in 0..stream.u32()? {
             let unique_name = stream.text()?;
-            let name = unique_name.split(OF_SEVERAL).next().unwrap_or_default();
+            let name = unique_name.split(NAME_SEPARATOR).next().unwrap_or_default();
             let grid_type = stream.text()?;
             let listed = Listed {
                 name: name.to_string(),
@@ -99,7 +103,10 @@ impl Archive {
             };
             let end = stream.u64()?;
             if end < stream.at() {
-                return Err("has grids that overlap: the file is damaged".into());
+                return Err(format!(
+                    "its grid `{}` ends before it begins: the file is damaged, or was not written to its end",
+                    listed.name
+                ));
             }
             stream.seek(end);
             match listed.number {
@@ -127,32 +134,34 @@ impl Archive {
     }
 
     /// Reads the `n`th grid of numbers up to its tree.
-    pub fn open(&self, file: &WatchedFile, n: usize) -> Parsed<Grid> {
+    pub fn open(&self, file: &WatchedFile, n: usize) -> Parsed<GridHead> {
         let listed = &self.scalar[n];
-        let grid = Grid::read(file, listed)?;
+        let grid = GridHead::read(file, listed)?;
         if listed.parent.is_empty() {
             return Ok(grid);
         }
         let is_parent = |other: &&Listed| other.unique_name == listed.parent;
         let parent = self.scalar.iter().find(is_parent);
         match parent.filter(|parent| parent.parent.is_empty()) {
-            Some(parent) => Ok(Grid {
+            Some(parent) => Ok(GridHead {
                 class: grid.class,
                 geometry: grid.geometry,
-                ..Grid::read(file, parent)?
+                ..GridHead::read(file, parent)?
             }),
-            None => Err("has the tree of a grid that is not there: the file is damaged".into()),
+            None => {
+                Err("it shares the tree of a grid that is not there: the file is damaged".into())
+            }
         }
     }
 }
 
-impl Grid {
-    fn read(file: &WatchedFile, listed: &Listed) -> Parsed<Grid> {
+impl GridHead {
+    fn read(file: &WatchedFile, listed: &Listed) -> Parsed<GridHead> {
         let mut stream = Stream::new(file, listed.at, HEAD);
-        Ok(Grid {
-            number: listed.number.ok_or("has no numbers")?,
+        Ok(GridHead {
+            number: listed.number.ok_or("it has no numbers")?,
             compression: Compression::read(&mut stream)?,
-            class: metadata(&mut stream, "class")?,
+            class: metadata(&mut stream, Some("class"))?,
             geometry: transform::read(&mut stream)?,
             nodes: stream.at(),
             leaves: listed.leaves,
@@ -160,12 +169,12 @@ impl Grid {
     }
 }
 
-/// Reads a list of named values, and returns one of them that is a text, or "" if there is none of this name.
-fn metadata(stream: &mut Stream, wanted: &str) -> Parsed<String> {
+/// Reads a list of named values, and returns the text with the wanted name, or "".
+fn metadata(stream: &mut Stream, wanted: Option<&str>) -> Parsed<String> {
     let mut found = String::new();
     for _ in 0..stream.u32()? {
         let (name, kind) = (stream.text()?, stream.text()?);
-        match name == wanted && kind == "string" {
+        match wanted == Some(&name) && kind == "string" {
             true => found = stream.text()?,
             false => {
                 let bytes = stream.u32()?;

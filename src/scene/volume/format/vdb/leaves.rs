@@ -1,12 +1,13 @@
 //! The voxels of a grid as a source: chunks, each put together from the leaves that lie in it.
 
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
+use super::archive::GridHead;
 use super::mask::Mask;
-use super::number::Number;
-use super::packed::{Compression, Packed};
-use super::stream::Stream;
-use super::tree::{Found, LEAF_SIDE, LEAF_VOXELS, Leaf, Tree};
+use super::packed::Packed;
+use super::stream::{BLOCK, Stream};
+use super::tree::{Found, LEAF_SIDE, LEAF_VOXELS, Tree};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::Chunks;
 use crate::scene::volume::source::watched::WatchedFile;
@@ -14,47 +15,68 @@ use crate::scene::volume::source::watched::WatchedFile;
 #[derive(Debug)]
 pub struct Leaves {
     file: WatchedFile,
-    number: Number,
-    compression: Compression,
+    grid: GridHead,
     tree: Tree,
     /// Voxels of a chunk along each axis.
     chunk: [u32; 3],
+    /// The leaves' places in the file. They are found when the first voxel is read, since that takes a walk through all
+    /// leaves.
+    places: OnceLock<Parsed<Vec<Place>>>,
+}
+
+/// A leaf's mask and values, as bytes of the file.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    at: u64,
+    bytes: u32,
 }
 
 impl Leaves {
-    pub fn new(
-        file: WatchedFile,
-        number: Number,
-        compression: Compression,
-        tree: Tree,
-        chunk: [u32; 3],
-    ) -> Leaves {
+    pub fn new(file: WatchedFile, grid: GridHead, tree: Tree, chunk: [u32; 3]) -> Leaves {
         Leaves {
             file,
-            number,
-            compression,
+            grid,
             tree,
             chunk,
+            places: OnceLock::new(),
         }
     }
 
-    fn unpack(&self, leaf: Leaf) -> Parsed<Vec<u8>> {
-        let mut stream = Stream::new(&self.file, leaf.at, leaf.bytes.into());
-        let mask = Mask::read(&mut stream, LEAF_VOXELS)?;
-        let packed = Packed::read(
-            &mut stream,
-            self.number,
-            self.compression,
-            &self.tree.background,
-            &mask,
-        )?;
-        packed.unpack(&mut stream)
+    fn places(&self) -> Parsed<&[Place]> {
+        let places = self.places.get_or_init(|| self.find_places());
+        places.as_deref().map_err(String::clone)
     }
-}
 
-impl Leaves {
-    /// Copies the part of a leaf that lies in a chunk to its place. `BYTES` is the size of a number; both lowest voxels
-    /// are given.
+    fn find_places(&self) -> Parsed<Vec<Place>> {
+        let mut stream = Stream::new(&self.file, self.grid.leaves, BLOCK);
+        let mut places = Vec::with_capacity(self.tree.leaves);
+        for _ in 0..self.tree.leaves {
+            let at = stream.at();
+            let mask = Mask::read(&mut stream, LEAF_VOXELS)?;
+            self.packed(&mut stream, &mask)?.skip(&mut stream)?;
+            let bytes = (stream.at() - at) as u32;
+            places.push(Place { at, bytes });
+        }
+        Ok(places)
+    }
+
+    fn packed<'m>(&self, stream: &mut Stream, mask: &'m Mask) -> Parsed<Packed<'m>> {
+        let GridHead {
+            number,
+            compression,
+            ..
+        } = self.grid;
+        Packed::read(stream, number, compression, &self.tree.background, mask)
+    }
+
+    fn unpack(&self, place: Place) -> Parsed<Vec<u8>> {
+        let mut stream = Stream::new(&self.file, place.at, place.bytes.into());
+        let mask = Mask::read(&mut stream, LEAF_VOXELS)?;
+        self.packed(&mut stream, &mask)?.unpack(&mut stream)
+    }
+
+    /// Copies the part of a leaf that lies in a chunk to its place. `BYTES` is the size of a number; `leaf_low` and
+    /// `chunk_low` are the lowest voxels of both.
     fn put<const BYTES: usize>(
         &self,
         leaf: &[u8],
@@ -93,29 +115,29 @@ impl Chunks for Leaves {
     }
 
     fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>> {
-        let first = self.tree.low();
-        let low: [i64; 3] =
-            std::array::from_fn(|a| first[a] + i64::from(at[a]) * i64::from(self.chunk[a]));
-        let high: [i64; 3] = std::array::from_fn(|a| low[a] + i64::from(self.chunk[a]));
-        let bytes = self.number.bytes();
+        let places = self.places()?;
+        let [first, end] = self.tree.active();
+        let side = |a: usize| i64::from(self.chunk[a]);
+        let low: [i64; 3] = std::array::from_fn(|a| first[a] + i64::from(at[a]) * side(a));
+        let background = &self.tree.background;
         let voxels = self.chunk.iter().map(|size| *size as usize).product();
-        let mut chunk = self.tree.background.repeat(voxels);
-        // Chunks and leaves do not begin at the same places.
+        let mut chunk = background.repeat(voxels);
+        // The first leaf along an axis may begin before the chunk.
         let leaves = |a: usize| {
             let first = low[a].div_euclid(LEAF_SIDE) * LEAF_SIDE;
-            (first..high[a]).step_by(LEAF_SIDE as usize)
+            (first..(low[a] + side(a)).min(end[a])).step_by(LEAF_SIDE as usize)
         };
-        let places =
+        let leaves =
             leaves(2).flat_map(|z| leaves(1).flat_map(move |y| leaves(0).map(move |x| [x, y, z])));
-        for place in places {
-            let values = match self.tree.find(place) {
-                Found::Value(value) if value == self.tree.background => continue,
+        for leaf in leaves {
+            let values = match self.tree.find(leaf) {
+                Found::Value(value) if value == background => continue,
                 Found::Value(value) => value.repeat(LEAF_VOXELS),
-                Found::Leaf(leaf) => self.unpack(leaf)?,
+                Found::Leaf(number) => self.unpack(places[number])?,
             };
-            match bytes {
-                4 => self.put::<4>(&values, place, &mut chunk, low),
-                _ => self.put::<8>(&values, place, &mut chunk, low),
+            match background.len() {
+                4 => self.put::<4>(&values, leaf, &mut chunk, low),
+                _ => self.put::<8>(&values, leaf, &mut chunk, low),
             }
         }
         Ok(chunk)

@@ -3,36 +3,48 @@
 use super::stream::Stream;
 use crate::scene::volume::parsed::Parsed;
 
+/// Slots in a word.
+const WORD: usize = 64;
+
 #[derive(Debug)]
-pub struct Mask(Vec<u8>);
+pub struct Mask(Vec<u64>);
 
 impl Mask {
+    /// The mask of a node with so many slots, a multiple of 64.
     pub fn read(stream: &mut Stream, slots: usize) -> Parsed<Mask> {
-        stream
-            .bytes(slots as u64 / 8)
-            .map(|bits| Mask(bits.to_vec()))
+        let bytes = stream.bytes(slots as u64 / 8)?;
+        let (words, _) = bytes.as_chunks::<8>();
+        Ok(Mask(
+            words.iter().map(|word| u64::from_le_bytes(*word)).collect(),
+        ))
     }
 
     pub fn has(&self, slot: usize) -> bool {
-        self.0[slot / 8] >> (slot % 8) & 1 == 1
-    }
-
-    pub fn count(&self) -> usize {
-        self.0.iter().map(|bits| bits.count_ones() as usize).sum()
+        self.0[slot / WORD] >> (slot % WORD) & 1 == 1
     }
 
     pub fn slots(&self) -> usize {
-        8 * self.0.len()
+        WORD * self.0.len()
+    }
+
+    /// The number of slots whose bits are set.
+    pub fn count(&self) -> usize {
+        self.count_before(self.slots())
+    }
+
+    /// The same of the slots before one of them.
+    pub fn count_before(&self, slot: usize) -> usize {
+        let (whole, rest) = (slot / WORD, slot % WORD);
+        let ones = self.0[..whole].iter().map(|word| word.count_ones());
+        let last = match rest {
+            0 => 0,
+            _ => (self.0[whole] << (WORD - rest)).count_ones(),
+        };
+        (ones.sum::<u32>() + last) as usize
     }
 
     /// The slots whose bits are set, in ascending order.
     pub fn set(&self) -> impl Iterator<Item = usize> + '_ {
-        let of_byte = |(n, bits): (usize, &u8)| {
-            let bits = *bits;
-            (0..8)
-                .filter(move |bit| bits >> bit & 1 == 1)
-                .map(move |bit| 8 * n + bit)
-        };
-        self.0.iter().enumerate().flat_map(of_byte)
+        (0..self.slots()).filter(|slot| self.has(*slot))
     }
 }

@@ -6,8 +6,8 @@
 //! The volume is the box of a grid's active voxels, as `copyToArray` of OpenVDB's Python would make it: an inactive
 //! voxel in it has its own value, and where there is no node, the grid's background. Each grid of a file is a channel.
 //!
-//! A file is read in two steps. On opening, the nodes above the leaves ([`tree`]), and where each leaf lies. Voxels
-//! are then read in chunks, leaf by leaf ([`leaves`]).
+//! A file is read in two steps: on opening, the nodes above the leaves ([`tree`]), and voxels when they are asked for, in
+//! chunks, leaf by leaf ([`leaves`]).
 
 mod archive;
 mod leaves;
@@ -29,15 +29,14 @@ use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::source::chunked::Chunked;
+use crate::scene::volume::source::codec::MAX_RATIO;
 use crate::scene::volume::source::file::{shape, voxel_bytes};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::storage::{Level, Storage};
 use crate::scene::volume::voxel_type::Endian;
 
-/// The grid that is shown if the user picks none: renderers call the medium's density so.
+/// The name that programs give to the density of a medium; this grid is shown if the user picks none.
 const DENSITY: &str = "density";
-/// A volume may be so many times larger than its file: of what is the same everywhere, one value is stored.
-const MOST_EMPTY: u64 = 32 << 10;
 /// Voxels of a chunk along each axis: several leaves, since they need not begin where the volume does.
 const CHUNK: u32 = 64;
 
@@ -50,14 +49,15 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let channel = pick("channel", wanted, grids.len() as u32)?;
     let time = pick("time", overrides.time, 1)?;
     let names: Vec<String> = grids.iter().map(|grid| grid.name.clone()).collect();
-    let in_grid = |fault| format!("grid `{}`: {fault}", names[channel as usize]);
+    let name = names[channel as usize].clone();
+    let in_grid = |fault| format!("grid `{name}`: {fault}");
     let grid = archive.open(&file, channel as usize).map_err(in_grid)?;
     let tree = Tree::read(&file, &grid).map_err(in_grid)?;
     let dims = tree.dims().map_err(in_grid)?;
 
     let storage = Storage {
         compression: grid.compression.name(),
-        channels: names.clone(),
+        channels: names,
         times: 1,
         levels: vec![Level {
             dims,
@@ -69,23 +69,25 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     };
     let mut notes = storage.notes();
     notes.extend(archive.left_out());
-    let voxel_type = grid.number.voxel_type();
-    if voxel_bytes(dims, voxel_type)? / MOST_EMPTY > file.bytes() {
-        return Err(format!(
-            "its {} bytes hold {}: nearly all of it is empty; leave out voxels that lie far from all others",
-            file.bytes(),
+    let voxel_type = grid.number.voxel_type;
+    if voxel_bytes(dims, voxel_type)? / MAX_RATIO > file.bytes() {
+        return Err(in_grid(format!(
+            "its box is {}, in which nearly all voxels have one value; leave out those that lie far from all others",
             shape(dims, voxel_type)
-        ));
+        )));
     }
-    let leaves = Leaves::new(file, grid.number, grid.compression, tree, [CHUNK; 3]);
-    let source = Chunked::new(dims, [CHUNK; 3], voxel_type.bytes(), Box::new(leaves));
-    let is_density = names[channel as usize] == DENSITY;
-    let about = About {
-        quantity: quantity(&grid.class).or(is_density.then_some(Quantity::Density)),
-        facts: Vec::from_iter((!grid.class.is_empty()).then_some(("grid class", grid.class))),
+    let mut about = About {
+        quantity: quantity(&grid.class, &name),
+        facts: Vec::new(),
     };
+    if !grid.class.is_empty() {
+        about.facts.push(("grid class", grid.class.clone()));
+    }
+    let geometry = grid.geometry.clone();
+    let leaves = Leaves::new(file, grid, tree, [CHUNK; 3]);
+    let source = Chunked::new(dims, [CHUNK; 3], voxel_type.bytes(), Box::new(leaves));
     Ok(Header {
-        geometry: grid.geometry,
+        geometry,
         storage,
         notes,
         about,
@@ -93,11 +95,11 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     })
 }
 
-/// What the values of a grid of this class are.
-fn quantity(class: &str) -> Option<Quantity> {
+/// What the values of a grid are.
+fn quantity(class: &str, name: &str) -> Option<Quantity> {
     match class {
         "fog volume" => Some(Quantity::Density),
         "level set" => Some(Quantity::Distance),
-        _ => None,
+        _ => (name == DENSITY).then_some(Quantity::Density),
     }
 }

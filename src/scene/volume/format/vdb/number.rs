@@ -2,15 +2,24 @@
 
 use exr::prelude::f16;
 
+use super::stream::Stream;
+use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::voxel_type::VoxelType;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Number {
-    voxel_type: VoxelType,
-    /// Whether numbers that stand alone (backgrounds, values of inactive slots) have 16 bits.
-    is_half_alone: bool,
-    /// Whether numbers in arrays have 16 bits.
-    is_half_in_arrays: bool,
+    /// The type after reading.
+    pub voxel_type: VoxelType,
+    halves: Halves,
+}
+
+/// Which numbers have 16 bits in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Halves {
+    None,
+    /// Those in arrays, and not those that stand alone: backgrounds, and values of inactive slots.
+    InArrays,
+    All,
 }
 
 /// What the name of a grid's type ends with if its arrays were saved in 16 bits.
@@ -25,35 +34,26 @@ impl Number {
     /// The number in a grid of this type, such as "Tree_float_5_4_3_HalfFloat"; `None` if it is not a number, or the
     /// tree has another shape.
     pub fn of(grid_type: &str) -> Option<Number> {
-        let tree = grid_type.strip_suffix(HALF_FLOAT);
-        let is_saved_as_half = tree.is_some();
-        let (voxel_type, is_half) = match Number::name(tree.unwrap_or(grid_type)) {
-            "float" => (VoxelType::F32, false),
-            "double" => (VoxelType::F64, false),
-            "half" => (VoxelType::F32, true),
-            "int32" => (VoxelType::I32, false),
-            "int64" => (VoxelType::I64, false),
+        let (voxel_type, halves) = match (Number::name(grid_type), grid_type.ends_with(HALF_FLOAT))
+        {
+            ("float", false) => (VoxelType::F32, Halves::None),
+            ("float", true) => (VoxelType::F32, Halves::InArrays),
+            ("double", false) => (VoxelType::F64, Halves::None),
+            ("double", true) => (VoxelType::F64, Halves::InArrays),
+            ("half", _) => (VoxelType::F32, Halves::All),
+            ("int32", _) => (VoxelType::I32, Halves::None),
+            ("int64", _) => (VoxelType::I64, Halves::None),
             _ => return None,
         };
-        let mut number = Number {
-            voxel_type,
-            is_half_alone: is_half,
-            is_half_in_arrays: is_half,
-        };
-        number.is_half_in_arrays |= is_saved_as_half && number.is_real();
-        Some(number)
+        Some(Number { voxel_type, halves })
     }
 
-    /// What a tree holds: "float" of "Tree_float_5_4_3". All of the type's name if the tree has another shape.
+    /// What a tree holds: "float" of "Tree_float_5_4_3_HalfFloat". All of the type's name if the tree has another shape.
     pub fn name(grid_type: &str) -> &str {
-        let inner = grid_type.strip_prefix("Tree_");
-        let inner = inner.and_then(|inner| inner.strip_suffix(SHAPE));
-        inner.unwrap_or(grid_type)
-    }
-
-    /// The type after reading.
-    pub fn voxel_type(self) -> VoxelType {
-        self.voxel_type
+        let tree = grid_type.strip_suffix(HALF_FLOAT).unwrap_or(grid_type);
+        let name = tree.strip_prefix("Tree_");
+        let name = name.and_then(|name| name.strip_suffix(SHAPE));
+        name.unwrap_or(grid_type)
     }
 
     /// Bytes of a number after reading.
@@ -61,44 +61,41 @@ impl Number {
         self.voxel_type.bytes()
     }
 
-    /// Whether there is nothing, not even a size, in the place of an array without numbers.
-    pub fn leaves_out_empty(self) -> bool {
-        self.is_half_in_arrays
-    }
-
-    /// Bytes of a number that stands alone in the file.
-    pub fn bytes_alone(self) -> usize {
-        if self.is_half_alone { 2 } else { self.bytes() }
-    }
-
     /// Bytes of a number of an array in the file.
     pub fn bytes_in_arrays(self) -> usize {
-        if self.is_half_in_arrays {
-            2
-        } else {
-            self.bytes()
+        match self.halves {
+            Halves::None => self.bytes(),
+            Halves::InArrays | Halves::All => 2,
         }
     }
 
-    /// A number that stands alone, from its bytes in the file.
-    pub fn alone(self, bytes: &[u8]) -> Vec<u8> {
-        match self.is_half_alone {
-            true => self.widened(bytes),
-            false => bytes.to_vec(),
+    /// Whether there is nothing, not even a size, in the place of an array without numbers: so OpenVDB writes arrays that
+    /// it converts.
+    pub fn leaves_out_empty(self) -> bool {
+        self.halves == Halves::InArrays
+    }
+
+    /// Reads a number that stands alone.
+    pub fn read(self, stream: &mut Stream) -> Parsed<Vec<u8>> {
+        match self.halves {
+            Halves::All => stream.bytes(2).map(|half| self.widened(half)),
+            Halves::None | Halves::InArrays => {
+                stream.bytes(self.bytes() as u64).map(<[u8]>::to_vec)
+            }
         }
     }
 
     /// An array's numbers, from their bytes in the file.
     pub fn array(self, bytes: Vec<u8>) -> Vec<u8> {
-        match self.is_half_in_arrays {
-            true => self.widened(&bytes),
-            false => bytes,
+        match self.halves {
+            Halves::None => bytes,
+            Halves::InArrays | Halves::All => self.widened(&bytes),
         }
     }
 
     fn widened(self, halves: &[u8]) -> Vec<u8> {
-        let halves = halves.chunks_exact(2);
-        let numbers = halves.map(|half| f16::from_le_bytes([half[0], half[1]]));
+        let (halves, _) = halves.as_chunks::<2>();
+        let numbers = halves.iter().map(|half| f16::from_le_bytes(*half));
         match self.voxel_type {
             VoxelType::F64 => numbers
                 .flat_map(|half| half.to_f64().to_le_bytes())
@@ -112,7 +109,7 @@ impl Number {
     /// The number with the other sign.
     pub fn negated(self, number: &[u8]) -> Vec<u8> {
         let mut negated = number.to_vec();
-        if self.is_real() {
+        if matches!(self.voxel_type, VoxelType::F32 | VoxelType::F64) {
             if let Some(highest) = negated.last_mut() {
                 *highest ^= 0x80;
             }
@@ -123,9 +120,5 @@ impl Number {
             (*byte, carry) = (!*byte).overflowing_add(carry.into());
         }
         negated
-    }
-
-    fn is_real(self) -> bool {
-        matches!(self.voxel_type, VoxelType::F32 | VoxelType::F64)
     }
 }

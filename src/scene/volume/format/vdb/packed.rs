@@ -26,7 +26,7 @@ impl Compression {
         let codec = match flags {
             _ if flags & !(ZIP | ACTIVE_MASK | BLOSC) != 0 => {
                 return Err(format!(
-                    "has the compression {flags:#x}, expected one of zip and Blosc"
+                    "it has the compression {flags:#x}, expected one of zip and Blosc"
                 ));
             }
             _ if flags & BLOSC != 0 => Codec::Blosc,
@@ -63,27 +63,23 @@ impl<'m> Packed<'m> {
         background: &[u8],
         mask: &'m Mask,
     ) -> Parsed<Packed<'m>> {
-        let alone = |stream: &mut Stream| {
-            let bytes = stream.bytes(number.bytes_alone() as u64)?;
-            Ok::<_, String>(number.alone(bytes))
-        };
         let kind = stream.u8()?;
-        let [plus, minus] = [background.to_vec(), number.negated(background)];
+        let (plus, minus) = (|| background.to_vec(), || number.negated(background));
         // Named in OpenVDB by what is stored: a mask or none, and values of inactive slots.
         let values = match kind {
             // NO_MASK_OR_INACTIVE_VALS
-            0 => Some([plus.clone(), plus]),
+            0 => Some([plus(), plus()]),
             // NO_MASK_AND_MINUS_BG, MASK_AND_NO_INACTIVE_VALS
-            1 | 3 => Some([minus, plus]),
+            1 | 3 => Some([minus(), plus()]),
             // NO_MASK_AND_ONE_INACTIVE_VAL, MASK_AND_ONE_INACTIVE_VAL
-            2 | 4 => Some([alone(stream)?, plus]),
+            2 | 4 => Some([number.read(stream)?, plus()]),
             // MASK_AND_TWO_INACTIVE_VALS
-            5 => Some([alone(stream)?, alone(stream)?]),
+            5 => Some([number.read(stream)?, number.read(stream)?]),
             // NO_MASK_AND_ALL_VALS
             6 => None,
             other => {
                 return Err(format!(
-                    "has a node of kind {other}, expected 0 to 6: the file is damaged"
+                    "it has a node of kind {other}, expected 0 to 6: the file is damaged"
                 ));
             }
         };
@@ -102,48 +98,51 @@ impl<'m> Packed<'m> {
         })
     }
 
-    /// Stored numbers.
-    fn count(&self) -> usize {
-        match self.left_out {
+    /// Bytes of the stored numbers before the codec.
+    fn plain_bytes(&self) -> u64 {
+        let count = match self.left_out {
             Some(_) => self.mask.count(),
             None => self.mask.slots(),
-        }
+        };
+        (count * self.number.bytes_in_arrays()) as u64
     }
 
     /// The bytes that the stored numbers have in the file, and whether a codec has made these.
-    fn stored(&self, stream: &mut Stream) -> Parsed<(u64, bool)> {
-        let plain = (self.count() * self.number.bytes_in_arrays()) as u64;
+    fn stored_bytes(&self, stream: &mut Stream) -> Parsed<(u64, bool)> {
+        /// What Blosc adds to data that it cannot compress.
+        const OVERHEAD: u64 = 16;
+        let plain = self.plain_bytes();
         if self.codec == Codec::Plain || plain == 0 && self.number.leaves_out_empty() {
             return Ok((plain, false));
         }
         // What a codec would have made larger is stored as it is, with its size as a negative number.
-        match stream.i64()? {
-            size @ 1.. => Ok((size.unsigned_abs(), true)),
-            size if size.unsigned_abs() == plain => Ok((plain, false)),
-            size => Err(format!(
-                "has a node with {} bytes, expected {plain}: the file is damaged",
-                size.unsigned_abs()
+        let size = stream.i64()?;
+        let bytes = size.unsigned_abs();
+        match size > 0 {
+            true if bytes <= plain + OVERHEAD => Ok((bytes, true)),
+            false if bytes == plain => Ok((bytes, false)),
+            _ => Err(format!(
+                "it has a node with {bytes} bytes for {plain}: the file is damaged"
             )),
         }
     }
 
     /// Goes on behind the values.
     pub fn skip(&self, stream: &mut Stream) -> Parsed<()> {
-        let (bytes, _) = self.stored(stream)?;
+        let (bytes, _) = self.stored_bytes(stream)?;
         stream.skip(bytes);
         Ok(())
     }
 
     /// The values of all slots.
     pub fn unpack(self, stream: &mut Stream) -> Parsed<Vec<u8>> {
-        let (bytes, is_packed) = self.stored(stream)?;
-        let expected = self.count() * self.number.bytes_in_arrays();
+        let (bytes, is_packed) = self.stored_bytes(stream)?;
         let stored = stream.bytes(bytes)?.to_vec();
-        let stored = match is_packed {
-            true => self.codec.decode(stored, expected)?,
+        let plain = match is_packed {
+            true => self.codec.decode(stored, self.plain_bytes() as usize)?,
             false => stored,
         };
-        let stored = self.number.array(stored);
+        let stored = self.number.array(plain);
         let Some(([first, second], choice)) = self.left_out else {
             return Ok(stored);
         };

@@ -19,7 +19,7 @@ pub fn read(stream: &mut Stream) -> Parsed<Geometry> {
         "AffineMap" | "UnitaryMap" => matrix(stream)?,
         other => {
             return Err(format!(
-                "has the transform `{other}`, expected one that keeps lines parallel; resample it, with `vdb_tool` or \
+                "it has the transform `{other}`, expected one that keeps lines parallel; resample it, with `vdb_tool` or \
                  OpenVDB's `tools::resampleToMatch`"
             ));
         }

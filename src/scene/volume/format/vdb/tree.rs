@@ -1,32 +1,34 @@
 //! A grid's tree: the root's blocks of 4096³ voxels, their upper nodes with 32³ slots of 128³ voxels, lower nodes with
 //! 16³ slots of 8³ voxels, and leaves with 8³ voxels (`openvdb/tree`). A slot holds a node, or one value for all of its
 //! voxels. In every array z is the fastest index.
+//!
+//! Nodes are kept about as compact as they are in the file, since a file may consist of little else.
 
 use std::collections::BTreeMap;
 
-use super::archive::Grid;
+use super::archive::GridHead;
 use super::mask::Mask;
 use super::packed::Packed;
 use super::stream::{BLOCK, Stream};
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::watched::WatchedFile;
 
-/// A level of nodes above the leaves.
-struct Level {
+/// A sort of nodes above the leaves.
+struct Sort {
     /// Binary logarithm of the slots along each axis.
     log2: u32,
     /// Voxels of a slot along each axis.
     slot: i64,
 }
 
-const UPPER: Level = Level { log2: 5, slot: 128 };
-const LOWER: Level = Level { log2: 4, slot: 8 };
+const UPPER: Sort = Sort { log2: 5, slot: 128 };
+const LOWER: Sort = Sort { log2: 4, slot: 8 };
 /// Voxels along each axis of a root's block and of a leaf.
 const BLOCK_SIDE: i64 = 4096;
 pub const LEAF_SIDE: i64 = 8;
 pub const LEAF_VOXELS: usize = 512;
 
-impl Level {
+impl Sort {
     fn slots(&self) -> usize {
         1 << (3 * self.log2)
     }
@@ -45,32 +47,31 @@ impl Level {
     /// The slot in which a voxel lies.
     fn slot_of(&self, voxel: [i64; 3]) -> usize {
         let mask = (1 << self.log2) - 1;
-        let [x, y, z] = voxel.map(|index| (index / self.slot) as usize & mask);
+        let [x, y, z] = voxel.map(|index| index.div_euclid(self.slot) as usize & mask);
         (x << self.log2 | y) << self.log2 | z
     }
 }
 
-/// A slot's entry that is no child.
-const NO_CHILD: u32 = u32::MAX;
-
 #[derive(Debug)]
 struct Node {
-    /// The number of each slot's child, or [`NO_CHILD`].
-    children: Vec<u32>,
-    /// The value of each slot.
+    /// The slots that have a child. Children of a node are numbered one after another.
+    children: Mask,
+    first_child: usize,
+    /// The values of all slots, or one if they are all the same.
     values: Vec<u8>,
 }
 
-/// A leaf's mask and values, as bytes of the file.
-#[derive(Debug, Clone, Copy)]
-pub struct Leaf {
-    pub at: u64,
-    pub bytes: u32,
+/// What a slot, or a block of the root, holds.
+enum Slot<'a> {
+    /// The number of a node.
+    Child(usize),
+    Value(&'a [u8]),
 }
 
 #[derive(Debug)]
-enum Entry {
-    Node(u32),
+enum Block {
+    /// The number of an upper node.
+    Node(usize),
     Value(Vec<u8>),
 }
 
@@ -78,29 +79,30 @@ enum Entry {
 pub struct Tree {
     pub background: Vec<u8>,
     /// The root's blocks, by their lowest voxel.
-    blocks: BTreeMap<[i64; 3], Entry>,
+    blocks: BTreeMap<[i64; 3], Block>,
     upper: Vec<Node>,
     lower: Vec<Node>,
-    leaves: Vec<Leaf>,
-    /// The lowest active voxel along each axis, and one more than the highest.
+    /// Number of leaves.
+    pub leaves: usize,
+    /// The box of active voxels, up to but without its second corner.
     active: [[i64; 3]; 2],
 }
 
-/// What holds the value of a voxel.
+/// What holds the values in a leaf's place.
 pub enum Found<'a> {
-    Leaf(Leaf),
-    /// All voxels of the leaf that could be here have this value.
+    /// The leaf's number.
+    Leaf(usize),
+    /// All of its voxels have this value.
     Value(&'a [u8]),
 }
 
 impl Tree {
-    pub fn read(file: &WatchedFile, grid: &Grid) -> Parsed<Tree> {
+    pub fn read(file: &WatchedFile, grid: &GridHead) -> Parsed<Tree> {
         let mut stream = Stream::new(file, grid.nodes, BLOCK);
-        // Buffers of a tree, of which there has been no more than one for long.
+        // The number of buffers, which is always 1.
         stream.skip(4);
-        let alone = grid.number.bytes_alone() as u64;
-        let background = grid.number.alone(stream.bytes(alone)?);
-        let mut reading = Reading {
+        let background = grid.number.read(&mut stream)?;
+        let mut reader = TreeReader {
             stream,
             grid,
             tree: Tree {
@@ -108,53 +110,53 @@ impl Tree {
                 blocks: BTreeMap::new(),
                 upper: Vec::new(),
                 lower: Vec::new(),
-                leaves: Vec::new(),
+                leaves: 0,
                 active: [[i64::MAX; 3], [i64::MIN; 3]],
             },
         };
-        reading.blocks()?;
-        reading.leaves()?;
-        Ok(reading.tree)
+        reader.root()?;
+        Ok(reader.tree)
     }
 
-    /// The lowest active voxel.
-    pub fn low(&self) -> [i64; 3] {
-        self.active[0]
+    /// The box of active voxels, up to but without its second corner.
+    pub fn active(&self) -> [[i64; 3]; 2] {
+        self.active
     }
 
     /// The size of the box of active voxels.
     pub fn dims(&self) -> Parsed<[u32; 3]> {
         let [low, high] = self.active;
         if low[0] > high[0] {
-            return Err("has no active voxel".into());
+            return Err("it has no active voxel".into());
         }
         let mut dims = [0; 3];
         for a in 0..3 {
             let size = high[a] - low[a];
-            dims[a] = u32::try_from(size).map_err(|_| format!("is {size} voxels long"))?;
+            dims[a] = u32::try_from(size).map_err(|_| format!("it is {size} voxels long"))?;
         }
         Ok(dims)
     }
 
-    /// What holds the values of a leaf's place, of which `voxel` is one.
+    /// What holds the values of the leaf's place in which `voxel` lies.
     pub fn find(&self, voxel: [i64; 3]) -> Found<'_> {
         let block = voxel.map(|index| index.div_euclid(BLOCK_SIDE) * BLOCK_SIDE);
         let upper = match self.blocks.get(&block) {
             None => return Found::Value(&self.background),
-            Some(Entry::Value(value)) => return Found::Value(value),
-            Some(Entry::Node(upper)) => &self.upper[*upper as usize],
+            Some(Block::Value(value)) => return Found::Value(value),
+            Some(Block::Node(upper)) => &self.upper[*upper],
         };
-        let inside: [i64; 3] = std::array::from_fn(|a| voxel[a] - block[a]);
-        let lower = match upper.slot(UPPER.slot_of(inside), self.background.len()) {
-            Err(value) => return Found::Value(value),
-            Ok(lower) => &self.lower[lower],
+        let bytes = self.background.len();
+        let lower = match upper.slot(UPPER.slot_of(voxel), bytes) {
+            Slot::Value(value) => return Found::Value(value),
+            Slot::Child(lower) => &self.lower[lower],
         };
-        match lower.slot(LOWER.slot_of(inside), self.background.len()) {
-            Err(value) => Found::Value(value),
-            Ok(leaf) => Found::Leaf(self.leaves[leaf]),
+        match lower.slot(LOWER.slot_of(voxel), bytes) {
+            Slot::Value(value) => Found::Value(value),
+            Slot::Child(leaf) => Found::Leaf(leaf),
         }
     }
 
+    /// Makes the box of active voxels include a cube.
     fn include(&mut self, low: [i64; 3], side: i64) {
         let [lowest, highest] = &mut self.active;
         for a in 0..3 {
@@ -165,95 +167,104 @@ impl Tree {
 }
 
 impl Node {
-    /// A slot's child, or else its value.
-    fn slot(&self, slot: usize, bytes: usize) -> Result<usize, &[u8]> {
-        match self.children[slot] {
-            NO_CHILD => Err(&self.values[slot * bytes..][..bytes]),
-            child => Ok(child as usize),
+    /// What a slot holds. `bytes` is the size of a value.
+    fn slot(&self, slot: usize, bytes: usize) -> Slot<'_> {
+        if self.children.has(slot) {
+            return Slot::Child(self.first_child + self.children.count_before(slot));
         }
+        let at = if self.values.len() == bytes { 0 } else { slot };
+        Slot::Value(&self.values[at * bytes..][..bytes])
     }
 }
 
 /// A tree of which a part has been read.
-struct Reading<'a> {
+struct TreeReader<'a> {
     stream: Stream<'a>,
-    grid: &'a Grid,
+    grid: &'a GridHead,
     tree: Tree,
 }
 
-impl Reading<'_> {
-    fn blocks(&mut self) -> Parsed<()> {
+impl TreeReader<'_> {
+    fn root(&mut self) -> Parsed<()> {
         let (values, nodes) = (self.stream.u32()?, self.stream.u32()?);
-        let alone = self.grid.number.bytes_alone() as u64;
         for _ in 0..values {
             let low = self.stream.place()?;
-            let value = self.grid.number.alone(self.stream.bytes(alone)?);
+            let value = self.grid.number.read(&mut self.stream)?;
             if self.stream.u8()? != 0 {
                 self.tree.include(low, BLOCK_SIDE);
             }
-            self.put(low, Entry::Value(value))?;
+            self.put(low, Block::Value(value))?;
         }
         let mut last = None;
         for _ in 0..nodes {
             let low = self.stream.place()?;
             // Leaves lie in this order in the file.
             if last.replace(low).is_some_and(|last| last >= low) {
-                return Err("has blocks in another order than theirs: the file is damaged".into());
+                return Err("its blocks are not in their order: the file is damaged".into());
             }
-            let upper = self.node(&UPPER, low)?;
+            let upper = self.upper(low)?;
             self.tree.upper.push(upper);
-            self.put(low, Entry::Node(self.tree.upper.len() as u32 - 1))?;
+            self.put(low, Block::Node(self.tree.upper.len() - 1))?;
         }
         Ok(())
     }
 
-    fn put(&mut self, low: [i64; 3], entry: Entry) -> Parsed<()> {
+    fn put(&mut self, low: [i64; 3], block: Block) -> Parsed<()> {
         let is_block = low.iter().all(|index| index.rem_euclid(BLOCK_SIDE) == 0);
-        match is_block && self.tree.blocks.insert(low, entry).is_none() {
+        match is_block && self.tree.blocks.insert(low, block).is_none() {
             true => Ok(()),
             false => Err(format!(
-                "has a block at {low:?}, expected multiples of {BLOCK_SIDE}, each once: the file is damaged"
+                "it has a block at {low:?}, expected multiples of {BLOCK_SIDE}, each once: the file is damaged"
             )),
         }
     }
 
-    /// A node, whose children are put into the tree.
-    fn node(&mut self, level: &Level, low: [i64; 3]) -> Parsed<Node> {
-        let slots = level.slots();
-        let children = Mask::read(&mut self.stream, slots)?;
-        let active = Mask::read(&mut self.stream, slots)?;
-        let grid = self.grid;
-        let packed = Packed::read(
-            &mut self.stream,
-            grid.number,
-            grid.compression,
-            &self.tree.background,
-            &active,
-        )?;
-        let mut node = Node {
-            children: vec![NO_CHILD; slots],
-            values: packed.unpack(&mut self.stream)?,
-        };
-        for slot in active.set() {
-            self.tree.include(level.low(low, slot), level.slot);
-        }
-        for slot in children.set() {
-            let low = level.low(low, slot);
-            let is_above_leaves = level.slot == LEAF_SIDE;
-            node.children[slot] = match is_above_leaves {
-                true => self.leaf(low)?,
-                false => {
-                    let lower = self.node(&LOWER, low)?;
-                    self.tree.lower.push(lower);
-                    self.tree.lower.len() as u32 - 1
-                }
-            };
+    fn upper(&mut self, low: [i64; 3]) -> Parsed<Node> {
+        let node = self.node(&UPPER, low, self.tree.lower.len())?;
+        for slot in node.children.set() {
+            let lower = self.lower(UPPER.low(low, slot))?;
+            self.tree.lower.push(lower);
         }
         Ok(node)
     }
 
+    fn lower(&mut self, low: [i64; 3]) -> Parsed<Node> {
+        let node = self.node(&LOWER, low, self.tree.leaves)?;
+        for slot in node.children.set() {
+            self.leaf(LOWER.low(low, slot))?;
+        }
+        Ok(node)
+    }
+
+    /// A node without its children.
+    fn node(&mut self, sort: &Sort, low: [i64; 3], first_child: usize) -> Parsed<Node> {
+        let children = Mask::read(&mut self.stream, sort.slots())?;
+        let active = Mask::read(&mut self.stream, sort.slots())?;
+        let packed = Packed::read(
+            &mut self.stream,
+            self.grid.number,
+            self.grid.compression,
+            &self.tree.background,
+            &active,
+        )?;
+        let mut values = packed.unpack(&mut self.stream)?;
+        let bytes = self.tree.background.len();
+        let (first, others) = values.split_at(bytes);
+        if others.chunks_exact(bytes).all(|value| value == first) {
+            values = first.to_vec();
+        }
+        for slot in active.set() {
+            self.tree.include(sort.low(low, slot), sort.slot);
+        }
+        Ok(Node {
+            children,
+            first_child,
+            values,
+        })
+    }
+
     /// A leaf's mask. Its values stand elsewhere.
-    fn leaf(&mut self, low: [i64; 3]) -> Parsed<u32> {
+    fn leaf(&mut self, low: [i64; 3]) -> Parsed<()> {
         let active = Mask::read(&mut self.stream, LEAF_VOXELS)?;
         let [mut lowest, mut highest] = [[LEAF_SIDE; 3], [-1; 3]];
         for voxel in active.set() {
@@ -272,28 +283,7 @@ impl Reading<'_> {
                     .include(std::array::from_fn(|a| low[a] + corner[a]), 1);
             }
         }
-        self.tree.leaves.push(Leaf { at: 0, bytes: 0 });
-        Ok(self.tree.leaves.len() as u32 - 1)
-    }
-
-    /// Finds out where each leaf's values are.
-    fn leaves(&mut self) -> Parsed<()> {
-        self.stream.seek(self.grid.leaves);
-        for leaf in &mut self.tree.leaves {
-            leaf.at = self.stream.at();
-            let mask = Mask::read(&mut self.stream, LEAF_VOXELS)?;
-            let grid = self.grid;
-            let packed = Packed::read(
-                &mut self.stream,
-                grid.number,
-                grid.compression,
-                &self.tree.background,
-                &mask,
-            )?;
-            packed.skip(&mut self.stream)?;
-            leaf.bytes = u32::try_from(self.stream.at() - leaf.at)
-                .map_err(|_| "has a leaf beyond 4 GiB: the file is damaged")?;
-        }
+        self.tree.leaves += 1;
         Ok(())
     }
 }
