@@ -3,11 +3,14 @@
 //! While there is nothing to keep, as in loading and compiling, an interruption ends the process at once. Later the first
 //! one ends the work with the dispatch under way, and what there is gets written; a Ctrl-C after that ends the process
 //! without writing. Files under temporary names go first, so that none is left behind. Another SIGTERM changes nothing:
-//! schedulers send it to a script and to the program that it runs, and the script hands it on.
+//! schedulers send it to a script and to the program that it runs, and the script hands it on. Nor does a Ctrl-C that comes
+//! at once: `timeout -s INT` sends it to the program, and to the group that the program belongs to.
 //!
 //! SIGHUP keeps the action that it had: `nohup` has it ignored.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::time::{Duration, Instant};
 
 use crate::engine::{Progress, Run, Stop};
 use crate::error::{Error, INTERRUPTED_STATUS, TERMINATED_STATUS};
@@ -18,6 +21,10 @@ pub static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// The exit status of the interruption: which signal it was.
 static STATUS: AtomicU8 = AtomicU8::new(INTERRUPTED_STATUS);
+/// When the first interruption came that ends the work.
+static FIRST: OnceLock<Instant> = OnceLock::new();
+/// Interruptions within this time are one.
+const AT_ONCE: Duration = Duration::from_millis(100);
 /// Whether SIGUSR1 has arrived.
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 /// Whether there is something to write when an interruption comes.
@@ -81,13 +88,15 @@ pub fn takes_request() -> bool {
 fn interrupt(status: u8) {
     let keeps = KEEPS.load(Ordering::Relaxed);
     let is_first = !INTERRUPTED.load(Ordering::Relaxed);
-    if keeps && status == TERMINATED_STATUS && !is_first {
+    let is_the_same = || FIRST.get().is_some_and(|first| first.elapsed() < AT_ONCE);
+    if keeps && !is_first && (status == TERMINATED_STATUS || is_the_same()) {
         return;
     }
     // Whoever sees the flag sees the status.
     STATUS.store(status, Ordering::Relaxed);
     INTERRUPTED.store(keeps, Ordering::Release);
     if keeps && is_first {
+        FIRST.get_or_init(Instant::now);
         return;
     }
     temporary::remove_all();

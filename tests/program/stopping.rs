@@ -120,6 +120,20 @@ fn sigterm_ends_a_render_as_ctrl_c_does() {
     folder.exr("a.exr");
 }
 
+/// As `timeout -s INT` sends it, to the program and to its group.
+#[test]
+fn ctrl_c_twice_at_once_is_one() {
+    let folder = Folder::new();
+    let mut child = started(&folder, &format!("{CACHED} --size 256x256"));
+    read_until(&mut child, "cache: ");
+    send("INT", &child);
+    std::thread::sleep(Duration::from_millis(5));
+    send("INT", &child);
+    let rest = ends(child, 130);
+    assert!(rest.contains("stopped because of Ctrl-C"), "{rest}");
+    folder.exr("a.exr");
+}
+
 #[test]
 fn a_second_ctrl_c_ends_without_writing() {
     let folder = Folder::new();
@@ -127,7 +141,7 @@ fn a_second_ctrl_c_ends_without_writing() {
     let mut child = started(&folder, &format!("{CACHED} --size 1024x1024"));
     read_until(&mut child, "cache: ");
     send("INT", &child);
-    std::thread::sleep(Duration::from_millis(50));
+    std::thread::sleep(Duration::from_millis(200));
     send("INT", &child);
     let rest = ends(child, 130);
     assert!(
