@@ -15,7 +15,7 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{ArgAction, Args, Parser, Subcommand};
 
 use crate::engine::{HostOptions, Limit, SampleRange, Stop};
 use crate::output::stem;
@@ -24,7 +24,7 @@ use crate::scene::{Edit, Variant};
 pub use bench::{BenchArgs, BenchVariant};
 pub use cache::{CacheArgs, CleanArgs};
 use values::{
-    cache_format, cache_scale, device, exr, finite, iso, limit, picture, positive, samples,
+    cache_format, cache_scale, device, exposure, exr, iso, limit, picture, positive, samples,
     seconds, size, spp, variant, view, views, word,
 };
 #[cfg(feature = "window")]
@@ -288,7 +288,7 @@ pub struct CompareArgs {
 
     /// The pictures A and B rendered again with other random numbers: adds how much A and B differ apart from
     /// their noise.
-    #[arg(long, num_args = 2, value_names = ["A", "B"])]
+    #[arg(long, num_args = 2, value_names = ["A", "B"], action = ArgAction::Set)]
     pub again: Option<Vec<PathBuf>>,
 
     /// Print JSON.
@@ -296,7 +296,7 @@ pub struct CompareArgs {
     pub json: bool,
 
     /// Stops to add before the metrics that judge a display picture.
-    #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = finite)]
+    #[arg(long, value_name = "STOPS", default_value = "0", allow_hyphen_values = true, value_parser = exposure)]
     pub exposure: f64,
 }
 

@@ -11,6 +11,7 @@ use toml::Value;
 
 use crate::engine::{Limit, SampleRange};
 use crate::output::Format;
+use crate::scene::file::EXPOSURE;
 use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
 
 /// The value of `--vram-budget`.
@@ -157,7 +158,13 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     number.ok_or("expected a number > 0".to_string())
 }
 
-pub(super) fn finite(text: &str) -> Result<f64, String> {
+pub(super) fn exposure(text: &str) -> Result<f64, String> {
+    let (is_allowed, expected) = EXPOSURE;
+    let number = finite(text).ok().filter(|stops| is_allowed(*stops));
+    number.ok_or(format!("expected {expected}"))
+}
+
+fn finite(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or("expected a finite number".to_string())
 }

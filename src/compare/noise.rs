@@ -15,7 +15,7 @@ pub(super) struct ZScores {
 }
 
 const TILE: usize = 16;
-/// Below this variance a tile has no noise to measure by: nothing but rounding.
+/// Below this variance, in squares of the picture's mean, a tile has no noise to measure by: nothing but rounding.
 const NO_VARIANCE: f64 = 1e-12;
 
 pub(super) fn z_scores(reference: &LinearImage, test: &LinearImage) -> ZScores {
@@ -38,14 +38,16 @@ pub(super) fn z_scores(reference: &LinearImage, test: &LinearImage) -> ZScores {
         let pixels = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (x, y)));
         pixels.fold(Sum::default(), |sum, (x, y)| sum.add(pixel(x, y)))
     };
+    let mean = reference.rgb.iter().map(|rgb| grey(*rgb)).sum::<f64>() / reference.rgb.len() as f64;
+    let least = NO_VARIANCE * mean.powi(2);
     let tiles = (0..reference.height / TILE)
         .flat_map(|y| (0..reference.width / TILE).map(move |x| (x * TILE, y * TILE)));
     let whole = over(0, 0, reference.width, reference.height);
     ZScores {
         stderr: Some(whole.variance.sqrt() / reference.rgb.len() as f64),
-        bias: whole.z(),
+        bias: whole.z(least),
         tile_max: tiles
-            .filter_map(|(x, y)| over(x, y, TILE, TILE).z())
+            .filter_map(|(x, y)| over(x, y, TILE, TILE).z(least))
             .map(f64::abs)
             .reduce(f64::max),
     }
@@ -65,8 +67,9 @@ impl Sum {
         }
     }
 
-    fn z(&self) -> Option<f64> {
-        (self.variance > NO_VARIANCE).then(|| self.difference / self.variance.sqrt())
+    /// The difference in standard errors, unless its variance is at most `least`.
+    fn z(&self, least: f64) -> Option<f64> {
+        (self.variance > least).then(|| self.difference / self.variance.sqrt())
     }
 }
 

@@ -7,6 +7,7 @@ use crate::output::{Outputs, Parts, Provenance, check_writable, say};
 use crate::shard;
 
 use super::shards::to_json;
+use super::summary::error_in_words;
 
 pub fn merge(args: &MergeArgs) -> Result<u8> {
     interrupt::catch_signals();
@@ -35,12 +36,12 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
     if !args.quiet {
         let ranges: Vec<String> = header.samples.iter().map(ToString::to_string).collect();
         say(format!(
-            "{}: {} samples per pixel ({}) of {} files, relative error {:.4}",
+            "{}: {} samples per pixel ({}) of {} files, relative error {}",
             args.output.display(),
             header.count(),
             ranges.join(", "),
             args.shards.len(),
-            merged.picture.relative_error(),
+            error_in_words(merged.picture.relative_error()),
         ));
     }
     Ok(0)

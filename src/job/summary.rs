@@ -155,12 +155,17 @@ fn last_line(stats: &Stats, seconds: f64, files: &str, why_stopped: &str) -> Str
         "published" => "updates per cell",
         _ => "samples per pixel",
     };
-    let error = match stats.relative_error.is_finite() {
-        true => format!("{:.4}", stats.relative_error),
-        false => "unknown".into(),
-    };
+    let error = error_in_words(stats.relative_error);
     format!(
         "{files}: {} {samples} in {seconds:.1} s, relative error {error}, stopped because {why_stopped}; {} on {}",
         stats.spp, stats.variant, stats.device,
     )
+}
+
+/// A relative error, which a single unit of samples does not tell.
+pub fn error_in_words(relative_error: f64) -> String {
+    match relative_error.is_finite() {
+        true => format!("{relative_error:.4}"),
+        false => "unknown".into(),
+    }
 }

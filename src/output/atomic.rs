@@ -5,6 +5,7 @@
 //! disk that fills up half way leaves none of them. Dropping [`Outputs`] removes those that were not committed. A
 //! process that is about to end without dropping them calls [`temporary::remove_all`].
 
+use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -126,15 +127,15 @@ impl Outputs {
 /// Checks whether outputs could be written to these paths, each to a file of its own: to be called before the long
 /// work, not after. Removes temporary files that killed processes have left in those folders.
 pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<()> {
-    let mut taken: Vec<PathBuf> = Vec::new();
-    let mut cleared: Vec<PathBuf> = Vec::new();
+    let mut taken: HashSet<PathBuf> = HashSet::new();
+    let mut cleared: HashSet<PathBuf> = HashSet::new();
     for path in paths {
         let (target, temporary) = open(path)?;
         if let Some(folder) = temporary.file.path().parent()
-            && !cleared.iter().any(|cleared| cleared == folder)
+            && !cleared.contains(folder)
         {
             temporary::remove_abandoned(folder, PREFIX);
-            cleared.push(folder.to_owned());
+            cleared.insert(folder.to_owned());
         }
         let Target::File(file) = target else {
             continue;
@@ -146,13 +147,12 @@ pub fn check_writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Resul
         let folder = temporary.file.path().parent().map(fs::canonicalize);
         let folder = folder.and_then(Result::ok).unwrap_or_default();
         let file = fs::canonicalize(&file).unwrap_or(folder.join(name));
-        if taken.contains(&file) {
+        if !taken.insert(file) {
             return Err(Error::Usage(format!(
                 "{}: two outputs have this name; give each its own",
                 path.display()
             )));
         }
-        taken.push(file);
     }
     Ok(())
 }

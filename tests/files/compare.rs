@@ -96,6 +96,27 @@ fn linear_metrics_and_z_scores_are_those_of_the_reference_script() {
     assert_close(found.z_tile_max.unwrap(), 1.683_215_779, 1e-6);
 }
 
+/// Noise is judged by how bright a picture is, which radiances in any unit may be.
+#[test]
+fn dim_pictures_have_the_scores_of_bright_ones() {
+    let folder = TempDir::new().unwrap();
+    let dim = |seed: u32| {
+        let mut picture = noisy(seed, 0.3);
+        for rgb in picture.rgb.iter_mut().chain(&mut picture.stderr) {
+            *rgb = rgb.map(|value| value * 1e-9);
+        }
+        exr(&folder, &format!("{seed}.exr"), &picture)
+    };
+    let found = compare([&dim(1), &dim(2)], None, 0.0).unwrap().comparison;
+    assert_close(found.z_bias.unwrap(), 0.278_042_658, 1e-4);
+    assert_close(found.z_tile_max.unwrap(), 1.683_215_779, 1e-4);
+    let mut black = noisy(1, 0.3);
+    black.rgb.fill([0.0; 3]);
+    let [a, b] = ["a.exr", "b.exr"].map(|name| exr(&folder, name, &black));
+    let found = compare([&a, &b], None, 0.0).unwrap().comparison;
+    assert_eq!(found.rel_bias, 0.0);
+}
+
 #[test]
 fn display_metrics_are_those_of_scikit_image_and_flip_evaluator() {
     for (noise, exposure, psnr, ssim, flip) in [

@@ -165,6 +165,13 @@ fn a_reference_can_be_given_and_shading_models_compared() {
 
     assert_eq!(list(&report["subjects"][0]["runs"]).len(), 1);
 
+    // It is read, so no picture of the report may take its place.
+    let before = folder.read("report/non-caching.0.1s.exr");
+    let own = format!("{BENCH} {short} --reference report/non-caching.0.1s.exr --quiet");
+    let said = refused(&folder, &own, 2);
+    assert!(said.contains("an output would take its place"), "{said}");
+    assert!(folder.read("report/non-caching.0.1s.exr") == before);
+
     folder.succeed(&format!("{BENCH} {short} --shading lambert,phong,lambert"));
     let report = folder.json("report/report.json");
     let subjects = list(&report["subjects"]);

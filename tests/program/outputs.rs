@@ -3,6 +3,7 @@
 use exr::prelude::{AttributeValue, Text};
 use serde_json::{Value, json};
 
+use crate::refusals::refused;
 use crate::{Folder, ended, last_line, text};
 
 #[test]
@@ -327,6 +328,9 @@ fn comparing_tells_noise_from_nothing() {
     let again = compared("compare a.exr b.exr --again c.exr d.exr --json");
     let [with, without] = ["psnr", "psnr_without_noise"].map(|key| again[key].as_f64());
     assert!(without > with.map(|psnr| psnr + 6.0), "{again:#}");
+    for flags in ["--again c.exr d.exr --again c.exr d.exr", "--exposure 101"] {
+        refused(&folder, &format!("compare a.exr b.exr {flags}"), 2);
+    }
 }
 
 #[test]

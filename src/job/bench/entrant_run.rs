@@ -100,9 +100,7 @@ impl EntrantRun<'_> {
         if let Some(name) = &file {
             let device = bench.host.summary().name.clone();
             let from = Provenance::new(self.entrant.text.clone(), bench.args.seed, device);
-            bench
-                .outputs
-                .exr(&bench.folder.file(name), picture, &from)?;
+            bench.keep(name, picture, &from)?;
         }
         let seconds = self.watch.elapsed().as_secs_f64();
         let noise = self.references.picture.report.noise.as_ref();

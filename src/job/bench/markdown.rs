@@ -9,7 +9,8 @@ use crate::compare::{Comparison, WithoutNoise};
 /// Bytes of the paper's 14 floats.
 const PAPER_BYTES_PER_VOXEL: f64 = 56.0;
 
-pub fn page(report: &Report) -> String {
+/// The page of a report. `plotted` are the plots that there are.
+pub fn page(report: &Report, plotted: &[String]) -> String {
     let [width, height] = report.size;
     let [x, y, z] = report.volume_dims;
     let mut page = format!(
@@ -23,13 +24,19 @@ pub fn page(report: &Report) -> String {
         if let Some(model) = subject.shading {
             page += &format!("\n# Shading: {}\n", model.name());
         }
-        page += &sections(report, subject);
+        page += &sections(report, subject, plotted);
     }
     page + READING
 }
 
-fn sections(report: &Report, subject: &SubjectReport) -> String {
-    let plot = |name: &str, what: &str| format!("\n![{what}]({}{name})\n", subject.prefix);
+fn sections(report: &Report, subject: &SubjectReport, plotted: &[String]) -> String {
+    let plot = |name: &str, what: &str| {
+        let file = format!("{}{name}", subject.prefix);
+        match plotted.contains(&file) {
+            true => format!("\n![{what}]({file})\n"),
+            false => String::new(),
+        }
+    };
     [
         reference(subject),
         format!("\n## Error\n{}", plot(ERROR_TIME, "MSE against time")),

@@ -19,15 +19,16 @@ mod report;
 mod table;
 mod warm;
 
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::open_scene;
 use crate::cli::BenchArgs;
 use crate::compare::LinearImage;
-use crate::engine::{Host, Progress, Run, Stop};
+use crate::engine::{Host, Picture, Progress, Run, Stop};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
-use crate::output::{Outputs, check_writable, say};
+use crate::output::{Outputs, Provenance, check_inputs_stay, check_writable, say};
 use crate::render::Peak;
 use crate::scene::Opened;
 use crate::scene::volume::Volume;
@@ -52,6 +53,8 @@ struct Bench<'a> {
     peak: Option<Peak>,
     volume: &'a Volume,
     folder: Folder,
+    /// Files that are read, and stay.
+    inputs: Vec<PathBuf>,
     /// The times at which pictures are taken, in ascending order.
     seconds: Vec<Duration>,
     outputs: Outputs,
@@ -78,6 +81,11 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
         host,
         volume: &opened.volume,
         folder,
+        inputs: opened
+            .inputs()?
+            .into_iter()
+            .chain(args.reference.clone())
+            .collect(),
         seconds: args.seconds(),
         outputs: Outputs::default(),
     };
@@ -135,6 +143,13 @@ impl Bench<'_> {
         let began = Instant::now();
         let is_software = self.host.summary().kind.is_software();
         while !is_software && began.elapsed() < WAKING && self.host.peak().is_ok() {}
+    }
+
+    /// Writes a picture into the report's folder, unless it is one that is read.
+    fn keep(&mut self, name: &str, picture: &Picture, from: &Provenance) -> Result<()> {
+        let path = self.folder.file(name);
+        check_inputs_stay([&path], &self.inputs)?;
+        self.outputs.exr(&path, picture, from)
     }
 
     /// All variants of one subject.
@@ -205,13 +220,16 @@ impl Bench<'_> {
             ..
         } = self;
         let report = Report::new(args, &host, opened, subjects);
+        let mut plotted = Vec::new();
         for subject in &report.subjects {
             for (name, svg) in plots::all(subject)? {
-                outputs.text(&folder.file(&format!("{}{name}", subject.prefix)), &svg)?;
+                let name = format!("{}{name}", subject.prefix);
+                outputs.text(&folder.file(&name), &svg)?;
+                plotted.push(name);
             }
         }
         outputs.json(&folder.file(REPORT), &report)?;
-        outputs.text(&folder.file(PAGE), &markdown::page(&report))?;
+        outputs.text(&folder.file(PAGE), &markdown::page(&report, &plotted))?;
         outputs.commit()?;
         if !args.quiet {
             say(folder.file(PAGE).display());

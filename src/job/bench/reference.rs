@@ -85,8 +85,7 @@ impl Reference {
         let picture = engine.picture()?;
         let device = bench.host.summary().name.clone();
         let provenance = Provenance::new(entrant.text, seed, device);
-        let path = bench.folder.file(&name);
-        bench.outputs.exr(&path, &picture, &provenance)?;
+        bench.keep(&name, &picture, &provenance)?;
         let image = LinearImage::from_picture(&name, &picture);
         let seen = match rays {
             Rays::Anywhere => None,

@@ -33,7 +33,7 @@ use document::Document;
 pub use document::{Edit, Origins};
 pub use lights::{LightKind, LightTable};
 pub use medium::{MediumTable, TransferTable};
-pub use render::RenderTable;
+pub use render::{EXPOSURE, RenderTable};
 pub use resolve::resolve;
 pub use surfaces::{IsoTable, ShadingModel, SurfacesTable};
 pub use volume::VolumeTable;

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 
 /// A test of numbers, and the name of its range in messages. The GPU computes in single precision, so numbers that
 /// overflow there are wrong everywhere.
-pub(super) type Expected = (fn(f64) -> bool, &'static str);
+pub type Expected = (fn(f64) -> bool, &'static str);
 
 pub(super) const FINITE: Expected = (|_| true, "a finite number within ±3e38");
 pub(super) const UNIT: Expected = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");

@@ -53,7 +53,7 @@ impl SceneFile {
 }
 
 /// A range far larger than any picture needs, in which 2^exposure stays representable.
-const EXPOSURE: Expected = (
+pub const EXPOSURE: Expected = (
     |stops| stops.abs() <= 100.0,
     "a number of stops from -100 to 100",
 );
