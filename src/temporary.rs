@@ -34,8 +34,16 @@ pub struct Temporary {
     _listed: Listed,
 }
 
-/// A temporary name on the list of those, until it is dropped.
-struct Listed(PathBuf);
+/// A name on the list of those that [`remove_all`] removes, until it is dropped.
+pub struct Listed(PathBuf);
+
+impl Listed {
+    pub fn new(path: PathBuf) -> Listed {
+        let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+        names.push(path.clone());
+        Listed(path)
+    }
+}
 
 impl Drop for Listed {
     fn drop(&mut self) {

@@ -40,7 +40,7 @@ pub use run::{Outcome, Progress, Run, Sampling, relative_error_of};
 pub use sample_range::SampleRange;
 pub use schedule::Stop;
 pub use stopwatch::Stopwatch;
-pub use trial::Trial;
+pub use trial::{Trial, Tried};
 pub use work::Work;
 
 /// A scene on a device, and the picture of it so far.

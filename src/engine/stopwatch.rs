@@ -21,20 +21,15 @@ impl Stopwatch {
     }
 
     pub fn started() -> Stopwatch {
-        Stopwatch::started_after(Duration::ZERO)
-    }
-
-    /// A stopwatch that starts with time which was counted elsewhere.
-    pub fn started_after(before: Duration) -> Stopwatch {
         let mut watch = Stopwatch::paused();
-        watch.add(before);
         watch.go_on();
         watch
     }
 
-    /// Adds time that was counted elsewhere, by a clock that knew no CPU time.
-    pub fn add(&mut self, before: Duration) {
-        self.before = self.before.saturating_add(before);
+    /// Adds wall and CPU time that were counted elsewhere.
+    pub fn add(&mut self, wall: Duration, cpu: Duration) {
+        self.before = self.before.saturating_add(wall);
+        self.cpu_before = self.cpu_before.saturating_add(cpu);
     }
 
     pub fn elapsed(&self) -> Duration {
@@ -45,7 +40,7 @@ impl Stopwatch {
     /// The time of all threads: a driver that renders on the CPU has its own.
     pub fn cpu(&self) -> Duration {
         let now = self.running_since.map(|(_, cpu)| cpu.elapsed());
-        self.cpu_before + now.unwrap_or_default()
+        self.cpu_before.saturating_add(now.unwrap_or_default())
     }
 
     pub fn pause(&mut self) {

@@ -10,7 +10,6 @@
 //!
 //! Where samples are counted, the plan's choice stands: the same command then gives the same bits.
 
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use super::forecast::{Forecast, verdict};
@@ -38,6 +37,15 @@ pub struct Trial<'a> {
     engine: Engine,
     /// What there is to decide; `None` where it is clear with what to render.
     open: Option<Open<'a>>,
+}
+
+/// How a trial has ended.
+pub struct Tried {
+    pub engine: Engine,
+    /// The time that the work which goes on has taken; it stands still.
+    pub watch: Stopwatch,
+    /// Whether an interruption came before it was known which variant is the fastest.
+    pub was_interrupted: bool,
 }
 
 /// A choice that is open.
@@ -111,22 +119,21 @@ impl<'a> Trial<'a> {
 
     /// The engine in the variant that is expected to be the fastest for the work, of those that the scene allows and that
     /// fit. What a trial has put into a cache stays there, and so do the first samples of a picture that were taken whole.
-    /// The stopwatch, which stands still, has the time that this work has taken.
     ///
     /// The variant without a cache is tried first, and where the work takes long enough, the caches that the plan leaves open.
     ///
     /// # Errors
     ///
     /// The same as for [`Engine::new`].
-    pub fn end(mut self) -> Result<(Engine, Stopwatch)> {
+    pub fn end(mut self) -> Result<Tried> {
         let Some(Open {
             work,
             chosen,
-            mut plain,
+            plain,
             making,
         }) = self.open.take()
         else {
-            return Ok((self.engine, Stopwatch::paused()));
+            return Ok(Tried::settled(self.engine, Stopwatch::paused()));
         };
         let mut watch = Stopwatch::started();
         let short = WORTH_A_TRIAL * making;
@@ -138,15 +145,17 @@ impl<'a> Trial<'a> {
         if tried.is_some() && totals.samples == 0 {
             watch = Stopwatch::paused();
         }
-        self.engine.choice.reason = TOO_SHORT.into();
-        let is_long = |uncached: &Forecast| uncached.seconds_of(&work) > short;
-        let Some(uncached) = tried.filter(is_long) else {
-            return Ok((self.engine, watch));
+        let Some(uncached) = tried else {
+            return Ok(Tried::in_vain(self.engine, watch, &work, TOO_SHORT.into()));
         };
+        if uncached.seconds_of(&work) <= short {
+            self.engine.choice.reason = TOO_SHORT.into();
+            return Ok(Tried::settled(self.engine, watch));
+        }
         let caches = self.host.caches(self.volume, self.scene, &chosen)?;
         if caches.is_empty() {
             self.engine.choice.reason = chosen.reason;
-            return Ok((self.engine, watch));
+            return Ok(Tried::settled(self.engine, watch));
         }
         let begun = match totals.samples {
             0 => None,
@@ -158,15 +167,38 @@ impl<'a> Trial<'a> {
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
         match best_of(caches, &uncached, &work, to_go_back, &mut watch, make)? {
-            Ok(tried) => Ok(tried),
+            Ok((engine, watch)) => Ok(Tried::settled(engine, watch)),
             Err(why) => {
-                plain.reason = why;
                 let mut engine = make(plain)?;
                 if let Some(sums) = begun {
                     engine.resume(&sums, totals)?;
                 }
-                Ok((engine, watch))
+                Ok(Tried::in_vain(engine, watch, &work, why))
             }
+        }
+    }
+}
+
+impl Tried {
+    fn settled(engine: Engine, watch: Stopwatch) -> Tried {
+        Tried {
+            engine,
+            watch,
+            was_interrupted: false,
+        }
+    }
+
+    /// The variant without a cache, which was taken because of `why`, or because the work was interrupted.
+    fn in_vain(mut engine: Engine, watch: Stopwatch, work: &Work<'_>, why: String) -> Tried {
+        let was_interrupted = work.is_interrupted();
+        engine.choice.reason = match was_interrupted {
+            true => "it was interrupted".into(),
+            false => why,
+        };
+        Tried {
+            engine,
+            watch,
+            was_interrupted,
         }
     }
 }
@@ -188,6 +220,8 @@ fn best_of(
     let last = caches.len() - 1;
     for (n, mut choice) in caches.into_iter().enumerate() {
         let mut engine = make(choice.clone())?;
+        // Some drivers compile a pass when it first runs, which tells nothing of how long it takes.
+        engine.warm_up()?;
         let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
         let mut filling = Stopwatch::paused();
         let left = (end - watch.elapsed().as_secs_f64()).max(0.0);
@@ -212,7 +246,7 @@ fn best_of(
     }
     match best {
         // What has been sampled without a cache is all that there is.
-        _ if work.interrupt.load(Ordering::Relaxed) => Ok(Err("it was interrupted".into())),
+        _ if work.is_interrupted() => Ok(Err(why)),
         Some((choice, _)) => {
             let spent = std::mem::replace(watch, Stopwatch::paused());
             Ok(Ok((make(choice)?, spent)))

@@ -1,6 +1,6 @@
 //! The work for which an engine is made, as far as it is known beforehand.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use super::schedule::{Stop, with_delay};
@@ -25,6 +25,10 @@ impl<'a> Work<'a> {
             .time
             .map_or(f64::INFINITY, |time| time.as_secs_f64());
         f64::from(self.pictures) * time
+    }
+
+    pub(super) fn is_interrupted(&self) -> bool {
+        self.interrupt.load(Ordering::Relaxed)
     }
 
     /// Until the interruption, or until so much time is over.

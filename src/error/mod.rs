@@ -41,7 +41,7 @@ pub enum Error {
     #[error(transparent)]
     Device(#[from] DeviceError),
     /// Ctrl-C or SIGTERM before there was anything to write.
-    #[error("interrupted before the first sample of every pixel was done: nothing was written")]
+    #[error("interrupted before there was a picture to write: nothing was written")]
     Interrupted,
 }
 

@@ -32,6 +32,8 @@ pub struct Keeper<'a> {
     /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
     fill_state: FillState,
+    /// Whether it is not known yet which variant is the fastest: a checkpoint would settle it for good.
+    pub is_variant_open: bool,
     runs: Vec<RunOf>,
     began: Instant,
     /// Whether the checkpoint holds the state in which an interruption found the filling, after a whole batch.
@@ -46,6 +48,7 @@ pub struct Keeper<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Earlier {
     pub took: Duration,
+    pub cpu: Duration,
     /// Paths from the camera and for the cache.
     pub paths: u64,
 }
@@ -119,6 +122,7 @@ impl<'a> Keeper<'a> {
                 true => FillState::Done,
                 false => FillState::UnderWay,
             },
+            is_variant_open: false,
             subject,
             found,
             cache_paths,
@@ -140,9 +144,17 @@ impl<'a> Keeper<'a> {
     /// What has been done for the picture under way.
     pub fn earlier(&self) -> Earlier {
         let state = self.found.state();
-        let seconds = state.map_or(0.0, |state| state.seconds);
+        let time = |seconds: fn(&State) -> f64| {
+            Duration::try_from_secs_f64(state.map_or(0.0, seconds)).unwrap_or_default()
+        };
+        // A process that ended right after it had filled the cache has written nothing else.
+        let filling = match self.picture() {
+            0 => self.found.filled_for(),
+            _ => Duration::ZERO,
+        };
         Earlier {
-            took: Duration::try_from_secs_f64(seconds).unwrap_or_default(),
+            took: time(|state| state.seconds).max(filling),
+            cpu: time(|state| state.cpu_seconds),
             paths: self.cache_paths + state.map_or(0, |state| state.header.paths),
         }
     }
@@ -198,7 +210,10 @@ impl<'a> Keeper<'a> {
             .elapsed()
             .saturating_add(self.next_batch(engine));
         let is_due = unwritten >= self.subject.args.checkpoint_every;
-        if self.fill_state == FillState::Interrupted || !(is_asked || is_last || is_due) {
+        if self.is_variant_open
+            || self.fill_state == FillState::Interrupted
+            || !(is_asked || is_last || is_due)
+        {
             return Ok(());
         }
         match self.write(engine, view, watch) {
@@ -226,9 +241,13 @@ impl<'a> Keeper<'a> {
 
     /// Writes the state of the render, unless it cannot be continued.
     pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
+        if self.is_variant_open {
+            self.tell_of_none("before it was known which variant is the fastest");
+            return Ok(());
+        }
         if self.fill_state == FillState::Interrupted {
             if !self.has_last {
-                self.tell_of_none();
+                self.tell_of_none("in the middle of a batch of the cache's paths");
             }
             return Ok(());
         }
@@ -252,6 +271,7 @@ impl<'a> Keeper<'a> {
             pictures: self.subject.views.len() as u32,
             goal: args.stop(opened.scene.render.variant).count(),
             seconds: watch.elapsed().as_secs_f64(),
+            cpu_seconds: watch.cpu().as_secs_f64(),
             runs: self.runs.clone(),
         };
         let parts = Parts {
@@ -271,8 +291,8 @@ impl<'a> Keeper<'a> {
         outputs.commit()
     }
 
-    /// Says that no checkpoint was written because of the moment at which the filling ended.
-    fn tell_of_none(&self) {
+    /// Says that no checkpoint was written because of the moment at which the work ended.
+    fn tell_of_none(&self, moment: &str) {
         if self.subject.args.quiet {
             return;
         }
@@ -286,7 +306,7 @@ impl<'a> Keeper<'a> {
             false => "the time was over",
         };
         say(format!(
-            "note: no checkpoint was written at the end, since {why} in the middle of a batch of the cache's paths: {before}"
+            "note: no checkpoint was written at the end, since {why} {moment}: {before}"
         ));
     }
 

@@ -3,7 +3,6 @@
 use std::num::NonZeroU32;
 use std::panic::resume_unwind;
 use std::thread;
-use std::time::Duration;
 
 use super::checkpoint::{Earlier, Keeper, Subject};
 use super::clock::Clock;
@@ -12,25 +11,28 @@ use super::shards::{Fingerprints, check_variant};
 use super::summary::{Summary, Taken};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Trial, Work};
+use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Trial, Tried, Work};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::Progress;
 use crate::output::{Outputs, check_inputs_stay, check_writable, say};
 use crate::render::Choice;
 use crate::scene::{Opened, Variant};
-use crate::shard::{Found, Settings, volume_fingerprint};
+use crate::shard::{Found, Settings, side_files, volume_fingerprint};
 
 pub fn render(args: &RenderArgs) -> Result<u8> {
     interrupt::catch_signals();
     let mut clock = Clock::new();
     let others = [&args.checkpoint, &args.stats, &args.profile];
+    let beside = args.checkpoint.as_deref().map(side_files);
     let pictures = files(args);
     let outputs = || {
+        let others = others.into_iter().flatten();
         pictures
             .iter()
             .flatten()
-            .chain(others.into_iter().flatten())
+            .chain(others)
+            .chain(beside.iter().flatten())
     };
     check_writable(outputs())?;
     let (opened, host) = open(args, &mut clock)?;
@@ -46,11 +48,17 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         clock,
         engine,
         earlier,
+        first,
         stop,
         progress,
         ..
     } = render;
     progress.finish();
+    // A view before the one under way has been rendered again from its first sample on.
+    let is_taken_up = taken
+        .last()
+        .is_some_and(|last| last.view.number as usize > first);
+    let earlier = Some(earlier).filter(|_| is_taken_up).unwrap_or_default();
     let mut summary = Summary::of(args, &clock, engine, earlier, &taken, &stop);
     summary.stage(&mut outputs, &host, &clock)?;
     outputs.commit()?;
@@ -166,10 +174,15 @@ impl<'a> Render<'a> {
         })?;
         clock.part("compile", trial.compiling());
         interrupt::keep_work();
-        let (mut engine, mut watch) = match trial.is_open() {
+        let tried = match trial.is_open() {
             true => clock.time("try variants", || trial.end())?,
             false => trial.end()?,
         };
+        let Tried {
+            mut engine,
+            mut watch,
+            was_interrupted,
+        } = tried;
         if variant == Variant::Published && args.error.is_some() && !args.quiet {
             say("note: published does not know its error, and does not stop by --error");
         }
@@ -187,13 +200,15 @@ impl<'a> Render<'a> {
                     views,
                 };
                 let take_up = || Keeper::begin(path, subject, found, &mut engine, volume);
-                Some(clock.time("open the checkpoint", take_up)?)
+                let mut keeper = clock.time("open the checkpoint", take_up)?;
+                keeper.is_variant_open = was_interrupted;
+                Some(keeper)
             }
             _ => None,
         };
         let first = keeper.as_ref().map_or(0, Keeper::picture);
         let earlier = keeper.as_ref().map_or(Earlier::default(), Keeper::earlier);
-        watch.add(earlier.took);
+        watch.add(earlier.took, earlier.cpu);
         watch.go_on();
         Ok(Render {
             args,
@@ -264,6 +279,11 @@ impl<'a> Render<'a> {
                 true => Err(Error::Interrupted),
                 false => self.look_from(index).and_then(|()| self.take_picture(view)),
             };
+            // An earlier picture that is rendered again must not be half as good as the others: no checkpoint would tell.
+            let outcome = match index < self.first && is_interrupted() {
+                true => Err(Error::Interrupted),
+                false => outcome,
+            };
             let outcome = match outcome {
                 // The pictures before it are there all the same.
                 Err(Error::Interrupted) if let Some(last) = taken.last_mut() => {
@@ -292,10 +312,11 @@ impl<'a> Render<'a> {
         }
         let taken_up = self.keeper.as_ref().filter(|_| index == self.first);
         if index > 0 || self.first > 0 {
-            self.watch = Stopwatch::started_after(match taken_up {
-                Some(_) => self.earlier.took,
-                None => Duration::ZERO,
-            });
+            self.watch = Stopwatch::paused();
+            if taken_up.is_some() {
+                self.watch.add(self.earlier.took, self.earlier.cpu);
+            }
+            self.watch.go_on();
         }
         match taken_up {
             Some(keeper) => clock.time("open the checkpoint", || keeper.restore_picture(engine)),

@@ -279,6 +279,8 @@ impl Renderer {
         self.totals.samples = 0;
         self.totals.units = 0;
         self.totals.seen_since = None;
+        self.totals.paths_before = self.totals.paths;
+        self.totals.lookups_before = self.totals.lookups;
         self.under_way = None;
         self.kept = None;
         self.halves = None;

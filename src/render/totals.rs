@@ -18,4 +18,7 @@ pub struct Totals {
     pub paths: u64,
     /// Reads of the volume by tracking in these units.
     pub lookups: u64,
+    /// Those of `paths` and `lookups` that are of earlier pictures.
+    pub paths_before: u64,
+    pub lookups_before: u64,
 }

@@ -7,6 +7,7 @@
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +33,13 @@ pub struct CacheHeader {
     /// Whether the cache has had all paths that the picture asks for.
     pub is_filled: bool,
     state: CacheState,
+}
+
+impl CacheHeader {
+    /// The time that the filling of the cache has taken.
+    pub fn took(&self) -> Duration {
+        self.state.took()
+    }
 }
 
 /// A file that is known to be complete, with its header.

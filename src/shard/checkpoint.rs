@@ -7,12 +7,12 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
 use super::cache_file::CacheFile;
-use super::file::{Shard, read_header};
+use super::file::{Shard, has_header, read_header};
 use super::header::Header;
 use super::identity::Named;
 use super::lock::Lock;
@@ -33,8 +33,10 @@ pub struct State {
     /// Samples per pixel that each picture of an orbit gets, if they are counted.
     #[serde(default)]
     pub goal: Option<u32>,
-    /// Seconds spent on this picture, over all runs.
+    /// Seconds spent on this picture, over all runs, and those of all cores' CPU time.
     pub seconds: f64,
+    #[serde(default)]
+    pub cpu_seconds: f64,
     pub runs: Vec<RunOf>,
 }
 
@@ -69,15 +71,18 @@ impl Found {
     pub fn open(path: &Path, restart: bool) -> Result<Found> {
         let lock = Lock::take(path)?;
         let exists = path.try_exists().map_err(|error| Error::io(path, error))?;
+        if exists {
+            check_is_checkpoint(path)?;
+        }
         Ok(Found {
             path: path.to_owned(),
             state: match exists && !restart {
-                true => Some(read_state(path)?),
+                true => Some(read_header(path).map_err(or_restart)?),
                 false => None,
             },
             cache: match restart {
                 true => None,
-                false => CacheFile::open(path)?,
+                false => CacheFile::open(path).map_err(or_restart)?,
             },
             is_ignored: restart,
             _lock: lock,
@@ -109,6 +114,12 @@ impl Found {
     /// Whether the cache has had all its paths.
     pub fn is_filled(&self) -> bool {
         self.cache.as_ref().is_some_and(|c| c.header.is_filled)
+    }
+
+    /// The time that the filling of the cache has taken so far.
+    pub fn filled_for(&self) -> Duration {
+        let cache = self.cache.as_ref();
+        cache.map_or(Duration::ZERO, |cache| cache.header.took())
     }
 
     /// The settings that were picked before.
@@ -238,18 +249,34 @@ impl Found {
             seen_since: Some(Instant::now()),
             paths: header.paths,
             lookups: header.lookups,
+            ..Totals::default()
         };
         engine.resume(&shard.sums, totals)
     }
 }
 
-/// The state in a checkpoint, and its resolved scene.
-fn read_state(path: &Path) -> Result<(State, String)> {
-    read_header(path).map_err(|error| match read_header::<Header>(path) {
-        Ok(_) => Error::input(
-            path,
-            "it is a shard or a merged picture, not a checkpoint; name another file",
-        ),
-        Err(_) => error,
-    })
+/// Fails for a whole picture of another kind, which a checkpoint must not replace.
+fn check_is_checkpoint(path: &Path) -> Result<()> {
+    let found = match has_header(path) {
+        Ok(true) if read_header::<State>(path).is_ok() => return Ok(()),
+        Ok(true) if read_header::<Header>(path).is_ok() => "a shard or a merged picture",
+        Ok(false) => "a picture without a render's state",
+        // It is no EXR, or a damaged one.
+        Ok(true) | Err(_) => return Ok(()),
+    };
+    Err(Error::input(
+        path,
+        format!("it is {found}, not a checkpoint; name another file"),
+    ))
+}
+
+/// A fault of a file, with what can be done about it.
+fn or_restart(error: Error) -> Error {
+    match error {
+        Error::Input { place, problem } => Error::Input {
+            place,
+            problem: problem + "; --restart begins anew",
+        },
+        other => other,
+    }
 }

@@ -27,17 +27,7 @@ pub struct Shard {
 /// If the file cannot be read, or is not a shard.
 pub fn read_header<T: serde::de::DeserializeOwned>(path: &Path) -> Result<(T, String)> {
     let wrong = |why: &str| Error::input(path, why);
-    let meta = meta_data(path)?;
-    let header = meta.headers.first().ok_or(wrong("it holds no picture"))?;
-    let attribute = |name: &str| {
-        let own = header.own_attributes.other.get(&Text::from(name));
-        match own.or(header.shared_attributes.other.get(&Text::from(name))) {
-            Some(AttributeValue::Text(text)) => String::from_utf8(text.as_slice().to_vec()).ok(),
-            _ => None,
-        }
-    };
-    let (Some(json), Some(scene)) = (attribute(HEADER_ATTRIBUTE), attribute(SCENE_ATTRIBUTE))
-    else {
+    let Some((json, scene)) = texts(path)? else {
         return Err(wrong(
             "it is neither a shard nor a checkpoint; expected a picture of `isolume render` with --samples or \
              --checkpoint, or of `isolume merge`",
@@ -46,6 +36,26 @@ pub fn read_header<T: serde::de::DeserializeOwned>(path: &Path) -> Result<(T, St
     let header = serde_json::from_str(&json)
         .map_err(|error| wrong(&format!("its header is damaged: {error}")))?;
     Ok((header, scene))
+}
+
+/// Whether an EXR has the header of a shard or a checkpoint.
+pub(super) fn has_header(path: &Path) -> Result<bool> {
+    texts(path).map(|texts| texts.is_some())
+}
+
+/// The texts of the header and of the resolved scene; `None` in an EXR without them.
+fn texts(path: &Path) -> Result<Option<(String, String)>> {
+    let meta = meta_data(path)?;
+    let header = meta.headers.first();
+    let header = header.ok_or_else(|| Error::input(path, "it holds no picture"))?;
+    let attribute = |name: &str| {
+        let own = header.own_attributes.other.get(&Text::from(name));
+        match own.or(header.shared_attributes.other.get(&Text::from(name))) {
+            Some(AttributeValue::Text(text)) => String::from_utf8(text.as_slice().to_vec()).ok(),
+            _ => None,
+        }
+    };
+    Ok(attribute(HEADER_ATTRIBUTE).zip(attribute(SCENE_ATTRIBUTE)))
 }
 
 impl Shard {

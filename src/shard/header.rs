@@ -14,6 +14,7 @@ pub struct Header {
     pub samples: Vec<SampleRange>,
     /// Units from which the spread between samples is known.
     pub units: u32,
+    /// Camera paths of those samples.
     pub paths: u64,
     /// Reads of the volume by those samples.
     pub lookups: u64,
@@ -53,8 +54,8 @@ impl Header {
             identity,
             samples: Some(range).filter(|r| r.count() > 0).into_iter().collect(),
             units: totals.units,
-            paths: totals.paths,
-            lookups: totals.lookups,
+            paths: totals.paths - totals.paths_before,
+            lookups: totals.lookups - totals.lookups_before,
             halves: sums.halves.as_ref().map(|halves| halves.samples),
             fills: fill
                 .map(|id| Fill {

@@ -9,11 +9,14 @@ use std::path::{Path, PathBuf};
 
 use super::beside;
 use crate::error::{Error, Result};
+use crate::temporary::Listed;
 
 /// Held until it is dropped.
 pub struct Lock {
     path: PathBuf,
     _file: File,
+    // Last: the name leaves the list when the file is gone.
+    _listed: Listed,
 }
 
 impl Lock {
@@ -21,7 +24,16 @@ impl Lock {
     pub fn take(checkpoint: &Path) -> Result<Lock> {
         let path = beside(checkpoint, "lock");
         loop {
-            let file = File::create(&path).map_err(|error| Error::io(&path, error))?;
+            let io = |error| Error::io(&path, error);
+            let mut open = File::options();
+            let file = open.create(true).write(true).truncate(false).open(&path);
+            let file = file.map_err(io)?;
+            if file.metadata().map_err(io)?.len() > 0 {
+                return Err(Error::input(
+                    path.as_path(),
+                    "it is not empty, so it is no lock of a checkpoint; move it, or name another checkpoint",
+                ));
+            }
             match file.try_lock() {
                 Ok(()) => {}
                 // Not every file system has locks: there the user has to ensure that processes do not collide.
@@ -36,7 +48,11 @@ impl Lock {
             }
             // Its last holder may have removed the file in between.
             if is_at(&file, &path) {
-                return Ok(Lock { path, _file: file });
+                return Ok(Lock {
+                    _listed: Listed::new(path.clone()),
+                    path,
+                    _file: file,
+                });
             }
         }
     }

@@ -25,6 +25,11 @@ pub use identity::{Identity, Named, volume_fingerprint};
 pub use merge::{Merged, check_kept, merge};
 pub use settings::Settings;
 
+/// The files that lie beside a checkpoint: the cache's state, and a lock.
+pub fn side_files(checkpoint: &Path) -> [PathBuf; 2] {
+    ["cache", "lock"].map(|extension| beside(checkpoint, extension))
+}
+
 /// The file of this kind beside a checkpoint: `FILE.exr.cache`.
 fn beside(checkpoint: &Path, extension: &str) -> PathBuf {
     let mut name = checkpoint.as_os_str().to_owned();

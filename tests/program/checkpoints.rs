@@ -196,12 +196,8 @@ fn an_interruption_within_a_batch_is_told_of() {
                 cache's paths: c.exr is as it was before";
     assert!(said.contains(note), "{said}");
     assert!(folder.read("c.exr") == checkpoint);
-    let shard = folder.exr("a.exr");
-    let name = exr::prelude::Text::from("isolume.shard");
-    let own = shard.layer_data[0].attributes.other.get(&name);
-    let header = own.or(shard.attributes.other.get(&name));
-    let header = format!("{header:?}");
-    assert!(header.contains("relative_error"), "{header}");
+    let fills = &shard_header(&folder, "a.exr")["fills"];
+    assert!(fills[0]["relative_error"].is_number(), "{fills}");
 }
 
 /// By SIGTERM, as a scheduler does it; SIGUSR1 asks for a checkpoint before that.
@@ -297,24 +293,127 @@ fn a_checkpoint_of_something_else_is_refused() {
         damaged[at] ^= bit;
         folder.write("c.exr.cache", &damaged);
         let said = refused(&folder, &cached, 3);
-        assert!(said.contains("c.exr.cache: it is damaged"), "{said}");
+        assert!(
+            said.contains("c.exr.cache: it is damaged; --restart begins anew"),
+            "{said}"
+        );
     }
     folder.write("c.exr.cache", &cache);
     let whole = folder.read("c.exr");
     folder.succeed("render ball.toml --variant caching --samples 0..8 -o shard.exr");
     let said = refused(&folder, "merge c.exr shard.exr", 3);
     assert!(said.contains("c.exr: it is a checkpoint"), "{said}");
-    let shard = format!("{cached} --checkpoint shard.exr").replace(" --checkpoint c.exr", "");
-    let said = refused(&folder, &shard, 3);
-    assert!(
-        said.contains("shard.exr: it is a shard or a merged picture, not a checkpoint"),
-        "{said}"
-    );
     folder.write("c.exr", &whole[..whole.len() - 9]);
     refused(&folder, &cached, 3);
     folder.write("c.exr", b"");
-    refused(&folder, &cached, 3);
+    let said = refused(&folder, &cached, 3);
+    assert!(said.ends_with("; --restart begins anew"), "{said}");
     folder.succeed(&format!("{cached} --restart"));
+}
+
+/// Nor does it go where a checkpoint's own files lie.
+#[test]
+fn a_checkpoint_takes_the_place_of_nothing_else() {
+    let folder = Folder::new();
+    folder.succeed("render ball.toml -o plain.exr --spp 1");
+    folder.succeed("render ball.toml -o shard.exr --samples 0..1");
+    let render = "render ball.toml -o a.exr --spp 2";
+    for (name, expected) in [
+        (
+            "plain",
+            "it is a picture without a render's state, not a checkpoint",
+        ),
+        (
+            "shard",
+            "it is a shard or a merged picture, not a checkpoint",
+        ),
+    ] {
+        let before = folder.read(&format!("{name}.exr"));
+        for restart in ["", " --restart"] {
+            let said = refused(
+                &folder,
+                &format!("{render} --checkpoint {name}.exr{restart}"),
+                3,
+            );
+            assert!(said.contains(&format!("{name}.exr: {expected}")), "{said}");
+        }
+        assert!(folder.read(&format!("{name}.exr")) == before);
+    }
+    folder.write("c.exr.lock", b"precious");
+    let kept = format!("{render} --checkpoint c.exr");
+    let said = refused(&folder, &kept, 3);
+    assert!(said.contains("c.exr.lock: it is not empty"), "{said}");
+    assert_eq!(folder.read("c.exr.lock"), b"precious");
+    std::fs::remove_file(folder.path("c.exr.lock")).unwrap();
+    for output in ["--stats c.exr.cache", "--profile c.exr.lock"] {
+        let said = refused(&folder, &format!("{kept} {output}"), 2);
+        assert!(said.contains("two outputs have this name"), "{said}");
+    }
+}
+
+/// A picture of an orbit that is gone is rendered again, but not by halves: no checkpoint would say so.
+#[cfg(unix)]
+#[test]
+fn an_earlier_picture_is_whole_or_not_there() {
+    let folder = Folder::new();
+    let orbit = format!(
+        "render ball.toml --variant non-caching --size 96x64 --spp 1500 --orbit 2 -o turn.exr {OFTEN}"
+    );
+    let modified = |name| std::fs::metadata(folder.path(name)).and_then(|about| about.modified());
+    let mut child = started(&folder, &orbit);
+    wait_until(&mut child, "a checkpoint of the second picture", || {
+        let times = modified("turn.0001.exr").ok().zip(modified("c.exr").ok());
+        times.is_some_and(|(picture, checkpoint)| checkpoint > picture)
+    });
+    send("INT", &child);
+    ends(child, 130);
+    let first = folder.path("turn.0001.exr");
+    std::fs::remove_file(&first).expect("it was there");
+    let checkpoint = folder.read("c.exr");
+    let mut child = started(&folder, &orbit);
+    let lock = folder.path("c.exr.lock");
+    wait_until(&mut child, "a lock", || lock.exists());
+    // Less than the picture takes, and more than compiling.
+    std::thread::sleep(Duration::from_millis(800));
+    send("INT", &child);
+    let said = ends(child, 130);
+    assert!(
+        said.contains("interrupted before there was a picture to write"),
+        "{said}"
+    );
+    assert!(!first.exists() && folder.read("c.exr") == checkpoint);
+}
+
+/// A process that is killed between the filling and its first picture has spent the time of the filling.
+#[test]
+fn the_time_of_a_filling_counts_after_a_kill() {
+    let folder = Folder::new();
+    let render = "render ball.toml --variant caching --cache-scale 1 --size 8x8 --spp 64 -o a.exr --checkpoint c.exr";
+    folder.succeed(render);
+    let cache = folder.read("c.exr.cache");
+    let cache = String::from_utf8_lossy(&cache);
+    let took = cache.split("\"took\":").nth(1).expect("a time");
+    let took = took.split_inclusive('}').next().expect("its end");
+    let filling: Duration = serde_json::from_str(took).expect("JSON");
+    std::fs::remove_file(folder.path("c.exr")).unwrap();
+    folder.succeed(render);
+    let seconds = shard_header(&folder, "c.exr")["seconds"].as_f64();
+    assert!(
+        seconds > Some(filling.as_secs_f64()),
+        "{seconds:?} {filling:?}"
+    );
+}
+
+/// The header of a shard or of a checkpoint.
+pub fn shard_header(folder: &Folder, file: &str) -> serde_json::Value {
+    let picture = folder.exr(file);
+    let name = exr::prelude::Text::from("isolume.shard");
+    let own = picture.layer_data[0].attributes.other.get(&name);
+    let header = match own.or(picture.attributes.other.get(&name)) {
+        Some(exr::prelude::AttributeValue::Text(text)) => text.to_string(),
+        other => panic!("{other:?}"),
+    };
+    serde_json::from_str(&header).expect("JSON")
 }
 
 /// A cache that was filled once serves all shards: they merge to what a single run reads from it.

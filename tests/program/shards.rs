@@ -4,8 +4,9 @@ use std::process::Command;
 
 use exr::prelude::FlatImage;
 
+use crate::checkpoints::shard_header;
 use crate::refusals::refused;
-use crate::{Folder, ended, text};
+use crate::{Folder, ended, last_line, text};
 
 const SHARDS: [&str; 4] = ["0..32", "32..100", "100..128", "128..256"];
 const NAMES: [&str; 4] = ["a.exr", "b.exr", "c.exr", "d.exr"];
@@ -223,6 +224,30 @@ fn what_does_not_belong_together_is_not_merged() {
         assert!(said.contains(expected), "{other}: {said}");
         assert_eq!(said.lines().count(), 1, "{said}");
     }
+}
+
+/// Not those of the views before.
+#[test]
+fn a_shard_of_an_orbit_counts_its_own_paths() {
+    let folder = Folder::new();
+    folder.succeed(
+        "render ball.toml --variant non-caching --size 8x8 --orbit 3 --samples 0..4 -o o.exr",
+    );
+    for file in ["o.0001.exr", "o.0003.exr"] {
+        assert_eq!(shard_header(&folder, file)["paths"], 8 * 8 * 4, "{file}");
+    }
+}
+
+/// A single sample does not tell its error.
+#[test]
+fn an_unknown_error_is_called_so() {
+    let folder = Folder::new();
+    folder.succeed("render ball.toml --variant non-caching --samples 0..1 -o a.exr");
+    let merged = folder.succeed("merge m.exr a.exr");
+    assert!(
+        last_line(&merged).contains("relative error unknown"),
+        "{merged:?}"
+    );
 }
 
 #[test]

@@ -20,4 +20,5 @@ mod passes;
 mod published;
 mod samplers;
 mod soak;
+mod trial;
 mod twins;

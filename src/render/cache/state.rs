@@ -62,6 +62,11 @@ impl Cache {
 }
 
 impl CacheState {
+    /// The time that the filling has taken.
+    pub fn took(&self) -> Duration {
+        self.took
+    }
+
     /// Bytes that stream, in a cache with `light` bytes of light.
     fn bytes(&self, light: u64) -> Option<u64> {
         let bricks = (self.bricks as u64).checked_mul(5)?;
