@@ -57,13 +57,14 @@ ivec3 nearest_brick(Cube cube) {
 }
 
 // Adds the weight of light at `cube` to the brick of its nearest node. It is rounded at random, so that many small
-// weights are not lost.
+// weights are not lost, and never to 0: all bricks of a thin medium have small weights, and one without weight gets no
+// light.
 void weigh(Cube cube, float weight) {
     ivec3 brick = nearest_brick(cube);
     if (page_of(brick) != NO_PLACE) {
         uvec2 count = rays();
         float share = weight * weight / float(count.x * count.y);
-        uint rounded = uint(share * exp2(31.0) + number_at(weight));
+        uint rounded = max(uint(share * exp2(31.0) + number_at(weight)), uint(weight > 0.0));
         atomicAdd(bricks.at[place_of(brick)].weight, rounded);
     }
 }

@@ -34,7 +34,7 @@ pub fn choose(
     let uncached = GpuScene::new(scene, volume, 0);
     let needed = needed_bricks(&uncached, volume);
     let mut best = None;
-    for plan in plans(device, limits, budget, volume, scene, uncached) {
+    for plan in plans(device, limits, budget, volume, scene, uncached, needed) {
         let plan = plan?;
         let is_enough = share(&plan, needed) >= ENOUGH;
         best = Some(plan);
@@ -59,7 +59,7 @@ pub fn caches(
     let needed = needed_bricks(&uncached, volume);
     let mut caches = Vec::new();
     let mut most = 0.0;
-    for plan in plans(device, limits, budget, volume, scene, uncached) {
+    for plan in plans(device, limits, budget, volume, scene, uncached, needed) {
         let plan = plan?;
         let share = share(&plan, needed).min(1.0);
         if plan.variant.cache().is_some() && share >= MORE * most {
@@ -78,6 +78,7 @@ fn plans(
     volume: &Volume,
     scene: &Scene,
     uncached: GpuScene,
+    needed: u32,
 ) -> impl Iterator<Item = Result<Plan>> {
     let [has_caches, has_none] = match scene.render.variant {
         Variant::Caching => [true, false],
@@ -92,7 +93,7 @@ fn plans(
         .filter_map(|rung| rung.layout.ok());
     let cached = layouts.map(move |layout| uncached.clone().with_cache(layout));
     cached.chain(without).filter_map(move |candidate| {
-        let plan = fill(device, limits, budget, candidate).transpose()?;
+        let plan = fill(device, limits, budget, candidate, needed).transpose()?;
         match plan {
             Ok(plan) if too_many_nodes(&plan, limits, scene).is_some() => None,
             plan => Some(plan),
@@ -121,12 +122,34 @@ fn share(plan: &Plan, needed: u32) -> f64 {
     f64::from(capacity(plan)) / f64::from(needed.max(1))
 }
 
-/// A plan with as many bricks as the budget has room for. `None` if they are too few for a ray.
+/// The most bricks that one sample of a pixel reads at once. A ray meets at most as many as the volume has along its axes
+/// together. A path reads along one ray at a time. The march of a cached picture begins anew when a brick is missing, and
+/// reads along several: the camera's ray, rays to suns from four points of the medium (`camera_march.comp`), and a ray to
+/// each sun from every crossing with a surface. All rays to one sun lie in a plane, which meets at most as many bricks as
+/// three faces of the volume have.
+fn most_at_once(layout: &BrickLayout, scene: &GpuScene) -> u64 {
+    let [x, y, z] = layout.bricks.map(u64::from);
+    let (along_a_ray, in_a_plane) = (x + y + z, x * y + y * z + z * x);
+    let features = scene.features();
+    let suns = u64::from(features.sun_count);
+    let surfaces = &scene.parts.surfaces.iso;
+    let beside = match (features.cache_order, suns) {
+        (0, _) | (_, 0) => 0,
+        _ if surfaces.is_empty() => 4 * along_a_ray,
+        // The first crossing is the last.
+        _ if surfaces.iter().all(|surface| surface.opacity >= 1.0) => (4 + suns) * along_a_ray,
+        _ => 4 * along_a_ray + suns * in_a_plane,
+    };
+    (along_a_ray + beside).min(layout.total().into())
+}
+
+/// A plan with as many bricks as the budget has room for, of `needed` that matter. `None` if they are too few for a sample.
 fn fill(
     device: &Arc<Device>,
     limits: &DeviceSummary,
     budget: u64,
     scene: GpuScene,
+    needed: u32,
 ) -> Result<Option<Plan>> {
     let dims = scene.parts.field.dims;
     let planned = |places: u64| {
@@ -148,9 +171,7 @@ fn fill(
     let mut places = (1 + left / brick_bytes)
         .min(most_image)
         .min(layout.total().into());
-    // A ray meets at most this many bricks, and a path reads along one ray at a time.
-    let least: u32 = layout.bricks.iter().sum();
-    let least = u64::from(least.min(layout.total()));
+    let least = most_at_once(&layout, &scene).min(needed.max(1).into());
     while places >= least {
         match planned(places) {
             Ok(plan) if plan.bytes() <= budget => return Ok(Some(plan)),

@@ -160,3 +160,20 @@ fn from_far_away_all_cells_catch_up() {
     catch_up(&mut cached);
     assert_eq!(cached.cache().mean_updates(), 16.0);
 }
+
+/// A thin medium of many bricks, each of which weighs little, is in sight all the same: seen against black under a white
+/// sky, it is as bright as what it scatters of one.
+#[test]
+fn haze_is_in_sight() {
+    const DEPTH: f64 = 0.001;
+    let mut scene = from([0.0, 0.0, 3.0]);
+    scene.medium = Some(uniform_medium(DEPTH, 0.9, 0.0));
+    scene.render.background = Background::Color([0.0; 3]);
+    let volume = constant_field(1.0, [128; 3], [1.0 / 128.0; 3]);
+    let mut haze = cached(&scene, &volume, 0.5, CacheFormat::F16, 0, 1);
+    haze.fill(8);
+    let pixels = haze.at_rest(1, 16).mean;
+    let mean = pixels.iter().map(|p| f64::from(p[0])).sum::<f64>() / pixels.len() as f64;
+    let expected = 0.9 * DEPTH;
+    assert!((mean / expected - 1.0).abs() < 0.02, "{mean} {expected}");
+}

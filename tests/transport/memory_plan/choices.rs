@@ -340,3 +340,36 @@ fn a_cache_without_use_is_not_taken() {
         );
     }
 }
+
+/// A march reads along rays to suns from every surface that lets light through, and begins anew when a brick is missing: the
+/// bricks of all of these rays are there at once, or there is no march.
+#[test]
+fn a_march_in_bricks_has_room_for_all_that_a_pixel_reads() {
+    let device = crate::support::common::device();
+    let mut scene = scene();
+    scene.surfaces.iso = vec![Isosurface {
+        value: 100.0,
+        opacity: 0.5,
+        color: [0.8; 3],
+        shading: Shading::Lambert,
+    }];
+    scene.lights.suns = vec![DirectionalLight {
+        direction: [0.3, -1.0, -0.4],
+        irradiance: [3.0; 3],
+    }];
+    let volume = dense(128, Kind::F32);
+    let mut plans_in_bricks = 0;
+    for budget in (6_000_000..14_000_000).step_by(500_000) {
+        let Ok(choice) = choose(&device, &device.summary, budget, &volume, &scene) else {
+            continue;
+        };
+        let Some(bricks) = choice.plan.bricks else {
+            continue;
+        };
+        plans_in_bricks += 1;
+        let has_all = bricks.capacity() >= bricks.total();
+        let is_marched = choice.plan.variant.cache().is_some();
+        assert!(has_all || !is_marched, "{budget}: {}", choice.reason);
+    }
+    assert!(plans_in_bricks > 3);
+}
