@@ -11,7 +11,7 @@ layout(location = 1) out vec4 color;
 
 void main() {
     CanvasVertex v = vertices[indices[gl_VertexIndex]];
-    uv = v.uv * push.uv_scale;
+    uv = v.uv * push.texel;
     color = unpackUnorm4x8(v.color);
     gl_Position = vec4(2.0 * v.position / push.size - 1.0, 0.0, 1.0);
 }

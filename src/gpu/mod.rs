@@ -47,6 +47,9 @@ pub use survey::{DeviceKind, DeviceSummary, list_devices};
 pub use timing::{PassTotal, Span, Timings, Work};
 pub use transfer::Piece;
 #[cfg(feature = "window")]
-pub use window::{ATLAS_SIDE, Canvas, CanvasVertex, Patch, Shape, Surface, Swapchain, Target};
+pub use window::{
+    ATLAS_SIDE, Canvas, CanvasVertex, Patch, SLOT_SIDE, SLOTS, Shape, Surface, Swapchain, Target,
+    slot_corner,
+};
 
 pub use ash::vk::Format;

@@ -1,6 +1,6 @@
 //! The keyboard: one table, from which the help that H shows is made, too.
 
-use egui::{Key, Modifiers, Ui};
+use egui::{Event, Key, Modifiers, Ui};
 
 /// A request of the user that is not a change of the scene's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,6 +96,10 @@ pub fn wishes(ui: &Ui) -> Vec<Wish> {
         return Vec::new();
     }
     ui.input_mut(|i| {
+        // A key that is held down is struck once, but for going back step by step.
+        let is_held =
+            |event: &Event| matches!(event, Event::Key { key, repeat: true, .. } if *key != Key::Z);
+        i.events.retain(|event| !is_held(event));
         let wishes = BINDINGS.iter().flat_map(|b| {
             let times = i.count_and_consume_key(b.modifiers, b.key);
             std::iter::repeat_n(b.wish, times)

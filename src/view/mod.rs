@@ -27,6 +27,7 @@ mod response;
 mod save;
 mod session;
 mod stage;
+mod textures;
 mod watch;
 mod wishes;
 

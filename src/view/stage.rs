@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use egui::{Context, Ui, ViewportId};
+use egui::{Context, TextureId, Ui, ViewportId};
 use winit::dpi::PhysicalSize;
 use winit::event_loop::ActiveEventLoop;
 use winit::raw_window_handle::HasDisplayHandle;
@@ -19,6 +19,11 @@ use crate::gpu::{
     Shape, Surface, Swapchain,
 };
 
+use super::textures::Textures;
+
+/// egui's name for the texture of its font.
+const FONT: TextureId = TextureId::Managed(0);
+
 /// The colour of the window where there is no picture.
 const BACKGROUND: [f32; 3] = [0.07, 0.075, 0.085];
 
@@ -31,6 +36,7 @@ pub struct Stage {
     surface: Arc<Surface>,
     input: egui_winit::State,
     images: WindowImages,
+    textures: Textures,
     /// Whether the window has changed since its images were made.
     is_outdated: bool,
 }
@@ -107,6 +113,7 @@ impl Stage {
             surface,
             input,
             images,
+            textures: Textures::default(),
             is_outdated: false,
         })
     }
@@ -187,35 +194,73 @@ impl Stage {
         let mut output = self.egui.run_ui(input, contents);
         self.input
             .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
-        let textures = std::mem::take(&mut output.textures_delta.set);
-        output.textures_delta.clear();
-        for delta in textures.values().flatten() {
-            self.write_atlas(delta)?;
+        let set = std::mem::take(&mut output.textures_delta.set);
+        let free = std::mem::take(&mut output.textures_delta.free);
+        for (id, deltas) in &set {
+            for delta in deltas {
+                self.write_texture(*id, delta)?;
+            }
         }
         let scale = output.pixels_per_point;
         let primitives = self.egui.tessellate(output.shapes, scale);
-        let size = self.images.swapchain.shape.extent;
         let patches: Vec<Patch> = primitives
             .into_iter()
-            .filter_map(|p| patch(p, scale, size))
+            .filter_map(|primitive| self.patch(primitive, scale))
             .collect();
         self.images.canvas.fill(&patches);
+        for id in free {
+            self.textures.free(id);
+        }
         let root = output.viewport_output.get(&ViewportId::ROOT);
         Ok(root.map_or(Duration::MAX, |root| root.repaint_delay))
     }
 
-    fn write_atlas(&mut self, delta: &egui::epaint::ImageDelta) -> Result<()> {
+    /// Writes a texture or a part of it. One for which there is no room is not drawn.
+    fn write_texture(&mut self, id: TextureId, delta: &egui::epaint::ImageDelta) -> Result<()> {
         let egui::ImageData::Color(image) = &delta.image;
         let extent = image.size.map(|n| n as u32);
-        let used = self.egui.fonts(|fonts| fonts.font_image_size());
-        let low = delta.pos.unwrap_or([0, 0]).map(|n| n as u32);
-        self.images.canvas.write_atlas(
-            &mut self.frame,
-            low,
-            extent,
-            image.as_raw(),
-            used.map(|n| n as u32),
-        )
+        let begin = match (id, delta.pos) {
+            (FONT, _) => Some([0, 0]),
+            (_, None) => self.textures.place(id, extent).map(|texture| texture.low()),
+            (_, Some(_)) => self.textures.get(id).map(|texture| texture.low()),
+        };
+        let Some(begin) = begin else {
+            return Ok(());
+        };
+        let inside = delta.pos.unwrap_or([0, 0]).map(|n| n as u32);
+        let low = std::array::from_fn(|a| begin[a] + inside[a]);
+        let WindowImages { canvas, .. } = &mut self.images;
+        canvas.write_atlas(&mut self.frame, low, extent, image.as_raw())
+    }
+
+    /// Triangles of the user interface, from points to pixels and texels.
+    fn patch(&self, primitive: egui::ClippedPrimitive, scale: f32) -> Option<Patch> {
+        let egui::epaint::Primitive::Mesh(mesh) = primitive.primitive else {
+            return None;
+        };
+        let font = self.egui.fonts(|fonts| fonts.font_image_size());
+        let texture = match mesh.texture_id {
+            FONT => None,
+            id => Some(self.textures.get(id)?),
+        };
+        let clip = primitive.clip_rect;
+        let size = self.images.swapchain.shape.extent;
+        let pixel = |x: f32, a: usize| ((x * scale).round().max(0.0) as u32).min(size[a]);
+        let corner = |p: egui::Pos2| [pixel(p.x, 0), pixel(p.y, 1)];
+        let texel = |uv: [f32; 2]| match texture {
+            Some(texture) => texture.texel(uv),
+            None => std::array::from_fn(|a| uv[a] * font[a] as f32),
+        };
+        let vertex = |v: &egui::epaint::Vertex| CanvasVertex {
+            position: [v.pos.x * scale, v.pos.y * scale],
+            uv: texel([v.uv.x, v.uv.y]),
+            color: u32::from_le_bytes(v.color.to_array()),
+        };
+        Some(Patch {
+            clip: [corner(clip.min), corner(clip.max)],
+            vertices: mesh.vertices.iter().map(vertex).collect(),
+            indices: mesh.indices,
+        })
     }
 
     /// Shows the picture in the rectangle [low, high), in pixels, and the user interface over it. Returns whether
@@ -249,24 +294,4 @@ impl Stage {
     pub fn is_outdated(&self) -> bool {
         self.is_outdated
     }
-}
-
-/// Triangles of the user interface, from points to pixels.
-fn patch(primitive: egui::ClippedPrimitive, scale: f32, size: [u32; 2]) -> Option<Patch> {
-    let egui::epaint::Primitive::Mesh(mesh) = primitive.primitive else {
-        return None;
-    };
-    let clip = primitive.clip_rect;
-    let pixel = |x: f32, a: usize| ((x * scale).round().max(0.0) as u32).min(size[a]);
-    let corner = |p: egui::Pos2| [pixel(p.x, 0), pixel(p.y, 1)];
-    let vertex = |v: &egui::epaint::Vertex| CanvasVertex {
-        position: [v.pos.x * scale, v.pos.y * scale],
-        uv: [v.uv.x, v.uv.y],
-        color: u32::from_le_bytes(v.color.to_array()),
-    };
-    Some(Patch {
-        clip: [corner(clip.min), corner(clip.max)],
-        vertices: mesh.vertices.iter().map(vertex).collect(),
-        indices: mesh.indices,
-    })
 }

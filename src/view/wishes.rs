@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use glam::DVec3;
 use winit::window::Fullscreen;
 
 use super::app::App;
@@ -10,7 +11,7 @@ use super::panels::render::VARIANTS;
 use super::session::Session;
 use super::{camera, clip, save};
 use crate::error::Result;
-use crate::scene::Camera;
+use crate::scene::{Camera, Projection};
 
 impl App<'_> {
     pub(super) fn carry_out(&mut self, wishes: Vec<Wish>) {
@@ -94,5 +95,15 @@ fn from_side(session: &Session, n: usize) -> Camera {
     let [width, height] = session.scene.render.size;
     let aspect = f64::from(width) / f64::from(height);
     let up = crate::scene::camera::default_up(back, volume.axes);
-    Camera::framing(volume.extent(), [0.0; 3], back, up, now.projection, aspect)
+    let projection = match now.projection {
+        // The picture's height holds the whole box, with a little margin.
+        Projection::Orthographic { .. } => {
+            let [up, back] = [up, back].map(DVec3::from);
+            let reach = |axis: DVec3| (DVec3::from(volume.extent()) * axis.abs()).element_sum();
+            let height = 1.05 * reach(up).max(reach(up.cross(back)) / aspect);
+            Projection::Orthographic { height }
+        }
+        perspective => perspective,
+    };
+    Camera::framing(volume.extent(), [0.0; 3], back, up, projection, aspect)
 }

@@ -1,8 +1,8 @@
 //! Textured triangles over an image, with which a user interface is drawn.
 //!
-//! Their memory is of fixed size, so that a plan can count it before anything has been drawn: a texture of
-//! [`ATLAS_SIDE`]² texels, `MOST_VERTICES` vertices and `MOST_INDICES` indices. Whatever exceeds them is not
-//! drawn.
+//! Their memory is of fixed size, so that a plan can count it before anything has been drawn: a texture with
+//! [`ATLAS_SIDE`]² texels for a font and [`SLOTS`] slots of [`SLOT_SIDE`]² texels below them, `MOST_VERTICES` vertices and
+//! `MOST_INDICES` indices. Whatever exceeds them is not drawn.
 
 use std::sync::Arc;
 
@@ -22,8 +22,20 @@ use super::surface::{Surface, Target};
 use crate::error::Result;
 use crate::shared;
 
-/// Texels along either side of the texture.
+/// Texels along either side of the texture's part for a font.
 pub const ATLAS_SIDE: u32 = 1024;
+/// Texels along either side of a slot for another texture, and the number of slots.
+pub const SLOT_SIDE: u32 = 64;
+pub const SLOTS: u32 = 2 * ATLAS_SIDE / SLOT_SIDE;
+/// Size of the texture.
+const ATLAS: [u32; 2] = [ATLAS_SIDE, ATLAS_SIDE + 2 * SLOT_SIDE];
+
+/// The first texel of a slot.
+pub fn slot_corner(slot: u32) -> [u32; 2] {
+    let in_a_row = ATLAS_SIDE / SLOT_SIDE;
+    let row = slot / in_a_row;
+    [slot % in_a_row * SLOT_SIDE, ATLAS_SIDE + row * SLOT_SIDE]
+}
 const MOST_VERTICES: usize = 1 << 16;
 const MOST_INDICES: usize = 1 << 18;
 
@@ -31,7 +43,7 @@ shared! {
     pub struct CanvasVertex {
         /// In pixels from the upper left corner.
         pub position: vec2,
-        /// Position in the texture; 1 is the end of the used part.
+        /// Position in the texture, in texels.
         pub uv: vec2,
         /// Eight bits a channel, red lowest; premultiplied, encoded for display.
         pub color: uint,
@@ -40,8 +52,8 @@ shared! {
     pub struct CanvasPush {
         /// In pixels.
         pub size: vec2,
-        /// The used part of the texture, as a share of its sides.
-        pub uv_scale: vec2,
+        /// A texel, as a share of the texture's sides.
+        pub texel: vec2,
     }
 }
 
@@ -60,8 +72,6 @@ pub struct Canvas {
     indices: Buffer,
     atlas: Image,
     staging: Buffer,
-    /// The used part of the texture, in texels.
-    used: [u32; 2],
     draws: Vec<Draw>,
 }
 
@@ -79,7 +89,7 @@ impl Canvas {
             bytes: bytes as u64,
             placement: Placement::Upload,
         };
-        let side = ATLAS_SIDE as usize;
+        let texels = ATLAS[0] as usize * ATLAS[1] as usize;
         let vertices = upload(
             "interface: vertices",
             MOST_VERTICES * size_of::<CanvasVertex>(),
@@ -87,7 +97,7 @@ impl Canvas {
         let indices = upload("interface: indices", MOST_INDICES * size_of::<u32>());
         let atlas = ImageDesc {
             name: "interface: texture",
-            extent: [ATLAS_SIDE, ATLAS_SIDE, 1],
+            extent: [ATLAS[0], ATLAS[1], 1],
             volumetric: false,
             written: false,
             zeroed: true,
@@ -101,22 +111,19 @@ impl Canvas {
             vertices: Buffer::new(memory, vertices)?,
             indices: Buffer::new(memory, indices)?,
             atlas: Image::new(memory, atlas)?,
-            staging: Buffer::new(memory, upload("interface: staging", 4 * side * side))?,
-            used: [ATLAS_SIDE; 2],
+            staging: Buffer::new(memory, upload("interface: staging", 4 * texels))?,
             draws: Vec::new(),
         })
     }
 
-    /// Writes texels, RGBA in rows, from `low` on; `used` is the size of the used part of the texture from now on.
+    /// Writes texels, RGBA in rows, from `low` on.
     pub fn write_atlas(
         &mut self,
         frame: &mut Frame,
         low: [u32; 2],
         extent: [u32; 2],
         texels: &[u8],
-        used: [u32; 2],
     ) -> Result<()> {
-        self.used = used;
         self.staging.write(texels);
         frame.run(|f| {
             f.upload(
@@ -332,7 +339,7 @@ impl Frame {
         }];
         let push = CanvasPush {
             size: target.extent.map(|n| n as f32),
-            uv_scale: canvas.used.map(|n| n as f32 / ATLAS_SIDE as f32),
+            texel: ATLAS.map(|n| 1.0 / n as f32),
         };
         let (raw, commands) = (&self.device.raw, self.commands);
         // SAFETY: the command buffer is recording, and everything outlives the submission, which

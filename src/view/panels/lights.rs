@@ -57,7 +57,13 @@ fn brightness(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], most: f64) {
     };
     let mut wanted = bright;
     ui.horizontal(|ui| {
-        let recolored = color(ui, &mut hue);
+        let mut picked = hue;
+        let recolored = color(ui, &mut picked);
+        let brightest = picked.iter().copied().fold(0.0, f64::max);
+        // The picker's darkness is not the light's: only the proportions count, and black has none.
+        if recolored && brightest > 0.0 {
+            hue = picked.map(|c| c / brightest);
+        }
         slider(ui, name, &mut wanted, [0.0, most], true);
         if recolored || wanted != bright {
             *rgb = hue.map(|c| c * wanted);

@@ -107,6 +107,8 @@ fn slider(ui: &mut Ui, name: &str, value: &mut f64, [low, high]: [f64; 2], logar
         .logarithmic(logarithmic)
         .smallest_positive(1e-4)
         .clamping(SliderClamping::Edits)
+        // What is typed counts once it is whole: "0.25" begins with 0.
+        .update_while_editing(false)
         .text(name);
     ui.add(slider);
 }

@@ -184,7 +184,8 @@ fn edit(ui: &mut Ui, plot: &Plot, medium: &mut Medium, chosen: &mut Chosen) {
             .circle(place, radius, filled, Stroke::new(1.5, ring));
     }
     let has_pointer = plot.response.contains_pointer();
-    if has_pointer && ui.input(|i| i.key_pressed(Key::Delete)) {
+    let is_typing = ui.ctx().egui_wants_keyboard_input();
+    if has_pointer && !is_typing && ui.input(|i| i.key_pressed(Key::Delete)) {
         removed = Some(chosen.point);
     }
     if let Some(i) = removed.filter(|i| points.len() > 1 && *i < points.len()) {
@@ -233,17 +234,21 @@ fn strip(ui: &mut Ui, plot: &Plot, medium: &Medium) {
 fn chosen_point(ui: &mut Ui, medium: &mut Medium, chosen: &mut Chosen) {
     let points = &mut medium.transfer;
     let i = chosen.point.min(points.len().saturating_sub(1));
-    let least = i.checked_sub(1).map_or(f64::MIN, |n| points[n].value);
-    let most = points.get(i + 1).map_or(f64::MAX, |next| next.value);
+    // Values beyond a float's are refused in a scene file.
+    let beyond = f64::from(f32::MAX) / 2.0;
+    let least = i.checked_sub(1).map_or(-beyond, |n| points[n].value);
+    let most = points.get(i + 1).map_or(beyond, |next| next.value);
     let Some(point) = points.get_mut(i) else {
         return;
     };
     ui.horizontal(|ui| {
         color(ui, &mut point.color);
         let value = egui::DragValue::new(&mut point.value).range(least..=most);
-        ui.add(value.max_decimals(3)).on_hover_text("value");
+        let value = value.max_decimals(3).update_while_editing(false);
+        ui.add(value).on_hover_text("value");
         let opacity = egui::DragValue::new(&mut point.opacity).range(0.0..=1.0);
-        ui.add(opacity.speed(0.002).max_decimals(4))
+        let opacity = opacity.speed(0.002).max_decimals(4);
+        ui.add(opacity.update_while_editing(false))
             .on_hover_text("opacity");
     });
 }
