@@ -56,7 +56,8 @@ pub fn open(
             edits.iter().cloned().partition(Edit::is_about_volume);
         let bare = SceneFile::bare(input, &about_volume)?;
         let volume = load(&bare.volume_path()?, &bare.volume_overrides()?)?;
-        let (name, mut scene) = preset.scene(input, &volume)?;
+        let view = rest.iter().rev().find_map(Edit::named_view);
+        let (name, mut scene) = preset.scene(input, &volume, view)?;
         scene.volume = bare.volume;
         (scene.edited(name, &rest)?, volume)
     };

@@ -40,8 +40,13 @@ pub enum Preset {
 }
 
 impl Preset {
-    /// The scene's name in messages, and the scene; its `volume` table is left open.
-    pub fn scene(self, path: &Path, volume: &Volume) -> Result<(String, SceneFile)> {
+    /// The scene's name in messages, and the scene, lit for this view; its `volume` table is left open.
+    pub fn scene(
+        self,
+        path: &Path,
+        volume: &Volume,
+        view: Option<View>,
+    ) -> Result<(String, SceneFile)> {
         let [low, high] = volume.range;
         if low == high {
             let problem = format!("every voxel is {low}, so there is nothing to see");
@@ -67,7 +72,7 @@ impl Preset {
                 iso: iso.into_iter().collect(),
                 ..Default::default()
             },
-            light: lights(volume.axes),
+            light: lights(volume.axes, view),
             ..Default::default()
         };
         scene.render.background = Some(Background::Color([0.012, 0.016, 0.024]));
@@ -139,9 +144,11 @@ fn surface(value: f64) -> IsoTable {
     }
 }
 
-/// A warm sun over the viewer's left shoulder, and a dim blue sky that fills the shadows.
-fn lights(axes: Option<Axes>) -> Vec<LightTable> {
-    let back = View::default_for(axes).towards_eye(axes);
+/// A warm sun over the viewer's left shoulder, and a dim blue sky that fills the shadows. A view that the orientation does
+/// not know is refused later.
+fn lights(axes: Option<Axes>, view: Option<View>) -> Vec<LightTable> {
+    let default = View::default_for(axes).towards_eye(axes);
+    let back = view.and_then(|view| view.towards_eye(axes)).or(default);
     let back = back.expect("the default view exists for every orientation");
     let up = DVec3::from(default_up(back, axes));
     let back = DVec3::from(back);

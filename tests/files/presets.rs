@@ -150,6 +150,26 @@ fn a_mask_becomes_a_surface() {
     );
 }
 
+/// From behind as from the front: over the viewer's left shoulder.
+#[test]
+fn the_sun_stands_behind_the_viewer() {
+    for view in ["+x", "-x", "+y", "-y", "+z", "-z"] {
+        let scene = opened(
+            hounsfield(2000),
+            Preset::Auto,
+            &[&format!("camera.view=\"{view}\"")],
+        );
+        let scene = scene.unwrap().scene;
+        let [forward, right, up] = scene.camera.basis();
+        let travels = glam::DVec3::from(scene.lights.suns[0].direction);
+        let along = [forward, right, up].map(|axis| axis.dot(travels));
+        assert!(
+            along[0] > 0.3 && along[1] > 0.2 && along[2] < -0.3,
+            "{view}: {along:?}"
+        );
+    }
+}
+
 /// As OpenVDB says of fog volumes and level sets.
 #[test]
 fn densities_become_a_medium_and_distances_a_surface() {

@@ -301,6 +301,15 @@ impl Edit {
         Edit { flag, change }
     }
 
+    /// The named side that it looks from, if it sets one.
+    pub(in crate::scene) fn named_view(&self) -> Option<View> {
+        match &self.change {
+            Change::View(name) => name.clone().try_into().ok(),
+            Change::Set { key, value } if key == "camera.view" => value.clone().try_into().ok(),
+            _ => None,
+        }
+    }
+
     /// Whether it concerns the volume, which is read before a preset can use it.
     pub(in crate::scene) fn is_about_volume(&self) -> bool {
         matches!(&self.change, Change::Set { key, .. } if key.split('.').next() == Some("volume"))
