@@ -106,6 +106,37 @@ fn an_array_alone_has_the_axes_that_it_names() {
     }
 }
 
+/// xarray names the axes of an array of Zarr 2 among its attributes.
+#[test]
+fn an_array_of_zarr_2_has_the_axes_that_its_attributes_name() {
+    let folder = folder();
+    let array = textured([5, 4, 3], VoxelType::U8);
+    let zarr = Zarr::new(false, &[2, 2, 2], Codec::Gzip);
+    let path = zarr.write_array(&folder.path().join("v"), &[3, 4, 5], &array);
+    for (attributes, dims) in [
+        (r#"{"_ARRAY_DIMENSIONS": ["x", "y", "z"]}"#, [3, 4, 5]),
+        (
+            r#"{"offset": NaN, "_ARRAY_DIMENSIONS": ["c", "y", "x"]}"#,
+            [5, 4, 1],
+        ),
+        (r#"{"_ARRAY_DIMENSIONS": ["x", "y"]}"#, [5, 4, 3]),
+        (r#"{"_ARRAY_DIMENSIONS": ["x", null, "z"]}"#, [5, 4, 3]),
+        (r#"{"_ARRAY_DIMENSIONS": "xyz"}"#, [5, 4, 3]),
+        (r#"{"_ARRAY_DIMENSIONS": ["x", "#, [5, 4, 3]),
+        ("{}", [5, 4, 3]),
+    ] {
+        fs::write(path.join(".zattrs"), attributes).unwrap();
+        let volume = plain(&path);
+        assert_eq!(volume.dims, dims, "{attributes}");
+        let second_along_x = match dims[0] {
+            3 => 20,
+            _ => 1,
+        };
+        let expected = array.values[second_along_x];
+        assert_eq!(values(&volume)[1], expected, "{attributes}");
+    }
+}
+
 #[test]
 fn levels_have_their_own_size() {
     let folder = folder();

@@ -188,7 +188,7 @@ impl Version2 {
         Ok(Array {
             folder: folder.to_path_buf(),
             shape: self.shape,
-            names: None,
+            names: names_by_xarray(folder),
             chunk: self.chunks,
             shard: None,
             voxel_type,
@@ -204,6 +204,18 @@ impl Version2 {
             compression: self.compressor.map(|it| in_words(&it.id, it.cname)),
         })
     }
+}
+
+/// The names of the axes as xarray writes them: version 2 has no place of its own for them. Attributes are free, so what is
+/// no list of names here is another program's and no fault.
+fn names_by_xarray(folder: &Path) -> Option<Vec<String>> {
+    #[derive(Deserialize)]
+    struct Attributes {
+        #[serde(rename = "_ARRAY_DIMENSIONS")]
+        names: Vec<String>,
+    }
+    let attributes: Attributes = json(&folder.join(".zattrs")).ok()?;
+    Some(attributes.names)
 }
 
 #[derive(Deserialize)]
