@@ -1,8 +1,8 @@
 //! NRRD: names of types, skips, and directions of every kind.
 
-use isolume::scene::volume::{Axes, Volume, VolumeOverrides, VoxelType};
+use isolume::scene::volume::{Axes, Endian, Volume, VolumeOverrides, VoxelType};
 
-use crate::volume_files::{gzip, write};
+use crate::volume_files::{Array, gzip, write};
 use crate::volume_formats::{folder, load_bytes, plain, refuses, u8s, values};
 
 #[test]
@@ -178,4 +178,52 @@ fn oblique_axes_get_distinct_letters_of_their_own_handedness() {
     let (letters, _, volume) = nrrd_axes("LPS", "(2,2,-1) (-1,2,2) (2,-1,2)");
     let axes: Axes = letters.parse().unwrap();
     assert!(!axes.left_handed() && volume.notes.is_empty());
+}
+
+/// The fields that stand for the spacing where it is not written itself.
+#[test]
+fn nrrd_axes_from_a_minimum_to_a_maximum_have_a_spacing() {
+    let known = |lines: &str| {
+        let volume = load_bytes("v.nrrd", u8s().nrrd("raw", lines));
+        assert!(volume.notes.is_empty(), "{lines}: {:?}", volume.notes);
+        volume.spacing
+    };
+    let ends = "axis mins: -1 0 6\naxis maxs: 1 1.5 -6\n";
+    assert_eq!(known(ends), [0.5, 0.5, 6.0]);
+    assert_eq!(known(&ends.replace("axis m", "axism")), [0.5, 0.5, 6.0]);
+    for field in ["centerings", "centers"] {
+        let centred = format!("{ends}{field}: cell node node\n");
+        assert_eq!(known(&centred), [0.5, 0.75, 12.0]);
+    }
+    let unknown_centring = format!("{ends}centerings: ??? none cell\n");
+    assert_eq!(known(&unknown_centring), [0.5, 0.5, 6.0]);
+    assert_eq!(known(&format!("spacings: 1 2 3\n{ends}")), [1.0, 2.0, 3.0]);
+    let directions = "space directions: (1,0,0) (0,2,0) (0,0,3)\n";
+    assert_eq!(known(&format!("{directions}{ends}")), [1.0, 2.0, 3.0]);
+    assert_eq!(known("axis mins: 5 5 5\n"), [1.0; 3]);
+
+    for ends in [
+        "axis mins: -1 nan 6\naxis maxs: 1 1.5 -6\n",
+        "axis mins: -1 0 6\naxis maxs: 1 0 -6\n",
+    ] {
+        let volume = load_bytes("v.nrrd", u8s().nrrd("raw", ends));
+        assert_eq!(volume.spacing, [0.5, 1.0, 6.0]);
+        let note = &volume.notes[0];
+        assert!(note.contains("`axis mins` and `axis maxs`"), "{note}");
+    }
+    let short = "axis mins: -1\naxis maxs: 1 1.5 -6\n";
+    let volume = load_bytes("v.nrrd", u8s().nrrd("raw", short));
+    assert_eq!(volume.spacing, [0.5, 1.0, 1.0]);
+
+    // A single slice has no second node, and the channels' axis is no place.
+    let array = Array::new([3, 4, 1], VoxelType::U8, Endian::Little);
+    let lines = "axis mins: 0 0 0\naxis maxs: 4 6 2\ncenterings: node node node\n";
+    let volume = load_bytes("v.nrrd", array.nrrd("raw", lines));
+    assert_eq!(volume.spacing, [2.0, 2.0, 2.0]);
+    let four = "NRRD0001\ntype: uint8\ndimension: 4\nsizes: 2 2 2 2\nencoding: raw\n\
+                kinds: vector space space space\naxis mins: NaN 0 0 0\naxis maxs: NaN 2 4 6\n\n";
+    let volume = load_bytes("v.nrrd", [four.as_bytes(), &[0; 16]].concat());
+    assert_eq!(volume.spacing, [1.0, 2.0, 3.0]);
+    let about_ends = |note: &String| note.contains("axis mins");
+    assert!(!volume.notes.iter().any(about_ends), "{:?}", volume.notes);
 }

@@ -133,17 +133,45 @@ fn geometry(
         return Orientation::from_steps([i, j, k], frame(fields)?);
     }
     let spacings = fields.numbers("spacings", axes.count, "numbers")?;
-    let spacings: Vec<f64> = spacings.unwrap_or(vec![1.0; axes.count]);
-    let spacing = axes.places.map(|axis| spacings[axis]);
+    let (spacing, why) = match spacings {
+        Some(sizes) => {
+            let sizes: Vec<f64> = sizes;
+            let why = "a `spacings` of NaN means";
+            (axes.places.map(|axis| sizes[axis]), why)
+        }
+        None => {
+            let why = "`axis mins` and `axis maxs` without an extent mean";
+            (between_ends(fields, axes).unwrap_or([1.0; 3]), why)
+        }
+    };
     if spacing.iter().any(|size| size.is_nan()) {
-        unknown.push(
-            "a `spacings` of NaN means that the size of voxels is not known: it counts as 1; if that is wrong, set \
-             volume.spacing"
-                .into(),
-        );
+        unknown.push(format!(
+            "{why} that the size of voxels is not known: it counts as 1; if that is wrong, set volume.spacing"
+        ));
     }
     let known = spacing.map(|size| if size.is_nan() { 1.0 } else { size });
     Ok((known, Orientation::UNKNOWN))
+}
+
+/// The spacing of axes of which only the ends are known; NaN for an axis without an extent. The ends are the outer faces
+/// of the outer voxels, or their centres where the axis is `node` centred.
+fn between_ends(fields: &Fields, axes: &FileAxes) -> Option<[f64; 3]> {
+    let (mins, maxs) = (fields.get("axis mins")?, fields.get("axis maxs")?);
+    let centerings = fields.get("centerings").or(fields.get("centers"));
+    let spacing = |place: usize| {
+        let axis = axes.places[place];
+        let end = |ends: &str| -> Option<f64> { ends.split_whitespace().nth(axis)?.parse().ok() };
+        let centering = centerings.and_then(|words| words.split_whitespace().nth(axis));
+        let is_node = centering.is_some_and(|word| word.eq_ignore_ascii_case("node"));
+        let steps = match axes.dims[place] {
+            size if is_node && size > 1 => size - 1,
+            size => size,
+        };
+        let extent = end(maxs)? - end(mins)?;
+        let is_known = extent.is_finite() && extent != 0.0;
+        is_known.then_some(extent.abs() / f64::from(steps))
+    };
+    Some([0, 1, 2].map(|place| spacing(place).unwrap_or(f64::NAN)))
 }
 
 /// The coordinates of the directions. Without a `space` they are taken as right-handed: nothing is known to the
