@@ -20,6 +20,8 @@ pub(super) const LIGHT: Expected = (
     |x| x == 0.0 || (1e-15..=1e15).contains(&x),
     "0 or a number from 1e-15 to 1e15, with another unit if need be",
 );
+/// Of a lobe. Next to a larger exponent the last bits of a cosine decide, and the lobe goes missing.
+pub(super) const SHININESS: Expected = (|x| (0.0..=1e12).contains(&x), "a number from 0 to 1e12");
 pub(super) const POSITIVE: Expected = (|x| x > 0.0, "a finite number > 0");
 
 impl SceneFile {

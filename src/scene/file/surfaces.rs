@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::SceneFile;
-use super::numbers::{FINITE, NOT_NEGATIVE, UNIT};
+use super::numbers::{FINITE, SHININESS, UNIT};
 use super::page::Page;
 use crate::error::Result;
 use crate::scene::surface::{self, MOST_SURFACES};
@@ -85,7 +85,7 @@ impl SceneFile {
         let default = Disney::default();
         let specular = unit("specular", table.specular, default.specular)?;
         let shininess = table.shininess.unwrap_or(32.0);
-        let shininess = self.number(&key("shininess"), shininess, NOT_NEGATIVE)?;
+        let shininess = self.number(&key("shininess"), shininess, SHININESS)?;
         let disney = Disney {
             metallic: unit("metallic", table.metallic, default.metallic)?,
             roughness: unit("roughness", table.roughness, default.roughness)?,

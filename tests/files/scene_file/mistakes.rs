@@ -140,6 +140,7 @@ fn surface_values_out_of_range() {
         [[surfaces.iso]] / value = inf                      => :2: surfaces.iso.0.value: found inf, expected
         [[surfaces.iso]] / value = 5 / color = [2, 0, 0]    => :3: surfaces.iso.0.color: found [2.0, 0.0, 0.0]
         [[surfaces.iso]] / value = 5 / shininess = -1       => :3: surfaces.iso.0.shininess: found -1, expected
+        [[surfaces.iso]] / value = 5 / shininess = 1.1e12   => :3: surfaces.iso.0.shininess: found 1100000000000, expected a number from 0 to 1e12
         surfaces.iso = [{ value = 5 }, / { value = 5.0 }]   => :2: surfaces.iso.1.value: found 5, which surfaces.iso.0 has
         "#,
     );
@@ -164,6 +165,8 @@ fn surface_values_out_of_range() {
             "{iso} = nan => {key}: found NaN, expected a number from 0 to 1"
         ));
     }
+    let brightest = "[[surfaces.iso]]\nvalue = 5\nshininess = 1e12";
+    assert!(resolved(brightest).is_ok());
 }
 
 #[test]
