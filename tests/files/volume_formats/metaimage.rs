@@ -2,7 +2,7 @@
 
 use isolume::scene::volume::{Endian, StoredType, VoxelType};
 
-use crate::volume_files::{Array, write};
+use crate::volume_files::{Array, gzip, write};
 use crate::volume_formats::{DIMS, folder, load_bytes, plain, refuses, u8s, values};
 
 #[test]
@@ -49,6 +49,42 @@ fn metaimage_skips_a_foreign_header() {
         let volume = plain(&write(folder.path(), "v.mhd", header));
         assert_eq!(values(&volume), array.values);
     }
+}
+
+#[test]
+fn metaimage_takes_gzip_where_zlib_is_usual() {
+    let array = u8s();
+    let folder = folder();
+    for foreign in ["", "seventeen letters"] {
+        let bytes = [foreign.as_bytes(), &gzip(&array.bytes())].concat();
+        write(folder.path(), "v.zraw", bytes);
+        let more = format!("CompressedData = True\nHeaderSize = {}\n", foreign.len());
+        let header = array.meta_header(&more, "v.zraw");
+        let volume = plain(&write(folder.path(), "v.mhd", header));
+        assert_eq!(values(&volume), array.values, "{foreign}");
+        let compression = volume.storage.compression.as_deref();
+        assert_eq!(compression, Some("gzip"), "{foreign}");
+    }
+    let header = array.meta_header("CompressedData = True\n", "LOCAL");
+    let bytes = [header.as_bytes(), &gzip(&array.bytes())].concat();
+    assert_eq!(values(&load_bytes("v.mha", bytes)), array.values);
+}
+
+#[test]
+fn metaimage_keys_may_end_in_a_colon() {
+    let array = u8s();
+    let more = "Comment = from 9:30 to 10:00\nElementSpacing = 1 2 3\n";
+    let header = array.meta_header(more, "LOCAL");
+    let colons = header
+        .replace("DimSize =", "DimSize:")
+        .replace("ElementSpacing =", "ElementSpacing :")
+        .replace("ElementDataFile =", "ElementDataFile:");
+    assert!(colons.matches(':').count() == 5, "{colons}");
+    let volume = load_bytes("v.mha", [colons.as_bytes(), &array.bytes()].concat());
+    assert_eq!((volume.dims, volume.spacing), (DIMS, [1.0, 2.0, 3.0]));
+    assert_eq!(values(&volume), array.values);
+    let neither = header.replace("DimSize =", "DimSize");
+    refuses("v.mha", neither, &["expected `Key = value`"]);
 }
 
 #[test]

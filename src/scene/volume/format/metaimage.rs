@@ -10,6 +10,7 @@ use crate::scene::volume::orientation::{Axes, Frame, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
+use crate::scene::volume::source::watched::{open_file, read_at};
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
@@ -75,7 +76,8 @@ fn shape(fields: &Fields) -> Parsed<([u32; 3], usize, Several)> {
 fn fields(bytes: &[u8]) -> Parsed<(Fields, usize)> {
     let mut fields = Fields::default();
     for (number, (line, end)) in lines(bytes).enumerate() {
-        let Some((key, value)) = line.split_once('=') else {
+        // Few programs write a colon, but MetaIO itself reads it.
+        let Some((key, value)) = line.split_once(['=', ':']) else {
             if line.is_empty() {
                 continue;
             }
@@ -167,10 +169,7 @@ fn orientation(fields: &Fields, axes: usize) -> Parsed<Orientation> {
 }
 
 fn data(path: &Path, fields: &Fields, end: usize) -> Parsed<Data> {
-    let encoding = match flag(fields, "CompressedData")?.unwrap_or(false) {
-        true => Encoding::Zlib,
-        false => Encoding::Raw,
-    };
+    let is_compressed = flag(fields, "CompressedData")?.unwrap_or(false);
     let name = fields.require("ElementDataFile")?;
     let (file, begin) = match name {
         name if name.eq_ignore_ascii_case("LOCAL") => (path.to_path_buf(), end as u64),
@@ -186,11 +185,15 @@ fn data(path: &Path, fields: &Fields, end: usize) -> Parsed<Data> {
         .unwrap_or(0);
     let start = match header_size {
         0 => Start::At(begin),
-        -1 if encoding == Encoding::Raw => Start::FromEnd,
+        -1 if !is_compressed => Start::FromEnd,
         size => Start::At(
             u64::try_from(size)
                 .map_err(|_| unexpected("HeaderSize", &size.to_string(), "0 or more"))?,
         ),
+    };
+    let encoding = match start {
+        Start::At(start) if is_compressed => compression(&file, start),
+        _ => Encoding::Raw,
     };
     Ok(Data {
         path: file,
@@ -199,4 +202,15 @@ fn data(path: &Path, fields: &Fields, end: usize) -> Parsed<Data> {
         skip: 0,
         part: Part::WHOLE,
     })
+}
+
+/// MetaIO writes zlib's format and, as zlib finds out which of the two it is, reads gzip's as well. No stream of zlib's begins
+/// as one of gzip does. A file that cannot be read has its fault told when it is opened for its voxels.
+fn compression(file: &Path, start: u64) -> Encoding {
+    let mut magic = [0; 2];
+    let read = open_file(file).map(|(file, _)| read_at(&file, &mut magic, start));
+    match (read, magic) {
+        (Ok(Ok(2)), [0x1f, 0x8b]) => Encoding::Gzip,
+        _ => Encoding::Zlib,
+    }
 }
