@@ -13,6 +13,7 @@ use exr::math::Vec2;
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{ReadChannels, ReadLayers};
+use image::error::{ImageError, UnsupportedErrorKind};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb, Rgb32FImage, imageops};
 
 use crate::fence::fenced;
@@ -28,6 +29,9 @@ const MOST_PIXELS: u64 = 8 * 1032;
 
 /// Bytes of a tile that are allowed to any file: tiles may be larger than their picture.
 const SMALL_TILE: u64 = 16 << 20;
+
+/// Channels that a message names at most: a rendering may have hundreds.
+const MOST_NAMED: usize = 8;
 
 /// The metadata of an OpenEXR file.
 ///
@@ -72,7 +76,7 @@ fn damaged(error: exr::error::Error) -> String {
 
 /// RGB of the first layer of an OpenEXR file that has it, over the window that is shown; black where there are no pixels.
 fn read_exr_colors(path: &Path) -> Result<Rgb32FImage, String> {
-    exr_meta_data(path)?;
+    check_colors(&exr_meta_data(path)?)?;
     let (shown, data) = fenced(|| {
         let read = exr::prelude::read()
             .no_deep_data()
@@ -102,6 +106,28 @@ fn read_exr_colors(path: &Path) -> Result<Rgb32FImage, String> {
     let mut image = Rgb32FImage::new(width as u32, height as u32);
     imageops::replace(&mut image, &pixels, x, y);
     Ok(image)
+}
+
+/// Fails where no layer has colours: such a file is whole, but no picture.
+fn check_colors(meta: &MetaData) -> Result<(), String> {
+    let has = |header: &Header, wanted: &str| {
+        let channels = &header.channels.list;
+        channels.iter().any(|channel| channel.name.eq(wanted))
+    };
+    let has_colors = |header: &Header| ["R", "G", "B"].iter().all(|name| has(header, name));
+    if meta.headers.iter().any(has_colors) {
+        return Ok(());
+    }
+    let channels = meta.headers.iter().flat_map(|header| &header.channels.list);
+    let names: Vec<String> = channels.map(|channel| channel.name.to_string()).collect();
+    let more = match names.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let shown = names[..names.len().min(MOST_NAMED)].join(", ");
+    Err(format!(
+        "its channels are {shown}{more}, expected R, G and B"
+    ))
 }
 
 fn check_header(header: &Header, bytes: u64) -> Result<(), String> {
@@ -160,12 +186,23 @@ pub fn read_image(path: &Path, format: Option<ImageFormat>) -> Result<DynamicIma
     // The library's own cap of 512 MiB is less than an 8K sky needs.
     reader.no_limits();
     fenced(|| {
-        let decoder = reader.into_decoder().map_err(|error| error.to_string())?;
+        let decoder = reader.into_decoder().map_err(unopened)?;
         let (width, height) = decoder.dimensions();
         let most = bytes.saturating_mul(MOST_PIXELS);
         check_claim([width as usize, height as usize], most, bytes)?;
         DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())
     })
+}
+
+fn unopened(error: ImageError) -> String {
+    let is_other_format = matches!(
+        &error,
+        ImageError::Unsupported(why) if matches!(why.kind(), UnsupportedErrorKind::Format(_))
+    );
+    match is_other_format {
+        true => format!("{error}, expected OpenEXR, Radiance HDR or PNG"),
+        false => error.to_string(),
+    }
 }
 
 fn length(path: &Path) -> Result<u64, String> {

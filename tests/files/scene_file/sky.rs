@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use exr::prelude::{SpecificChannels, WritableImage};
 use image::{Rgb, Rgb32FImage};
 use isolume::scene::preset::Preset;
 use isolume::scene::{SceneFile, open, resolve};
@@ -123,6 +124,23 @@ fn bad_environment_images() {
     }
     fails("absent.exr");
     fails("text.exr");
+    let grey = SpecificChannels::build()
+        .with_channel("Y")
+        .with_channel("Z")
+        .with_pixel_fn(|_| (0.0_f32, 0.0_f32));
+    exr::prelude::Image::from_channels((2, 1), grey)
+        .write()
+        .to_file(folder.path().join("grey.exr"))
+        .unwrap();
+    assert!(fails("grey.exr").ends_with("its channels are Y, Z, expected R, G and B"));
+    for (name, start) in [
+        ("sky.jpg", &[0xff, 0xd8, 0xff, 0xe0][..]),
+        ("sky.tif", b"II*\0"),
+        ("sky.txt", b"no image"),
+    ] {
+        std::fs::write(folder.path().join(name), start).unwrap();
+        assert!(fails(name).ends_with("expected OpenEXR, Radiance HDR or PNG"));
+    }
     for (name, size) in [("flat.hdr", "-Y 0 +X 8"), ("narrow.hdr", "-Y 8 +X 0")] {
         let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
         std::fs::write(folder.path().join(name), header).unwrap();
