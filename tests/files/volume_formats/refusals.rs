@@ -123,11 +123,16 @@ fn npy_refuses_what_is_no_scalar_volume() {
     refuses("v.npy", b"PK\x03\x04", &["version 1, 2 or 3"]);
 }
 
-/// The header of an array of Python 2, and one of an array with an axis too many, which is 1 long.
+/// The header of an array of Python 2, and those of arrays with an axis too many, which is 1 long.
 #[test]
 fn npy_shapes_are_read_in_each_spelling() {
     let array = u8s();
-    for shape in ["(2L, 3L, 4L)", "(1, 2, 3, 4)", "( 2,3 ,4L,)"] {
+    for shape in [
+        "(2L, 3L, 4L)",
+        "(1, 2, 3, 4)",
+        "(2, 3, 4, 1)",
+        "( 2,3 ,4L,)",
+    ] {
         let bytes = array.npy(2, false);
         let from = "(2, 3, 4)";
         let at = bytes.windows(from.len()).position(|w| w == from.as_bytes());

@@ -78,7 +78,7 @@ fn dims(text: &str) -> Parsed<([u32; 3], Option<String>)> {
     let size = |text: &str| text.trim().trim_end_matches('L').parse().ok();
     let sizes: Option<Vec<u32>> = numbers.split(',').map(size).collect();
     let [a, b, c] = match sizes.ok_or_else(wrong)?[..] {
-        [a, b, c] | [1, a, b, c] => [a, b, c],
+        [a, b, c] | [1, a, b, c] | [a, b, c, 1] => [a, b, c],
         _ => return Err(wrong()),
     };
     match value(text, "fortran_order")? {
