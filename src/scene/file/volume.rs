@@ -87,7 +87,7 @@ pub(super) fn describe_volume(page: &mut Page, file: &SceneFile, volume: &Volume
     let [low, high] = volume.range;
     page.comment(&format!("the data go from {low} to {high}"));
     let raw = "raw files only";
-    page.line_or_comment("dims", table.dims, volume.dims, raw);
+    page.line_or_comment("dims", table.dims, volume.file_dims, raw);
     let voxel_type = volume.voxel_type.to_string();
     page.line_or_comment("type", table.voxel_type.as_ref(), &voxel_type, raw);
     let endian = "raw files only: \"little\" | \"big\"";

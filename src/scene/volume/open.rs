@@ -176,6 +176,7 @@ fn open(
     }
     Ok(Volume {
         dims: region.dims,
+        file_dims: header.dims,
         spacing,
         stored,
         scale,

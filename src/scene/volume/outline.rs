@@ -49,6 +49,7 @@ impl Volume {
         let ranges = vec![range.map(|value| value as f32); macrocells.iter().product()];
         Volume {
             dims,
+            file_dims: dims,
             spacing: [1.0; 3],
             stored,
             scale: 1.0,

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use isolume::scene::volume::Volume;
 use isolume::scene::{SceneFile, describe, resolve};
 
 use super::sky::write_image;
@@ -87,6 +88,21 @@ tone = "filmic"
             );
         }
     }
+}
+
+/// As a key, the size of what is left would not fit the file.
+#[test]
+fn the_size_of_a_cropped_file_is_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("v_4x3x2_uint8.raw"), [7; 24]).unwrap();
+    let text = "[volume]\npath = \"v_4x3x2_uint8.raw\"\ncrop = [[0, 0, 0], [2, 2, 1]]";
+    let file = SceneFile::parse(text, &folder.path().join("head.toml"), &[]).unwrap();
+    let overrides = file.volume_overrides().unwrap();
+    let volume = Volume::load(&file.volume_path().unwrap(), &overrides).unwrap();
+    let (scene, _) = resolve(&file, &volume).unwrap();
+    let described = describe(&file, &volume, &scene);
+    assert!(described.contains("\n# dims = [4, 3, 2] "), "{described}");
+    assert_eq!(volume.dims, [2, 2, 1]);
 }
 
 /// As when an edit is taken back that came with the scene file's own change.
