@@ -127,7 +127,8 @@ fn share(plan: &Plan, needed: u32) -> f64 {
 /// reads along several: the camera's ray, rays to suns from four points of the medium (`camera_march.comp`), and a ray to
 /// each sun from every crossing with a surface. All rays to one sun lie in a plane, which meets at most as many bricks as
 /// three faces of the volume have.
-fn most_at_once(layout: &BrickLayout, scene: &GpuScene) -> u64 {
+/// Of rays to suns, only bricks that matter count, of which there are `needed`.
+fn most_at_once(layout: &BrickLayout, scene: &GpuScene, needed: u64) -> u64 {
     let [x, y, z] = layout.bricks.map(u64::from);
     let (along_a_ray, in_a_plane) = (x + y + z, x * y + y * z + z * x);
     let features = scene.features();
@@ -140,7 +141,8 @@ fn most_at_once(layout: &BrickLayout, scene: &GpuScene) -> u64 {
         _ if surfaces.iter().all(|surface| surface.opacity >= 1.0) => (4 + suns) * along_a_ray,
         _ => 4 * along_a_ray + suns * in_a_plane,
     };
-    (along_a_ray + beside).min(layout.total().into())
+    let of_one_ray = along_a_ray.min(layout.total().into());
+    of_one_ray.max((along_a_ray + beside).min(needed))
 }
 
 /// A plan with as many bricks as the budget has room for, of `needed` that matter. `None` if they are too few for a sample.
@@ -171,7 +173,7 @@ fn fill(
     let mut places = (1 + left / brick_bytes)
         .min(most_image)
         .min(layout.total().into());
-    let least = most_at_once(&layout, &scene).min(needed.max(1).into());
+    let least = most_at_once(&layout, &scene, needed.into());
     while places >= least {
         match planned(places) {
             Ok(plan) if plan.bytes() <= budget => return Ok(Some(plan)),

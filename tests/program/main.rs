@@ -22,6 +22,7 @@ mod zarr_files;
 
 mod allocations;
 mod bench;
+mod checkpoint_refusals;
 mod checkpoints;
 mod choosing;
 mod dicom;

@@ -96,16 +96,24 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
             (apple, For(EIGHTH_F16), Ok(EIGHTH_F16), "the best that fits"),
             (tiny, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs"),
             (minimum, For(NO_CACHE), Ok(NO_CACHE), "no cache fits"),
-            (nvidia_8, Below(NO_CACHE), Ok(EIGHTH_F32), "with the volume in bricks, 64 of the 216 that matter"),
+            // A cache would leave 64, and a pixel may read 90 at once.
+            (nvidia_8, Below(NO_CACHE), Ok(NO_CACHE), "with the volume in bricks, 80 of the 216 that matter"),
             (lavapipe, Below(NO_CACHE), Ok(EIGHTH_F32), "with the volume in bricks, 100 of the 216 that matter"),
         ],
     );
 }
 
+/// Rays to suns would need bricks as well.
+fn without_suns() -> Scene {
+    let mut scene = scene();
+    scene.lights.suns.clear();
+    scene
+}
+
 /// The caches among which a trial decides.
 fn scales_and_bricks(budget: u64) -> Vec<(f64, u32)> {
     let device = crate::support::common::device();
-    let (volume, limits, scene) = (dense(192, Kind::U8), nvidia_8(), scene());
+    let (volume, limits, scene) = (dense(192, Kind::U8), nvidia_8(), without_suns());
     let choice = choose(&device, &limits, budget, &volume, &scene).expect("a plan");
     let caches = caches(&device, &limits, budget, &volume, &scene, &choice).expect("plans");
     let look = |Choice { plan, .. }: Choice| {
@@ -119,7 +127,8 @@ fn scales_and_bricks(budget: u64) -> Vec<(f64, u32)> {
 fn a_coarser_cache_is_tried_where_it_leaves_room_for_more_bricks() {
     let device = crate::support::common::device();
     let bytes = |rung| {
-        let plan = plan(&device, &nvidia_8(), &dense(192, Kind::U8), &scene(), rung);
+        let scene = without_suns();
+        let plan = plan(&device, &nvidia_8(), &dense(192, Kind::U8), &scene, rung);
         plan.expect("a plan").bytes()
     };
     // With the volume whole, it is the finest that fits.
