@@ -38,6 +38,7 @@ pub fn checkpoint(end: u32) -> Vec<u8> {
         pictures: 1,
         goal: None,
         seconds: 1.0,
+        cpu_seconds: 0.0,
         runs: vec![RunOf {
             host: "here".into(),
             device: "a device".into(),
