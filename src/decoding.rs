@@ -16,6 +16,7 @@ use exr::prelude::{ReadChannels, ReadLayers};
 use image::error::{ImageError, UnsupportedErrorKind};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb, Rgb32FImage, imageops};
 
+use crate::error::first_of;
 use crate::fence::fenced;
 
 /// Bytes of pixels that a byte of an OpenEXR file becomes at most: Deflate makes 1032 bytes of one, and PXR24 leaves out one
@@ -120,13 +121,9 @@ fn check_colors(meta: &MetaData) -> Result<(), String> {
     }
     let channels = meta.headers.iter().flat_map(|header| &header.channels.list);
     let names: Vec<String> = channels.map(|channel| channel.name.to_string()).collect();
-    let more = match names.len().saturating_sub(MOST_NAMED) {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    let shown = names[..names.len().min(MOST_NAMED)].join(", ");
     Err(format!(
-        "its channels are {shown}{more}, expected R, G and B"
+        "its channels are {}, expected R, G and B",
+        first_of(&names, MOST_NAMED)
     ))
 }
 

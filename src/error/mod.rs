@@ -150,3 +150,13 @@ impl Display for Place {
         }
     }
 }
+
+/// At most so many names, and how many more there are: "a.nii, b.nii and 4 more".
+pub(crate) fn first_of(names: &[impl AsRef<str>], most: usize) -> String {
+    let shown = names.iter().take(most).map(AsRef::as_ref);
+    let shown = shown.collect::<Vec<&str>>().join(", ");
+    match names.len().saturating_sub(most) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}

@@ -19,6 +19,8 @@ pub struct Subject<'a> {
     pub args: &'a RenderArgs,
     pub opened: &'a Opened,
     pub views: &'a [View],
+    /// Whether it is not known yet which variant is the fastest: a checkpoint would settle it for good.
+    pub is_variant_open: bool,
 }
 
 /// A checkpoint and the state of keeping it.
@@ -32,8 +34,6 @@ pub struct Keeper<'a> {
     /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
     fill_state: FillState,
-    /// Whether it is not known yet which variant is the fastest: a checkpoint would settle it for good.
-    pub is_variant_open: bool,
     runs: Vec<RunOf>,
     began: Instant,
     /// Whether the checkpoint holds the state in which an interruption found the filling, after a whole batch.
@@ -79,6 +79,7 @@ impl<'a> Keeper<'a> {
             args,
             opened,
             views,
+            ..
         } = subject;
         let identified = |scene: &Scene| -> Result<(Identity, String)> {
             let text = describe(&opened.file, &opened.volume, scene);
@@ -122,7 +123,6 @@ impl<'a> Keeper<'a> {
                 true => FillState::Done,
                 false => FillState::UnderWay,
             },
-            is_variant_open: false,
             subject,
             found,
             cache_paths,
@@ -210,7 +210,7 @@ impl<'a> Keeper<'a> {
             .elapsed()
             .saturating_add(self.next_batch(engine));
         let is_due = unwritten >= self.subject.args.checkpoint_every;
-        if self.is_variant_open
+        if self.subject.is_variant_open
             || self.fill_state == FillState::Interrupted
             || !(is_asked || is_last || is_due)
         {
@@ -241,7 +241,7 @@ impl<'a> Keeper<'a> {
 
     /// Writes the state of the render, unless it cannot be continued.
     pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
-        if self.is_variant_open {
+        if self.subject.is_variant_open {
             self.tell_of_none("before it was known which variant is the fastest");
             return Ok(());
         }

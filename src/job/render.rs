@@ -198,11 +198,10 @@ impl<'a> Render<'a> {
                     args,
                     opened,
                     views,
+                    is_variant_open: was_interrupted,
                 };
                 let take_up = || Keeper::begin(path, subject, found, &mut engine, volume);
-                let mut keeper = clock.time("open the checkpoint", take_up)?;
-                keeper.is_variant_open = was_interrupted;
-                Some(keeper)
+                Some(clock.time("open the checkpoint", take_up)?)
             }
             _ => None,
         };

@@ -126,8 +126,7 @@ fn share(plan: &Plan, needed: u32) -> f64 {
 /// together. A path reads along one ray at a time. The march of a cached picture begins anew when a brick is missing, and
 /// reads along several: the camera's ray, rays to suns from four points of the medium (`camera_march.comp`), and a ray to
 /// each sun from every crossing with a surface. All rays to one sun lie in a plane, which meets at most as many bricks as
-/// three faces of the volume have.
-/// Of rays to suns, only bricks that matter count, of which there are `needed`.
+/// three faces of the volume have; together, no more than the `needed` ones that matter.
 fn most_at_once(layout: &BrickLayout, scene: &GpuScene, needed: u64) -> u64 {
     let [x, y, z] = layout.bricks.map(u64::from);
     let (along_a_ray, in_a_plane) = (x + y + z, x * y + y * z + z * x);

@@ -3,8 +3,8 @@
 use std::fs::DirEntry;
 use std::path::{Path, PathBuf};
 
-use super::header::first_of;
 use super::{DICOM, Read, dicom, named, tiff, zarr};
+use crate::error::first_of;
 use crate::scene::volume::parsed::Parsed;
 
 /// How a folder of a format is recognised.

@@ -101,16 +101,6 @@ pub fn check_rescale(slope: f64, intercept: f64) -> Parsed<()> {
     }
 }
 
-/// At most so many names, and how many more there are: "a.nii, b.nii and 4 more".
-pub fn first_of(names: &[impl AsRef<str>], most: usize) -> String {
-    let shown = names.iter().take(most).map(AsRef::as_ref);
-    let shown = shown.collect::<Vec<&str>>().join(", ");
-    match names.len().saturating_sub(most) {
-        0 => shown,
-        more => format!("{shown} and {more} more"),
-    }
-}
-
 /// The first bytes of a file, where its header is.
 pub fn first_bytes(path: &Path, limit: u64) -> Parsed<Vec<u8>> {
     let (file, _) = open_file(path)?;

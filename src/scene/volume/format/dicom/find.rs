@@ -9,7 +9,7 @@ use std::path::{Component, Path, PathBuf};
 
 use rayon::prelude::*;
 
-use crate::scene::volume::format::header::first_of;
+use crate::error::first_of;
 use crate::scene::volume::parsed::Parsed;
 
 use super::file::{self, Fault};

@@ -1,6 +1,6 @@
 //! Makes slices at equal distances from slices at any distances.
 
-use crate::scene::volume::format::header::first_of;
+use crate::error::first_of;
 use crate::scene::volume::parsed::Parsed;
 
 /// Tolerance as a part of a slice's distance: a frame nearer than this to a slice's place is that slice, and two

@@ -5,7 +5,7 @@ use super::number::Number;
 use super::packed::Compression;
 use super::stream::Stream;
 use super::transform::{self, Geometry};
-use crate::scene::volume::format::header::first_of;
+use crate::error::first_of;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::watched::WatchedFile;
 

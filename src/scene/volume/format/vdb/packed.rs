@@ -50,6 +50,8 @@ pub struct Packed<'m> {
     number: Number,
     codec: Codec,
     mask: &'m Mask,
+    /// Bytes of the stored numbers before the codec.
+    plain_bytes: u64,
     /// The two values of slots that are left out, and the slots that have the second; `None` if no slot is left out.
     left_out: Option<([Vec<u8>; 2], Option<Mask>)>,
 }
@@ -88,30 +90,27 @@ impl<'m> Packed<'m> {
             true => Some(Mask::read(stream, mask.slots())?),
             false => None,
         };
+        let values = values.filter(|_| compression.is_masked);
+        let stored = match values {
+            Some(_) => mask.count(),
+            None => mask.slots(),
+        };
         Ok(Packed {
             number,
             codec: compression.codec,
             mask,
+            plain_bytes: (stored * number.bytes_in_arrays()) as u64,
             left_out: values
-                .filter(|_| compression.is_masked && mask.count() < mask.slots())
+                .filter(|_| stored < mask.slots())
                 .map(|values| (values, choice)),
         })
-    }
-
-    /// Bytes of the stored numbers before the codec.
-    fn plain_bytes(&self) -> u64 {
-        let count = match self.left_out {
-            Some(_) => self.mask.count(),
-            None => self.mask.slots(),
-        };
-        (count * self.number.bytes_in_arrays()) as u64
     }
 
     /// The bytes that the stored numbers have in the file, and whether a codec has made these.
     fn stored_bytes(&self, stream: &mut Stream) -> Parsed<(u64, bool)> {
         /// What Blosc adds to data that it cannot compress.
         const OVERHEAD: u64 = 16;
-        let plain = self.plain_bytes();
+        let plain = self.plain_bytes;
         if self.codec == Codec::Plain || plain == 0 && self.number.leaves_out_empty() {
             return Ok((plain, false));
         }
@@ -139,7 +138,7 @@ impl<'m> Packed<'m> {
         let (bytes, is_packed) = self.stored_bytes(stream)?;
         let stored = stream.bytes(bytes)?.to_vec();
         let plain = match is_packed {
-            true => self.codec.decode(stored, self.plain_bytes() as usize)?,
+            true => self.codec.decode(stored, self.plain_bytes as usize)?,
             false => stored,
         };
         let stored = self.number.array(plain);
