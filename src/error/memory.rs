@@ -38,6 +38,9 @@ pub enum MemoryError {
         why: Box<MemoryError>,
         remedy: &'static str,
     },
+    /// What the window leaves of the budget is too little.
+    #[error("beside {} of the window itself, {why}", human(*.window))]
+    BesideWindow { window: u64, why: Box<MemoryError> },
     /// A resource is more than what is left of the budget.
     #[error(
         "{resource} needs {}, but {} of the budget of {} are in use: raise --vram-budget, or crop the volume or shrink \

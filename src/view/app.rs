@@ -6,9 +6,9 @@ use egui::{CentralPanel, Rect};
 use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
+use super::fit::Fit;
 use super::hud::{self, Hud, MemoryNow, Message};
 use super::keys::{Wish, wishes};
-use super::live::Live;
 use super::load::Load;
 use super::report::Report;
 use super::session::Session;
@@ -21,9 +21,6 @@ use crate::output::Outputs;
 
 /// Time between two updates of the figures while work goes on.
 const FIGURES: Duration = Duration::from_millis(250);
-
-/// The smallest pictures have the window's pixels along an axis, divided by this.
-const LAST_DIVISOR: u32 = 8;
 
 pub struct App<'a> {
     pub(super) args: &'a ViewArgs,
@@ -38,8 +35,7 @@ pub struct App<'a> {
     pub(super) message: Option<Message>,
     /// The picture's rectangle in the window, in pixels: low and high corner.
     pub(super) place: [[u32; 2]; 2],
-    /// The size of that rectangle for which the picture's size was chosen.
-    pub(super) fitted: [u32; 2],
+    pub(super) fit: Fit,
     /// When the interface has to run next, unless an event comes first.
     pub(super) interface_due: Option<Instant>,
     /// Whether a picture has been there, or something else than the scene of the command line was asked for: then a document
@@ -63,7 +59,7 @@ impl<'a> App<'a> {
             shows_panels: true,
             message: None,
             place: [[0; 2]; 2],
-            fitted: [0; 2],
+            fit: Fit::default(),
             interface_due: Some(Instant::now()),
             outlives_errors: false,
             failure: None,
@@ -102,8 +98,16 @@ impl<'a> App<'a> {
         let was_building = session.build_under_way().is_some();
         let problem = match session.take_built(&mut self.report) {
             Err(Error::Device(why)) => return Err(Error::Device(why)),
+            // It is built anew for a smaller picture.
+            Err(Error::Memory(_)) if session.has_been_shown() && self.fit.coarsen() => {
+                self.interface_due = Some(Instant::now());
+                return Ok(());
+            }
             Err(error) if self.outlives_errors => {
-                self.session = None;
+                // What has been edited stays, to be saved, or shown again in a smaller window.
+                if !session.has_been_shown() {
+                    self.session = None;
+                }
                 self.complain(error);
                 return Ok(());
             }
@@ -185,71 +189,6 @@ impl<'a> App<'a> {
             self.tell("cancelled".into());
         }
         Ok(asked)
-    }
-
-    /// Makes pictures of the size for which the window has room or, where memory is short, of a half, a quarter or an eighth
-    /// of it along each axis. A renderer that leaves no room even for those has to be planned anew.
-    fn fit_picture(&mut self) -> Result<()> {
-        let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session) else {
-            return Ok(());
-        };
-        if session.build_under_way().is_some() {
-            return Ok(());
-        }
-        let [low, high] = self.place;
-        let whole: [u32; 2] = std::array::from_fn(|a| high[a].saturating_sub(low[a]).max(1));
-        let is_settled = whole == self.fitted && !stage.is_outdated();
-        let size = stage.picture_size();
-        if is_settled
-            && session
-                .live
-                .as_ref()
-                .is_none_or(|l| l.engine.scene().render.size == size)
-        {
-            session.scene.render.size = size;
-            return Ok(());
-        }
-        self.fitted = whole;
-        let mut is_new = false;
-        let size_by = |divisor: u32| whole.map(|n| n.div_ceil(divisor));
-        if !has_room(stage, session.live.as_ref(), size_by(LAST_DIVISOR))? {
-            session.drop_live();
-        }
-        for divisor in [1, 2, 4, LAST_DIVISOR] {
-            let size = size_by(divisor);
-            let is_last = divisor == LAST_DIVISOR;
-            if !is_last && !has_room(stage, session.live.as_ref(), size)? {
-                continue;
-            }
-            is_new |= size != stage.picture_size();
-            match stage.resize_picture(size) {
-                // The driver may have less memory than the budget.
-                Err(Error::Memory(_)) if !is_last => {}
-                resized => {
-                    resized?;
-                    break;
-                }
-            }
-        }
-        let size = stage.picture_size();
-        if is_new {
-            self.report.resized(size);
-        }
-        session.scene.render.size = size;
-        if let Some(live) = &mut session.live
-            && (is_new || live.engine.scene().render.size != size || stage.is_outdated())
-        {
-            let fits = match live.resize(size, stage.bytes_now()?) {
-                // The change may have stopped half way; if a new renderer fails for the same reason, that is reported.
-                Err(Error::Memory(_)) => false,
-                fits => fits?,
-            };
-            self.report.planned(live.planned_bytes());
-            if !fits {
-                session.drop_live();
-            }
-        }
-        Ok(())
     }
 
     /// Makes the window's own images anew if necessary, once a smaller picture has made room.
@@ -381,18 +320,5 @@ impl<'a> App<'a> {
             outputs.commit()?;
         }
         Ok(0)
-    }
-}
-
-/// Whether there is room for pictures of this size beside the window's images: in the live renderer's plan, or in one that
-/// is still to be made.
-fn has_room(stage: &Stage, live: Option<&Live>, size: [u32; 2]) -> Result<bool> {
-    let for_window = match stage.bytes_ahead(size) {
-        Err(Error::Memory(_)) => return Ok(false),
-        bytes => bytes?,
-    };
-    match live {
-        Some(live) => live.engine.has_room_for(size, for_window),
-        None => Ok(for_window <= stage.memory.budget),
     }
 }

@@ -4,6 +4,7 @@ use egui::{Color32, Pos2, Rect, Sense, Stroke, Ui, Vec2, vec2};
 use glam::DVec3;
 
 use super::camera::{height_at_target, project};
+use super::pointer::last_drag;
 use super::session::Session;
 use crate::scene::ClipPlane;
 
@@ -45,8 +46,9 @@ pub fn handle(ui: &mut Ui, rect: Rect, session: &mut Session) {
     let (from, to) = (screen(from), screen(to));
     let area = Rect::from_center_size(from, Vec2::splat(3.0 * RADIUS));
     let response = ui.interact(area, ui.scope_id().with("clip"), Sense::drag());
-    if response.dragged() {
-        clip.offset += slide(response.drag_delta(), to - from, &camera, rect);
+    let drag = last_drag(&response, ui);
+    if drag != Vec2::ZERO {
+        clip.offset += slide(drag, to - from, &camera, rect);
     }
     draw(ui, from, to, response.hovered() || response.dragged());
 }

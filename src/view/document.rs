@@ -7,7 +7,7 @@ use std::time::SystemTime;
 
 use crate::error::{Error, Result};
 use crate::scene::volume::Histogram;
-use crate::scene::{Edit, Opened};
+use crate::scene::{Edit, Opened, is_scene};
 
 pub struct Document {
     pub path: PathBuf,
@@ -25,6 +25,11 @@ impl Document {
     /// Ends what is still being made of it, sooner or later.
     pub fn close(&self) {
         self.is_closed.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether this is a scene file that was edited after it had been opened as `before`.
+    pub fn is_edit_of(&self, before: &Document) -> bool {
+        is_scene(&self.path) && self.path == before.path && self.edits == before.edits
     }
 
     /// Fails once nothing that could be made of it is wanted any more.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::document::Document;
 use super::picture::Picture;
 use crate::engine::{Changed, Engine, Host, KeptLight};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, MemoryError, Place, Result};
 use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};
 
@@ -60,7 +60,9 @@ impl Live {
         }
         let volume = &document.opened.volume;
         document.check_wanted()?;
-        let choice = host.plan_beside(volume, &scene, for_window)?;
+        let choice = host
+            .plan_beside(volume, &scene, for_window)
+            .map_err(|error| beside_window(error, for_window))?;
         document.check_wanted()?;
         let mut engine = Engine::in_memory(&host, &memory, volume, &scene, choice, seed)?;
         engine.reserve(for_window);
@@ -116,5 +118,16 @@ impl Live {
     /// Bytes planned for everything, the window included.
     pub fn planned_bytes(&self) -> u64 {
         self.engine.choice().plan.bytes() + self.engine.reserved()
+    }
+}
+
+fn beside_window(error: Error, window: u64) -> Error {
+    match error {
+        Error::Memory(why) => MemoryError::BesideWindow {
+            window,
+            why: Box::new(why),
+        }
+        .into(),
+        other => other,
     }
 }

@@ -10,6 +10,7 @@ mod camera;
 mod clip;
 mod document;
 mod events;
+mod fit;
 mod gizmo;
 mod history;
 mod hud;

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use super::app::App;
 use super::document::Document;
+use super::fit::Fit;
 use super::load::{Load, list_series, open_document};
 use super::session::Session;
 use super::watch::Watch;
@@ -33,6 +34,7 @@ impl App<'_> {
                 let mut session = Session::new(document, self.session.take());
                 session.listing = listing;
                 self.session = Some(session);
+                self.fit = Fit::default();
                 self.message = None;
             }
             Err(error) if self.outlives_errors => self.complain(error),

@@ -1,6 +1,6 @@
 //! The mouse on the picture.
 
-use egui::{Event, PointerButton, Rect, Sense, Ui};
+use egui::{Event, PointerButton, Rect, Response, Sense, Ui, Vec2};
 use glam::{DQuat, DVec3};
 
 use super::camera::{orbit, pan, zoom};
@@ -14,14 +14,15 @@ const WIDTH_PER_HEIGHT: f64 = 4.0;
 /// Senses the picture's rectangle and turns, shifts, zooms or re-windows what it shows.
 pub fn steer(ui: &mut Ui, rect: Rect, session: &mut Session) {
     let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
-    let drag = response.drag_delta() / rect.height().max(1.0);
+    let drag = last_drag(&response, ui) / rect.height().max(1.0);
     let drag = [drag.x as f64, drag.y as f64];
     let shift = ui.input(|i| i.modifiers.shift);
     if drag != [0.0; 2] {
         let scene = &mut session.scene;
-        if response.dragged_by(PointerButton::Secondary) {
+        let is_by = |button| response.dragged_by(button) || response.drag_stopped_by(button);
+        if is_by(PointerButton::Secondary) {
             window_and_level(session, drag);
-        } else if response.dragged_by(PointerButton::Middle) || shift {
+        } else if is_by(PointerButton::Middle) || shift {
             scene.camera = pan(&scene.camera, drag);
         } else if session.chosen.aims_sun && session.chosen.sun < scene.lights.suns.len() {
             turn_sun(session, drag);
@@ -36,6 +37,15 @@ pub fn steer(ui: &mut Ui, rect: Rect, session: &mut Session) {
         } else if steps != 0.0 {
             session.scene.camera = zoom(&session.scene.camera, steps);
         }
+    }
+}
+
+/// The pointer's way in points since the last frame, while something is dragged or has just been let go: in a slow frame,
+/// that way is long.
+pub fn last_drag(response: &Response, ui: &Ui) -> Vec2 {
+    match response.dragged() || response.drag_stopped() {
+        true => ui.input(|i| i.pointer.delta()),
+        false => Vec2::ZERO,
     }
 }
 

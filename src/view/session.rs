@@ -36,6 +36,8 @@ pub struct Session {
     pub home: Camera,
     /// The last scene that was shown before the build under way.
     shown: Option<Scene>,
+    /// The scene that could not be built, with nothing to show in its place.
+    failed: Option<Scene>,
     /// The selected item in each list of the panels.
     pub chosen: Chosen,
 }
@@ -49,6 +51,8 @@ struct Build {
 #[derive(Default)]
 pub struct Chosen {
     pub point: usize,
+    /// The values that the transfer function's plot showed last.
+    pub range: Option<[f64; 2]>,
     pub surface: usize,
     pub sun: usize,
     /// The plane that the key C has made; it may have been removed.
@@ -61,8 +65,13 @@ impl Session {
     /// Opens a document in the place of the one before, whose renderer goes first to make room.
     pub fn new(document: Document, before: Option<Session>) -> Session {
         let (mut ending, mut series) = (None, Vec::new());
+        let mut scene = document.opened.scene.clone();
+        let home = scene.camera;
         if let Some(before) = before {
             before.document.close();
+            if document.is_edit_of(&before.document) {
+                scene.camera = before.scene.camera;
+            }
             ending = before.building.map(|build| build.load).or(before.ending);
             // The list of volumes stays until the same folder's new list is there, so that the panel does not jump
             // when the user picks from it.
@@ -70,10 +79,9 @@ impl Session {
                 series = before.series;
             }
         }
-        let scene = document.opened.scene.clone();
         Session {
             history: History::new(&scene),
-            home: scene.camera,
+            home,
             file: document.opened.file.clone(),
             scene,
             document: Arc::new(document),
@@ -83,6 +91,7 @@ impl Session {
             listing: None,
             series,
             shown: None,
+            failed: None,
             chosen: Chosen::default(),
         }
     }
@@ -96,7 +105,7 @@ impl Session {
         args: &ViewArgs,
         report: &mut Report,
     ) -> Result<bool> {
-        let is_building = self.build_under_way().is_some();
+        let waits = self.build_under_way().is_some() || self.has_failed();
         if self
             .live
             .as_ref()
@@ -118,7 +127,7 @@ impl Session {
                 }
                 Ok(followed) => followed,
             },
-            None if is_building => return Ok(false),
+            None if waits => return Ok(false),
             None => Followed::Impossible,
         };
         match followed {
@@ -135,6 +144,22 @@ impl Session {
             }
         }
         Ok(followed != Followed::Impossible)
+    }
+
+    /// Whether building the scene, from whatever side it is seen, has failed for good.
+    fn has_failed(&self) -> bool {
+        self.failed.as_ref().is_some_and(|failed| {
+            let camera = self.scene.camera;
+            Scene {
+                camera,
+                ..failed.clone()
+            } == self.scene
+        })
+    }
+
+    /// Whether something of this document has been shown.
+    pub fn has_been_shown(&self) -> bool {
+        self.live.is_some() || self.shown.is_some()
     }
 
     /// Drops the renderer to make room, and remembers what it showed.
@@ -183,7 +208,8 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// If nothing of this document has been shown yet, or what was shown cannot be shown any more, or the device is lost.
+    /// If nothing of this document has been shown yet, or what was shown cannot be shown any more, if only for the picture's
+    /// size, or the device is lost.
     pub fn take_built(&mut self, report: &mut Report) -> Result<Option<Error>> {
         self.ending.take_if(|load| load.result().is_some());
         let Some(result) = self.building.as_ref().and_then(|build| build.load.result()) else {
@@ -198,7 +224,9 @@ impl Session {
             }
             Err(Error::Device(why)) => Err(Error::Device(why)),
             Err(error) => {
-                let Some(shown) = self.shown.take() else {
+                let is_another = |shown: &mut Scene| like(shown, &self.scene) != self.scene;
+                let Some(shown) = self.shown.take_if(is_another) else {
+                    self.failed = ordered;
                     return Err(error);
                 };
                 let is_as_ordered = ordered.is_some_and(|o| like(&o, &self.scene) == self.scene);

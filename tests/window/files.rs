@@ -5,9 +5,10 @@ use std::io::Write;
 use std::process::Command;
 use std::time::Duration;
 
+use crate::MIDDLE;
 use crate::display::Display;
 use crate::folder::Folder;
-use crate::program::{Program, SCENE};
+use crate::program::{Program, SCENE, WINDOW};
 
 #[test]
 fn edits_of_the_command_line_belong_to_its_scene_alone() {
@@ -16,20 +17,31 @@ fn edits_of_the_command_line_belong_to_its_scene_alone() {
     let edited = "--set render.exposure=1.5";
     let mut program = folder.view(&display, &format!("scene.toml --spp 2 {edited}"));
     let window = display.window();
+    let value_of = |key: &str, saved: &str| {
+        let text = String::from_utf8(folder.read(saved)).expect("UTF-8");
+        let line = text.lines().find_map(|line| line.strip_prefix(key));
+        let value = line.and_then(|line| line.split('#').next());
+        value.expect("the key").trim_matches([' ', '=']).to_string()
+    };
     let mut exposure_in = |what_was_said: &str, saved: &str| {
         program.wait_for(what_was_said);
         display.strike(&['s' as u32]);
         program.wait_for(&format!("saved {saved}"));
-        let text = String::from_utf8(folder.read(saved)).expect("UTF-8");
-        let line = text.lines().find(|line| line.starts_with("exposure"));
-        let word = line.and_then(|line| line.split_whitespace().nth(2));
-        word.and_then(|w| w.parse::<f64>().ok()).expect("a number")
+        value_of("exposure", saved)
+            .parse::<f64>()
+            .expect("a number")
     };
     assert_eq!(exposure_in("showing", "scene.1.toml"), 1.5);
 
-    // Another volume, and the same scene still.
-    folder.write_scene(|scene| scene.replace("[medium]", "spacing = [2, 2, 2]\n[medium]"));
+    // Another volume, and the same scene still, from the same side.
+    display.drag(1, MIDDLE, [MIDDLE[0] + 60, MIDDLE[1]]);
+    let spaced = |scene: &str| scene.replace("[medium]", "spacing = [2, 2, 2]\n[medium]");
+    folder.write_scene(spaced);
     assert_eq!(exposure_in("showing", "scene.2.toml"), 1.5);
+    assert_ne!(
+        value_of("eye", "scene.1.toml"),
+        value_of("eye", "scene.2.toml")
+    );
 
     folder.write("other.toml", SCENE.as_bytes());
     display.drop_file(window, &folder.path("other.toml"));
@@ -101,6 +113,29 @@ fn changes_survive_failing_allocations() {
         let memory = &stats["memory"];
         assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
     }
+}
+
+/// What is open outlives a window that leaves no memory for a picture.
+#[test]
+fn a_window_that_becomes_too_large_can_be_made_smaller_again() {
+    let folder = Folder::new();
+    let display = Display::new();
+    let arguments = "scene.toml --spp 2 --vram-budget 29200000 --stats stats.json";
+    let mut program = folder.view(&display, arguments);
+    let window = display.window();
+    program.wait_for("picture finished");
+    display.resize(window, 1300, 1000);
+    program.wait_for("error: beside");
+    display.resize(window, WINDOW[0] as u32, WINDOW[1] as u32);
+    program.wait_for("showing");
+    program.wait_for("picture finished");
+    display.close(window);
+    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+    let memory = &folder.json("stats.json")["memory"];
+    assert!(
+        memory["peak_bytes"].as_u64() <= Some(29_200_000),
+        "{memory}"
+    );
 }
 
 /// A renderer's plan leaves no room for another one, which may still be on its way to the GPU.

@@ -9,6 +9,8 @@ mod series;
 mod surfaces;
 mod transfer;
 
+use std::ops::RangeInclusive;
+
 use egui::{CollapsingHeader, Color32, Panel, ScrollArea, SliderClamping, Ui};
 
 use super::keys::Wish;
@@ -109,8 +111,18 @@ fn slider(ui: &mut Ui, name: &str, value: &mut f64, [low, high]: [f64; 2], logar
         .clamping(SliderClamping::Edits)
         // What is typed counts once it is whole: "0.25" begins with 0.
         .update_while_editing(false)
+        .custom_formatter(|value, decimals| figure(value, decimals))
         .text(name);
     ui.add(slider);
+}
+
+/// A number for a field of the panels, which has room for ten characters or so.
+fn figure(value: f64, decimals: RangeInclusive<usize>) -> String {
+    let is_long = value != 0.0 && !(1e-4..1e7).contains(&value.abs());
+    match is_long {
+        true => format!("{value:.3e}"),
+        false => egui::emath::format_with_decimals_in_range(value, decimals),
+    }
 }
 
 /// A linear colour as a button that opens a picker. Returns whether it has changed.

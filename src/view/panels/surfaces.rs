@@ -79,6 +79,9 @@ fn list(ui: &mut Ui, session: &mut Session, [low, high]: [f64; 2]) {
 
 /// A value with enough digits to tell surfaces apart in data of this extent.
 fn label(value: f64, extent: f64) -> String {
+    if value.abs() >= 1e7 {
+        return format!("{value:.6e}");
+    }
     let digits = (3.0 - extent.log10().floor()).clamp(2.0, 12.0) as i32;
     let unit = 10f64.powi(digits);
     ((value * unit).round() / unit).to_string()

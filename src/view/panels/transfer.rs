@@ -6,7 +6,7 @@
 
 use egui::{Color32, Key, Mesh, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
 
-use super::{color, display};
+use super::{color, display, figure};
 use crate::scene::volume::Histogram;
 use crate::scene::{Medium, TransferPoint};
 use crate::view::session::{Chosen, Session};
@@ -23,11 +23,14 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
         ui.weak("There is no medium.");
         return;
     };
-    let plot = Plot::new(
-        ui,
-        shown_range(medium, document.opened.volume.range),
-        HEIGHT,
-    );
+    // While a point is dragged, the axis does not move under the pointer.
+    let is_dragging = ui.input(|i| i.pointer.any_down());
+    let range = match session.chosen.range.filter(|_| is_dragging) {
+        Some(range) => range,
+        None => shown_range(medium, document.opened.volume.range),
+    };
+    session.chosen.range = Some(range);
+    let plot = Plot::new(ui, range, HEIGHT);
     plot.draw_histogram(&document.histogram);
     plot.draw_function(medium);
     edit(ui, &plot, medium, &mut session.chosen);
@@ -244,7 +247,10 @@ fn chosen_point(ui: &mut Ui, medium: &mut Medium, chosen: &mut Chosen) {
     ui.horizontal(|ui| {
         color(ui, &mut point.color);
         let value = egui::DragValue::new(&mut point.value).range(least..=most);
-        let value = value.max_decimals(3).update_while_editing(false);
+        let value = value
+            .max_decimals(3)
+            .custom_formatter(|value, decimals| figure(value, decimals))
+            .update_while_editing(false);
         ui.add(value).on_hover_text("value");
         let opacity = egui::DragValue::new(&mut point.opacity).range(0.0..=1.0);
         let opacity = opacity.speed(0.002).max_decimals(4);

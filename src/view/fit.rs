@@ -1,0 +1,124 @@
+//! The picture's size: that of its place in the window or, where memory is short, a half, a quarter or an eighth of it along
+//! each axis.
+
+use super::app::App;
+use super::live::Live;
+use super::stage::Stage;
+use crate::error::{Error, Result};
+
+const DIVISORS: [u32; 4] = [1, 2, 4, LAST_DIVISOR];
+const LAST_DIVISOR: u32 = 8;
+
+/// The size that was chosen last.
+pub struct Fit {
+    /// Pixels of the window that the picture may take.
+    room: [u32; 2],
+    /// The picture's pixels are those along an axis, divided by this.
+    divisor: u32,
+}
+
+impl Default for Fit {
+    fn default() -> Fit {
+        Fit {
+            room: [0; 2],
+            divisor: 1,
+        }
+    }
+}
+
+impl Fit {
+    /// Asks for fewer pixels in the same room, for which no renderer could be built. Returns whether there can be fewer.
+    pub fn coarsen(&mut self) -> bool {
+        let is_possible = self.divisor < LAST_DIVISOR;
+        if is_possible {
+            self.divisor *= 2;
+        }
+        is_possible
+    }
+
+    fn size(&self) -> [u32; 2] {
+        self.room.map(|n| n.div_ceil(self.divisor))
+    }
+
+    /// Gives the picture that is shown as many pixels as there is memory for, beside the live renderer.
+    fn resize_picture(&mut self, stage: &mut Stage, live: Option<&Live>) -> Result<()> {
+        let least = self.divisor;
+        for divisor in DIVISORS.into_iter().filter(|divisor| *divisor >= least) {
+            self.divisor = divisor;
+            let is_last = divisor == LAST_DIVISOR;
+            if !is_last && !has_room(stage, live, self.size())? {
+                continue;
+            }
+            match stage.resize_picture(self.size()) {
+                // The driver may have less memory than the budget.
+                Err(Error::Memory(_)) if !is_last => {}
+                resized => return resized,
+            }
+        }
+        Ok(())
+    }
+}
+
+impl App<'_> {
+    /// Adapts the picture to the window. A renderer that leaves no room even for the smallest one has to be planned anew.
+    pub(super) fn fit_picture(&mut self) -> Result<()> {
+        let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session) else {
+            return Ok(());
+        };
+        if session.build_under_way().is_some() {
+            return Ok(());
+        }
+        let [low, high] = self.place;
+        let room = std::array::from_fn(|a| high[a].saturating_sub(low[a]).max(1));
+        let before = stage.picture_size();
+        let is_right = |live: &Live| live.engine.scene().render.size == before;
+        let is_settled = room == self.fit.room
+            && before == self.fit.size()
+            && !stage.is_outdated()
+            && session.live.as_ref().is_none_or(is_right);
+        if is_settled {
+            session.scene.render.size = before;
+            return Ok(());
+        }
+        if room != self.fit.room {
+            self.fit = Fit { room, divisor: 1 };
+        }
+        let smallest = room.map(|n| n.div_ceil(LAST_DIVISOR));
+        if !has_room(stage, session.live.as_ref(), smallest)? {
+            session.drop_live();
+        }
+        self.fit.resize_picture(stage, session.live.as_ref())?;
+        let size = stage.picture_size();
+        if size != before {
+            self.report.resized(size);
+        }
+        session.scene.render.size = size;
+        if let Some(live) = &mut session.live
+            && (size != before || !is_right(live) || stage.is_outdated())
+        {
+            let fits = match live.resize(size, stage.bytes_now()?) {
+                // The change may have stopped half way; if a new renderer fails for the same reason, that is reported.
+                Err(Error::Memory(_)) => false,
+                fits => fits?,
+            };
+            self.report.planned(live.planned_bytes());
+            if !fits {
+                session.drop_live();
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether there is room for pictures of this size beside the window's images: in the live renderer's plan, or in one that
+/// is still to be made.
+fn has_room(stage: &Stage, live: Option<&Live>, size: [u32; 2]) -> Result<bool> {
+    let for_window = match stage.bytes_ahead(size) {
+        Err(Error::Memory(_)) => return Ok(false),
+        bytes => bytes?,
+    };
+    match live {
+        Some(live) => live.engine.has_room_for(size, for_window),
+        None => Ok(for_window <= stage.memory.budget),
+    }
+}
