@@ -11,6 +11,7 @@
 //! later pixels begin once the earlier pixels have all of their units, and these are in the mean.
 
 use super::bricks::Items;
+use super::sums::Sums;
 
 /// The most units in a bundle: the more there are, the fewer pixels have room for their sums at once. Items, and as many
 /// again as there are pixels, are counted in 32 bits.
@@ -29,6 +30,17 @@ pub struct Bundle {
     pub first_sample: u32,
     /// Whether the bundle begins now, or goes on.
     pub begins: bool,
+}
+
+/// A bundle that has begun.
+pub struct BundleUnderWay {
+    pub bundle: Bundle,
+    /// Pixels, in the order of work, all of whose units are in the mean.
+    pub folded: u32,
+    /// Reads of the volume by its paths so far.
+    pub lookups: u64,
+    /// The picture before, if the mean gets the units of some pixels before those of others.
+    pub before: Option<Sums>,
 }
 
 /// The progress of a bundle.

@@ -4,7 +4,6 @@
 use std::sync::Arc;
 
 use super::copy;
-use super::estimator::Estimator;
 use super::halves::Halves;
 use super::iso_depth::FirstSurface;
 use super::renderer::Renderer;
@@ -56,14 +55,8 @@ impl Renderer {
 
     /// The sums after the last whole unit, with which another renderer can continue the picture.
     pub fn sums(&mut self) -> Result<Sums> {
-        self.clear_if_stale()?;
-        let r = &self.resources;
-        let frame = &mut self.frame;
-        match &self.estimator {
-            Estimator::Published(published) => published.march(frame, r)?,
-            Estimator::Caching(cache) => cache.collect(frame, r)?,
-            Estimator::NonCaching(_) => {}
-        }
+        self.complete_mean()?;
+        let (frame, r) = (&mut self.frame, &self.resources);
         let [width, height] = r.size;
         Ok(Sums {
             mean: copy::download_corner(frame, &r.staging, &r.mean, [width, height, 1])?,
@@ -123,6 +116,7 @@ impl Renderer {
     }
 
     pub fn first_hits(&mut self) -> Result<FirstHits> {
+        self.see_first_surfaces()?;
         let r = &self.resources;
         let [width, height, _] = r.mean.desc.extent;
         let pixels = width as usize * height as usize;
@@ -132,14 +126,14 @@ impl Renderer {
                 albedo: vec![[0.0; 4]; pixels],
             });
         };
-        pass.run(&mut self.frame, r)?;
+        let (frame, staging) = (&mut self.frame, &r.staging);
         let FirstSurface {
             normal_depth,
             albedo,
         } = &pass.memory;
         Ok(FirstHits {
-            normal_depth: copy::download(&mut self.frame, &r.staging, normal_depth)?,
-            albedo: copy::download(&mut self.frame, &r.staging, albedo)?,
+            normal_depth: copy::download(frame, staging, normal_depth)?,
+            albedo: copy::download(frame, staging, albedo)?,
         })
     }
 }

@@ -3,9 +3,8 @@
 
 use bytemuck::Zeroable;
 
-use super::bricks::BrickLayout;
-use super::cache::{CacheLayout, Occupancy};
 use super::features::Features;
+use super::layout::{BrickLayout, CacheLayout, Occupancy};
 use super::parts::{Changes, Derived, Field, Part, Parts, Surfaces};
 use super::shared::{DENSE_DEPTH, SceneConstants};
 use super::variant::Variant;

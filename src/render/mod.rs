@@ -7,7 +7,7 @@
 //! variant alone stands in a folder, `cache` or `published`, what streams a volume in `bricks`, and what measures the
 //! device in `peak`.
 //!
-//! A frame, as [`Renderer`] runs it: the majorants of the medium (once a transfer function), then how near and how far
+//! A frame, as `frame.rs` runs it: the majorants of the medium (once a transfer function), then how near and how far
 //! the camera's rays meet anything (`patches`, once a view), then, with a cache, batches of paths from its nodes, and then
 //! unit after unit of samples, each folded into the mean (`accumulate`). `iso_depth` adds the picture's other layers,
 //! `tone_map` encodes it for a display.
@@ -74,9 +74,11 @@ mod delta_tracking;
 mod estimator;
 pub mod features;
 mod film;
+mod frame;
 mod gpu_scene;
 mod halves;
 mod iso_depth;
+mod layout;
 mod light_memory;
 mod majorants;
 mod packed;
@@ -100,15 +102,14 @@ mod until;
 mod upload;
 mod variant;
 
-pub use bricks::{BrickFigures, BrickLayout, needed_bricks};
-pub use cache::{
-    Cache, CacheLayout, CacheState, Caching, Occupancy, RAYS, doubling, gathers, worth,
-};
+pub use bricks::{BrickFigures, needed_bricks};
+pub use cache::{Cache, CacheState, Caching, RAYS, doubling, gathers, worth};
 pub use choice::{caches, choose};
 pub use copy::{Sink, Source};
 pub use film::{Film, FirstHits};
 pub use gpu_scene::GpuScene;
 pub use halves::Halves;
+pub use layout::{BrickLayout, CacheLayout, Occupancy};
 pub use parts::{Changes, Derived, Part, Parts};
 pub use peak::{Peak, PeakRates, filter_error, peak, peak_rates};
 pub use plan::{Choice, Plan};

@@ -7,9 +7,8 @@
 use std::sync::Arc;
 
 use super::allocation::Allocation;
-use super::bricks::BrickLayout;
-use super::cache::{CacheLayout, layout};
 use super::gpu_scene::GpuScene;
+use super::layout::{BrickLayout, CacheLayout, describe_cache};
 use super::light_memory::ENVIRONMENT_IMAGE;
 use super::resources::TRANSFER_FUNCTION;
 use super::variant::Variant;
@@ -151,7 +150,7 @@ pub(super) fn choose_whole(
     }
     let mut better = Vec::new();
     for rung in rungs(&uncached, volume, scene, limits) {
-        let name = layout::description(rung.scale, rung.format);
+        let name = describe_cache(rung.scale, rung.format);
         let layout = rung.layout.map_err(Error::from);
         let cached = layout.map(|layout| uncached.clone().with_cache(layout));
         let planned = cached.and_then(|cached| Plan::new(device, limits, &cached));

@@ -7,8 +7,9 @@
 
 use std::sync::Arc;
 
-use super::bricks::{BrickLayout, needed_bricks};
+use super::bricks::needed_bricks;
 use super::gpu_scene::GpuScene;
+use super::layout::BrickLayout;
 use super::plan::{Choice, Plan, rungs, too_many_nodes, useless};
 use crate::bytes::human;
 use crate::error::{Error, Result};

@@ -1,5 +1,5 @@
-//! A scene on the GPU: everything is allocated and loaded once, and computed again where the scene changes.
-//! `units.rs` renders samples of it.
+//! A scene on the GPU: everything is allocated and loaded once, and changed with the scene. `frame.rs` says what runs on it in
+//! a frame, and `units.rs` how frames make samples.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,36 +7,35 @@ use std::time::Duration;
 use super::accumulate::{Accumulate, AccumulatePush};
 use super::allocation::Allocation;
 use super::bricks::{BrickFigures, VolumeBricks};
-use super::bundle::Bundle;
+use super::bundle::BundleUnderWay;
 use super::cache::{Cache, Caching};
 use super::estimator::Estimator;
 use super::gpu_scene::GpuScene;
 use super::halves::Halves;
 use super::iso_depth::IsoDepth;
 use super::majorants::Majorants;
-use super::parts::{Changes, Derived, Part};
+use super::parts::{Changes, Part};
 use super::pass_compiler::PassCompiler;
 use super::patches::Patches;
 use super::published::PublishedCells;
 use super::resources::Resources;
 use super::shared;
-use super::sums::Sums;
-use super::tone_map::{ToneMap, ToneMapPush};
+use super::tone_map::ToneMap;
 use super::totals::Totals;
 use super::upload;
 use super::variant::Variant;
 use crate::error::Result;
-use crate::gpu::{Frame, Image, Memory, Shaders, Timings};
+use crate::gpu::{Frame, Memory, Shaders, Timings};
 use crate::scene::volume::Volume;
 
 pub struct Renderer {
     pub(super) frame: Frame,
     /// The scene as the GPU has it.
-    scene: GpuScene,
+    pub(super) scene: GpuScene,
     pub(super) resources: Resources,
     pub(super) estimator: Estimator,
-    majorants: Majorants,
-    patches: Patches,
+    pub(super) majorants: Majorants,
+    pub(super) patches: Patches,
     pub(super) accumulate: Accumulate,
     pub(super) tone_map: ToneMap,
     /// `None` in a scene without surfaces.
@@ -44,13 +43,7 @@ pub struct Renderer {
     pub(super) totals: Totals,
     /// What is known of how evenly the picture's samples are spread.
     pub(super) halves: Option<Arc<Halves>>,
-    pub(super) under_way: Option<Bundle>,
-    /// Pixels, in the order of work, all of whose units under way are in the mean.
-    pub(super) folded: u32,
-    /// Reads of the volume by the units under way.
-    pub(super) lookups_under_way: u64,
-    /// The picture before the units under way, if pixels get these one after another.
-    pub(super) kept: Option<Sums>,
+    pub(super) under_way: Option<BundleUnderWay>,
     /// Whether `mean` and `squares` hold an earlier picture, and have to be cleared before anything is added.
     pub(super) is_stale: bool,
     compiling: Duration,
@@ -109,9 +102,6 @@ impl Renderer {
             totals: Totals::default(),
             halves: None,
             under_way: None,
-            folded: 0,
-            lookups_under_way: 0,
-            kept: None,
             is_stale: false,
             compiling: Duration::ZERO,
             scene,
@@ -198,25 +188,6 @@ impl Renderer {
         (&mut self.frame, &mut self.resources)
     }
 
-    /// Recomputes what depends on those parts of the scene that have changed.
-    fn prepare(&mut self, changes: Changes) -> Result<()> {
-        let (frame, r) = (&mut self.frame, &mut self.resources);
-        let blocks = self.scene.blocks();
-        if changes.spoil(Derived::Majorants) && !self.scene.parts.medium.is_vacuum() {
-            self.majorants.run(frame, r, blocks)?;
-        }
-        if changes.spoil(Derived::Patches) {
-            self.patches.run(frame, r, blocks)?;
-        }
-        if let Estimator::Caching(cache) = &mut self.estimator {
-            cache.prepare(frame, r, &self.scene, changes)?;
-        }
-        if changes.spoil(Derived::Picture) {
-            self.begin_picture();
-        }
-        Ok(())
-    }
-
     /// Continues with another scene that the same passes serve (`GpuScene::passes_serve`), of the same volume and
     /// variant, and with a picture that the images have room for. Returns whether the cache's light is still right;
     /// if not, it is gone.
@@ -282,7 +253,6 @@ impl Renderer {
         self.totals.paths_before = self.totals.paths;
         self.totals.lookups_before = self.totals.lookups;
         self.under_way = None;
-        self.kept = None;
         self.halves = None;
         self.is_stale = true;
     }
@@ -295,23 +265,9 @@ impl Renderer {
         }
     }
 
-    /// Encodes the mean so far for display.
-    pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
-        let (r, tone_map) = (&self.resources, &self.tone_map);
-        self.frame.run(|f| tone_map.record(f, &r.mean, to, push))
-    }
-
     /// Whether a picture at rest is marched.
     pub fn is_marched(&self) -> bool {
         self.cache().is_some_and(Cache::is_marched)
-    }
-
-    pub(super) fn clear_if_stale(&mut self) -> Result<()> {
-        let r = &self.resources;
-        match std::mem::take(&mut self.is_stale) {
-            true => self.frame.run(|f| f.clear(&[&r.mean, &r.squares])),
-            false => Ok(()),
-        }
     }
 
     /// Paths traced, for the cache and for the picture.

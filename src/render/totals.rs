@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use super::bundle::{Bundle, BundleUnderWay};
+
 /// `samples`, `units` and `seen_since` are those of the picture at hand, counts of work those of all pictures that it was made
 /// after as well.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -21,4 +23,17 @@ pub struct Totals {
     /// Those of `paths` and `lookups` that are of earlier pictures.
     pub paths_before: u64,
     pub lookups_before: u64,
+}
+
+impl Totals {
+    /// Counts a bundle that has ended in a picture of so many pixels.
+    pub fn count(&mut self, ended: &BundleUnderWay, pixels: u32) {
+        let Bundle { samples, units, .. } = ended.bundle;
+        let samples = samples * units;
+        self.samples += samples;
+        self.units += units;
+        self.seen_since.get_or_insert_with(Instant::now);
+        self.paths += u64::from(samples) * u64::from(pixels);
+        self.lookups += ended.lookups;
+    }
 }

@@ -3,11 +3,7 @@
 //! Pictures are only taken at the end of a unit: stopping a pixel in the middle of its work would favour its short
 //! paths.
 
-use std::time::Instant;
-
-use super::accumulate::AccumulatePush;
-use super::bundle::{Bundle, most_together};
-use super::estimator::Estimator;
+use super::bundle::most_together;
 use super::renderer::Renderer;
 use super::until::Until;
 use crate::error::Result;
@@ -88,79 +84,10 @@ impl Renderer {
         Ok(())
     }
 
-    fn advance_units(&mut self, samples: u32, units: u32) -> Result<bool> {
-        self.clear_if_stale()?;
-        let bundle = match self.under_way {
-            Some(bundle) => bundle,
-            None => self.begin_bundle(samples, units)?,
-        };
-        let (frame, r) = (&mut self.frame, &self.resources);
-        let sampled = match &mut self.estimator {
-            Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], bundle)?,
-            Estimator::Caching(cache) => cache.sample(frame, r, bundle)?,
-            Estimator::Published(published) => {
-                published.round(frame, r, &mut self.totals)?;
-                self.under_way = None;
-                return Ok(true);
-            }
-        };
-        self.under_way = Some(Bundle {
-            begins: false,
-            ..bundle
-        });
-        self.lookups_under_way += u64::from(sampled.lookups);
-        self.accumulate(bundle, sampled.pixels)
-    }
-
-    fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<Bundle> {
-        self.folded = 0;
-        self.lookups_under_way = 0;
-        self.kept = match units {
-            1 => None,
-            _ => Some(self.sums()?),
-        };
-        Ok(Bundle {
-            samples: if self.is_marched() { 1 } else { samples },
-            units,
-            first_sample: self.totals.first_sample + self.totals.samples,
-            begins: true,
-        })
-    }
-
-    /// Folds units into the picture: those of pixels that have all of them. Returns whether these are all pixels.
-    fn accumulate(&mut self, bundle: Bundle, pixels: u32) -> Result<bool> {
-        let has_ended = pixels == self.pixels();
-        // A single unit can be dropped until it has ended.
-        if pixels > self.folded && (has_ended || bundle.units > 1) {
-            let push = AccumulatePush {
-                samples: bundle.samples,
-                samples_before: self.totals.samples,
-                first: self.folded,
-                end: pixels,
-            };
-            let r = &self.resources;
-            self.frame
-                .run(|f| self.accumulate.record(f, r, bundle.units, &push))?;
-            self.folded = pixels;
-        }
-        if has_ended {
-            self.under_way = None;
-            self.kept = None;
-            let samples = bundle.samples * bundle.units;
-            self.totals.samples += samples;
-            self.totals.units += bundle.units;
-            self.totals.seen_since.get_or_insert_with(Instant::now);
-            self.totals.paths += u64::from(samples) * u64::from(pixels);
-            self.totals.lookups += self.lookups_under_way;
-            self.look_at_halves()?;
-        }
-        Ok(has_ended)
-    }
-
     /// Drops the units under way.
     fn abandon(&mut self) -> Result<()> {
-        self.under_way = None;
-        match self.kept.take() {
+        let dropped = self.under_way.take();
+        match dropped.and_then(|dropped| dropped.before) {
             Some(sums) => self.upload(&sums),
             None => Ok(()),
         }

@@ -1,6 +1,6 @@
 //! The three ways to render, between which a plan decides. `estimator.rs` gives each its passes and its memory.
 
-use super::cache::CacheLayout;
+use super::layout::CacheLayout;
 use crate::scene;
 
 /// The variant that renders.

@@ -10,8 +10,8 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 
 use rayon::prelude::*;
 
-use super::layout::BrickLayout;
 use crate::error::Result;
+use crate::render::layout::BrickLayout;
 use crate::scene::volume::{Region, Volume};
 
 /// Bytes of a line of voxels that are read together, at most: to copy so many takes about as long as a system call.

@@ -8,13 +8,11 @@
 //! of them may work for a while (`window.rs`); in the end a single one, which needs the bricks along one ray.
 
 mod host;
-mod layout;
 mod needed;
 pub(super) mod place_bricks;
 mod places;
 mod window;
 
-pub use layout::BrickLayout;
 pub use needed::needed_bricks;
 pub use places::BrickFigures;
 pub use window::{Items, Order};
@@ -26,6 +24,7 @@ use std::time::Duration;
 use bytemuck::Zeroable;
 
 use super::gpu_scene::GpuScene;
+use super::layout::BrickLayout;
 use super::pass_compiler::PassCompiler;
 use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};

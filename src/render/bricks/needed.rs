@@ -1,8 +1,7 @@
 //! The bricks of a volume in which there is something to see.
 
-use super::layout::BrickLayout;
-use crate::render::cache::Occupancy;
 use crate::render::gpu_scene::GpuScene;
+use crate::render::layout::{BrickLayout, Occupancy};
 use crate::scene::volume::{MACROCELL, Volume};
 
 /// Number of bricks in which the medium scatters or a surface shows. Of the others, only those are read that share a block

@@ -5,11 +5,11 @@ use std::time::{Duration, Instant};
 use bytemuck::Zeroable;
 
 use super::host::HostBricks;
-use super::layout::BrickLayout;
 use super::place_bricks::PlaceBricks;
 use super::window::{Items, Loads, Window};
 use crate::error::Result;
 use crate::gpu::{Buffer, Frame, Image, Piece};
+use crate::render::layout::BrickLayout;
 use crate::render::packed::pack;
 use crate::render::shared::{PAGE_READ, PAGE_RESIDENT, Streaming};
 

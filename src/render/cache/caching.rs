@@ -4,7 +4,7 @@ use super::{Cache, Outlook};
 use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 use crate::render::bricks::Order;
-use crate::render::bundle::Bundle;
+use crate::render::bundle::BundleUnderWay;
 use crate::render::copy;
 use crate::render::resources::Resources;
 use crate::render::tone_map::{ToneMap, ToneMapPush};
@@ -17,7 +17,7 @@ pub struct Caching<'a> {
     pub(in crate::render) r: &'a mut Resources,
     pub(in crate::render) tone_map: &'a ToneMap,
     /// The unit of samples under way, which a march overwrites.
-    pub(in crate::render) under_way: &'a mut Option<Bundle>,
+    pub(in crate::render) under_way: &'a mut Option<BundleUnderWay>,
 }
 
 impl Caching<'_> {

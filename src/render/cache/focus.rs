@@ -11,8 +11,8 @@
 
 use glam::Vec3;
 
-use super::layout::CacheLayout;
 use crate::render::gpu_scene::GpuScene;
+use crate::render::layout::CacheLayout;
 use crate::render::shared::{BRICK, COARSE_NODES, GATHERED, NODES};
 
 /// log2 of the largest share to the smallest of bricks in sight.

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 
-use super::layout::CacheLayout;
 use super::marched::MarchedSamples;
 use super::room::{most_items, most_turns, part_bytes};
 use crate::error::Result;
@@ -12,6 +11,7 @@ use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, M
 use crate::render::copy;
 use crate::render::features::Features;
 use crate::render::gpu_scene::GpuScene;
+use crate::render::layout::CacheLayout;
 use crate::render::resources::{bytes_of, slots};
 use crate::render::shared::{
     BRICK, Brick, CUT_WORDS, NodeWork, REFLECTANCE_ANGLES, RIM_WORDS, Reflectance, Tail, Turn,

@@ -1,9 +1,9 @@
 //! Room for the work of a batch (`work_list.rs`), which is done in portions: how many parts of nodes' paths are traced at
 //! once, and what their sums take.
 
-use super::layout::CacheLayout;
 use crate::gpu::DeviceSummary;
 use crate::render::features::Features;
+use crate::render::layout::CacheLayout;
 use crate::render::shared::{COARSE_NODES, FLUX_FLOATS, LIGHT_FLOATS, NODES};
 
 /// The most parts of a node's paths.

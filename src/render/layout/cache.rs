@@ -125,7 +125,7 @@ impl CacheLayout {
 
     /// "caching at scale 0.5 in f16", for messages.
     pub fn description(&self) -> String {
-        description(self.scale, self.format())
+        describe_cache(self.scale, self.format())
     }
 
     pub fn format(&self) -> CacheFormat {
@@ -225,7 +225,7 @@ impl CacheLayout {
 }
 
 /// "caching at scale 0.5 in f16", for messages.
-pub fn description(scale: f64, format: CacheFormat) -> String {
+pub fn describe_cache(scale: f64, format: CacheFormat) -> String {
     format!("caching at scale {scale} in {}", format.name())
 }
 

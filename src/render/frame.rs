@@ -1,0 +1,142 @@
+//! A frame, from top to bottom.
+//!
+//! 1. [`prepare`](Renderer::prepare): what a change of the scene has spoiled is computed again, from majorants to the marks of
+//!    the cache's cubes.
+//! 2. [`Caching::advance`](super::Caching::advance): where there is a cache, a slice of a batch of paths from its nodes.
+//! 3. [`advance_units`](Renderer::advance_units): a slice of a unit of samples, by the estimator of the variant.
+//! 4. [`accumulate`](Renderer::accumulate): units that have ended are folded into the mean.
+//! 5. [`complete_mean`](Renderer::complete_mean) and [`see_first_surfaces`](Renderer::see_first_surfaces), before the picture
+//!    and its layers are read; [`tone_map`](Renderer::tone_map), before it is shown.
+//!
+//! Steps 2 and 3 are repeated, in the order and as often as the engine wants.
+
+use super::accumulate::AccumulatePush;
+use super::bundle::{Bundle, BundleUnderWay};
+use super::estimator::Estimator;
+use super::parts::{Changes, Derived};
+use super::renderer::Renderer;
+use super::tone_map::ToneMapPush;
+use crate::error::Result;
+use crate::gpu::Image;
+
+impl Renderer {
+    /// Recomputes what depends on those parts of the scene that have changed.
+    pub(super) fn prepare(&mut self, changes: Changes) -> Result<()> {
+        let (frame, r) = (&mut self.frame, &mut self.resources);
+        let blocks = self.scene.blocks();
+        if changes.spoil(Derived::Majorants) && !self.scene.parts.medium.is_vacuum() {
+            self.majorants.run(frame, r, blocks)?;
+        }
+        if changes.spoil(Derived::Patches) {
+            self.patches.run(frame, r, blocks)?;
+        }
+        if let Estimator::Caching(cache) = &mut self.estimator {
+            cache.prepare(frame, r, &self.scene, changes)?;
+        }
+        if changes.spoil(Derived::Picture) {
+            self.begin_picture();
+        }
+        Ok(())
+    }
+
+    /// Goes on with a bundle of units for a slice of time, or begins one. Returns whether it has ended.
+    pub(super) fn advance_units(&mut self, samples: u32, units: u32) -> Result<bool> {
+        self.clear_if_stale()?;
+        let mut under_way = match self.under_way.take() {
+            Some(under_way) => under_way,
+            None => self.begin_bundle(samples, units)?,
+        };
+        let (frame, r) = (&mut self.frame, &self.resources);
+        let bundle = under_way.bundle;
+        let sampled = match &mut self.estimator {
+            Estimator::NonCaching(tracking) => tracking.advance(frame, r, &[], bundle)?,
+            Estimator::Caching(cache) => cache.sample(frame, r, bundle)?,
+            Estimator::Published(published) => {
+                published.round(frame, r, &mut self.totals)?;
+                return Ok(true);
+            }
+        };
+        under_way.bundle.begins = false;
+        under_way.lookups += u64::from(sampled.lookups);
+        self.accumulate(&mut under_way, sampled.pixels)?;
+        if sampled.pixels < self.pixels() {
+            self.under_way = Some(under_way);
+            return Ok(false);
+        }
+        self.totals.count(&under_way, sampled.pixels);
+        self.look_at_halves()?;
+        Ok(true)
+    }
+
+    fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<BundleUnderWay> {
+        let before = match units {
+            1 => None,
+            _ => Some(self.sums()?),
+        };
+        let bundle = Bundle {
+            samples: if self.is_marched() { 1 } else { samples },
+            units,
+            first_sample: self.totals.first_sample + self.totals.samples,
+            begins: true,
+        };
+        Ok(BundleUnderWay {
+            bundle,
+            folded: 0,
+            lookups: 0,
+            before,
+        })
+    }
+
+    /// Folds units under way into the picture: those of pixels that have all of them, which all pixels before `pixels` have. A
+    /// single unit can be dropped until all of them have it.
+    fn accumulate(&mut self, under_way: &mut BundleUnderWay, pixels: u32) -> Result<()> {
+        let Bundle { samples, units, .. } = under_way.bundle;
+        if pixels == under_way.folded || (units == 1 && pixels < self.pixels()) {
+            return Ok(());
+        }
+        let push = AccumulatePush {
+            samples,
+            samples_before: self.totals.samples,
+            first: under_way.folded,
+            end: pixels,
+        };
+        let r = &self.resources;
+        self.frame
+            .run(|f| self.accumulate.record(f, r, units, &push))?;
+        under_way.folded = pixels;
+        Ok(())
+    }
+
+    pub(super) fn clear_if_stale(&mut self) -> Result<()> {
+        let r = &self.resources;
+        match std::mem::take(&mut self.is_stale) {
+            true => self.frame.run(|f| f.clear(&[&r.mean, &r.squares])),
+            false => Ok(()),
+        }
+    }
+
+    /// Brings the mean up to date for being read.
+    pub(super) fn complete_mean(&mut self) -> Result<()> {
+        self.clear_if_stale()?;
+        let (frame, r) = (&mut self.frame, &self.resources);
+        match &self.estimator {
+            Estimator::Published(published) => published.march(frame, r),
+            Estimator::Caching(cache) => cache.collect(frame, r),
+            Estimator::NonCaching(_) => Ok(()),
+        }
+    }
+
+    /// Finds the surfaces behind the pixels' centres, for the picture's other layers.
+    pub(super) fn see_first_surfaces(&mut self) -> Result<()> {
+        match &self.iso_depth {
+            Some(pass) => pass.run(&mut self.frame, &self.resources),
+            None => Ok(()),
+        }
+    }
+
+    /// Encodes the mean so far for display.
+    pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
+        let (r, tone_map) = (&self.resources, &self.tone_map);
+        self.frame.run(|f| tone_map.record(f, &r.mean, to, push))
+    }
+}
