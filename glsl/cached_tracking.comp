@@ -20,3 +20,7 @@
 #include "path.glsl"
 #include "cached_flight.glsl"
 #include "camera_path.glsl"
+
+vec3 albedo_at(Path path) {
+    return albedo_of(path.value);
+}

@@ -30,6 +30,7 @@
 #include "march.glsl"
 #include "sunlit.glsl"
 #include "marched.glsl"
+#include "tails.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 #include "push.glsl"
@@ -54,7 +55,7 @@ struct Front {
 };
 
 const Front NOTHING_MET = Front(vec3(0.0), 1.0, 0.0, vec4(0.0), vec4(0.0), mat4x3(0.0),
-                                Tail(0.0, 0.0, NOTHING, 0u, 0u));
+                                Tail(0.0, 0.0, NOTHING, uvec2(0u)));
 
 // Leaves light to paths.
 void leave(inout Front front, Tail tail, inout Random random) {
@@ -90,6 +91,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             vec4 picked_t = front.picked_t;
             mat4x3 picked_albedo = front.picked_albedo;
             float tail_t = 0.0;
+            vec3 tail_albedo = scene.color;
             LOOP {
                 vec3 u = random_numbers(random).xyz;
                 MarchStep s = make_step(ray, march);
@@ -107,7 +109,10 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                     }
                 }
                 if (full_light || has_rim_cubes) {
-                    tail_t = u.y * taken.weight < weight ? points.x : tail_t;
+                    bool is_tail = u.y * taken.weight < weight;
+                    tail_t = is_tail ? points.x : tail_t;
+                    // The step's own: the colour at that point may be one at which opacity is 0.
+                    tail_albedo = is_tail ? s.albedo : tail_albedo;
                 }
                 if (front.transmittance < OPAQUE_BELOW) {
                     bool is_left = random_numbers(random).x * OPAQUE_BELOW < front.transmittance;
@@ -121,7 +126,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             Cube cube = cube_taken(taken, ray);
             CachedLight light = read_cache(cube);
             if (is_left_to_paths(cube) || full_light && !light.known) {
-                leave(front, Tail(tail_t, taken.weight, COLLISION, 0u, 0u), random);
+                leave(front, Tail(tail_t, taken.weight, COLLISION, packed_albedo(tail_albedo)), random);
             } else {
                 front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
                 front.taken += taken.weight;
@@ -215,7 +220,7 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
             Material material = make_material(uint(crossing.surface));
             front.radiance += weight * sunlight_reflected(ray, crossing, hit, material, LEAST_SUNLIGHT);
         }
-        leave(front, Tail(crossing.t, weight, crossing.surface, crossing.inside, uint(leaves_suns)), random);
+        leave(front, Tail(crossing.t, weight, crossing.surface, uvec2(crossing.inside, leaves_suns)), random);
         front.transmittance -= weight;
         if (front.transmittance <= 0.0) {
             break;

@@ -70,6 +70,10 @@ void escape(inout Path path) {
            node_work.first_direction, path.bounces == 0u);
 }
 
+vec3 albedo_at(Path path) {
+    return albedo_of(path.value);
+}
+
 bool collect(inout Path path, inout Random random) {
     if (node_work.gathers == 0u) {
         return false;
@@ -83,8 +87,16 @@ bool collect(inout Path path, inout Random random) {
         return false;
     }
     vec3 towards = -path.direction;
-    vec3 scattered = scattered_light(light, towards) + light.suns * suns_scattered(towards);
-    contribute(path, path.throughput * albedo_of(path.value) * scattered);
+    vec3 throughput = path.throughput * albedo_at(path);
+    vec3 scattered = scattered_light(light, towards);
+    if (!suns_differ) {
+        scattered += light.suns * suns_scattered(towards);
+    }
+    contribute(path, throughput * scattered);
+    path.origin = end_of_flight(path);
+    if (suns_differ) {
+        aim_at_sun(path, throughput, random);
+    }
     end_path(path);
     return true;
 }

@@ -36,7 +36,8 @@ float side_at_end(Span span) {
     return side;
 }
 
-// Whether extinction differs by more than `most` between two neighbours among the voxels.
+// Whether extinction differs by more than `most` on the way from one of the voxels to a neighbour: a narrow tent of the
+// transfer function may lie between their values.
 bool has_step(Voxels voxels, float most) {
     for (uint axis = 0u; axis < 3u; ++axis) {
         uvec3 axes = (axis + uvec3(0u, 1u, 2u)) % 3u;
@@ -44,13 +45,14 @@ bool has_step(Voxels voxels, float most) {
         for (voxel[axes.z] = voxels.low[axes.z]; voxel[axes.z] <= voxels.high[axes.z]; ++voxel[axes.z]) {
             for (voxel[axes.y] = voxels.low[axes.y]; voxel[axes.y] <= voxels.high[axes.y]; ++voxel[axes.y]) {
                 voxel[axes.x] = voxels.low[axes.x];
-                float last = sigma_t_of(volume_voxel(voxel));
+                float last = volume_voxel(voxel);
                 for (++voxel[axes.x]; voxel[axes.x] <= voxels.high[axes.x]; ++voxel[axes.x]) {
-                    float sigma_t = sigma_t_of(volume_voxel(voxel));
-                    if (abs(sigma_t - last) > most) {
+                    float value = volume_voxel(voxel);
+                    vec2 sigma_t = sigma_t_range(vec2(min(last, value), max(last, value)));
+                    if (sigma_t.y - sigma_t.x > most) {
                         return true;
                     }
-                    last = sigma_t;
+                    last = value;
                 }
             }
         }

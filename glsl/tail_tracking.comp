@@ -20,6 +20,7 @@
 #include "camera.glsl"
 #include "path.glsl"
 #include "cached_flight.glsl"
+#include "tails.glsl"
 
 #include "push.glsl"
 layout(scalar) readonly buffer TailBlock { Tail at[]; } tails;
@@ -44,9 +45,14 @@ Tail tail_of(uint item) {
     return tails.at[texel_index(item)];
 }
 
+// Where a tail begins in the medium, its step's.
+vec3 albedo_at(Path path) {
+    return has_one_color || path.bounces > 1u ? albedo_of(path.value) : unpacked_albedo(tail_of(item_of(path)).there);
+}
+
 // The march has found the suns' light on most surfaces.
 bool knows_suns(Path path) {
-    return path.bounces == 1u && path.surface >= 0 && tail_of(item_of(path)).leaves_suns == 0u;
+    return path.bounces == 1u && path.surface >= 0 && tail_of(item_of(path)).there.y == 0u;
 }
 
 // The sample that was marched.
@@ -98,11 +104,7 @@ void begin_sample(inout Path path) {
     path.t = tail.t;
     path.t_end = tail.t;
     path.surface = tail.surface;
-    path.inside = tail.inside;
-    if (tail.surface == COLLISION) {
-        vec3 g = ray.origin + tail.t * ray.step;
-        path.value = volume_value(g);
-    }
+    path.inside = tail.surface == COLLISION ? 0u : tail.there.x;
     path.stage = STAGE_ARRIVAL;
     Random random = random_of(path);
     scatter(path, random);

@@ -63,8 +63,10 @@ pub enum Command {
     Clean(CleanArgs),
 }
 
-/// What is rendered: shared by all commands that take a scene.
+/// What is rendered: shared by all commands that take a scene. A negative number is a wrong value of a flag, and not an unknown
+/// flag.
 #[derive(Debug, Args)]
+#[command(allow_negative_numbers = true)]
 pub struct SceneArgs {
     /// A scene file (.toml), or a volume: a file, or a folder of slices.
     #[arg(value_name = "SCENE_OR_VOLUME")]

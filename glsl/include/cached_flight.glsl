@@ -12,17 +12,14 @@ bool collect(inout Path path, inout Random random) {
     if (!light.known) {
         return false;
     }
-    vec3 throughput = path.throughput * albedo_of(path.value);
+    vec3 throughput = path.throughput * albedo_at(path);
     // One axis, at random, stands for all three.
     uint axis = min(uint(3.0 * random_numbers(random).x), 2u);
     vec3 missed = 3.0 * missed_along(axis, cube) * scene.cache_unit;
     contribute(path, throughput * (scattered_light(light, -path.direction) + missed));
     path.origin = g;
     if (sun_count > 0u) {
-        LightSample sun = sample_sun(random_numbers(random).x);
-        float phase = phase_function(path.direction, sun.towards);
-        vec3 radiance = throughput * phase * sun.radiance;
-        aim_shadow_ray(path, sun.towards, worth_a_ray(radiance, random), NOTHING);
+        aim_at_sun(path, throughput, random);
     }
     end_path(path);
     return true;

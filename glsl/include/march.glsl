@@ -1,25 +1,28 @@
 // The steps of a march through the medium, front to back: Σ T·(1 − exp(−σt·Δ))·albedo·light.
 //
 // A step ends where the ray leaves a cell, or earlier after a fraction of a mean free path at the densest point
-// nearby. Within a cell the field along a ray is nearly linear: its kinks are at the cells' sides. So the medium's
-// mean between the field's values at both ends is nearly exact, however narrow a tent of the transfer function is,
-// and has no noise. (Steps of equal length across cells have a bias, and one sample at a random point in each step
-// has much noise: `transport hard_cases::march`.)
-//
-// Where extinction is linear in the field there are no tents. Steps are then a voxel long wherever the sides are: a
-// third fewer, and as exact even where neighbouring voxels are independent of each other.
+// nearby. Within a cell the field along a ray is a cubic, and nearly linear: its kinks are at the cells' sides. So the
+// medium's mean between the field's values at both ends is nearly exact, however narrow a tent of the transfer function is,
+// and has no noise; where extinction is linear in the field, it is exact (`linear_medium`). (Steps of equal length across
+// cells have a bias, and one sample at a random point in each step has much noise: `transport hard_cases::march`.)
 //
 // Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and taken back if its own optical
 // depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
 // more in all than a CPU's driver lets them (`work` in ray.glsl).
 
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
+const float OPTICAL_DEPTH_PER_LINEAR_STEP = 1.0;
 // However dense the medium is, a step ends at a later t than it begins at, also far along the ray.
 const float LEAST_VOXELS_PER_STEP = 1e-3;
 const float LEAST_SHARE_PER_STEP = 2e-7;
 
 // Factor on the length of steps for a picture in motion: they are longer, or end at the sides of larger cells.
 float step_scale = 1.0;
+
+// Whether a step reads the cell in which it lies, and not the field at its end.
+bool reads_cells() {
+    return is_linear && step_scale == 1.0;
+}
 
 // A march under way, stretch by stretch: each is the part of the ray in a row of blocks that hold medium. (Stretches
 // of one block leave lanes waiting for their neighbours; rows without a limit would be walked through for rays that
@@ -32,7 +35,7 @@ struct March {
     bool goes_on;   // whether steps of the stretch are left, from t on
     float longest;  // length of its longest step, in world units
     float longest_now; // length of the next one, at most
-    Walk cells;     // through the cells whose sides end steps; stands at t; unused if is_linear
+    Walk cells;     // through the cells whose sides end steps; stands at t
     Classified end; // where the next step begins
 };
 
@@ -67,14 +70,11 @@ void next_stretch(Ray ray, inout March march) {
     }
     march.goes_on = blocks > 0u;
     float voxel = 1.0 / length(ray.step);
-    march.longest = step_scale * OPTICAL_DEPTH_PER_STEP * max(1.0 / majorant, voxel / DENSE_DEPTH);
-    if (is_linear) {
-        march.longest = min(march.longest, step_scale * voxel);
-    } else {
-        march.cells = begin_walk(ray, march.t, step_scale, step_cells());
-    }
+    float depth = reads_cells() ? OPTICAL_DEPTH_PER_LINEAR_STEP : OPTICAL_DEPTH_PER_STEP;
+    march.longest = step_scale * depth * max(1.0 / majorant, voxel / DENSE_DEPTH);
+    march.cells = begin_walk(ray, march.t, step_scale, step_cells());
     march.longest_now = march.longest;
-    if (march.goes_on) {
+    if (march.goes_on && !reads_cells()) {
         march.end = classify(lookup(ray, march.t));
     }
 }
@@ -120,18 +120,37 @@ void adapt(Ray ray, float from, Classified begin, inout March march, inout Mediu
     }
 }
 
+// The mean in [from, march.t], which lies in one cell, where extinction is linear in the field: then it is a cubic in t, whose
+// mean Simpson's rule gives exactly. One read of the cell tells all three values.
+Medium linear_medium(Ray ray, float from, out Classified begin, inout March march) {
+    vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;
+    vec3 half_way = 0.5 * (march.t - from) * ray.step;
+    vec3 cell = floor(middle);
+    vec3 p = middle - cell;
+    Corners corners = corners_read(ivec3(cell));
+    begin = classify(value_in(corners, p - half_way));
+    march.end = classify(value_in(corners, p + half_way));
+    float sum = begin.color.a + 4.0 * transfer_opacity(value_in(corners, p)) + march.end.color.a;
+    return Medium(scene.density * sum * (1.0 / 6.0), scene.color);
+}
+
 MarchStep make_step(Ray ray, inout March march) {
     Classified begin = march.end;
     float from = march.t;
     float most = min(from + march.longest_now, march.exit);
-    march.t = is_linear ? most : max(from, min(march.cells.exit, most));
-    march.end = classify(lookup(ray, march.t));
-    Medium medium = mean_medium(begin, march.end);
+    march.t = max(from, min(march.cells.exit, most));
+    Medium medium;
+    if (reads_cells()) {
+        medium = linear_medium(ray, from, begin, march);
+    } else {
+        march.end = classify(lookup(ray, march.t));
+        medium = mean_medium(begin, march.end);
+    }
     if (is_dense) {
         adapt(ray, from, begin, march, medium);
     }
     march.goes_on = march.t < march.exit;
-    if (!is_linear && march.cells.exit <= march.t) {
+    if (march.cells.exit <= march.t) {
         step_walk(march.cells, ray, step_scale, step_cells());
     }
     float extent = march.t - from;

@@ -12,6 +12,8 @@ void cover(inout Path path, float share);
 void escape(inout Path path);
 // At a collision: contributes all light that the path would bring and ends it there, if that light is known.
 bool collect(inout Path path, inout Random random);
+// The albedo at a collision, where the path is.
+vec3 albedo_at(Path path);
 // Whether the suns' light at the point where the path scatters now has been found by other means.
 bool knows_suns(Path path);
 
@@ -111,6 +113,13 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int start_su
     }
 }
 
+// Sends a shadow ray to a sun from a collision at path.origin, behind which `throughput` is left.
+void aim_at_sun(inout Path path, vec3 throughput, inout Random random) {
+    LightSample sun = sample_sun(random_numbers(random).x);
+    vec3 radiance = throughput * phase_function(path.direction, sun.towards) * sun.radiance;
+    aim_shadow_ray(path, sun.towards, worth_a_ray(radiance, random), NOTHING);
+}
+
 // Whether the path continues after an event, with Russian roulette where nothing else ends it.
 bool survives(inout Path path, inout Random random) {
     const float LEAST = 0.4;
@@ -187,7 +196,7 @@ void deflect(inout Path path, inout Random random) {
     path.origin = end_of_flight(path);
     if (!s.is_surface) {
         ++path.collisions;
-        path.throughput *= albedo_of(path.value);
+        path.throughput *= albedo_at(path);
     }
     if (has_light_sampling) {
         LightSample light = sample_light(words_for_light(path, random));

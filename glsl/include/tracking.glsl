@@ -75,10 +75,16 @@ bool next_tentative(inout Tracking tracking, float optical_depth) {
 // Reads of the volume by tracking.
 uint lookups = 0u;
 
-float lookup(Ray ray, float t) {
+Corners corners_read(ivec3 cell) {
     ++lookups;
     work += 2u;
-    return volume_value(ray.origin + t * ray.step);
+    return volume_corners(cell);
+}
+
+float lookup(Ray ray, float t) {
+    vec3 g = ray.origin + t * ray.step;
+    vec3 cell = floor(g);
+    return value_in(corners_read(ivec3(cell)), g - cell);
 }
 
 // V at a tentative collision. Where opacity is linear in V, one of the eight voxels around is picked, with its

@@ -78,14 +78,17 @@ float volume_interpolate(Cell k, vec3 p) {
          + p.z * (k.z + p.x * k.xz);
 }
 
-// The field's value V(g). Not by the device's filter, which rounds g (src/render/peak/filter_probe.rs).
-float volume_value(vec3 g) {
-    vec3 cell = floor(g);
-    vec3 p = g - cell;
-    Corners corners = volume_corners(ivec3(cell));
+// The stored value at the local position p in a cell.
+float value_in(Corners corners, vec3 p) {
     vec4 along_z = mix(corners.near, corners.far, p.z);
     vec2 along_y = mix(along_z.xy, along_z.zw, p.y);
     return mix(along_y.x, along_y.y, p.x) * scene.stored_max;
+}
+
+// The field's value V(g). Not by the device's filter, which rounds g (src/render/peak/filter_probe.rs).
+float volume_value(vec3 g) {
+    vec3 cell = floor(g);
+    return value_in(volume_corners(ivec3(cell)), g - cell);
 }
 
 // A vector in the unit of its largest component. Values have the data's own unit, in which their squares may be beyond a

@@ -2,7 +2,7 @@
 
 use super::Engine;
 use super::host::check;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, unless_refused};
 use crate::render::{Derived, GpuScene, Plan, Variant};
 use crate::scene::Scene;
 
@@ -137,14 +137,5 @@ impl Engine {
             self.renderer.change(&self.full.reduced_to(size))?;
         }
         Ok(())
-    }
-}
-
-/// `None` where the device's limits or its memory refuse what was planned.
-fn unless_refused<T>(planned: Result<T>) -> Result<Option<T>> {
-    match planned {
-        Ok(planned) => Ok(Some(planned)),
-        Err(Error::Memory(_)) => Ok(None),
-        Err(other) => Err(other),
     }
 }

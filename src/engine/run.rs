@@ -281,8 +281,8 @@ impl Engine {
     fn too_short(&self, stop: &Stop, watch: &Stopwatch) -> Error {
         let lacking = match self.renderer.cache() {
             None => {
-                "not every pixel has had its first sample; give it more time or fewer pixels, or limit paths by \
-                 render.max_bounces"
+                "not every pixel has had its first sample; give it more time or fewer pixels, or shorten paths by \
+                 render.max_bounces or by a lower medium.density"
             }
             Some(cache) if cache.updates == 0 => {
                 "the cache's nodes have not had their first paths; give it more time, a coarser cache (--cache-scale), or \

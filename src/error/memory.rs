@@ -1,17 +1,22 @@
 //! Memory that is not there: the budget's, the device's limits, or the driver's.
 
+use super::{Error, Result};
 use crate::bytes::human;
 
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MemoryError {
     /// No plan stays within the budget.
     #[error(
-        "the budget is {budget} bytes, but {variant} needs {} ({needed} bytes), {} of it for the {largest}{}: raise \
-         --vram-budget, or {remedy}", human(*.needed), human(*.largest_bytes), after_semicolon(.smallest_cache)
+        "the budget is {budget} bytes, but {variant}{} needs {} ({needed} bytes), {} of it for the {largest}{}: raise \
+         --vram-budget, or {remedy}",
+        if *.is_in_bricks { " with the volume in bricks" } else { "" },
+        human(*.needed), human(*.largest_bytes), after_semicolon(.smallest_cache)
     )]
     Plan {
         budget: u64,
         variant: &'static str,
+        /// Whether the volume streams.
+        is_in_bricks: bool,
         needed: u64,
         /// The resource that takes most.
         largest: String,
@@ -127,4 +132,13 @@ impl MemoryError {
 fn after_semicolon(text: &Option<String>) -> String {
     text.as_ref()
         .map_or(String::new(), |text| format!("; {text}"))
+}
+
+/// `None` where the device's limits or its memory refuse what was planned.
+pub fn unless_refused<T>(planned: Result<T>) -> Result<Option<T>> {
+    match planned {
+        Ok(planned) => Ok(Some(planned)),
+        Err(Error::Memory(_)) => Ok(None),
+        Err(other) => Err(other),
+    }
 }

@@ -11,7 +11,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use device::DeviceError;
-pub use memory::MemoryError;
+pub use memory::{MemoryError, unless_refused};
 
 /// Exit status after Ctrl-C with the outputs written.
 pub const INTERRUPTED_STATUS: u8 = 130;

@@ -54,7 +54,7 @@ impl Bricks {
             side: layout.side,
             total: layout.total(),
             needed,
-            resident: layout.capacity(),
+            resident: layout.capacity().min(layout.total()),
             share: f64::from(layout.capacity().min(needed)) / f64::from(needed.max(1)),
             host_bytes,
             first_read_bytes,

@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use super::plan::{self, Choice, choose_whole};
+use super::bricks::needed_bricks;
+use super::gpu_scene::GpuScene;
+use super::plan::{Choice, Plan, choose_whole, needs, no_cache, rungs, too_small, useless};
 use super::plan_in_bricks;
-use crate::error::{Error, MemoryError, Result};
+use crate::error::{Error, MemoryError, Result, unless_refused};
 use crate::gpu::{Device, DeviceSummary};
 use crate::scene::volume::Volume;
 use crate::scene::{self, Scene};
@@ -19,9 +21,14 @@ pub fn choose(
 ) -> Result<Choice> {
     match choose_whole(device, limits, budget, volume, scene) {
         Err(Error::Memory(why)) if scene.render.variant != scene::Variant::Published => {
-            let better = whole(&why);
+            let better = whole(&why, scene.render.variant);
             let chosen = plan_in_bricks::choose(device, limits, budget, volume, scene, &better)?;
-            chosen.ok_or(Error::Memory(why))
+            match chosen {
+                Some(choice) => Ok(choice),
+                None => Err(refusal(device, limits, budget, volume, scene)?
+                    .unwrap_or(why)
+                    .into()),
+            }
         }
         other => other,
     }
@@ -47,15 +54,64 @@ pub fn caches(
     }
 }
 
+/// The error that says what a scene needs that fits neither with its volume whole nor in bricks. `None` where the device's limits
+/// allow neither.
+fn refusal(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    budget: u64,
+    volume: &Volume,
+    scene: &Scene,
+) -> Result<Option<MemoryError>> {
+    let uncached = GpuScene::new(scene, volume, 0);
+    let needed = needed_bricks(&uncached, volume);
+    let smallest = |scene: &GpuScene| -> Result<Option<Plan>> {
+        let whole = unless_refused(Plan::new(device, limits, scene))?;
+        let in_bricks = plan_in_bricks::smallest(device, limits, scene, needed);
+        let plans = [whole, unless_refused(in_bricks)?];
+        Ok(plans.into_iter().flatten().min_by_key(Plan::bytes))
+    };
+    let Some(without_cache) = smallest(&uncached)? else {
+        return Ok(None);
+    };
+    let wants_cache = match scene.render.variant {
+        scene::Variant::Caching => true,
+        scene::Variant::Auto => useless(scene).is_none(),
+        scene::Variant::NonCaching | scene::Variant::Published => false,
+    };
+    let rungs = wants_cache.then(|| rungs(&uncached, volume, scene, limits));
+    let coarsest = rungs.into_iter().flatten().last();
+    let cached = match coarsest.and_then(|rung| rung.layout.ok()) {
+        Some(layout) => smallest(&uncached.clone().with_cache(layout))?,
+        None => None,
+    };
+    let smallest_cache = cached.map(|plan| {
+        format!(
+            "{} needs {}",
+            plan.variant.description(),
+            needs(plan.bytes())
+        )
+    });
+    Ok(Some(match (scene.render.variant, smallest_cache) {
+        (scene::Variant::Caching, Some(smallest_cache)) if without_cache.bytes() <= budget => {
+            no_cache(&without_cache, budget, smallest_cache)
+        }
+        (_, smallest_cache) => too_small(&without_cache, budget, smallest_cache),
+    }))
+}
+
 /// What a plan with the whole volume would need, of which the search for one says `why` there is none.
-fn whole(why: &MemoryError) -> String {
+fn whole(why: &MemoryError, wanted: scene::Variant) -> String {
     match why {
         MemoryError::Plan {
+            smallest_cache: Some(smallest_cache),
+            ..
+        } if wanted == scene::Variant::Caching => {
+            format!("with the whole volume, {smallest_cache}")
+        }
+        MemoryError::Plan {
             variant, needed, ..
-        } => format!(
-            "{variant} with the whole volume needs {}",
-            plan::needs(*needed)
-        ),
+        } => format!("{variant} with the whole volume needs {}", needs(*needed)),
         MemoryError::Cache { smallest_cache, .. } => {
             format!("with the whole volume, {smallest_cache}")
         }

@@ -10,7 +10,7 @@ use super::allocation::Allocation;
 use super::gpu_scene::GpuScene;
 use super::layout::{BrickLayout, CacheLayout, describe_cache};
 use super::light_memory::ENVIRONMENT_IMAGE;
-use super::resources::TRANSFER_FUNCTION;
+use super::resources::{TRANSFER_FUNCTION, VOLUME};
 use super::variant::Variant;
 use crate::bytes::human;
 use crate::error::{Error, MemoryError, Result};
@@ -134,7 +134,7 @@ pub(super) fn choose_whole(
     let without_cache = || Plan::new(device, limits, &uncached).map_err(with_remedy);
     let without = |reason: String, next_better: String| {
         Ok(Choice {
-            plan: fitting(without_cache()?, budget, Vec::new())?,
+            plan: fitting(without_cache()?, budget, None)?,
             reason,
             next_better,
         })
@@ -167,12 +167,13 @@ pub(super) fn choose_whole(
         }
     }
     if wanted == scene::Variant::Caching {
-        let without = fitting(without_cache()?, budget, better.clone())?;
-        return Err(no_cache(&without, budget, &better));
+        let without = fitting(without_cache()?, budget, better.last().cloned())?;
+        let smallest_cache = better.pop().unwrap_or_default();
+        return Err(no_cache(&without, budget, smallest_cache).into());
     }
-    let next_better = better.last().cloned().unwrap_or_default();
+    let next_better = better.pop().unwrap_or_default();
     Ok(Choice {
-        plan: fitting(without_cache()?, budget, better)?,
+        plan: fitting(without_cache()?, budget, Some(next_better.clone()))?,
         reason: format!("no cache fits: {next_better}"),
         next_better,
     })
@@ -217,10 +218,10 @@ pub(super) fn needs(bytes: u64) -> String {
     format!("{} ({bytes} bytes)", human(bytes))
 }
 
-fn fitting(plan: Plan, budget: u64, better: Vec<String>) -> Result<Plan> {
+fn fitting(plan: Plan, budget: u64, smallest_cache: Option<String>) -> Result<Plan> {
     match plan.bytes() <= budget {
         true => Ok(plan),
-        false => Err(too_small(&plan, budget, better)),
+        false => Err(too_small(&plan, budget, smallest_cache).into()),
     }
 }
 
@@ -241,32 +242,36 @@ fn remedy(resource: &str) -> &'static str {
     match resource {
         ENVIRONMENT_IMAGE => "make the environment's image smaller",
         TRANSFER_FUNCTION => "give medium.transfer fewer points",
+        VOLUME => "set volume.crop",
         _ => "lower --size, or set volume.crop",
     }
 }
 
 /// The error for a scene that asks for a cache where only the variant without one fits.
-fn no_cache(without: &Plan, budget: u64, caching: &[String]) -> Error {
+pub(super) fn no_cache(without: &Plan, budget: u64, smallest_cache: String) -> MemoryError {
     MemoryError::Cache {
         budget,
-        smallest_cache: caching.last().cloned().unwrap_or_default(),
+        smallest_cache,
         non_caching: without.bytes(),
     }
-    .into()
 }
 
 /// The error that says what is in the way and what would fit.
-fn too_small(without_cache: &Plan, budget: u64, caching: Vec<String>) -> Error {
+pub(super) fn too_small(
+    without_cache: &Plan,
+    budget: u64,
+    smallest_cache: Option<String>,
+) -> MemoryError {
     let largest = without_cache.resources.iter().max_by_key(|r| r.bytes);
     let largest = largest.expect("a plan has a picture at least");
     MemoryError::Plan {
         budget,
         variant: without_cache.variant.word(),
+        is_in_bricks: without_cache.bricks.is_some(),
         needed: without_cache.bytes(),
         largest: largest.name.into(),
         largest_bytes: largest.bytes,
-        smallest_cache: caching.last().cloned(),
+        smallest_cache,
         remedy: remedy(largest.name),
     }
-    .into()
 }

@@ -153,11 +153,7 @@ fn fill(
     scene: GpuScene,
     needed: u32,
 ) -> Result<Option<Plan>> {
-    let dims = scene.parts.field.dims;
-    let planned = |places: u64| {
-        let layout = BrickLayout::new(dims, places, limits);
-        Plan::new(device, limits, &scene.clone().with_bricks(Some(layout)))
-    };
+    let planned = |places| planned(device, limits, &scene, places);
     let smallest = match planned(1) {
         Ok(plan) => plan,
         Err(Error::Memory(_)) => return Ok(None),
@@ -177,9 +173,35 @@ fn fill(
     while places >= least {
         match planned(places) {
             Ok(plan) if plan.bytes() <= budget => return Ok(Some(plan)),
-            Ok(_) | Err(Error::Memory(_)) => places -= places.div_ceil(32),
+            Ok(_) | Err(Error::Memory(_)) if places == least => return Ok(None),
+            Ok(_) | Err(Error::Memory(_)) => {
+                places = (places - places.div_ceil(32)).max(least);
+            }
             Err(other) => return Err(other),
         }
     }
     Ok(None)
+}
+
+/// The plan with as few bricks as a sample needs, of `needed` that matter, whatever the budget is.
+pub fn smallest(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    scene: &GpuScene,
+    needed: u32,
+) -> Result<Plan> {
+    let layout = BrickLayout::new(scene.parts.field.dims, 1, limits);
+    let least = most_at_once(&layout, scene, needed.into());
+    planned(device, limits, scene, least)
+}
+
+/// The plan with room for so many bricks.
+fn planned(
+    device: &Arc<Device>,
+    limits: &DeviceSummary,
+    scene: &GpuScene,
+    places: u64,
+) -> Result<Plan> {
+    let layout = BrickLayout::new(scene.parts.field.dims, places, limits);
+    Plan::new(device, limits, &scene.clone().with_bricks(Some(layout)))
 }

@@ -29,6 +29,8 @@ const SLOTS_A_PLACE: u32 = 128;
 const SLOTS_GPU_IN_BRICKS: u32 = 1 << 18;
 const SLOTS_CPU_IN_BRICKS: u32 = 1 << 12;
 
+/// The resource whose size is that of the volume.
+pub const VOLUME: &str = "volume";
 /// The resource whose size is that of the transfer function.
 pub const TRANSFER_FUNCTION: &str = "transfer function";
 
@@ -77,7 +79,7 @@ impl Resources {
             written: scene.bricks.is_some() && place_bricks::is_by_pass(memory),
             // A preview reads places that have no brick yet.
             zeroed: scene.bricks.is_some(),
-            ..volumetric("volume", scene.volume_extent(), parts.field.format())
+            ..volumetric(VOLUME, scene.volume_extent(), parts.field.format())
         };
         let majorants = ImageDesc {
             written: true,
@@ -166,7 +168,7 @@ impl Resources {
 
     /// The resources of every shader that includes `volume.glsl`.
     pub fn volume_bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
-        let volume = ("volume", Binding::Image(&self.volume));
+        let volume = (VOLUME, Binding::Image(&self.volume));
         let bricks = self.bricks.iter().flat_map(VolumeBricks::bindings);
         [volume].into_iter().chain(bricks).collect()
     }

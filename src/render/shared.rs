@@ -242,10 +242,9 @@ shared! {
         pub weight: float,
         /// A surface's index, or a collision (−2).
         pub surface: int,
-        /// The sides of surfaces, as in `Path`.
-        pub inside: uint,
-        /// Whether the suns' light on the surface is left as well.
-        pub leaves_suns: uint,
+        /// On a surface: the sides of surfaces, as in `Path`, and whether the suns' light on it is left as well. In the medium:
+        /// the albedo, by 16 bits a channel.
+        pub there: uvec2,
     }
 
     /// A brick of the cache.

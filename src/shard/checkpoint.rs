@@ -224,7 +224,7 @@ impl Found {
     /// Restores the cache in the engine, if there is one.
     pub fn restore_cache(&self, engine: &mut Engine) -> Result<()> {
         match &self.cache {
-            Some(cache) => cache.restore(engine),
+            Some(cache) => cache.restore(engine).map_err(or_restart),
             None => Ok(()),
         }
     }
@@ -238,7 +238,7 @@ impl Found {
             return Ok(());
         };
         let header = &state.header;
-        let shard = Shard::read(&self.path, header)?;
+        let shard = Shard::read(&self.path, header).map_err(or_restart)?;
         let totals = Totals {
             first_sample: header
                 .samples

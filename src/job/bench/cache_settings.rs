@@ -126,9 +126,11 @@ impl Settings<'_> {
             args, host, volume, ..
         } = self.bench;
         let prefix = &self.subject.prefix;
+        let seed = args.seed.wrapping_add(seed);
+        let word = &entrant.word;
         self.bench
-            .say(&format!("{prefix}cache settings: {}", entrant.word));
-        let mut engine = entrant.load(host, volume, args.seed.wrapping_add(seed))?;
+            .say(&format!("{prefix}cache settings: {word}, with seed {seed}"));
+        let mut engine = entrant.load(host, volume, seed)?;
         fill(&mut engine)?;
         if is_interrupted() {
             return Err(Error::Interrupted);

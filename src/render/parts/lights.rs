@@ -128,6 +128,18 @@ impl Lights {
         lights.all(|light| is_grey(over(light, unit))) && sky.is_none_or(|sky| sky.has_one_color)
     }
 
+    /// Whether all suns have the same colour, apart from rounding.
+    pub fn suns_have_one_color(&self) -> bool {
+        let is_like = |one: [f32; 3], other: [f32; 3]| {
+            [[0, 1], [1, 2], [2, 0]].iter().all(|&[c, d]| {
+                let products = [one[c] * other[d], one[d] * other[c]];
+                (products[0] - products[1]).abs() <= 1e-6 * products[0].abs()
+            })
+        };
+        let mut pairs = self.suns.windows(2);
+        pairs.all(|pair| is_like(pair[0].irradiance, pair[1].irradiance))
+    }
+
     fn mean_of_image(&self) -> [f32; 3] {
         self.sky.as_ref().map_or([0.0; 3], |sky| sky.mean)
     }

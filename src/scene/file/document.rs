@@ -20,6 +20,11 @@ use crate::scene::View;
 /// may be too small.
 const MOST_STEPS: usize = 8;
 
+/// The keys of which a scene has one table at most.
+const TABLES: [&str; 5] = ["volume", "medium", "surfaces", "camera", "render"];
+/// The keys of which it has a list of tables.
+const LISTS: [&str; 4] = ["medium.transfer", "surfaces.iso", "light", "clip"];
+
 #[derive(Debug, Clone)]
 pub struct Document {
     root: Value,
@@ -123,6 +128,7 @@ impl Document {
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
         let mut document = Document::new(root, name.clone(), folder);
         document.origins.record_lines(text, "", spanned.get_ref());
+        document.check_tables()?;
         Ok(document)
     }
 
@@ -201,8 +207,41 @@ impl Document {
         Ok(())
     }
 
+    /// Fails where an array or a number stands for a table: serde would take an array for the table's values in order.
+    fn check_tables(&self) -> Result<()> {
+        let wrong = |key: &str, found: &Value, expected: String| {
+            let found = mismatch::shown(found);
+            let problem = format!("found {found}, expected {expected}");
+            Err(self.origins.error(key, problem))
+        };
+        for key in TABLES {
+            match find(&self.root, key) {
+                None | Some(Value::Table(_)) => {}
+                Some(Value::Array(items)) if items.iter().any(Value::is_table) => {
+                    let problem = format!("found [[{key}]], expected [{key}]: there is one {key}");
+                    return Err(self.origins.error(key, problem));
+                }
+                Some(other) => return wrong(key, other, format!("a table: [{key}]")),
+            }
+        }
+        for key in LISTS {
+            match find(&self.root, key) {
+                None => {}
+                Some(Value::Array(items)) => {
+                    if let Some(n) = items.iter().position(|item| !item.is_table()) {
+                        let item = format!("{key}.{n}");
+                        return wrong(&item, &items[n], format!("a table: [[{key}]]"));
+                    }
+                }
+                Some(other) => return wrong(key, other, format!("an array of tables: [[{key}]]")),
+            }
+        }
+        Ok(())
+    }
+
     /// The document with its meaning: every key known, every value of the right kind and in range.
     pub fn typed(self) -> Result<SceneFile> {
+        self.check_tables()?;
         let parsed: Result<SceneFile, _> = serde_path_to_error::deserialize(self.root.clone());
         let mut file = parsed.map_err(|error| {
             let (key, problem) = mismatch::explain(&error, |key| find(&self.root, key));
@@ -316,7 +355,7 @@ impl Edit {
     }
 }
 
-/// `KEY=VALUE` of `--set`: the value is TOML, or else a bare string.
+/// `KEY=VALUE` of `--set`: the value is TOML, or else a number or a bare string.
 impl FromStr for Edit {
     type Err = String;
 
@@ -328,9 +367,12 @@ impl FromStr for Edit {
         if key.split('.').any(str::is_empty) {
             return Err("expected a dotted key before `=`, as in surfaces.iso.0.value=900".into());
         }
-        let value = value
-            .parse()
-            .unwrap_or_else(|_| Value::String(value.into()));
+        // Numbers such as `.5` and `1.` are none in TOML.
+        let number = || value.parse().ok().filter(|number: &f64| number.is_finite());
+        let value = value.parse().unwrap_or_else(|_| match number() {
+            Some(number) => Value::Float(number),
+            None => Value::String(value.into()),
+        });
         Ok(Edit::set(format!("--set {text}"), &key, value))
     }
 }

@@ -26,7 +26,7 @@ pub struct TransferTable {
 
 const ASYMMETRY: Expected = (
     |g| (g as f32).abs() < 1.0,
-    "a number between -1 and 1, both excluded",
+    "a number between -1 and 1, at most 0.99999997 from 0",
 );
 
 impl SceneFile {

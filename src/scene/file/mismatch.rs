@@ -59,7 +59,8 @@ fn suggestion(found: &str, known: &[&str]) -> String {
     }
 }
 
-fn shown(value: &Value) -> String {
+/// A value as it was typed, shortened.
+pub fn shown(value: &Value) -> String {
     const LONGEST: usize = 60;
     let text = match value {
         Value::Table(_) => "a table".to_string(),

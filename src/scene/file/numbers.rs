@@ -14,7 +14,7 @@ pub type Expected = (fn(f64) -> bool, &'static str);
 
 pub(super) const FINITE: Expected = (|_| true, "a finite number within ±3e38");
 pub(super) const UNIT: Expected = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
-pub(super) const NOT_NEGATIVE: Expected = (|x| x >= 0.0, "a finite number ≥ 0");
+pub(super) const NOT_NEGATIVE: Expected = (|x| x >= 0.0, "a finite number from 0 to 3e38");
 /// Of light. Its squares, of which errors are made, must not leave the range of a float.
 pub(super) const LIGHT: Expected = (
     |x| x == 0.0 || (1e-15..=1e15).contains(&x),
@@ -22,7 +22,7 @@ pub(super) const LIGHT: Expected = (
 );
 /// Of a lobe. Next to a larger exponent the last bits of a cosine decide, and the lobe goes missing.
 pub(super) const SHININESS: Expected = (|x| (0.0..=1e12).contains(&x), "a number from 0 to 1e12");
-pub(super) const POSITIVE: Expected = (|x| x > 0.0, "a finite number > 0");
+pub(super) const POSITIVE: Expected = (|x| x > 0.0, "a finite number > 0, up to 3e38");
 
 impl SceneFile {
     pub(super) fn number(&self, key: &str, value: f64, (holds, expected): Expected) -> Result<f64> {
@@ -31,7 +31,7 @@ impl SceneFile {
         }
         Err(self
             .origins
-            .error(key, format!("found {value}, expected {expected}")))
+            .error(key, format!("found {}, expected {expected}", figure(value))))
     }
 
     pub(super) fn triple(
@@ -77,5 +77,13 @@ impl SceneFile {
             word.parse().map_err(wrong)
         };
         word.as_ref().map(parse).transpose()
+    }
+}
+
+/// A number as one would type it.
+fn figure(value: f64) -> String {
+    match value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite() {
+        true => value.to_string(),
+        false => format!("{value:e}"),
     }
 }

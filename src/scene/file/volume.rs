@@ -37,6 +37,10 @@ impl SceneFile {
                 .error("volume.path", "missing: it names the volume's file")
         };
         let written = self.volume.path.as_ref().ok_or_else(missing)?;
+        if written.as_os_str().is_empty() {
+            let empty = "found an empty path, expected that of the volume's file";
+            return Err(self.origins.error("volume.path", empty));
+        }
         Ok(self.origins.path(written))
     }
 

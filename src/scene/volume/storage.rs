@@ -92,6 +92,20 @@ fn decimal(unit: &str) -> Option<i32> {
     })
 }
 
+/// The sign of a unit of length, or its name as it was given where that is not known.
+pub fn symbol(unit: &str) -> String {
+    let sign = match decimal(unit) {
+        Some(-10) => "Å",
+        Some(-9) => "nm",
+        Some(-6) => "µm",
+        Some(-3) => "mm",
+        Some(-2) => "cm",
+        Some(0) => "m",
+        _ => unit,
+    };
+    sign.to_string()
+}
+
 /// Lengths along x, y and z, given in a unit each, in the unit of x, which is the world unit. If a unit is unknown or
 /// the same, its length is unchanged.
 pub fn in_one_unit(lengths: [f64; 3], units: [Option<&str>; 3]) -> [f64; 3] {

@@ -6,6 +6,7 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::small_scenes::sun;
 
 fn scene() -> Scene {
     let camera = Camera {
@@ -137,4 +138,35 @@ fn a_seed_decides_every_node() {
         cached.march()
     });
     assert!(a == b);
+}
+
+/// The cache holds one share of all suns' light, which does not tell a red sun from a blue one.
+#[test]
+fn suns_of_unlike_colors_are_told_apart() {
+    let mut scene = scene();
+    scene.medium.as_mut().expect("a medium").density = 2.0;
+    scene.lights.environment.radiance = [0.0; 3];
+    let red_and_blue = [
+        ([-1.0, 0.0, 0.0], [3.0, 0.0, 0.0]),
+        ([1.0, 0.0, 0.0], [0.0, 0.0, 3.0]),
+    ];
+    scene.lights.suns = red_and_blue
+        .map(|(direction, color)| sun(direction, color))
+        .into();
+    let volume = ball();
+    // The side that the red sun does not see.
+    let red = |picture: &[[f32; 4]]| -> f64 {
+        let pixels = picture.iter().enumerate();
+        let dark = pixels.filter(|(i, _)| i % 32 < 12);
+        dark.map(|(_, pixel)| f64::from(pixel[0])).sum()
+    };
+    let exact = red(&render(&scene, &volume, 256, 256, 1).mean);
+    let shown = |seed| {
+        let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 16, seed);
+        red(&cached.at_rest(16, 1).mean) / exact - 1.0
+    };
+    let errors: Vec<f64> = (1..=2).map(shown).collect();
+    let mean = errors.iter().sum::<f64>() / 2.0;
+    println!("{mean:+.4}, of {errors:?}");
+    assert!(mean.abs() < 0.03, "{mean}");
 }

@@ -14,3 +14,4 @@ mod rim;
 mod standard_error;
 mod surfaces;
 mod texels;
+mod thin_layers;

@@ -65,7 +65,7 @@ fn measure(scene: &Scene, volume: &Volume, scale: f64, references: &[f64], paths
 }
 
 /// Limits are those of scales 1 and ½; in motion they are ranges, which `tools/measurements.md` states, rounded to a percent.
-fn assert_agrees(
+pub fn assert_agrees(
     what: &str,
     scene: &Scene,
     volume: &Volume,

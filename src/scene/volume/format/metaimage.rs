@@ -148,7 +148,8 @@ fn geometry(fields: &Fields, axes: usize) -> Parsed<([f64; 3], Orientation)> {
 /// there is no matrix.
 fn orientation(fields: &Fields, axes: usize) -> Parsed<Orientation> {
     let letters = fields.get("AnatomicalOrientation");
-    let unknown = letters.is_some_and(|letters| letters.contains('?'));
+    // ITK has letters for three axes alone, and writes `????` beside the matrix of four.
+    let unknown = letters.is_some_and(|letters| letters.contains('?')) && axes == 3;
     for key in ["TransformMatrix", "Rotation", "Orientation"] {
         if let Some(matrix) = fields.numbers::<f64>(key, axes * axes, "numbers")? {
             let frame = match unknown {
@@ -160,7 +161,7 @@ fn orientation(fields: &Fields, axes: usize) -> Parsed<Orientation> {
         }
     }
     match letters {
-        Some(from) if !unknown => from
+        Some(from) if !from.contains('?') => from
             .parse()
             .map(|from: Axes| from.opposite().into())
             .map_err(|_| unexpected("AnatomicalOrientation", from, "letters such as RAI")),

@@ -83,7 +83,8 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         .collect();
     let values = Values::of(&pairs)?;
     let (first, first_frame) = pairs[0];
-    if found.images.len() == 1 && stack.slices.len() == 1 && first_frame.plane.is_some() {
+    let is_alone = found.images.len() == 1 && stack.slices.len() == 1;
+    if is_alone && first_frame.plane.is_some() && !path.is_dir() {
         notes.push(
             "it is one slice; all slices of its series are opened by the name of their folder"
                 .into(),

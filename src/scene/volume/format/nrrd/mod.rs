@@ -201,7 +201,10 @@ fn data(path: &Path, fields: &Fields, end: Option<usize>) -> Parsed<Data> {
         "raw" => Encoding::Raw,
         "gzip" | "gz" => Encoding::Gzip,
         "bzip2" | "bz2" => Encoding::Bzip2,
-        other => return Err(unexpected("encoding", other, "raw, gzip or bzip2")),
+        other => {
+            let expected = "raw, gzip or bzip2; write the file again in one of them";
+            return Err(unexpected("encoding", other, expected));
+        }
     };
     let (file, begin) = match fields.get("data file") {
         Some(name) if names_several_files(path, name) => {

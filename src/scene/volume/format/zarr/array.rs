@@ -158,7 +158,8 @@ struct Compressor {
 impl Version2 {
     fn array(self, folder: &Path) -> Parsed<Array> {
         if let Some(filter) = self.filters.unwrap_or_default().first() {
-            return Err(unexpected("filters", &filter.id, "none"));
+            let expected = "none; write the array again without filters";
+            return Err(unexpected("filters", &filter.id, expected));
         }
         let (voxel_type, endian) = match &self.dtype {
             Value::String(name) => numpy_type(name)?,

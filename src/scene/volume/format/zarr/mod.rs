@@ -26,7 +26,7 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::Chunked;
 use crate::scene::volume::source::codec::MAX_RATIO;
 use crate::scene::volume::source::file::{shape, voxel_bytes};
-use crate::scene::volume::storage::{Level, Storage, in_one_unit};
+use crate::scene::volume::storage::{Level, Storage, in_one_unit, symbol};
 
 /// A volume may be so many times larger than the chunks that there are: those that have the fill value everywhere need
 /// not be written.
@@ -274,7 +274,7 @@ fn volume(
     let Level { dims, spacing } = levels[level as usize].clone();
     let storage = Storage {
         compression: array.compression.clone(),
-        unit: unit(dimensions, "x").map(str::to_string),
+        unit: unit(dimensions, "x").map(symbol),
         channels: names,
         times: length("t"),
         levels,

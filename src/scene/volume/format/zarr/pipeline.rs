@@ -155,7 +155,10 @@ pub fn codec(name: &str) -> Parsed<Codec> {
         "zstd" | "numcodecs.zstd" => Ok(Codec::Zstd),
         "gzip" | "numcodecs.gzip" => Ok(Codec::Gzip),
         "zlib" | "numcodecs.zlib" => Ok(Codec::Zlib),
-        other => Err(unexpected("compressor", other, "blosc, zstd, gzip or zlib")),
+        other => {
+            let expected = "blosc, zstd, gzip or zlib; write the array again with one of them";
+            Err(unexpected("compressor", other, expected))
+        }
     }
 }
 

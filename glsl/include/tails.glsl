@@ -1,0 +1,9 @@
+// The albedo of the medium where a tail begins, in the words of `Tail.there`.
+
+uvec2 packed_albedo(vec3 albedo) {
+    return uvec2(packUnorm2x16(albedo.rg), packUnorm2x16(albedo.bb));
+}
+
+vec3 unpacked_albedo(uvec2 words) {
+    return vec3(unpackUnorm2x16(words.x), unpackUnorm2x16(words.y).x);
+}
