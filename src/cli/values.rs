@@ -24,6 +24,8 @@ pub(super) fn limit(text: &str) -> Result<Limit, String> {
     let number = positive(number).map_err(|_| wrong())?;
     let unit = match unit {
         "" | "B" => 1.0,
+        "kB" => 1e3,
+        "KiB" => 1024.0,
         "MB" => 1e6,
         "MiB" => 1_048_576.0,
         "GB" => 1e9,

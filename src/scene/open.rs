@@ -34,7 +34,7 @@ impl Opened {
     }
 }
 
-/// Opens the argument of `render` and similar commands. A preset has no effect on a scene file.
+/// Opens the argument of `render` and similar commands. A preset has no effect on a scene file, which a note says.
 pub fn open(
     input: &Path,
     preset: Preset,
@@ -62,7 +62,12 @@ pub fn open(
         (scene.edited(name, &rest)?, volume)
     };
     let (scene, notes) = resolve(&file, &volume)?;
-    let notes = [volume.notes.clone(), notes].concat();
+    let mut notes = [volume.notes.clone(), notes].concat();
+    if is_scene(input) && preset != Preset::Auto {
+        notes.push(
+            "--preset has no effect on a scene file, which says how the volume is shown".into(),
+        );
+    }
     Ok(Opened {
         file,
         volume,

@@ -91,6 +91,7 @@ fn budgets() {
     assert_eq!(budget("1.5GB"), Ok(Some(Limit::Bytes(1_500_000_000))));
     assert_eq!(budget("512 MiB"), Ok(Some(Limit::Bytes(512 << 20))));
     assert_eq!(budget("500MB"), Ok(Some(Limit::Bytes(500_000_000))));
+    assert_eq!(budget("512KiB"), Ok(Some(Limit::Bytes(512 << 10))));
     assert_eq!(budget("4096"), Ok(Some(Limit::Bytes(4096))));
     assert_eq!(budget("80%"), Ok(Some(Limit::Percent(80.0))));
     for wrong in [
@@ -148,6 +149,11 @@ fn wrong_usage_exits_with_2() {
             .err()
             .unwrap_or_else(|| panic!("accepted {wrong}"));
         assert_eq!(error.exit_code(), 2, "{wrong}");
+        let flag = wrong
+            .split(' ')
+            .next()
+            .filter(|flag| flag.starts_with("--"));
+        assert!(error.to_string().contains(flag.unwrap_or("-o")), "{error}");
     }
     let absent = Cli::try_parse_from(["isolume", "bench", "head.toml"]);
     assert_eq!(absent.unwrap_err().exit_code(), 2, "bench needs -o");

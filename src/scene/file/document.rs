@@ -20,6 +20,15 @@ use crate::scene::View;
 /// may be too small.
 const MOST_STEPS: usize = 8;
 
+/// Keys of the camera that a flag may set, and what each replaces in the file.
+const RIVALS: [[&str; 2]; 5] = [
+    ["camera.view", "eye"],
+    ["camera.view", "up"],
+    ["camera.eye", "view"],
+    ["camera.fov_y", "orthographic"],
+    ["camera.orthographic", "fov_y"],
+];
+
 /// The keys of which a scene has one table at most.
 const TABLES: [&str; 5] = ["volume", "medium", "surfaces", "camera", "render"];
 /// The keys of which it has a list of tables.
@@ -154,7 +163,16 @@ impl Document {
 
     fn change(&mut self, edit: &Edit) -> Result<()> {
         match &edit.change {
-            Change::Set { key, value } => self.set(edit, key, value.clone()),
+            Change::Set { key, value } => {
+                for other in RIVALS
+                    .iter()
+                    .filter(|[new, _]| new == key)
+                    .map(|[_, old]| old)
+                {
+                    self.drop_camera_key(other, false);
+                }
+                self.set(edit, key, value.clone())
+            }
             Change::Iso(value) => match self.isosurfaces() {
                 0 | 1 => self.set(edit, "surfaces.iso.0.value", Value::Float(*value)),
                 n => Err(Error::input(
@@ -165,17 +183,20 @@ impl Document {
                 )),
             },
             Change::View(view) => {
-                // What another flag says of the camera still counts.
-                let is_of_a_flag =
-                    matches!(self.origins.places.get("camera.up"), Some(Origin::Flag(_)));
-                if let Some(camera) = self.root.get_mut("camera").and_then(Value::as_table_mut) {
-                    camera.remove("eye");
-                    if !is_of_a_flag {
-                        camera.remove("up");
-                    }
-                }
+                self.drop_camera_key("eye", true);
+                self.drop_camera_key("up", false);
                 self.set(edit, "camera.view", view.clone())
             }
+        }
+    }
+
+    /// Drops a key of the camera; one that a flag has set counts still, unless it goes `in_any_case`.
+    fn drop_camera_key(&mut self, key: &str, in_any_case: bool) {
+        let origin = self.origins.places.get(&format!("camera.{key}"));
+        let is_of_a_flag = matches!(origin, Some(Origin::Flag(_)));
+        let camera = self.root.get_mut("camera").and_then(Value::as_table_mut);
+        if let Some(camera) = camera.filter(|_| in_any_case || !is_of_a_flag) {
+            camera.remove(key);
         }
     }
 

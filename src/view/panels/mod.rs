@@ -111,7 +111,7 @@ fn slider(ui: &mut Ui, name: &str, value: &mut f64, [low, high]: [f64; 2], logar
         .clamping(SliderClamping::Edits)
         // What is typed counts once it is whole: "0.25" begins with 0.
         .update_while_editing(false)
-        .custom_formatter(|value, decimals| figure(value, decimals))
+        .custom_formatter(figure)
         .text(name);
     ui.add(slider);
 }

@@ -249,7 +249,7 @@ fn chosen_point(ui: &mut Ui, medium: &mut Medium, chosen: &mut Chosen) {
         let value = egui::DragValue::new(&mut point.value).range(least..=most);
         let value = value
             .max_decimals(3)
-            .custom_formatter(|value, decimals| figure(value, decimals))
+            .custom_formatter(figure)
             .update_while_editing(false);
         ui.add(value).on_hover_text("value");
         let opacity = egui::DragValue::new(&mut point.opacity).range(0.0..=1.0);

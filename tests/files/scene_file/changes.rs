@@ -67,7 +67,12 @@ fn edits_go_through_the_same_checks() {
         "found `first`, expected an index",
     );
     said("surfaces.iso.0.value.x=2", "`x` would be inside 5");
-    said("camera.view=+x", "found together with eye");
+    let clear = with(&["surfaces.iso.0.opacity=.2"]).unwrap();
+    assert_eq!(clear.surfaces.iso[0].opacity, Some(0.2));
+    said(
+        "render=[[8, 8]]",
+        "render: found [[8, 8]], expected a table",
+    );
     // Deeper than the stack: the key is refused before there are as many tables.
     let deep = format!("a{}=1", ".a".repeat(60_000));
     said(&deep, "found a key of 60001 names, expected at most 8");
@@ -144,4 +149,18 @@ fn open_reads_scene_and_volume() {
         panic!("read a volume for a bad scene")
     });
     assert!(matches!(early, Err(Error::Input { .. })));
+}
+
+/// What a flag sets replaces what the file says instead of it; two flags that do not go together are a mistake.
+#[test]
+fn a_flag_replaces_its_rivals_in_the_file() {
+    let text = "[camera]\neye = [1, 2, 3]\nup = [0, 0, 1]\nfov_y = 30";
+    let with = |changes: &[&str]| SceneFile::parse(text, Path::new("head.toml"), &edits(changes));
+    let viewed = with(&["camera.view=+x", "camera.orthographic=3"])
+        .unwrap()
+        .camera;
+    assert!(viewed.view.is_some() && viewed.eye.is_none() && viewed.up.is_none());
+    assert_eq!((viewed.orthographic, viewed.fov_y), (Some(3.0), None));
+    let both = with(&["camera.eye=[4, 5, 6]", "camera.view=+x"]);
+    assert!(message(both).contains("found together with eye"));
 }

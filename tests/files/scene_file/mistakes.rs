@@ -48,6 +48,10 @@ fn wrong_kinds_of_value() {
     refused(
         r#"
         medium = 3                               => :1: medium: found 3, expected a table
+        render = [[8, 8]]                        => :1: render: found [[8, 8]], expected a table
+        [[camera]] / view = "+x"                 => :1: camera: found [[camera]], expected [camera]
+        [light] / type = "environment"           => :1: light: found a table, expected an array of tables: [[light]]
+        clip = [[[1, 0, 0], 2.5]]                => :1: clip.0: found [[1, 0, 0], 2.5], expected a table: [[clip]]
         [medium] / g = "abc"                     => :2: medium.g: found "abc", expected a number
         [medium] / [[medium.transfer]] / opacity = 1 => :2: medium.transfer.0.value: missing
         [[light]] / direction = [0, 1, 0]        => :1: light.0.type: missing
@@ -140,7 +144,7 @@ fn surface_values_out_of_range() {
         [[surfaces.iso]] / value = inf                      => :2: surfaces.iso.0.value: found inf, expected
         [[surfaces.iso]] / value = 5 / color = [2, 0, 0]    => :3: surfaces.iso.0.color: found [2.0, 0.0, 0.0]
         [[surfaces.iso]] / value = 5 / shininess = -1       => :3: surfaces.iso.0.shininess: found -1, expected
-        [[surfaces.iso]] / value = 5 / shininess = 1.1e12   => :3: surfaces.iso.0.shininess: found 1100000000000, expected a number from 0 to 1e12
+        [[surfaces.iso]] / value = 5 / shininess = 1.1e12   => :3: surfaces.iso.0.shininess: found 1.1e12, expected a number from 0 to 1e12
         surfaces.iso = [{ value = 5 }, / { value = 5.0 }]   => :2: surfaces.iso.1.value: found 5, which surfaces.iso.0 has
         "#,
     );

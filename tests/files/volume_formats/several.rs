@@ -295,8 +295,12 @@ fn metaimage_has_times_and_channels() {
     let folder = folder();
     let in_time = [("NDims = 3", "NDims = 4"), ("4 3 2", "4 3 2 5")];
     let matrix = "ElementSpacing = 2 3 4 1.5\nTransformMatrix = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
-    for packed in ["", "CompressedData = True\n"] {
-        let more = format!("{packed}{matrix}");
+    // ITK has no letters for four axes.
+    for (packed, letters) in [
+        ("", "AnatomicalOrientation = ????\n"),
+        ("CompressedData = True\n", ""),
+    ] {
+        let more = format!("{packed}{matrix}{letters}");
         let path = write(folder.path(), "v.mha", mha(&in_time, &more, &in_turn(&all)));
         has_times(&path, &all);
         let volume = Volume::load(&path, &at(None, None)).unwrap();

@@ -92,7 +92,7 @@ fn each_codec_is_the_same_volume() {
                 let volume = plain(&path);
                 assert_eq!(values(&volume), array.values, "{voxel_type} {zarr:?}");
                 assert_eq!(volume.spacing, [0.5, 0.5, 2.0]);
-                assert_eq!(volume.storage.unit.as_deref(), Some("micrometer"));
+                assert_eq!(volume.storage.unit.as_deref(), Some("µm"));
                 assert_eq!(volume.storage.format, "OME-Zarr");
             }
         }

@@ -54,6 +54,23 @@ fn a_layer_between_two_voxels_is_left_to_paths() {
     );
 }
 
+/// As many paths as such layers would need in noisy data would take longer than they gain: what is lost is stated in
+/// `tools/measurements.md`.
+#[test]
+fn a_layer_that_is_hardly_opaque_loses_little() {
+    let mut scene = scene(0.35, 30.0, 1.0);
+    scene.lights.suns = vec![sun([-1.0, -0.2, 0.1], [3.0; 3])];
+    let in_motion = [-0.05..0.02, -0.07..0.02];
+    assert_agrees(
+        "hardly opaque",
+        &scene,
+        &ramp(),
+        [4, 128],
+        [0.035, 0.055],
+        in_motion,
+    );
+}
+
 /// What is left to paths has the colour of the step that left it, and not that at one of its points.
 #[test]
 fn a_layer_has_the_color_of_its_middle() {

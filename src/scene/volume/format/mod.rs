@@ -119,6 +119,10 @@ fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
         Some((name, _, read)) => Ok((name, read)),
         // Many files of DICOM have no extension, or a number in its place.
         None if dicom::is_dicom(path) => Ok((DICOM.0, &DICOM.1)),
+        None if name.ends_with(".toml") => Err(
+            "is a scene, expected a volume: `isolume scene` prints all that a scene says, `isolume plan` what it takes"
+                .into(),
+        ),
         None if HALVES.iter().any(|end| name.ends_with(end)) => Err(nifti::HALF.into()),
         None => Err(format!(
             "has an unknown extension, expected {}, or a folder",
