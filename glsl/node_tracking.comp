@@ -89,6 +89,7 @@ bool collect(inout Path path, inout Random random) {
     vec3 towards = -path.direction;
     vec3 throughput = path.throughput * albedo_at(path);
     vec3 scattered = scattered_light(light, towards);
+    // The cache holds one share of all suns' light, which does not tell which of them it is.
     if (!suns_differ) {
         scattered += light.suns * suns_scattered(towards);
     }
