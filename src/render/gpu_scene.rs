@@ -130,8 +130,9 @@ impl GpuScene {
         }
         surfaces.require(&mut features);
         view.require(&mut features);
-        features.suns_differ =
-            lights.suns.len() > 1 && (features.is_anisotropic || !lights.suns_have_one_color());
+        features.suns_differ = features.cache_order > 0
+            && lights.suns.len() > 1
+            && (features.is_anisotropic || !lights.suns_have_one_color());
         features.flux_step = match (features.is_anisotropic, features.surface_count) {
             _ if features.cache_order == 0 => 0,
             (true, _) => 1,

@@ -5,7 +5,7 @@
 //! [`Renderer`] has it on the GPU: the resources that every variant needs, and an estimator, which is a variant's passes
 //! together with its own memory. Each pass is a file here and a shader of the same name in `glsl/`. What belongs to one
 //! variant alone stands in a folder, `cache` or `published`, what streams a volume in `bricks`, and what measures the
-//! device in `peak`.
+//! device in `peak`. How large caches and volumes in bricks are, which a plan has to know, is worked out in `layout`.
 //!
 //! A frame, as `frame.rs` runs it: the majorants of the medium (once a transfer function), then how near and how far
 //! the camera's rays meet anything (`patches`, once a view), then, with a cache, batches of paths from its nodes, and then

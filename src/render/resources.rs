@@ -168,7 +168,7 @@ impl Resources {
 
     /// The resources of every shader that includes `volume.glsl`.
     pub fn volume_bindings(&self) -> Vec<(&'static str, Binding<'_>)> {
-        let volume = (VOLUME, Binding::Image(&self.volume));
+        let volume = ("volume", Binding::Image(&self.volume));
         let bricks = self.bricks.iter().flat_map(VolumeBricks::bindings);
         [volume].into_iter().chain(bricks).collect()
     }
