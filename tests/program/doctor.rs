@@ -57,8 +57,8 @@ fn a_device_that_rounds_positions_and_misses_surfaces_is_found() {
     };
     replace(
         "include/volume.glsl",
-        "    vec3 p = g - cell;\n    Corners corners",
-        "    vec3 p = round(256.0 * (g - cell)) / 256.0;\n    Corners corners",
+        "    vec4 along_z",
+        "    p = round(256.0 * p) / 256.0;\n    vec4 along_z",
     );
     replace(
         "include/surface.glsl",
