@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::bricks::needed_bricks;
 use super::gpu_scene::GpuScene;
-use super::plan::{Choice, Plan, choose_whole, needs, no_cache, rungs, too_small, useless};
+use super::plan::{Choice, Plan, choose_whole, needs, no_cache, rungs, too_small, wants_cache};
 use super::plan_in_bricks;
 use crate::error::{Error, MemoryError, Result, unless_refused};
 use crate::gpu::{Device, DeviceSummary};
@@ -74,12 +74,7 @@ fn refusal(
     let Some(without_cache) = smallest(&uncached)? else {
         return Ok(None);
     };
-    let wants_cache = match scene.render.variant {
-        scene::Variant::Caching => true,
-        scene::Variant::Auto => useless(scene).is_none(),
-        scene::Variant::NonCaching | scene::Variant::Published => false,
-    };
-    let rungs = wants_cache.then(|| rungs(&uncached, volume, scene, limits));
+    let rungs = wants_cache(scene).then(|| rungs(&uncached, volume, scene, limits));
     let coarsest = rungs.into_iter().flatten().last();
     let cached = match coarsest.and_then(|rung| rung.layout.ok()) {
         Some(layout) => smallest(&uncached.clone().with_cache(layout))?,

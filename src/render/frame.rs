@@ -107,7 +107,7 @@ impl Renderer {
         Ok(())
     }
 
-    pub(super) fn clear_if_stale(&mut self) -> Result<()> {
+    fn clear_if_stale(&mut self) -> Result<()> {
         let r = &self.resources;
         match std::mem::take(&mut self.is_stale) {
             true => self.frame.run(|f| f.clear(&[&r.mean, &r.squares])),

@@ -121,6 +121,15 @@ pub(super) fn useless(scene: &Scene) -> Option<&'static str> {
     }
 }
 
+/// Whether a cache is looked for.
+pub(super) fn wants_cache(scene: &Scene) -> bool {
+    match scene.render.variant {
+        scene::Variant::Caching => true,
+        scene::Variant::Auto => useless(scene).is_none(),
+        scene::Variant::NonCaching | scene::Variant::Published => false,
+    }
+}
+
 /// The best variant that stays within `budget` bytes and the device's limits with the volume whole.
 pub(super) fn choose_whole(
     device: &Arc<Device>,

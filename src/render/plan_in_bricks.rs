@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::bricks::needed_bricks;
 use super::gpu_scene::GpuScene;
 use super::layout::BrickLayout;
-use super::plan::{Choice, Plan, rungs, too_many_nodes, useless};
+use super::plan::{Choice, Plan, rungs, too_many_nodes, wants_cache};
 use crate::bytes::human;
 use crate::error::{Error, Result};
 use crate::gpu::{Device, DeviceSummary};
@@ -81,12 +81,8 @@ fn plans(
     uncached: GpuScene,
     needed: u32,
 ) -> impl Iterator<Item = Result<Plan>> {
-    let [has_caches, has_none] = match scene.render.variant {
-        Variant::Caching => [true, false],
-        Variant::Auto => [useless(scene).is_none(), true],
-        Variant::NonCaching | Variant::Published => [false, true],
-    };
-    let caches = has_caches.then(|| rungs(&uncached, volume, scene, limits));
+    let has_none = scene.render.variant != Variant::Caching;
+    let caches = wants_cache(scene).then(|| rungs(&uncached, volume, scene, limits));
     let without = has_none.then(|| uncached.clone());
     let layouts = caches
         .into_iter()

@@ -164,13 +164,7 @@ impl Document {
     fn change(&mut self, edit: &Edit) -> Result<()> {
         match &edit.change {
             Change::Set { key, value } => {
-                for other in RIVALS
-                    .iter()
-                    .filter(|[new, _]| new == key)
-                    .map(|[_, old]| old)
-                {
-                    self.drop_camera_key(other, false);
-                }
+                self.drop_rivals(key);
                 self.set(edit, key, value.clone())
             }
             Change::Iso(value) => match self.isosurfaces() {
@@ -183,19 +177,25 @@ impl Document {
                 )),
             },
             Change::View(view) => {
-                self.drop_camera_key("eye", true);
-                self.drop_camera_key("up", false);
+                self.drop_camera_key("eye");
+                self.drop_rivals("camera.view");
                 self.set(edit, "camera.view", view.clone())
             }
         }
     }
 
-    /// Drops a key of the camera; one that a flag has set counts still, unless it goes `in_any_case`.
-    fn drop_camera_key(&mut self, key: &str, in_any_case: bool) {
-        let origin = self.origins.places.get(&format!("camera.{key}"));
-        let is_of_a_flag = matches!(origin, Some(Origin::Flag(_)));
-        let camera = self.root.get_mut("camera").and_then(Value::as_table_mut);
-        if let Some(camera) = camera.filter(|_| in_any_case || !is_of_a_flag) {
+    /// Drops what `key` replaces in the file; what another flag says still counts.
+    fn drop_rivals(&mut self, key: &str) {
+        for [_, old] in RIVALS.iter().filter(|[new, _]| *new == key) {
+            let origin = self.origins.places.get(&format!("camera.{old}"));
+            if !matches!(origin, Some(Origin::Flag(_))) {
+                self.drop_camera_key(old);
+            }
+        }
+    }
+
+    fn drop_camera_key(&mut self, key: &str) {
+        if let Some(camera) = self.root.get_mut("camera").and_then(Value::as_table_mut) {
             camera.remove(key);
         }
     }

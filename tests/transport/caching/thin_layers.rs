@@ -7,6 +7,9 @@ use crate::caching::rim::assert_agrees;
 use crate::support::common::*;
 use crate::support::small_scenes::sun;
 
+/// Seeds, and paths of each cell.
+const RUNS: [u32; 2] = [4, 128];
+
 /// A ramp along x, in which a tent between 64 and 192 is a layer.
 fn ramp() -> Volume {
     const RAMP: [u8; 8] = [0, 0, 0, 64, 192, 255, 255, 255];
@@ -48,7 +51,7 @@ fn a_layer_between_two_voxels_is_left_to_paths() {
         "between voxels",
         &scene,
         &ramp(),
-        [4, 128],
+        RUNS,
         [0.02; 2],
         in_motion,
     );
@@ -65,7 +68,7 @@ fn a_layer_that_is_hardly_opaque_loses_little() {
         "hardly opaque",
         &scene,
         &ramp(),
-        [4, 128],
+        RUNS,
         [0.035, 0.055],
         in_motion,
     );
@@ -85,12 +88,5 @@ fn a_layer_has_the_color_of_its_middle() {
         shading: Shading::Lambert,
     }];
     let in_motion = [-0.1..0.1, -0.1..0.1];
-    assert_agrees(
-        "black feet",
-        &scene,
-        &ramp(),
-        [4, 128],
-        [0.05; 2],
-        in_motion,
-    );
+    assert_agrees("black feet", &scene, &ramp(), RUNS, [0.05; 2], in_motion);
 }
