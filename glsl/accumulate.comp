@@ -4,9 +4,9 @@
 #version 460
 #include "scene.glsl"
 #include "bundle.glsl"
+#include "push.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-#include "push.glsl"
 layout(rgba32f) readonly uniform image2D unit_sum;
 layout(rgba32f) uniform image2D mean;
 layout(rgba32f) uniform image2D squares;

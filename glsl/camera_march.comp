@@ -13,27 +13,28 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "medium.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "random.glsl"
-#include "phase.glsl"
-#include "tracking.glsl"
-#include "surface.glsl"
 #include "brdf.glsl"
-#include "light.glsl"
-#include "nodes.glsl"
+#include "bundle.glsl"
 #include "cache.glsl"
-#include "scattered.glsl"
 #include "camera.glsl"
+#include "camera_ray.glsl"
+#include "light.glsl"
+#include "loop.glsl"
 #include "march.glsl"
-#include "sunlit.glsl"
 #include "marched.glsl"
+#include "nodes.glsl"
+#include "phase.glsl"
+#include "push.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+#include "scattered.glsl"
+#include "sunlit.glsl"
+#include "surface.glsl"
 #include "tails.glsl"
+#include "tracking.glsl"
+#include "volume_bricks.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-#include "push.glsl"
 layout(rgba32f) writeonly uniform image2D unit_sum;
 layout(scalar) writeonly buffer TailBlock { Tail at[]; } tails;
 

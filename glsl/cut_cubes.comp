@@ -3,11 +3,11 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "ray.glsl"
+#include "nodes.glsl"
+#include "pages.glsl"
 #include "ranges.glsl"
 #include "surface.glsl"
-#include "nodes.glsl"
+#include "volume.glsl"
 const uint WORDS_A_BRICK = CUT_WORDS;
 #include "cube_bits.glsl"
 

@@ -3,17 +3,9 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "medium.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "random.glsl"
-#include "phase.glsl"
-#include "tracking.glsl"
-#include "surface.glsl"
-#include "brdf.glsl"
-#include "light.glsl"
-#include "camera.glsl"
-#include "path.glsl"
-#include "uncached.glsl"
 #include "camera_path.glsl"
+#include "random.glsl"
+
+bool collect(inout Path path, inout Random random) {
+    return false;
+}

@@ -3,12 +3,12 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "surface.glsl"
-#include "random.glsl"
 #include "camera.glsl"
+#include "camera_ray.glsl"
+#include "loop.glsl"
+#include "ray.glsl"
+#include "surface.glsl"
+#include "volume_bricks.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) writeonly uniform image2D normal_depth;

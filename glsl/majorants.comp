@@ -2,7 +2,6 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
 #include "medium.glsl"
 #include "ranges.glsl"
 

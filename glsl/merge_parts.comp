@@ -7,14 +7,14 @@
 
 #version 460
 #include "scene.glsl"
-#include "nodes.glsl"
 #include "cache.glsl"
 #include "coarse.glsl"
 #include "flux_out.glsl"
-
-layout(local_size_x = 64) in;
+#include "pages.glsl"
 #include "push.glsl"
 #include "turns.glsl"
+
+layout(local_size_x = 64) in;
 layout(CACHE_FORMAT) writeonly uniform image3D light_out;
 
 void main() {

@@ -12,25 +12,20 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "medium.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "random.glsl"
-#include "phase.glsl"
-#include "tracking.glsl"
-#include "surface.glsl"
-#include "brdf.glsl"
+#include "cache.glsl"
+#include "gathering.glsl"
 #include "light.glsl"
 #include "nodes.glsl"
-#include "cache.glsl"
-#include "scattered.glsl"
 #include "path.glsl"
-#include "gathering.glsl"
-
+#include "phase.glsl"
 #include "push.glsl"
+#include "random.glsl"
+#include "scattered.glsl"
 #include "slot_loop.glsl"
+#include "slots.glsl"
+#include "surface.glsl"
 #include "turns.glsl"
+
 layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
 
 // The first sample index of nodes, so that no camera path has the same random numbers.
@@ -70,10 +65,6 @@ void escape(inout Path path) {
            node_work.first_direction, path.bounces == 0u);
 }
 
-vec3 albedo_at(Path path) {
-    return albedo_of(path.value);
-}
-
 bool collect(inout Path path, inout Random random) {
     if (node_work.gathers == 0u) {
         return false;
@@ -87,16 +78,15 @@ bool collect(inout Path path, inout Random random) {
         return false;
     }
     vec3 towards = -path.direction;
-    vec3 throughput = path.throughput * albedo_at(path);
     vec3 scattered = scattered_light(light, towards);
     // The cache holds one share of all suns' light, which does not tell which of them it is.
     if (!suns_differ) {
         scattered += light.suns * suns_scattered(towards);
     }
-    contribute(path, throughput * scattered);
+    contribute(path, path.throughput * scattered);
     path.origin = end_of_flight(path);
     if (suns_differ) {
-        aim_at_sun(path, throughput, random);
+        aim_at_sun(path, random);
     }
     end_path(path);
     return true;

@@ -7,13 +7,10 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "ray.glsl"
 #include "ranges.glsl"
-#include "random.glsl"
-#include "medium.glsl"
-#include "tracking.glsl"
+#include "ray.glsl"
 #include "surface.glsl"
+#include "tracking.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
 layout(r32ui) uniform uimage2D patches;

@@ -9,19 +9,18 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "medium.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "random.glsl"
-#include "phase.glsl"
-#include "surface.glsl"
 #include "brdf.glsl"
-#include "light.glsl"
 #include "camera_ray.glsl"
+#include "light.glsl"
+#include "medium.glsl"
+#include "phase.glsl"
+#include "push.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+#include "surface.glsl"
+#include "volume.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-#include "push.glsl"
 layout(rgba32f) writeonly uniform image2D mean;
 uniform sampler3D radiance_cells;
 

@@ -14,15 +14,14 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "medium.glsl"
-#include "ray.glsl"
-#include "random.glsl"
-#include "phase.glsl"
 #include "light.glsl"
+#include "medium.glsl"
+#include "phase.glsl"
+#include "push.glsl"
+#include "random.glsl"
+#include "ray.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-#include "push.glsl"
 layout(scalar) buffer CounterBlock { Counters count; } counters;
 // Running mean of the radiance; alpha holds the number of paths.
 layout(rgba32f) uniform image3D radiance_cells;

@@ -5,27 +5,26 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "medium.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "random.glsl"
-#include "phase.glsl"
-#include "tracking.glsl"
-#include "surface.glsl"
 #include "brdf.glsl"
-#include "light.glsl"
-#include "nodes.glsl"
 #include "cache.glsl"
-#include "scattered.glsl"
-#include "reflectance.glsl"
 #include "camera.glsl"
+#include "camera_ray.glsl"
+#include "light.glsl"
+#include "loop.glsl"
 #include "march.glsl"
-#include "sunlit.glsl"
 #include "marched.glsl"
+#include "nodes.glsl"
+#include "pages.glsl"
+#include "push.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+#include "reflectance.glsl"
+#include "scattered.glsl"
+#include "sunlit.glsl"
+#include "surface.glsl"
+#include "volume_bricks.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-#include "push.glsl"
 layout(rgba32f) uniform image2D unit_sum;
 layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 

@@ -4,13 +4,8 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "random.glsl"
-#include "phase.glsl"
-#include "surface.glsl"
 #include "brdf.glsl"
+#include "random.glsl"
 
 layout(local_size_x = 64) in;
 layout(scalar) writeonly buffer ReflectanceBlock { Reflectance at[]; } reflectances;

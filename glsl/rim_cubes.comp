@@ -11,11 +11,9 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
 #include "medium.glsl"
 #include "ray.glsl"
-#include "ranges.glsl"
-#include "nodes.glsl"
+#include "volume.glsl"
 const uint WORDS_A_BRICK = RIM_WORDS;
 #include "cube_bits.glsl"
 

@@ -8,12 +8,12 @@
 
 #version 460
 #include "scene.glsl"
-#include "nodes.glsl"
 #include "cache.glsl"
 #include "flux_out.glsl"
+#include "pages.glsl"
+#include "push.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 2) in;
-#include "push.glsl"
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 layout(CACHE_FORMAT) writeonly uniform image3D light_out;
 

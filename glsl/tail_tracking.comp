@@ -4,29 +4,22 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "medium.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "random.glsl"
-#include "phase.glsl"
-#include "tracking.glsl"
-#include "surface.glsl"
-#include "brdf.glsl"
-#include "light.glsl"
-#include "nodes.glsl"
-#include "cache.glsl"
-#include "scattered.glsl"
-#include "camera.glsl"
-#include "path.glsl"
+#include "bundle.glsl"
 #include "cached_flight.glsl"
+#include "camera.glsl"
+#include "camera_ray.glsl"
+#include "light.glsl"
+#include "loop.glsl"
+#include "path.glsl"
+#include "pixel_paths.glsl"
+#include "push.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+#include "surface.glsl"
 #include "tails.glsl"
 
-#include "push.glsl"
 layout(scalar) readonly buffer TailBlock { Tail at[]; } tails;
 layout(rgba32f) uniform image2D unit_sum;
-
-#include "pixel_paths.glsl"
 
 // The first sample index of these paths, so that no other path has the same random numbers.
 const uint TAIL_SAMPLES = 0x40000000u;
@@ -43,11 +36,6 @@ void escape(inout Path path) {
 
 Tail tail_of(uint item) {
     return tails.at[texel_index(item)];
-}
-
-// Where a tail begins in the medium, its step's.
-vec3 albedo_at(Path path) {
-    return has_one_color || path.bounces > 1u ? albedo_of(path.value) : unpacked_albedo(tail_of(item_of(path)).there);
 }
 
 // The march has found the suns' light on most surfaces.
@@ -105,6 +93,9 @@ void begin_sample(inout Path path) {
     path.t_end = tail.t;
     path.surface = tail.surface;
     path.inside = tail.surface == COLLISION ? 0u : tail.there.x;
+    if (tail.surface == COLLISION) {
+        path.throughput = has_one_color ? scene.color : unpacked_albedo(tail.there);
+    }
     path.stage = STAGE_ARRIVAL;
     Random random = random_of(path);
     scatter(path, random);

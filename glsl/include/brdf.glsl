@@ -1,6 +1,11 @@
 // BRDFs: f(ω, ω') per steradian with n the shading normal, v towards the viewer, l towards the light.
 // Sampling returns a direction; `brdf_pdf` is that of the mixture it was drawn from.
 
+#include "scene.glsl"
+#include "close_to_one.glsl"
+#include "phase.glsl"
+#include "surface.glsl"
+
 struct Material {
     Surface surface;
     float alpha;          // GGX width: max(roughness², 1e-3)

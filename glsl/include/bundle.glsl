@@ -8,6 +8,8 @@
 //
 // Otherwise there is one unit, and an item is a pixel.
 
+#include "scene.glsl"
+
 #ifdef VOLUME_IN_BRICKS
 
 layout(scalar) buffer StreamingBlock { Streaming now; } streaming;

@@ -14,6 +14,8 @@
 // Values are in units of scene.cache_unit: no format overflows, and they stay right when all lights are dimmed or
 // coloured alike.
 
+#include "scene.glsl"
+#include "nodes.glsl"
 #include "pages.glsl"
 
 LOADED_AS(CACHE_FORMAT) uniform texels3D cache_light;

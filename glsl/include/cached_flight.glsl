@@ -1,6 +1,13 @@
 // Paths that end at a collision by reading the cache. Where the nodes around a cube do not tell the light in it
 // (cache.glsl), or have had no path since they are out of sight, a path scatters as if there were no cache.
 
+#include "scene.glsl"
+#include "cache.glsl"
+#include "nodes.glsl"
+#include "path.glsl"
+#include "random.glsl"
+#include "scattered.glsl"
+
 // Ends a path at a collision, with a shadow ray for the suns.
 bool collect(inout Path path, inout Random random) {
     vec3 g = end_of_flight(path);
@@ -12,14 +19,13 @@ bool collect(inout Path path, inout Random random) {
     if (!light.known) {
         return false;
     }
-    vec3 throughput = path.throughput * albedo_at(path);
     // One axis, at random, stands for all three.
     uint axis = min(uint(3.0 * random_numbers(random).x), 2u);
     vec3 missed = 3.0 * missed_along(axis, cube) * scene.cache_unit;
-    contribute(path, throughput * (scattered_light(light, -path.direction) + missed));
+    contribute(path, path.throughput * (scattered_light(light, -path.direction) + missed));
     path.origin = g;
     if (sun_count > 0u) {
-        aim_at_sun(path, throughput, random);
+        aim_at_sun(path, random);
     }
     end_path(path);
     return true;

@@ -1,4 +1,8 @@
+// Rays from the camera, without the empty space before and behind what they can meet.
+
+#include "scene.glsl"
 #include "camera_ray.glsl"
+#include "ray.glsl"
 
 // Two texels for each patch, side by side: the complement of the nearest distance, and the farthest distance
 // (patches.comp).

@@ -1,9 +1,19 @@
 // Paths from the camera.
 
-#include "push.glsl"
-layout(rgba32f) writeonly uniform image2D unit_sum;
-
+#include "scene.glsl"
+#include "bundle.glsl"
+#include "camera.glsl"
+#include "camera_ray.glsl"
+#include "light.glsl"
+#include "path.glsl"
+#include "path_search.glsl"
 #include "pixel_paths.glsl"
+#include "push.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+#include "surface.glsl"
+
+layout(rgba32f) writeonly uniform image2D unit_sum;
 
 void cover(inout Path path, float share) {
     path.sum.a += share;

@@ -1,3 +1,9 @@
+// Rays through the picture.
+
+#include "scene.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+
 // The point of its pixel through which a sample's ray goes, from two numbers in [0, 1).
 vec2 place_in_pixel(vec2 u) {
     return scene.through_centres != 0u ? vec2(0.5) : u;

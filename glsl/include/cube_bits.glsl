@@ -2,10 +2,15 @@
 // includes this file says which bits are set: it defines `may_mark` and `marks_of`, and before the file is included,
 // WORDS_A_BRICK. It may find something for each node as well, by `examine`, which is kept by `keep`.
 
+#include "scene.glsl"
+#include "nodes.glsl"
 #include "pages.glsl"
+#include "push.glsl"
+#include "ranges.glsl"
+#include "volume.glsl"
+#include "volume_bricks.glsl"
 
 layout(local_size_x = 4, local_size_y = 4, local_size_z = 4) in;
-#include "push.glsl"
 layout(scalar) buffer BitBlock { uint at[]; } bits;
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 layout(scalar) buffer CounterBlock { Counters count; } counters;

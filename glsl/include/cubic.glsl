@@ -1,5 +1,8 @@
 // Cubic polynomials c(u) = c.x + u·(c.y + u·(c.z + u·c.w)) on [0, 1]: along a ray, the field of a trilinear cell is one.
 
+#include "loop.glsl"
+#include "volume.glsl"
+
 float evaluate(vec4 c, float u) {
     return c.x + u * (c.y + u * (c.z + u * c.w));
 }

@@ -1,5 +1,8 @@
 // Stores what cache.glsl reads of the flux.
 
+#include "scene.glsl"
+#include "cache.glsl"
+
 layout(CACHE_FORMAT) writeonly uniform image3D flux_out;
 
 void store_flux(ivec3 texel, mat3 flux) {

@@ -8,6 +8,12 @@
 // A batch in which nodes gather fills one half of the nodes after the other, like the two colours of a chessboard, and a
 // half reads only the other: no value depends on which node was faster.
 
+#include "scene.glsl"
+#include "cache.glsl"
+#include "loop.glsl"
+#include "nodes.glsl"
+#include "pages.glsl"
+
 // Whether the paths of a batch gather.
 bool gathers(Turn turn, uint nodes_half) {
     bool has_light = turn.first_sample > 0u || nodes_half == 1u;

@@ -3,6 +3,10 @@
 // The constant part has no next-event estimation: it is equally bright everywhere, so a path's own escape finds it
 // with the best pdf. Suns are picked by power, and so are the image's cells; between suns and image half and half.
 
+#include "scene.glsl"
+#include "phase.glsl"
+#include "random.glsl"
+
 layout(scalar) readonly buffer SunBlock { Sun at[]; } suns;
 LOADED_AS(rgba32f) uniform texels2D environment;
 layout(scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;

@@ -8,7 +8,18 @@
 //
 // Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and taken back if its own optical
 // depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
-// more in all than a CPU's driver lets them (`work` in ray.glsl).
+// more in all than a CPU's driver lets them (`work` in loop.glsl).
+
+#include "scene.glsl"
+#include "cache.glsl"
+#include "close_to_one.glsl"
+#include "loop.glsl"
+#include "medium.glsl"
+#include "nodes.glsl"
+#include "ray.glsl"
+#include "scattered.glsl"
+#include "tracking.glsl"
+#include "volume.glsl"
 
 const float OPTICAL_DEPTH_PER_STEP = 0.5;
 const float OPTICAL_DEPTH_PER_LINEAR_STEP = 1.0;

@@ -1,5 +1,8 @@
 // Counts the samples of the volume that a march takes, for the host to compare with the device's rate.
 
+#include "scene.glsl"
+#include "tracking.glsl"
+
 layout(scalar) buffer MarchedBlock { Marched count; } marched;
 
 // Adds the samples that this invocation has taken.

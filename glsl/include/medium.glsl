@@ -2,6 +2,9 @@
 // function gives both: it is piecewise linear over stored values and constant beyond the ends; of two points at one
 // value, V ≥ value takes the second.
 
+#include "scene.glsl"
+#include "volume.glsl"
+
 // The transfer function has a column for each point: value, 1 / (distance to the next value), opacity, the next
 // point's opacity; below it the colour and, in a, the integral of opacity over values up to the point; below that the
 // integral of opacity times colour. The last point stands twice. The last row has a column for each bin of values:

@@ -2,6 +2,8 @@
 // interpolated; from the outer ones to the box's faces it is extrapolated. The *cube* of a node is the space between
 // it and the next nodes, out to the faces at the border. Bricks are BRICK³ nodes.
 
+#include "scene.glsl"
+
 vec3 node_position(ivec3 node) {
     return 0.5 + (vec3(node) + 0.5) * scene.cache_step;
 }

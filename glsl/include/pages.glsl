@@ -1,6 +1,8 @@
 // Where the cache's nodes and cubes are in memory. Nodes come in bricks of BRICK³; only those that some ray can read
 // have a place in the images, found through the page table.
 
+#include "scene.glsl"
+
 LOADED_AS(r32ui) uniform utexels3D pages;
 
 uint page_of(ivec3 brick) {

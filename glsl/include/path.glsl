@@ -4,6 +4,19 @@
 //
 // A shader that includes this defines what happens to the light and the events of a path:
 
+#include "scene.glsl"
+#include "brdf.glsl"
+#include "light.glsl"
+#include "loop.glsl"
+#include "medium.glsl"
+#include "path_search.glsl"
+#include "phase.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+#include "surface.glsl"
+#include "tracking.glsl"
+#include "volume_bricks.glsl"
+
 // Adds `radiance` that arrives where the path began.
 void contribute(inout Path path, vec3 radiance);
 // The path's first segment meets medium or surface with this share of its light.
@@ -12,12 +25,8 @@ void cover(inout Path path, float share);
 void escape(inout Path path);
 // At a collision: contributes all light that the path would bring and ends it there, if that light is known.
 bool collect(inout Path path, inout Random random);
-// The albedo at a collision, where the path is.
-vec3 albedo_at(Path path);
 // Whether the suns' light at the point where the path scatters now has been found by other means.
 bool knows_suns(Path path);
-
-#include "path_search.glsl"
 
 // The point in grid space where the flight ends.
 vec3 end_of_flight(Path path) {
@@ -113,10 +122,10 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int start_su
     }
 }
 
-// Sends a shadow ray to a sun from a collision at path.origin, behind which `throughput` is left.
-void aim_at_sun(inout Path path, vec3 throughput, inout Random random) {
+// Sends a shadow ray to a sun from a collision at path.origin.
+void aim_at_sun(inout Path path, inout Random random) {
     LightSample sun = sample_sun(random_numbers(random).x);
-    vec3 radiance = throughput * phase_function(path.direction, sun.towards) * sun.radiance;
+    vec3 radiance = path.throughput * phase_function(path.direction, sun.towards) * sun.radiance;
     aim_shadow_ray(path, sun.towards, worth_a_ray(radiance, random), NOTHING);
 }
 
@@ -194,10 +203,7 @@ void deflect(inout Path path, inout Random random) {
     Scatterer s = scatterer_of(path);
     int start_surface = s.is_surface ? path.surface : NOTHING;
     path.origin = end_of_flight(path);
-    if (!s.is_surface) {
-        ++path.collisions;
-        path.throughput *= albedo_at(path);
-    }
+    path.collisions += s.is_surface ? 0u : 1u;
     if (has_light_sampling) {
         LightSample light = sample_light(words_for_light(path, random));
         Response response = response_of(s, light.towards);
@@ -214,6 +220,7 @@ void deflect(inout Path path, inout Random random) {
     }
 }
 
+// Scatters at the end of a segment, behind which the throughput is that of a collision's albedo as well.
 void scatter(inout Path path, inout Random random) {
     if (path.bounces == 0u) {
         cover(path, 1.0);
@@ -302,6 +309,9 @@ void advance_once(inout Path path) {
             escape(path);
             path.stage = STAGE_IDLE;
         } else {
+            if (path.surface == COLLISION) {
+                path.throughput *= albedo_of(path.value);
+            }
             scatter(path, random);
         }
     }

@@ -1,6 +1,13 @@
 // Searches for surfaces along the flight and the shadow ray. Where the volume streams, the bricks along a whole ray may
 // be more than there is room for: there a search is put off, and goes on brick by brick, with the same result.
 
+#include "scene.glsl"
+#include "loop.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+#include "surface.glsl"
+#include "volume_bricks.glsl"
+
 float brightest(vec3 color) {
     return max(color.x, max(color.y, color.z));
 }

@@ -4,6 +4,7 @@
 // axis, the direction before or (g < 0) the one opposite to it, and stand as x = 1 − cosine, which keeps its digits
 // where the lobe is.
 
+#include "scene.glsl"
 #include "close_to_one.glsl"
 
 const float PI = 3.14159265358979;

@@ -3,10 +3,12 @@
 //
 // A shader that includes this defines, besides `begin_item` and `begin_sample` (slot_loop.glsl):
 
+#include "scene.glsl"
+#include "bundle.glsl"
+#include "slot_loop.glsl"
+
 // Is called when all of the pixel's paths have ended.
 void finish_pixel(Path path);
-
-#include "slot_loop.glsl"
 
 void contribute(inout Path path, vec3 radiance) {
     path.sum.rgb += radiance;

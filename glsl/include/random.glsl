@@ -3,6 +3,8 @@
 // share a number's origin: streams cannot overlap. (Nodes of a cache count as pixels. In a lattice of more than 2³²,
 // those that are 2³² apart have the same numbers.)
 
+#include "scene.glsl"
+
 struct Random {
     uint pixel;
     uint sample_index;

@@ -1,5 +1,7 @@
 // Ranges of macrocells: boxes of MACROCELL³ trilinear cells.
 
+#include "scene.glsl"
+
 // Smallest and largest stored value of the field in each macrocell.
 LOADED_AS(rg32f) uniform texels3D ranges;
 

@@ -1,6 +1,8 @@
 // Rays have their position in grid space and their direction in world space: x(t) = origin + t·step, where step =
 // direction / spacing, so that t is a world length.
 
+#include "scene.glsl"
+
 layout(scalar) readonly buffer ClipBlock { Clip at[]; } clips;
 
 struct Ray {
@@ -54,21 +56,6 @@ vec2 clip_ray(Ray ray, float from) {
     }
     return vec2(t0, t1);
 }
-
-// Iterations of this thread's loops so far. A dispatch is bounded by them: they are what takes time, and lavapipe
-// silently ends every loop of a thread group after 65535 of them.
-uint work = 0u;
-
-// A loop that is left by `break` at its end. A CPU's driver runs through a loop's whole body for as long as one lane
-// of its vectors has not left, so that a loop that tests at its beginning costs a body more. If a loop has a single
-// exit, the driver also hands on what the last iteration computed to lanes that had left before. So the condition,
-// which always holds, is a second exit there. Elsewhere there is none: from two such loops, one in the other, NVIDIA's
-// compiler (580.159) makes code by which some rays miss surfaces (`transport caching::agreement` saw it).
-#ifdef IS_SOFTWARE
-#define LOOP while (++work != 0u)
-#else
-#define LOOP for (;; ++work)
-#endif
 
 // A walk of a ray through boxes of `size` grid units on a lattice from the grid's origin.
 struct Walk {

@@ -9,6 +9,13 @@
 // Representation for Irradiance Environment Maps", SIGGRAPH 2001). The integrals of other BRDFs are in a table
 // (reflectance.comp).
 
+#include "scene.glsl"
+#include "brdf.glsl"
+#include "cache.glsl"
+#include "loop.glsl"
+#include "nodes.glsl"
+#include "pages.glsl"
+
 layout(scalar) readonly buffer ReflectanceBlock { Reflectance at[]; } reflectances;
 
 // The colour of light: its mean over channels is 1.

@@ -1,5 +1,10 @@
 // The light of the cache (cache.glsl) that the medium scatters.
 
+#include "scene.glsl"
+#include "cache.glsl"
+#include "light.glsl"
+#include "phase.glsl"
+
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L, its mean φ and its flux F: φ + 3g F·ω; `travel` is the direction ω
 // of light on its way out.
 vec3 scattered_light(CachedLight light, vec3 travel) {

@@ -1,5 +1,5 @@
-// The scene's resources, bound by these names in every pass that includes them. Constants come from
-// src/render/shared.rs.
+// The scene's constants, and the data that CPU and GPU share (src/render/shared.rs). A shader includes this file first,
+// since extensions are asked for before anything else.
 
 #extension GL_EXT_scalar_block_layout : require
 #ifdef VOTES

@@ -6,6 +6,15 @@
 //
 // A shader that includes this takes push constants `work` and `slots`, and defines:
 
+#include "scene.glsl"
+#include "bundle.glsl"
+#include "loop.glsl"
+#include "path.glsl"
+#include "push.glsl"
+#include "slots.glsl"
+#include "tracking.glsl"
+#include "volume_bricks.glsl"
+
 // Takes an item, which may have no paths, from the queue. Returns false if there is none to work on.
 bool begin_item(inout Path path);
 // Begins the item's next path.
@@ -21,7 +30,6 @@ void undo_work();
 
 layout(local_size_x = 64) in;
 layout(scalar) buffer CounterBlock { Counters count; } counters;
-#include "slots.glsl"
 
 // Reports the item that a slot still works on to the host.
 void report_item(uint item) {

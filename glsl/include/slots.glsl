@@ -2,6 +2,9 @@
 // of its path nothing matters, and most of it is neither read nor written, since that would take a GPU longer than a
 // short queue's paths.
 
+#include "scene.glsl"
+#include "loop.glsl"
+
 layout(scalar) buffer PathBlock { Path at[]; } paths;
 
 bool rests(Path path) {

@@ -1,8 +1,16 @@
 // The suns' light on a surface, by a march towards each of them: shadows are exact at any scale of the cache, and
 // have no noise.
 
+#include "scene.glsl"
+#include "brdf.glsl"
+#include "light.glsl"
+#include "loop.glsl"
+#include "march.glsl"
+#include "ray.glsl"
+#include "surface.glsl"
+
 // Whether a ray that crosses surfaces has loop iterations left for marches to suns: eight threads may have to share 65535
-// (`work` in ray.glsl), and through noise a ray crosses a surface hundreds of times.
+// (`work` in loop.glsl), and through noise a ray crosses a surface hundreds of times.
 bool has_time_for_suns() {
     return sun_count == 0u || work < 8192u;
 }

@@ -5,7 +5,13 @@
 // lost to rounding at a cell's border is found in the next cell, so no ray slips through, and no epsilon is needed to
 // leave a surface: its root there is divided out.
 
+#include "scene.glsl"
 #include "cubic.glsl"
+#include "loop.glsl"
+#include "ranges.glsl"
+#include "ray.glsl"
+#include "volume.glsl"
+#include "volume_bricks.glsl"
 
 layout(scalar) readonly buffer SurfaceBlock { Surface at[]; } surfaces;
 

@@ -5,6 +5,13 @@
 // has no memory. That bounds the time of a dispatch whatever the medium, and lanes that have arrived do not wait long
 // for their neighbours.
 
+#include "scene.glsl"
+#include "loop.glsl"
+#include "medium.glsl"
+#include "random.glsl"
+#include "ray.glsl"
+#include "volume.glsl"
+
 // Largest extinction in each block, per world unit.
 LOADED_AS(r32f) uniform texels3D majorants;
 

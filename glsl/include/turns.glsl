@@ -2,6 +2,9 @@
 // each node of a brick. Bricks that are filled on the coarse lattice come first. An *item* is a part of one node's
 // paths: items are what slots take from their queue, and each has room for its sums.
 
+#include "scene.glsl"
+#include "push.glsl"
+
 layout(scalar) readonly buffer BrickBlock { Brick at[]; } bricks;
 layout(scalar) readonly buffer TurnBlock { Turn at[]; } turns;
 // The sums of items, number by number: light, and as many columns of flux as the cache holds.

@@ -1,9 +1,10 @@
 // The field V: the trilinear interpolant of the voxels, in stored values. Every read of the volume
 // goes through this file. Positions are in grid space (src/render/shared.rs).
 
-LOADED_AS(VOLUME_FORMAT) uniform texels3D volume;
-
+#include "scene.glsl"
 #include "volume_bricks.glsl"
+
+LOADED_AS(VOLUME_FORMAT) uniform texels3D volume;
 
 // The exact stored value of a voxel's texel, which may represent an integer: the normalised formats hold k/255 and
 // k/65535 only to rounding.

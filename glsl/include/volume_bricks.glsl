@@ -6,6 +6,7 @@
 // later dispatch. So a picture does not depend on which bricks are there, to the last bit. Only a preview keeps the
 // result: the picture of a camera that moves, which is soon replaced.
 
+#include "scene.glsl"
 #include "bundle.glsl"
 
 #ifdef VOLUME_IN_BRICKS

@@ -176,7 +176,7 @@ impl Device {
         macros.extend(self.loads_texels.then_some(("LOADS_TEXELS", "1")));
         // `glsl/include/slots.glsl`.
         macros.extend(self.votes.then_some(("VOTES", "1")));
-        // `glsl/include/ray.glsl`.
+        // `glsl/include/loop.glsl`.
         macros.extend(
             self.summary
                 .kind

@@ -1,9 +1,10 @@
 //! Compiles the GLSL in `glsl/`, which is embedded in the program, and keeps the SPIR-V for the next start
-//! (`compiled.rs`).
+//! (`compiled.rs`). A file is included once, however many others ask for it, so that each includes what it uses.
 //!
 //! `ISOLUME_GLSL=DIR` reads it from disk instead, so that a shader can be changed without a rebuild.
 
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::Duration;
@@ -138,6 +139,7 @@ impl Shaders {
     ) -> Result<Vec<u32>> {
         let failed = |problem: String| unfit(&file, problem);
         let source = self.source(&file).map_err(failed)?;
+        let included = RefCell::new(HashSet::new());
         let mut options = CompileOptions::new().map_err(|e| failed(e.to_string()))?;
         // Newer targets emit LocalSizeId, which reflection does not read.
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
@@ -152,7 +154,9 @@ impl Shaders {
             options.add_macro_definition(name, Some(text));
         }
         options.set_include_callback(|wanted, _, _, _| {
+            let is_new = included.borrow_mut().insert(wanted.to_string());
             let content = match wanted {
+                _ if !is_new => String::new(),
                 "shared.glsl" => self.shared.clone(),
                 "push.glsl" => push.to_string(),
                 _ => self.source(&format!("include/{wanted}"))?,

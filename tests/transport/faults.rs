@@ -144,8 +144,8 @@ fn in_a_medium_under_an_image_and_a_sun() {
         Fault {
             name: "albedo twice",
             file: PATH,
-            right: "path.throughput *= albedo_at(path);",
-            wrong: "path.throughput *= albedo_at(path) * albedo_at(path);",
+            right: "path.throughput *= albedo_of(path.value);",
+            wrong: "path.throughput *= albedo_of(path.value) * albedo_of(path.value);",
         },
         Fault {
             name: "blocked light dropped",

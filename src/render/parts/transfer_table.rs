@@ -1,6 +1,6 @@
 //! The transfer function as shaders read it: a table with what interpolation needs of each point, and, for values in bins of
 //! equal size, the few points among which a shader has to search. So a search takes as long for hundreds of points as
-//! for two. (That matters where a CPU's driver counts the iterations of loops: ray.glsl.)
+//! for two. (That matters where a CPU's driver counts the iterations of loops: loop.glsl.)
 
 use super::medium::{Medium, TransferPoint};
 use crate::render::shared::TRANSFER_BINS;

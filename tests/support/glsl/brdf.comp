@@ -2,11 +2,6 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
-#include "ray.glsl"
-#include "ranges.glsl"
-#include "phase.glsl"
-#include "surface.glsl"
 #include "brdf.glsl"
 
 layout(local_size_x = 64) in;

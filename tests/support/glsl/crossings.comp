@@ -2,9 +2,7 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
 #include "ray.glsl"
-#include "ranges.glsl"
 #include "surface.glsl"
 
 layout(local_size_x = 64) in;

@@ -2,7 +2,6 @@
 
 #version 460
 #include "scene.glsl"
-#include "volume.glsl"
 #include "medium.glsl"
 
 layout(local_size_x = 64) in;

@@ -2,8 +2,6 @@
 
 #version 460
 #include "scene.glsl"
-#include "random.glsl"
-#include "phase.glsl"
 #include "light.glsl"
 
 layout(local_size_x = 64) in;
