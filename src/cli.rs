@@ -250,9 +250,10 @@ impl RenderArgs {
             relative_error: Some(DEFAULT_ERROR).filter(|_| variant != Variant::Published),
             ..Stop::default()
         };
-        match given == Stop::default() {
-            true => default,
-            false => given,
+        if given == Stop::default() {
+            default
+        } else {
+            given
         }
     }
 

@@ -153,11 +153,12 @@ fn check_header(header: &Header, bytes: u64) -> Result<(), String> {
 /// Fails for more pixels than `most`, which is what a file of `bytes` bytes can hold.
 fn check_claim([width, height]: [usize; 2], most: u64, bytes: u64) -> Result<(), String> {
     let claimed = (width as u64).saturating_mul(height as u64);
-    match claimed <= most {
-        true => Ok(()),
-        false => Err(format!(
+    if claimed <= most {
+        Ok(())
+    } else {
+        Err(format!(
             "it is damaged: it claims {width}x{height} pixels, more than its {bytes} bytes can hold"
-        )),
+        ))
     }
 }
 
@@ -196,9 +197,10 @@ fn unopened(error: ImageError) -> String {
         &error,
         ImageError::Unsupported(why) if matches!(why.kind(), UnsupportedErrorKind::Format(_))
     );
-    match is_other_format {
-        true => format!("{error}, expected OpenEXR, Radiance HDR or PNG"),
-        false => error.to_string(),
+    if is_other_format {
+        format!("{error}, expected OpenEXR, Radiance HDR or PNG")
+    } else {
+        error.to_string()
     }
 }
 

@@ -63,9 +63,10 @@ pub fn volume(path: &Path, json: bool) -> Result<Description> {
         Ok(volume) => volume,
         Err(fault) if series.is_empty() => return Err(fault),
         Err(fault) => {
-            let text = match json {
-                true => to_json(&SeriesInfo { series: &series })?,
-                false => series_table(&series),
+            let text = if json {
+                to_json(&SeriesInfo { series: &series })?
+            } else {
+                series_table(&series)
             };
             let fault = Some(fault);
             return Ok(Description { text, fault });
@@ -93,10 +94,7 @@ pub fn volume(path: &Path, json: bool) -> Result<Description> {
         histogram: bins.collect(),
         notes: volume.notes,
     };
-    let text = match json {
-        true => to_json(&info)?,
-        false => info.table(),
-    };
+    let text = if json { to_json(&info)? } else { info.table() };
     Ok(Description { text, fault: None })
 }
 
@@ -155,17 +153,20 @@ impl VolumeInfo {
 /// Every device and its limits.
 pub fn devices(json: bool) -> Result<String> {
     let devices = list_devices()?;
-    match json {
-        true => to_json(&devices),
-        false if devices.is_empty() => Ok("no Vulkan device was found".into()),
-        false => Ok(devices.iter().map(device_table).collect()),
+    if json {
+        to_json(&devices)
+    } else if devices.is_empty() {
+        Ok("no Vulkan device was found".into())
+    } else {
+        Ok(devices.iter().map(device_table).collect())
     }
 }
 
 fn device_table(device: &DeviceSummary) -> String {
-    let usable = match device.lacks.is_empty() {
-        true => "yes".to_string(),
-        false => format!("no, it lacks {}", device.lacks.join(", ")),
+    let usable = if device.lacks.is_empty() {
+        "yes".to_string()
+    } else {
+        format!("no, it lacks {}", device.lacks.join(", "))
     };
     let fallbacks = device.needs.iter().filter(|need| !need.holds);
     let fallbacks: String = fallbacks

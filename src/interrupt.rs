@@ -54,9 +54,10 @@ pub fn reason() -> &'static str {
 
 /// The exit status of a command that has written what there is.
 pub fn status() -> u8 {
-    match is_interrupted() {
-        true => STATUS.load(Ordering::Relaxed),
-        false => 0,
+    if is_interrupted() {
+        STATUS.load(Ordering::Relaxed)
+    } else {
+        0
     }
 }
 
@@ -101,14 +102,16 @@ fn interrupt(status: u8) {
     }
     temporary::remove_all();
     // Whoever reads stderr may be gone, which is no reason to stay.
-    let when = match keeps {
-        true => " again before the outputs were written",
-        false => "",
+    let when = if keeps {
+        " again before the outputs were written"
+    } else {
+        ""
     };
     // Pictures of an orbit and checkpoints may be there already.
-    let what = match has_committed() {
-        true => "nothing more",
-        false => "nothing",
+    let what = if has_committed() {
+        "nothing more"
+    } else {
+        "nothing"
     };
     let _ = std::io::Write::write_all(
         &mut std::io::stderr(),

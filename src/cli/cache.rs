@@ -32,9 +32,10 @@ impl CacheArgs {
         let show = copying(quiet);
         let tell = move |copy: &Copying<'_>| -> Result<()> {
             show(copy);
-            match is_over() {
-                true => Err(Error::Interrupted),
-                false => Ok(()),
+            if is_over() {
+                Err(Error::Interrupted)
+            } else {
+                Ok(())
             }
         };
         self.folder().map(|folder| Stores::new(folder, tell))

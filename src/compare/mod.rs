@@ -84,9 +84,10 @@ pub fn measure(reference: &LinearImage, test: &LinearImage, exposure: f64) -> Re
         relmse: linear.relmse,
         bias: linear.bias,
         bias_stderr: z.stderr,
-        rel_bias: match linear.bias == 0.0 {
-            true => 0.0,
-            false => linear.bias / linear.reference_mean,
+        rel_bias: if linear.bias == 0.0 {
+            0.0
+        } else {
+            linear.bias / linear.reference_mean
         },
         psnr: display::psnr(&shown_reference, &shown_test),
         ssim: ssim::ssim(&shown_reference, &shown_test),

@@ -63,9 +63,10 @@ fn standard_error(tiles: &[f64]) -> f64 {
 }
 
 fn decibels(square: f64) -> f64 {
-    match square > 0.0 {
-        true => -10.0 * square.log10(),
-        false => f64::INFINITY,
+    if square > 0.0 {
+        -10.0 * square.log10()
+    } else {
+        f64::INFINITY
     }
 }
 

@@ -101,9 +101,10 @@ impl Examination {
     fn fill(&mut self, validation: bool, until: Instant) -> Result<()> {
         let choice = DeviceChoice {
             wanted: Some(self.device.index.to_string()),
-            validation: match validation {
-                true => Validation::On,
-                false => Validation::Off,
+            validation: if validation {
+                Validation::On
+            } else {
+                Validation::Off
             },
             ..DeviceChoice::default()
         };

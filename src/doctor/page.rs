@@ -68,9 +68,10 @@ fn filters(examination: &Examination) -> String {
         };
         text += &format!("  {:<12} {error}\n", filter.format);
     }
-    match text.is_empty() {
-        true => text,
-        false => format!("\nfilter (voxels are interpolated by shaders)\n{text}"),
+    if text.is_empty() {
+        text
+    } else {
+        format!("\nfilter (voxels are interpolated by shaders)\n{text}")
     }
 }
 
@@ -91,10 +92,12 @@ fn closed_forms(examination: &Examination) -> String {
     for form in &examination.closed_forms {
         text += &format!(
             "  {} {:<38} {:>9.6} ± {:.6}, exactly {:>9.6} within {:.6}  ({:.1} s)\n",
-            match form.decided {
-                true => state(form.holds),
-                false if form.holds => "?   ",
-                false => "FAIL",
+            if form.decided {
+                state(form.holds)
+            } else if form.holds {
+                "?   "
+            } else {
+                "FAIL"
             },
             form.name,
             form.measured,
@@ -110,9 +113,10 @@ fn closed_forms(examination: &Examination) -> String {
     for name in &examination.left_out {
         text += &format!("  left out, since the device is slow: {name}\n");
     }
-    match text.is_empty() {
-        true => text,
-        false => format!("\nclosed forms\n{text}"),
+    if text.is_empty() {
+        text
+    } else {
+        format!("\nclosed forms\n{text}")
     }
 }
 

@@ -22,10 +22,7 @@ pub fn cache_goal(stop: &Stop) -> f64 {
 /// The cache's share of the time, at most, while it is not known how noisy samples are (`filling.rs`); a larger one
 /// where they have next to no noise.
 pub fn cache_share_of_time(samples_are_smooth: bool) -> f64 {
-    match samples_are_smooth {
-        true => 0.9,
-        false => 0.5,
-    }
+    if samples_are_smooth { 0.9 } else { 0.5 }
 }
 
 /// How far a cache has come.
@@ -63,10 +60,11 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
     let samples = (left.as_secs_f64() / filled.seconds_per_update) as u32;
     // The first batches tell how fast the next ones are.
     let is_early = filled.updates < FEWEST_UPDATES && !left.is_zero();
-    match is_early || samples >= double {
-        true => Some(double),
+    if is_early || samples >= double {
+        Some(double)
+    } else {
         // A batch that is small beside what is there changes nothing that can be seen.
-        false => (8 * samples >= filled.updates).then_some(samples),
+        (8 * samples >= filled.updates).then_some(samples)
     }
 }
 

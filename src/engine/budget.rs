@@ -47,12 +47,13 @@ impl Budget {
                 format!("--vram-budget, {share} % of the heap"),
             ),
         };
-        match bytes <= heap {
-            true => Budget { bytes, source },
-            false => Budget {
+        if bytes <= heap {
+            Budget { bytes, source }
+        } else {
+            Budget {
                 bytes: heap,
                 source: format!("the heap, which is smaller than {source}"),
-            },
+            }
         }
     }
 

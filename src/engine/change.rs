@@ -44,9 +44,10 @@ impl Engine {
         if !changes.spoil(Derived::Picture) {
             self.scene = scene.clone();
             self.full = next;
-            return Ok(match changes.spoil(Derived::Display) {
-                true => Changed::Display,
-                false => Changed::Nothing,
+            return Ok(if changes.spoil(Derived::Display) {
+                Changed::Display
+            } else {
+                Changed::Nothing
             });
         }
         if changes.spoil(Derived::Plan) {
@@ -57,9 +58,10 @@ impl Engine {
         if is_published && changes.spoil(Derived::NodePaths) {
             return Ok(Changed::Impossible);
         }
-        let next = match changes.spoil(Derived::CacheLayout) {
-            true => unless_refused(next.refitted(&self.volume, self.host.summary().max_image_3d))?,
-            false => Some(next),
+        let next = if changes.spoil(Derived::CacheLayout) {
+            unless_refused(next.refitted(&self.volume, self.host.summary().max_image_3d))?
+        } else {
+            Some(next)
         };
         let Some(next) = next else {
             return Ok(Changed::Impossible);
@@ -69,9 +71,10 @@ impl Engine {
         }
         let has_new_size = next.parts.view.size != self.full.parts.view.size;
         let has_new_layout = next.variant != self.full.variant;
-        let size = match has_new_size {
-            true => next.parts.view.size,
-            false => self.renderer.size(),
+        let size = if has_new_size {
+            next.parts.view.size
+        } else {
+            self.renderer.size()
         };
         if has_new_size {
             self.renderer.resize(size)?;
@@ -84,9 +87,10 @@ impl Engine {
         if has_new_layout && let Some(mut caching) = self.renderer.caching() {
             caching.guess_light()?;
         }
-        Ok(match lasts {
-            true => Changed::Picture,
-            false => Changed::Light,
+        Ok(if lasts {
+            Changed::Picture
+        } else {
+            Changed::Light
         })
     }
 

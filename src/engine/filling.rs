@@ -81,9 +81,10 @@ impl Engine {
             let traced = (worth(cache.updates) - worth(GATHERED)).max(0.0);
             let took = cache.took.as_secs_f64();
             let gathering = took + cache.seconds_to(GATHERED);
-            let unseen = match cache.updates <= GATHERED {
-                true => UNSEEN_WHILE_GATHERING,
-                false => 1.0,
+            let unseen = if cache.updates <= GATHERED {
+                UNSEEN_WHILE_GATHERING
+            } else {
+                1.0
             };
             FillForecast {
                 gathering: (gathering - per_traced_path * traced).max(0.0),

@@ -45,9 +45,10 @@ impl Engine {
         short: f64,
         until: Until<'_>,
     ) -> Result<Option<Forecast>> {
-        match self.streams() || self.pixels() <= FEW * self.pixels_to_try() {
-            true => self.try_whole_picture(work, short, until),
-            false => self.try_few_pixels(self.pixels_to_try(), until),
+        if self.streams() || self.pixels() <= FEW * self.pixels_to_try() {
+            self.try_whole_picture(work, short, until)
+        } else {
+            self.try_few_pixels(self.pixels_to_try(), until)
         }
     }
 
@@ -61,9 +62,10 @@ impl Engine {
     }
 
     pub(super) fn pixels_to_try(&self) -> f64 {
-        match self.host.summary().kind.is_software() {
-            true => PIXELS_CPU,
-            false => PIXELS_GPU,
+        if self.host.summary().kind.is_software() {
+            PIXELS_CPU
+        } else {
+            PIXELS_GPU
         }
     }
 
@@ -77,9 +79,10 @@ impl Engine {
             return Ok(None);
         }
         let mut last = None;
-        let units = match self.streams() {
-            true => UNITS_IN_BRICKS,
-            false => UNITS,
+        let units = if self.streams() {
+            UNITS_IN_BRICKS
+        } else {
+            UNITS
         };
         for &units in units {
             last = self.take(1, units, until)?;
@@ -89,9 +92,10 @@ impl Engine {
         };
         let variance = self.variance_of_one()?;
         let first = self.forecast(&last, variance, Evenness::NONE);
-        match self.renderer.is_marched() || first.seconds_of(work) <= short {
-            true => Ok(Some(first)),
-            false => self.double(1, variance, until),
+        if self.renderer.is_marched() || first.seconds_of(work) <= short {
+            Ok(Some(first))
+        } else {
+            self.double(1, variance, until)
         }
     }
 
@@ -122,9 +126,10 @@ impl Engine {
     fn try_small_picture(&mut self, until: Until<'_>) -> Result<Option<Forecast>> {
         self.take(1, 1, until)?;
         self.begin_picture();
-        let samples = match self.renderer.is_marched() {
-            true => SAMPLES_MARCHED,
-            false => SAMPLES,
+        let samples = if self.renderer.is_marched() {
+            SAMPLES_MARCHED
+        } else {
+            SAMPLES
         };
         if self.take(1, samples, until)?.is_none() {
             return Ok(None);
@@ -182,16 +187,17 @@ impl Engine {
             evenness,
             cache: None,
         };
-        match self.renderer.is_marched() {
-            true => Forecast {
+        if self.renderer.is_marched() {
+            Forecast {
                 // One after another, samples wait for the same bricks again.
                 seconds_per_sample: taken.seconds / samples,
                 seconds_per_bundle: 0.0,
                 variance: LEFT_OF_MARCHED * variance,
                 evenness: Evenness::NONE,
                 ..forecast
-            },
-            false => forecast,
+            }
+        } else {
+            forecast
         }
     }
 

@@ -69,9 +69,10 @@ impl FillForecast {
     /// The worth of the paths that nodes have had after so many seconds.
     fn worth_after(&self, seconds: f64) -> f64 {
         let gathered = worth(GATHERED);
-        match seconds < self.gathering {
-            true => gathered * seconds / self.gathering,
-            false => gathered + (seconds - self.gathering) / self.per_traced_path,
+        if seconds < self.gathering {
+            gathered * seconds / self.gathering
+        } else {
+            gathered + (seconds - self.gathering) / self.per_traced_path
         }
     }
 }
@@ -122,12 +123,11 @@ impl Forecast {
     /// little.
     fn seconds_with(&self, cache: &FillForecast, paths: f64, error: f64, pictures: u32) -> f64 {
         let left = error.powi(2) - cache.variance / paths;
-        match left > 0.0 {
-            true => {
-                let samples = self.samples_to(left.sqrt());
-                cache.seconds_to(paths) + f64::from(pictures) * self.seconds_for(samples)
-            }
-            false => f64::INFINITY,
+        if left > 0.0 {
+            let samples = self.samples_to(left.sqrt());
+            cache.seconds_to(paths) + f64::from(pictures) * self.seconds_for(samples)
+        } else {
+            f64::INFINITY
         }
     }
 
@@ -220,9 +220,10 @@ fn bundles(samples: f64) -> f64 {
 /// one of them.
 pub fn left_of(independent: f64, change: f64) -> f64 {
     const LEAST: f64 = 0.05;
-    match independent > 0.0 {
-        true => (2.0 * change.powi(2) / independent).clamp(LEAST, 1.0),
-        false => 1.0,
+    if independent > 0.0 {
+        (2.0 * change.powi(2) / independent).clamp(LEAST, 1.0)
+    } else {
+        1.0
     }
 }
 

@@ -134,9 +134,10 @@ impl HostOptions {
     pub(crate) fn choice(&self) -> DeviceChoice {
         DeviceChoice {
             wanted: self.device.clone(),
-            validation: match self.validation {
-                true => Validation::On,
-                false => Validation::Off,
+            validation: if self.validation {
+                Validation::On
+            } else {
+                Validation::Off
             },
             ..DeviceChoice::default()
         }

@@ -49,9 +49,10 @@ impl Refinement {
             let noise = self.noise_after(change);
             // What the samples differ by from the march is their noise and the march's error.
             let error = mean_square(&self.march, mean) - noise;
-            self.worth = match error > 0.0 {
-                true => f64::from(samples) * noise / error,
-                false => f64::INFINITY,
+            self.worth = if error > 0.0 {
+                f64::from(samples) * noise / error
+            } else {
+                f64::INFINITY
             };
             self.change = Some(change);
         }
@@ -74,9 +75,10 @@ impl Refinement {
 
     /// The share that the march has in the picture after so many samples.
     fn share(&self, samples: u32) -> f64 {
-        match self.worth.is_finite() {
-            true => self.worth / (self.worth + f64::from(samples)),
-            false => 1.0,
+        if self.worth.is_finite() {
+            self.worth / (self.worth + f64::from(samples))
+        } else {
+            1.0
         }
     }
 
@@ -96,9 +98,10 @@ impl Refinement {
 
     /// The picture after so many samples with this mean.
     pub fn picture(&self, samples: u32, mean: &[[f32; 4]]) -> Vec<[f32; 4]> {
-        let share = match self.is_over(samples) {
-            true => 0.0,
-            false => self.share(samples) as f32,
+        let share = if self.is_over(samples) {
+            0.0
+        } else {
+            self.share(samples) as f32
         };
         let pixels = mean.iter().zip(&self.march);
         pixels

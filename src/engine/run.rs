@@ -189,11 +189,13 @@ impl Engine {
                 break reason;
             }
             if !self.take_units(run, &done, watch)? {
-                match run.is_interrupted() {
-                    true => break "it was interrupted".into(),
-                    false if done.units == 0 => return Err(self.too_short(&run.stop, watch)),
-                    false => done.took = watch.elapsed(),
+                if run.is_interrupted() {
+                    break "it was interrupted".into();
                 }
+                if done.units == 0 {
+                    return Err(self.too_short(&run.stop, watch));
+                }
+                done.took = watch.elapsed();
                 continue;
             }
             done.samples = self.renderer.totals().samples;
@@ -224,9 +226,10 @@ impl Engine {
     fn take_units(&mut self, run: &Run<'_>, done: &Done, watch: &Stopwatch) -> Result<bool> {
         let until = self.until(run, done, watch);
         let samples = next_unit(&run.stop, done);
-        let units = match self.streams() {
-            true => units_together(&run.stop, done),
-            false => 1,
+        let units = if self.streams() {
+            units_together(&run.stop, done)
+        } else {
+            1
         };
         self.renderer.units(samples, units, until)
     }
@@ -240,9 +243,10 @@ impl Engine {
         why_stopped: String,
     ) -> Result<Outcome> {
         let Some(first_frame) = self.totals().seen_since else {
-            return Err(match run.is_interrupted() {
-                true => Error::Interrupted,
-                false => Error::value(format!("the picture would have no sample: {why_stopped}")),
+            return Err(if run.is_interrupted() {
+                Error::Interrupted
+            } else {
+                Error::value(format!("the picture would have no sample: {why_stopped}"))
             });
         };
         Ok(Outcome {
@@ -270,9 +274,10 @@ impl Engine {
         // An interruption while the cache is filled still lets the first unit end: the picture that the cache shows.
         let has_light = self.renderer.cache().is_some_and(|c| c.updates > 0);
         Until {
-            interrupt: match has_light && is_first {
-                true => &UNSTOPPABLE,
-                false => run.interrupt,
+            interrupt: if has_light && is_first {
+                &UNSTOPPABLE
+            } else {
+                run.interrupt
             },
             deadline: time.and_then(|time| after(time.saturating_sub(watch.elapsed()))),
         }

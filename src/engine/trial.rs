@@ -191,9 +191,10 @@ impl Tried {
     /// The variant without a cache, which was taken because of `why`, or because the work was interrupted.
     fn in_vain(mut engine: Engine, watch: Stopwatch, work: &Work<'_>, why: String) -> Tried {
         let was_interrupted = work.is_interrupted();
-        engine.choice.reason = match was_interrupted {
-            true => "it was interrupted".into(),
-            false => why,
+        engine.choice.reason = if was_interrupted {
+            "it was interrupted".into()
+        } else {
+            why
         };
         Tried {
             engine,
@@ -291,10 +292,11 @@ impl Engine {
             let head_start = to_go_back + self.seconds_filled();
             let is_better = verdict(rival, &cached, work, head_start).0;
             let is_known = |cache: &Cache| cache.is_known_to(f64::INFINITY);
-            let is_settled = match until.is_over() {
+            let is_settled = if until.is_over() {
                 // To be wrong costs most where paths wait for bricks.
-                true => !self.streams() || self.renderer.cache().is_some_and(is_known),
-                false => self.is_filled_for(Some(cached), &work.stop, work.pictures),
+                !self.streams() || self.renderer.cache().is_some_and(is_known)
+            } else {
+                self.is_filled_for(Some(cached), &work.stop, work.pictures)
             };
             if !is_better || is_settled || !self.fill_on(work.interrupt.into(), watch)? {
                 return Ok(Some((cached, is_better)));

@@ -51,9 +51,10 @@ impl Compiled {
     pub fn load(&self, name: &str) -> Option<Vec<u8>> {
         let path = self.folder.as_ref()?.join(name);
         let length = fs::metadata(&path).ok()?.len();
-        let mut bytes = match length <= MOST_BYTES {
-            true => fs::read(&path).ok()?,
-            false => return None,
+        let mut bytes = if length <= MOST_BYTES {
+            fs::read(&path).ok()?
+        } else {
+            return None;
         };
         let start = HEADER_BYTES + name.len() + 1;
         let header = bytes.get(..HEADER_BYTES)?;

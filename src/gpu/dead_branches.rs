@@ -46,9 +46,10 @@ pub(super) fn without_dead_branches(code: &[u32], constants: &[u32]) -> Result<V
             }
         }
     }
-    Ok(match walk.is_in_order {
-        true => kept,
-        false => code.to_vec(),
+    Ok(if walk.is_in_order {
+        kept
+    } else {
+        code.to_vec()
     })
 }
 

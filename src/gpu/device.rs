@@ -89,19 +89,22 @@ impl Device {
     ) -> Result<Arc<Device>> {
         let unable = |problem: &str| DeviceError::Unable {
             device: summary.name.clone(),
-            problem: match draws {
-                true => format!("{problem}, as a window needs; choose another --device"),
-                false => problem.into(),
+            problem: if draws {
+                format!("{problem}, as a window needs; choose another --device")
+            } else {
+                problem.into()
             },
         };
         if draws && !instance.has_extension(physical, khr::swapchain::NAME) {
             return Err(unable("lacks VK_KHR_swapchain").into());
         }
-        let queue_family =
-            compute_queue(&instance, physical, draws).ok_or_else(|| match draws {
-                true => unable("has no queue that both computes and draws"),
-                false => unable("has no compute queue"),
-            })?;
+        let queue_family = compute_queue(&instance, physical, draws).ok_or_else(|| {
+            if draws {
+                unable("has no queue that both computes and draws")
+            } else {
+                unable("has no compute queue")
+            }
+        })?;
         let family = queue_families(&instance, physical)[queue_family as usize];
         let stores_texels = can_store_texels(&instance, physical);
         let loads_texels =
@@ -128,11 +131,10 @@ impl Device {
             most_groups: limits.max_compute_work_group_count,
             nearest: vk::Sampler::null(),
             linear: vk::Sampler::null(),
-            work_stages: match draws {
-                true => vk::PipelineStageFlags2::ALL_COMMANDS,
-                false => {
-                    vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::ALL_TRANSFER
-                }
+            work_stages: if draws {
+                vk::PipelineStageFlags2::ALL_COMMANDS
+            } else {
+                vk::PipelineStageFlags2::COMPUTE_SHADER | vk::PipelineStageFlags2::ALL_TRANSFER
             },
             timestamp_mask: timestamp_mask(&family),
             writes_timestamps: has_timestamps(&family),
@@ -215,15 +217,16 @@ impl Device {
         };
         let memory = memory.memory_properties;
         let heap = device_local_heap(&memory);
-        match self.has_memory_budget {
-            true => (
+        if self.has_memory_budget {
+            (
                 budget.heap_budget[heap].saturating_sub(budget.heap_usage[heap]),
                 "the driver",
-            ),
-            false => (
+            )
+        } else {
+            (
                 memory.memory_heaps[heap].size / 5 * 4,
                 "80 % of the device's heap, since the driver names no budget",
-            ),
+            )
         }
     }
 

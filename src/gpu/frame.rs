@@ -131,9 +131,10 @@ impl Frame {
             }
             waited?;
         }
-        match self.device.timed_by_host {
-            true => self.time_by_host(submitted_us),
-            false => self.read_timestamps(submitted_us)?,
+        if self.device.timed_by_host {
+            self.time_by_host(submitted_us)
+        } else {
+            self.read_timestamps(submitted_us)?
         }
         Ok(())
     }

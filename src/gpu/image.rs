@@ -46,9 +46,10 @@ impl ImageDesc {
     fn info(&self, loads_texels: bool) -> vk::ImageCreateInfo<'static> {
         let [width, height, depth] = self.extent;
         vk::ImageCreateInfo::default()
-            .image_type(match self.volumetric {
-                true => vk::ImageType::TYPE_3D,
-                false => vk::ImageType::TYPE_2D,
+            .image_type(if self.volumetric {
+                vk::ImageType::TYPE_3D
+            } else {
+                vk::ImageType::TYPE_2D
             })
             .format(self.format)
             .extent(vk::Extent3D {
@@ -61,19 +62,21 @@ impl ImageDesc {
             .samples(vk::SampleCountFlags::TYPE_1)
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(
-                match self.written || loads_texels {
-                    true => vk::ImageUsageFlags::STORAGE,
-                    false => vk::ImageUsageFlags::empty(),
-                } | vk::ImageUsageFlags::SAMPLED
+                (if self.written || loads_texels {
+                    vk::ImageUsageFlags::STORAGE
+                } else {
+                    vk::ImageUsageFlags::empty()
+                }) | vk::ImageUsageFlags::SAMPLED
                     | vk::ImageUsageFlags::TRANSFER_SRC
                     | vk::ImageUsageFlags::TRANSFER_DST,
             )
     }
 
     fn check_size(&self, limits: &DeviceSummary) -> Result<()> {
-        let most = match self.volumetric {
-            true => limits.max_image_3d,
-            false => limits.max_image_2d,
+        let most = if self.volumetric {
+            limits.max_image_3d
+        } else {
+            limits.max_image_2d
         };
         match self.extent.iter().max() {
             Some(&longest) if longest > most => Err(MemoryError::Image {
@@ -146,9 +149,10 @@ impl Image {
         .map_err(failed)?;
         let view = vk::ImageViewCreateInfo::default()
             .image(image.raw)
-            .view_type(match desc.volumetric {
-                true => vk::ImageViewType::TYPE_3D,
-                false => vk::ImageViewType::TYPE_2D,
+            .view_type(if desc.volumetric {
+                vk::ImageViewType::TYPE_3D
+            } else {
+                vk::ImageViewType::TYPE_2D
             })
             .format(desc.format)
             .subresource_range(COLOR);

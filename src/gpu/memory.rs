@@ -211,12 +211,13 @@ impl Holding {
                 Owner::Buffer(buffer) => AllocationScheme::DedicatedBuffer(buffer),
             },
         };
-        let allocation = match shall_fail() {
-            true => Err(AllocationError::OutOfMemory),
-            false => allocator
+        let allocation = if shall_fail() {
+            Err(AllocationError::OutOfMemory)
+        } else {
+            allocator
                 .lock()
                 .unwrap_or_else(|broken| broken.into_inner())
-                .allocate(&desc),
+                .allocate(&desc)
         };
         let allocation = allocation.map_err(|e| MemoryError::Refused {
             resource: self.entry.name.into(),

@@ -299,9 +299,10 @@ fn uses(features: vk::FormatFeatureFlags) -> String {
     ];
     let present = all.iter().filter(|(flag, _)| features.contains(*flag));
     let names: Vec<_> = present.map(|(_, name)| *name).collect();
-    match names.is_empty() {
-        true => "nothing".into(),
-        false => names.join(", "),
+    if names.is_empty() {
+        "nothing".into()
+    } else {
+        names.join(", ")
     }
 }
 

@@ -95,9 +95,10 @@ impl Pass {
 /// Fails for a shader that exceeds the limits in the table of needs.
 fn check_resources(slots: &[Slot], workgroup: [u32; 3], loads_texels: bool) -> Result<(), String> {
     let count = |kind| slots.iter().filter(|slot| slot.kind == kind).count() as u32;
-    let images = match loads_texels {
-        true => needs::LOADED_IMAGES,
-        false => needs::STORAGE_IMAGES,
+    let images = if loads_texels {
+        needs::LOADED_IMAGES
+    } else {
+        needs::STORAGE_IMAGES
     };
     let uses = [
         ("threads", workgroup.iter().product(), needs::GROUP_THREADS),

@@ -175,19 +175,23 @@ pub(super) fn choose<'a>(
     let listing = || {
         let names: Vec<String> = all
             .iter()
-            .map(|d| match d.lacks.is_empty() {
-                true => format!("{}: {}", d.index, d.name),
-                false => format!(
-                    "{}: {}, which lacks {}",
-                    d.index,
-                    d.name,
-                    d.lacks.join(", ")
-                ),
+            .map(|d| {
+                if d.lacks.is_empty() {
+                    format!("{}: {}", d.index, d.name)
+                } else {
+                    format!(
+                        "{}: {}, which lacks {}",
+                        d.index,
+                        d.name,
+                        d.lacks.join(", ")
+                    )
+                }
             })
             .collect();
-        match names.is_empty() {
-            true => "there is none".to_string(),
-            false => format!("found: {}", names.join("; ")),
+        if names.is_empty() {
+            "there is none".to_string()
+        } else {
+            format!("found: {}", names.join("; "))
         }
     };
     let Some(wanted) = wanted else {
@@ -207,14 +211,15 @@ pub(super) fn choose<'a>(
         wanted: wanted.into(),
         found: listing(),
     })?;
-    match found.lacks.is_empty() {
-        true => Ok(found),
-        false => Err(DeviceError::Lacks {
+    if found.lacks.is_empty() {
+        Ok(found)
+    } else {
+        Err(DeviceError::Lacks {
             wanted: wanted.into(),
             device: found.name.clone(),
             lacks: found.lacks.iter().map(ToString::to_string).collect(),
         }
-        .into()),
+        .into())
     }
 }
 

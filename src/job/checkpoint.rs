@@ -119,9 +119,10 @@ impl<'a> Keeper<'a> {
                 volume,
                 fill: found.fill(),
             },
-            fill_state: match found.is_filled() {
-                true => FillState::Done,
-                false => FillState::UnderWay,
+            fill_state: if found.is_filled() {
+                FillState::Done
+            } else {
+                FillState::UnderWay
             },
             subject,
             found,
@@ -297,13 +298,15 @@ impl<'a> Keeper<'a> {
             return;
         }
         let path = self.path.display();
-        let before = match self.path.exists() {
-            true => format!("{path} is as it was before"),
-            false => format!("there is no {path}"),
+        let before = if self.path.exists() {
+            format!("{path} is as it was before")
+        } else {
+            format!("there is no {path}")
         };
-        let why = match interrupt::is_interrupted() {
-            true => "the interruption came",
-            false => "the time was over",
+        let why = if interrupt::is_interrupted() {
+            "the interruption came"
+        } else {
+            "the time was over"
         };
         say(format!(
             "note: no checkpoint was written at the end, since {why} {moment}: {before}"

@@ -76,9 +76,10 @@ pub fn compare(args: &CompareArgs) -> Result<u8> {
         _ => None,
     });
     let compared = compare::compare([&args.a, &args.b], again, args.exposure)?;
-    match args.json {
-        true => print(&info::to_json(&compared)?),
-        false => print(&compared.table()),
+    if args.json {
+        print(&info::to_json(&compared)?)
+    } else {
+        print(&compared.table())
     }
 }
 
@@ -89,13 +90,15 @@ pub fn doctor(args: &DoctorArgs) -> Result<u8> {
         return Err(DeviceError::NoDriver.into());
     }
     let examinations = doctor::examine_all(devices, wants_validation());
-    match args.json {
-        true => print(&info::to_json(&examinations)?)?,
-        false => print(&doctor::page(&examinations))?,
+    if args.json {
+        print(&info::to_json(&examinations)?)?
+    } else {
+        print(&doctor::page(&examinations))?
     };
-    match examinations.iter().all(|examination| examination.holds) {
-        true => Ok(0),
-        false => Ok(DEVICE_STATUS),
+    if examinations.iter().all(|examination| examination.holds) {
+        Ok(0)
+    } else {
+        Ok(DEVICE_STATUS)
     }
 }
 

@@ -58,9 +58,10 @@ impl Bricks {
             share: f64::from(layout.capacity().min(needed)) / f64::from(needed.max(1)),
             host_bytes,
             first_read_bytes,
-            later_read_bytes: match needed <= layout.capacity() {
-                true => 0,
-                false => first_read_bytes.saturating_sub(host_bytes),
+            later_read_bytes: if needed <= layout.capacity() {
+                0
+            } else {
+                first_read_bytes.saturating_sub(host_bytes)
             },
         }
     }
@@ -91,9 +92,10 @@ pub fn plan(args: &PlanArgs) -> Result<u8> {
         plan: &plan,
         next_better: &next_better,
     };
-    match args.json {
-        true => print(&to_json(&printed)?),
-        false => print(&printed.table()),
+    if args.json {
+        print(&to_json(&printed)?)
+    } else {
+        print(&printed.table())
     }
 }
 

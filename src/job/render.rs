@@ -174,9 +174,10 @@ impl<'a> Render<'a> {
         })?;
         clock.part("compile", trial.compiling());
         interrupt::keep_work();
-        let tried = match trial.is_open() {
-            true => clock.time("try variants", || trial.end())?,
-            false => trial.end()?,
+        let tried = if trial.is_open() {
+            clock.time("try variants", || trial.end())?
+        } else {
+            trial.end()?
         };
         let Tried {
             mut engine,
@@ -274,14 +275,16 @@ impl<'a> Render<'a> {
             if index < self.first && view.files.iter().all(|file| file.exists()) {
                 continue;
             }
-            let outcome = match is_interrupted() && !taken.is_empty() {
-                true => Err(Error::Interrupted),
-                false => self.look_from(index).and_then(|()| self.take_picture(view)),
+            let outcome = if is_interrupted() && !taken.is_empty() {
+                Err(Error::Interrupted)
+            } else {
+                self.look_from(index).and_then(|()| self.take_picture(view))
             };
             // An earlier picture that is rendered again must not be half as good as the others: no checkpoint would tell.
-            let outcome = match index < self.first && is_interrupted() {
-                true => Err(Error::Interrupted),
-                false => outcome,
+            let outcome = if index < self.first && is_interrupted() {
+                Err(Error::Interrupted)
+            } else {
+                outcome
             };
             let outcome = match outcome {
                 // The pictures before it are there all the same.

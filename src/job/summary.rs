@@ -138,14 +138,13 @@ fn why_variant(asked: Variant, reason: &str) -> String {
 
 /// The files of all pictures from the first to the last one.
 fn names(first: &View, last: &View) -> String {
-    let names = first
-        .files
-        .iter()
-        .zip(&last.files)
-        .map(|(first, last)| match first == last {
-            true => first.display().to_string(),
-            false => format!("{} to {}", first.display(), last.display()),
-        });
+    let names = first.files.iter().zip(&last.files).map(|(first, last)| {
+        if first == last {
+            first.display().to_string()
+        } else {
+            format!("{} to {}", first.display(), last.display())
+        }
+    });
     names.collect::<Vec<_>>().join(", ")
 }
 
@@ -164,8 +163,9 @@ fn last_line(stats: &Stats, seconds: f64, files: &str, why_stopped: &str) -> Str
 
 /// A relative error, which a single unit of samples does not tell.
 pub fn error_in_words(relative_error: f64) -> String {
-    match relative_error.is_finite() {
-        true => format!("{relative_error:.4}"),
-        false => "unknown".into(),
+    if relative_error.is_finite() {
+        format!("{relative_error:.4}")
+    } else {
+        "unknown".into()
     }
 }

@@ -42,9 +42,10 @@ pub(super) fn encode(
             ))),
             ..LayerAttributes::default()
         },
-        match is_quick {
-            true => Encoding::UNCOMPRESSED,
-            false => Encoding::SMALL_LOSSLESS,
+        if is_quick {
+            Encoding::UNCOMPRESSED
+        } else {
+            Encoding::SMALL_LOSSLESS
         },
         channels,
     );

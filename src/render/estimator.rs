@@ -86,12 +86,13 @@ impl Estimator {
 
 /// The published method reads its cells through the device's filter.
 fn check_filter(device: &Device) -> Result<()> {
-    match device.filters(Format::R32G32B32A32_SFLOAT) {
-        true => Ok(()),
-        false => Err(DeviceError::Unable {
+    if device.filters(Format::R32G32B32A32_SFLOAT) {
+        Ok(())
+    } else {
+        Err(DeviceError::Unable {
             device: device.summary.name.clone(),
             problem: "does not filter 32-bit floats, as the variant \"published\" has it; use another one".into(),
         }
-        .into()),
+        .into())
     }
 }

@@ -109,9 +109,10 @@ impl Renderer {
 
     fn clear_if_stale(&mut self) -> Result<()> {
         let r = &self.resources;
-        match std::mem::take(&mut self.is_stale) {
-            true => self.frame.run(|f| f.clear(&[&r.mean, &r.squares])),
-            false => Ok(()),
+        if std::mem::take(&mut self.is_stale) {
+            self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))
+        } else {
+            Ok(())
         }
     }
 

@@ -54,9 +54,12 @@ impl Halves {
         let pixels: usize = sides.map(|n| n.clamp(1, 2 * RADIUS + 1)).iter().product();
         let unknown = INDEPENDENT / pixels as f64;
         let shares = changes.iter().zip(&expected);
-        let left = shares.map(|(change, expected)| match *expected > 0.0 {
-            true => ((change / expected + unknown) / (1.0 + unknown)) as f32,
-            false => 1.0,
+        let left = shares.map(|(change, expected)| {
+            if *expected > 0.0 {
+                ((change / expected + unknown) / (1.0 + unknown)) as f32
+            } else {
+                1.0
+            }
         });
         Halves {
             samples: 2 * self.samples,

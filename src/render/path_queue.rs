@@ -92,11 +92,11 @@ impl PathQueue {
     /// do. It may hold much more than the last one, so its first dispatch is not much longer than where all slots work.
     fn work_at_first(&self) -> u32 {
         const TIMES: u32 = 8;
-        match self.spent_ms < self.target_ms / f64::from(TIMES) {
-            true => self
-                .spent_work
-                .clamp(self.work_of_all, (TIMES * self.work_of_all).min(MOST_WORK)),
-            false => self.work_of_all,
+        if self.spent_ms < self.target_ms / f64::from(TIMES) {
+            self.spent_work
+                .clamp(self.work_of_all, (TIMES * self.work_of_all).min(MOST_WORK))
+        } else {
+            self.work_of_all
         }
     }
 
@@ -156,15 +156,16 @@ impl PathQueue {
 
     fn stated_work(&self, lookups: u32) -> Work {
         let lookups = u64::from(lookups);
-        match self.reads_one_texel {
-            true => Work {
+        if self.reads_one_texel {
+            Work {
                 reads: lookups,
                 ..Work::default()
-            },
-            false => Work {
+            }
+        } else {
+            Work {
                 samples: lookups,
                 ..Work::default()
-            },
+            }
         }
     }
 

@@ -228,9 +228,10 @@ pub(super) fn needs(bytes: u64) -> String {
 }
 
 fn fitting(plan: Plan, budget: u64, smallest_cache: Option<String>) -> Result<Plan> {
-    match plan.bytes() <= budget {
-        true => Ok(plan),
-        false => Err(too_small(&plan, budget, smallest_cache).into()),
+    if plan.bytes() <= budget {
+        Ok(plan)
+    } else {
+        Err(too_small(&plan, budget, smallest_cache).into())
     }
 }
 

@@ -244,9 +244,10 @@ fn transfer_desc(points: usize) -> ImageDesc {
 pub fn slots(limits: &DeviceSummary, scene: &GpuScene) -> u32 {
     match &scene.bricks {
         Some(layout) => {
-            let most = match limits.kind.is_software() {
-                true => SLOTS_CPU_IN_BRICKS,
-                false => SLOTS_GPU_IN_BRICKS,
+            let most = if limits.kind.is_software() {
+                SLOTS_CPU_IN_BRICKS
+            } else {
+                SLOTS_GPU_IN_BRICKS
             };
             (SLOTS_A_PLACE * layout.capacity()).clamp(SLOTS_CPU, most)
         }
@@ -256,9 +257,10 @@ pub fn slots(limits: &DeviceSummary, scene: &GpuScene) -> u32 {
 
 /// A whole volume needs no more paths in flight than the picture has pixels.
 fn slots_for_pixels(limits: &DeviceSummary, [width, height]: [u32; 2]) -> u32 {
-    let most = match limits.kind.is_software() {
-        true => SLOTS_CPU,
-        false => SLOTS_GPU,
+    let most = if limits.kind.is_software() {
+        SLOTS_CPU
+    } else {
+        SLOTS_GPU
     };
     let pixels = u64::from(width) * u64::from(height);
     pixels.next_multiple_of(64).min(u64::from(most)) as u32

@@ -53,9 +53,10 @@ impl Sums {
         let brightness: f64 = rgb.map(f64::from).sum();
         let count = 3.0 * mean.len() as f64;
         let rms = (squares / count).sqrt();
-        match rms > 0.0 {
-            true => (cache_error * brightness / count / rms) as f32,
-            false => 0.0,
+        if rms > 0.0 {
+            (cache_error * brightness / count / rms) as f32
+        } else {
+            0.0
         }
     }
 }

@@ -111,11 +111,12 @@ impl EnvironmentImage {
             std::array::from_fn(|c| (f64::from(texel[c]) * radiance[c]) as f32)
         };
         let texels: Arc<[[f32; 3]]> = self.texels.iter().map(times).collect();
-        match texels.as_flattened().iter().all(|x| x.is_finite()) {
-            true => Ok(EnvironmentImage { texels, ..self }),
-            false => Err(format!(
+        if texels.as_flattened().iter().all(|x| x.is_finite()) {
+            Ok(EnvironmentImage { texels, ..self })
+        } else {
+            Err(format!(
                 "radiance {radiance:?} times the image is beyond 3e38"
-            )),
+            ))
         }
     }
 

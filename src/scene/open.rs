@@ -45,9 +45,12 @@ pub fn open(
         let file = SceneFile::read(input, edits)?;
         file.check_images()?;
         let volume = load(&file.volume_path()?, &file.volume_overrides()?);
-        let named_here = |error: Error| match error.is_about_input() {
-            true => file.origins.error("volume.path", error),
-            false => error,
+        let named_here = |error: Error| {
+            if error.is_about_input() {
+                file.origins.error("volume.path", error)
+            } else {
+                error
+            }
         };
         let volume = volume.map_err(named_here)?;
         (file, volume)

@@ -76,13 +76,15 @@ impl Found {
         }
         Ok(Found {
             path: path.to_owned(),
-            state: match exists && !restart {
-                true => Some(read_header(path).map_err(or_restart)?),
-                false => None,
+            state: if exists && !restart {
+                Some(read_header(path).map_err(or_restart)?)
+            } else {
+                None
             },
-            cache: match restart {
-                true => None,
-                false => CacheFile::open(path).map_err(or_restart)?,
+            cache: if restart {
+                None
+            } else {
+                CacheFile::open(path).map_err(or_restart)?
             },
             is_ignored: restart,
             _lock: lock,

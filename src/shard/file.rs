@@ -137,11 +137,12 @@ fn meta_data(path: &Path) -> Result<MetaData> {
 fn check_size(path: &Path, meta: &MetaData, size: [u32; 2]) -> Result<()> {
     let [width, height] = size.map(|n| n as usize);
     let is_whole = |header: &::exr::meta::header::Header| header.layer_size == Vec2(width, height);
-    match meta.headers.len() == 1 && meta.headers.iter().all(is_whole) {
-        true => Ok(()),
-        false => Err(Error::input(
+    if meta.headers.len() == 1 && meta.headers.iter().all(is_whole) {
+        Ok(())
+    } else {
+        Err(Error::input(
             path,
             format!("it is damaged: it does not hold {width}x{height} pixels"),
-        )),
+        ))
     }
 }

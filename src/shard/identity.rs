@@ -90,10 +90,11 @@ impl Named<'_> {
             both("seed", &a.seed.to_string(), &b.seed.to_string()),
             both("variant", &a.variant, &b.variant),
             both("version of the program", &a.transport, &b.transport),
-            match a.scene == b.scene {
-                true => None,
-                false => Some(self.scene_difference(other)?),
-            },
+            if a.scene == b.scene {
+None
+} else {
+Some(self.scene_difference(other)?)
+},
         ];
         let found: Vec<String> = differences.into_iter().flatten().collect();
         Ok((!found.is_empty()).then(|| found.join(", and ")))

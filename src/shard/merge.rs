@@ -218,12 +218,11 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
         units += part.header.units;
         halves = both.map(|(before, added)| {
             let mean = single(&mean);
-            Arc::new(match all == f64::from(before.samples) * 2.0 {
-                true => {
-                    let variance = variance(&single(&squares), all as u32, units);
-                    before.doubled(mean, &variance, width as usize)
-                }
-                false => before.joined(count, &added, more, mean),
+            Arc::new(if all == f64::from(before.samples) * 2.0 {
+                let variance = variance(&single(&squares), all as u32, units);
+                before.doubled(mean, &variance, width as usize)
+            } else {
+                before.joined(count, &added, more, mean)
             })
         });
         count = all;

@@ -177,9 +177,10 @@ impl<'a> App<'a> {
         })?;
         let corner = |p: egui::Pos2| [p.x, p.y].map(|x| (x * scale).round().max(0.0) as u32);
         self.place = [corner(rect.min), corner(rect.max)];
-        let delay = match is_waiting {
-            true => delay.min(FIGURES),
-            false => delay,
+        let delay = if is_waiting {
+            delay.min(FIGURES)
+        } else {
+            delay
         };
         self.interface_due = Instant::now().checked_add(delay);
         if has_read || self.message.as_ref().is_some_and(Message::is_old) {

@@ -58,12 +58,11 @@ pub fn handle(ui: &mut Ui, rect: Rect, session: &mut Session) {
 fn slide(drag: Vec2, arrow: Vec2, camera: &crate::scene::Camera, rect: Rect) -> f64 {
     let world_per_point = height_at_target(camera) / rect.height() as f64;
     let shortest = 0.25 * ARROW as f32 * rect.height();
-    match arrow.length() < shortest {
-        true => -drag.y as f64 * world_per_point,
-        false => {
-            let along = drag.dot(arrow) / arrow.length_sq();
-            along as f64 * ARROW * height_at_target(camera)
-        }
+    if arrow.length() < shortest {
+        -drag.y as f64 * world_per_point
+    } else {
+        let along = drag.dot(arrow) / arrow.length_sq();
+        along as f64 * ARROW * height_at_target(camera)
     }
 }
 

@@ -34,9 +34,10 @@ impl Document {
 
     /// Fails once nothing that could be made of it is wanted any more.
     pub fn check_wanted(&self) -> Result<()> {
-        match self.is_closed.load(Ordering::Relaxed) {
-            true => Err(Error::Interrupted),
-            false => Ok(()),
+        if self.is_closed.load(Ordering::Relaxed) {
+            Err(Error::Interrupted)
+        } else {
+            Ok(())
         }
     }
 }

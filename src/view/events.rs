@@ -39,10 +39,9 @@ impl ApplicationHandler<()> for App<'_> {
                 self.open(path);
             }
             WindowEvent::RedrawRequested => {
-                let drawn = stage.is_hidden().and_then(|hidden| match hidden {
-                    true => Ok(()),
-                    false => self.frame(),
-                });
+                let drawn = stage
+                    .is_hidden()
+                    .and_then(|hidden| if hidden { Ok(()) } else { self.frame() });
                 drawn.unwrap_or_else(|error| self.fail(event_loop, error));
             }
             _ if wants_frame => {

@@ -49,9 +49,10 @@ pub fn draw(ui: &Ui, rect: Rect, camera: &Camera, axes: Option<Axes>) {
 fn name(axis: usize, grows: bool, axes: Option<Axes>) -> String {
     match axes {
         Some(Axes(sides)) => {
-            let side: Anatomical = match grows {
-                true => sides[axis],
-                false => sides[axis].opposite(),
+            let side: Anatomical = if grows {
+                sides[axis]
+            } else {
+                sides[axis].opposite()
             };
             side.name()[..1].to_uppercase()
         }

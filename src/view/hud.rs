@@ -81,24 +81,21 @@ fn headline(live: &Live, report: &Report) -> String {
     let picture = &live.picture;
     let samples = live.engine.totals().samples;
     let doing = picture.doing();
-    match picture.is_moving() {
-        true => {
-            // No frame has been timed yet where the mean is 0.
-            let pace = match report.moving_ms() {
-                0.0 => doing.into(),
-                ms => format!("{:.0} frames/s", 1e3 / ms),
-            };
-            format!(
-                "{pace} at {:.0} % of the pixels",
-                100.0 * picture.scale.powi(2)
-            )
-        }
-        false if samples == 0 => doing.into(),
-        false if picture.relative_error.is_finite() => format!(
-            "{doing}: {samples} samples, error {:.1} %",
-            100.0 * picture.relative_error
-        ),
-        false => format!("{doing}: {samples} samples"),
+    if picture.is_moving() {
+        // No frame has been timed yet where the mean is 0.
+        let pace = match report.moving_ms() {
+            0.0 => doing.into(),
+            ms => format!("{:.0} frames/s", 1e3 / ms),
+        };
+        let pixels = 100.0 * picture.scale.powi(2);
+        format!("{pace} at {pixels:.0} % of the pixels")
+    } else if samples == 0 {
+        doing.into()
+    } else if picture.relative_error.is_finite() {
+        let error = 100.0 * picture.relative_error;
+        format!("{doing}: {samples} samples, error {error:.1} %")
+    } else {
+        format!("{doing}: {samples} samples")
     }
 }
 
@@ -106,9 +103,10 @@ fn headline(live: &Live, report: &Report) -> String {
 fn light(live: &Live) -> Option<String> {
     let cache = live.engine.renderer().cache()?;
     let cells = cache.memory.layout.active_nodes();
-    let error = match cache.relative_error.is_finite() {
-        true => format!("error {:.2} %", 100.0 * cache.relative_error),
-        false => "error unknown yet".into(),
+    let error = if cache.relative_error.is_finite() {
+        format!("error {:.2} %", 100.0 * cache.relative_error)
+    } else {
+        "error unknown yet".into()
     };
     let updates = cache.updates;
     Some(format!(
@@ -245,9 +243,10 @@ pub fn message(ui: &Ui, rect: Rect, message: &Message) -> bool {
     let mut is_closed = false;
     overlay(ui, "message", rect, Align2::CENTER_BOTTOM, |ui| {
         ui.set_max_width((rect.width() - 60.0).max(80.0));
-        let color = match message.is_error {
-            true => Color32::from_rgb(255, 150, 130),
-            false => Color32::from_gray(220),
+        let color = if message.is_error {
+            Color32::from_rgb(255, 150, 130)
+        } else {
+            Color32::from_gray(220)
         };
         ui.label(RichText::new(&message.text).color(color));
         if message.is_error {

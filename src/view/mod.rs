@@ -60,9 +60,10 @@ pub fn view(args: &ViewArgs) -> Result<u8> {
     app.end_build();
     ran.map_err(|e| DeviceError::Display(format!("the window system failed: {e}")))?;
     let status = app.finish()?;
-    match interrupt::is_interrupted() {
-        true => Ok(interrupt::status()),
-        false => Ok(status),
+    if interrupt::is_interrupted() {
+        Ok(interrupt::status())
+    } else {
+        Ok(status)
     }
 }
 

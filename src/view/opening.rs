@@ -144,9 +144,10 @@ impl App<'_> {
         let named = &self.args.scene.input;
         let is_named = path == named
             || matches!((path.canonicalize(), named.canonicalize()), (Ok(a), Ok(b)) if a == b);
-        match is_named {
-            true => self.args.scene.edits(),
-            false => Vec::new(),
+        if is_named {
+            self.args.scene.edits()
+        } else {
+            Vec::new()
         }
     }
 }

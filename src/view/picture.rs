@@ -143,9 +143,10 @@ impl Picture {
     fn tone_again(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
         let is_there = is_refined && engine.totals().samples > 0;
-        match is_there {
-            true => self.show(engine, shown)?,
-            false => self.restart(),
+        if is_there {
+            self.show(engine, shown)?
+        } else {
+            self.restart()
         }
         Ok(is_there)
     }
@@ -221,10 +222,12 @@ impl Picture {
             self.show(engine, shown)?;
             self.rays_shown = rays;
         }
-        self.doing = match light::cache_is_converged(engine) {
-            _ if rays < RAYS && light::shows_edges(engine) => Doing::marching(),
-            true => self.refining(engine)?,
-            false => Doing::Filling,
+        self.doing = if rays < RAYS && light::shows_edges(engine) {
+            Doing::marching()
+        } else if light::cache_is_converged(engine) {
+            self.refining(engine)?
+        } else {
+            Doing::Filling
         };
         Ok(is_better)
     }
@@ -264,9 +267,10 @@ impl Picture {
         }
         let totals = engine.totals();
         let is_trusted = totals.units >= UNITS_TO_TRUST;
-        let film = match is_trusted || self.refinement.is_some() {
-            true => Some(engine.renderer_mut().film()?),
-            false => None,
+        let film = if is_trusted || self.refinement.is_some() {
+            Some(engine.renderer_mut().film()?)
+        } else {
+            None
         };
         if let Some(film) = film.as_ref().filter(|_| is_trusted) {
             self.relative_error = relative_error_of(film);
@@ -281,9 +285,10 @@ impl Picture {
 
     /// Encodes the latest picture for display.
     fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
-        let film = match self.refinement.is_some() {
-            true => Some(engine.renderer_mut().film()?),
-            false => None,
+        let film = if self.refinement.is_some() {
+            Some(engine.renderer_mut().film()?)
+        } else {
+            None
         };
         self.show_film(engine, shown, film)
     }

@@ -43,9 +43,10 @@ pub fn steer(ui: &mut Ui, rect: Rect, session: &mut Session) {
 /// The pointer's way in points since the last frame, while something is dragged or has just been let go: in a slow frame,
 /// that way is long.
 pub fn last_drag(response: &Response, ui: &Ui) -> Vec2 {
-    match response.dragged() || response.drag_stopped() {
-        true => ui.input(|i| i.pointer.delta()),
-        false => Vec2::ZERO,
+    if response.dragged() || response.drag_stopped() {
+        ui.input(|i| i.pointer.delta())
+    } else {
+        Vec2::ZERO
     }
 }
 

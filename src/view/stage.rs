@@ -161,9 +161,10 @@ impl Stage {
     /// Shows pictures of this size from now on; one of another size is lost.
     pub fn resize_picture(&mut self, size: [u32; 2]) -> Result<()> {
         let [width, height] = size;
-        match size == self.picture_size() {
-            true => Ok(()),
-            false => self.images.shown.resize([width, height, 1]),
+        if size == self.picture_size() {
+            Ok(())
+        } else {
+            self.images.shown.resize([width, height, 1])
         }
     }
 

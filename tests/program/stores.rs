@@ -218,9 +218,10 @@ fn copying(folder: &Folder) -> Child {
 }
 
 fn names(folder: &Folder) -> Vec<String> {
-    match folder.path("c").exists() {
-        true => folder.names_in("c"),
-        false => Vec::new(),
+    if folder.path("c").exists() {
+        folder.names_in("c")
+    } else {
+        Vec::new()
     }
 }
 

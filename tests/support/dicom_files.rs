@@ -119,16 +119,18 @@ struct Elements {
 
 impl Elements {
     fn u16(self, word: u16) -> [u8; 2] {
-        match self.is_big {
-            true => word.to_be_bytes(),
-            false => word.to_le_bytes(),
+        if self.is_big {
+            word.to_be_bytes()
+        } else {
+            word.to_le_bytes()
         }
     }
 
     fn u32(self, long: u32) -> [u8; 4] {
-        match self.is_big {
-            true => long.to_be_bytes(),
-            false => long.to_le_bytes(),
+        if self.is_big {
+            long.to_be_bytes()
+        } else {
+            long.to_le_bytes()
         }
     }
 
@@ -328,9 +330,10 @@ fn jpeg_lossless(frame: &[u16], columns: usize) -> Vec<u8> {
         let size = 16 - magnitude.leading_zeros();
         put(size, 5, &mut bytes);
         if (1..16).contains(&size) {
-            let code = match difference < 0 {
-                true => (difference as i32 + (1 << size) - 1) as u32,
-                false => difference as u32,
+            let code = if difference < 0 {
+                (difference as i32 + (1 << size) - 1) as u32
+            } else {
+                difference as u32
             };
             put(code, size, &mut bytes);
         }

@@ -100,14 +100,13 @@ impl Tiff {
             let entries = self.entries(page, n == 0, &places);
             let mut placed = Vec::new();
             for entry in &entries {
-                let value = match entry.bytes.len() <= offset {
-                    true => [entry.bytes.clone(), vec![0; offset - entry.bytes.len()]].concat(),
-                    false => {
-                        file.resize(file.len().next_multiple_of(2), 0);
-                        let at = number(file.len() as u64, offset, endian);
-                        file.extend(&entry.bytes);
-                        at
-                    }
+                let value = if entry.bytes.len() <= offset {
+                    [entry.bytes.clone(), vec![0; offset - entry.bytes.len()]].concat()
+                } else {
+                    file.resize(file.len().next_multiple_of(2), 0);
+                    let at = number(file.len() as u64, offset, endian);
+                    file.extend(&entry.bytes);
+                    at
                 };
                 placed.push(value);
             }
@@ -197,9 +196,12 @@ impl Tiff {
                 None if self.pads_strips => y..y + down,
                 None => y..height.min(y + down),
             };
-            let pixel = |x: u32, y: u32| match x < width && y < height {
-                true => page.values[(y * width + x) as usize],
-                false => 0.0,
+            let pixel = |x: u32, y: u32| {
+                if x < width && y < height {
+                    page.values[(y * width + x) as usize]
+                } else {
+                    0.0
+                }
             };
             let row = |y: u32| Array {
                 dims: [across, 1, 1],

@@ -306,9 +306,10 @@ impl Grid {
         let stored: Vec<f64> = stored.map(|slot| values[slot]).collect();
         let is_real = matches!(array.voxel_type, VoxelType::F32 | VoxelType::F64);
         let is_half = self.is_half && is_real || self.kind == Some("half");
-        let plain = match is_half {
-            true => half(&stored),
-            false => numbers(array.voxel_type, &stored),
+        let plain = if is_half {
+            half(&stored)
+        } else {
+            numbers(array.voxel_type, &stored)
         };
         let packed = match self.compression & (ZIP | BLOSC) {
             0 => return out.extend(plain),

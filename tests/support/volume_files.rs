@@ -109,9 +109,10 @@ impl Array {
     }
 
     pub fn mha(&self, more: &str) -> Vec<u8> {
-        let body = match more.contains("CompressedData = True") {
-            true => zlib(&self.bytes()),
-            false => self.bytes(),
+        let body = if more.contains("CompressedData = True") {
+            zlib(&self.bytes())
+        } else {
+            self.bytes()
         };
         [self.meta_header(more, "LOCAL").as_bytes(), &body].concat()
     }

@@ -22,9 +22,10 @@ fn scan(slices: usize, is_ring: bool) -> Scan {
         let along = (z as f64 - (slices as f64 - 1.0) / 2.0) * SIDE as f64 / slices as f64;
         let across = (x as f64 - middle).hypot(y as f64 - middle);
         let from_middle = across.hypot(along);
-        let distance = match is_ring {
-            true => (across - 20.0).abs() * 3.0,
-            false => from_middle,
+        let distance = if is_ring {
+            (across - 20.0).abs() * 3.0
+        } else {
+            from_middle
         };
         (3000.0 - 100.0 * distance).max(0.0) as u16
     };
@@ -41,13 +42,14 @@ fn scan(slices: usize, is_ring: bool) -> Scan {
         columns: SIDE,
         ..Scan::ct()
     };
-    match is_ring {
-        false => scan,
-        true => scan.with_names().with(|common| {
+    if is_ring {
+        scan.with_names().with(|common| {
             common
                 .text((0x20, 0x0e), "UI", "1.2.3.4.2")
                 .text((8, 0x60), "CS", "MR")
-        }),
+        })
+    } else {
+        scan
     }
 }
 

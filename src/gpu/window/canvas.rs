@@ -104,9 +104,10 @@ impl Canvas {
             format: vk::Format::R8G8B8A8_UNORM,
         };
         Ok(Canvas {
-            pipeline: match memory.is_dry_run() {
-                true => None,
-                false => Some(pipeline(memory.device(), surface.format.format)?),
+            pipeline: if memory.is_dry_run() {
+                None
+            } else {
+                Some(pipeline(memory.device(), surface.format.format)?)
             },
             vertices: Buffer::new(memory, vertices)?,
             indices: Buffer::new(memory, indices)?,

@@ -20,10 +20,14 @@ const LEAST: f32 = 0.01;
 /// alpha), where all rays go through their middles.
 pub fn seen(depth: &[f32], texels: &[[f32; 4]]) -> Vec<Seen> {
     let pixels = depth.iter().zip(texels);
-    let seen = pixels.map(|(depth, &[_, _, _, coverage])| match depth.is_finite() {
-        true => Seen::Surface,
-        false if coverage < LEAST => Seen::Background,
-        false => Seen::Medium,
+    let seen = pixels.map(|(depth, &[_, _, _, coverage])| {
+        if depth.is_finite() {
+            Seen::Surface
+        } else if coverage < LEAST {
+            Seen::Background
+        } else {
+            Seen::Medium
+        }
     });
     seen.collect()
 }

@@ -49,9 +49,10 @@ pub fn subjects(args: &BenchArgs, host: &Host, opened: &Opened) -> Result<Vec<Su
         ));
     }
     let several = models.len() > 1;
-    let models: Vec<Option<ShadingModel>> = match models.is_empty() {
-        true => vec![None],
-        false => models.into_iter().map(Some).collect(),
+    let models: Vec<Option<ShadingModel>> = if models.is_empty() {
+        vec![None]
+    } else {
+        models.into_iter().map(Some).collect()
     };
     models
         .into_iter()
@@ -84,9 +85,10 @@ impl Subject {
             skipped: Vec::new(),
         };
         let named = args.variants();
-        let variants = match named.is_empty() {
-            true => &DEFAULT[..],
-            false => &named[..],
+        let variants = if named.is_empty() {
+            &DEFAULT[..]
+        } else {
+            &named[..]
         };
         for variant in variants {
             match subject.entrant(host, &opened.volume, variant) {

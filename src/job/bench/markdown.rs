@@ -32,9 +32,10 @@ pub fn page(report: &Report, plotted: &[String]) -> String {
 fn sections(report: &Report, subject: &SubjectReport, plotted: &[String]) -> String {
     let plot = |name: &str, what: &str| {
         let file = format!("{}{name}", subject.prefix);
-        match plotted.contains(&file) {
-            true => format!("\n![{what}]({file})\n"),
-            false => String::new(),
+        if plotted.contains(&file) {
+            format!("\n![{what}]({file})\n")
+        } else {
+            String::new()
         }
     };
     [
@@ -47,9 +48,10 @@ fn sections(report: &Report, subject: &SubjectReport, plotted: &[String]) -> Str
         frames(subject),
         memory(subject),
         passes(subject),
-        match subject.similarity.is_empty() {
-            true => String::new(),
-            false => similarity(report, subject) + &plot(SIMILARITY_TIME, "Similarity over time"),
+        if subject.similarity.is_empty() {
+            String::new()
+        } else {
+            similarity(report, subject) + &plot(SIMILARITY_TIME, "Similarity over time")
         },
         cache_settings(&subject.cache_settings),
         skipped(subject),
@@ -167,9 +169,10 @@ fn over_time(report: &Report, subject: &SubjectReport) -> String {
 
 /// A remark on a picture that came late.
 fn late(point: &Point) -> String {
-    match point.is_late() {
-        true => format!(" (at {:.2} s)", point.seconds),
-        false => String::new(),
+    if point.is_late() {
+        format!(" (at {:.2} s)", point.seconds)
+    } else {
+        String::new()
     }
 }
 
@@ -367,9 +370,10 @@ fn cache_settings(settings: &[CacheSetting]) -> String {
 
 fn skipped(subject: &SubjectReport) -> String {
     let lines = subject.skipped.iter().map(|why| format!("- {why}\n"));
-    match subject.skipped.is_empty() {
-        true => String::new(),
-        false => format!("\n## Not possible here\n\n{}", lines.collect::<String>()),
+    if subject.skipped.is_empty() {
+        String::new()
+    } else {
+        format!("\n## Not possible here\n\n{}", lines.collect::<String>())
     }
 }
 

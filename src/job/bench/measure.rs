@@ -35,13 +35,15 @@ pub fn measure(
     let cache = run.cache();
     let passes = figures::passes(run.engine.timings(), bench.peak.as_ref());
     let is_warm = run.fill_everywhere()?;
-    let (orbit, new_view) = match is_warm {
-        true => (Some(run.orbit()?), run.new_view(bench)?),
-        false => (None, NewView::default()),
+    let (orbit, new_view) = if is_warm {
+        (Some(run.orbit()?), run.new_view(bench)?)
+    } else {
+        (None, NewView::default())
     };
-    let isovalue = match is_warm {
-        true => run.dragged_isovalue(bench)?,
-        false => None,
+    let isovalue = if is_warm {
+        run.dragged_isovalue(bench)?
+    } else {
+        None
     };
     let edit = edits::measure(&mut run.engine)?;
     let (points, snapshots): (Vec<Point>, Vec<Snapshot>) = snapshots.into_iter().unzip();

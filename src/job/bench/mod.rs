@@ -158,12 +158,13 @@ impl Bench<'_> {
             Some(image) => Reference::given(image, self.args, subject)?,
             None => Reference::render(self, subject, Rays::Anywhere)?,
         };
-        let centres = match subject.has_cache() && !is_interrupted() {
-            true => match Reference::render(self, subject, Rays::Centres) {
+        let centres = if subject.has_cache() && !is_interrupted() {
+            match Reference::render(self, subject, Rays::Centres) {
                 Err(Error::Interrupted) => None,
                 rendered => Some(rendered?),
-            },
-            false => None,
+            }
+        } else {
+            None
         };
         let references = References {
             picture: &reference,
@@ -194,9 +195,10 @@ impl Bench<'_> {
             }
             runs.push(run);
         }
-        let cache_settings = match subject.has_cache() && !is_interrupted() {
-            true => cache_settings::measure(self, subject, &runs, &mut skipped)?,
-            false => Vec::new(),
+        let cache_settings = if subject.has_cache() && !is_interrupted() {
+            cache_settings::measure(self, subject, &runs, &mut skipped)?
+        } else {
+            Vec::new()
         };
         Ok(SubjectReport {
             shading: subject.shading,
@@ -249,14 +251,15 @@ impl Bench<'_> {
             return Ok(());
         };
         let needed = layout.active_nodes() as f64 / rate;
-        match needed <= self.longest().as_secs_f64() {
-            true => Ok(()),
-            false => Err(format!(
+        if needed <= self.longest().as_secs_f64() {
+            Ok(())
+        } else {
+            Err(format!(
                 "{}: a path for each of its {} cells takes {needed:.0} s or more; give --seconds a \
                  longer time",
                 entrant.word,
                 layout.active_nodes()
-            )),
+            ))
         }
     }
 

@@ -149,12 +149,11 @@ fn draw(plot: &Plot) -> Result<String> {
         y: [low, high],
     } = plot.span;
     let times = (left / 1.3..right * 1.3).log_scale();
-    let drawn = match plot.is_logarithmic {
-        true => {
-            let values = (low / 1.6..high * 1.6).log_scale();
-            on_axes(&area, times, values, plot, &scientific)
-        }
-        false => on_axes(&area, times, low - 2.0..high + 2.0, plot, &plain),
+    let drawn = if plot.is_logarithmic {
+        let values = (low / 1.6..high * 1.6).log_scale();
+        on_axes(&area, times, values, plot, &scientific)
+    } else {
+        on_axes(&area, times, low - 2.0..high + 2.0, plot, &plain)
     };
     drawn.map_err(|e| Error::value(format!("a plot could not be drawn: {e}")))?;
     drop(area);
@@ -208,14 +207,11 @@ where
     }
     for curve in curves {
         let points = || curve.points.iter().copied();
-        match curve.is_dashed {
-            true => {
-                let style = curve.color.stroke_width(2);
-                chart.draw_series(DashedLineSeries::new(points(), 6, 4, style))?;
-            }
-            false => {
-                chart.draw_series(LineSeries::new(points(), curve.color.stroke_width(2)))?;
-            }
+        if curve.is_dashed {
+            let style = curve.color.stroke_width(2);
+            chart.draw_series(DashedLineSeries::new(points(), 6, 4, style))?;
+        } else {
+            chart.draw_series(LineSeries::new(points(), curve.color.stroke_width(2)))?;
         }
         chart.draw_series(points().map(|p| Circle::new(p, 3, curve.color.filled())))?;
     }
@@ -235,9 +231,10 @@ fn key<'a>(
     for ((name, color, is_dashed), row) in names.zip(0..) {
         let y = 24 + 22 * row;
         let to = |x: i32| (left + x, y);
-        let strokes = match is_dashed {
-            true => vec![[to(0), to(9)], [to(15), to(24)]],
-            false => vec![[to(0), to(24)]],
+        let strokes = if is_dashed {
+            vec![[to(0), to(9)], [to(15), to(24)]]
+        } else {
+            vec![[to(0), to(24)]]
         };
         for stroke in strokes {
             area.draw(&PathElement::new(stroke.to_vec(), color.stroke_width(2)))?;

@@ -35,15 +35,16 @@ pub enum Rays {
 
 pub fn check_size(given: &LinearImage, scene: &Scene) -> Result<()> {
     let [width, height] = scene.render.size;
-    match (given.width, given.height) == (width as usize, height as usize) {
-        true => Ok(()),
-        false => Err(Error::input(
+    if (given.width, given.height) == (width as usize, height as usize) {
+        Ok(())
+    } else {
+        Err(Error::input(
             Place::file(&given.name),
             format!(
                 "the reference has {}x{} pixels, the scene {width}x{height}; give --size {}x{}",
                 given.width, given.height, given.width, given.height
             ),
-        )),
+        ))
     }
 }
 

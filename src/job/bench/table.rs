@@ -43,9 +43,10 @@ impl Table {
 }
 
 pub fn decibels(psnr: f64) -> String {
-    match psnr.is_finite() {
-        true => format!("{psnr:.1}"),
-        false => "∞".into(),
+    if psnr.is_finite() {
+        format!("{psnr:.1}")
+    } else {
+        "∞".into()
     }
 }
 

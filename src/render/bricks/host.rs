@@ -46,9 +46,10 @@ impl HostBricks {
         let volume = volume.in_any_order()?;
         let line_bytes = layout.side as usize * volume.stored.bytes();
         Ok(HostBricks {
-            together: match volume.is_in_runs() {
-                true => (LINE_BYTES / line_bytes).max(1) as u32,
-                false => 1,
+            together: if volume.is_in_runs() {
+                (LINE_BYTES / line_bytes).max(1) as u32
+            } else {
+                1
             },
             volume,
             layout,

@@ -180,9 +180,10 @@ impl VolumeBricks {
         state.work = state.work.max(1);
         let words = state.take_reads();
         state.tell(&words);
-        match begins_anew {
-            true => frame.run(|f| f.zero(&self.done)),
-            false => Ok(()),
+        if begins_anew {
+            frame.run(|f| f.zero(&self.done))
+        } else {
+            Ok(())
         }
     }
 

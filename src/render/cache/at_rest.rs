@@ -18,9 +18,10 @@ pub enum AtRest {
 
 impl AtRest {
     pub fn new(passes: &PassCompiler<'_>) -> Result<AtRest> {
-        Ok(match passes.features.is_marched() {
-            true => AtRest::March(CameraMarch::new(passes)?),
-            false => AtRest::Tracking(DeltaTracking::through_cache(passes)?),
+        Ok(if passes.features.is_marched() {
+            AtRest::March(CameraMarch::new(passes)?)
+        } else {
+            AtRest::Tracking(DeltaTracking::through_cache(passes)?)
         })
     }
 

@@ -38,9 +38,12 @@ impl CameraMarch {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         // The shader of paths takes longer to compile than that of the march.
         let (tails, pass) = rayon::join(
-            || match passes.features.has_tails() {
-                true => TailTracking::new(passes).map(Some),
-                false => Ok(None),
+            || {
+                if passes.features.has_tails() {
+                    TailTracking::new(passes).map(Some)
+                } else {
+                    Ok(None)
+                }
             },
             || passes.compile::<CameraMarchPush>("camera_march"),
         );

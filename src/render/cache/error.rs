@@ -49,8 +49,9 @@ fn relative_difference(before: &[[f32; 4]], after: &[[f32; 4]]) -> f64 {
     let squares: f64 = differences.map(|d| d * d).sum();
     let sum: f64 = after.iter().map(|texel| f64::from(texel[3])).sum();
     let count = after.len() as f64;
-    match sum > 0.0 {
-        true => (squares / (3.0 * count)).sqrt() / (sum / count),
-        false => 0.0,
+    if sum > 0.0 {
+        (squares / (3.0 * count)).sqrt() / (sum / count)
+    } else {
+        0.0
     }
 }

@@ -30,9 +30,10 @@ pub fn longest_stride(scene: &GpuScene) -> Option<u32> {
     let brick = (0..3)
         .map(|a| BRICK as f32 * c.cache_step[a] * c.spacing[a])
         .fold(f32::INFINITY, f32::min);
-    let farthest = match scene.parts.view.is_orthographic {
-        true => 1.0,
-        false => length(c.eye) + length(c.half_extent),
+    let farthest = if scene.parts.view.is_orthographic {
+        1.0
+    } else {
+        length(c.eye) + length(c.half_extent)
     };
     let pixel = 2.0 * length(c.up) * farthest / c.size[1] as f32;
     Some((brick / pixel) as u32).filter(|&stride| stride > 0)
@@ -53,9 +54,10 @@ pub struct Focus {
 impl Focus {
     /// The same share for all bricks of a cache, none of which has had a path.
     pub fn everywhere(layout: &CacheLayout) -> Focus {
-        let first_nodes = match layout.begins_coarse() {
-            true => COARSE_NODES,
-            false => NODES,
+        let first_nodes = if layout.begins_coarse() {
+            COARSE_NODES
+        } else {
+            NODES
         };
         Focus::of(layout.active.len(), first_nodes)
     }
@@ -96,9 +98,10 @@ impl Focus {
         let typical = 0.999 * squares / sum;
         for ((halvings, weight), in_sight) in self.halvings.iter_mut().zip(weights).zip(in_sight) {
             let wanted = (typical / weight).log2().ceil();
-            *halvings = match in_sight {
-                true => wanted.clamp(0.0, f64::from(MOST_HALVINGS)) as u8,
-                false => OUT_OF_SIGHT,
+            *halvings = if *in_sight {
+                wanted.clamp(0.0, f64::from(MOST_HALVINGS)) as u8
+            } else {
+                OUT_OF_SIGHT
             };
         }
     }

@@ -68,9 +68,10 @@ impl CacheMemory {
             volumetric: true,
             written: true,
             zeroed: true,
-            format: match layout.is_f16 {
-                true => Format::R16G16B16A16_SFLOAT,
-                false => Format::R32G32B32A32_SFLOAT,
+            format: if layout.is_f16 {
+                Format::R16G16B16A16_SFLOAT
+            } else {
+                Format::R32G32B32A32_SFLOAT
             },
         };
         let on_device = |name, bytes| BufferDesc {

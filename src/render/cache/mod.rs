@@ -118,17 +118,20 @@ impl Cache {
             at_rest: at_rest?,
             tracking: tracking?,
             ray_march: ray_march?,
-            cut_cubes: match passes.features.full_light {
-                true => Some(CutCubes::new(passes)?),
-                false => None,
+            cut_cubes: if passes.features.full_light {
+                Some(CutCubes::new(passes)?)
+            } else {
+                None
             },
-            rim_cubes: match passes.features.has_rim_cubes {
-                true => Some(RimCubes::new(passes)?),
-                false => None,
+            rim_cubes: if passes.features.has_rim_cubes {
+                Some(RimCubes::new(passes)?)
+            } else {
+                None
             },
-            reflectance: match passes.features.has_reflectance_table() {
-                true => Some(SurfaceReflectance::new(passes)?),
-                false => None,
+            reflectance: if passes.features.has_reflectance_table() {
+                Some(SurfaceReflectance::new(passes)?)
+            } else {
+                None
             },
             focus_stride: focus_stride(scene),
             is_wide: false,
@@ -315,9 +318,10 @@ impl Cache {
         }
         let took = began.elapsed();
         self.took += took;
-        let pace = match self.memory.layout.gathers && gathers(before, samples) {
-            true => &mut self.gathering,
-            false => &mut self.tracing,
+        let pace = if self.memory.layout.gathers && gathers(before, samples) {
+            &mut self.gathering
+        } else {
+            &mut self.tracing
         };
         pace.add(finished, took);
         let is_over = samples > 0 || !self.focus.lags(self.updates);
@@ -341,10 +345,10 @@ impl Cache {
         if self.updates == 0 {
             self.focus = Focus::everywhere(&self.memory.layout);
             // The light of an older scene is not marked as a guess, and must not be read.
-            self.focus.all_from = match self.is_blank {
-                true if !self.roams => None,
-                true => Some(doubling(0) + 1),
-                false => Some(1),
+            self.focus.all_from = if !self.is_blank {
+                Some(1)
+            } else {
+                self.roams.then(|| doubling(0) + 1)
             };
         }
         self.outlook.has_looked = true;

@@ -61,9 +61,10 @@ impl NodeTracking {
         left: impl Iterator<Item = [u32; 2]>,
     ) -> Result<()> {
         self.work_list = WorkList::new(cache, left);
-        self.half = match self.work_list.gathers() {
-            true => 0,
-            false => BOTH_HALVES,
+        self.half = if self.work_list.gathers() {
+            0
+        } else {
+            BOTH_HALVES
         };
         self.take_portion(cache);
         self.queue.restart(frame, r, Items::NONE)

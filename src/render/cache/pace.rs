@@ -43,9 +43,10 @@ pub fn doubling(updates: u32) -> u32 {
 
 /// What the paths of nodes that have had `updates` are worth, where nodes gather if `gathers`.
 pub fn history(updates: u32, gathers: bool) -> f64 {
-    match gathers {
-        true => worth(updates),
-        false => f64::from(updates),
+    if gathers {
+        worth(updates)
+    } else {
+        f64::from(updates)
     }
 }
 

@@ -32,9 +32,10 @@ impl Cache {
     pub fn seconds_per_update(&self) -> f64 {
         let samples = doubling(self.updates);
         let gathers = gathers(self.updates, samples);
-        let expected = match gathers {
-            true => self.pace_of_gathering(),
-            false => &self.tracing,
+        let expected = if gathers {
+            self.pace_of_gathering()
+        } else {
+            &self.tracing
         };
         let paths = self.focus.paths_to(self.updates + samples);
         expected.seconds_per_path() * paths as f64 / f64::from(samples)
@@ -42,9 +43,10 @@ impl Cache {
 
     /// The pace of batches in which nodes gather; that of the others as long as there was none.
     fn pace_of_gathering(&self) -> &Pace {
-        match self.gathering.is_known() {
-            true => &self.gathering,
-            false => &self.tracing,
+        if self.gathering.is_known() {
+            &self.gathering
+        } else {
+            &self.tracing
         }
     }
 

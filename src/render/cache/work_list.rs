@@ -92,9 +92,10 @@ impl WorkList {
         let mut turns = Vec::new();
         for job in &self.jobs[self.done..] {
             let parts = parts_of(job.samples);
-            let nodes = match job.is_coarse {
-                true => COARSE_NODES,
-                false => fine_nodes,
+            let nodes = if job.is_coarse {
+                COARSE_NODES
+            } else {
+                fine_nodes
             };
             if parts * nodes > room {
                 break;

@@ -107,12 +107,13 @@ impl CacheLayout {
     ) -> Result<CacheLayout> {
         let wanted = CacheLayout::new(dims, occupancy, self.scale, self.format(), most_texels)?;
         let idle = 1.0 - wanted.active.len() as f64 / self.active.len() as f64;
-        Ok(match self.covers(&wanted) && idle <= MOST_IDLE {
-            true => CacheLayout {
+        Ok(if self.covers(&wanted) && idle <= MOST_IDLE {
+            CacheLayout {
                 meets_faces: wanted.meets_faces,
                 ..self.clone()
-            },
-            false => wanted,
+            }
+        } else {
+            wanted
         })
     }
 
@@ -129,9 +130,10 @@ impl CacheLayout {
     }
 
     pub fn format(&self) -> CacheFormat {
-        match self.is_f16 {
-            true => CacheFormat::F16,
-            false => CacheFormat::F32,
+        if self.is_f16 {
+            CacheFormat::F16
+        } else {
+            CacheFormat::F32
         }
     }
 
@@ -210,13 +212,15 @@ impl CacheLayout {
     pub fn may_have_rims(&self, parts: &Parts) -> bool {
         let steps = self.step.iter().zip(&parts.field.spacing);
         let sides: Vec<f32> = steps.map(|(step, voxel)| step * voxel).collect();
-        let at_faces = match self.meets_faces {
-            true => sides.iter().copied().fold(0.0, f32::max),
-            false => 0.0,
+        let at_faces = if self.meets_faces {
+            sides.iter().copied().fold(0.0, f32::max)
+        } else {
+            0.0
         };
-        let at_clips = match parts.clips.is_empty() {
-            true => 0.0,
-            false => sides.iter().map(|side| side * side).sum::<f32>().sqrt(),
+        let at_clips = if parts.clips.is_empty() {
+            0.0
+        } else {
+            sides.iter().map(|side| side * side).sum::<f32>().sqrt()
         };
         let densest = parts.medium.largest_extinction();
         densest * at_clips.max(at_faces) > RIM_DEPTH
@@ -270,10 +274,7 @@ fn active_bricks(bricks: [u32; 3], step: [f32; 3], occupancy: &Occupancy) -> Vec
 fn places(bricks: u32, most: u32) -> Option<[u32; 3]> {
     let bricks = bricks.max(1);
     let cube = (bricks as f64).cbrt().ceil() as u32;
-    let widest = match 3 * cube <= most {
-        true => most / 3,
-        false => most,
-    };
+    let widest = if 3 * cube <= most { most / 3 } else { most };
     let widths = (cube..=(2 * cube).min(widest)).chain([widest.min(bricks)]);
     let boxes = widths.flat_map(|width| {
         let square = ((bricks as f64 / width as f64).sqrt().ceil() as u32).clamp(1, most);

@@ -91,9 +91,10 @@ impl Occupancy {
 /// of the transfer function within it.
 fn scatters(range: [f32; 2], medium: &Medium) -> bool {
     let transfer = &medium.transfer;
-    let rounding = match range[0] < range[1] {
-        true => 1e-6 * range[0].abs().max(range[1].abs()),
-        false => 0.0,
+    let rounding = if range[0] < range[1] {
+        1e-6 * range[0].abs().max(range[1].abs())
+    } else {
+        0.0
     };
     let [low, high] = [range[0] - rounding, range[1] + rounding];
     let within = |p: &&TransferPoint| p.value >= low && p.value <= high;

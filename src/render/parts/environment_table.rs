@@ -25,9 +25,10 @@ pub fn build(image: &EnvironmentImage) -> EnvironmentTable {
     let weights = weights(image, cells);
     let total: f64 = weights.iter().sum();
     // A black image still needs a valid distribution.
-    let probabilities: Vec<f64> = match total > 0.0 {
-        true => weights.iter().map(|w| w / total).collect(),
-        false => vec![1.0 / weights.len() as f64; weights.len()],
+    let probabilities: Vec<f64> = if total > 0.0 {
+        weights.iter().map(|w| w / total).collect()
+    } else {
+        vec![1.0 / weights.len() as f64; weights.len()]
     };
     let (keep, alias) = alias_method(&probabilities);
     let sky = (0..probabilities.len())

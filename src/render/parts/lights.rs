@@ -172,10 +172,11 @@ impl Lights {
         suns.map(|(a, b)| (a.irradiance, b.irradiance))
             .chain([(self.environment, other.environment)])
             .all(|(a, b)| is_scaled(a, b))
-            && images.into_iter().all(|(a, b)| match Arc::ptr_eq(a, b) {
-                // An image shared by both is not compared texel by texel: it is scaled by 1, or not at all.
-                true => is_scaled(a.mean, b.mean),
-                false => {
+            && images.into_iter().all(|(a, b)| {
+                if Arc::ptr_eq(a, b) {
+                    // An image shared by both is not compared texel by texel: it is scaled by 1, or not at all.
+                    is_scaled(a.mean, b.mean)
+                } else {
                     let mut texels = a.image.texels.iter().zip(b.image.texels.iter());
                     texels.all(|(&a, &b)| is_scaled(a, b))
                 }

@@ -100,10 +100,11 @@ impl Medium {
             };
             [first as f32, (last - first + 1) as f32, 0.0, 0.0]
         });
-        match per_value > 0.0 {
-            true => candidates.collect(),
+        if per_value > 0.0 {
+            candidates.collect()
+        } else {
             // All points are at one value.
-            false => vec![[0.0, segments as f32, 0.0, 0.0]; TRANSFER_BINS as usize],
+            vec![[0.0, segments as f32, 0.0, 0.0]; TRANSFER_BINS as usize]
         }
     }
 

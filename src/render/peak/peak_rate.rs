@@ -127,9 +127,10 @@ impl Kernels {
 
 /// Extent of a volume larger than the caches: 256 MiB on a GPU and 64 MiB on a CPU, or a sixteenth of the memory.
 fn large_extent(budget: u64, is_software: bool) -> [u32; 3] {
-    let mut extent = match is_software {
-        true => [256, 512, 512],
-        false => [512, 512, 1024],
+    let mut extent = if is_software {
+        [256, 512, 512]
+    } else {
+        [512, 512, 1024]
     };
     while extent.iter().map(|&n| u64::from(n)).product::<u64>() > budget / 16 && extent[2] > 1 {
         extent[2] /= 2;

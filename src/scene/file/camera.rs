@@ -40,9 +40,10 @@ impl SceneFile {
             self.direction("camera.up", up)?;
         }
         let is_known = |view: View| view.towards_eye(None).is_some();
-        match table.eye.is_some() || table.view.is_some_and(is_known) {
-            true => self.camera([1.0; 3], None, 1.0).map(drop),
-            false => Ok(()),
+        if table.eye.is_some() || table.view.is_some_and(is_known) {
+            self.camera([1.0; 3], None, 1.0).map(drop)
+        } else {
+            Ok(())
         }
     }
 
@@ -109,16 +110,15 @@ impl SceneFile {
         }
         let camera = Camera::framing(extent, target, towards_eye, up, projection, aspect);
         let eye = self.triple("camera.eye", camera.eye, FINITE);
-        match eye.is_ok_and(|eye| eye != target) {
-            true => Ok(camera),
-            false => {
-                let missing = format!(
-                    "missing, and the whole box is seen from {:?}; expected a point other than target, \
+        if eye.is_ok_and(|eye| eye != target) {
+            Ok(camera)
+        } else {
+            let missing = format!(
+                "missing, and the whole box is seen from {:?}; expected a point other than target, \
                      within ±3e38",
-                    camera.eye
-                );
-                Err(self.origins.error("camera.eye", missing))
-            }
+                camera.eye
+            );
+            Err(self.origins.error("camera.eye", missing))
         }
     }
 

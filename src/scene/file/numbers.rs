@@ -82,8 +82,9 @@ impl SceneFile {
 
 /// A number as one would type it.
 fn figure(value: f64) -> String {
-    match value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite() {
-        true => value.to_string(),
-        false => format!("{value:e}"),
+    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite() {
+        value.to_string()
+    } else {
+        format!("{value:e}")
     }
 }

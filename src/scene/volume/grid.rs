@@ -75,20 +75,20 @@ impl Grid {
 
     /// Converts a box between the volume's order of slices and the source's.
     fn turned(&self, region: Region) -> Region {
-        match self.is_mirrored {
-            true => region.mirrored(self.dims()[2]),
-            false => region,
+        if self.is_mirrored {
+            region.mirrored(self.dims()[2])
+        } else {
+            region
         }
     }
 
     /// Converts voxels as the source has them into stored values. Returns the largest change by rounding.
     fn place(&self, voxels: &[u8], stored: &mut [u8]) -> Parsed<f64> {
-        let rounding = match self.conversion.is_none() {
-            true => {
-                stored.copy_from_slice(voxels);
-                0.0
-            }
-            false => self.conversion.convert(voxels, stored)?,
+        let rounding = if self.conversion.is_none() {
+            stored.copy_from_slice(voxels);
+            0.0
+        } else {
+            self.conversion.convert(voxels, stored)?
         };
         self.fill_infinite(stored);
         Ok(rounding)
@@ -162,16 +162,17 @@ impl Reader<'_> {
         let grid = self.grid;
         let fits = region.lies_within(grid.dims())
             && bytes.len() == region.voxels() * grid.stored().bytes();
-        let read = match fits {
-            true => self.fill(region, bytes),
-            false => Err(format!(
+        let read = if fits {
+            self.fill(region, bytes)
+        } else {
+            Err(format!(
                 "{} bytes were to hold {:?} voxels from {:?} on of a volume of {:?}, expected the size \
                  of a region inside it",
                 bytes.len(),
                 region.dims,
                 region.low,
                 grid.dims()
-            )),
+            ))
         };
         read.map_err(|fault| Error::input(Place::file(&grid.name), fault))
     }

@@ -39,9 +39,10 @@ pub(super) struct Part {
 
 impl Macrocells {
     pub fn new(dims: [u32; 3], is_mirrored: bool) -> Macrocells {
-        let lead = match is_mirrored {
-            true => SIZE - dims[2] as usize % SIZE,
-            false => 1,
+        let lead = if is_mirrored {
+            SIZE - dims[2] as usize % SIZE
+        } else {
+            1
         };
         Macrocells {
             dims,

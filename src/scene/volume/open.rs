@@ -50,10 +50,13 @@ impl Volume {
         let stores = stores.map(|stores| (stores, path));
         let version = version_at(path);
         format::read(path, overrides)
-            .and_then(|header| match version_at(path) == version {
-                true => open(header, overrides, &name, reading, stores),
-                // The header may belong to other voxels.
-                false => Err(HAS_CHANGED.into()),
+            .and_then(|header| {
+                if version_at(path) == version {
+                    open(header, overrides, &name, reading, stores)
+                } else {
+                    // The header may belong to other voxels.
+                    Err(HAS_CHANGED.into())
+                }
             })
             .map_err(|fault| Error::input(Place::file(&name), fault))
     }
@@ -227,12 +230,13 @@ fn check_spacing(spacing: [f64; 3]) -> Parsed<()> {
 }
 
 fn check_range(range: [f64; 2]) -> Parsed<()> {
-    match range.iter().all(|value| (*value as f32).is_finite()) {
-        true => Ok(()),
-        false => Err(format!(
+    if range.iter().all(|value| (*value as f32).is_finite()) {
+        Ok(())
+    } else {
+        Err(format!(
             "values reach from {:e} to {:e}, expected them within float32",
             range[0], range[1]
-        )),
+        ))
     }
 }
 

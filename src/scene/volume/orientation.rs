@@ -192,13 +192,14 @@ impl Orientation {
 
 /// Fails if two axes, whose angle has this cosine, are sheared.
 pub(super) fn check_right_angle(names: &str, cosine: f64) -> std::result::Result<(), String> {
-    match cosine.abs() > SHEAR {
-        true => Err(format!(
+    if cosine.abs() > SHEAR {
+        Err(format!(
             "axes {names} are sheared: {:.2} degrees apart, expected 90; resample the volume to a \
              rectangular grid",
             cosine.clamp(-1.0, 1.0).acos().to_degrees()
-        )),
-        false => Ok(()),
+        ))
+    } else {
+        Ok(())
     }
 }
 

@@ -37,9 +37,10 @@ impl Reading {
 
     pub(super) fn advance(&self, bytes: u64) -> Parsed<()> {
         self.done.fetch_add(bytes, Ordering::Relaxed);
-        match self.is_stopped.load(Ordering::Relaxed) {
-            true => Err("reading was cancelled".into()),
-            false => Ok(()),
+        if self.is_stopped.load(Ordering::Relaxed) {
+            Err("reading was cancelled".into())
+        } else {
+            Ok(())
         }
     }
 

@@ -41,9 +41,10 @@ impl Storage {
         if self.channels.len() > 1 {
             let names = self.channels.iter().filter(|name| !name.is_empty());
             let names: Vec<&str> = names.map(String::as_str).collect();
-            let names = match names.is_empty() {
-                true => String::new(),
-                false => format!(" ({})", names.join(", ")),
+            let names = if names.is_empty() {
+                String::new()
+            } else {
+                format!(" ({})", names.join(", "))
             };
             lines.push(("channel", of(self.channel, self.channels.len()) + &names));
         }

@@ -154,9 +154,10 @@ impl Stored for f32 {
     }
 
     fn or_lowest(self) -> f32 {
-        match self.is_finite() {
-            true => self,
-            false => f32::NEG_INFINITY,
+        if self.is_finite() {
+            self
+        } else {
+            f32::NEG_INFINITY
         }
     }
 

@@ -27,9 +27,10 @@ pub enum Endian {
 
 impl Endian {
     /// The byte order of this machine.
-    pub const NATIVE: Endian = match cfg!(target_endian = "big") {
-        true => Endian::Big,
-        false => Endian::Little,
+    pub const NATIVE: Endian = if cfg!(target_endian = "big") {
+        Endian::Big
+    } else {
+        Endian::Little
     };
 
     /// A whole number of up to 8 bytes.

@@ -51,9 +51,10 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
 /// Controls for a light's colour and, separately, its brightness.
 fn brightness(ui: &mut Ui, name: &str, rgb: &mut [f64; 3], most: f64) {
     let bright = rgb.iter().copied().fold(0.0, f64::max);
-    let mut hue = match bright > 0.0 {
-        true => rgb.map(|c| c / bright),
-        false => [1.0; 3],
+    let mut hue = if bright > 0.0 {
+        rgb.map(|c| c / bright)
+    } else {
+        [1.0; 3]
     };
     let mut wanted = bright;
     ui.horizontal(|ui| {
@@ -96,9 +97,10 @@ fn ball(ui: &mut Ui, sun: &mut DirectionalLight, [forward, right, up]: [DVec3; 3
     painter.line_segment([center, place], Stroke::new(1.0, Color32::GRAY));
     let bright = sun.irradiance.iter().copied().fold(1e-9, f64::max);
     let filled = display(sun.irradiance.map(|c| c / bright));
-    match is_behind {
-        true => painter.circle_stroke(place, 5.0, Stroke::new(2.0, filled)),
-        false => painter.circle_filled(place, 6.0, filled),
+    if is_behind {
+        painter.circle_stroke(place, 5.0, Stroke::new(2.0, filled))
+    } else {
+        painter.circle_filled(place, 6.0, filled)
     };
     response.on_hover_text("where the light comes from; a ring: from behind");
 }

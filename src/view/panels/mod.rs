@@ -119,9 +119,10 @@ fn slider(ui: &mut Ui, name: &str, value: &mut f64, [low, high]: [f64; 2], logar
 /// A number for a field of the panels, which has room for ten characters or so.
 fn figure(value: f64, decimals: RangeInclusive<usize>) -> String {
     let is_long = value != 0.0 && !(1e-4..1e7).contains(&value.abs());
-    match is_long {
-        true => format!("{value:.3e}"),
-        false => egui::emath::format_with_decimals_in_range(value, decimals),
+    if is_long {
+        format!("{value:.3e}")
+    } else {
+        egui::emath::format_with_decimals_in_range(value, decimals)
     }
 }
 

@@ -97,9 +97,10 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
 
 impl Look {
     fn value(&self, value: f64, [low, high]: [f64; 2]) -> f64 {
-        match self.is_ct {
-            true => value,
-            false => low + value * (high - low),
+        if self.is_ct {
+            value
+        } else {
+            low + value * (high - low)
         }
     }
 

@@ -83,9 +83,10 @@ fn row(ui: &mut Ui, Preview { series, thumbnail }: &Preview, is_shown: bool) -> 
         let font = FontId::proportional(if n == 0 { 12.5 } else { 11.0 });
         painter.text(at, Align2::LEFT_CENTER, line, font, visuals.text_color());
     }
-    match series.notes.is_empty() {
-        true => response,
-        false => response.on_hover_text(series.notes.join("\n")),
+    if series.notes.is_empty() {
+        response
+    } else {
+        response.on_hover_text(series.notes.join("\n"))
     }
 }
 

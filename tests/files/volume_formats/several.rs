@@ -282,9 +282,10 @@ fn mha(changes: &[(&str, &str)], more: &str, data: &[u8]) -> Vec<u8> {
         assert!(header.contains(from));
         header = header.replace(from, to);
     }
-    let body = match more.contains("CompressedData = True") {
-        true => zlib(data),
-        false => data.to_vec(),
+    let body = if more.contains("CompressedData = True") {
+        zlib(data)
+    } else {
+        data.to_vec()
     };
     [header.as_bytes(), &body].concat()
 }

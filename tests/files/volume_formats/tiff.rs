@@ -40,9 +40,10 @@ pub fn textured(dims: [u32; 3], voxel_type: VoxelType, endian: Endian) -> Array 
     let mut array = Array::new(dims, voxel_type, endian);
     let mut rng = Rng::with_seed(7);
     for (n, value) in array.values.iter_mut().enumerate() {
-        *value = match rng.bool() {
-            true => f64::from(rng.u8(0..128)),
-            false => (n / 40 % 100) as f64,
+        *value = if rng.bool() {
+            f64::from(rng.u8(0..128))
+        } else {
+            (n / 40 % 100) as f64
         };
     }
     array

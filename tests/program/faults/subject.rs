@@ -120,9 +120,10 @@ impl Subject {
             if !needed && !folder.path(name).exists() {
                 continue;
             }
-            let is_whole = match name.ends_with(".json") {
-                true => serde_json::from_slice::<serde_json::Value>(&folder.read(name)).is_ok(),
-                false => folder.read(name) == *expected,
+            let is_whole = if name.ends_with(".json") {
+                serde_json::from_slice::<serde_json::Value>(&folder.read(name)).is_ok()
+            } else {
+                folder.read(name) == *expected
             };
             assert!(is_whole, "{about}: {name} is not what it should be");
         }
@@ -191,9 +192,10 @@ pub fn judge(ended: &Ended, about: &str) -> Outcome {
         }
         Some(0) => {
             assert_eq!(sentences, [""; 0], "{about}");
-            match said.lines().any(|line| line.starts_with("note: ")) {
-                true => Outcome::Note,
-                false => Outcome::Success,
+            if said.lines().any(|line| line.starts_with("note: ")) {
+                Outcome::Note
+            } else {
+                Outcome::Success
             }
         }
         Some(status) => {

@@ -135,16 +135,22 @@ pub fn segments(volume: &Volume, ray: Ray, t0: f64, t1: f64) -> impl Iterator<It
     let rate = ray.direction / DVec3::from(volume.spacing);
     let last = last_voxel(volume);
     let start = origin + t0 * rate;
-    let mut next_plane: [f64; 3] = array::from_fn(|a| match rate[a] > 0.0 {
-        true => start[a].floor() + 1.0,
-        false => start[a].ceil() - 1.0,
+    let mut next_plane: [f64; 3] = array::from_fn(|a| {
+        if rate[a] > 0.0 {
+            start[a].floor() + 1.0
+        } else {
+            start[a].ceil() - 1.0
+        }
     });
     let mut t = t0;
     iter::from_fn(move || {
         while t < t1 {
-            let arrival: [f64; 3] = array::from_fn(|a| match rate[a] == 0.0 {
-                true => f64::INFINITY,
-                false => (next_plane[a] - origin[a]) / rate[a],
+            let arrival: [f64; 3] = array::from_fn(|a| {
+                if rate[a] == 0.0 {
+                    f64::INFINITY
+                } else {
+                    (next_plane[a] - origin[a]) / rate[a]
+                }
             });
             let axis = (0..3).min_by(|&a, &b| arrival[a].total_cmp(&arrival[b]))?;
             next_plane[axis] += rate[axis].signum();
@@ -192,10 +198,9 @@ impl Cubic {
     /// the new truth. The derivative's roots split the interval into monotone pieces; a piece holds a
     /// change if and only if it ends on the other side, so no epsilon is needed at s = 0.
     pub fn sign_changes(&self, length: f64, inside: &mut bool) -> [Option<(f64, bool)>; 3] {
-        let mut ends = self.turning_points().map(|s| match s > 0.0 && s < length {
-            true => s,
-            false => length,
-        });
+        let mut ends = self
+            .turning_points()
+            .map(|s| if s > 0.0 && s < length { s } else { length });
         ends.sort_by(f64::total_cmp);
         let mut start = 0.0;
         [ends[0], ends[1], length].map(|end| {
@@ -210,9 +215,10 @@ impl Cubic {
                     *inside = !*inside;
                     return Some((high, *inside));
                 }
-                match (self.at(middle) >= 0.0) == *inside {
-                    true => low = middle,
-                    false => high = middle,
+                if (self.at(middle) >= 0.0) == *inside {
+                    low = middle
+                } else {
+                    high = middle
                 }
             }
         })

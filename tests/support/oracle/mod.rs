@@ -159,9 +159,10 @@ impl<'a> World<'a> {
         } = self.scene;
         let ray = &leg.ray;
         let (t0, t1) = field::interval(self.volume, clips, ray)?;
-        let hit = match leg.sees_surfaces {
-            true => surface::first_hit(self.volume, surfaces, ray, (t0, t1), leg.left, random),
-            false => None,
+        let hit = if leg.sees_surfaces {
+            surface::first_hit(self.volume, surfaces, ray, (t0, t1), leg.left, random)
+        } else {
+            None
         };
         let end = hit.map_or(t1, |h| h.t);
         let collision = medium.as_ref().and_then(|medium| {
@@ -191,9 +192,10 @@ impl<'a> World<'a> {
         let Some((t0, t1)) = field::interval(self.volume, clips, ray) else {
             return 1.0;
         };
-        let passing = match leg.sees_surfaces {
-            true => surface::passing(self.volume, surfaces, ray, (t0, t1), leg.left),
-            false => 1.0,
+        let passing = if leg.sees_surfaces {
+            surface::passing(self.volume, surfaces, ray, (t0, t1), leg.left)
+        } else {
+            1.0
         };
         match medium {
             Some(medium) if passing > 0.0 => {

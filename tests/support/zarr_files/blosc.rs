@@ -107,11 +107,14 @@ fn blosclz(bytes: &[u8]) -> Vec<u8> {
         literals.clear();
     };
     while at < bytes.len() {
-        let length = |distance: usize| match at >= distance.max(2) {
-            true => (0..bytes.len() - at)
-                .take_while(|n| bytes[at + n] == bytes[at + n - distance])
-                .count(),
-            false => 0,
+        let length = |distance: usize| {
+            if at >= distance.max(2) {
+                (0..bytes.len() - at)
+                    .take_while(|n| bytes[at + n] == bytes[at + n - distance])
+                    .count()
+            } else {
+                0
+            }
         };
         let best = [1, 256, 10000]
             .into_iter()
@@ -137,12 +140,11 @@ fn blosclz(bytes: &[u8]) -> Vec<u8> {
             }
             packed.push(more as u8);
         }
-        match far {
-            true => {
-                let rest = back - 8191;
-                packed.extend([255, (rest >> 8) as u8, rest as u8]);
-            }
-            false => packed.push(back as u8),
+        if far {
+            let rest = back - 8191;
+            packed.extend([255, (rest >> 8) as u8, rest as u8]);
+        } else {
+            packed.push(back as u8)
         }
     }
     flush(&mut literals, &mut packed);

@@ -60,9 +60,10 @@ impl Zarr {
     /// An array of any shape, whose values are in its order. Gives the folder.
     pub fn write_array(&self, folder: &Path, shape: &[usize], array: &Array) -> PathBuf {
         fs::create_dir_all(folder).unwrap();
-        let (name, metadata) = match self.is_version_3 {
-            true => ("zarr.json", self.version_3(shape, array)),
-            false => (".zarray", self.version_2(shape, array)),
+        let (name, metadata) = if self.is_version_3 {
+            ("zarr.json", self.version_3(shape, array))
+        } else {
+            (".zarray", self.version_2(shape, array))
         };
         fs::write(folder.join(name), metadata.to_string()).unwrap();
         let outer = self.shard.as_ref().unwrap_or(&self.chunk);
@@ -114,18 +115,14 @@ impl Zarr {
         let image =
             json!([{"version": version, "axes": axes, "datasets": datasets, "name": "Doe^Jane"}]);
         let labels = json!({"channels": [{"label": "DAPI"}, {"label": "GFP"}]});
-        match self.is_version_3 {
-            true => {
-                let ome = json!({"version": "0.5", "multiscales": image, "omero": labels});
-                let group =
-                    json!({"zarr_format": 3, "node_type": "group", "attributes": {"ome": ome}});
-                fs::write(folder.join("zarr.json"), group.to_string()).unwrap();
-            }
-            false => {
-                let attributes = json!({"multiscales": image, "omero": labels});
-                fs::write(folder.join(".zgroup"), "{\"zarr_format\": 2}").unwrap();
-                fs::write(folder.join(".zattrs"), attributes.to_string()).unwrap();
-            }
+        if self.is_version_3 {
+            let ome = json!({"version": "0.5", "multiscales": image, "omero": labels});
+            let group = json!({"zarr_format": 3, "node_type": "group", "attributes": {"ome": ome}});
+            fs::write(folder.join("zarr.json"), group.to_string()).unwrap();
+        } else {
+            let attributes = json!({"multiscales": image, "omero": labels});
+            fs::write(folder.join(".zgroup"), "{\"zarr_format\": 2}").unwrap();
+            fs::write(folder.join(".zattrs"), attributes.to_string()).unwrap();
         }
     }
 
@@ -262,9 +259,10 @@ impl Zarr {
             body.extend(chunk.unwrap_or_default());
         }
         index.extend(crc32c(&index).to_le_bytes());
-        Some(match self.is_index_at_end {
-            true => [body, index].concat(),
-            false => [index, body].concat(),
+        Some(if self.is_index_at_end {
+            [body, index].concat()
+        } else {
+            [index, body].concat()
         })
     }
 }

@@ -68,9 +68,10 @@ fn optical_depth(scene: &Scene, field: &Field, origin: DVec3, direction: DVec3) 
     let extinction = |k: u32| {
         let p = origin + (near + (f64::from(k) + 0.5) * step) * direction;
         let clipped = |c: &isolume::scene::ClipPlane| DVec3::from(c.normal).dot(p) > c.offset;
-        match scene.clips.iter().any(clipped) {
-            true => 0.0,
-            false => medium.density * medium.classify(field.value(p)).0,
+        if scene.clips.iter().any(clipped) {
+            0.0
+        } else {
+            medium.density * medium.classify(field.value(p)).0
         }
     };
     (0..POINTS).map(extinction).sum::<f64>() * step

@@ -134,9 +134,10 @@ impl Judge {
             Some((t, s)) => self.may_cross_at(ray, t, s) && !self.surely_crossed(ray, &sides, t),
             None => !self.surely_crossed(ray, &sides, f64::from(ray.t_end)),
         };
-        match possible {
-            true => Verdict::WithinRounding,
-            false => Verdict::Wrong,
+        if possible {
+            Verdict::WithinRounding
+        } else {
+            Verdict::Wrong
         }
     }
 

@@ -131,9 +131,10 @@ impl Rays<'_> {
         let (mut low, mut high) = (radius - 0.5, radius + 0.5);
         for _ in 0..24 {
             let middle = 0.5 * (low + high);
-            match ball.judge.crossings(&at(middle), 0).is_empty() {
-                true => high = middle,
-                false => low = middle,
+            if ball.judge.crossings(&at(middle), 0).is_empty() {
+                high = middle
+            } else {
+                low = middle
             }
         }
         at(low + off)

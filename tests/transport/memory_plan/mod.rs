@@ -77,9 +77,10 @@ enum Kind {
 fn volume(dims: [u32; 3], kind: Kind, is_full: impl Fn([u32; 3]) -> bool) -> Volume {
     let [width, height, depth] = dims;
     let shares = (0..width * height * depth).map(|n| {
-        match is_full([n % width, n / width % height, n / (width * height)]) {
-            true => 100,
-            false => 0,
+        if is_full([n % width, n / width % height, n / (width * height)]) {
+            100
+        } else {
+            0
         }
     });
     let voxels = match kind {

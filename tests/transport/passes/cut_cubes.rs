@@ -25,9 +25,10 @@ fn volume(dims: [u32; 3], is_8_bit: bool) -> Volume {
         let wave = (0.4 * x).sin() + (0.3 * y + 0.2 * z).cos();
         (0.5 + 0.2 * wave + 0.1 * random.f64()).clamp(0.0, 1.0)
     });
-    let voxels = match is_8_bit {
-        true => Voxels::U8(shares.map(|s| (255.0 * s).round() as u8).collect()),
-        false => Voxels::F32(shares.map(|s| (255.0 * s) as f32).collect()),
+    let voxels = if is_8_bit {
+        Voxels::U8(shares.map(|s| (255.0 * s).round() as u8).collect())
+    } else {
+        Voxels::F32(shares.map(|s| (255.0 * s) as f32).collect())
     };
     Volume::from_values(dims, [1.0; 3], voxels).expect("a volume")
 }
@@ -197,9 +198,10 @@ fn judge(cached: &Cached, volume: &Volume, isovalues: &[f64]) -> [usize; 3] {
         let (cut, marked) = (is_cut(range(volume, ends)), marks.is_marked(cube));
         assert!(!cut || marked, "{isovalues:?} cut cube {cube} unseen");
         // At scale 1 a cube has the corners of a cell.
-        let near = match marks.layout.scale == 1.0 {
-            true => is_touched(range(volume, ends)),
-            false => is_cut(range_nearby(volume, ends)),
+        let near = if marks.layout.scale == 1.0 {
+            is_touched(range(volume, ends))
+        } else {
+            is_cut(range_nearby(volume, ends))
         };
         assert!(!marked || near, "nothing cuts the marked cube {cube}");
         counts[0] += usize::from(cut);

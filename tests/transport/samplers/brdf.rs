@@ -173,9 +173,10 @@ fn power_error(view: &View, l: DVec3, k: f64) -> f64 {
     }
     let x = 1.0 - cosine;
     let off = 18.0 * ROUNDING;
-    let base = match x < 0.009 {
-        true => k * (off * (2.0 * x).sqrt() + off * off + 8.0 * ROUNDING * x + 0.3 * x.powi(4)),
-        false => k * (off / cosine + LN_2 * 2f64.powi(-21)),
+    let base = if x < 0.009 {
+        k * (off * (2.0 * x).sqrt() + off * off + 8.0 * ROUNDING * x + 0.3 * x.powi(4))
+    } else {
+        k * (off / cosine + LN_2 * 2f64.powi(-21))
     };
     let exponent = (12.0 + 5.0 * k * cosine.log2().abs()) * ROUNDING;
     // Where it is large, there is nothing left to be wrong.

@@ -92,12 +92,13 @@ impl Header {
 
 /// Values must also survive the GPU's 32 bits.
 pub fn check_rescale(slope: f64, intercept: f64) -> Parsed<()> {
-    match (slope as f32).is_normal() && (intercept as f32).is_finite() {
-        true => Ok(()),
-        false => Err(format!(
+    if (slope as f32).is_normal() && (intercept as f32).is_finite() {
+        Ok(())
+    } else {
+        Err(format!(
             "values are rescaled with slope {slope} and intercept {intercept}, expected finite numbers \
              and a slope that is not 0"
-        )),
+        ))
     }
 }
 

@@ -152,9 +152,10 @@ fn orientation(fields: &Fields, axes: usize) -> Parsed<Orientation> {
     let unknown = letters.is_some_and(|letters| letters.contains('?')) && axes == 3;
     for key in ["TransformMatrix", "Rotation", "Orientation"] {
         if let Some(matrix) = fields.numbers::<f64>(key, axes * axes, "numbers")? {
-            let frame = match unknown {
-                true => Frame::RightHanded,
-                false => Frame::Anatomical(Axes::LPS),
+            let frame = if unknown {
+                Frame::RightHanded
+            } else {
+                Frame::Anatomical(Axes::LPS)
             };
             let steps = [0, 1, 2].map(|i| [0, 1, 2].map(|x| matrix[i * axes + x]));
             return Ok(Orientation::from_steps(steps, frame)?.1);

@@ -95,9 +95,10 @@ pub(super) fn previews(path: &Path) -> Parsed<Vec<Preview>> {
 }
 
 fn told(path: &Path) -> Parsed<(&'static str, &'static Read)> {
-    match path.is_dir() {
-        true => folder::format_of(path),
-        false => file(path),
+    if path.is_dir() {
+        folder::format_of(path)
+    } else {
+        file(path)
     }
 }
 

@@ -222,9 +222,10 @@ impl Fields {
         if offset == 0.0 {
             return Ok(least);
         }
-        match offset.fract() == 0.0 && (least as f64..=most).contains(&offset) {
-            true => Ok(offset as u64),
-            false => Err(wrong(offset.to_string())),
+        if offset.fract() == 0.0 && (least as f64..=most).contains(&offset) {
+            Ok(offset as u64)
+        } else {
+            Err(wrong(offset.to_string()))
         }
     }
 

@@ -166,13 +166,14 @@ impl Chunked {
         let [x, y, z] = inside.dims.map(|size| size as usize);
         let [width, height, _] = self.chunk.map(|size| size as usize);
         let last = ((z - 1) * height + y - 1) * width + x;
-        match voxels.len() >= last * self.voxel_bytes {
-            true => Ok(voxels),
-            false => Err(format!(
+        if voxels.len() >= last * self.voxel_bytes {
+            Ok(voxels)
+        } else {
+            Err(format!(
                 "a part of it decodes to {} bytes, expected {}: the file is damaged",
                 voxels.len(),
                 last * self.voxel_bytes
-            )),
+            ))
         }
     }
 
@@ -303,9 +304,10 @@ impl Chunk {
         // Rows that follow one another in both places are one run.
         let is_row =
             x.len() as u32 == region.dims[0] && x.len() * self.voxel_bytes == self.row_bytes;
-        let (rows, width) = match is_row {
-            true => (y.start..y.start + 1, x.len() * y.len()),
-            false => (y, x.len()),
+        let (rows, width) = if is_row {
+            (y.start..y.start + 1, x.len() * y.len())
+        } else {
+            (y, x.len())
         };
         let mut largest: f64 = 0.0;
         for j in rows {

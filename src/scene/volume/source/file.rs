@@ -102,9 +102,10 @@ impl Data {
         dims: [u32; 3],
         voxel_type: VoxelType,
     ) -> Parsed<Box<dyn Source>> {
-        let prefix = match self.path == header {
-            true => String::new(),
-            false => format!("its data file {}: ", self.path.display()),
+        let prefix = if self.path == header {
+            String::new()
+        } else {
+            format!("its data file {}: ", self.path.display())
         };
         let bytes = voxel_bytes(dims, voxel_type)?;
         match self.open_file(bytes, dims, voxel_type) {
@@ -259,9 +260,10 @@ enum Stream<'a> {
 impl Cursor for Position<'_> {
     fn read(&mut self, region: Region, bytes: &mut [u8]) -> Parsed<()> {
         let read = self.read_runs(region, bytes);
-        match self.source.is_as_it_was() {
-            true => read.map_err(|fault| format!("{}{fault}", self.source.prefix)),
-            false => Err(format!("{}{HAS_CHANGED}", self.source.prefix)),
+        if self.source.is_as_it_was() {
+            read.map_err(|fault| format!("{}{fault}", self.source.prefix))
+        } else {
+            Err(format!("{}{HAS_CHANGED}", self.source.prefix))
         }
     }
 }
@@ -320,9 +322,10 @@ impl Position<'_> {
             }
             Stream::Inflated(_) => {}
         }
-        match self.decoded < target {
-            true => Err(self.ends_early()),
-            false => Ok(()),
+        if self.decoded < target {
+            Err(self.ends_early())
+        } else {
+            Ok(())
         }
     }
 

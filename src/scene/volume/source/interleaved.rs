@@ -56,9 +56,10 @@ impl Cursor for Picking<'_> {
         let mut rest = bytes;
         for piece in region.pieces(READ_BYTES / voxel_bytes) {
             let (picked, later) = rest.split_at_mut(piece.voxels() * self.of.value_bytes);
-            match voxel_bytes > READ_BYTES {
-                true => self.cursor.read(self.of.one_value(piece), picked)?,
-                false => self.read_all(piece, picked)?,
+            if voxel_bytes > READ_BYTES {
+                self.cursor.read(self.of.one_value(piece), picked)?
+            } else {
+                self.read_all(piece, picked)?
             }
             rest = later;
         }

@@ -101,9 +101,10 @@ impl WatchedFile {
             }
         }
         let metadata = file.metadata().map_err(|e| e.to_string())?;
-        match version(&metadata) == self.version {
-            true => Ok(()),
-            false => Err(HAS_CHANGED.into()),
+        if version(&metadata) == self.version {
+            Ok(())
+        } else {
+            Err(HAS_CHANGED.into())
         }
     }
 }

@@ -204,9 +204,10 @@ fn rest(file: &WatchedFile) -> Parsed<Vec<u8>> {
     let end = end.filter(|end| end.magic == MAGIC && end.bytes <= before_end);
     let end = end.ok_or("its end is missing")?;
     let packed = file.read(before_end - end.bytes, end.bytes)?;
-    match xxh3_64(&packed) == end.checksum {
-        true => zstd::stream::decode_all(&packed[..]).map_err(|e| e.to_string()),
-        false => Err("the checksum of its table is wrong".into()),
+    if xxh3_64(&packed) == end.checksum {
+        zstd::stream::decode_all(&packed[..]).map_err(|e| e.to_string())
+    } else {
+        Err("the checksum of its table is wrong".into())
     }
 }
 

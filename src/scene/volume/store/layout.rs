@@ -75,9 +75,10 @@ impl Layout {
         let span = |chunk: u32| Span {
             chunk,
             low: low.max(chunk * step),
-            high: match chunk == last {
-                true => end,
-                false => (chunk + 1) * step,
+            high: if chunk == last {
+                end
+            } else {
+                (chunk + 1) * step
             },
         };
         (first..=last).map(span).collect()

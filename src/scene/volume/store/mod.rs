@@ -140,10 +140,11 @@ impl Place {
     /// If there is a store, but it is damaged.
     pub(super) fn find(&self, stored: StoredType) -> Parsed<Option<Known>> {
         let path = self.path();
-        match path.is_file() {
-            true => file::open(&path, self.identity, self.dims, stored)
-                .map_err(|fault| format!("its store {} is damaged: {fault}", path.display())),
-            false => Ok(None),
+        if path.is_file() {
+            file::open(&path, self.identity, self.dims, stored)
+                .map_err(|fault| format!("its store {} is damaged: {fault}", path.display()))
+        } else {
+            Ok(None)
         }
     }
 }

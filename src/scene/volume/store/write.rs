@@ -149,9 +149,10 @@ impl<'a> Layers<'a> {
         Layers {
             reader: volume.reader(),
             layout,
-            rest: match is_mirrored {
-                true => Box::new(layers.rev()),
-                false => Box::new(layers),
+            rest: if is_mirrored {
+                Box::new(layers.rev())
+            } else {
+                Box::new(layers)
             },
             is_mirrored,
             shared: Vec::new(),
@@ -175,20 +176,20 @@ impl<'a> Layers<'a> {
         let mut bytes = vec![0; region.dims[2] as usize * slice];
         let mut wanted = region;
         let (first, last) = (0..slice, bytes.len() - slice..bytes.len());
-        let (place, kept) = match self.is_mirrored {
-            true => (last, first),
-            false => (first, last),
+        let (place, kept) = if self.is_mirrored {
+            (last, first)
+        } else {
+            (first, last)
         };
         let mut fresh = 0..bytes.len();
         if !self.shared.is_empty() {
             bytes[place].copy_from_slice(&self.shared);
             wanted.dims[2] -= 1;
-            match self.is_mirrored {
-                true => fresh.end -= slice,
-                false => {
-                    wanted.low[2] += 1;
-                    fresh.start += slice;
-                }
+            if self.is_mirrored {
+                fresh.end -= slice
+            } else {
+                wanted.low[2] += 1;
+                fresh.start += slice;
             }
         }
         if wanted.dims[2] > 0 {

@@ -265,14 +265,13 @@ fn a_tilt_is_sheared_out() {
                 let value = |row: usize| whole[(z * ROWS + row) * COLUMNS + x];
                 let row = y as f64 - shift;
                 let last = (ROWS - 1) as f64;
-                let expected = match (-0.5..=last + 0.5).contains(&row) {
-                    false => smallest,
-                    true => {
-                        let row = row.clamp(0.0, last);
-                        let lower = row.floor() as usize;
-                        let upper = (lower + 1).min(ROWS - 1);
-                        value(lower) + row.fract() * (value(upper) - value(lower))
-                    }
+                let expected = if (-0.5..=last + 0.5).contains(&row) {
+                    let row = row.clamp(0.0, last);
+                    let lower = row.floor() as usize;
+                    let upper = (lower + 1).min(ROWS - 1);
+                    value(lower) + row.fract() * (value(upper) - value(lower))
+                } else {
+                    smallest
                 };
                 let found = found[(z * (ROWS + 2) + y) * COLUMNS + x];
                 assert!(

@@ -178,9 +178,12 @@ fn what_differs_with_each_slice_tells_no_volumes_apart() {
         let series = Volume::series(folder.path()).unwrap();
         series.iter().map(|one| one.slices).collect()
     };
-    let image_type = |common: Object, is_derived: bool| match is_derived {
-        true => common.text((8, 8), "CS", "DERIVED\\PRIMARY\\AXIAL"),
-        false => common,
+    let image_type = |common: Object, is_derived: bool| {
+        if is_derived {
+            common.text((8, 8), "CS", "DERIVED\\PRIMARY\\AXIAL")
+        } else {
+            common
+        }
     };
     let whole = [SLICES as u32];
     assert_eq!(

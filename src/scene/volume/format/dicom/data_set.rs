@@ -42,17 +42,19 @@ impl Syntax {
 
     fn u16(self, bytes: &[u8]) -> u16 {
         let bytes = [bytes[0], bytes[1]];
-        match self.is_big {
-            true => u16::from_be_bytes(bytes),
-            false => u16::from_le_bytes(bytes),
+        if self.is_big {
+            u16::from_be_bytes(bytes)
+        } else {
+            u16::from_le_bytes(bytes)
         }
     }
 
     fn u32(self, bytes: &[u8]) -> u32 {
         let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        match self.is_big {
-            true => u32::from_be_bytes(bytes),
-            false => u32::from_le_bytes(bytes),
+        if self.is_big {
+            u32::from_be_bytes(bytes)
+        } else {
+            u32::from_le_bytes(bytes)
         }
     }
 }
@@ -194,9 +196,12 @@ impl DataSet {
         let Some((bytes, syntax)) = self.plain(tag) else {
             return Vec::new();
         };
-        let long = |bytes: &[u8; 8]| match syntax.is_big {
-            true => u64::from_be_bytes(*bytes),
-            false => u64::from_le_bytes(*bytes),
+        let long = |bytes: &[u8; 8]| {
+            if syntax.is_big {
+                u64::from_be_bytes(*bytes)
+            } else {
+                u64::from_le_bytes(*bytes)
+            }
         };
         bytes.as_chunks().0.iter().map(long).collect()
     }

@@ -189,9 +189,10 @@ impl Place {
 
     /// Fails if the file has changed since its header was read.
     fn check(&self, metadata: &Metadata) -> Parsed<()> {
-        match metadata.len() == self.length && metadata.modified().ok() == self.modified {
-            true => Ok(()),
-            false => Err(HAS_CHANGED.into()),
+        if metadata.len() == self.length && metadata.modified().ok() == self.modified {
+            Ok(())
+        } else {
+            Err(HAS_CHANGED.into())
         }
     }
 

@@ -153,13 +153,12 @@ fn listed(folder: &Path, name: &[String]) -> Option<PathBuf> {
             return None;
         }
         let exact = path.join(part);
-        path = match exact.exists() {
-            true => exact,
-            false => {
-                let entries = std::fs::read_dir(&path).ok()?.flatten();
-                let is_it = |name: &OsString| name.eq_ignore_ascii_case(part);
-                path.join(entries.map(|entry| entry.file_name()).find(is_it)?)
-            }
+        path = if exact.exists() {
+            exact
+        } else {
+            let entries = std::fs::read_dir(&path).ok()?.flatten();
+            let is_it = |name: &OsString| name.eq_ignore_ascii_case(part);
+            path.join(entries.map(|entry| entry.file_name()).find(is_it)?)
         };
     }
     path.is_file().then_some(path)
@@ -250,9 +249,10 @@ impl Found {
             parts.push(self.counted_others());
         }
         parts.extend(self.named_unreadable());
-        match parts.is_empty() {
-            true => "holds no DICOM image, expected the slices of at least one series".into(),
-            false => format!("holds no volume, only {}", parts.join("; ")),
+        if parts.is_empty() {
+            "holds no DICOM image, expected the slices of at least one series".into()
+        } else {
+            format!("holds no volume, only {}", parts.join("; "))
         }
     }
 

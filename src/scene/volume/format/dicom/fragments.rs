@@ -121,11 +121,12 @@ fn firsts(image: &Image, all: &[Fragment], table: &[u64]) -> Parsed<Vec<usize>> 
         .enumerate()
         .filter(|(_, fragment)| fragment.is_first);
     let firsts: Vec<usize> = marked.map(|(n, _)| n).collect();
-    match firsts.len() == count {
-        true => Ok(firsts),
-        false => Err(format!(
+    if firsts.len() == count {
+        Ok(firsts)
+    } else {
+        Err(format!(
             "its pixels are {} fragments, expected {count} frames",
             all.len()
-        )),
+        ))
     }
 }

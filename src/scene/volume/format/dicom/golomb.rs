@@ -59,9 +59,10 @@ impl Bits<'_> {
                 break;
             }
         }
-        let code = match zeros < most {
-            true => u64::from(zeros) << k | u64::from(self.take(k)),
-            false => u64::from(self.take(qbpp)) + 1,
+        let code = if zeros < most {
+            u64::from(zeros) << k | u64::from(self.take(k))
+        } else {
+            u64::from(self.take(qbpp)) + 1
         };
         // No error of 16 bits is longer; a damaged code must not overflow.
         code.min(1 << 17) as i32

@@ -234,9 +234,10 @@ fn padding(data: &DataSet, samples: Samples) -> Option<Padding> {
         let word = i64::from(data.whole(tag)?);
         let is_stored = word >> stored == 0;
         let unused = 64 - if is_stored { stored } else { allocated };
-        Some(match is_signed {
-            true => (word << unused) >> unused,
-            false => ((word as u64) << unused >> unused) as i64,
+        Some(if is_signed {
+            (word << unused) >> unused
+        } else {
+            ((word as u64) << unused >> unused) as i64
         })
     };
     let first = value(tags::PADDING)?;
@@ -322,21 +323,23 @@ impl Image {
         })?;
         let expected = u128::from(self.frame_bytes()) * u128::from(self.frame_count);
         let said = self.pixels.length.map_or(u128::MAX, u128::from);
-        let there = match self.place.is_deflated {
-            true => u128::from(self.place.length) * u128::from(MOST_DEFLATED),
-            false => u128::from(self.place.length.saturating_sub(self.pixels.at)),
+        let there = if self.place.is_deflated {
+            u128::from(self.place.length) * u128::from(MOST_DEFLATED)
+        } else {
+            u128::from(self.place.length.saturating_sub(self.pixels.at))
         };
         let found = said.min(there);
         if packing != Packing::Plain {
             let most = there.saturating_mul(packing.most_pixels().into());
             let pixels = u128::from(self.frame_pixels()) * u128::from(self.frame_count);
-            return match pixels <= most {
-                true => Ok(()),
-                false => Err(format!(
+            return if pixels <= most {
+                Ok(())
+            } else {
+                Err(format!(
                     "its {there} bytes of {} cannot hold {} frames of {}×{}: the file is truncated, or its \
                      header wrong",
                     self.transfer.name, self.frame_count, self.columns, self.rows
-                )),
+                ))
             };
         }
         if found < expected {

@@ -101,27 +101,27 @@ impl Header {
             return Err("its codestream has parameters that cannot be".into());
         }
         let near = self.near;
-        let bounded = |value: i32, low: i32| match value > self.max || value < low {
-            true => low,
-            false => value,
+        let bounded = |value: i32, low: i32| {
+            if value > self.max || value < low {
+                low
+            } else {
+                value
+            }
         };
-        let basic = match self.max >= 128 {
-            true => {
-                let factor = (self.max.min(4095) + 128) / 256;
-                [
-                    factor + 2 + 3 * near,
-                    factor * 4 + 3 + 5 * near,
-                    factor * 17 + 4 + 7 * near,
-                ]
-            }
-            false => {
-                let factor = 256 / (self.max + 1);
-                [
-                    (3 / factor + 3 * near).max(2),
-                    (7 / factor + 5 * near).max(3),
-                    (21 / factor + 7 * near).max(4),
-                ]
-            }
+        let basic = if self.max >= 128 {
+            let factor = (self.max.min(4095) + 128) / 256;
+            [
+                factor + 2 + 3 * near,
+                factor * 4 + 3 + 5 * near,
+                factor * 17 + 4 + 7 * near,
+            ]
+        } else {
+            let factor = 256 / (self.max + 1);
+            [
+                (3 / factor + 3 * near).max(2),
+                (7 / factor + 5 * near).max(3),
+                (21 / factor + 7 * near).max(4),
+            ]
         };
         let first = bounded(basic[0], near + 1);
         let second = bounded(basic[1], first);
@@ -303,10 +303,12 @@ impl<'a> Decoder<'a> {
         }
         context.n += 1;
         self.run_index = self.run_index.saturating_sub(1);
-        match is_flat {
-            true => self.reconstructed(a, error),
-            false if a > b => self.reconstructed(b, -error),
-            false => self.reconstructed(b, error),
+        if is_flat {
+            self.reconstructed(a, error)
+        } else if a > b {
+            self.reconstructed(b, -error)
+        } else {
+            self.reconstructed(b, error)
         }
     }
 

@@ -106,9 +106,10 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
             .units
             .as_deref()
             .is_none_or(|unit| unit == "HU" || unit == UNSPECIFIED);
-    let quantity = match is_hounsfield {
-        true => Quantity::Hounsfield,
-        false => Quantity::Other,
+    let quantity = if is_hounsfield {
+        Quantity::Hounsfield
+    } else {
+        Quantity::Other
     };
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
     let images = std::mem::take(&mut found.images);

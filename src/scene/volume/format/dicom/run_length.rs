@@ -22,9 +22,10 @@ pub fn unpack(packed: &[u8], count: usize, size: usize) -> Parsed<Vec<u8>> {
     let mut pixels = vec![0; count * size];
     for segment in 0..segments {
         let begin = u32::from_le_bytes(word(1 + segment)) as usize;
-        let end = match segment + 1 < segments {
-            true => u32::from_le_bytes(word(2 + segment)) as usize,
-            false => packed.len(),
+        let end = if segment + 1 < segments {
+            u32::from_le_bytes(word(2 + segment)) as usize
+        } else {
+            packed.len()
         };
         let bytes = packed
             .get(begin..end)

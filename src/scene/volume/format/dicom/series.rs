@@ -78,9 +78,10 @@ fn by_kind(images: &[Image], group: Group) -> Vec<Group> {
     let kinds = split(images, group.frames.clone(), Tell::Kind);
     let several = kinds.iter().filter(|kind| kind.frames.len() > 1).count();
     let may_be_one = kinds.len() > 1 && several <= 1 && group.frames.len() >= FEWEST;
-    match may_be_one && is_even(images, &group) {
-        true => vec![group],
-        false => kinds,
+    if may_be_one && is_even(images, &group) {
+        vec![group]
+    } else {
+        kinds
     }
 }
 

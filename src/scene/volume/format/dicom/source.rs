@@ -82,13 +82,16 @@ impl Slices {
     /// Fails unless frames at one place are the same. `remedy` is the end of the sentence.
     pub fn compare_doubles(&self, remedy: &str) -> Parsed<()> {
         let name = |at: At| self.images[at.image].frame_name(frame(&self.images, at).index);
-        let compare = |(one, other): &(_, _)| match self.holds_same([*one, *other])? {
-            true => Ok(()),
-            false => Err(format!(
-                "{} and {} lie at one place and hold different pixels, expected one slice for each place{remedy}",
-                name(*one),
-                name(*other)
-            )),
+        let compare = |(one, other): &(_, _)| {
+            if self.holds_same([*one, *other])? {
+                Ok(())
+            } else {
+                Err(format!(
+                    "{} and {} lie at one place and hold different pixels, expected one slice for each place{remedy}",
+                    name(*one),
+                    name(*other)
+                ))
+            }
         };
         self.stack.doubles.par_iter().try_for_each(compare)
     }

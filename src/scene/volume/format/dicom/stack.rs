@@ -249,9 +249,10 @@ impl Placed {
         let [row, column] = first.along;
         let drift = |direction, size: f64| {
             let drift = dot(direction, difference(last.position, first.position));
-            match length > 0.0 && drift.abs() > STRAIGHT * size {
-                true => drift / length,
-                false => 0.0,
+            if length > 0.0 && drift.abs() > STRAIGHT * size {
+                drift / length
+            } else {
+                0.0
             }
         };
         for (direction, size, name) in [

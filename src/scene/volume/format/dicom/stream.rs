@@ -59,12 +59,13 @@ impl Stream {
     /// Exactly `count` bytes from `at` on.
     pub fn exactly(&mut self, at: u64, count: u64) -> Parsed<&[u8]> {
         let bytes = self.bytes(at, count)?;
-        match bytes.len() as u64 == count {
-            true => Ok(bytes),
-            false => Err(format!(
+        if bytes.len() as u64 == count {
+            Ok(bytes)
+        } else {
+            Err(format!(
                 "ends at byte {}, inside its header: the file is truncated",
                 at + bytes.len() as u64
-            )),
+            ))
         }
     }
 }

@@ -98,16 +98,17 @@ fn check_lossless(packed: &[u8]) -> Parsed<()> {
             RESTART_INTERVAL => has_restarts = body.iter().any(|byte| *byte != 0),
             START_OF_SCAN => {
                 let has_point_transform = body.last().is_some_and(|last| last & 0x0F != 0);
-                return match is_lossless && (has_restarts || has_point_transform) {
-                    true => Err(format!(
+                return if is_lossless && (has_restarts || has_point_transform) {
+                    Err(format!(
                         "it is lossless with {}, which is not read; {GDCMCONV}",
                         if has_restarts {
                             "restart intervals"
                         } else {
                             "a point transform"
                         }
-                    )),
-                    false => Ok(()),
+                    ))
+                } else {
+                    Ok(())
                 };
             }
             _ => {}
@@ -243,12 +244,13 @@ fn precision(packed: &[u8]) -> Option<(u32, bool)> {
 }
 
 fn check_size(image: &Image, width: u32, height: u32) -> Parsed<()> {
-    match [width, height] == [image.columns, image.rows] {
-        true => Ok(()),
-        false => Err(format!(
+    if [width, height] == [image.columns, image.rows] {
+        Ok(())
+    } else {
+        Err(format!(
             "its picture is {width}×{height}, expected {}×{} as in the header",
             image.columns, image.rows
-        )),
+        ))
     }
 }
 

@@ -38,9 +38,10 @@ impl Values {
     pub fn of(frames: &[(&Image, &Frame)]) -> Parsed<Values> {
         // A slice of PET in which nothing is seen has a slope of 0. If all have, it means nothing.
         let is_blank = |(_, frame): &(&Image, &Frame)| frame.slope == 0.0;
-        let slope: fn(&Frame) -> f64 = match frames.iter().all(is_blank) {
-            true => |_: &Frame| 1.0,
-            false => |frame: &Frame| frame.slope,
+        let slope: fn(&Frame) -> f64 = if frames.iter().all(is_blank) {
+            |_: &Frame| 1.0
+        } else {
+            |frame: &Frame| frame.slope
         };
         for (_, frame) in frames.iter().filter(|frame| !is_blank(frame)) {
             check_rescale(frame.slope, frame.intercept)?;
@@ -66,9 +67,10 @@ impl Values {
         let mut units = frames.iter().map(|(_, frame)| slope_of(frame).abs());
         let unit = units.clone().find(|unit| *unit > 0.0)?;
         let has_one_unit = units.all(|own| own == unit || own == 0.0);
-        let (slope, base) = match has_one_unit {
-            true => (unit, first.intercept),
-            false => (1.0, 0.0),
+        let (slope, base) = if has_one_unit {
+            (unit, first.intercept)
+        } else {
+            (1.0, 0.0)
         };
         let mut maps = Vec::new();
         let (mut low, mut high) = (i64::MAX, i64::MIN);
@@ -129,9 +131,10 @@ impl Samples {
         match self {
             Samples::Integers {
                 stored, is_signed, ..
-            } => Some(match is_signed {
-                true => [-(1 << (stored - 1)), (1 << (stored - 1)) - 1],
-                false => [0, (1 << stored) - 1],
+            } => Some(if is_signed {
+                [-(1 << (stored - 1)), (1 << (stored - 1)) - 1]
+            } else {
+                [0, (1 << stored) - 1]
             }),
             Samples::Float | Samples::Double => None,
         }
@@ -222,9 +225,12 @@ impl Conversion {
                     }
                     _ => {
                         let filler = self.filler as i64;
-                        let whole = |word| match is_padding(word) {
-                            true => filler,
-                            false => factor * stored(word) + offset,
+                        let whole = |word| {
+                            if is_padding(word) {
+                                filler
+                            } else {
+                                factor * stored(word) + offset
+                            }
                         };
                         match self.to.bytes() {
                             1 => each(words, numbers, |word| (whole(word) as u8).to_ne_bytes()),
@@ -235,9 +241,10 @@ impl Conversion {
                 }
             }
             Map::Real { slope, intercept } => each(words, numbers, |word| {
-                let value = match is_padding(word) {
-                    true => self.filler,
-                    false => intercept + slope * stored(word) as f64,
+                let value = if is_padding(word) {
+                    self.filler
+                } else {
+                    intercept + slope * stored(word) as f64
                 };
                 (value as f32).to_ne_bytes()
             }),
@@ -252,9 +259,10 @@ impl Conversion {
     /// Whether a word stands for no measurement.
     fn is_padding<const N: usize>(&self) -> impl Fn([u8; N]) -> bool + use<N> {
         let is_of_words = self.padding.is_some_and(|padding| padding.is_of_words);
-        let samples = match is_of_words {
-            true => self.samples.of_words(),
-            false => self.samples,
+        let samples = if is_of_words {
+            self.samples.of_words()
+        } else {
+            self.samples
         };
         let value = stored(samples, self.is_big, false);
         let range = self.padding.map(|padding| padding.range);
@@ -322,23 +330,18 @@ fn stored<const N: usize>(
         unreachable!("floats have no stored integers");
     };
     let (left, right) = (31 - high, 32 - stored);
-    let turned = match is_signed {
-        true => -1,
-        false => (1i64 << stored) - 1,
-    };
+    let turned = if is_signed { -1 } else { (1i64 << stored) - 1 };
     move |word| {
         let mut bits: u32 = 0;
         for n in 0..N {
             let byte = u32::from(word[if is_big { N - 1 - n } else { n }]);
             bits |= byte << (8 * n);
         }
-        let value = match is_signed {
-            true => i64::from(((bits << left) as i32) >> right),
-            false => i64::from((bits << left) >> right),
+        let value = if is_signed {
+            i64::from(((bits << left) as i32) >> right)
+        } else {
+            i64::from((bits << left) >> right)
         };
-        match is_inverted {
-            true => turned - value,
-            false => value,
-        }
+        if is_inverted { turned - value } else { value }
     }
 }

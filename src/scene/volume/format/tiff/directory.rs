@@ -120,9 +120,10 @@ impl<'a> Directories<'a> {
                 return Err("its directories overlap: the file is damaged".into());
             }
         }
-        match pages.is_empty() {
-            true => Err("has no page".into()),
-            false => Ok(pages),
+        if pages.is_empty() {
+            Err("has no page".into())
+        } else {
+            Ok(pages)
         }
     }
 

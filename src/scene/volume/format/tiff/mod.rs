@@ -103,9 +103,10 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let first_page = page(0)?;
     let samples = first_page.layout.samples;
     let is_imagej = description.starts_with(imagej::START);
-    let images = match is_imagej {
-        true => imagej::images(&description)?,
-        false => shaped::images(&description, &first_page.layout),
+    let images = if is_imagej {
+        imagej::images(&description)?
+    } else {
+        shaped::images(&description, &first_page.layout)
     };
     let is_one_block = full.len() == 1 && images > 1 && first_page.layout.codec == Codec::Plain;
     let count = if is_one_block {
@@ -131,9 +132,12 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         Meaning::stack(count, samples)
     };
     let page_bytes = first_page.layout.page_bytes();
-    let pages = |n: usize| match is_one_block {
-        true => Ok(first_page.moved(n as u64 * page_bytes)),
-        false => page(n),
+    let pages = |n: usize| {
+        if is_one_block {
+            Ok(first_page.moved(n as u64 * page_bytes))
+        } else {
+            page(n)
+        }
     };
     let mut levels = vec![directories.size(first)?];
     for at in coarser {
@@ -244,10 +248,7 @@ fn stack(
         .open(path, dims, layout.voxel_type)?,
         None => {
             let is_alike = pages.iter().all(|page| page.layout == layout);
-            let chunk = match is_alike {
-                true => layout.chunk,
-                false => layout.size,
-            };
+            let chunk = if is_alike { layout.chunk } else { layout.size };
             let sample = channel % meaning.samples;
             let pages = Pages {
                 is_folder: pages[0].file.path() != path,

@@ -41,11 +41,12 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
     let pixels = document.descendants().find(|node| is(node, "Pixels"));
     let Some(pixels) = pixels else {
         let elsewhere = document.descendants().any(|node| is(&node, "BinaryOnly"));
-        return Err(match elsewhere {
-            true => "is a part of a set of OME-TIFF files that another file describes; open that one, or \
+        return Err(if elsewhere {
+            "is a part of a set of OME-TIFF files that another file describes; open that one, or \
                      write the set as one file"
-                .into(),
-            false => "its OME-XML has no `Pixels`".into(),
+                .into()
+        } else {
+            "its OME-XML has no `Pixels`".into()
         });
     };
     let [depth, channels, times] = ["SizeZ", "SizeC", "SizeT"].map(|key| size(&pixels, key));

@@ -66,13 +66,12 @@ impl Page {
         }
         let tiles = directories.numbers(directory, Tag::TileOffsets)?;
         let is_tiled = tiles.is_some();
-        let chunk = match is_tiled {
-            true => directories.sides(directory, [Tag::TileWidth, Tag::TileLength])?,
-            false => {
-                let rows = number(Tag::RowsPerStrip)?.unwrap_or(u64::from(size[1]));
-                let rows = rows.min(u64::from(size[1]));
-                [size[0], within(Tag::RowsPerStrip, rows, u32::MAX)?]
-            }
+        let chunk = if is_tiled {
+            directories.sides(directory, [Tag::TileWidth, Tag::TileLength])?
+        } else {
+            let rows = number(Tag::RowsPerStrip)?.unwrap_or(u64::from(size[1]));
+            let rows = rows.min(u64::from(size[1]));
+            [size[0], within(Tag::RowsPerStrip, rows, u32::MAX)?]
         };
         let samples = number(Tag::SamplesPerPixel)?.unwrap_or(1);
         let samples = within(Tag::SamplesPerPixel, samples, MOST_SAMPLES)?;
@@ -93,9 +92,10 @@ impl Page {
             Some(offsets) => Some(offsets),
             None => directories.numbers(directory, Tag::StripOffsets)?,
         };
-        let counts = match is_tiled {
-            true => directories.numbers(directory, Tag::TileByteCounts)?,
-            false => directories.numbers(directory, Tag::StripByteCounts)?,
+        let counts = if is_tiled {
+            directories.numbers(directory, Tag::TileByteCounts)?
+        } else {
+            directories.numbers(directory, Tag::StripByteCounts)?
         };
         let offsets = offsets.ok_or("has neither `StripOffsets` nor `TileOffsets`")?;
         let expected = layout.chunks();
@@ -105,18 +105,19 @@ impl Page {
             (_, Codec::Plain) => vec![0; offsets.len()],
             _ => return Err("does not say how long its strips or tiles are".into()),
         };
-        match offsets.len() as u64 == expected {
-            true => Ok(Page {
+        if offsets.len() as u64 == expected {
+            Ok(Page {
                 layout,
                 file: file.clone(),
                 chunks: offsets.into_iter().zip(counts).collect(),
-            }),
-            false => Err(format!(
+            })
+        } else {
+            Err(format!(
                 "has {} strips or tiles, expected {expected} for {}×{} pixels",
                 offsets.len(),
                 size[0],
                 size[1]
-            )),
+            ))
         }
     }
 
@@ -163,9 +164,10 @@ impl Page {
         let plane = if layout.is_planar { sample } else { 0 };
         let at = (u64::from(plane) * u64::from(down) + u64::from(row)) * u64::from(across);
         let (offset, packed) = self.chunks[(at + u64::from(column)) as usize];
-        let rows = match layout.is_tiled {
-            true => layout.chunk[1],
-            false => layout.chunk[1].min(layout.size[1] - row * layout.chunk[1]),
+        let rows = if layout.is_tiled {
+            layout.chunk[1]
+        } else {
+            layout.chunk[1].min(layout.size[1] - row * layout.chunk[1])
         };
         let expected = layout.chunk_row_bytes() * u64::from(rows);
         let count = match layout.codec {

@@ -37,9 +37,10 @@ impl Chunks for Pages {
 
     fn decode(&self, [column, row, z]: [u32; 3]) -> Parsed<Vec<u8>> {
         let page = &self.pages[z as usize];
-        let decoded = match self.is_alike {
-            true => page.decode([column, row], self.sample),
-            false => page.decode_whole(self.sample),
+        let decoded = if self.is_alike {
+            page.decode([column, row], self.sample)
+        } else {
+            page.decode_whole(self.sample)
         };
         let pixels = decoded.map_err(|fault| match (self.is_folder, self.pages.len()) {
             (true, count) => format!("{}: {fault}", named(page, z as usize, count)),
@@ -47,9 +48,10 @@ impl Chunks for Pages {
             (false, count) => format!("page {} of {count}: {fault}", z + 1),
         })?;
         let first = &self.pages[0].layout;
-        Ok(match page.layout.endian == first.endian {
-            true => pixels,
-            false => swapped(pixels, first.voxel_type.bytes()),
+        Ok(if page.layout.endian == first.endian {
+            pixels
+        } else {
+            swapped(pixels, first.voxel_type.bytes())
         })
     }
 }

@@ -63,9 +63,10 @@ impl Archive {
         }
         let version = stream.u32()?;
         if !(FIRST_VERSION..=LAST_VERSION).contains(&version) {
-            let remedy = match version < FIRST_VERSION {
-                true => "; read it with OpenVDB and write it again",
-                false => "",
+            let remedy = if version < FIRST_VERSION {
+                "; read it with OpenVDB and write it again"
+            } else {
+                ""
             };
             return Err(format!(
                 "is OpenVDB of file version {version}, expected {FIRST_VERSION} to {LAST_VERSION}{remedy}"
@@ -114,16 +115,18 @@ impl Archive {
                 None => others.push(listed),
             }
         }
-        match scalar.is_empty() {
-            true => Err(format!(
+        if scalar.is_empty() {
+            Err(format!(
                 "has no grid of {}; it has {}",
                 Number::NAMES,
-                match others.is_empty() {
-                    true => "none at all".into(),
-                    false => named(&others),
+                if others.is_empty() {
+                    "none at all".into()
+                } else {
+                    named(&others)
                 }
-            )),
-            false => Ok(Archive { scalar, others }),
+            ))
+        } else {
+            Ok(Archive { scalar, others })
         }
     }
 
@@ -174,12 +177,11 @@ fn metadata(stream: &mut Stream, wanted: Option<&str>) -> Parsed<String> {
     let mut found = String::new();
     for _ in 0..stream.u32()? {
         let (name, kind) = (stream.text()?, stream.text()?);
-        match wanted == Some(&name) && kind == "string" {
-            true => found = stream.text()?,
-            false => {
-                let bytes = stream.u32()?;
-                stream.skip(bytes.into());
-            }
+        if wanted == Some(&name) && kind == "string" {
+            found = stream.text()?
+        } else {
+            let bytes = stream.u32()?;
+            stream.skip(bytes.into());
         }
     }
     Ok(found)

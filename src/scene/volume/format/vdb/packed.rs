@@ -86,9 +86,10 @@ impl<'m> Packed<'m> {
             }
         };
         let has_choice = matches!(kind, 3..=5);
-        let choice = match has_choice {
-            true => Some(Mask::read(stream, mask.slots())?),
-            false => None,
+        let choice = if has_choice {
+            Some(Mask::read(stream, mask.slots())?)
+        } else {
+            None
         };
         let values = values.filter(|_| compression.is_masked);
         let stored = match values {
@@ -117,13 +118,13 @@ impl<'m> Packed<'m> {
         // What a codec would have made larger is stored as it is, with its size as a negative number.
         let size = stream.i64()?;
         let bytes = size.unsigned_abs();
-        match size > 0 {
-            true if bytes <= plain + OVERHEAD => Ok((bytes, true)),
-            false if bytes == plain => Ok((bytes, false)),
-            _ => Err(format!(
-                "it has a node with {bytes} bytes for {plain}: the file is damaged"
-            )),
+        let is_packed = size > 0;
+        if is_packed && bytes <= plain + OVERHEAD || !is_packed && bytes == plain {
+            return Ok((bytes, is_packed));
         }
+        Err(format!(
+            "it has a node with {bytes} bytes for {plain}: the file is damaged"
+        ))
     }
 
     /// Goes on behind the values.
@@ -137,9 +138,10 @@ impl<'m> Packed<'m> {
     pub fn unpack(self, stream: &mut Stream) -> Parsed<Vec<u8>> {
         let (bytes, is_packed) = self.stored_bytes(stream)?;
         let stored = stream.bytes(bytes)?.to_vec();
-        let plain = match is_packed {
-            true => self.codec.decode(stored, self.plain_bytes as usize)?,
-            false => stored,
+        let plain = if is_packed {
+            self.codec.decode(stored, self.plain_bytes as usize)?
+        } else {
+            stored
         };
         let stored = self.number.array(plain);
         let Some(([first, second], choice)) = self.left_out else {
@@ -149,10 +151,12 @@ impl<'m> Packed<'m> {
         let mut values = Vec::with_capacity(self.mask.slots() * self.number.bytes());
         for slot in 0..self.mask.slots() {
             let is_second = || choice.as_ref().is_some_and(|mask| mask.has(slot));
-            let value = match self.mask.has(slot) {
-                true => stored.next().unwrap_or(&second),
-                false if is_second() => &second,
-                false => &first,
+            let value = if self.mask.has(slot) {
+                stored.next().unwrap_or(&second)
+            } else if is_second() {
+                &second
+            } else {
+                &first
             };
             values.extend_from_slice(value);
         }

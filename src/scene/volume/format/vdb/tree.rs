@@ -211,11 +211,12 @@ impl TreeReader<'_> {
 
     fn put(&mut self, low: [i64; 3], block: Block) -> Parsed<()> {
         let is_block = low.iter().all(|index| index.rem_euclid(BLOCK_SIDE) == 0);
-        match is_block && self.tree.blocks.insert(low, block).is_none() {
-            true => Ok(()),
-            false => Err(format!(
+        if is_block && self.tree.blocks.insert(low, block).is_none() {
+            Ok(())
+        } else {
+            Err(format!(
                 "it has a block at {low:?}, expected multiples of {BLOCK_SIDE}, each once: the file is damaged"
-            )),
+            ))
         }
     }
 

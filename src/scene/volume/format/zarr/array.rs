@@ -68,18 +68,17 @@ fn node_type(folder: &Path) -> Option<String> {
 
 impl Array {
     pub fn read(folder: &Path) -> Parsed<Array> {
-        let array = match folder.join(".zarray").is_file() {
-            true => json::<Version2>(&folder.join(".zarray"))?.array(folder)?,
-            false if folder.join("zarr.json").is_file() => {
-                json::<Version3>(&folder.join("zarr.json"))?.array(folder)?
-            }
-            false => {
-                return Err(
-                    "has neither .zarray nor zarr.json: download it as well, or open another level alone, as \
-                     in FOLDER/2, with volume.spacing"
-                        .into(),
-                );
-            }
+        let [version_2, version_3] = [".zarray", "zarr.json"].map(|name| folder.join(name));
+        let array = if version_2.is_file() {
+            json::<Version2>(&version_2)?.array(folder)?
+        } else if version_3.is_file() {
+            json::<Version3>(&version_3)?.array(folder)?
+        } else {
+            return Err(
+                "has neither .zarray nor zarr.json: download it as well, or open another level alone, as \
+                 in FOLDER/2, with volume.spacing"
+                    .into(),
+            );
         };
         array.check()?;
         Ok(array)
@@ -125,12 +124,13 @@ impl Array {
             ));
         }
         let divides = |(outer, chunk): (&u64, &u64)| outer.is_multiple_of(*chunk);
-        match outer.iter().zip(&self.chunk).all(divides) {
-            true => Ok(()),
-            false => Err(format!(
+        if outer.iter().zip(&self.chunk).all(divides) {
+            Ok(())
+        } else {
+            Err(format!(
                 "its shards are {outer:?}, expected a multiple of its chunks, {:?}",
                 self.chunk
-            )),
+            ))
         }
     }
 }
@@ -182,9 +182,10 @@ impl Version2 {
             other => return Err(unexpected("order", other, "C or F")),
         }
         // Older versions of n5-zarr nest chunks in folders and do not say so.
-        let usual = match self.shape.len() > 1 && folder.join("0").is_dir() {
-            true => '/',
-            false => '.',
+        let usual = if self.shape.len() > 1 && folder.join("0").is_dir() {
+            '/'
+        } else {
+            '.'
         };
         Ok(Array {
             folder: folder.to_path_buf(),

@@ -103,15 +103,17 @@ impl ArrayChunks {
             return Ok(known.clone());
         }
         let count = chunks * 16 + if shard.has_checksum { 4 } else { 0 };
-        let begin = match shard.is_index_at_end {
-            true => file.bytes().saturating_sub(count),
-            false => 0,
+        let begin = if shard.is_index_at_end {
+            file.bytes().saturating_sub(count)
+        } else {
+            0
         };
         let index = file.read(begin, count)?;
-        let index = match shard.has_checksum {
-            true => crc32c::checked(index)
-                .ok_or("the checksum of its index is wrong: the file is damaged")?,
-            false => index,
+        let index = if shard.has_checksum {
+            crc32c::checked(index)
+                .ok_or("the checksum of its index is wrong: the file is damaged")?
+        } else {
+            index
         };
         let index = Arc::new(index);
         let mut indices = locked(&self.indices);
@@ -140,15 +142,17 @@ impl ArrayChunks {
         let path = self.path(key);
         let is_missing =
             std::fs::metadata(&path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
-        let file = match is_missing {
-            true => None,
-            false => Some(WatchedFile::open(&path)?),
+        let file = if is_missing {
+            None
+        } else {
+            Some(WatchedFile::open(&path)?)
         };
         let version = file.as_ref().map(WatchedFile::version);
         let mut versions = locked(&self.versions);
-        match *versions.entry(key.to_string()).or_insert(version) == version {
-            true => Ok(file),
-            false => Err(HAS_CHANGED.into()),
+        if *versions.entry(key.to_string()).or_insert(version) == version {
+            Ok(file)
+        } else {
+            Err(HAS_CHANGED.into())
         }
     }
 
@@ -174,12 +178,11 @@ impl ArrayChunks {
         for z in 0..depth {
             for y in 0..height {
                 let row = &chunk[begin + z * along[2] + y * along[1]..];
-                match along[0] == size {
-                    true => voxels.extend_from_slice(&row[..width * size]),
-                    false => {
-                        let places = (0..width).map(|x| x * along[0]);
-                        places.for_each(|at| voxels.extend_from_slice(&row[at..at + size]));
-                    }
+                if along[0] == size {
+                    voxels.extend_from_slice(&row[..width * size])
+                } else {
+                    let places = (0..width).map(|x| x * along[0]);
+                    places.for_each(|at| voxels.extend_from_slice(&row[at..at + size]));
                 }
             }
         }

@@ -116,14 +116,13 @@ pub fn is_folder(path: &Path) -> bool {
 
 pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let is_array = is_array(path);
-    let (dimensions, resolutions, names) = match is_array {
-        true => {
-            let array = Array::read(path)?;
-            let dimensions = dimensions_of(&array)?;
-            let scale = vec![1.0; array.shape.len()];
-            (dimensions, vec![Resolution { array, scale }], Vec::new())
-        }
-        false => image(path)?,
+    let (dimensions, resolutions, names) = if is_array {
+        let array = Array::read(path)?;
+        let dimensions = dimensions_of(&array)?;
+        let scale = vec![1.0; array.shape.len()];
+        (dimensions, vec![Resolution { array, scale }], Vec::new())
+    } else {
+        image(path)?
     };
     let metadata = (!is_array).then(|| metadata_file(path));
     volume(&dimensions, resolutions, names, metadata, overrides)
@@ -160,22 +159,23 @@ fn dimensions_of(array: &Array) -> Parsed<Vec<Dimension>> {
 /// The file in which a group describes its arrays.
 fn metadata_file(group: &Path) -> PathBuf {
     let newer = group.join("zarr.json");
-    match newer.is_file() {
-        true => newer,
-        false => group.join(".zattrs"),
+    if newer.is_file() {
+        newer
+    } else {
+        group.join(".zattrs")
     }
 }
 
 /// The axes, resolutions and channels' names of an image.
 fn image(path: &Path) -> Parsed<(Vec<Dimension>, Vec<Resolution>, Vec<String>)> {
     let metadata = metadata_file(path);
-    let attributes: Option<Attributes> = match metadata.ends_with("zarr.json") {
-        true => {
-            let group: Group = json(&metadata)?;
-            group.attributes.and_then(|attributes| attributes.ome)
-        }
-        false if metadata.is_file() => Some(json(&metadata)?),
-        false => None,
+    let attributes: Option<Attributes> = if metadata.ends_with("zarr.json") {
+        let group: Group = json(&metadata)?;
+        group.attributes.and_then(|attributes| attributes.ome)
+    } else if metadata.is_file() {
+        Some(json(&metadata)?)
+    } else {
+        None
     };
     let attributes =
         attributes.ok_or("is a Zarr group without OME's metadata; open one of its arrays")?;
@@ -350,13 +350,14 @@ fn level_of(dimensions: &[Dimension], resolution: &Resolution) -> Parsed<Level> 
 fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
     let enough = expected / MOST_EMPTY + 1;
     let found = bytes_within(&array.folder, array.file_bytes(), enough, MOST_NESTED);
-    match found >= enough {
-        true => Ok(()),
-        false => Err(format!(
+    if found >= enough {
+        Ok(())
+    } else {
+        Err(format!(
             "its chunks are {found} bytes, decoded, which cannot hold {}: nearly all of them are missing, or its \
              metadata is wrong",
             shape(dims, array.voxel_type)
-        )),
+        ))
     }
 }
 

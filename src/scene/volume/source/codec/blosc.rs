@@ -100,17 +100,19 @@ impl<'a> Buffer<'a> {
                 .ok_or("a block ends after its end")?;
             rest = &rest[4 + packed.len()..];
             let expected = length / streams;
-            match packed.len() == expected {
-                true => block.extend_from_slice(packed),
-                false => block.extend(self.stream(packed, expected)?),
+            if packed.len() == expected {
+                block.extend_from_slice(packed)
+            } else {
+                block.extend(self.stream(packed, expected)?)
             }
         }
-        match block.len() == length {
-            true => Ok(block),
-            false => Err(format!(
+        if block.len() == length {
+            Ok(block)
+        } else {
+            Err(format!(
                 "a block decodes to {} bytes, expected {length}",
                 block.len()
-            )),
+            ))
         }
     }
 

@@ -53,9 +53,10 @@ fn next(rest: &mut &[u8]) -> Parsed<usize> {
 }
 
 fn check_room(decoded: &[u8], more: usize, expected: usize) -> Parsed<()> {
-    match decoded.len() + more <= expected {
-        true => Ok(()),
-        false => Err("it is longer than its header says".into()),
+    if decoded.len() + more <= expected {
+        Ok(())
+    } else {
+        Err("it is longer than its header says".into())
     }
 }
 
