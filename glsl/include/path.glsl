@@ -265,7 +265,7 @@ void fly(inout Path path, inout Random random) {
             random = random_before;
             lookups = lookups_before;
             path.shadow_transmittance = transmittance_before;
-            forgive();
+            clear_void();
         }
         // The compiler knows `has_light_sampling`, and leaves the branch out without it.
         if (has_light_sampling && is_shadow && tracking.outcome == OUTCOME_END) {

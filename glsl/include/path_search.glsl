@@ -73,7 +73,7 @@ void continue_search(inout Path path, inout Random random) {
     if (is_void) {
         hold_search(path, search);
         if (search.t > t) {
-            forgive();
+            clear_void();
         }
         return;
     }

@@ -14,7 +14,7 @@
 // A page for each brick. With PAGE_RESIDENT: its place in the image, ten bits an axis, and whether it has been read
 // since the host last looked. Otherwise: the number of requests for it.
 layout(scalar) buffer VolumePageBlock { uint at[]; } volume_pages;
-// For each pixel or each brick of the cache, the number of the piece of work in which it was last done.
+// For each pixel or each brick of the cache, the mark of the work in which it was last done.
 layout(scalar) buffer DoneBlock { uint at[]; } done;
 
 // Whether a brick was missing; and the first missing one, counted from 1.
@@ -65,7 +65,7 @@ ivec3 to_texel(ivec3 voxel) {
 }
 
 // Everything that was void has been undone.
-void forgive() {
+void clear_void() {
     is_void = false;
 }
 
@@ -84,11 +84,11 @@ bool stands_back(uint index) {
 }
 
 bool is_done(uint index) {
-    return done.at[index] == streaming.now.work;
+    return done.at[index] == streaming.now.done_mark;
 }
 
 void set_done(uint index) {
-    done.at[index] = streaming.now.work;
+    done.at[index] = streaming.now.done_mark;
 }
 
 // Reports the result of an invocation in this dispatch.
@@ -109,7 +109,7 @@ const uint first_missing = 0u;
 
 void ask_ahead() {}
 
-void forgive() {}
+void clear_void() {}
 
 bool still_misses(uint missing) {
     return false;

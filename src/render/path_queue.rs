@@ -115,13 +115,7 @@ impl PathQueue {
                 f.zero(&r.counters)?;
                 f.zero(&r.paths)?;
             }
-            if let Some(bricks) = &r.bricks {
-                bricks.record_news(f)?;
-            }
-            record(f, self.work)?;
-            if let Some(bricks) = &r.bricks {
-                bricks.record_told(f)?;
-            }
+            r.record_reading(f, |f| record(f, self.work))?;
             f.copy(&r.counters, &r.staging)
         })?;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
@@ -137,9 +131,9 @@ impl PathQueue {
         let (mut waits, mut waiting, mut first_item) = (false, 0, 0);
         if let Some(bricks) = &r.bricks {
             waits = bricks.serve(frame, &r.volume)?;
-            let told = bricks.told();
-            waiting = told.missed;
-            first_item = told.oldest_item.min(self.first_item + counted.next);
+            let report = bricks.report();
+            waiting = report.missed;
+            first_item = report.oldest_item.min(self.first_item + counted.next);
         }
         let most_had_work = 2 * unfinished.saturating_sub(waiting) >= r.slots();
         // Paths that wait for bricks say nothing about the time that work takes.

@@ -332,8 +332,8 @@ shared! {
         /// The least index of an invocation that may work, and how many may.
         pub first: uint,
         pub count: uint,
-        /// Number of the current piece of work; a pixel or brick marked with it is done.
-        pub work: uint,
+        /// A pixel or brick with this mark is done.
+        pub done_mark: uint,
         /// Units of samples that are worked off together.
         pub units: uint,
         /// The first item to be worked on (in a queue, the item that its number 0 stands for), and the first that has to wait.

@@ -7,21 +7,20 @@
 //! have been read and no invocation makes progress, too many invocations need too many bricks at once, and only some
 //! of them may work for a while (`window.rs`); in the end a single one, which needs the bricks along one ray.
 
+mod exchange;
 mod host;
+mod loader;
 mod needed;
 pub(super) mod place_bricks;
 mod places;
 mod window;
 
 pub use needed::needed_bricks;
-pub use places::BrickFigures;
 pub use window::{Items, Order};
 
 use std::cell::RefCell;
 use std::sync::Arc;
-use std::time::Duration;
-
-use bytemuck::Zeroable;
+use std::time::{Duration, Instant};
 
 use super::gpu_scene::GpuScene;
 use super::layout::BrickLayout;
@@ -30,24 +29,45 @@ use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};
 use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Placement};
 use crate::scene::volume::Volume;
+use exchange::{DeviceSide, Exchange};
 use host::HostBricks;
+use loader::Loader;
 use needed::bricks_that_matter;
-use place_bricks::PlaceBricks;
-use places::BrickPlaces;
-use window::{NoRoom, Window};
+use places::Places;
+use window::{Loads, NoRoom};
 
-/// Size of the buffer through which bricks are brought onto the GPU, unless a quarter of all places is less.
-const STAGING_BYTES: u64 = 8 << 20;
-/// Offsets in a buffer at which every device copies to every format.
-const ALIGNMENT: usize = 16;
-
-/// The page table of a volume in bricks, and what goes with it.
+/// The bricks of a volume, those of them that are on the GPU, and the page table by which shaders find them.
 pub struct VolumeBricks {
-    pages: Buffer,
-    streaming: Buffer,
+    layout: BrickLayout,
+    device: DeviceSide,
     done: Buffer,
     marks: Marks,
-    state: RefCell<BrickPlaces>,
+    /// Passes that read the volume share it, and change this besides.
+    state: RefCell<State>,
+}
+
+struct State {
+    exchange: Exchange,
+    places: Places,
+    loader: Loader,
+    /// Bricks in which there was something to see at the beginning.
+    matter: u32,
+    /// Time for which the device waited for bricks.
+    waited: Duration,
+}
+
+/// Figures of the streaming so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct BrickFigures {
+    /// Bricks of the whole volume, and those on the GPU.
+    pub total: u32,
+    pub resident: u32,
+    /// Bricks in which there was something to see at the beginning.
+    pub matter: u32,
+    pub loads: u64,
+    pub bytes_read: u64,
+    /// Time for which the device waited for bricks.
+    pub waited: Duration,
 }
 
 /// Sizes of the marks of finished work: one for each pixel, or for each brick of the cache.
@@ -70,70 +90,46 @@ impl VolumeBricks {
         let Some(layout) = scene.bricks else {
             return Ok(None);
         };
-        let buffer = |name, bytes, placement| {
-            let desc = BufferDesc {
-                name,
-                bytes,
-                placement,
-            };
-            Buffer::new(memory, desc)
-        };
-        let page_bytes = 4 * u64::from(layout.total());
-        let voxel_bytes = scene.parts.field.stored.bytes();
-        let room = room(&layout, voxel_bytes) as u64;
-        let staging = STAGING_BYTES.min(u64::from(layout.capacity().div_ceil(4)) * room);
-        let staging = staging.max(room);
-        let streaming_bytes = size_of::<Streaming>() as u64;
-        let capacity = layout.capacity() as usize;
         let marks = Marks {
             size: scene.parts.view.size,
             bricks: scene.variant.cache().map_or(0, |cache| cache.active.len()),
         };
+        let done = BufferDesc {
+            name: "done marks",
+            bytes: marks.bytes(),
+            placement: Placement::Device,
+        };
         Ok(Some(VolumeBricks {
-            pages: buffer("volume pages", page_bytes, Placement::Device)?,
-            streaming: buffer("streaming", streaming_bytes, Placement::Device)?,
-            done: buffer("done marks", marks.bytes(), Placement::Device)?,
+            layout,
+            device: DeviceSide::allocate(memory, &layout)?,
+            done: Buffer::new(memory, done)?,
             marks,
-            state: RefCell::new(BrickPlaces {
-                layout,
-                host_pages: buffer("volume pages, host", page_bytes, Placement::Readback)?,
-                host_streaming: buffer("streaming, host", streaming_bytes, Placement::Readback)?,
-                staging: buffer("brick staging", staging, Placement::Readback)?,
-                place: PlaceBricks::allocate(memory, (staging / room) as usize)?,
-                room: room as usize,
-                host: None,
-                held: vec![None; capacity],
-                read: vec![0; capacity],
-                round: 0,
-                window: Window::new(),
-                items: Items::NONE,
-                told: Streaming::zeroed(),
-                has_news: false,
-                previews: false,
-                patience: Duration::MAX,
-                work: 0,
-                figures: BrickFigures {
-                    total: layout.total(),
-                    ..BrickFigures::default()
-                },
+            state: RefCell::new(State {
+                exchange: Exchange::allocate(memory, &layout)?,
+                places: Places::new(layout),
+                loader: Loader::allocate(memory, layout, scene.parts.field.stored.bytes())?,
+                matter: 0,
+                waited: Duration::ZERO,
             }),
         }))
     }
 
     pub fn compile(&mut self, passes: &PassCompiler<'_>) -> Result<()> {
-        self.state.get_mut().place.compile(passes)
+        self.state.get_mut().loader.compile(passes)
     }
 
     /// Opens the volume; no brick is on the GPU yet.
     pub fn open(&mut self, frame: &mut Frame, volume: &Volume, scene: &GpuScene) -> Result<()> {
         let state = self.state.get_mut();
-        let matters = bricks_that_matter(scene, volume, state.layout.side);
-        state.figures.matter = matters.iter().filter(|&&matters| matters).count() as u32;
-        state.host = Some(HostBricks::new(volume, state.layout, matters)?);
-        let no_pages = vec![0u32; state.layout.total() as usize];
-        state.host_pages.write(&no_pages);
+        let matters = bricks_that_matter(scene, volume, self.layout.side);
+        state.matter = matters.iter().filter(|&&matters| matters).count() as u32;
+        state
+            .loader
+            .open(HostBricks::new(volume, self.layout, matters)?);
+        let no_pages = vec![0; self.layout.total() as usize];
+        state.exchange.write(&no_pages);
         self.begin(frame, Order::Slots)?;
-        frame.run(|f| self.record_news(f))
+        frame.run(|f| self.record_state(f))
     }
 
     /// Makes room for pictures of another size.
@@ -151,35 +147,41 @@ impl VolumeBricks {
 
     fn mark(&mut self, marks: Marks) -> Result<()> {
         self.marks = marks;
-        self.state.get_mut().work = 0;
+        self.state.get_mut().exchange.forget_marks();
         self.done.resize(marks.bytes())
     }
 
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 3] {
         [
-            ("volume_pages", Binding::Buffer(&self.pages)),
+            ("volume_pages", Binding::Buffer(&self.device.pages)),
             self.streaming_binding(),
             ("done", Binding::Buffer(&self.done)),
         ]
     }
 
     pub fn streaming_binding(&self) -> (&'static str, Binding<'_>) {
-        ("streaming", Binding::Buffer(&self.streaming))
+        ("streaming", Binding::Buffer(&self.device.streaming))
     }
 
     pub fn figures(&self) -> BrickFigures {
-        self.state.borrow().figures
+        let state = self.state.borrow();
+        BrickFigures {
+            total: self.layout.total(),
+            resident: state.places.resident(),
+            matter: state.matter,
+            loads: state.loader.loads,
+            bytes_read: state.loader.bytes_read(),
+            waited: state.waited,
+        }
     }
 
     /// Begins a new piece of work, of which nothing is done.
     pub fn begin(&self, frame: &mut Frame, order: Order) -> Result<()> {
         let mut state = self.state.borrow_mut();
-        state.window.begin(order);
-        state.work = state.work.wrapping_add(1);
-        let begins_anew = state.work <= 1;
-        state.work = state.work.max(1);
-        let words = state.take_reads();
-        state.tell(&words);
+        let begins_anew = state.exchange.begin(order);
+        let mut pages = state.exchange.pages(&self.layout);
+        state.places.take_reads(&mut pages);
+        state.exchange.write(&pages);
         if begins_anew {
             frame.run(|f| f.zero(&self.done))
         } else {
@@ -189,51 +191,45 @@ impl VolumeBricks {
 
     /// Sets the time that bringing bricks may take between two dispatches from now on.
     pub fn take_slices_of(&self, ms: f64) {
-        self.state.borrow_mut().patience = Duration::from_secs_f64(ms / 1e3);
+        self.state.borrow_mut().loader.patience = Duration::from_secs_f64(ms / 1e3);
     }
 
     /// Begins a preview: until its end, no invocation waits for bricks, and other voxels stand in for missing ones.
     pub fn begin_preview(&self) {
-        self.state.borrow_mut().previews = true;
+        self.state.borrow_mut().exchange.previews = true;
     }
 
-    /// Ends a preview, and brings bricks that it has missed; [`VolumeBricks::record_told`] must have been recorded after
-    /// its last dispatch.
+    /// Ends a preview, and brings bricks that it has missed; [`VolumeBricks::record_report`] must have been recorded
+    /// after its last dispatch.
     pub fn end_preview(&self, frame: &mut Frame, image: &Image) -> Result<()> {
         let mut state = self.state.borrow_mut();
-        state.previews = false;
-        state.load_missed(frame, image).map(drop)
+        state.exchange.previews = false;
+        state.load_missed(frame, image, &self.layout).map(drop)
     }
 
     /// Decides which items the next dispatch works on.
     pub fn allow(&self, items: Items) {
-        let mut state = self.state.borrow_mut();
-        state.items = items;
-        state.write_streaming();
+        self.state.borrow_mut().exchange.allow(items);
     }
 
     /// The report of the last dispatch.
-    pub fn told(&self) -> Streaming {
-        self.state.borrow().told
+    pub fn report(&self) -> Streaming {
+        self.state.borrow().exchange.report
     }
 
     /// Records, before a dispatch, the copies that tell it which bricks are there and which invocations may work.
-    pub fn record_news(&self, frame: &mut Frame) -> Result<()> {
+    pub fn record_state(&self, frame: &mut Frame) -> Result<()> {
         let mut state = self.state.borrow_mut();
-        if std::mem::take(&mut state.has_news) {
-            frame.copy(&state.host_pages, &self.pages)?;
-        }
-        frame.copy(&state.host_streaming, &self.streaming)
+        state.exchange.record_state(frame, &self.device)
     }
 
     /// Records, after a dispatch, the copies that [`VolumeBricks::serve`] reads.
-    pub fn record_told(&self, frame: &mut Frame) -> Result<()> {
+    pub fn record_report(&self, frame: &mut Frame) -> Result<()> {
         let state = self.state.borrow();
-        frame.copy(&self.streaming, &state.host_streaming)?;
-        frame.copy(&self.pages, &state.host_pages)
+        state.exchange.record_report(frame, &self.device)
     }
 
-    /// Brings bricks that the last dispatch has missed onto the GPU; [`VolumeBricks::record_told`] must have been
+    /// Brings bricks that the last dispatch has missed onto the GPU; [`VolumeBricks::record_report`] must have been
     /// recorded after it. Returns whether the dispatch has to be repeated, because bricks were missed or because not
     /// all invocations worked.
     ///
@@ -242,27 +238,44 @@ impl VolumeBricks {
     /// If the volume cannot be read, or if a single invocation needs more bricks at once than there is room for.
     pub fn serve(&self, frame: &mut Frame, image: &Image) -> Result<bool> {
         let mut state = self.state.borrow_mut();
-        let told: Streaming = state.host_streaming.read();
-        state.told = told;
-        if state.previews || told.missed == 0 && state.window.is_whole() {
-            state.write_streaming();
+        state.exchange.read_report();
+        let report = state.exchange.report;
+        let is_done = report.missed == 0 && state.exchange.window.is_whole();
+        if state.exchange.previews || is_done {
+            state.exchange.write_state();
             return Ok(false);
         }
-        let loads = state.load_missed(frame, image)?;
-        let followed = state.window.follow(&told, loads);
-        followed.map_err(|NoRoom| no_room(&state.layout))?;
-        state.write_streaming();
+        let loads = state.load_missed(frame, image, &self.layout)?;
+        let followed = state.exchange.window.follow(&report, loads);
+        followed.map_err(|NoRoom| no_room(&self.layout))?;
+        state.exchange.write_state();
         Ok(true)
+    }
+}
+
+impl State {
+    /// Brings bricks that were missed, and prepares the page table that says where they are.
+    fn load_missed(
+        &mut self,
+        frame: &mut Frame,
+        image: &Image,
+        layout: &BrickLayout,
+    ) -> Result<Loads> {
+        let began = Instant::now();
+        let mut pages = self.exchange.pages(layout);
+        self.places.take_reads(&mut pages);
+        let loads = self.loader.load(frame, image, &mut self.places, &mut pages);
+        if loads.is_err() {
+            // Some places do not hold the brick that the page table names.
+            self.places.clear(&mut pages);
+        }
+        self.exchange.write(&pages);
+        self.waited += began.elapsed();
+        loads
     }
 }
 
 fn no_room(layout: &BrickLayout) -> Error {
     let room = layout.capacity();
     MemoryError::VolumeBricks { room }.into()
-}
-
-/// Bytes of a brick in the staging buffer.
-fn room(layout: &BrickLayout, voxel_bytes: usize) -> usize {
-    let texels = (layout.pitch() as usize).pow(3);
-    (texels * voxel_bytes).next_multiple_of(ALIGNMENT)
 }

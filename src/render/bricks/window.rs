@@ -93,21 +93,21 @@ impl Window {
     }
 
     /// Moves the window after a dispatch.
-    pub fn follow(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
-        if told.advanced > 0 {
+    pub fn follow(&mut self, report: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+        if report.advanced > 0 {
             self.stalled = 0;
         }
-        match (self.order, told.missed) {
+        match (self.order, report.missed) {
             (Order::Slots, 0) => self.begin(Order::Slots),
-            (Order::Slots, _) => return self.follow_slots(told, loads),
-            (Order::Pixels, 0) => self.pass(told),
-            (Order::Pixels, _) => return self.follow_pixels(told, loads),
+            (Order::Slots, _) => return self.follow_slots(report, loads),
+            (Order::Pixels, 0) => self.pass(report),
+            (Order::Pixels, _) => return self.follow_pixels(report, loads),
         }
         Ok(())
     }
 
-    fn follow_slots(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
-        if told.advanced > 0 {
+    fn follow_slots(&mut self, report: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+        if report.advanced > 0 {
             self.count = self.count.saturating_mul(2);
             if self.is_whole() {
                 self.first = 0;
@@ -118,21 +118,21 @@ impl Window {
         if loads.loaded > 0 && (self.stalled <= PATIENCE || self.count == 1) {
             return Ok(());
         }
-        self.shrink(told)
+        self.shrink(report)
     }
 
-    fn follow_pixels(&mut self, told: &Streaming, loads: Loads) -> Result<(), NoRoom> {
+    fn follow_pixels(&mut self, report: &Streaming, loads: Loads) -> Result<(), NoRoom> {
         if loads.has_room || (self.count == 1 && loads.loaded > 0) {
             return Ok(());
         }
-        self.shrink(told)?;
+        self.shrink(report)?;
         self.enough = self.count;
         Ok(())
     }
 
     /// Moves past the window, all of whose pixels are done.
-    fn pass(&mut self, told: &Streaming) {
-        if told.advanced == 0 {
+    fn pass(&mut self, report: &Streaming) {
+        if report.advanced == 0 {
             // No pixel was left there: the next dispatch covers all of them, and mostly finds nothing to do.
             (self.first, self.count) = (0, ALL);
             return;
@@ -142,13 +142,13 @@ impl Window {
         self.enough = self.count;
     }
 
-    fn shrink(&mut self, told: &Streaming) -> Result<(), NoRoom> {
+    fn shrink(&mut self, report: &Streaming) -> Result<(), NoRoom> {
         if self.count == 1 {
             return Err(NoRoom);
         }
         self.stalled = 0;
-        self.first = told.first_missed;
-        self.count = (self.count.min(told.missed) / 2).max(1);
+        self.first = report.first_missed;
+        self.count = (self.count.min(report.missed) / 2).max(1);
         Ok(())
     }
 }
@@ -158,7 +158,7 @@ mod tests {
     use super::*;
     use bytemuck::Zeroable;
 
-    fn told(missed: u32, first_missed: u32, advanced: u32) -> Streaming {
+    fn report(missed: u32, first_missed: u32, advanced: u32) -> Streaming {
         Streaming {
             missed,
             first_missed,
@@ -184,13 +184,13 @@ mod tests {
     fn slots_work_all_at_once_until_none_comes_further() {
         let mut window = Window::new();
         window.begin(Order::Slots);
-        window.follow(&told(100, 7, 3), NONE).expect("progress");
+        window.follow(&report(100, 7, 3), NONE).expect("progress");
         assert!(window.is_whole());
         for _ in 0..=PATIENCE {
-            window.follow(&told(100, 7, 0), SOME).expect("room");
+            window.follow(&report(100, 7, 0), SOME).expect("room");
         }
         assert_eq!((window.first, window.count), (7, 50));
-        window.follow(&told(0, ALL, 50), SOME).expect("room");
+        window.follow(&report(0, ALL, 50), SOME).expect("room");
         assert!(window.is_whole());
     }
 
@@ -199,7 +199,7 @@ mod tests {
         let mut window = Window::new();
         window.begin(Order::Slots);
         let mut rounds = 0;
-        while window.follow(&told(100, 7, 0), NONE).is_ok() {
+        while window.follow(&report(100, 7, 0), NONE).is_ok() {
             rounds += 1;
             assert!(rounds < 100);
         }
@@ -210,11 +210,11 @@ mod tests {
     fn pixels_are_gone_through_in_order_as_many_at_once_as_find_their_bricks() {
         let mut window = Window::new();
         window.begin(Order::Pixels);
-        window.follow(&told(80, 20, 10), SOME).expect("room");
+        window.follow(&report(80, 20, 10), SOME).expect("room");
         assert_eq!((window.first, window.count), (20, 40));
-        window.follow(&told(0, ALL, 40), SOME).expect("room");
+        window.follow(&report(0, ALL, 40), SOME).expect("room");
         assert_eq!((window.first, window.count), (60, 50));
-        window.follow(&told(0, ALL, 0), SOME).expect("room");
+        window.follow(&report(0, ALL, 0), SOME).expect("room");
         assert!(window.is_whole() && window.first == 0);
         window.begin(Order::Pixels);
         assert_eq!(window.count, 50);
@@ -224,10 +224,10 @@ mod tests {
     fn a_window_of_one_pixel_grows_again() {
         let mut window = Window::new();
         window.begin(Order::Pixels);
-        window.follow(&told(3, 20, 1000), NONE).expect("room");
+        window.follow(&report(3, 20, 1000), NONE).expect("room");
         assert_eq!((window.first, window.count), (20, 1));
         for _ in 0..12 {
-            window.follow(&told(0, ALL, 1), SOME).expect("room");
+            window.follow(&report(0, ALL, 1), SOME).expect("room");
         }
         assert!(window.count > 16, "{}", window.count);
     }
@@ -236,7 +236,7 @@ mod tests {
     fn pixels_whose_bricks_are_late_are_no_fewer() {
         let mut window = Window::new();
         window.begin(Order::Pixels);
-        window.follow(&told(80, 20, 10), LATE).expect("room");
+        window.follow(&report(80, 20, 10), LATE).expect("room");
         assert!(window.is_whole());
     }
 }

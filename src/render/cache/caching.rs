@@ -128,13 +128,7 @@ impl Caching<'_> {
             bricks.begin(self.frame, Order::Slots)?;
         }
         let marched = self.frame.run(|f| {
-            if let Some(bricks) = &r.bricks {
-                bricks.record_news(f)?;
-            }
-            cache.record_march(f, r)?;
-            if let Some(bricks) = &r.bricks {
-                bricks.record_told(f)?;
-            }
+            r.record_reading(f, |f| cache.record_march(f, r))?;
             tone_map.record(f, &r.unit_sum, to, push)
         });
         let ended = match &r.bricks {

@@ -1,0 +1,148 @@
+//! What host and shaders exchange around a dispatch that reads a volume in bricks: before it, where bricks are and which
+//! invocations may work; after it, which bricks were read or asked for, and what came of the work.
+
+use std::sync::Arc;
+
+use bytemuck::Zeroable;
+
+use super::window::{Items, Order, Window};
+use crate::error::Result;
+use crate::gpu::{Buffer, BufferDesc, Frame, Memory, Placement};
+use crate::render::layout::BrickLayout;
+use crate::render::shared::Streaming;
+
+/// The buffers that shaders read and write.
+pub struct DeviceSide {
+    /// A word for each brick (`places.rs`).
+    pub pages: Buffer,
+    pub streaming: Buffer,
+}
+
+/// The host's copies of these, and what the next dispatch will be told.
+pub struct Exchange {
+    pages: Buffer,
+    streaming: Buffer,
+    /// Whether `pages` has changes that the device does not know yet.
+    pages_changed: bool,
+    pub window: Window,
+    items: Items,
+    /// Whether invocations do without missing bricks instead of waiting for them.
+    pub previews: bool,
+    /// The mark of what is done of the piece of work under way; 0 before the first one.
+    done_mark: u32,
+    /// What the last dispatch has reported.
+    pub report: Streaming,
+}
+
+impl DeviceSide {
+    pub fn allocate(memory: &Arc<Memory>, layout: &BrickLayout) -> Result<DeviceSide> {
+        let buffer = |name, bytes| buffer(memory, name, bytes, Placement::Device);
+        Ok(DeviceSide {
+            pages: buffer("volume pages", page_bytes(layout))?,
+            streaming: buffer("streaming", size_of::<Streaming>() as u64)?,
+        })
+    }
+}
+
+impl Exchange {
+    pub fn allocate(memory: &Arc<Memory>, layout: &BrickLayout) -> Result<Exchange> {
+        let buffer = |name, bytes| buffer(memory, name, bytes, Placement::Readback);
+        Ok(Exchange {
+            pages: buffer("volume pages, host", page_bytes(layout))?,
+            streaming: buffer("streaming, host", size_of::<Streaming>() as u64)?,
+            pages_changed: false,
+            window: Window::new(),
+            items: Items::NONE,
+            previews: false,
+            done_mark: 0,
+            report: Streaming::zeroed(),
+        })
+    }
+
+    /// Begins a piece of work, of which nothing is done. Returns whether older marks may be mistaken for those of this
+    /// one, so that they have to be cleared.
+    pub fn begin(&mut self, order: Order) -> bool {
+        self.window.begin(order);
+        self.done_mark = self.done_mark.wrapping_add(1);
+        let begins_anew = self.done_mark <= 1;
+        self.done_mark = self.done_mark.max(1);
+        begins_anew
+    }
+
+    /// Marks of finished work are about to be lost.
+    pub fn forget_marks(&mut self) {
+        self.done_mark = 0;
+    }
+
+    pub fn allow(&mut self, items: Items) {
+        self.items = items;
+        self.write_state();
+    }
+
+    /// The page table as the last dispatch has left it.
+    pub fn pages(&self, layout: &BrickLayout) -> Vec<u32> {
+        let bytes = page_bytes(layout) as usize;
+        let mapped = self.pages.mapped().unwrap_or_default();
+        bytemuck::pod_collect_to_vec(&mapped[..bytes])
+    }
+
+    /// Prepares what the next dispatch has to know: the page table, and which invocations may work.
+    pub fn write(&mut self, pages: &[u32]) {
+        self.pages.write(pages);
+        self.pages_changed = true;
+        self.write_state();
+    }
+
+    /// Prepares which invocations of the next dispatch may work.
+    pub fn write_state(&mut self) {
+        self.streaming.write(&[Streaming {
+            first_missed: u32::MAX,
+            first: self.window.first,
+            count: self.window.count,
+            done_mark: self.done_mark,
+            units: self.items.units,
+            first_item: self.items.first,
+            end_item: self.items.end,
+            oldest_item: u32::MAX,
+            previews: self.previews as u32,
+            ..Streaming::zeroed()
+        }]);
+    }
+
+    /// Records the copies that tell a dispatch its state.
+    pub fn record_state(&mut self, frame: &mut Frame, device: &DeviceSide) -> Result<()> {
+        if std::mem::take(&mut self.pages_changed) {
+            frame.copy(&self.pages, &device.pages)?;
+        }
+        frame.copy(&self.streaming, &device.streaming)
+    }
+
+    /// Records the copies of a dispatch's report.
+    pub fn record_report(&self, frame: &mut Frame, device: &DeviceSide) -> Result<()> {
+        frame.copy(&device.streaming, &self.streaming)?;
+        frame.copy(&device.pages, &self.pages)
+    }
+
+    /// Reads the report that has been copied.
+    pub fn read_report(&mut self) {
+        self.report = self.streaming.read();
+    }
+}
+
+fn page_bytes(layout: &BrickLayout) -> u64 {
+    4 * u64::from(layout.total())
+}
+
+fn buffer(
+    memory: &Arc<Memory>,
+    name: &'static str,
+    bytes: u64,
+    placement: Placement,
+) -> Result<Buffer> {
+    let desc = BufferDesc {
+        name,
+        bytes,
+        placement,
+    };
+    Buffer::new(memory, desc)
+}

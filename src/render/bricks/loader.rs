@@ -1,0 +1,128 @@
+//! Brings bricks of the volume to their places in its image, by way of a staging buffer.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::host::HostBricks;
+use super::place_bricks::PlaceBricks;
+use super::places::{Load, Places, take_requests};
+use super::window::Loads;
+use crate::error::Result;
+use crate::gpu::{Buffer, BufferDesc, Frame, Image, Memory, Piece, Placement};
+use crate::render::layout::BrickLayout;
+use crate::render::pass_compiler::PassCompiler;
+
+/// Size of the staging buffer, unless a quarter of all places is less.
+const STAGING_BYTES: u64 = 8 << 20;
+/// Offsets in a buffer at which every device copies to every format.
+const ALIGNMENT: u64 = 16;
+/// The most bricks that are brought between two looks at the clock, while a window waits for its next frame.
+const PIECE: usize = 32;
+
+pub struct Loader {
+    layout: BrickLayout,
+    staging: Buffer,
+    /// Bytes of a brick in the staging buffer.
+    room: u64,
+    place: PlaceBricks,
+    /// `None` until the volume is known.
+    host: Option<HostBricks>,
+    /// The time that bringing bricks may take between two dispatches; [`PIECE`] bricks are brought in any case.
+    pub patience: Duration,
+    /// Bricks that have been brought so far.
+    pub loads: u64,
+}
+
+impl Loader {
+    pub fn allocate(
+        memory: &Arc<Memory>,
+        layout: BrickLayout,
+        voxel_bytes: usize,
+    ) -> Result<Loader> {
+        let room = u64::from(layout.pitch()).pow(3) * voxel_bytes as u64;
+        let room = room.next_multiple_of(ALIGNMENT);
+        let quarter = u64::from(layout.capacity().div_ceil(4)) * room;
+        let bytes = STAGING_BYTES.min(quarter).max(room);
+        let desc = BufferDesc {
+            name: "brick staging",
+            bytes,
+            placement: Placement::Readback,
+        };
+        Ok(Loader {
+            layout,
+            staging: Buffer::new(memory, desc)?,
+            room,
+            place: PlaceBricks::allocate(memory, (bytes / room) as usize)?,
+            host: None,
+            patience: Duration::MAX,
+            loads: 0,
+        })
+    }
+
+    pub fn compile(&mut self, passes: &PassCompiler<'_>) -> Result<()> {
+        self.place.compile(passes)
+    }
+
+    pub fn open(&mut self, host: HostBricks) {
+        self.host = Some(host);
+    }
+
+    pub fn bytes_read(&self) -> u64 {
+        self.host.as_ref().map_or(0, |host| host.bytes_read)
+    }
+
+    /// Brings the bricks that were asked for most, and enters their places in the page table.
+    pub fn load(
+        &mut self,
+        frame: &mut Frame,
+        image: &Image,
+        places: &mut Places,
+        pages: &mut [u32],
+    ) -> Result<Loads> {
+        let wanted = take_requests(pages);
+        let mut loads = places.assign(&wanted);
+        let is_patient = self.patience == Duration::MAX;
+        if is_patient && self.host.as_ref().is_some_and(HostBricks::reads_rows) {
+            // All of them will be brought: in the file's order, so that those in a row are read together.
+            loads.sort_unstable();
+        }
+        let most = (self.staging.desc.bytes / self.room) as usize;
+        let at_once = if is_patient { most } else { most.min(PIECE) };
+        let (began, mut loaded) = (Instant::now(), 0);
+        for loads in loads.chunks(at_once) {
+            if loaded > 0 && began.elapsed() >= self.patience {
+                break;
+            }
+            for &load in loads {
+                places.put(load, pages);
+            }
+            self.bring(frame, image, loads)?;
+            loaded += loads.len();
+        }
+        Ok(Loads {
+            loaded,
+            has_room: loads.len() == wanted.len(),
+        })
+    }
+
+    /// Copies bricks to their places, of which the staging buffer has room for all.
+    fn bring(&mut self, frame: &mut Frame, image: &Image, loads: &[Load]) -> Result<()> {
+        let Some(host) = &mut self.host else {
+            return Ok(());
+        };
+        let bricks: Vec<u32> = loads.iter().map(|load| load.brick).collect();
+        if let Some(mapped) = self.staging.mapped_mut() {
+            host.fill(&bricks, mapped, self.room as usize)?;
+        }
+        let layout = &self.layout;
+        let piece = |(n, load): (u64, &Load)| Piece {
+            offset: n * self.room,
+            low: layout.place(load.place).map(|i| i * layout.pitch()),
+            extent: host.region(load.brick).dims,
+        };
+        let pieces: Vec<Piece> = (0..).zip(loads).map(piece).collect();
+        self.place.run(frame, &self.staging, image, &pieces)?;
+        self.loads += loads.len() as u64;
+        Ok(())
+    }
+}
