@@ -44,13 +44,13 @@ void main() {
     }
     imageStore(light_out, texel, rounded(light));
     mat3 flux = sums.flux / samples;
-    if (flux_step == 1u) {
+    if (has_node_flux) {
         if (share < 1.0) {
             flux = (1.0 - share) * flux_at(texel) + share * flux;
         }
         store_flux(texel, flux);
     }
-    if (flux_step == 2u && is_coarse_node(node)) {
+    if (has_surface_fluxes && is_coarse_node(node)) {
         TwoFluxes fluxes = TwoFluxes(vec4(flux[0], 0.0), vec4(flux[1], flux[2].x));
         if (share < 1.0) {
             fluxes = (1.0 - share) * two_fluxes_at(texel) + share * fluxes;

@@ -40,10 +40,10 @@ void arrive(vec3 radiance, vec3 towards_light, bool is_skys_own) {
     node_work.sums.light.rgb += light;
     if (has_colored_flux()) {
         node_work.sums.flux -= outerProduct(towards_light, light);
-    } else if (flux_step == 2u && is_skys_own) {
+    } else if (has_surface_fluxes && is_skys_own) {
         node_work.sums.flux[1] -= grey(light) * towards_light;
         node_work.sums.flux[2].x += grey(light);
-    } else if (flux_step != 0u) {
+    } else if (has_node_flux || has_surface_fluxes) {
         node_work.sums.flux[0] -= grey(light) * towards_light;
     }
 }

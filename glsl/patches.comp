@@ -7,6 +7,7 @@
 
 #version 460
 #include "scene.glsl"
+#include "patches.glsl"
 #include "ranges.glsl"
 #include "ray.glsl"
 #include "surface.glsl"

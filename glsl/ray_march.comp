@@ -156,7 +156,7 @@ CachedLight light_on(vec3 g, vec3 geometric, uint side, uint weighs) {
         }
         distance += 1.0;
     }
-    if (is_read && flux_step == 2u) {
+    if (is_read && has_surface_fluxes) {
         light.flux = flux_between_even_nodes(cube, side, light.mean);
     }
     if (is_read && weighs != 0u) {

@@ -41,7 +41,7 @@ Light light_of(ivec3 node, uint side) {
     ivec3 texel = node_texel(node);
     Light r = Light(vec4(0.0), mat3(0.0), true);
     r.light = light_at(texel, r.known);
-    if (flux_step == 1u) {
+    if (has_node_flux) {
         r.flux = flux_at(texel);
     }
     if (!r.known) {
@@ -100,7 +100,7 @@ void main() {
         if (!b.known) {
             vec4 other = texel_at(cache_light, node_texel(node - e));
             imageStore(light_out, texel, rounded(as_guess(other)));
-            if (flux_step == 1u) {
+            if (has_node_flux) {
                 store_flux(texel, mat3(0.0));
             }
             return;
@@ -114,7 +114,7 @@ void main() {
     }
     vec4 light = inner * (b.light + c.light) + outer * (a.light + d.light);
     imageStore(light_out, texel, rounded(max(light, 0.0)));
-    if (flux_step == 1u) {
+    if (has_node_flux) {
         store_flux(texel, inner * (b.flux + c.flux) + outer * (a.flux + d.flux));
     }
 }

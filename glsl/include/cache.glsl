@@ -55,7 +55,7 @@ bool is_left_to_paths(Cube cube) {
 
 // Whether each channel of the light has a flux of its own.
 bool has_colored_flux() {
-    return flux_step == 1u && flux_columns == 3u;
+    return has_node_flux && flux_columns == 3u;
 }
 
 // Position of a channel's flux in an anisotropic medium, if `texel` is that of a node's light.
@@ -135,7 +135,7 @@ CachedLight read_cache(Cube cube) {
                + far.w * light_at(texels[7], known);
     light = max(light, 0.0); // extrapolation may become negative
     CachedLight r = CachedLight(light.rgb, light.a, mat3(0.0), known);
-    if (flux_step == 1u) {
+    if (has_node_flux) {
         r.flux = near.x * flux_at(texels[0])
                + near.y * flux_at(texels[1])
                + near.z * flux_at(texels[2])

@@ -2,10 +2,9 @@
 
 #include "scene.glsl"
 #include "camera_ray.glsl"
+#include "patches.glsl"
 #include "ray.glsl"
 
-// Two texels for each patch, side by side: the complement of the nearest distance, and the farthest distance
-// (patches.comp).
 LOADED_AS(r32ui) uniform utexels2D patches;
 
 // Nearest and farthest distance at which a ray through the picture at p can meet anything; `far` is 0 if there is

@@ -76,7 +76,7 @@ bool read_on_side(Cube cube, uint side, inout CachedLight light) {
             r.mean += weight * at_node.rgb;
             r.suns += weight * at_node.a;
             r.known = r.known || known;
-            if (flux_step == 1u) {
+            if (has_node_flux) {
                 r.flux += weight * flux_at(texel);
             }
             sum += weight;

@@ -29,10 +29,6 @@ float isovalue(uint surface) {
     return surface == 0u ? first_surface.value : surfaces.at[surface].value;
 }
 
-// Events at a path's end other than a surface's index.
-const int NOTHING = -1;
-const int COLLISION = -2;
-
 struct Crossing {
     float t;
     int surface; // or NOTHING

@@ -1,6 +1,6 @@
 //! A finished picture with its layers.
 
-use crate::render::{Film, FirstHits};
+use crate::render::{Film, FirstHits, mean_square};
 use crate::scene::{Background, RenderSettings};
 
 /// A picture and its layers, row 0 on top; every vector holds width × height pixels.
@@ -54,17 +54,17 @@ impl Picture {
 
 /// rms(stderr) / mean(RGB): the error that a stop refers to, and that the statistics report.
 pub fn relative_error(rgb: &[[f32; 3]], stderr: &[[f32; 3]]) -> f64 {
-    let values = |layer: &[[f32; 3]], term: fn(f64) -> f64| {
-        let sum: f64 = layer.as_flattened().iter().map(|&v| term(v.into())).sum();
-        sum / (layer.len() * 3) as f64
-    };
-    let rms = values(stderr, |v| v * v).sqrt();
-    // A black picture without noise is exact, not undefined.
-    if rms == 0.0 {
-        0.0
-    } else {
-        rms / values(rgb, |v| v)
+    let squares = stderr.as_flattened().iter().map(|&v| f64::from(v).powi(2));
+    relative(squares.sum::<f64>() / (3 * stderr.len()) as f64, rgb)
+}
+
+/// The root of a mean square, relative to a picture's mean. A black picture without noise is exact, not undefined.
+fn relative(mean_square: f64, rgb: &[[f32; 3]]) -> f64 {
+    if mean_square == 0.0 {
+        return 0.0;
     }
+    let sum: f64 = rgb.as_flattened().iter().map(|&v| f64::from(v)).sum();
+    mean_square.sqrt() / (sum / (3 * rgb.len()) as f64)
 }
 
 /// The first three channels of each texel.
@@ -74,9 +74,5 @@ pub(super) fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
 
 /// rms(after − before) / mean(after) of two pictures of RGB and coverage.
 pub(super) fn relative_change(before: &[[f32; 4]], after: &[[f32; 4]]) -> f64 {
-    let pairs = before.iter().zip(after);
-    let change: Vec<[f32; 3]> = pairs
-        .map(|(b, a)| std::array::from_fn(|c| a[c] - b[c]))
-        .collect();
-    relative_error(&rgb(after), &change)
+    relative(mean_square(before, after), &rgb(after))
 }

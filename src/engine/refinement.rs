@@ -7,6 +7,8 @@
 //! number of samples: those that have its error. What the cache itself has wrong is in both alike, and does not matter
 //! here.
 
+use crate::render::mean_square;
+
 /// The march is left out once it counts for less than this.
 const LEAST_SHARE: f64 = 1.0 / 32.0;
 
@@ -108,13 +110,6 @@ impl Refinement {
             .map(|(s, m)| std::array::from_fn(|c| s[c] + share * (m[c] - s[c])))
             .collect()
     }
-}
-
-/// Mean over pixels and RGB of the squared difference.
-fn mean_square(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
-    let pairs = a.iter().zip(b);
-    let squares = pairs.flat_map(|(a, b)| (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)));
-    squares.sum::<f64>() / (3 * a.len().max(1)) as f64
 }
 
 #[cfg(test)]

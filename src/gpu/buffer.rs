@@ -16,6 +16,28 @@ pub struct BufferDesc {
     pub placement: Placement,
 }
 
+impl BufferDesc {
+    pub const fn device(name: &'static str, bytes: u64) -> BufferDesc {
+        BufferDesc::new(name, bytes, Placement::Device)
+    }
+
+    pub const fn upload(name: &'static str, bytes: u64) -> BufferDesc {
+        BufferDesc::new(name, bytes, Placement::Upload)
+    }
+
+    pub const fn readback(name: &'static str, bytes: u64) -> BufferDesc {
+        BufferDesc::new(name, bytes, Placement::Readback)
+    }
+
+    const fn new(name: &'static str, bytes: u64, placement: Placement) -> BufferDesc {
+        BufferDesc {
+            name,
+            bytes,
+            placement,
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Placement {
     Device,
@@ -195,25 +217,14 @@ mod tests {
     fn what_could_not_be_resized_has_no_size() {
         let device = Device::open(&DeviceChoice::default()).expect("a Vulkan device");
         let memory = Memory::new(&device, 1 << 20).expect("memory");
-        let desc = BufferDesc {
-            name: "numbers",
-            bytes: 4096,
-            placement: Placement::Upload,
-        };
+        let desc = BufferDesc::upload("numbers", 4096);
         let mut buffer = Buffer::new(&memory, desc).expect("a buffer");
         assert!(buffer.resize(2 << 20).is_err());
         assert_eq!((buffer.desc.bytes, memory.used()), (0, 0));
         buffer.resize(4096).expect("a buffer");
         assert_eq!(buffer.mapped().map(<[u8]>::len), Some(4096));
         buffer.resize(16).expect("a buffer");
-        let desc = ImageDesc {
-            name: "texels",
-            extent: [16, 16, 1],
-            volumetric: false,
-            written: false,
-            zeroed: true,
-            format: Format::R8G8B8A8_UNORM,
-        };
+        let desc = ImageDesc::flat("texels", [16, 16], Format::R8G8B8A8_UNORM).zeroed();
         let mut image = Image::new(&memory, desc).expect("an image");
         assert!(image.resize([1024, 1024, 1]).is_err());
         assert_eq!(image.desc.extent, [0; 3]);

@@ -42,6 +42,43 @@ pub struct Image {
 }
 
 impl ImageDesc {
+    /// A 2D image that no shader writes, and whose texels are undefined at first.
+    pub const fn flat(name: &'static str, size: [u32; 2], format: vk::Format) -> ImageDesc {
+        let [width, height] = size;
+        ImageDesc {
+            volumetric: false,
+            ..ImageDesc::volumetric(name, [width, height, 1], format)
+        }
+    }
+
+    /// A 3D image that no shader writes, and whose texels are undefined at first.
+    pub const fn volumetric(name: &'static str, extent: [u32; 3], format: vk::Format) -> ImageDesc {
+        ImageDesc {
+            name,
+            extent,
+            volumetric: true,
+            written: false,
+            zeroed: false,
+            format,
+        }
+    }
+
+    /// The same, but shaders write it.
+    pub const fn written(self) -> ImageDesc {
+        ImageDesc {
+            written: true,
+            ..self
+        }
+    }
+
+    /// The same, but its texels are zero at first.
+    pub const fn zeroed(self) -> ImageDesc {
+        ImageDesc {
+            zeroed: true,
+            ..self
+        }
+    }
+
     /// `loads_texels`: whether shaders read it as a storage image, too.
     fn info(&self, loads_texels: bool) -> vk::ImageCreateInfo<'static> {
         let [width, height, depth] = self.extent;

@@ -36,9 +36,11 @@ specialization! {
         /// The collision from which a path reads the cache: 1 is the first, 0 means never.
         pub cache_order: uint,
         pub cache_is_f16: bool,
-        /// The cache holds the flux of light at every node (1), of scattered light and of the sky's at those whose indices are
-        /// even (2), or not at all (0).
-        pub flux_step: uint,
+        /// The cache holds the flux of light at every node: the medium scatters light by its direction.
+        pub has_node_flux: bool,
+        /// The cache holds two fluxes, of scattered light and of the sky's, at nodes whose indices are even: only surfaces ask
+        /// for light by its direction.
+        pub has_surface_fluxes: bool,
         /// Columns of a node's sums of flux (`NodeSums`): 1 where it is grey, 3 where each channel has a flux of its own, or
         /// where nodes hold two fluxes; 0 without flux.
         pub flux_columns: uint,
@@ -74,9 +76,10 @@ impl Features {
 
     /// Texels of flux of a node that has any.
     pub fn flux_texels(&self) -> u32 {
-        match self.flux_step {
-            2 => 2,
-            _ => self.flux_columns,
+        if self.has_surface_fluxes {
+            2
+        } else {
+            self.flux_columns
         }
     }
 

@@ -130,21 +130,19 @@ impl GpuScene {
         }
         surfaces.require(&mut features);
         view.require(&mut features);
-        features.suns_differ = features.cache_order > 0
+        let has_cache = features.cache_order > 0;
+        features.suns_differ = has_cache
             && lights.suns.len() > 1
             && (features.is_anisotropic || !lights.suns_have_one_color());
-        features.flux_step = match (features.is_anisotropic, features.surface_count) {
-            _ if features.cache_order == 0 => 0,
-            (true, _) => 1,
-            (false, 0) => 0,
-            (false, _) => 2,
-        };
+        features.has_node_flux = has_cache && features.is_anisotropic;
+        features.has_surface_fluxes =
+            has_cache && !features.is_anisotropic && features.surface_count > 0;
         let is_grey = lights.have_one_color()
             && medium.is_grey()
             && surfaces.obstacles().is_none_or(Surfaces::are_grey);
-        features.flux_columns = match features.flux_step {
-            0 => 0,
-            1 if is_grey => 1,
+        features.flux_columns = match (features.has_node_flux, features.has_surface_fluxes) {
+            (false, false) => 0,
+            (true, _) if is_grey => 1,
             _ => 3,
         };
         features

@@ -23,14 +23,12 @@ impl LightMemory {
         let sky = lights.sky.as_deref();
         let table: &[EnvironmentCell] = sky.map_or(&[], |sky| &sky.table.sky);
         let [width, height] = sky.map_or([1, 1], |sky| sky.image.size());
-        let environment = ImageDesc {
-            name: ENVIRONMENT_IMAGE,
-            extent: [width, height, 1],
-            volumetric: false,
-            written: false,
-            zeroed: true,
-            format: Format::R32G32B32A32_SFLOAT,
-        };
+        let environment = ImageDesc::flat(
+            ENVIRONMENT_IMAGE,
+            [width, height],
+            Format::R32G32B32A32_SFLOAT,
+        )
+        .zeroed();
         Ok(LightMemory {
             suns: Buffer::with_data(memory, "suns", &lights.suns)?,
             sky: Buffer::with_data(memory, "environment table", table)?,

@@ -121,7 +121,7 @@ impl PathQueue {
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
         self.spent_work = self.spent_work.saturating_add(self.work);
         self.spent_ms += took_ms;
-        let counted = counted(r);
+        let counted = r.counters_read();
         let before = std::mem::replace(&mut self.counted, counted);
         let lookups = counted.lookups.wrapping_sub(before.lookups);
         frame
@@ -179,9 +179,4 @@ impl PathQueue {
             self.work_of_all = self.work;
         }
     }
-}
-
-/// The counters that have been copied to the staging buffer.
-pub fn counted(r: &Resources) -> Counters {
-    r.staging.read()
 }

@@ -11,9 +11,7 @@ use super::light_memory::LightMemory;
 use super::parts::transfer_extent;
 use super::shared::{Counters, PATCHES, Path};
 use crate::error::Result;
-use crate::gpu::{
-    Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory, Placement,
-};
+use crate::gpu::{Binding, Buffer, BufferDesc, DeviceSummary, Format, Image, ImageDesc, Memory};
 
 /// Copies between host and device go through a buffer of this size, piece by piece, or of the largest size that the
 /// device allocates. It holds a row of any image.
@@ -67,38 +65,19 @@ impl Resources {
     pub fn allocate(memory: &Arc<Memory>, scene: &GpuScene) -> Result<Resources> {
         let constants = scene.constants();
         let parts = &scene.parts;
-        let volumetric = |name, extent, format| ImageDesc {
-            name,
-            extent,
-            volumetric: true,
-            written: false,
-            zeroed: false,
-            format,
-        };
         let volume = ImageDesc {
             written: scene.bricks.is_some() && place_bricks::is_by_pass(memory),
             // A preview reads places that have no brick yet.
             zeroed: scene.bricks.is_some(),
-            ..volumetric(VOLUME, scene.volume_extent(), parts.field.format())
+            ..ImageDesc::volumetric(VOLUME, scene.volume_extent(), parts.field.format())
         };
-        let majorants = ImageDesc {
-            written: true,
-            ..volumetric("majorants", constants.macrocells, Format::R32_SFLOAT)
-        };
-        let patches = ImageDesc {
-            name: "patches",
-            extent: [2 * PATCHES, PATCHES + 1, 1],
-            volumetric: false,
-            written: true,
-            zeroed: true,
-            format: Format::R32_UINT,
-        };
+        let macrocells = |name, format| ImageDesc::volumetric(name, constants.macrocells, format);
+        let patches = ImageDesc::flat("patches", [2 * PATCHES, PATCHES + 1], Format::R32_UINT)
+            .written()
+            .zeroed();
         let picture = |name| Image::new(memory, picture_desc(name, parts.view.size));
-        let device = |name, bytes| BufferDesc {
-            name,
-            bytes,
-            placement: Placement::Device,
-        };
+        let device = |name, bytes| Buffer::new(memory, BufferDesc::device(name, bytes));
+        let staging_bytes = STAGING_BYTES.min(memory.limits.max_allocation_bytes);
         let slots = slots(&memory.limits, scene);
         Ok(Resources {
             size: parts.view.size,
@@ -106,32 +85,24 @@ impl Resources {
             bricks: VolumeBricks::allocate(memory, scene)?,
             ranges: Image::new(
                 memory,
-                volumetric(
-                    "macrocell ranges",
-                    constants.macrocells,
-                    Format::R32G32_SFLOAT,
-                ),
+                macrocells("macrocell ranges", Format::R32G32_SFLOAT),
             )?,
-            majorants: Image::new(memory, majorants)?,
+            majorants: Image::new(
+                memory,
+                macrocells("majorants", Format::R32_SFLOAT).written(),
+            )?,
             patches: Image::new(memory, patches)?,
             scene: Buffer::with_data(memory, "scene constants", &[constants])?,
             transfer: Image::new(memory, transfer_desc(parts.medium.transfer.len()))?,
             surfaces: Buffer::with_data(memory, "surfaces", &parts.surfaces.iso)?,
             lights: LightMemory::allocate(memory, &parts.lights)?,
             clips: Buffer::with_data(memory, "clip planes", &parts.clips)?,
-            paths: Buffer::new(memory, device("paths", bytes_of::<Path>(slots)))?,
-            counters: Buffer::new(memory, device("counters", bytes_of::<Counters>(1)))?,
+            paths: device("paths", bytes_of::<Path>(slots))?,
+            counters: device("counters", bytes_of::<Counters>(1))?,
             unit_sum: picture("unit sum")?,
             mean: picture("mean")?,
             squares: picture("squared differences")?,
-            staging: Buffer::new(
-                memory,
-                BufferDesc {
-                    name: "staging",
-                    bytes: STAGING_BYTES.min(memory.limits.max_allocation_bytes),
-                    placement: Placement::Readback,
-                },
-            )?,
+            staging: Buffer::new(memory, BufferDesc::readback("staging", staging_bytes))?,
         })
     }
 
@@ -210,6 +181,11 @@ impl Resources {
         ]
     }
 
+    /// The counters that have been copied to the staging buffer.
+    pub fn counters_read(&self) -> Counters {
+        self.staging.read()
+    }
+
     /// Paths in flight at once.
     pub fn slots(&self) -> u32 {
         (self.paths.desc.bytes / bytes_of::<Path>(1)) as u32
@@ -217,27 +193,15 @@ impl Resources {
 }
 
 /// An image with a texel for each pixel. It is read before all of its texels are written.
-pub fn picture_desc(name: &'static str, [width, height]: [u32; 2]) -> ImageDesc {
-    ImageDesc {
-        name,
-        extent: [width, height, 1],
-        volumetric: false,
-        written: true,
-        zeroed: true,
-        format: Format::R32G32B32A32_SFLOAT,
-    }
+pub fn picture_desc(name: &'static str, size: [u32; 2]) -> ImageDesc {
+    ImageDesc::flat(name, size, Format::R32G32B32A32_SFLOAT)
+        .written()
+        .zeroed()
 }
 
 fn transfer_desc(points: usize) -> ImageDesc {
-    let [columns, rows] = transfer_extent(points);
-    ImageDesc {
-        name: TRANSFER_FUNCTION,
-        extent: [columns, rows, 1],
-        volumetric: false,
-        written: false,
-        zeroed: false,
-        format: Format::R32G32B32A32_SFLOAT,
-    }
+    let size = transfer_extent(points);
+    ImageDesc::flat(TRANSFER_FUNCTION, size, Format::R32G32B32A32_SFLOAT)
 }
 
 /// Paths in flight at once.

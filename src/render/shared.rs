@@ -1,5 +1,5 @@
 //! Data that the CPU and the shaders share: the only definition of each struct. The GLSL text is made from it, from
-//! the named integers in `codes.rs` and from the switches in `features.rs`, and stands behind
+//! the constants in `constants.rs` and from the switches in `features.rs`, and stands behind
 //! `#include "shared.glsl"`.
 //!
 //! *Grid space*: g = p / spacing + ½ with p from the box's low corner, so that voxel i's centre is at g = i + 1, the
@@ -9,41 +9,15 @@
 
 #![allow(non_camel_case_types)]
 
-use super::codes;
+use super::constants;
 use super::features::Features;
 use super::packed;
 use crate::gpu::Specialization;
 use crate::gpu::types::*;
 use crate::shared;
 
-pub use super::codes::*;
+pub use super::constants::*;
 pub use crate::scene::surface::MOST_SURFACES;
-/// Trilinear cells along an axis of a macrocell.
-pub use crate::scene::volume::MACROCELL;
-/// Nodes of the cache along an axis of a brick.
-pub const BRICK: u32 = 4;
-/// Nodes of a brick, and those of them that belong to the coarse lattice.
-pub const NODES: u32 = BRICK.pow(3);
-pub const COARSE_NODES: u32 = NODES / 8;
-/// Floats of the sums of a node's paths: those of its light, and those of each column of its flux ([`NodeSums`]).
-pub const LIGHT_FLOATS: u32 = 4;
-pub const FLUX_FLOATS: u32 = 3;
-/// Words of a brick with a bit for each of its cubes (`cube_bits.glsl`), and with two bits for each of its nodes besides.
-pub const RIM_WORDS: u32 = NODES / u32::BITS;
-pub const CUT_WORDS: u32 = 3 * RIM_WORDS;
-/// The optical depth along a cube of the cache from which a medium is dense where a face of the box or a clip plane ends
-/// it (rim_cubes.comp).
-pub const RIM_DEPTH: f32 = 0.15;
-/// The difference of a voxel's optical depth to that of the next one, from which a medium is dense where it ends
-/// within the volume. (Clouds whose extinction is smooth stay below.)
-pub const STEP_DEPTH: f32 = 0.4;
-/// The optical depth along a voxel from which the steps of a march are as long as the medium at the ray allows, and not
-/// as the densest place nearby does (march.glsl).
-pub const DENSE_DEPTH: f32 = 2.0;
-/// Bins of values for which it is known which points of the transfer function matter.
-pub const TRANSFER_BINS: u32 = 512;
-/// Patches along either side of the picture, however many pixels it has.
-pub const PATCHES: u32 = 32;
 
 shared! {
     all STRUCTS:
@@ -198,7 +172,7 @@ shared! {
         pub t_end: float,
         /// The block at `t`.
         pub block: ivec3,
-        /// The event at `t_end`: a surface's index, nothing (−1) or a collision (−2).
+        /// The event at `t_end`: a surface's index, `NOTHING` or `COLLISION`.
         pub surface: int,
         /// The collision's stored value.
         pub value: float,
@@ -240,7 +214,7 @@ shared! {
         pub t: float,
         /// Weight of that light in the pixel; 0 if nothing is left.
         pub weight: float,
-        /// A surface's index, or a collision (−2).
+        /// A surface's index, or `COLLISION`.
         pub surface: int,
         /// On a surface: the sides of surfaces, as in `Path`, and whether the suns' light on it is left as well. In the medium:
         /// the albedo, by 16 bits a channel.
@@ -359,20 +333,8 @@ shared! {
 /// The text of `shared.glsl`.
 pub fn glsl() -> String {
     [
-        format!("const int MACROCELL = {MACROCELL};\nconst int BRICK = {BRICK};\n"),
-        format!("const uint NODES = {NODES};\nconst uint COARSE_NODES = {COARSE_NODES};\n"),
-        format!(
-            "const uint LIGHT_FLOATS = {LIGHT_FLOATS};\nconst uint FLUX_FLOATS = {FLUX_FLOATS};\n"
-        ),
         packed::glsl(),
-        format!("const uint RIM_WORDS = {RIM_WORDS};\nconst uint CUT_WORDS = {CUT_WORDS};\n"),
-        format!("const int TRANSFER_BINS = {TRANSFER_BINS};\n"),
-        format!(
-            "const float RIM_DEPTH = {RIM_DEPTH:?};\nconst float STEP_DEPTH = {STEP_DEPTH:?};\n"
-        ),
-        format!("const float DENSE_DEPTH = {DENSE_DEPTH:?};\n"),
-        format!("const int PATCHES = {PATCHES};\nconst ivec2 WHOLE_PICTURE = ivec2(0, PATCHES);\n"),
-        codes::glsl(),
+        constants::glsl(),
         Features::glsl(),
         STRUCTS.concat(),
     ]

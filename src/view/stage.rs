@@ -56,14 +56,9 @@ impl WindowImages {
         window: Shape,
         [width, height]: [u32; 2],
     ) -> Result<WindowImages> {
-        let shown = ImageDesc {
-            name: "shown picture",
-            extent: [width, height, 1],
-            volumetric: false,
-            written: true,
-            zeroed: true,
-            format: Format::R8G8B8A8_UNORM,
-        };
+        let shown = ImageDesc::flat("shown picture", [width, height], Format::R8G8B8A8_UNORM)
+            .written()
+            .zeroed();
         Ok(WindowImages {
             swapchain: Swapchain::new(memory, surface, window)?,
             canvas: Canvas::new(memory, surface)?,

@@ -19,14 +19,9 @@ fn shown(radiances: &[f32], exposure: f64, tone: Tone) -> Vec<u8> {
     let device = device();
     let memory = Memory::new(&device, 1 << 22).expect("memory");
     let image = |name, format| {
-        let desc = ImageDesc {
-            name,
-            extent: [SIDE, SIDE, 1],
-            volumetric: false,
-            written: true,
-            zeroed: true,
-            format,
-        };
+        let desc = ImageDesc::flat(name, [SIDE, SIDE], format)
+            .written()
+            .zeroed();
         Image::new(&memory, desc).expect("an image")
     };
     let picture = image("picture", Format::R32G32B32A32_SFLOAT);

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use ash::vk;
 
-use super::super::buffer::{Buffer, BufferDesc, Placement};
+use super::super::buffer::{Buffer, BufferDesc};
 use super::super::device::Device;
 use super::super::failure::failure;
 use super::super::frame::Frame;
@@ -84,25 +84,19 @@ struct Draw {
 
 impl Canvas {
     pub fn new(memory: &Arc<Memory>, surface: &Surface) -> Result<Canvas> {
-        let upload = |name, bytes: usize| BufferDesc {
-            name,
-            bytes: bytes as u64,
-            placement: Placement::Upload,
-        };
+        let upload = |name, bytes: usize| BufferDesc::upload(name, bytes as u64);
         let texels = ATLAS[0] as usize * ATLAS[1] as usize;
         let vertices = upload(
             "interface: vertices",
             MOST_VERTICES * size_of::<CanvasVertex>(),
         );
         let indices = upload("interface: indices", MOST_INDICES * size_of::<u32>());
-        let atlas = ImageDesc {
-            name: "interface: texture",
-            extent: [ATLAS[0], ATLAS[1], 1],
-            volumetric: false,
-            written: false,
-            zeroed: true,
-            format: vk::Format::R8G8B8A8_UNORM,
-        };
+        let atlas = ImageDesc::flat(
+            "interface: texture",
+            [ATLAS[0], ATLAS[1]],
+            vk::Format::R8G8B8A8_UNORM,
+        )
+        .zeroed();
         Ok(Canvas {
             pipeline: if memory.is_dry_run() {
                 None

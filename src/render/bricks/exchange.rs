@@ -7,7 +7,7 @@ use bytemuck::Zeroable;
 
 use super::window::{Items, Order, Window};
 use crate::error::Result;
-use crate::gpu::{Buffer, BufferDesc, Frame, Memory, Placement};
+use crate::gpu::{Buffer, BufferDesc, Frame, Memory};
 use crate::render::layout::BrickLayout;
 use crate::render::shared::Streaming;
 
@@ -36,7 +36,7 @@ pub struct Exchange {
 
 impl DeviceSide {
     pub fn allocate(memory: &Arc<Memory>, layout: &BrickLayout) -> Result<DeviceSide> {
-        let buffer = |name, bytes| buffer(memory, name, bytes, Placement::Device);
+        let buffer = |name, bytes| Buffer::new(memory, BufferDesc::device(name, bytes));
         Ok(DeviceSide {
             pages: buffer("volume pages", page_bytes(layout))?,
             streaming: buffer("streaming", size_of::<Streaming>() as u64)?,
@@ -46,7 +46,7 @@ impl DeviceSide {
 
 impl Exchange {
     pub fn allocate(memory: &Arc<Memory>, layout: &BrickLayout) -> Result<Exchange> {
-        let buffer = |name, bytes| buffer(memory, name, bytes, Placement::Readback);
+        let buffer = |name, bytes| Buffer::new(memory, BufferDesc::readback(name, bytes));
         Ok(Exchange {
             pages: buffer("volume pages, host", page_bytes(layout))?,
             streaming: buffer("streaming, host", size_of::<Streaming>() as u64)?,
@@ -131,18 +131,4 @@ impl Exchange {
 
 fn page_bytes(layout: &BrickLayout) -> u64 {
     4 * u64::from(layout.total())
-}
-
-fn buffer(
-    memory: &Arc<Memory>,
-    name: &'static str,
-    bytes: u64,
-    placement: Placement,
-) -> Result<Buffer> {
-    let desc = BufferDesc {
-        name,
-        bytes,
-        placement,
-    };
-    Buffer::new(memory, desc)
 }

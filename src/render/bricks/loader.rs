@@ -8,7 +8,7 @@ use super::place_bricks::PlaceBricks;
 use super::places::{Load, Places, take_requests};
 use super::window::Loads;
 use crate::error::Result;
-use crate::gpu::{Buffer, BufferDesc, Frame, Image, Memory, Piece, Placement};
+use crate::gpu::{Buffer, BufferDesc, Frame, Image, Memory, Piece};
 use crate::render::layout::BrickLayout;
 use crate::render::pass_compiler::PassCompiler;
 
@@ -43,11 +43,7 @@ impl Loader {
         let room = room.next_multiple_of(ALIGNMENT);
         let quarter = u64::from(layout.capacity().div_ceil(4)) * room;
         let bytes = STAGING_BYTES.min(quarter).max(room);
-        let desc = BufferDesc {
-            name: "brick staging",
-            bytes,
-            placement: Placement::Readback,
-        };
+        let desc = BufferDesc::readback("brick staging", bytes);
         Ok(Loader {
             layout,
             staging: Buffer::new(memory, desc)?,

@@ -27,7 +27,7 @@ use super::layout::BrickLayout;
 use super::pass_compiler::PassCompiler;
 use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};
-use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Placement};
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory};
 use crate::scene::volume::Volume;
 use exchange::{DeviceSide, Exchange};
 use host::HostBricks;
@@ -94,11 +94,7 @@ impl VolumeBricks {
             size: scene.parts.view.size,
             bricks: scene.variant.cache().map_or(0, |cache| cache.active.len()),
         };
-        let done = BufferDesc {
-            name: "done marks",
-            bytes: marks.bytes(),
-            placement: Placement::Device,
-        };
+        let done = BufferDesc::device("done marks", marks.bytes());
         Ok(Some(VolumeBricks {
             layout,
             device: DeviceSide::allocate(memory, &layout)?,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Pass, Piece, Placement, Work};
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Pass, Piece, Work};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::shared::BrickPiece;
 use crate::shared;
@@ -27,11 +27,7 @@ pub struct PlaceBricks {
 impl PlaceBricks {
     /// Room for `most` bricks at once.
     pub fn allocate(memory: &Arc<Memory>, most: usize) -> Result<PlaceBricks> {
-        let desc = BufferDesc {
-            name: "brick pieces",
-            bytes: (most * size_of::<BrickPiece>()) as u64,
-            placement: Placement::Upload,
-        };
+        let desc = BufferDesc::upload("brick pieces", (most * size_of::<BrickPiece>()) as u64);
         let pieces = is_by_pass(memory).then(|| Buffer::new(memory, desc));
         Ok(PlaceBricks {
             pieces: pieces.transpose()?,

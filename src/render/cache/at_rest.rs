@@ -35,9 +35,8 @@ impl AtRest {
 
     /// Whether a sample has next to no noise of its own: it is marched, and leaves next to nothing to paths.
     pub fn is_smooth(&self) -> bool {
-        const NEXT_TO_NOTHING: f64 = 0.02;
         match self {
-            AtRest::March(march) => march.left_share < NEXT_TO_NOTHING,
+            AtRest::March(march) => march.leaves_next_to_nothing(),
             AtRest::Tracking(_) => false,
         }
     }

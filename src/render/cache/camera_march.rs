@@ -23,7 +23,7 @@ pub struct CameraMarch {
     /// `None` where no light can be left to paths.
     tails: Option<TailTracking>,
     /// The share of the cache's nodes near which light is left to them; 1 where there are surfaces.
-    pub left_share: f64,
+    left_share: f64,
     slices: Slices,
     /// The time that a piece of work should take.
     slice_ms: f64,
@@ -61,6 +61,17 @@ impl CameraMarch {
             is_marched: false,
             is_traced: false,
         })
+    }
+
+    /// Light is left to paths near this share of the cache's nodes from now on.
+    pub fn leaves(&mut self, share: f64) {
+        self.left_share = share;
+    }
+
+    /// Whether next to no light is left to paths.
+    pub fn leaves_next_to_nothing(&self) -> bool {
+        const NEXT_TO_NOTHING: f64 = 0.02;
+        self.left_share < NEXT_TO_NOTHING
     }
 
     /// Sets the time that a piece of work should take from now on.

@@ -4,7 +4,6 @@ use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Buffer, Frame, Pass};
-use crate::render::path_queue;
 use crate::render::resources::Resources;
 use crate::shared;
 
@@ -47,5 +46,5 @@ pub fn mark(
     })?;
     r.run_in_slices(frame, pass, &bindings, &push, threads)?;
     frame.run(|f| f.copy(&r.counters, &r.staging))?;
-    Ok(path_queue::counted(r).marked_cubes)
+    Ok(r.counters_read().marked_cubes)
 }

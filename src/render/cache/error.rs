@@ -13,6 +13,7 @@ use super::ray_march::{self, RayMarch};
 use crate::error::Result;
 use crate::gpu::Frame;
 use crate::render::copy;
+use crate::render::difference::mean_square;
 use crate::render::resources::Resources;
 
 /// Pixels along the picture's longer side on which the error is measured, approximately.
@@ -44,13 +45,10 @@ pub fn relative_error(before: &[[f32; 4]], now: &[[f32; 4]], history: f64, batch
 
 /// rms(after − before) over RGB, relative to the mean of alpha, the whole picture's brightness.
 fn relative_difference(before: &[[f32; 4]], after: &[[f32; 4]]) -> f64 {
-    let pairs = before.iter().zip(after);
-    let differences = pairs.flat_map(|(b, a)| (0..3).map(|c| f64::from(a[c] - b[c])));
-    let squares: f64 = differences.map(|d| d * d).sum();
     let sum: f64 = after.iter().map(|texel| f64::from(texel[3])).sum();
-    let count = after.len() as f64;
+    let mean = sum / after.len() as f64;
     if sum > 0.0 {
-        (squares / (3.0 * count)).sqrt() / (sum / count)
+        mean_square(before, after).sqrt() / mean
     } else {
         0.0
     }

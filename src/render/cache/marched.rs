@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Memory, Placement, Work};
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Memory, Work};
 use crate::render::resources::bytes_of;
 use crate::render::shared::Marched;
 
@@ -16,11 +16,7 @@ pub struct MarchedSamples {
 
 impl MarchedSamples {
     pub(super) fn allocate(memory: &Arc<Memory>, name: &'static str) -> Result<MarchedSamples> {
-        let desc = BufferDesc {
-            name,
-            bytes: bytes_of::<Marched>(1),
-            placement: Placement::Device,
-        };
+        let desc = BufferDesc::device(name, bytes_of::<Marched>(1));
         let count = Buffer::new(memory, desc)?;
         Ok(MarchedSamples { count })
     }

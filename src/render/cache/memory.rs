@@ -7,7 +7,7 @@ use bytemuck::Zeroable;
 use super::marched::MarchedSamples;
 use super::room::{most_items, most_turns, part_bytes};
 use crate::error::Result;
-use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory, Placement};
+use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory};
 use crate::render::copy;
 use crate::render::features::Features;
 use crate::render::gpu_scene::GpuScene;
@@ -62,36 +62,26 @@ impl CacheMemory {
         scene: &GpuScene,
     ) -> Result<CacheMemory> {
         let features = scene.features();
-        let nodes = |name, extent| ImageDesc {
-            name,
-            extent,
-            volumetric: true,
-            written: true,
-            zeroed: true,
-            format: if layout.is_f16 {
-                Format::R16G16B16A16_SFLOAT
-            } else {
-                Format::R32G32B32A32_SFLOAT
-            },
+        let format = if layout.is_f16 {
+            Format::R16G16B16A16_SFLOAT
+        } else {
+            Format::R32G32B32A32_SFLOAT
         };
-        let on_device = |name, bytes| BufferDesc {
-            name,
-            bytes,
-            placement: Placement::Device,
+        let nodes = |name, extent| {
+            let desc = ImageDesc::volumetric(name, extent, format);
+            Image::new(memory, desc.written().zeroed())
         };
+        let on_device = |name, bytes| Buffer::new(memory, BufferDesc::device(name, bytes));
         let is_full_light = scene.parts.surfaces.is_full_light();
         let slots = slots(&memory.limits, scene);
         let items = most_items(slots, layout, &features, &memory.limits);
-        let if_needed = |is_needed: bool, name, bytes| {
-            let desc = on_device(name, bytes);
-            is_needed.then(|| Buffer::new(memory, desc)).transpose()
-        };
+        let if_needed =
+            |is_needed: bool, name, bytes| is_needed.then(|| on_device(name, bytes)).transpose();
         let angles = features.surface_count * REFLECTANCE_ANGLES;
-        let flux = flux_extent(layout, &features)
-            .map(|extent| Image::new(memory, nodes("cache: flux", extent)));
+        let flux = flux_extent(layout, &features).map(|extent| nodes("cache: flux", extent));
         let bricks = brick_buffer(memory, layout)?;
         Ok(CacheMemory {
-            light: Image::new(memory, nodes("cache: light", layout.extent()))?,
+            light: nodes("cache: light", layout.extent())?,
             flux: flux.transpose()?,
             features,
             pages: Image::new(memory, pages_desc(layout))?,
@@ -111,21 +101,12 @@ impl CacheMemory {
                 "cache: rim",
                 bytes_of_words(layout, RIM_WORDS),
             )?,
-            work: Buffer::new(
-                memory,
-                on_device("cache: work", bytes_of::<NodeWork>(slots)),
-            )?,
+            work: on_device("cache: work", bytes_of::<NodeWork>(slots))?,
             turns: Buffer::new(
                 memory,
-                BufferDesc {
-                    placement: Placement::Upload,
-                    ..on_device("cache: turns", bytes_of::<Turn>(most_turns(items)))
-                },
+                BufferDesc::upload("cache: turns", bytes_of::<Turn>(most_turns(items))),
             )?,
-            parts: Buffer::new(
-                memory,
-                on_device("cache: parts", part_bytes(&features) * u64::from(items)),
-            )?,
+            parts: on_device("cache: parts", part_bytes(&features) * u64::from(items))?,
             most_items: items,
             reflectance: if_needed(
                 features.has_reflectance_table(),
@@ -242,49 +223,52 @@ impl CacheMemory {
         ]
     }
 
-    /// The images that writing light needs. In place of a flux that the scene does without, the light is bound.
+    /// The images that writing light needs.
     pub fn output_bindings(&self) -> [(&'static str, Binding<'_>); 2] {
-        let flux = self.flux.as_ref().unwrap_or(&self.light);
         [
             ("light_out", Binding::Image(&self.light)),
-            ("flux_out", Binding::Image(flux)),
+            ("flux_out", self.flux_or_other()),
         ]
     }
 
-    /// The resources that reading the cache needs. In place of one that the scene does without, another is bound.
+    /// The resources that reading the cache needs.
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 5] {
         [
             ("cache_light", Binding::Image(&self.light)),
-            (
-                "cache_flux",
-                Binding::Image(self.flux.as_ref().unwrap_or(&self.light)),
-            ),
+            ("cache_flux", self.flux_or_other()),
             ("pages", Binding::Image(&self.pages)),
             self.cuts_binding(),
             self.rims_binding(),
         ]
     }
 
-    /// The resource for the light that a march leaves to paths; another is bound in its place where nothing is left.
+    /// The resource for the light that a march leaves to paths.
     pub fn tails_binding(&self) -> (&'static str, Binding<'_>) {
-        let tails = self.tails.as_ref().unwrap_or(&self.work);
-        ("tails", Binding::Buffer(tails))
+        ("tails", self.or_other(&self.tails))
     }
 
-    /// The resource by which surfaces reflect cached light; another is bound in its place where there is no table.
+    /// The resource by which surfaces reflect cached light.
     pub fn reflectance_binding(&self) -> (&'static str, Binding<'_>) {
-        let reflectance = self.reflectance.as_ref().unwrap_or(&self.bricks);
-        ("reflectances", Binding::Buffer(reflectance))
+        ("reflectances", self.or_other(&self.reflectance))
     }
 
     pub fn cuts_binding(&self) -> (&'static str, Binding<'_>) {
-        let cuts = self.cuts.as_ref().unwrap_or(&self.bricks);
-        ("cuts", Binding::Buffer(cuts))
+        ("cuts", self.or_other(&self.cuts))
     }
 
     pub fn rims_binding(&self) -> (&'static str, Binding<'_>) {
-        let rims = self.rims.as_ref().unwrap_or(&self.bricks);
-        ("rims", Binding::Buffer(rims))
+        ("rims", self.or_other(&self.rims))
+    }
+
+    /// A buffer, or another one where the scene does without it: a shader's descriptor has to hold something, although
+    /// no branch that runs reads it.
+    fn or_other<'a>(&'a self, buffer: &'a Option<Buffer>) -> Binding<'a> {
+        Binding::Buffer(buffer.as_ref().unwrap_or(&self.work))
+    }
+
+    /// The flux, or another image for the same reason.
+    fn flux_or_other(&self) -> Binding<'_> {
+        Binding::Image(self.flux.as_ref().unwrap_or(&self.light))
     }
 
     /// Bytes that the cache needs once it is filled.
@@ -298,11 +282,10 @@ impl CacheMemory {
 
 /// The bricks that have memory. A dry run only counts them: a plan looks at several layouts.
 fn brick_buffer(memory: &Arc<Memory>, layout: &CacheLayout) -> Result<Buffer> {
-    let desc = BufferDesc {
-        name: "cache: bricks",
-        bytes: bytes_of::<Brick>(layout.active.len().max(1) as u32),
-        placement: Placement::Readback,
-    };
+    let desc = BufferDesc::readback(
+        "cache: bricks",
+        bytes_of::<Brick>(layout.active.len().max(1) as u32),
+    );
     let mut buffer = Buffer::new(memory, desc)?;
     if buffer.mapped().is_some() {
         buffer.write(&bricks(layout));
@@ -321,23 +304,18 @@ fn bricks(layout: &CacheLayout) -> Vec<Brick> {
 
 /// Texels of the flux. Those of a node lie side by side.
 fn flux_extent(layout: &CacheLayout, features: &Features) -> Option<[u32; 3]> {
-    let step = features.flux_step;
-    (step > 0).then(|| {
-        let [x, y, z] = layout.extent().map(|n| n / step);
-        [features.flux_texels() * x, y, z]
-    })
+    let step = match (features.has_node_flux, features.has_surface_fluxes) {
+        (false, false) => return None,
+        (true, _) => 1,
+        (false, true) => 2,
+    };
+    let [x, y, z] = layout.extent().map(|n| n / step);
+    Some([features.flux_texels() * x, y, z])
 }
 
 /// A texel for each brick of the cache's lattice.
 fn pages_desc(layout: &CacheLayout) -> ImageDesc {
-    ImageDesc {
-        name: "cache: pages",
-        extent: layout.bricks,
-        volumetric: true,
-        written: false,
-        zeroed: false,
-        format: Format::R32_UINT,
-    }
+    ImageDesc::volumetric("cache: pages", layout.bricks, Format::R32_UINT)
 }
 
 fn tail_bytes([width, height]: [u32; 2]) -> u64 {

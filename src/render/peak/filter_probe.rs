@@ -11,7 +11,7 @@ use std::sync::Arc;
 use crate::error::Result;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, Device, Format, Frame, Image, ImageDesc, Memory, Pass, PassDesc,
-    Placement, Shaders, Shared,
+    Shaders, Shared,
 };
 use crate::render::shared::PROBE_POSITIONS;
 
@@ -29,14 +29,7 @@ pub fn filter_error(
         return Ok(None);
     }
     let memory = Memory::new(device, BUDGET)?;
-    let desc = ImageDesc {
-        name: "filter probe",
-        extent: [2; 3],
-        volumetric: true,
-        written: false,
-        zeroed: false,
-        format,
-    };
+    let desc = ImageDesc::volumetric("filter probe", [2; 3], format);
     let image = Image::new(&memory, desc)?;
     let staging = match format {
         Format::R8_UNORM => Buffer::with_data(&memory, "checkerboard", &checkerboard(u8::MAX))?,
@@ -45,11 +38,7 @@ pub fn filter_error(
     };
     let errors = Buffer::new(
         &memory,
-        BufferDesc {
-            name: "filter errors",
-            bytes: PROBE_POSITIONS as u64 * 4,
-            placement: Placement::Readback,
-        },
+        BufferDesc::readback("filter errors", PROBE_POSITIONS as u64 * 4),
     )?;
     let desc = PassDesc {
         name: "filter_probe",

@@ -169,14 +169,7 @@ impl Bench {
 
     /// A volume of noise, which no device can compress.
     fn volume(&mut self, extent: [u32; 3]) -> Result<Image> {
-        let desc = ImageDesc {
-            name: "voxels",
-            extent,
-            volumetric: true,
-            written: false,
-            zeroed: false,
-            format: Format::R8_UNORM,
-        };
+        let desc = ImageDesc::volumetric("voxels", extent, Format::R8_UNORM);
         let image = Image::new(&self.memory, desc)?;
         let [width, height, depth] = extent;
         let slice = u64::from(width) * u64::from(height);
@@ -209,14 +202,9 @@ impl Bench {
 
     /// Measures written texels per second.
     fn writing(&mut self, pass: &Pass) -> Result<f64> {
-        let desc = ImageDesc {
-            name: "picture",
-            extent: [PICTURE, PICTURE, 1],
-            volumetric: false,
-            written: true,
-            zeroed: true,
-            format: Format::R32G32B32A32_SFLOAT,
-        };
+        let desc = ImageDesc::flat("picture", [PICTURE, PICTURE], Format::R32G32B32A32_SFLOAT)
+            .written()
+            .zeroed();
         let picture = Image::new(&self.memory, desc)?;
         self.working(pass, &[("picture", Binding::Image(&picture))])
     }

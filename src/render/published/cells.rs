@@ -23,14 +23,7 @@ impl PublishedCells {
         dims: [u32; 3],
     ) -> Result<PublishedCells> {
         let cells = |name, format| {
-            let desc = ImageDesc {
-                name,
-                extent: dims,
-                volumetric: true,
-                written: true,
-                zeroed: true,
-                format,
-            };
+            let desc = ImageDesc::volumetric(name, dims, format).written().zeroed();
             Image::new(memory, desc)
         };
         Ok(PublishedCells {

@@ -75,7 +75,7 @@ impl Published {
         self.transport.run(frame, r, &self.cells, &push)?;
         self.rounds += 1;
         frame.run(|f| f.copy(&r.counters, &r.staging))?;
-        let counted: Counters = r.staging.read();
+        let counted = r.counters_read();
         let before = std::mem::replace(&mut self.counted, counted);
         totals.paths += counted.finished.wrapping_sub(before.finished) as u64;
         totals.lookups += counted.lookups.wrapping_sub(before.lookups) as u64;

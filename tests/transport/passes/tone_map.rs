@@ -36,24 +36,15 @@ fn push(source: [u32; 2], size: [u32; 2]) -> ToneMapPush {
 
 /// A display of `extent` pixels, black at first.
 fn display(memory: &Arc<Memory>, [width, height]: [u32; 2]) -> Image {
-    let desc = ImageDesc {
-        name: "display",
-        extent: [width, height, 1],
-        volumetric: false,
-        written: true,
-        zeroed: true,
-        format: Format::R8G8B8A8_UNORM,
-    };
+    let desc = ImageDesc::flat("display", [width, height], Format::R8G8B8A8_UNORM)
+        .written()
+        .zeroed();
     Image::new(memory, desc).expect("a display")
 }
 
 /// What a display shows, row 0 on top.
 fn shown(memory: &Arc<Memory>, display: &Image) -> Vec<[u8; 4]> {
-    let desc = BufferDesc {
-        name: "shown",
-        bytes: display.desc.bytes(),
-        placement: Placement::Readback,
-    };
+    let desc = BufferDesc::readback("shown", display.desc.bytes());
     let bytes = Buffer::new(memory, desc).expect("a buffer");
     let mut frame = Frame::new(memory.device()).expect("a frame");
     frame

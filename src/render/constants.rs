@@ -1,0 +1,89 @@
+//! Constants that Rust and the shaders share, each defined once: `NAME: u32 as int` is a `u32` here and an `int` in GLSL.
+
+macro_rules! constants {
+    ($($(#[$about:meta])* pub const $name:ident: $rust:ty as $glsl:ident = $value:expr;)*) => {
+        $($(#[$about])* pub const $name: $rust = $value;)*
+
+        /// `const TYPE NAME = VALUE;` for each constant.
+        pub fn glsl() -> String {
+            [$(line(stringify!($glsl), stringify!($name), format!("{:?}", $name)),)*].concat()
+        }
+    };
+}
+
+fn line(glsl_type: &str, name: &str, value: String) -> String {
+    let suffix = if glsl_type == "uint" { "u" } else { "" };
+    format!("const {glsl_type} {name} = {value}{suffix};\n")
+}
+
+constants! {
+    /// Trilinear cells along an axis of a macrocell.
+    pub const MACROCELL: u32 as int = crate::scene::volume::MACROCELL;
+    /// Nodes of the cache along an axis of a brick.
+    pub const BRICK: u32 as int = 4;
+    /// Nodes of a brick, and those of them that belong to the coarse lattice.
+    pub const NODES: u32 as uint = BRICK.pow(3);
+    pub const COARSE_NODES: u32 as uint = NODES / 8;
+    /// Floats of the sums of a node's paths: those of its light, and those of each column of its flux
+    /// ([`NodeSums`](super::shared::NodeSums)).
+    pub const LIGHT_FLOATS: u32 as uint = 4;
+    pub const FLUX_FLOATS: u32 as uint = 3;
+    /// Words of a brick with a bit for each of its cubes (`cube_bits.glsl`), and with two bits for each of its nodes besides.
+    pub const RIM_WORDS: u32 as uint = NODES / u32::BITS;
+    pub const CUT_WORDS: u32 as uint = 3 * RIM_WORDS;
+    /// The optical depth along a cube of the cache from which a medium is dense where a face of the box or a clip plane ends
+    /// it (rim_cubes.comp).
+    pub const RIM_DEPTH: f32 as float = 0.15;
+    /// The difference of a voxel's optical depth to that of the next one, from which a medium is dense where it ends
+    /// within the volume. (Clouds whose extinction is smooth stay below.)
+    pub const STEP_DEPTH: f32 as float = 0.4;
+    /// The optical depth along a voxel from which the steps of a march are as long as the medium at the ray allows, and not
+    /// as the densest place nearby does (march.glsl).
+    pub const DENSE_DEPTH: f32 as float = 2.0;
+    /// Bins of values for which it is known which points of the transfer function matter.
+    pub const TRANSFER_BINS: u32 as int = 512;
+    /// Patches along either side of the picture, however many pixels it has.
+    pub const PATCHES: u32 as int = 32;
+    /// In the place of a surface's index: the sky, or a collision in the medium.
+    pub const NOTHING: i32 as int = -1;
+    pub const COLLISION: i32 as int = -2;
+    pub const SHADING_LAMBERT: u32 as uint = 0;
+    pub const SHADING_PHONG: u32 as uint = 1;
+    pub const SHADING_DISNEY: u32 as uint = 2;
+    /// The slot has no path.
+    pub const STAGE_IDLE: u32 as uint = 0;
+    /// The path is on its way to a collision, a surface or the sky.
+    pub const STAGE_FLIGHT: u32 as uint = 1;
+    /// The path's shadow ray is on its way to a light.
+    pub const STAGE_SHADOW: u32 as uint = 2;
+    /// A flight has ended: the collision, surface or sky at its end is handled next.
+    pub const STAGE_ARRIVAL: u32 as uint = 3;
+    /// Searches for surfaces that a path has put off: its shadow ray's, which comes first, and its flight's.
+    pub const SEARCH_SHADOW: u32 as uint = 1;
+    pub const SEARCH_FLIGHT: u32 as uint = 2;
+    /// The page table's entry of a brick without memory. Its bits for a place are those of the first place.
+    pub const NO_PLACE: u32 as uint = 0x8000_0000;
+    /// The page of a volume brick that is on the GPU, and of one that has been read there lately.
+    pub const PAGE_RESIDENT: u32 as uint = 0x8000_0000;
+    pub const PAGE_READ: u32 as uint = 0x4000_0000;
+    /// The number of a node's first paths that end where they can gather cached light (gathering.glsl). In most
+    /// bricks they are paths of the coarse lattice (coarse.glsl).
+    pub const GATHERED: u32 as uint = 32;
+    /// All nodes of a brick are filled; all for the first time, so that those whose turn has not come may hold the light of an
+    /// older scene; or only those of the coarse lattice.
+    pub const FILLED_WHOLE: u32 as uint = 0;
+    pub const FILLED_FIRST: u32 as uint = 1;
+    pub const FILLED_COARSE: u32 as uint = 2;
+    /// In the place of a half of the cache's nodes, whose indices have an even (0) or odd (1) sum: all nodes at once.
+    pub const BOTH_HALVES: u32 as uint = 2;
+    /// Gathered paths that count as much as one traced path. They share the errors of what they read with all their
+    /// neighbours; the sooner these are forgotten, the better. (`transport caching::gathering` prints the noise that
+    /// would be left if one counted for one.)
+    pub const GATHERED_FOR_ONE: u32 as uint = 4;
+    /// Height of the strips in which pixels are worked off where the volume streams.
+    pub const STRIP_HEIGHT: u32 as uint = 32;
+    /// Angles of view, evenly spaced in their cosine, for which a surface's reflectance is in a table.
+    pub const REFLECTANCE_ANGLES: u32 as uint = 32;
+    /// Positions at which the device's filter is probed.
+    pub const PROBE_POSITIONS: u32 as uint = 4096;
+}
