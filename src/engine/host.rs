@@ -6,7 +6,7 @@ use super::budget::{self, Budget, Limit};
 use crate::error::{DeviceError, Error, Place, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
 use crate::render::shared;
-use crate::render::{Choice, Peak, caches, choose, peak};
+use crate::render::{Choice, Peak, Planner, peak};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, surface};
 
@@ -82,9 +82,8 @@ impl Host {
         reserved: u64,
     ) -> Result<Choice> {
         check(scene)?;
-        let limits = &self.device.summary;
         let budget = self.budget.bytes.saturating_sub(reserved);
-        choose(&self.device, limits, budget, volume, scene)
+        self.planner(budget, volume, scene).choose()
     }
 
     /// The caches that are worth a trial for a scene that leaves the variant open and has got this plan.
@@ -94,15 +93,12 @@ impl Host {
         scene: &Scene,
         choice: &Choice,
     ) -> Result<Vec<Choice>> {
-        let limits = &self.device.summary;
-        caches(
-            &self.device,
-            limits,
-            self.budget.bytes,
-            volume,
-            scene,
-            choice,
-        )
+        self.planner(self.budget.bytes, volume, scene)
+            .caches(choice)
+    }
+
+    fn planner<'a>(&'a self, budget: u64, volume: &'a Volume, scene: &'a Scene) -> Planner<'a> {
+        Planner::new(&self.device, &self.device.summary, budget, volume, scene)
     }
 
     /// The device's peak rates, measured now, in a few tenths of a second and in at most 64 MiB of its memory. On a

@@ -1,7 +1,7 @@
 //! Which variant a device, a budget and a scene get, row by row.
 
 use isolume::gpu::DeviceSummary;
-use isolume::render::{Choice, caches, choose};
+use isolume::render::{Choice, Planner};
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -57,7 +57,7 @@ fn assert_choices((volume, change): Case, rows: &[Row]) {
             For(rung) => bytes(rung),
             Below(rung) => bytes(rung) - 1,
         };
-        let choice = choose(&device, &limits, budget, &volume, &scene);
+        let choice = Planner::new(&device, &limits, budget, &volume, &scene).choose();
         let (found, said) = match choice {
             Ok(choice) => (choice.plan.variant.description(), choice.reason),
             Err(error) if error.exit_status() == 4 => ("nothing".into(), error.to_string()),
@@ -114,8 +114,9 @@ fn without_suns() -> Scene {
 fn scales_and_bricks(budget: u64) -> Vec<(f64, u32)> {
     let device = crate::support::common::device();
     let (volume, limits, scene) = (dense(192, Kind::U8), nvidia_8(), without_suns());
-    let choice = choose(&device, &limits, budget, &volume, &scene).expect("a plan");
-    let caches = caches(&device, &limits, budget, &volume, &scene, &choice).expect("plans");
+    let planner = Planner::new(&device, &limits, budget, &volume, &scene);
+    let choice = planner.choose().expect("a plan");
+    let caches = planner.caches(&choice).expect("plans");
     let look = |Choice { plan, .. }: Choice| {
         let scale = plan.variant.cache().expect("a cache").scale;
         (scale, plan.bricks.map_or(0, |bricks| bricks.capacity()))
@@ -369,7 +370,8 @@ fn a_march_in_bricks_has_room_for_all_that_a_pixel_reads() {
     let volume = dense(128, Kind::F32);
     let mut plans_in_bricks = 0;
     for budget in (6_000_000..14_000_000).step_by(500_000) {
-        let Ok(choice) = choose(&device, &device.summary, budget, &volume, &scene) else {
+        let planner = Planner::new(&device, &device.summary, budget, &volume, &scene);
+        let Ok(choice) = planner.choose() else {
             continue;
         };
         let Some(bricks) = choice.plan.bricks else {

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use isolume::gpu::{Device, DeviceSummary};
-use isolume::render::{Choice, choose};
+use isolume::render::{Choice, Planner};
 use isolume::scene::Scene;
 use isolume::scene::volume::Volume;
 
@@ -49,7 +49,7 @@ impl Ladder {
                 scene,
                 ..
             } = self;
-            choose(device, limits, budget, volume, scene)
+            Planner::new(device, limits, budget, volume, scene).choose()
         };
         match choose(budget) {
             // A volume in bricks stands below the ladder.

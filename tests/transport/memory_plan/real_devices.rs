@@ -3,7 +3,7 @@
 
 use isolume::gpu::DeviceSummary;
 use isolume::render::shared::BRICK;
-use isolume::render::{Choice, choose};
+use isolume::render::{Choice, Planner};
 use isolume::scene::CacheScale;
 use isolume::scene::volume::{StoredType, Volume};
 
@@ -106,7 +106,7 @@ fn plans_keep_to_the_limits_of_real_devices() {
             let what = format!("{} with {side}³", limits.name);
             let budget = limits.device_local_bytes / 5 * 4;
             let can_be_whole = can_be_whole(limits, budget, side);
-            match choose(&device, limits, budget, &volume, &scene) {
+            match Planner::new(&device, limits, budget, &volume, &scene).choose() {
                 Ok(choice) => {
                     println!("{what}: {}", choice.reason);
                     assert_within_limits(limits, budget, &volume, &choice);
@@ -134,7 +134,8 @@ fn a_device_that_is_too_small_says_so() {
     let volume = Volume::outline([2048; 3], StoredType::U16, [0.0, 100.0]);
     let limits = tiny();
     let budget = limits.device_local_bytes / 5 * 4;
-    let error = choose(&device, &limits, budget, &volume, &scene).expect_err("no plan");
+    let planner = Planner::new(&device, &limits, budget, &volume, &scene);
+    let error = planner.choose().expect_err("no plan");
     assert_refused_well(&limits.name, &error);
     common::assert_silent(&device);
 }

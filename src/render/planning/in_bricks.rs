@@ -1,0 +1,174 @@
+//! The plan for a volume that does not fit: some of its bricks are on the device at a time.
+//!
+//! A picture does not depend on which bricks those are; the time that it takes does. So the cache is given up to make
+//! room for bricks where less than a quarter of the bricks that matter would be there at once: each path of the cache
+//! then waits for about as many bricks as it saves. That is a rule of thumb. Where a render is long enough for a trial
+//! (`engine/trial.rs`), it compares the caches on the device.
+
+use super::{Choice, Plan, Planner};
+use crate::bytes::human;
+use crate::error::{Error, Result};
+use crate::render::bricks::needed_bricks;
+use crate::render::gpu_scene::GpuScene;
+use crate::render::layout::BrickLayout;
+use crate::scene::Variant;
+
+/// The share of the bricks that matter below which a cache is given up.
+const ENOUGH: f64 = 0.25;
+
+/// A cache is worth comparing with a finer one if it leaves room for so many times as many bricks.
+const MORE: f64 = 1.25;
+
+/// A planner, and what all of its plans with the volume in bricks have in common.
+pub struct InBricks<'a> {
+    pub(super) planner: &'a Planner<'a>,
+    /// Number of bricks that matter.
+    needed: u32,
+}
+
+impl<'a> InBricks<'a> {
+    pub fn new(planner: &'a Planner<'a>) -> InBricks<'a> {
+        InBricks {
+            needed: needed_bricks(&planner.uncached, planner.volume),
+            planner,
+        }
+    }
+
+    /// The best variant that fits. `None` if none does.
+    pub fn choose(&self, next_better: &str) -> Result<Option<Choice>> {
+        let mut best = None;
+        for plan in self.plans() {
+            let plan = plan?;
+            let is_enough = self.share(&plan) >= ENOUGH;
+            best = Some(plan);
+            if is_enough {
+                break;
+            }
+        }
+        Ok(best.map(|plan| self.choice(plan, next_better)))
+    }
+
+    /// The caches that fit and leave the volume unlike numbers of bricks, the finest first.
+    pub fn caches(&self, next_better: &str) -> Result<Vec<Choice>> {
+        let mut caches = Vec::new();
+        let mut most = 0.0;
+        for plan in self.plans() {
+            let plan = plan?;
+            let share = self.share(&plan).min(1.0);
+            if plan.variant.cache().is_some() && share >= MORE * most {
+                most = share;
+                caches.push(self.choice(plan, next_better));
+            }
+        }
+        Ok(caches)
+    }
+
+    /// What fits: the finest cache first, no cache last.
+    fn plans(&self) -> impl Iterator<Item = Result<Plan>> {
+        let planner = self.planner;
+        let rungs = planner.wants_cache().then(|| planner.rungs());
+        let layouts = rungs
+            .into_iter()
+            .flatten()
+            .filter_map(|rung| rung.layout.ok());
+        let cached = layouts.map(|layout| planner.uncached.clone().with_cache(layout));
+        let has_none = planner.scene.render.variant != Variant::Caching;
+        let without = has_none.then(|| planner.uncached.clone());
+        cached.chain(without).filter_map(|candidate| {
+            let plan = self.fill(candidate).transpose()?;
+            match plan {
+                Ok(plan) if planner.too_many_nodes(&plan).is_some() => None,
+                plan => Some(plan),
+            }
+        })
+    }
+
+    fn choice(&self, plan: Plan, next_better: &str) -> Choice {
+        Choice {
+            reason: format!(
+                "{} takes {} with the volume in bricks, {} of the {} that matter at a time: the whole volume does not fit",
+                plan.variant.description(),
+                human(plan.bytes()),
+                capacity(&plan).min(self.needed),
+                self.needed,
+            ),
+            next_better: next_better.into(),
+            plan,
+        }
+    }
+
+    /// The share of the bricks that matter for which there is room.
+    fn share(&self, plan: &Plan) -> f64 {
+        f64::from(capacity(plan)) / f64::from(self.needed.max(1))
+    }
+
+    /// A plan with as many bricks as the budget has room for. `None` if they are too few for a sample.
+    fn fill(&self, scene: GpuScene) -> Result<Option<Plan>> {
+        let planned = |places| self.planned(&scene, places);
+        let smallest = match planned(1) {
+            Ok(plan) => plan,
+            Err(Error::Memory(_)) => return Ok(None),
+            Err(other) => return Err(other),
+        };
+        let Some(layout) = smallest.bricks else {
+            return Ok(None);
+        };
+        let voxel_bytes = scene.parts.field.stored.bytes() as u64;
+        let brick_bytes = voxel_bytes * u64::from(layout.pitch()).pow(3);
+        let left = self.planner.budget.saturating_sub(smallest.bytes());
+        let most_image = self.planner.limits.max_allocation_bytes / brick_bytes;
+        let mut places = (1 + left / brick_bytes)
+            .min(most_image)
+            .min(layout.total().into());
+        let least = most_at_once(&layout, &scene, self.needed.into());
+        while places >= least {
+            match planned(places) {
+                Ok(plan) if plan.bytes() <= self.planner.budget => return Ok(Some(plan)),
+                Ok(_) | Err(Error::Memory(_)) if places == least => return Ok(None),
+                Ok(_) | Err(Error::Memory(_)) => {
+                    places = (places - places.div_ceil(32)).max(least);
+                }
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(None)
+    }
+
+    /// The plan with as few bricks as a sample needs, whatever the budget is.
+    pub fn smallest(&self, scene: &GpuScene) -> Result<Plan> {
+        let layout = BrickLayout::new(scene.parts.field.dims, 1, self.planner.limits);
+        self.planned(scene, most_at_once(&layout, scene, self.needed.into()))
+    }
+
+    /// The plan with room for so many bricks.
+    fn planned(&self, scene: &GpuScene, places: u64) -> Result<Plan> {
+        let layout = BrickLayout::new(scene.parts.field.dims, places, self.planner.limits);
+        self.planner.plan(&scene.clone().with_bricks(Some(layout)))
+    }
+}
+
+fn capacity(plan: &Plan) -> u32 {
+    plan.bricks.map_or(0, |layout| layout.capacity())
+}
+
+/// The most bricks that one sample of a pixel reads at once. A ray meets at most as many as the volume has along its axes
+/// together. A path reads along one ray at a time. The march of a cached picture begins anew when a brick is missing, and
+/// reads along several: the camera's ray, rays to suns from four points of the medium (`camera_march.comp`), and a ray to
+/// each sun from every crossing with a surface. All rays to one sun lie in a plane, which meets at most as many bricks as
+/// three faces of the volume have; together, no more than the `needed` ones that matter.
+fn most_at_once(layout: &BrickLayout, scene: &GpuScene, needed: u64) -> u64 {
+    let [x, y, z] = layout.bricks.map(u64::from);
+    let (along_a_ray, in_a_plane) = (x + y + z, x * y + y * z + z * x);
+    let features = scene.features();
+    let suns = u64::from(features.sun_count);
+    let surfaces = &scene.parts.surfaces.iso;
+    let beside = match (features.cache_order, suns) {
+        (0, _) | (_, 0) => 0,
+        _ if surfaces.is_empty() => 4 * along_a_ray,
+        // The first crossing is the last.
+        _ if surfaces.iter().all(|surface| surface.opacity >= 1.0) => (4 + suns) * along_a_ray,
+        _ => 4 * along_a_ray + suns * in_a_plane,
+    };
+    let of_one_ray = along_a_ray.min(layout.total().into());
+    of_one_ray.max((along_a_ray + beside).min(needed))
+}

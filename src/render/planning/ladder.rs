@@ -1,0 +1,82 @@
+//! The caches that a scene allows, from the best to the coarsest.
+//!
+//! The ladder goes down by predicted quality: a coarser cache loses more than a shorter float, and no cache at all is right
+//! as well, but slow for its noise.
+
+use super::{Plan, Planner};
+use crate::error::MemoryError;
+use crate::render::layout::CacheLayout;
+use crate::scene::{CacheFormat, CacheScale, Scene, Variant};
+
+/// Cells that a CPU should fill at most, unless the picture has more pixels: a cell's path costs as much as a
+/// pixel's. A GPU is some hundred times as fast. The limit holds for `auto` alone: a scale that is set by name is
+/// granted.
+const FEW_NODES: u64 = 1 << 18;
+const COARSEST: f64 = 0.125;
+
+/// A cache that the scene allows.
+pub struct Rung {
+    pub scale: f64,
+    pub format: CacheFormat,
+    /// Fails where the device's images are too small.
+    pub layout: Result<CacheLayout, MemoryError>,
+}
+
+impl Planner<'_> {
+    /// The caches that the scene allows, best first.
+    pub(super) fn rungs(&self) -> impl Iterator<Item = Rung> + use<> {
+        let render = &self.scene.render;
+        let scales = match render.cache_scale {
+            CacheScale::Auto => vec![1.0, 0.5, 0.25, COARSEST],
+            CacheScale::Fixed(scale) => vec![scale],
+        };
+        let formats = match render.cache_format {
+            CacheFormat::Auto => vec![CacheFormat::F32, CacheFormat::F16],
+            format => vec![format],
+        };
+        let occupancy = self.uncached.occupancy(self.volume);
+        let (dims, most) = (self.volume.dims, self.limits.max_image_3d);
+        scales.into_iter().flat_map(move |scale| {
+            // To look for the bricks takes time, and formats have the same.
+            let layout = CacheLayout::new(dims, &occupancy, scale, formats[0], most);
+            formats.clone().into_iter().map(move |format| Rung {
+                scale,
+                format,
+                layout: layout.clone().map(|layout| layout.with_format(format)),
+            })
+        })
+    }
+
+    /// The number of the cache's cells, if the device should not fill so many.
+    pub(super) fn too_many_nodes(&self, plan: &Plan) -> Option<u64> {
+        let layout = plan.variant.cache()?;
+        let render = &self.scene.render;
+        let pixels = render.size.iter().map(|&n| n as u64).product::<u64>();
+        let minds = self.limits.kind.is_software()
+            && render.cache_scale == CacheScale::Auto
+            && layout.scale > COARSEST;
+        Some(layout.active_nodes()).filter(|&cells| minds && cells > FEW_NODES.max(pixels))
+    }
+
+    /// Whether a cache is looked for.
+    pub(super) fn wants_cache(&self) -> bool {
+        match self.scene.render.variant {
+            Variant::Caching => true,
+            Variant::Auto => useless(self.scene).is_none(),
+            Variant::NonCaching | Variant::Published => false,
+        }
+    }
+}
+
+/// The reason why a cache is of no use to the scene, if there is one.
+pub fn useless(scene: &Scene) -> Option<&'static str> {
+    let medium = scene.medium.as_ref();
+    if scene.render.max_bounces > 0 {
+        Some("render.max_bounces is set, and a cache holds light after any number of bounces")
+    } else if medium.is_none_or(|m| m.density <= 0.0 || m.transfer.iter().all(|p| p.opacity <= 0.0))
+    {
+        Some("no medium scatters light that a cache could hold")
+    } else {
+        None
+    }
+}

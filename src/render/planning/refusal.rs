@@ -1,0 +1,125 @@
+//! The sentences about what does not fit: what it needs, what would fit, and what makes it smaller.
+
+use super::in_bricks::InBricks;
+use super::{Plan, Planner};
+use crate::bytes::human;
+use crate::error::{Error, MemoryError, Result, unless_refused};
+use crate::render::gpu_scene::GpuScene;
+use crate::render::light_memory::ENVIRONMENT_IMAGE;
+use crate::render::resources::{TRANSFER_FUNCTION, VOLUME};
+use crate::scene::Variant;
+
+impl InBricks<'_> {
+    /// The error that says what a scene needs that fits neither with its volume whole nor in bricks. `None` where the
+    /// device's limits allow neither.
+    pub(super) fn refusal(&self) -> Result<Option<MemoryError>> {
+        let planner = self.planner;
+        let Some(without_cache) = self.smallest_of_both(&planner.uncached)? else {
+            return Ok(None);
+        };
+        let rungs = planner.wants_cache().then(|| planner.rungs());
+        let coarsest = rungs.into_iter().flatten().last();
+        let cached = match coarsest.and_then(|rung| rung.layout.ok()) {
+            Some(layout) => self.smallest_of_both(&planner.uncached.clone().with_cache(layout))?,
+            None => None,
+        };
+        let smallest_cache = cached.map(|plan| {
+            format!(
+                "{} needs {}",
+                plan.variant.description(),
+                needs(plan.bytes())
+            )
+        });
+        let budget = planner.budget;
+        Ok(Some(match (planner.scene.render.variant, smallest_cache) {
+            (Variant::Caching, Some(smallest_cache)) if without_cache.bytes() <= budget => {
+                no_cache(&without_cache, budget, smallest_cache)
+            }
+            (_, smallest_cache) => too_small(&without_cache, budget, smallest_cache),
+        }))
+    }
+
+    /// The smaller of the plans with the volume whole and in as few bricks as will do.
+    fn smallest_of_both(&self, scene: &GpuScene) -> Result<Option<Plan>> {
+        let whole = unless_refused(self.planner.plan(scene))?;
+        let in_bricks = unless_refused(self.smallest(scene))?;
+        let plans = [whole, in_bricks];
+        Ok(plans.into_iter().flatten().min_by_key(Plan::bytes))
+    }
+}
+
+impl Planner<'_> {
+    /// What a plan with the whole volume would need, of which the search for one says `why` there is none.
+    pub(super) fn need_of_whole(&self, why: &MemoryError) -> String {
+        match why {
+            MemoryError::Plan {
+                smallest_cache: Some(smallest_cache),
+                ..
+            } if self.scene.render.variant == Variant::Caching => {
+                format!("with the whole volume, {smallest_cache}")
+            }
+            MemoryError::Plan {
+                variant, needed, ..
+            } => format!("{variant} with the whole volume needs {}", needs(*needed)),
+            MemoryError::Cache { smallest_cache, .. } => {
+                format!("with the whole volume, {smallest_cache}")
+            }
+            other => format!("the whole volume is impossible: {other}"),
+        }
+    }
+}
+
+pub(super) fn needs(bytes: u64) -> String {
+    format!("{} ({bytes} bytes)", human(bytes))
+}
+
+/// Adds the remedy to the error of a device that is too small even without a cache.
+pub(super) fn with_remedy(error: Error) -> Error {
+    match error {
+        Error::Memory(why) => MemoryError::Scene {
+            remedy: remedy(why.resource().unwrap_or_default()),
+            why: Box::new(why),
+        }
+        .into(),
+        other => other,
+    }
+}
+
+/// What makes a resource smaller, as the end of a sentence.
+fn remedy(resource: &str) -> &'static str {
+    match resource {
+        ENVIRONMENT_IMAGE => "make the environment's image smaller",
+        TRANSFER_FUNCTION => "give medium.transfer fewer points",
+        VOLUME => "set volume.crop",
+        _ => "lower --size, or set volume.crop",
+    }
+}
+
+/// The error for a scene that asks for a cache where only the variant without one fits.
+pub(super) fn no_cache(without: &Plan, budget: u64, smallest_cache: String) -> MemoryError {
+    MemoryError::Cache {
+        budget,
+        smallest_cache,
+        non_caching: without.bytes(),
+    }
+}
+
+/// The error that says what is in the way and what would fit.
+pub(super) fn too_small(
+    without_cache: &Plan,
+    budget: u64,
+    smallest_cache: Option<String>,
+) -> MemoryError {
+    let largest = without_cache.resources.iter().max_by_key(|r| r.bytes);
+    let largest = largest.expect("a plan has a picture at least");
+    MemoryError::Plan {
+        budget,
+        variant: without_cache.variant.word(),
+        is_in_bricks: without_cache.bricks.is_some(),
+        needed: without_cache.bytes(),
+        largest: largest.name.into(),
+        largest_bytes: largest.bytes,
+        smallest_cache,
+        remedy: remedy(largest.name),
+    }
+}

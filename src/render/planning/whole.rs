@@ -1,0 +1,103 @@
+//! The choice where the whole volume is on the device.
+
+use super::ladder::useless;
+use super::refusal::{needs, no_cache, too_small, with_remedy};
+use super::{Choice, Plan, Planner};
+use crate::bytes::human;
+use crate::error::{Error, Result};
+use crate::render::layout::describe_cache;
+use crate::scene::Variant;
+
+impl Planner<'_> {
+    /// The best variant that fits with the volume whole.
+    pub(super) fn choose_whole(&self) -> Result<Choice> {
+        let wanted = self.scene.render.variant;
+        match (wanted, useless(self.scene)) {
+            (Variant::NonCaching | Variant::Published, _) => {
+                return self.without_cache("it was asked for", "not looked for");
+            }
+            (Variant::Auto, Some(why)) => {
+                return self.without_cache(why, "none is of use here");
+            }
+            _ => {}
+        }
+        let mut better = Vec::new();
+        for rung in self.rungs() {
+            let name = describe_cache(rung.scale, rung.format);
+            let layout = rung.layout.map_err(Error::from);
+            let cached = layout.map(|layout| self.uncached.clone().with_cache(layout));
+            let planned = cached.and_then(|cached| self.plan(&cached));
+            match self.why_not(&planned) {
+                Some(why) => better.push(format!("{name} {why}")),
+                None => {
+                    let plan = planned?;
+                    return Ok(Choice {
+                        reason: reason(&plan, wanted, &better),
+                        next_better: better.pop().unwrap_or("there is none".into()),
+                        plan,
+                    });
+                }
+            }
+        }
+        if wanted == Variant::Caching {
+            let without = self.fitting_without_cache(better.last().cloned())?;
+            let smallest_cache = better.pop().unwrap_or_default();
+            return Err(no_cache(&without, self.budget, smallest_cache).into());
+        }
+        let next_better = better.pop().unwrap_or_default();
+        Ok(Choice {
+            plan: self.fitting_without_cache(Some(next_better.clone()))?,
+            reason: format!("no cache fits: {next_better}"),
+            next_better,
+        })
+    }
+
+    fn without_cache(&self, reason: &str, next_better: &str) -> Result<Choice> {
+        Ok(Choice {
+            plan: self.fitting_without_cache(None)?,
+            reason: reason.into(),
+            next_better: next_better.into(),
+        })
+    }
+
+    fn fitting_without_cache(&self, smallest_cache: Option<String>) -> Result<Plan> {
+        let plan = self.plan(&self.uncached).map_err(with_remedy)?;
+        if plan.bytes() <= self.budget {
+            Ok(plan)
+        } else {
+            Err(too_small(&plan, self.budget, smallest_cache).into())
+        }
+    }
+
+    /// What is in the way of a planned cache, as the end of a sentence that begins with its name. `None` for one that fits,
+    /// and for errors that have nothing to do with memory.
+    fn why_not(&self, planned: &Result<Plan>) -> Option<String> {
+        match planned {
+            Ok(plan) if let Some(cells) = self.too_many_nodes(plan) => Some(format!(
+                "has {cells} cells, more than a CPU fills while it renders a picture of this size, and would take {}",
+                human(plan.bytes()),
+            )),
+            Ok(plan) if plan.bytes() > self.budget => {
+                Some(format!("needs {}", needs(plan.bytes())))
+            }
+            Err(Error::Memory(why)) => Some(format!("is impossible: {why}")),
+            Ok(_) | Err(_) => None,
+        }
+    }
+}
+
+fn reason(plan: &Plan, wanted: Variant, better: &[String]) -> String {
+    let asked = match wanted {
+        Variant::Caching => "it was asked for, and ",
+        _ => "",
+    };
+    let fits = format!(
+        "{} takes {}",
+        plan.variant.description(),
+        human(plan.bytes())
+    );
+    match better.last() {
+        None => format!("{asked}nothing better is needed: {fits}"),
+        Some(why) => format!("{asked}it is the best that fits: {fits}, while {why}"),
+    }
+}
