@@ -182,14 +182,22 @@ impl Forecast {
 /// paths have doubled, and is uncertain itself. So its time counts so many times.
 const LATE: f64 = 1.2;
 
-/// Whether the cache is worth its filling, compared with `uncached` or with another cache, and why: the end of a sentence. To
-/// go on with it takes `head_start` seconds less than to begin with it, compared with going back.
+/// What two forecasts say of a cache.
+pub struct Verdict {
+    /// Whether the cache is worth its filling.
+    pub cache_is_better: bool,
+    /// Why, as the end of a sentence.
+    pub said: String,
+}
+
+/// Compares a cache with `uncached` or with another cache. To go on with it takes `head_start` seconds less than to begin
+/// with it, compared with going back.
 pub fn verdict(
     uncached: &Forecast,
     cached: &Forecast,
     work: &Work<'_>,
     head_start: f64,
-) -> (bool, String) {
+) -> Verdict {
     let Work { stop, pictures, .. } = *work;
     if let Some(error) = stop.relative_error {
         let [without, with] = [uncached, cached].map(|f| f.seconds_to(error, pictures));
@@ -197,7 +205,10 @@ pub fn verdict(
             let said = format!(
                 "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
             );
-            return (LATE * with < without + head_start, said);
+            return Verdict {
+                cache_is_better: LATE * with < without + head_start,
+                said,
+            };
         }
     }
     let seconds = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
@@ -205,7 +216,10 @@ pub fn verdict(
     let said = format!(
         "after {seconds} s a relative error of {with:.4} is expected with a cache and of {without:.4} without one"
     );
-    (with < without, said)
+    Verdict {
+        cache_is_better: with < without,
+        said,
+    }
 }
 
 /// How many times units are begun together until there are so many samples (`units_together` in `schedule.rs`).
@@ -262,7 +276,7 @@ mod tests {
             pictures,
             interrupt: &GOES_ON,
         };
-        verdict(&UNCACHED, &cached, &work, head_start).0
+        verdict(&UNCACHED, &cached, &work, head_start).cache_is_better
     }
 
     fn is_cached(stop: Stop, pictures: u32) -> bool {

@@ -38,7 +38,7 @@ pub use picture::{Picture, relative_error};
 pub use refinement::Refinement;
 pub use run::{Outcome, Progress, Run, Sampling, relative_error_of};
 pub use sample_range::SampleRange;
-pub use schedule::Stop;
+pub use schedule::{Stop, StopReason};
 pub use stopwatch::Stopwatch;
 pub use trial::{Trial, Tried};
 pub use work::Work;

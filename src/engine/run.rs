@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 use super::Engine;
 use super::batches::{Filled, next_batch};
 use super::picture::{relative_error, rgb};
-use super::schedule::{Done, Stop, next_unit, reason_to_stop, units_together, with_delay};
+use super::schedule::{
+    Done, Stop, StopReason, next_unit, reason_to_stop, units_together, with_delay,
+};
 use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Place, Result};
 use crate::render::{Film, Until};
@@ -70,8 +72,7 @@ pub struct Outcome {
     pub relative_error: f64,
     /// When there was a picture to see.
     pub first_frame: Instant,
-    /// The reason why it stopped, as the end of a sentence: "stopped because …".
-    pub why_stopped: String,
+    pub stopped: StopReason,
 }
 
 impl Engine {
@@ -184,13 +185,13 @@ impl Engine {
             },
         };
         let mut next_look = done.took + TIME_TO_LOOK;
-        let why_stopped = loop {
+        let stopped = loop {
             if let Some(reason) = reason_to_stop(&run.stop, &done) {
                 break reason;
             }
             if !self.take_units(run, &done, watch)? {
                 if run.is_interrupted() {
-                    break "it was interrupted".into();
+                    break StopReason::Interrupted;
                 }
                 if done.units == 0 {
                     return Err(self.too_short(&run.stop, watch));
@@ -218,7 +219,7 @@ impl Engine {
             }));
             run.pause(self)?;
         };
-        self.outcome(run, &done, watch, why_stopped)
+        self.outcome(run, &done, watch, stopped)
     }
 
     /// Takes the next unit of samples, or several together where the volume streams. Returns whether it has ended before it
@@ -240,13 +241,13 @@ impl Engine {
         run: &Run<'_>,
         done: &Done,
         watch: &Stopwatch,
-        why_stopped: String,
+        stopped: StopReason,
     ) -> Result<Outcome> {
         let Some(first_frame) = self.totals().seen_since else {
             return Err(if run.is_interrupted() {
                 Error::Interrupted
             } else {
-                Error::value(format!("the picture would have no sample: {why_stopped}"))
+                Error::value(format!("the picture would have no sample: {stopped}"))
             });
         };
         Ok(Outcome {
@@ -255,7 +256,7 @@ impl Engine {
             cpu: watch.cpu(),
             relative_error: self.relative_error()?,
             first_frame,
-            why_stopped,
+            stopped,
         })
     }
 

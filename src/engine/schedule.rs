@@ -85,33 +85,61 @@ pub const UNITS_TO_TRUST: u32 = Halves::LEAST;
 /// A shard that would have fewer units has shorter ones.
 const FEWEST_UNITS: u32 = 4;
 
-/// Why to stop now, as the end of a sentence; `None`: go on.
-pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<String> {
+/// Why a render has stopped. Displayed, it is the end of the sentence "stopped because …".
+#[derive(Debug, Clone, PartialEq)]
+pub enum StopReason {
+    /// As many samples per pixel as were asked for.
+    Spp(u32),
+    Samples(SampleRange),
+    /// No picture has more samples.
+    MostSamples,
+    /// The relative error is below this.
+    RelativeError(f64),
+    Time(Duration),
+    /// The run's interruption.
+    Interrupted,
+}
+
+impl std::fmt::Display for StopReason {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            StopReason::Spp(count) => write!(f, "--spp {count} is reached"),
+            StopReason::Samples(range) => write!(f, "--samples {range} are done"),
+            StopReason::MostSamples => {
+                let most = SampleRange::MOST;
+                write!(f, "a picture has {most} samples per pixel at most")
+            }
+            StopReason::RelativeError(goal) => write!(f, "the relative error is below {goal}"),
+            StopReason::Time(time) => {
+                write!(f, "{:.1} s of rendering are over", time.as_secs_f64())
+            }
+            StopReason::Interrupted => write!(f, "it was interrupted"),
+        }
+    }
+}
+
+/// Why to stop now; `None`: go on.
+pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<StopReason> {
     if let Some(goal) = stop.count()
         && done.samples >= goal
     {
-        return Some(match stop.samples {
-            Some(range) => format!("--samples {range} are done"),
-            None => format!("--spp {goal} is reached"),
-        });
+        let of_range = stop.samples.map(StopReason::Samples);
+        return Some(of_range.unwrap_or(StopReason::Spp(goal)));
     }
     if done.first_sample + done.samples >= SampleRange::MOST {
-        return Some(format!(
-            "a picture has {} samples per pixel at most",
-            SampleRange::MOST
-        ));
+        return Some(StopReason::MostSamples);
     }
     if let Some(goal) = stop.relative_error
         && done.units >= UNITS_TO_TRUST
         && done.relative_error <= goal
     {
-        return Some(format!("the relative error is below {goal}"));
+        return Some(StopReason::RelativeError(goal));
     }
     if let Some(goal) = stop.time
         && done.units > 0
         && done.took >= goal
     {
-        return Some(format!("{:.1} s of rendering are over", goal.as_secs_f64()));
+        return Some(StopReason::Time(goal));
     }
     None
 }

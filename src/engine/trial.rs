@@ -167,8 +167,8 @@ impl<'a> Trial<'a> {
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
         match best_of(caches, &uncached, &work, to_go_back, &mut watch, make)? {
-            Ok((engine, watch)) => Ok(Tried::settled(engine, watch)),
-            Err(why) => {
+            Contest::Won(engine, watch) => Ok(Tried::settled(engine, watch)),
+            Contest::Lost { why } => {
                 let mut engine = make(plain)?;
                 if let Some(sums) = begun {
                     engine.resume(&sums, totals)?;
@@ -204,9 +204,23 @@ impl Tried {
     }
 }
 
-/// An engine with the best of these caches, if one is better than none; otherwise the reason why not. Apart from
-/// compiling for them, caches that are tried share a time that is short beside the work's. If that was in vain, `watch` has
-/// it as well.
+/// How a comparison of caches with the variant without one has ended.
+enum Contest {
+    /// With a cache that is better, and the time that the work which goes on has taken.
+    Won(Engine, Stopwatch),
+    Lost {
+        why: String,
+    },
+}
+
+/// What a trial has found out about a cache.
+struct TriedCache {
+    forecast: Forecast,
+    is_better: bool,
+}
+
+/// Looks for the best of these caches that is better than none. Apart from compiling for them, caches that are tried share
+/// a time that is short beside the work's. If that was in vain, `watch` has it as well.
 fn best_of(
     caches: Vec<Choice>,
     uncached: &Forecast,
@@ -214,7 +228,7 @@ fn best_of(
     to_go_back: f64,
     watch: &mut Stopwatch,
     make: impl Fn(Choice) -> Result<Engine>,
-) -> Result<std::result::Result<(Engine, Stopwatch), String>> {
+) -> Result<Contest> {
     let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(work);
     let mut best: Option<(Choice, Forecast)> = None;
     let mut why = TOO_SHORT.to_string();
@@ -230,29 +244,29 @@ fn best_of(
         watch.go_on();
         let tried = engine.try_cache(rival, work, to_go_back, until, &mut filling)?;
         watch.pause();
-        let Some((cached, is_better)) = tried else {
+        let Some(tried) = tried else {
             break;
         };
-        let said = verdict(uncached, &cached, work, 0.0).1;
-        if is_better {
+        let said = verdict(uncached, &tried.forecast, work, 0.0).said;
+        if tried.is_better {
             choice.reason = format!("{said}; {}", choice.reason);
             if n == last {
                 engine.choice = choice;
-                return Ok(Ok((engine, filling)));
+                return Ok(Contest::Won(engine, filling));
             }
-            best = Some((choice, cached));
+            best = Some((choice, tried.forecast));
         } else if best.is_none() {
             why = said;
         }
     }
     match best {
         // What has been sampled without a cache is all that there is.
-        _ if work.is_interrupted() => Ok(Err(why)),
+        _ if work.is_interrupted() => Ok(Contest::Lost { why }),
         Some((choice, _)) => {
             let spent = std::mem::replace(watch, Stopwatch::paused());
-            Ok(Ok((make(choice)?, spent)))
+            Ok(Contest::Won(make(choice)?, spent))
         }
-        None => Ok(Err(why)),
+        None => Ok(Contest::Lost { why }),
     }
 }
 
@@ -271,7 +285,7 @@ impl Engine {
         to_go_back: f64,
         until: Until<'_>,
         watch: &mut Stopwatch,
-    ) -> Result<Option<(Forecast, bool)>> {
+    ) -> Result<Option<TriedCache>> {
         if work.pictures > 1 {
             self.look_from_everywhere();
         }
@@ -290,7 +304,7 @@ impl Engine {
                 ..samples
             };
             let head_start = to_go_back + self.seconds_filled();
-            let is_better = verdict(rival, &cached, work, head_start).0;
+            let is_better = verdict(rival, &cached, work, head_start).cache_is_better;
             let is_known = |cache: &Cache| cache.is_known_to(f64::INFINITY);
             let is_settled = if until.is_over() {
                 // To be wrong costs most where paths wait for bricks.
@@ -299,7 +313,10 @@ impl Engine {
                 self.is_filled_for(Some(cached), &work.stop, work.pictures)
             };
             if !is_better || is_settled || !self.fill_on(work.interrupt.into(), watch)? {
-                return Ok(Some((cached, is_better)));
+                return Ok(Some(TriedCache {
+                    forecast: cached,
+                    is_better,
+                }));
             }
         }
     }

@@ -288,10 +288,7 @@ impl<'a> Render<'a> {
             };
             let outcome = match outcome {
                 // The pictures before it are there all the same.
-                Err(Error::Interrupted) if let Some(last) = taken.last_mut() => {
-                    last.outcome.why_stopped = interrupt::reason().into();
-                    break;
-                }
+                Err(Error::Interrupted) if !taken.is_empty() => break,
                 outcome => outcome?,
             };
             taken.push(Taken { view, outcome });
@@ -345,13 +342,7 @@ impl<'a> Render<'a> {
             between: Some(&mut between),
             ..interrupt::run(self.stop, &mut show)
         };
-        let mut outcome = self
-            .clock
-            .time("render", || engine.sample(&mut run, watch))?;
-        if is_interrupted() {
-            outcome.why_stopped = interrupt::reason().into();
-        }
-        Ok(outcome)
+        self.clock.time("render", || engine.sample(&mut run, watch))
     }
 
     /// Writes a picture's files under temporary names. `fingerprints` is set for shards without a checkpoint.

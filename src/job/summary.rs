@@ -7,9 +7,10 @@ use super::clock::{self, Clock};
 use super::views::View;
 use crate::cli::RenderArgs;
 use crate::engine::batches::cache_goal;
-use crate::engine::{Engine, Host, Outcome, Stop, figures};
+use crate::engine::{Engine, Host, Outcome, Stop, StopReason, figures};
 use crate::error::Result;
 use crate::gpu::Timings;
+use crate::interrupt::{self, is_interrupted};
 use crate::output::stats::{Stats, ViewStats};
 use crate::output::{Outputs, say, time_table};
 use crate::scene::Variant;
@@ -32,7 +33,7 @@ pub struct Summary<'a> {
     timings: Timings,
     /// Device memory taken, by time.
     memory: Vec<(Instant, u64)>,
-    why_stopped: String,
+    stopped: StopReason,
 }
 
 impl<'a> Summary<'a> {
@@ -53,7 +54,7 @@ impl<'a> Summary<'a> {
             stats: stats(args, clock, &engine, taken, cache_goal(stop)),
             earlier,
             memory: engine.memory_history(),
-            why_stopped: last.outcome.why_stopped.clone(),
+            stopped: last.outcome.stopped.clone(),
             timings: engine.into_timings(),
         }
     }
@@ -81,7 +82,12 @@ impl<'a> Summary<'a> {
             say(time_table::text(&self.stats, paths).trim_end());
         }
         let seconds = self.stats.wall_s + self.earlier.took.as_secs_f64();
-        let line = last_line(&self.stats, seconds, &self.files, &self.why_stopped);
+        let why_stopped = if is_interrupted() {
+            interrupt::reason().into()
+        } else {
+            self.stopped.to_string()
+        };
+        let line = last_line(&self.stats, seconds, &self.files, &why_stopped);
         say(format!(
             "{line}{}",
             why_variant(self.asked, &self.stats.reason)
