@@ -15,6 +15,7 @@ mod refinement;
 mod run;
 mod sample_range;
 pub mod schedule;
+mod slices;
 mod stopwatch;
 mod trial;
 mod work;
@@ -262,17 +263,6 @@ impl Engine {
     /// Bytes of GPU memory in use from each moment on.
     pub fn memory_history(&self) -> Vec<(Instant, u64)> {
         self.memory.history()
-    }
-
-    /// The renderer beneath, for programs that observe it more closely than this type allows.
-    pub fn renderer(&self) -> &Renderer {
-        &self.renderer
-    }
-
-    /// The renderer beneath, for programs that work in slices of a frame. Its scene must be changed through the
-    /// engine alone.
-    pub fn renderer_mut(&mut self) -> &mut Renderer {
-        &mut self.renderer
     }
 
     /// Figures of the streaming over `wall` seconds; `None` where the volume is whole.

@@ -233,7 +233,7 @@ impl<'a> Keeper<'a> {
     /// The time that the cache's next batch is expected to take, during which nothing can be written.
     fn next_batch(&self, engine: &Engine) -> Duration {
         let is_under_way = self.fill_state == FillState::UnderWay;
-        let cache = engine.renderer().cache().filter(|_| is_under_way);
+        let cache = engine.cache().filter(|_| is_under_way);
         let seconds = cache.map_or(0.0, |cache| {
             cache.seconds_per_update() * f64::from(doubling(cache.updates))
         });

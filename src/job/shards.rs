@@ -39,7 +39,7 @@ impl Fingerprints {
 }
 
 fn fill(engine: &mut Engine) -> Result<Option<String>> {
-    let Some(mut caching) = engine.renderer_mut().caching() else {
+    let Some(mut caching) = engine.caching() else {
         return Ok(None);
     };
     let mut fingerprint = Fingerprint::default();

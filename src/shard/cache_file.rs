@@ -67,7 +67,7 @@ impl CacheFile {
         about: About<'_>,
         outputs: &mut Outputs,
     ) -> Result<Option<String>> {
-        let Some(mut caching) = engine.renderer_mut().caching() else {
+        let Some(mut caching) = engine.caching() else {
             return Ok(None);
         };
         let mut light = Fingerprint::default();
@@ -161,7 +161,7 @@ impl CacheFile {
     pub fn restore(&self, engine: &mut Engine) -> Result<()> {
         let read = |error| Error::io(&self.path, error);
         let state = &self.header.state;
-        let caching = engine.renderer_mut().caching();
+        let caching = engine.caching();
         let fits = |bytes: Option<u64>| bytes == Some(self.bytes);
         let Some(mut caching) = caching.filter(|caching| fits(caching.bytes_of(state))) else {
             return Err(Error::input(

@@ -49,7 +49,7 @@ impl Header {
             end: totals.first_sample + totals.samples,
         };
         let device = engine.host().summary();
-        let cache_error = engine.renderer().cache().map(|cache| cache.relative_error);
+        let cache_error = engine.cache().map(|cache| cache.relative_error);
         Header {
             identity,
             samples: Some(range).filter(|r| r.count() > 0).into_iter().collect(),

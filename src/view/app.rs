@@ -238,8 +238,7 @@ impl<'a> App<'a> {
         let was_finished = live.picture.is_finished();
         let changed = live.advance(stage.shown())?;
         self.report.planned(live.planned_bytes());
-        self.report
-            .take_times(live.engine.renderer_mut().timings_mut());
+        self.report.take_times(live.engine.timings_mut());
         if live.picture.is_finished() && !was_finished {
             self.report.finished(live);
             self.interface_due = Some(Instant::now());

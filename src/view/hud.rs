@@ -101,7 +101,7 @@ fn headline(live: &Live, report: &Report) -> String {
 
 /// The progress of the cache's filling.
 fn light(live: &Live) -> Option<String> {
-    let cache = live.engine.renderer().cache()?;
+    let cache = live.engine.cache()?;
     let cells = cache.memory.layout.active_nodes();
     let error = if cache.relative_error.is_finite() {
         format!("error {:.2} %", 100.0 * cache.relative_error)
@@ -118,7 +118,7 @@ fn light(live: &Live) -> Option<String> {
 fn streaming(live: &Live) -> Option<String> {
     let BrickFigures {
         resident, matter, ..
-    } = live.engine.renderer().brick_figures()?;
+    } = live.engine.brick_figures()?;
     Some(format!("the volume streams: {resident} of {matter} bricks"))
 }
 

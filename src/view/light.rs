@@ -15,12 +15,12 @@ const EDGES_BELOW: f64 = 2.0 * CACHE_ERROR;
 
 /// Number of the cache's batches so far.
 pub fn batches(engine: &Engine) -> Option<u32> {
-    engine.renderer().cache().map(|cache| cache.batches)
+    engine.cache().map(|cache| cache.batches)
 }
 
 /// Paths that a node in sight gets in a batch: as many as it has had, or 0 for those that it lacks.
 pub fn next_batch(engine: &Engine) -> u32 {
-    let cache = engine.renderer().cache();
+    let cache = engine.cache();
     match cache.map_or(0, |cache| cache.updates) {
         0 => 1,
         _ if cache_is_good(engine) => 0,
@@ -30,18 +30,18 @@ pub fn next_batch(engine: &Engine) -> u32 {
 
 /// Whether the cache is good enough in the view for which its error was last measured.
 pub fn cache_is_good(engine: &Engine) -> bool {
-    let cache = engine.renderer().cache();
+    let cache = engine.cache();
     cache.is_none_or(|cache| cache.is_known_to(CACHE_ERROR) || cache.took >= LONGEST_FILLING)
 }
 
 /// Whether the cache has converged in this view.
 pub fn cache_is_converged(engine: &Engine) -> bool {
-    let cache = engine.renderer().cache();
+    let cache = engine.cache();
     cache_is_good(engine) && cache.is_none_or(|cache| cache.is_caught_up())
 }
 
 /// Whether more rays of each pixel make the picture better than more paths for the cache.
 pub fn shows_edges(engine: &Engine) -> bool {
-    let cache = engine.renderer().cache();
+    let cache = engine.cache();
     cache_is_converged(engine) || cache.is_some_and(|c| c.is_known_to(EDGES_BELOW))
 }

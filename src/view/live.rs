@@ -66,7 +66,7 @@ impl Live {
         document.check_wanted()?;
         let mut engine = Engine::in_memory(&host, &memory, volume, &scene, choice, seed)?;
         engine.reserve(for_window);
-        if let Some(mut caching) = engine.renderer_mut().caching() {
+        if let Some(mut caching) = engine.caching() {
             caching.roam();
             caching.guess_light()?;
         }

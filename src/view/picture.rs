@@ -68,7 +68,7 @@ enum Doing {
 impl Picture {
     /// The first frame has few pixels: it is not known yet how long they take, and a fast device soon has all of them.
     pub fn new(engine: &Engine, most_samples: u32) -> Picture {
-        let scale = match engine.renderer().cache() {
+        let scale = match engine.cache() {
             Some(_) => 0.35,
             None => 0.25,
         };
@@ -161,17 +161,17 @@ impl Picture {
             self.rest(engine)?;
             return Ok(false);
         }
-        let (began, waited) = (Instant::now(), waited_for_bricks(engine));
+        let (began, waited) = (Instant::now(), engine.waited_for_bricks());
         engine.reduce_to(self.moving_size(engine))?;
         self.make_whole(engine, shown)?;
         self.is_shown = true;
         // Fewer pixels do not bring bricks sooner.
-        let took = began.elapsed() - (waited_for_bricks(engine) - waited);
+        let took = began.elapsed() - (engine.waited_for_bricks() - waited);
         self.adapt(took.as_secs_f64() * 1e3);
         if !light::cache_is_good(engine) {
             let batch = light::next_batch(engine);
-            engine.renderer_mut().take_slices_of(FILLING_MS);
-            if let Some(mut caching) = engine.renderer_mut().caching() {
+            engine.take_slices_of(FILLING_MS);
+            if let Some(mut caching) = engine.caching() {
                 caching.advance(batch)?;
             }
         }
@@ -181,19 +181,18 @@ impl Picture {
     /// Makes a whole picture: a march, or a sample for each pixel.
     fn make_whole(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let push = Picture::tone_map_push(engine, shown);
-        let renderer = engine.renderer_mut();
-        if let Some(mut caching) = renderer.caching() {
+        if let Some(mut caching) = engine.caching() {
             return caching.march_at_once(shown, &push);
         }
-        renderer.take_slices_of(MOVING_MS);
-        renderer.preview()?;
+        engine.take_slices_of(MOVING_MS);
+        engine.preview()?;
         self.show(engine, shown)
     }
 
     fn rest(&mut self, engine: &mut Engine) -> Result<()> {
         engine.reduce_to(engine.scene().render.size)?;
         self.marched_batches = None;
-        self.doing = match engine.renderer().cache() {
+        self.doing = match engine.cache() {
             Some(_) => Doing::marching(),
             None => Doing::Refining,
         };
@@ -202,7 +201,7 @@ impl Picture {
 
     fn march_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
         let (Doing::Marching { slices, began }, Some(mut caching)) =
-            (&mut self.doing, engine.renderer_mut().caching())
+            (&mut self.doing, engine.caching())
         else {
             return Ok(false);
         };
@@ -234,8 +233,8 @@ impl Picture {
 
     fn fill_on(&mut self, engine: &mut Engine) -> Result<bool> {
         let batch = light::next_batch(engine);
-        engine.renderer_mut().take_slices_of(RESTING_MS);
-        let ended = match engine.renderer_mut().caching() {
+        engine.take_slices_of(RESTING_MS);
+        let ended = match engine.caching() {
             Some(mut caching) => caching.advance(batch)?,
             None => true,
         };
@@ -251,24 +250,24 @@ impl Picture {
 
     /// Refines what has been marched.
     fn refining(&mut self, engine: &mut Engine) -> Result<Doing> {
-        if let Some(mut caching) = engine.renderer_mut().caching() {
+        if let Some(mut caching) = engine.caching() {
             self.refinement = Some(Refinement::of(caching.marched()?));
         }
         Ok(Doing::Refining)
     }
 
     fn refine_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
-        engine.renderer_mut().take_slices_of(RESTING_MS);
+        engine.take_slices_of(RESTING_MS);
         let samples = engine.totals().samples;
         let left = self.most_samples.saturating_sub(samples);
         let unit = sixteenth(samples).min(left).max(1);
-        if !engine.renderer_mut().advance_unit(unit)? {
+        if !engine.advance_unit(unit)? {
             return Ok(false);
         }
         let totals = engine.totals();
         let is_trusted = totals.units >= UNITS_TO_TRUST;
         let film = if is_trusted || self.refinement.is_some() {
-            Some(engine.renderer_mut().film()?)
+            Some(engine.film()?)
         } else {
             None
         };
@@ -286,7 +285,7 @@ impl Picture {
     /// Encodes the latest picture for display.
     fn show(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
         let film = if self.refinement.is_some() {
-            Some(engine.renderer_mut().film()?)
+            Some(engine.film()?)
         } else {
             None
         };
@@ -299,14 +298,13 @@ impl Picture {
         let push = Picture::tone_map_push(engine, shown);
         let samples = engine.totals().samples;
         if let Some(picture) = film.and_then(|film| self.refined(samples, &film.mean))
-            && let Some(mut caching) = engine.renderer_mut().caching()
+            && let Some(mut caching) = engine.caching()
         {
             return caching.tone_map_texels(&picture, shown, &push);
         }
-        let renderer = engine.renderer_mut();
-        match renderer.caching() {
+        match engine.caching() {
             Some(mut caching) if !is_refined => caching.tone_map(shown, &push),
-            _ => renderer.tone_map(shown, &push),
+            _ => engine.tone_map(shown, &push),
         }
     }
 
@@ -319,7 +317,7 @@ impl Picture {
         }
         let samples = engine.totals().samples;
         if self.refinement.is_some() {
-            let mean = engine.renderer_mut().film()?.mean;
+            let mean = engine.film()?.mean;
             if let Some(refined) = self.refined(samples, &mean) {
                 picture.show(&refined);
             }
@@ -343,7 +341,7 @@ impl Picture {
         let [width, height, _] = shown.desc.extent;
         let render = &engine.scene().render;
         ToneMapPush {
-            source: engine.renderer().size(),
+            source: engine.rendered_size(),
             size: [width, height],
             exposure: render.exposure.exp2() as f32,
             filmic: (render.tone == Tone::Filmic) as u32,
@@ -367,10 +365,4 @@ impl Doing {
             began: Instant::now(),
         }
     }
-}
-
-/// The time that bringing bricks of the volume has taken; 0 where it is whole.
-fn waited_for_bricks(engine: &Engine) -> Duration {
-    let figures = engine.renderer().brick_figures();
-    figures.map_or(Duration::ZERO, |figures| figures.waited)
 }

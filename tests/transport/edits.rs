@@ -252,7 +252,7 @@ fn samples_of_fewer_pixels_are_no_picture() {
     render(&mut engine);
     assert!(engine.has_picture());
     let sampled = |engine: &mut Engine| {
-        while !engine.renderer_mut().advance_unit(1).expect("a slice") {}
+        while !engine.advance_unit(1).expect("a slice") {}
         engine.has_picture()
     };
     engine.reduce_to([3, 2]).expect("fewer pixels");

@@ -144,7 +144,7 @@ impl Settings<'_> {
 
 /// A setting that has not been compared with anything yet.
 fn setting(variant: &str, engine: &Engine, voxels: f64) -> CacheSetting {
-    let (Some(stats), Some(cache)) = (engine.cache_stats(0.0), engine.renderer().cache()) else {
+    let (Some(stats), Some(cache)) = (engine.cache_stats(0.0), engine.cache()) else {
         unreachable!("an engine of the caching variant has a cache");
     };
     CacheSetting {
@@ -178,7 +178,7 @@ fn fill_as_often(updates: u32, engine: &mut Engine) -> Result<()> {
     let mut done = 0;
     while done < updates
         && !is_interrupted()
-        && let Some(mut caching) = engine.renderer_mut().caching()
+        && let Some(mut caching) = engine.caching()
     {
         let batch = doubling(done).min(updates - done);
         caching.batch(batch, &INTERRUPTED)?;

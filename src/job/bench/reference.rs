@@ -90,7 +90,7 @@ impl Reference {
         let image = LinearImage::from_picture(&name, &picture);
         let seen = match rays {
             Rays::Anywhere => None,
-            Rays::Centres => Some(seen(&picture.depth, &engine.renderer_mut().film()?.mean)),
+            Rays::Centres => Some(seen(&picture.depth, &engine.film()?.mean)),
         };
         Ok(Reference {
             report: ReferenceReport {

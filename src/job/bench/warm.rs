@@ -34,7 +34,7 @@ impl EntrantRun<'_> {
     /// Makes the cache as good for all views as it is for the scene's own. False if there is no cache, or if Ctrl-C
     /// came before the end.
     pub(super) fn fill_everywhere(&mut self) -> Result<bool> {
-        match self.engine.renderer_mut().caching() {
+        match self.engine.caching() {
             Some(mut caching) => {
                 caching.widen_focus();
                 caching.batch(0, &INTERRUPTED)
@@ -165,7 +165,7 @@ impl EntrantRun<'_> {
         asked: Duration,
         refinement: &mut Option<Refinement>,
     ) -> Result<Vec<[f32; 4]>> {
-        while let Some(mut caching) = self.engine.renderer_mut().caching()
+        while let Some(mut caching) = self.engine.caching()
             && refinement.is_none()
         {
             if self.watch.elapsed() >= asked {
@@ -181,7 +181,7 @@ impl EntrantRun<'_> {
             if let Some(refinement) = refinement
                 && refinement.is_due(samples)
             {
-                refinement.compare(samples, &engine.renderer_mut().film()?.mean);
+                refinement.compare(samples, &engine.film()?.mean);
             }
             Ok(())
         };
@@ -190,7 +190,7 @@ impl EntrantRun<'_> {
         run.between = Some(&mut compare);
         self.engine.sample(&mut run, &self.watch)?;
         let samples = self.engine.totals().samples;
-        let mean = self.engine.renderer_mut().film()?.mean;
+        let mean = self.engine.film()?.mean;
         Ok(match refinement {
             Some(refinement) => refinement.picture(samples, &mean),
             None => mean,
@@ -200,7 +200,7 @@ impl EntrantRun<'_> {
     /// Marches an edited scene through the existing cache.
     fn show_at_once(&mut self, scene: &Scene) -> Result<()> {
         self.engine.change_in_place(scene)?.in_any_case()?;
-        match self.engine.renderer_mut().caching() {
+        match self.engine.caching() {
             Some(mut caching) => caching.march_in_place(),
             None => Ok(()),
         }

@@ -87,7 +87,7 @@ fn light_goes_from_one_engine_to_another() {
         "there is none yet"
     );
     let stop = std::sync::atomic::AtomicBool::new(false);
-    let mut caching = old.renderer_mut().caching().expect("a cache");
+    let mut caching = old.caching().expect("a cache");
     assert!(caching.batch(4, &stop).expect("a batch"));
     assert_eq!(
         old.change_in_place(&after).expect("no change"),
@@ -102,11 +102,11 @@ fn light_goes_from_one_engine_to_another() {
     let light = old.light_for(&after).expect("light").expect("some");
     let [mut new, mut empty] = [begin(&after), begin(&after)];
     assert!(new.adopt_light(&light).expect("the same layout"));
-    let cache = new.renderer().cache().expect("a cache");
+    let cache = new.cache().expect("a cache");
     assert_eq!(cache.updates, 4);
     assert!(!cache.is_caught_up(), "what is in sight is not known yet");
     // What the cache shows is the same as what another engine fills it with.
-    let mut caching = empty.renderer_mut().caching().expect("a cache");
+    let mut caching = empty.caching().expect("a cache");
     assert!(caching.batch(4, &stop).expect("a batch"));
     let [adopted, filled] = [&mut new, &mut empty].map(|e| e.march().expect("a march"));
     assert!(adopted.expect("a picture").rgb == filled.expect("a picture").rgb);
