@@ -6,7 +6,7 @@ use super::Engine;
 use super::forecast::{Evenness, Forecast, left_of};
 use super::picture::relative_change;
 use super::schedule::MOST_AT_ONCE;
-use super::work::Work;
+use super::task::Task;
 use crate::error::Result;
 use crate::render::Until;
 
@@ -41,12 +41,12 @@ impl Engine {
     /// How evenly samples are spread is not looked at if the work takes less than `short` seconds even if they are not.
     pub(super) fn try_samples(
         &mut self,
-        work: &Work<'_>,
+        task: &Task<'_>,
         short: f64,
         until: Until<'_>,
     ) -> Result<Option<Forecast>> {
         if self.streams() || self.pixels() <= FEW * self.pixels_to_try() {
-            self.try_whole_picture(work, short, until)
+            self.try_whole_picture(task, short, until)
         } else {
             self.try_few_pixels(self.pixels_to_try(), until)
         }
@@ -71,11 +71,11 @@ impl Engine {
 
     fn try_whole_picture(
         &mut self,
-        work: &Work<'_>,
+        task: &Task<'_>,
         short: f64,
         until: Until<'_>,
     ) -> Result<Option<Forecast>> {
-        if self.take(1, 1, work.until_late())?.is_none() {
+        if self.take(1, 1, task.until_late())?.is_none() {
             return Ok(None);
         }
         let mut last = None;
@@ -92,7 +92,7 @@ impl Engine {
         };
         let variance = self.variance_of_one()?;
         let first = self.forecast(&last, variance, Evenness::NONE);
-        if self.renderer.is_marched() || first.seconds_of(work) <= short {
+        if self.renderer.is_marched() || first.seconds_of(task) <= short {
             Ok(Some(first))
         } else {
             self.double(1, variance, until)
@@ -163,16 +163,13 @@ impl Engine {
 
     /// Takes units of so many samples, together where the volume streams; `None` if `until` comes before.
     fn take(&mut self, samples: u32, units: u32, until: Until<'_>) -> Result<Option<Taken>> {
-        let waited = |engine: &Engine| {
-            let figures = engine.renderer.brick_figures();
-            figures.map_or(0.0, |bricks| bricks.waited.as_secs_f64())
-        };
-        let before = (self.totals().samples, waited(self), Instant::now());
+        let (before, waited) = (self.totals().samples, self.waited_for_bricks());
+        let began = Instant::now();
         self.renderer.units(samples, units, until)?;
         let taken = Taken {
-            samples: self.totals().samples - before.0,
-            waited: waited(self) - before.1,
-            seconds: before.2.elapsed().as_secs_f64(),
+            samples: self.totals().samples - before,
+            waited: (self.waited_for_bricks() - waited).as_secs_f64(),
+            seconds: began.elapsed().as_secs_f64(),
         };
         Ok((taken.samples == samples * units).then_some(taken))
     }

@@ -2,7 +2,7 @@
 //! Noise falls with the root of the number of samples, and the error of a cache with the root of what its paths are worth.
 
 use super::schedule::{MOST_AT_ONCE, UNITS_TO_TRUST};
-use super::work::Work;
+use super::task::Task;
 use crate::render::shared::GATHERED;
 use crate::render::worth;
 
@@ -140,12 +140,12 @@ impl Forecast {
     }
 
     /// Until the work is done, or its time is over.
-    pub fn seconds_of(&self, work: &Work<'_>) -> f64 {
-        let to_error = work
+    pub fn seconds_of(&self, task: &Task<'_>) -> f64 {
+        let to_error = task
             .stop
             .relative_error
-            .map(|error| self.seconds_to(error, work.pictures));
-        to_error.unwrap_or(f64::INFINITY).min(work.seconds())
+            .map(|error| self.seconds_to(error, task.pictures));
+        to_error.unwrap_or(f64::INFINITY).min(task.seconds())
     }
 
     /// Of pictures that take so many seconds each.
@@ -195,13 +195,13 @@ pub struct Verdict {
 pub fn verdict(
     uncached: &Forecast,
     cached: &Forecast,
-    work: &Work<'_>,
+    task: &Task<'_>,
     head_start: f64,
 ) -> Verdict {
-    let Work { stop, pictures, .. } = *work;
+    let Task { stop, pictures, .. } = *task;
     if let Some(error) = stop.relative_error {
         let [without, with] = [uncached, cached].map(|f| f.seconds_to(error, pictures));
-        if without.min(with) <= work.seconds() {
+        if without.min(with) <= task.seconds() {
             let said = format!(
                 "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
             );
@@ -271,12 +271,12 @@ mod tests {
     static GOES_ON: AtomicBool = AtomicBool::new(false);
 
     fn is_chosen(cached: Forecast, stop: Stop, pictures: u32, head_start: f64) -> bool {
-        let work = Work {
+        let task = Task {
             stop,
             pictures,
             interrupt: &GOES_ON,
         };
-        verdict(&UNCACHED, &cached, &work, head_start).cache_is_better
+        verdict(&UNCACHED, &cached, &task, head_start).cache_is_better
     }
 
     fn is_cached(stop: Stop, pictures: u32) -> bool {

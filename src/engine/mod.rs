@@ -17,8 +17,8 @@ mod sample_range;
 pub mod schedule;
 mod slices;
 mod stopwatch;
+mod task;
 mod trial;
-mod work;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -41,8 +41,8 @@ pub use run::{Outcome, Progress, Run, Sampling, relative_error_of};
 pub use sample_range::SampleRange;
 pub use schedule::{Stop, StopReason};
 pub use stopwatch::Stopwatch;
+pub use task::Task;
 pub use trial::{Trial, Tried};
-pub use work::Work;
 
 /// A scene on a device, and the picture of it so far.
 pub struct Engine {

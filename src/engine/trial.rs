@@ -13,7 +13,7 @@
 use std::time::{Duration, Instant};
 
 use super::forecast::{Forecast, verdict};
-use super::work::Work;
+use super::task::Task;
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
 use crate::render::{Cache, Choice, Until, doubling};
@@ -50,7 +50,7 @@ pub struct Tried {
 
 /// A choice that is open.
 struct Open<'a> {
-    work: Work<'a>,
+    task: Task<'a>,
     /// The plan's choice, and the one without a cache.
     chosen: Choice,
     plain: Choice,
@@ -62,7 +62,7 @@ const TOO_SHORT: &str = "the work is done before a cache would be filled";
 
 impl<'a> Trial<'a> {
     /// Brings the scene onto the GPU according to the plan's `choice`, or, where that may not be the fastest for the work,
-    /// without a cache. Nothing is sampled yet. Without `work`, the choice has been made before.
+    /// without a cache. Nothing is sampled yet. Without `task`, the choice has been made before.
     ///
     /// # Errors
     ///
@@ -73,23 +73,23 @@ impl<'a> Trial<'a> {
         scene: &'a Scene,
         choice: Choice,
         seed: u32,
-        work: Option<Work<'a>>,
+        task: Option<Task<'a>>,
     ) -> Result<Trial<'a>> {
         let make = |choice| Engine::with_plan(host, volume, scene, choice, seed);
         let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
-        let open = work.filter(|work| {
-            scene.render.variant == Variant::Auto && work.stop.count().is_none() && may_cache
+        let open = task.filter(|task| {
+            scene.render.variant == Variant::Auto && task.stop.count().is_none() && may_cache
         });
         let (engine, open) = match open {
             None => (make(choice)?, None),
-            Some(work) => {
+            Some(task) => {
                 let mut without_cache = scene.clone();
                 without_cache.render.variant = Variant::NonCaching;
                 let plain = host.plan(volume, &without_cache)?;
                 let began = Instant::now();
                 let engine = make(plain.clone())?;
                 let open = Open {
-                    work,
+                    task,
                     chosen: choice,
                     plain,
                     making: began.elapsed().as_secs_f64(),
@@ -127,7 +127,7 @@ impl<'a> Trial<'a> {
     /// The same as for [`Engine::new`].
     pub fn end(mut self) -> Result<Tried> {
         let Some(Open {
-            work,
+            task,
             chosen,
             plain,
             making,
@@ -137,8 +137,8 @@ impl<'a> Trial<'a> {
         };
         let mut watch = Stopwatch::started();
         let short = WORTH_A_TRIAL * making;
-        let until = work.until(work.stop.time);
-        let tried = self.engine.try_samples(&work, short, until)?;
+        let until = task.until(task.stop.time);
+        let tried = self.engine.try_samples(&task, short, until)?;
         watch.pause();
         let totals = self.engine.totals();
         // A time that was too short for a first sample stays on the watch.
@@ -146,9 +146,9 @@ impl<'a> Trial<'a> {
             watch = Stopwatch::paused();
         }
         let Some(uncached) = tried else {
-            return Ok(Tried::in_vain(self.engine, watch, &work, TOO_SHORT.into()));
+            return Ok(Tried::in_vain(self.engine, watch, &task, TOO_SHORT.into()));
         };
-        if uncached.seconds_of(&work) <= short {
+        if uncached.seconds_of(&task) <= short {
             self.engine.choice.reason = TOO_SHORT.into();
             return Ok(Tried::settled(self.engine, watch));
         }
@@ -166,14 +166,14 @@ impl<'a> Trial<'a> {
         drop(self.engine);
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
-        match best_of(caches, &uncached, &work, to_go_back, &mut watch, make)? {
+        match best_of(caches, &uncached, &task, to_go_back, &mut watch, make)? {
             Contest::Won(engine, watch) => Ok(Tried::settled(engine, watch)),
             Contest::Lost { why } => {
                 let mut engine = make(plain)?;
                 if let Some(sums) = begun {
                     engine.resume(&sums, totals)?;
                 }
-                Ok(Tried::in_vain(engine, watch, &work, why))
+                Ok(Tried::in_vain(engine, watch, &task, why))
             }
         }
     }
@@ -189,8 +189,8 @@ impl Tried {
     }
 
     /// The variant without a cache, which was taken because of `why`, or because the work was interrupted.
-    fn in_vain(mut engine: Engine, watch: Stopwatch, work: &Work<'_>, why: String) -> Tried {
-        let was_interrupted = work.is_interrupted();
+    fn in_vain(mut engine: Engine, watch: Stopwatch, task: &Task<'_>, why: String) -> Tried {
+        let was_interrupted = task.is_interrupted();
         engine.choice.reason = if was_interrupted {
             "it was interrupted".into()
         } else {
@@ -224,12 +224,12 @@ struct TriedCache {
 fn best_of(
     caches: Vec<Choice>,
     uncached: &Forecast,
-    work: &Work<'_>,
+    task: &Task<'_>,
     to_go_back: f64,
     watch: &mut Stopwatch,
     make: impl Fn(Choice) -> Result<Engine>,
 ) -> Result<Contest> {
-    let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(work);
+    let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(task);
     let mut best: Option<(Choice, Forecast)> = None;
     let mut why = TOO_SHORT.to_string();
     let last = caches.len() - 1;
@@ -240,14 +240,14 @@ fn best_of(
         let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
         let mut filling = Stopwatch::paused();
         let left = (end - watch.elapsed().as_secs_f64()).max(0.0);
-        let until = work.until(Duration::try_from_secs_f64(left).ok());
+        let until = task.until(Duration::try_from_secs_f64(left).ok());
         watch.go_on();
-        let tried = engine.try_cache(rival, work, to_go_back, until, &mut filling)?;
+        let tried = engine.try_cache(rival, task, to_go_back, until, &mut filling)?;
         watch.pause();
         let Some(tried) = tried else {
             break;
         };
-        let said = verdict(uncached, &tried.forecast, work, 0.0).said;
+        let said = verdict(uncached, &tried.forecast, task, 0.0).said;
         if tried.is_better {
             choice.reason = format!("{said}; {}", choice.reason);
             if n == last {
@@ -261,7 +261,7 @@ fn best_of(
     }
     match best {
         // What has been sampled without a cache is all that there is.
-        _ if work.is_interrupted() => Ok(Contest::Lost { why }),
+        _ if task.is_interrupted() => Ok(Contest::Lost { why }),
         Some((choice, _)) => {
             let spent = std::mem::replace(watch, Stopwatch::paused());
             Ok(Contest::Won(make(choice)?, spent))
@@ -281,12 +281,12 @@ impl Engine {
     fn try_cache(
         &mut self,
         rival: &Forecast,
-        work: &Work<'_>,
+        task: &Task<'_>,
         to_go_back: f64,
         until: Until<'_>,
         watch: &mut Stopwatch,
     ) -> Result<Option<TriedCache>> {
-        if work.pictures > 1 {
+        if task.pictures > 1 {
             self.look_from_everywhere();
         }
         while self.renderer.cache().is_some_and(|c| c.updates < UPDATES) {
@@ -294,7 +294,7 @@ impl Engine {
                 return Ok(None);
             }
         }
-        let Some(samples) = self.try_samples(work, 0.0, until)? else {
+        let Some(samples) = self.try_samples(task, 0.0, until)? else {
             return Ok(None);
         };
         self.begin_picture();
@@ -304,15 +304,15 @@ impl Engine {
                 ..samples
             };
             let head_start = to_go_back + self.seconds_filled();
-            let is_better = verdict(rival, &cached, work, head_start).cache_is_better;
+            let is_better = verdict(rival, &cached, task, head_start).cache_is_better;
             let is_known = |cache: &Cache| cache.is_known_to(f64::INFINITY);
             let is_settled = if until.is_over() {
                 // To be wrong costs most where paths wait for bricks.
                 !self.streams() || self.renderer.cache().is_some_and(is_known)
             } else {
-                self.is_filled_for(Some(cached), &work.stop, work.pictures)
+                self.is_filled_for(Some(cached), &task.stop, task.pictures)
             };
-            if !is_better || is_settled || !self.fill_on(work.interrupt.into(), watch)? {
+            if !is_better || is_settled || !self.fill_on(task.interrupt.into(), watch)? {
                 return Ok(Some(TriedCache {
                     forecast: cached,
                     is_better,

@@ -11,10 +11,10 @@ use super::shards::{Fingerprints, check_variant};
 use super::summary::{Summary, Taken};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Trial, Tried, Work};
+use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Task, Trial, Tried};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
-use crate::output::progress::Progress;
+use crate::output::progress::ProgressLine;
 use crate::output::{Outputs, check_inputs_stay, check_writable, say};
 use crate::render::Choice;
 use crate::scene::{Opened, Variant};
@@ -110,13 +110,13 @@ fn compile<'a>(
     host: &'a Host,
     opened: &'a Opened,
     choice: Choice,
-    work: Option<Work<'a>>,
+    task: Option<Task<'a>>,
 ) -> Result<(Trial<'a>, Option<String>)> {
     let Opened { volume, scene, .. } = opened;
     thread::scope(|scope| {
         let walks = args.samples.is_some() || args.checkpoint.is_some();
         let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
-        let begun = Trial::begin(host, volume, scene, choice, args.seed, work)?;
+        let begun = Trial::begin(host, volume, scene, choice, args.seed, task)?;
         let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
         Ok((begun, walked.transpose()?))
     })
@@ -129,7 +129,7 @@ struct Render<'a> {
     views: &'a [View],
     stop: Stop,
     clock: Clock,
-    progress: Progress,
+    progress: ProgressLine,
     engine: Engine,
     /// Time spent on the picture under way; for the first picture it includes the filling of the cache.
     watch: Stopwatch,
@@ -164,13 +164,13 @@ impl<'a> Render<'a> {
         let variant = opened.scene.render.variant;
         let stop = args.stop(variant);
         let pictures = args.orbit.map_or(1, NonZeroU32::get);
-        let work = before.is_none().then_some(Work {
+        let task = before.is_none().then_some(Task {
             stop,
             pictures,
             interrupt: &interrupt::INTERRUPTED,
         });
         let (trial, fingerprint) = clock.time("compile and upload", || {
-            compile(args, host, opened, choice, work)
+            compile(args, host, opened, choice, task)
         })?;
         clock.part("compile", trial.compiling());
         interrupt::keep_work();
@@ -216,7 +216,7 @@ impl<'a> Render<'a> {
             views,
             stop,
             clock,
-            progress: Progress::new(args.quiet, stop),
+            progress: ProgressLine::new(args.quiet, stop),
             engine,
             watch,
             volume: fingerprint.filter(|_| keeper.is_none()),

@@ -1,4 +1,4 @@
-//! Progress on stderr: a bar on a terminal, a line now and then in a log, nothing when quiet.
+//! ProgressLine on stderr: a bar on a terminal, a line now and then in a log, nothing when quiet.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Mutex, PoisonError};
@@ -28,7 +28,7 @@ pub fn remaining(stop: &Stop, done: &Sampling) -> Option<f64> {
         .map(|seconds| seconds.max(0.0))
 }
 
-pub struct Progress {
+pub struct ProgressLine {
     stop: Stop,
     shown: Shown,
 }
@@ -47,26 +47,26 @@ const LINE_SECONDS: f64 = 10.0;
 /// The bar's resolution.
 const BAR_STEPS: u64 = 1000;
 
-impl Progress {
-    pub fn new(quiet: bool, stop: Stop) -> Progress {
+impl ProgressLine {
+    pub fn new(quiet: bool, stop: Stop) -> ProgressLine {
         if quiet {
-            Progress {
+            ProgressLine {
                 stop,
                 shown: Shown::Nothing,
             }
         } else if io::stderr().is_terminal() {
-            Progress {
+            ProgressLine {
                 stop,
                 shown: Shown::Bar(bar()),
             }
         } else {
-            Progress::log(stop, Box::new(io::stderr()))
+            ProgressLine::log(stop, Box::new(io::stderr()))
         }
     }
 
-    /// Progress as a line now and then, for a stderr that is not a terminal.
-    pub fn log(stop: Stop, log: Box<dyn Write + Send>) -> Progress {
-        Progress {
+    /// ProgressLine as a line now and then, for a stderr that is not a terminal.
+    pub fn log(stop: Stop, log: Box<dyn Write + Send>) -> ProgressLine {
+        ProgressLine {
             stop,
             shown: Shown::Lines {
                 log,

@@ -46,7 +46,7 @@ pub struct PathQueue {
 }
 
 /// The results of a dispatch.
-pub struct Progress {
+pub struct Advanced {
     /// Reads of the volume by tracking.
     pub lookups: u32,
     /// Paths from the cache's nodes that have ended.
@@ -107,7 +107,7 @@ impl PathQueue {
         r: &Resources,
         pass: &Pass,
         record: impl FnOnce(&mut Frame, u32) -> Result<()>,
-    ) -> Result<Progress> {
+    ) -> Result<Advanced> {
         let began = Instant::now();
         let is_new = std::mem::take(&mut self.is_new);
         frame.run(|f| {
@@ -140,7 +140,7 @@ impl PathQueue {
         if most_had_work || !waits {
             self.adapt(took_ms, r.slots(), lookups, most_had_work);
         }
-        Ok(Progress {
+        Ok(Advanced {
             lookups,
             finished: counted.finished.wrapping_sub(before.finished),
             under_way: unfinished > 0 || waits,

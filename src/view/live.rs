@@ -10,7 +10,7 @@ use crate::gpu::{Image, Memory};
 use crate::scene::{Scene, Variant};
 
 /// The description from which an engine is made.
-pub struct Order {
+pub struct BuildOrder {
     pub host: Host,
     /// The memory gate, which the window's own images use as well.
     pub memory: Arc<Memory>,
@@ -41,8 +41,8 @@ pub enum Followed {
 
 impl Live {
     /// Fails soon where the document is closed meanwhile.
-    pub fn build(order: Order, document: &Document) -> Result<Live> {
-        let Order {
+    pub fn build(order: BuildOrder, document: &Document) -> Result<Live> {
+        let BuildOrder {
             host,
             memory,
             scene,

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
-use super::live::{Live, Order};
+use super::live::{BuildOrder, Live};
 use super::watch::modified;
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
@@ -132,7 +132,7 @@ pub fn list_series(path: PathBuf, proxy: &EventLoopProxy<()>) -> Load<Vec<Previe
 }
 
 /// Chooses a variant for a scene and brings it onto the GPU.
-pub fn build(order: Order, document: Arc<Document>, proxy: &EventLoopProxy<()>) -> Load<Live> {
+pub fn build(order: BuildOrder, document: Arc<Document>, proxy: &EventLoopProxy<()>) -> Load<Live> {
     Load::begin("Preparing the scene".into(), proxy, None, move || {
         Live::build(order, &document)
     })

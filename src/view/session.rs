@@ -6,7 +6,7 @@ use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
 use super::history::{History, like};
-use super::live::{Followed, Live, Order};
+use super::live::{BuildOrder, Followed, Live};
 use super::load::{Load, build};
 use super::report::Report;
 use super::stage::Stage;
@@ -191,7 +191,7 @@ impl Session {
         args: &ViewArgs,
         light: Option<KeptLight>,
     ) -> Result<Load<Live>> {
-        let order = Order {
+        let order = BuildOrder {
             host: stage.host.clone(),
             memory: stage.memory.clone(),
             scene: self.scene.clone(),

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use isolume::engine::{Stop, Trial, Work};
+use isolume::engine::{Stop, Task, Trial};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::{SceneFile, resolve};
 
@@ -20,7 +20,7 @@ fn an_interruption_leaves_it_open_which_variant_is_the_fastest() {
     let (scene, _) = resolve(&file, &volume).unwrap();
     let end = |is_interrupted: bool| {
         let interrupt = AtomicBool::new(is_interrupted);
-        let work = Work {
+        let task = Task {
             stop: Stop {
                 relative_error: Some(0.05),
                 ..Stop::default()
@@ -29,7 +29,7 @@ fn an_interruption_leaves_it_open_which_variant_is_the_fastest() {
             interrupt: &interrupt,
         };
         let choice = host.plan(&volume, &scene).unwrap();
-        let trial = Trial::begin(&host, &volume, &scene, choice, 0, Some(work)).unwrap();
+        let trial = Trial::begin(&host, &volume, &scene, choice, 0, Some(task)).unwrap();
         assert!(trial.is_open());
         let tried = trial.end().unwrap();
         (tried.was_interrupted, tried.engine.choice().reason.clone())

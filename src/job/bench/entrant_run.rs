@@ -13,7 +13,7 @@ use crate::engine::{Engine, Picture, Stop, Stopwatch};
 use crate::error::{Error, Result};
 use crate::interrupt::is_interrupted;
 use crate::output::Provenance;
-use crate::output::progress::Progress;
+use crate::output::progress::ProgressLine;
 
 /// A picture at one of the given times.
 pub struct Snapshot {
@@ -46,7 +46,7 @@ impl EntrantRun<'_> {
         bench: &mut Bench<'_>,
     ) -> Result<Vec<(Point, Snapshot)>> {
         let longest = bench.longest();
-        let mut progress = Progress::new(bench.args.quiet, Stop::after(longest));
+        let mut progress = ProgressLine::new(bench.args.quiet, Stop::after(longest));
         let mut snapshots = Vec::new();
         for asked in bench.seconds.clone() {
             // A first batch for a large cache may take longer than the first of the given times.
@@ -71,7 +71,7 @@ impl EntrantRun<'_> {
 
     /// Fills the cache with its share of the time, then continues the picture. Where a sample has little noise of its
     /// own, a better cache is worth a new picture; elsewhere the samples so far are worth more.
-    fn render_until(&mut self, asked: Duration, progress: &mut Progress) -> Result<()> {
+    fn render_until(&mut self, asked: Duration, progress: &mut ProgressLine) -> Result<()> {
         let mut show = |step| progress.show(step);
         let mut run = patient_run(Stop::after(asked), &mut show);
         let engine = &mut self.engine;

@@ -12,7 +12,7 @@ use crate::compare::{Comparison, LinearImage, measure};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
 use crate::error::{Error, Place, Result};
 use crate::output::Provenance;
-use crate::output::progress::Progress;
+use crate::output::progress::ProgressLine;
 use crate::scene::{Scene, Variant};
 
 /// Factor on the longest time that is measured, for which a reference is rendered.
@@ -107,7 +107,7 @@ impl Reference {
 
 fn render_for(time: Duration, bench: &Bench<'_>, engine: &mut Engine) -> Result<Outcome> {
     let stop = Stop::after(time);
-    let mut progress = Progress::new(bench.args.quiet, stop);
+    let mut progress = ProgressLine::new(bench.args.quiet, stop);
     let mut show = |step| progress.show(step);
     let mut run = patient_run(stop, &mut show);
     let outcome = engine.sample(&mut run, &Stopwatch::started());

@@ -9,7 +9,7 @@ use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
 use crate::render::bricks::Items;
 use crate::render::pass_compiler::PassCompiler;
-use crate::render::path_queue::{PathQueue, Progress};
+use crate::render::path_queue::{Advanced, PathQueue};
 use crate::render::resources::Resources;
 use crate::render::shared::{BOTH_HALVES, NODES};
 use crate::shared;
@@ -84,7 +84,7 @@ impl NodeTracking {
         frame: &mut Frame,
         r: &Resources,
         cache: &mut CacheMemory,
-    ) -> Result<Progress> {
+    ) -> Result<Advanced> {
         let (pass, portion, nodes_half) = (&self.pass, self.portion, self.half);
         let mut progress = self.queue.advance(frame, r, pass, |frame, work| {
             let push = NodePush {

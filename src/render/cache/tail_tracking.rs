@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
 use crate::render::pass_compiler::PassCompiler;
-use crate::render::path_queue::{PathQueue, Progress};
+use crate::render::path_queue::{Advanced, PathQueue};
 use crate::render::resources::Resources;
 use crate::shared;
 
@@ -40,7 +40,7 @@ impl TailTracking {
         r: &Resources,
         cache: &CacheMemory,
         sample_index: u32,
-    ) -> Result<Progress> {
+    ) -> Result<Advanced> {
         let TailTracking { pass, queue } = self;
         queue.advance(frame, r, pass, |frame, work| {
             let push = TailPush {

@@ -15,13 +15,14 @@ use super::parsed::Parsed;
 use super::reading::Reading;
 use super::region::Region;
 use super::series::{Preview, Series};
-use super::settle::settle;
+use super::settle::{Facts, settle};
 use super::source::memory::Memory;
 use super::source::watched::{HAS_CHANGED, version_at};
 use super::statistics::Statistics;
 use super::store::file::Known;
-use super::store::{Keeping, Stores};
+use super::store::{Keeping, StoreFile, Stores};
 use super::stored::{Conversion, Voxels};
+use super::voxel_type::VoxelType;
 use crate::error::{Error, Place, Result};
 
 impl Volume {
@@ -128,12 +129,9 @@ fn open(
     let place = stores
         .and_then(|(stores, path)| stores.place(path, overrides, &header, region, is_mirrored));
     let mut notes = header.notes;
-    let known = place.as_ref().and_then(|place| {
-        place.find(conversion.stored()).unwrap_or_else(|fault| {
-            notes.push(format!("{fault}; it is not used, and made anew if need be"));
-            None
-        })
-    });
+    let known = place
+        .as_ref()
+        .and_then(|place| find(place, conversion, &mut notes));
     // The voxels are walked through in the source's order; later they are read in the volume's.
     let mut grid = Grid {
         source: header.source,
@@ -150,21 +148,8 @@ fn open(
         None => (settle(&grid, is_mirrored, reading)?, None),
     };
     let facts = settled.facts;
-    if facts.rounding > 0.0 {
-        notes.push(format!(
-            "{} values are kept as float32, which changes some by up to {:.1e}",
-            header.voxel_type, facts.rounding
-        ));
-    }
-    if facts.infinite > 0 {
-        let low = facts.range[0];
-        grid.filler = Some(low);
-        notes.push(format!(
-            "{} voxels are not finite float32 numbers and became the smallest value, {}",
-            facts.infinite,
-            f64::from(low)
-        ));
-    }
+    grid.filler = (facts.infinite > 0).then_some(facts.range[0]);
+    notes.extend(what_conversion_changes(&facts, header.voxel_type));
     let (scale, offset) = conversion.meaning();
     let range = facts.range.map(|stored| offset + scale * f64::from(stored));
     check_range(range)?;
@@ -195,6 +180,33 @@ fn open(
         statistics: Arc::new(Statistics::new(settled.ranges, settled.counts, histogram)),
         keeping: place.map(|place| Arc::new(Keeping { place, facts })),
     })
+}
+
+/// What is known of the volume from before. What is damaged is not used.
+fn find(place: &StoreFile, conversion: Conversion, notes: &mut Vec<String>) -> Option<Known> {
+    place.find(conversion.stored()).unwrap_or_else(|fault| {
+        notes.push(format!("{fault}; it is not used, and made anew if need be"));
+        None
+    })
+}
+
+/// Remarks about values that are not kept as they are in the file.
+fn what_conversion_changes(facts: &Facts, voxel_type: VoxelType) -> Vec<String> {
+    let mut notes = Vec::new();
+    if facts.rounding > 0.0 {
+        notes.push(format!(
+            "{voxel_type} values are kept as float32, which changes some by up to {:.1e}",
+            facts.rounding
+        ));
+    }
+    if facts.infinite > 0 {
+        notes.push(format!(
+            "{} voxels are not finite float32 numbers and became the smallest value, {}",
+            facts.infinite,
+            f64::from(facts.range[0])
+        ));
+    }
+    notes
 }
 
 /// The voxel size and the axes' directions: the user's, or else the file's.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use isolume::engine::{self, Sampling, Stop};
-use isolume::output::progress::{Progress, remaining};
+use isolume::output::progress::{ProgressLine, remaining};
 
 /// `relative_error` is not finite as long as it is unknown.
 fn done(spp: u32, seconds: f64, relative_error: f64) -> Sampling {
@@ -67,7 +67,7 @@ fn a_log_gets_a_line_every_ten_seconds() {
         time: Some(Duration::from_secs(60)),
         ..Stop::default()
     };
-    let mut progress = Progress::log(stop, Box::new(log.clone()));
+    let mut progress = ProgressLine::log(stop, Box::new(log.clone()));
     // Two pictures of an orbit.
     for _ in 0..2 {
         progress.begin_picture();

@@ -34,7 +34,7 @@ pub trait Chunks: fmt::Debug + Send + Sync {
 }
 
 /// Converts a run of decoded voxels into its place. Returns a measure of the loss, of which the largest counts.
-pub type Place<'a> = dyn Fn(&[u8], &mut [u8]) -> Parsed<f64> + Sync + 'a;
+pub type Put<'a> = dyn Fn(&[u8], &mut [u8]) -> Parsed<f64> + Sync + 'a;
 
 #[derive(Debug)]
 pub struct Chunked {
@@ -105,7 +105,7 @@ impl Chunked {
         region: Region,
         bytes: &mut [u8],
         placed_bytes: usize,
-        place: &Place,
+        place: &Put,
     ) -> Parsed<f64> {
         let chunk_bytes = self.voxel_bytes * Region::whole(self.chunk).voxels();
         let fitting = (BATCH / chunk_bytes.max(1)).min(MOST_AT_ONCE);
@@ -256,7 +256,7 @@ fn put(
     region: Region,
     bytes: &mut [u8],
     placed_bytes: usize,
-    place: &Place,
+    place: &Put,
 ) -> Parsed<f64> {
     let slice_bytes = region.dims[0] as usize * region.dims[1] as usize * placed_bytes;
     let first = chunks.iter().map(|chunk| chunk.inside.low[2]).min();
@@ -292,7 +292,7 @@ impl Chunk {
         region: Region,
         slice: &mut [u8],
         placed_bytes: usize,
-        place: &Place,
+        place: &Put,
     ) -> Parsed<f64> {
         let [x, y] = [0, 1].map(|a| {
             let begin = self.inside.low[a].max(region.low[a]);

@@ -91,7 +91,7 @@ impl Stores {
         header: &Header,
         region: Region,
         is_mirrored: bool,
-    ) -> Option<Place> {
+    ) -> Option<StoreFile> {
         let path = path.canonicalize().ok()?;
         // The size of voxels does not affect their values.
         let overrides = VolumeOverrides {
@@ -110,7 +110,7 @@ impl Stores {
             let version = version(&std::fs::metadata(&file).ok()?);
             identity.update(format!("\n{file:?} {version:?}").as_bytes());
         }
-        Some(Place {
+        Some(StoreFile {
             stores: self.clone(),
             name: format!("{:016x}", xxh3_64(named.as_bytes())),
             identity: identity.digest128(),
@@ -121,14 +121,14 @@ impl Stores {
 
 /// Where the store of one volume is, or would be.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct StoreFile {
     stores: Stores,
     name: String,
     identity: u128,
     dims: [u32; 3],
 }
 
-impl Place {
+impl StoreFile {
     fn path(&self) -> PathBuf {
         self.stores.folder.join(self.name.clone() + SUFFIX)
     }
@@ -152,6 +152,6 @@ impl Place {
 /// A place, and what is kept there beside the volume's statistics.
 #[derive(Debug)]
 pub(super) struct Keeping {
-    pub place: Place,
+    pub place: StoreFile,
     pub facts: Facts,
 }

@@ -11,7 +11,7 @@ use xxhash_rust::xxh3::xxh3_64;
 
 use super::file::{Entry, LEVEL, Rest};
 use super::layout::Layout;
-use super::{Copying, Keeping, PREFIX, Place, Stores};
+use super::{Copying, Keeping, PREFIX, StoreFile, Stores};
 use crate::error::{Error, Origin, Result};
 use crate::scene::volume::Volume;
 use crate::scene::volume::grid::Reader;
@@ -93,7 +93,7 @@ impl Stores {
     }
 }
 
-impl Place {
+impl StoreFile {
     /// Makes a temporary file, after removing those that killed processes have left.
     fn create(&self) -> std::io::Result<Temporary> {
         let folder = &self.stores.folder;

@@ -25,7 +25,7 @@ const MAGIC: &[u8] = b"DICM";
 /// A file with its header.
 #[derive(Debug)]
 pub struct Parsing {
-    pub place: Place,
+    pub place: FilePart,
     pub data_set: DataSet,
     pub transfer: TransferSyntax,
     pub pixels: Option<Pixels>,
@@ -33,7 +33,7 @@ pub struct Parsing {
 
 /// A file, and the location of its pixels.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct FilePart {
     pub path: PathBuf,
     /// The file's path relative to the folder that the user has named; empty for a file that the user has named.
     pub name: String,
@@ -117,7 +117,7 @@ fn parse_open(
         return Ok(None);
     }
     Ok(Some(Parsing {
-        place: Place {
+        place: FilePart {
             path: path.to_path_buf(),
             name: String::new(),
             length,
@@ -180,7 +180,7 @@ fn transfer_of(meta: &DataSet, stream: &mut Stream, end: u64) -> Parsed<Transfer
     })
 }
 
-impl Place {
+impl FilePart {
     /// Opens the file, if it has not changed since its header was read.
     pub fn open(&self) -> Parsed<File> {
         let (file, metadata) = open_file(&self.path)?;

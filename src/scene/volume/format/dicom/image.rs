@@ -5,7 +5,7 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::MOST_DEFLATED;
 
 use super::data_set::{DataSet, Pixels, numeric};
-use super::file::{Parsing, Place};
+use super::file::{FilePart, Parsing};
 use super::frame::{Frame, frames};
 use super::other::{COLOUR_REMEDY, Other, UNPLACED, colours, other};
 use super::syntax::{GDCMCONV, Packing, TransferSyntax};
@@ -23,7 +23,7 @@ pub enum Content {
 
 #[derive(Debug, Clone)]
 pub struct Image {
-    pub place: Place,
+    pub place: FilePart,
     pub transfer: TransferSyntax,
     pub pixels: Pixels,
     /// Offsets of the frames among the fragments, if a table gives them.

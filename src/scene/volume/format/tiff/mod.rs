@@ -27,6 +27,7 @@ use pages::{Pages, named};
 pub use folder::{is_page, read_folder};
 
 use super::header::{Header, pick};
+use crate::scene::volume::Source;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
@@ -177,11 +178,10 @@ impl Directories<'_> {
 fn stack(
     path: &Path,
     meaning: Meaning,
-    levels: Vec<[u32; 2]>,
+    sizes: Vec<[u32; 2]>,
     overrides: &VolumeOverrides,
     page: impl Fn(usize) -> Parsed<Page>,
 ) -> Parsed<Header> {
-    let channels = meaning.channels.len() as u32;
     if meaning.samples > 1 && overrides.channel.is_none() {
         return Err(format!(
             "is in colour: its pixels have {} values, expected 1; pick one with `--set \
@@ -189,78 +189,28 @@ fn stack(
             meaning.samples
         ));
     }
+    let channels = meaning.channels.len() as u32;
     let channel = pick("channel", overrides.channel, channels)?;
     let time = pick("time", overrides.time, meaning.times)?;
-    let level = pick("level", overrides.level, levels.len() as u32)?;
-    let [of_channel, of_slice, of_time] = meaning.order;
-    let begin = (channel / meaning.samples) as usize * of_channel + time as usize * of_time;
-    let mut pages: Vec<Page> = Vec::new();
-    let mut chunks = 0;
-    for z in 0..meaning.depth {
-        let n = meaning.places[begin + z * of_slice];
-        let next = page(n)?;
-        chunks += next.chunks() as u64;
-        if chunks > next.file.bytes() && z > 0 && Arc::ptr_eq(&pages[0].file, &next.file) {
-            return Err("has more strips and tiles than bytes: the file is damaged".into());
-        }
-        if let Some(first) = pages.first() {
-            check_alike(&first.layout, &next, z, meaning.depth)?;
-        }
-        pages.push(next);
-    }
+    let level = pick("level", overrides.level, sizes.len() as u32)?;
+    let pages = pages_of(&meaning, channel, time, page)?;
     let layout = pages[0].layout;
     let dims = [layout.size[0], layout.size[1], pages.len() as u32];
-    let spacing: [f64; 3] = std::array::from_fn(|a| {
-        let ratio = |a: usize| f64::from(levels[0][a]) / f64::from(levels[level as usize][a]);
-        meaning.spacing[a] * if a < 2 { ratio(a) } else { 1.0 }
-    });
+    check_promise(&pages, layout, dims)?;
+    let levels = levels(&meaning, &sizes);
+    let spacing = levels[level as usize].spacing;
     let storage = Storage {
         compression: (layout.codec != Codec::Plain).then(|| layout.codec.name().to_string()),
         unit: meaning.unit,
         channels: meaning.channels,
         times: meaning.times,
-        levels: levels
-            .iter()
-            .map(|size| Level {
-                dims: [size[0], size[1], dims[2]],
-                spacing: std::array::from_fn(|a| match a {
-                    2 => meaning.spacing[2],
-                    _ => meaning.spacing[a] * f64::from(levels[0][a]) / f64::from(size[a]),
-                }),
-            })
-            .collect(),
+        levels,
         channel: Some(channel),
         time: Some(time),
         level: Some(level),
         ..Storage::default()
     };
-    let packed = pages.iter().map(Page::packed_bytes);
-    let packed = packed.fold(0, u64::saturating_add);
-    check_promise(packed, layout, dims)?;
-    let source = match plain_start(&pages) {
-        Some(start) => Data {
-            path: pages[0].file.path().to_path_buf(),
-            start: Start::At(start),
-            encoding: Encoding::Raw,
-            skip: 0,
-            part: Part::WHOLE,
-        }
-        .open(path, dims, layout.voxel_type)?,
-        None => {
-            let is_alike = pages.iter().all(|page| page.layout == layout);
-            let chunk = if is_alike { layout.chunk } else { layout.size };
-            let sample = channel % meaning.samples;
-            let pages = Pages {
-                is_folder: pages[0].file.path() != path,
-                pages,
-                sample,
-                is_alike,
-            };
-            let chunk = [chunk[0], chunk[1], 1];
-            let bytes = layout.voxel_type.bytes();
-            Box::new(Chunked::new(dims, chunk, bytes, Box::new(pages)))
-        }
-    };
+    let source = source(path, pages, dims, channel % meaning.samples)?;
     let mut notes = [storage.notes(), meaning.notes].concat();
     if layout.is_white_zero {
         notes.push("the file says that 0 is white; its values are taken as they are".into());
@@ -273,6 +223,72 @@ fn stack(
         notes,
         ..Header::of_source(source, dims, layout.voxel_type, layout.endian)
     })
+}
+
+/// The slices of one channel at one time, all alike.
+fn pages_of(
+    meaning: &Meaning,
+    channel: u32,
+    time: u32,
+    page: impl Fn(usize) -> Parsed<Page>,
+) -> Parsed<Vec<Page>> {
+    let [of_channel, of_slice, of_time] = meaning.order;
+    let begin = (channel / meaning.samples) as usize * of_channel + time as usize * of_time;
+    let mut pages: Vec<Page> = Vec::new();
+    let mut chunks = 0;
+    for z in 0..meaning.depth {
+        let next = page(meaning.places[begin + z * of_slice])?;
+        chunks += next.chunks() as u64;
+        if chunks > next.file.bytes() && z > 0 && Arc::ptr_eq(&pages[0].file, &next.file) {
+            return Err("has more strips and tiles than bytes: the file is damaged".into());
+        }
+        if let Some(first) = pages.first() {
+            check_alike(&first.layout, &next, z, meaning.depth)?;
+        }
+        pages.push(next);
+    }
+    Ok(pages)
+}
+
+/// The resolutions of the same extent, of which the first has the voxels that the file describes.
+fn levels(meaning: &Meaning, sizes: &[[u32; 2]]) -> Vec<Level> {
+    let [x, y, z] = meaning.spacing;
+    let [width, height] = sizes[0].map(f64::from);
+    let level = |size: &[u32; 2]| Level {
+        dims: [size[0], size[1], meaning.depth as u32],
+        spacing: [
+            x * (width / f64::from(size[0])),
+            y * (height / f64::from(size[1])),
+            z,
+        ],
+    };
+    sizes.iter().map(level).collect()
+}
+
+/// The voxels of one of a pixel's values.
+fn source(path: &Path, pages: Vec<Page>, dims: [u32; 3], sample: u32) -> Parsed<Box<dyn Source>> {
+    let layout = pages[0].layout;
+    if let Some(start) = plain_start(&pages) {
+        let data = Data {
+            path: pages[0].file.path().to_path_buf(),
+            start: Start::At(start),
+            encoding: Encoding::Raw,
+            skip: 0,
+            part: Part::WHOLE,
+        };
+        return data.open(path, dims, layout.voxel_type);
+    }
+    let is_alike = pages.iter().all(|page| page.layout == layout);
+    let [width, height] = if is_alike { layout.chunk } else { layout.size };
+    let pages = Pages {
+        is_folder: pages[0].file.path() != path,
+        pages,
+        sample,
+        is_alike,
+    };
+    let chunk = [width, height, 1];
+    let bytes = layout.voxel_type.bytes();
+    Ok(Box::new(Chunked::new(dims, chunk, bytes, Box::new(pages))))
 }
 
 fn check_alike(first: &Layout, page: &Page, z: usize, depth: usize) -> Parsed<()> {
@@ -309,7 +325,9 @@ fn check_alike(first: &Layout, page: &Page, z: usize, depth: usize) -> Parsed<()
 }
 
 /// Refuses a file that promises more than its bytes can hold, before anything is decoded.
-fn check_promise(packed: u64, layout: Layout, dims: [u32; 3]) -> Parsed<()> {
+fn check_promise(pages: &[Page], layout: Layout, dims: [u32; 3]) -> Parsed<()> {
+    let packed = pages.iter().map(Page::packed_bytes);
+    let packed = packed.fold(0, u64::saturating_add);
     let expected = voxel_bytes(dims, layout.voxel_type)?;
     match layout.codec {
         Codec::Plain => Ok(()),

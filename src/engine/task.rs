@@ -1,4 +1,4 @@
-//! The work for which an engine is made, as far as it is known beforehand.
+//! What an engine is made for, as far as it is known beforehand.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -7,9 +7,9 @@ use super::schedule::{Stop, with_delay};
 use super::stopwatch::after;
 use crate::render::Until;
 
-/// What an engine is made for.
+/// Pictures to be rendered.
 #[derive(Debug, Clone, Copy)]
-pub struct Work<'a> {
+pub struct Task<'a> {
     pub stop: Stop,
     /// Pictures of the same light: the views of an orbit.
     pub pictures: u32,
@@ -17,7 +17,7 @@ pub struct Work<'a> {
     pub interrupt: &'a AtomicBool,
 }
 
-impl<'a> Work<'a> {
+impl<'a> Task<'a> {
     /// All pictures' time; infinite where it is not limited.
     pub(super) fn seconds(&self) -> f64 {
         let time = self
