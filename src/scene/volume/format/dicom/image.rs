@@ -87,14 +87,8 @@ impl Samples {
 /// Interprets a header. A fault is a sentence about the file.
 pub fn understand(parsing: Parsing) -> Parsed<Content> {
     let data = &parsing.data_set;
-    let records = data.items(tags::DIRECTORY_RECORDS);
-    if !records.is_empty() {
-        let files = records
-            .iter()
-            .map(|record| record.texts(tags::REFERENCED_FILE));
-        return Ok(Content::Directory(
-            files.filter(|file| !file.is_empty()).collect(),
-        ));
+    if let Some(files) = listed_files(data) {
+        return Ok(Content::Directory(files));
     }
     if let Some(other) = other(data) {
         return Ok(Content::Other(other));
@@ -105,65 +99,16 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
             "has no pixels, expected an image",
         ));
     };
-    if let Some(colours) = colours(data) {
-        let why = format!("its pixels are {colours}, {COLOUR_REMEDY}");
-        return Ok(Content::Other(Other {
-            kind: "colour image",
-            why,
-        }));
+    if let Some(other) = unread(data) {
+        return Ok(Content::Other(other));
     }
-    if data.has(tags::VALUE_TABLE) && data.text(tags::SLOPE).is_none() {
-        return Ok(no_part(
-            "image with a table of values",
-            "its values pass through a table (Modality LUT Sequence), expected a slope and an intercept",
-        ));
-    }
-    let samples = match samples(data, pixels)? {
-        Ok(samples) => samples,
-        Err(other) => return Ok(Content::Other(other)),
-    };
+    let samples = samples(data, pixels)?;
     if parsing.transfer.syntax.is_big && pixels.is_words && samples.bytes() == 1 {
         return Err(format!(
             "its pixels of 8 bits stand in big-endian words, which is not read; {GDCMCONV}"
         ));
     }
-    let size = |tag, name| match data.whole(tag) {
-        Some(size) if (1..=u16::MAX.into()).contains(&size) => Ok(size),
-        found => Err(format!(
-            "its {name} is {}, expected 1 to 65535",
-            found.map_or("missing".into(), |size| size.to_string())
-        )),
-    };
-    let mut image = Image {
-        transfer: parsing.transfer,
-        pixels,
-        offsets: data.longs(tags::OFFSET_TABLE),
-        modality: data.text(tags::MODALITY).unwrap_or_default(),
-        series_uid: data.text(tags::SERIES_UID).unwrap_or_default(),
-        series_number: data
-            .decimal(tags::SERIES_NUMBER, "SeriesNumber")
-            .ok()
-            .flatten()
-            .unwrap_or(0.0) as i64,
-        instance: data
-            .decimal(tags::INSTANCE, "InstanceNumber")
-            .ok()
-            .flatten()
-            .map(|number| number as i64),
-        description: data.text(tags::SERIES_DESCRIPTION).unwrap_or_default(),
-        rows: size(tags::ROWS, "number of rows (Rows)")?,
-        columns: size(tags::COLUMNS, "number of columns (Columns)")?,
-        samples,
-        is_inverted: is_inverted(data),
-        padding: padding(data, samples),
-        units: units(data),
-        frame_count: frame_count(data)?,
-        frames: Vec::new(),
-        damage: None,
-        place: parsing.place,
-    };
-    image.damage = image.check_length().err();
-    image.frames = frames(data, image.frame_count, image.place.length)?;
+    let image = Image::new(parsing, pixels, samples)?;
     if image.frames.is_empty() {
         let why = format!(
             "has {} frames that do not say where they lie in the patient, expected ImagePositionPatient, \
@@ -175,25 +120,91 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
     Ok(Content::Image(Box::new(image)))
 }
 
+/// The files that a directory lists.
+fn listed_files(data: &DataSet) -> Option<Vec<Vec<String>>> {
+    let records = data.items(tags::DIRECTORY_RECORDS);
+    if records.is_empty() {
+        return None;
+    }
+    let files = records
+        .iter()
+        .map(|record| record.texts(tags::REFERENCED_FILE));
+    Some(files.filter(|file| !file.is_empty()).collect())
+}
+
+/// Kinds of pixels that are not read.
+fn unread(data: &DataSet) -> Option<Other> {
+    if let Some(colours) = colours(data) {
+        return Some(Other {
+            kind: "colour image",
+            why: format!("its pixels are {colours}, {COLOUR_REMEDY}"),
+        });
+    }
+    let (kind, why) = if data.has(tags::VALUE_TABLE) && data.text(tags::SLOPE).is_none() {
+        (
+            "image with a table of values",
+            "its values pass through a table (Modality LUT Sequence), expected a slope and an intercept",
+        )
+    } else if data.u16(tags::BITS_ALLOCATED) == Some(1) {
+        ("bitmap", "has 1 bit a pixel, expected 8, 16 or 32")
+    } else {
+        return None;
+    };
+    let why = why.to_string();
+    Some(Other { kind, why })
+}
+
+impl Image {
+    fn new(parsing: Parsing, pixels: Pixels, samples: Samples) -> Parsed<Image> {
+        let data = &parsing.data_set;
+        let size = |tag, name| match data.whole(tag) {
+            Some(size) if (1..=u16::MAX.into()).contains(&size) => Ok(size),
+            found => Err(format!(
+                "its {name} is {}, expected 1 to 65535",
+                found.map_or("missing".into(), |size| size.to_string())
+            )),
+        };
+        // A number without which the image is as good.
+        let number = |tag, name| data.decimal(tag, name).ok().flatten();
+        let mut image = Image {
+            transfer: parsing.transfer,
+            pixels,
+            offsets: data.longs(tags::OFFSET_TABLE),
+            modality: data.text(tags::MODALITY).unwrap_or_default(),
+            series_uid: data.text(tags::SERIES_UID).unwrap_or_default(),
+            series_number: number(tags::SERIES_NUMBER, "SeriesNumber").unwrap_or(0.0) as i64,
+            instance: number(tags::INSTANCE, "InstanceNumber").map(|number| number as i64),
+            description: data.text(tags::SERIES_DESCRIPTION).unwrap_or_default(),
+            rows: size(tags::ROWS, "number of rows (Rows)")?,
+            columns: size(tags::COLUMNS, "number of columns (Columns)")?,
+            samples,
+            is_inverted: is_inverted(data),
+            padding: padding(data, samples),
+            units: units(data),
+            frame_count: frame_count(data)?,
+            frames: Vec::new(),
+            damage: None,
+            place: parsing.place,
+        };
+        image.damage = image.check_length().err();
+        image.frames = frames(data, image.frame_count, image.place.length)?;
+        Ok(image)
+    }
+}
+
 fn no_part(kind: &'static str, why: &str) -> Content {
     let why = why.to_string();
     Content::Other(Other { kind, why })
 }
 
-fn samples(data: &DataSet, pixels: Pixels) -> Parsed<Result<Samples, Other>> {
+fn samples(data: &DataSet, pixels: Pixels) -> Parsed<Samples> {
     match pixels.tag {
-        tags::FLOAT_PIXELS => return Ok(Ok(Samples::Float)),
-        tags::DOUBLE_PIXELS => return Ok(Ok(Samples::Double)),
+        tags::FLOAT_PIXELS => return Ok(Samples::Float),
+        tags::DOUBLE_PIXELS => return Ok(Samples::Double),
         _ => {}
     }
     let number = |tag| data.u16(tag).map(u32::from);
     let allocated = number(tags::BITS_ALLOCATED).ok_or("it has no BitsAllocated")?;
-    if allocated == 1 {
-        return Ok(Err(Other {
-            kind: "bitmap",
-            why: "has 1 bit a pixel, expected 8, 16 or 32".to_string(),
-        }));
-    }
     if ![8, 16, 32].contains(&allocated) {
         return Err(format!(
             "its BitsAllocated is {allocated}, expected 8, 16 or 32"
@@ -208,12 +219,12 @@ fn samples(data: &DataSet, pixels: Pixels) -> Parsed<Result<Samples, Other>> {
         ));
     }
     let is_signed = number(tags::PIXEL_REPRESENTATION) == Some(1);
-    Ok(Ok(Samples::Integers {
+    Ok(Samples::Integers {
         allocated,
         stored,
         high,
         is_signed,
-    }))
+    })
 }
 
 fn is_inverted(data: &DataSet) -> bool {
