@@ -78,9 +78,12 @@ impl FillForecast {
 }
 
 impl Forecast {
-    /// Square of the relative error that is reported after so many samples. They come in units of a sixteenth of them, and
-    /// only within a unit they are known to be spread evenly.
+    /// Square of the relative error that is reported after so many samples; infinite for less than one, which is no picture.
+    /// They come in units of a sixteenth of them, and only within a unit they are known to be spread evenly.
     fn variance_after(&self, samples: f64) -> f64 {
+        if samples < 1.0 {
+            return f64::INFINITY;
+        }
         let known = f64::from(self.evenness.samples).log2();
         let unit = (samples / 16.0).max(1.0).log2().min(known);
         self.variance * self.evenness.left.powf(unit / known.max(1.0)) / samples
@@ -104,7 +107,7 @@ impl Forecast {
     fn samples_in(&self, seconds: f64) -> f64 {
         let most = seconds / self.seconds_per_sample;
         let left = seconds - bundles(most) * self.seconds_per_bundle;
-        (left / self.seconds_per_sample).max(1.0)
+        left / self.seconds_per_sample
     }
 
     /// Until all pictures have a relative error.
@@ -179,7 +182,8 @@ impl Forecast {
 }
 
 /// With a cache, an error is reached later than its forecast says: whether the cache is good enough is looked at when its
-/// paths have doubled, and is uncertain itself. So its time counts so many times.
+/// paths have doubled, and is uncertain itself. So its time counts so many times; where the time is limited, there is as much
+/// less of it.
 const LATE: f64 = 1.2;
 
 /// What two forecasts say of a cache.
@@ -212,7 +216,8 @@ pub fn verdict(
         }
     }
     let seconds = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
-    let [without, with] = [uncached, cached].map(|f| f.error_after(seconds, pictures));
+    let without = uncached.error_after(seconds, pictures);
+    let with = cached.error_after(seconds / LATE, pictures);
     let said = format!(
         "after {seconds} s a relative error of {with:.4} is expected with a cache and of {without:.4} without one"
     );
@@ -373,6 +378,37 @@ mod tests {
         };
         assert!((streamed.seconds_for(256.0) - 7.56).abs() < 1e-9);
         assert!((128.0..=256.0).contains(&streamed.samples_in(7.56)));
+    }
+
+    /// A cache through which the first sample would be too late is of no use, however good it would be.
+    #[test]
+    fn filling_leaves_time_for_a_sample() {
+        let late = Forecast {
+            seconds_per_sample: 8.0,
+            variance: 1e-4,
+            ..CACHED
+        };
+        assert!(!is_chosen(
+            late,
+            Stop::after(Duration::from_secs(6)),
+            1,
+            0.0
+        ));
+        assert!(is_chosen(
+            late,
+            Stop::after(Duration::from_secs(60)),
+            1,
+            0.0
+        ));
+        let noisy = Forecast {
+            cache: CACHED.cache.map(|cache| FillForecast {
+                variance: 10.0,
+                ..cache
+            }),
+            ..late
+        };
+        let left = 10.0 * (1.0 - noisy.best_share(10.0, 1));
+        assert!((8.0..8.5).contains(&left), "{left}");
     }
 
     #[test]

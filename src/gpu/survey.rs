@@ -202,7 +202,7 @@ pub(super) fn choose<'a>(
         });
     };
     let numbered = wanted.parse().ok().and_then(|index: usize| all.get(index));
-    let is_named = |d: &&DeviceSummary| d.name.to_lowercase().contains(&wanted.to_lowercase());
+    let is_named = |d: &&DeviceSummary| is_in_name(wanted, &d.name);
     // One device may be shown by two drivers, one of which cannot be used.
     let usable = all.iter().filter(|d| d.lacks.is_empty()).find(is_named);
     let named = usable.or_else(|| all.iter().find(is_named));
@@ -223,6 +223,17 @@ pub(super) fn choose<'a>(
     }
 }
 
+/// Whether this is a part of a device's name. A number has to be a whole word of it: "1" is an index, although there is a 1
+/// in "llvmpipe (LLVM 15.0.6, 256 bits)".
+fn is_in_name(wanted: &str, name: &str) -> bool {
+    if wanted.bytes().all(|byte| byte.is_ascii_digit()) {
+        let mut words = name.split(|c: char| c.is_whitespace() || "(),".contains(c));
+        words.any(|word| word == wanted)
+    } else {
+        name.to_lowercase().contains(&wanted.to_lowercase())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -239,11 +250,15 @@ mod tests {
             lacks: Vec::new(),
             ..a_device()
         };
-        let all = ["llvmpipe", "NVIDIA GeForce RTX 3090", "Radeon 0"].map(named);
+        let software = "llvmpipe (LLVM 15.0.6, 256 bits)";
+        let all = [software, "NVIDIA GeForce RTX 3090", "Radeon 0"].map(named);
         let chosen = |wanted| choose(&all, Some(wanted)).map(|d| d.name.clone());
         assert_eq!(chosen("3090").ok(), Some(all[1].name.clone()));
         assert_eq!(chosen("0").ok(), Some(all[0].name.clone()));
         assert!(chosen("3080").is_err());
+        // Three devices have the indices 0 to 2.
+        assert!(chosen("5").is_err());
+        assert!(chosen("15").is_err());
     }
 
     #[test]

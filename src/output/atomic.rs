@@ -162,15 +162,17 @@ pub fn check_inputs_stay<'a>(
     outputs: impl IntoIterator<Item = &'a PathBuf>,
     inputs: &[PathBuf],
 ) -> Result<()> {
-    let inputs: Vec<PathBuf> = inputs
-        .iter()
-        .filter_map(|p| p.canonicalize().ok())
-        .collect();
-    for output in outputs {
-        if output
-            .canonicalize()
-            .is_ok_and(|path| inputs.contains(&path))
-        {
+    let real = |path: &PathBuf| path.canonicalize().ok();
+    let existing = outputs
+        .into_iter()
+        .filter_map(|output| Some((output, real(output)?)));
+    let existing: Vec<(&PathBuf, PathBuf)> = existing.collect();
+    if existing.is_empty() {
+        return Ok(());
+    }
+    let inputs: HashSet<PathBuf> = inputs.iter().filter_map(real).collect();
+    for (output, path) in existing {
+        if inputs.contains(&path) {
             return Err(Error::Usage(format!(
                 "{}: the scene is read from this file, and an output would take its place; give the output another name",
                 output.display()

@@ -27,10 +27,10 @@ pub struct Opened {
 impl Opened {
     /// The files from which the scene is read, apart from a scene file itself.
     pub fn inputs(&self) -> Result<Vec<PathBuf>> {
-        Ok([self.file.volume_path()?]
-            .into_iter()
-            .chain(self.file.images())
-            .collect())
+        let mut inputs = vec![self.file.volume_path()?];
+        inputs.extend(self.volume.files.iter().cloned());
+        inputs.extend(self.file.images());
+        Ok(inputs)
     }
 }
 

@@ -16,6 +16,7 @@ use super::watch::modified;
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::interrupt::is_interrupted;
+use crate::output::check_inputs_stay;
 use crate::scene::volume::{Preview, Reading, Volume};
 use crate::scene::{Edit, open};
 
@@ -103,7 +104,7 @@ pub fn open_document(
     let name = path.file_name().unwrap_or(path.as_os_str());
     let what = format!("Opening {}", name.to_string_lossy());
     let reading = Arc::new(Reading::default());
-    let preset = args.scene.preset;
+    let (preset, stats) = (args.scene.preset, args.stats.clone());
     let is_closed = Arc::new(AtomicBool::new(false));
     let stores = args.scene.cache.stores(args.quiet, {
         let is_closed = is_closed.clone();
@@ -114,6 +115,7 @@ pub fn open_document(
         let opened = open(&path, preset, &edits, |path, overrides| {
             Volume::load_watched(path, overrides, &reading, stores.as_ref())
         })?;
+        check_inputs_stay(&stats, &opened.inputs()?)?;
         Ok(Document {
             histogram: opened.volume.histogram(BINS)?,
             path,

@@ -158,6 +158,23 @@ fn no_output_takes_the_place_of_what_is_read() {
     assert!(["sky.exr", "ball.toml", volume].map(|name| folder.read(name)) == before);
 }
 
+/// A volume's voxels are read, also where the command line names only the header.
+#[test]
+fn no_output_takes_the_place_of_voxels() {
+    let folder = Folder::new();
+    let voxels = "ball_16x16x16_uint8.raw";
+    let header = format!(
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 16 16 16\nencoding: raw\ndata file: {voxels}\n\n"
+    );
+    folder.write("ball.nhdr", header.as_bytes());
+    let before = folder.read(voxels);
+    let command = format!("render ball.nhdr -o a.exr --stats {voxels} --spp 1");
+    let said = refused(&folder, &command, 2);
+    let expected = format!("{voxels}: the scene is read from this file");
+    assert!(said.contains(&expected), "{said}");
+    assert!(folder.read(voxels) == before);
+}
+
 #[test]
 fn a_budget_that_is_too_small_exits_with_4() {
     let folder = Folder::new();

@@ -28,6 +28,7 @@ mod thumbnail;
 mod voxel_type;
 
 use std::borrow::Cow;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::error::{Error, Place, Result};
@@ -89,6 +90,8 @@ pub struct Volume {
     pub facts: Vec<(&'static str, String)>,
     /// `None` if the file does not say it.
     pub quantity: Option<Quantity>,
+    /// All files that its voxels are read from.
+    pub files: Vec<PathBuf>,
     grid: Arc<Grid>,
     statistics: Arc<Statistics>,
     /// The place of its store, and what has been found out about its values.

@@ -132,6 +132,7 @@ fn open(
     let known = place
         .as_ref()
         .and_then(|place| find(place, conversion, &mut notes));
+    let files = header.source.files();
     // The voxels are walked through in the source's order; later they are read in the volume's.
     let mut grid = Grid {
         source: header.source,
@@ -176,6 +177,7 @@ fn open(
         notes,
         facts: header.about.facts,
         quantity: header.about.quantity,
+        files,
         grid: Arc::new(grid),
         statistics: Arc::new(Statistics::new(settled.ranges, settled.counts, histogram)),
         keeping: place.map(|place| Arc::new(Keeping { place, facts })),

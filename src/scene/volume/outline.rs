@@ -61,6 +61,7 @@ impl Volume {
             notes: Vec::new(),
             facts: Vec::new(),
             quantity: None,
+            files: Vec::new(),
             grid: Arc::new(Grid {
                 source: Box::new(Nowhere),
                 region: Region::whole(dims),
