@@ -17,13 +17,22 @@
 const uint WORDS_A_BRICK = RIM_WORDS;
 #include "cube_bits.glsl"
 
+// Axes along which the medium is meant to have no end: the box is a slab, so wide that light from its sides hardly matters, and
+// has so few nodes along them that the slab's middle is in cubes at its sides.
+bvec3 endless_axes() {
+    const uint FEW = 3u;
+    const float WIDE = 20.0; // times as wide as the slab is thick
+    vec3 extent = scene.half_extent;
+    float thickness = min(extent.x, min(extent.y, extent.z));
+    bvec3 is_wide = greaterThanEqual(extent, vec3(WIDE * thickness));
+    bvec3 has_few = lessThanEqual(scene.cache_nodes, uvec3(FEW));
+    return bvec3(uvec3(is_wide) & uvec3(has_few));
+}
+
 // The longest side of a cube across which a face of the box or a clip plane ends what is in a span; 0 if none does.
 float side_at_end(Span span) {
     vec3 sides = scene.cache_step * scene.spacing;
-    // Of an axis with so few nodes, the middle of the box is in a cube at a face. Such a box is a slab of a medium
-    // without end, as a rule.
-    bvec3 is_short = lessThanEqual(scene.cache_nodes, uvec3(3u));
-    vec3 at_faces = mix(mix(mix(vec3(0.0), sides, span.begins), sides, span.ends), vec3(0.0), is_short);
+    vec3 at_faces = mix(mix(mix(vec3(0.0), sides, span.begins), sides, span.ends), vec3(0.0), endless_axes());
     float side = max(at_faces.x, max(at_faces.y, at_faces.z));
     for (uint c = 0u; c < clip_count; ++c) {
         vec3 normal = clips.at[c].normal;

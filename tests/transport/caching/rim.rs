@@ -108,6 +108,31 @@ fn light_behind_the_faces_of_the_box() {
     }
 }
 
+/// Two or three nodes along an axis, all in cubes at faces, tell nothing of the light between them.
+#[test]
+fn boxes_with_hardly_any_nodes() {
+    for (what, dims, scale, depth) in [
+        ("a small box", [4; 3], 0.25, 3.0),
+        ("a thin stack", [32, 32, 4], 0.5, 0.5),
+        ("a single voxel", [1; 3], 1.0, 2.0),
+    ] {
+        let mut scene = scene(depth);
+        scene.camera.projection = Projection::Orthographic {
+            height: 1.2 * f64::from(dims[0]),
+        };
+        scene.lights.environment.radiance = [1.0; 3];
+        scene.lights.suns = vec![sun([0.3, -0.8, -0.5])];
+        let volume = constant_field(1.0, dims, [1.0; 3]);
+        let films = render_seeds(&scene, &volume, 256, 1..=4);
+        let references: Vec<f64> = films.iter().map(|film| sum(&film.mean)).collect();
+        let [bias, _, error] = measure(&scene, &volume, scale, &references, 256);
+        let [percent, error_percent] = [bias, error].map(|x| 100.0 * x);
+        println!("{what}: {percent:+.2} % ± {error_percent:.2}");
+        assert!(error < 0.003, "{what}: {error}");
+        assert!(bias.abs() < 0.006, "{what}: {bias}");
+    }
+}
+
 /// A cache that has had few paths still has light of the coarse lattice, of which the nodes between would get too much.
 #[test]
 fn light_behind_the_faces_in_a_young_cache() {
