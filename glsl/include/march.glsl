@@ -3,8 +3,9 @@
 // A step ends where the ray leaves a cell, or earlier after a fraction of a mean free path at the densest point
 // nearby. Within a cell the field along a ray is a cubic, and nearly linear: its kinks are at the cells' sides. So the
 // medium's mean between the field's values at both ends is nearly exact, however narrow a tent of the transfer function is,
-// and has no noise; where extinction is linear in the field, it is exact (`linear_medium`). (Steps of equal length across
-// cells have a bias, and one sample at a random point in each step has much noise: `transport hard_cases::march`.)
+// and has no noise. Where the field bends too much for that, a step is shorter (`curved_medium`); where extinction is linear
+// in the field, the mean is exact (`linear_medium`). (Steps of equal length across cells have a bias, and one sample at a random
+// point in each step has much noise: `transport hard_cases::march`.)
 //
 // Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and taken back if its own optical
 // depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
@@ -91,7 +92,7 @@ void next_stretch(Ray ray, inout March march) {
 }
 
 March begin_march(Ray ray, float t, float t_end) {
-    const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0));
+    const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0), ANY_VALUE);
     Walk walk = begin_walk(ray, t, scene.block_size, ivec3(scene.blocks));
     March march = March(t, t_end, walk, true, t, false, 0.0, 0.0, walk, NONE);
     next_stretch(ray, march);
@@ -145,6 +146,51 @@ Medium linear_medium(Ray ray, float from, out Classified begin, inout March marc
     return Medium(scene.density * sum * (1.0 / 6.0), scene.color);
 }
 
+// The part of a step, from its beginning on, in which the field is so straight that the medium's mean can be taken between the
+// values at its ends. `middle` is the value half way. How far a part of a curve is off a straight line falls with the square
+// of that part.
+float straight_part(Classified begin, Classified end, float middle) {
+    const float LEAST = 0.25;
+    const float OFF = 0.05; // of a segment of the transfer function
+    const float ROUNDING = 1e-6;
+    float off = abs(middle - 0.5 * (begin.value + end.value));
+    if (off < ROUNDING * max(abs(begin.value), abs(end.value))) {
+        return 1.0;
+    }
+    if (begin.point == end.point) {
+        // Within a segment, extinction is as straight as the field.
+        return middle >= begin.segment.x && middle <= begin.segment.y ? 1.0 : LEAST;
+    }
+    float between = abs(end.value - begin.value) / float(abs(end.point - begin.point));
+    float width = min(between, min(begin.segment.y - begin.segment.x, end.segment.y - end.segment.x));
+    return clamp(sqrt(OFF * width / off), LEAST, 1.0);
+}
+
+// The mean in [from, march.t], which lies in one cell, or in the first part of it that is straight: march.t is then its end.
+// (A second classification behind an `if` would cost a CPU's driver as much as if all steps needed it; a loop has a second
+// turn only where a lane needs it.)
+Medium curved_medium(Ray ray, float from, Classified begin, inout March march) {
+    vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;
+    vec3 half_way = 0.5 * (march.t - from) * ray.step;
+    vec3 cell = floor(middle);
+    vec3 p = middle - cell;
+    Corners corners = corners_read(ivec3(cell));
+    float middle_value = value_in(corners, p);
+    float part = 1.0;
+    bool is_straight = false;
+    LOOP {
+        march.end = classify(value_in(corners, p + (2.0 * part - 1.0) * half_way));
+        float straight = straight_part(begin, march.end, middle_value);
+        if (is_straight || straight >= 1.0) {
+            break;
+        }
+        part = straight;
+        is_straight = true;
+    }
+    march.t = from + part * (march.t - from);
+    return mean_medium(begin, march.end);
+}
+
 MarchStep make_step(Ray ray, inout March march) {
     Classified begin = march.end;
     float from = march.t;
@@ -153,6 +199,8 @@ MarchStep make_step(Ray ray, inout March march) {
     Medium medium;
     if (reads_cells()) {
         medium = linear_medium(ray, from, begin, march);
+    } else if (step_scale == 1.0) {
+        medium = curved_medium(ray, from, begin, march);
     } else {
         march.end = classify(lookup(ray, march.t));
         medium = mean_medium(begin, march.end);

@@ -58,12 +58,15 @@ vec4 transfer_at(float v) {
     return vec4(mix(transfer_colors(point), transfer_colors(point + 1), t), mix(p.z, p.w, t));
 }
 
+const vec2 ANY_VALUE = vec2(-3e38, 3e38);
+
 // The field's value at an end of a step, classified by the transfer function.
 struct Classified {
     float value;
     int point; // from which to interpolate to the next; -1 below the first, the last one beyond it
     vec4 color; // and opacity in a
     vec4 area; // integral over values up to this one of opacity times colour and, in a, of opacity
+    vec2 segment; // the values around this one between which the function is linear
 };
 
 // Means of opacity times colour and, in a, of opacity between two values, if both opacity and colour are linear from
@@ -77,7 +80,7 @@ vec4 mean_of_line(vec4 a, vec4 b) {
 
 Classified classify(float v) {
     if (is_linear) {
-        return Classified(v, 0, vec4(scene.color, transfer_opacity(v)), vec4(0.0));
+        return Classified(v, 0, vec4(scene.color, transfer_opacity(v)), vec4(0.0), ANY_VALUE);
     }
     int point = transfer_point(v);
     vec4 p = transfer_values(point);
@@ -96,7 +99,9 @@ Classified classify(float v) {
     bool is_beyond = place >= 1.0 && point + 1 == int(scene.transfer_segments);
     float share = 1.0 / max(place, 1.0); // of the segment in what lies above its point
     area += (v - p.x) * mix(color.a * vec4(color.rgb, 1.0), mean_of_line(start, color), share);
-    return Classified(v, point + int(is_beyond) - int(is_below), color, area);
+    float next = p.x + 1.0 / p.y;
+    vec2 segment = is_below ? vec2(ANY_VALUE.x, p.x) : is_beyond ? vec2(next, ANY_VALUE.y) : vec2(p.x, next);
+    return Classified(v, point + int(is_beyond) - int(is_below), color, area, segment);
 }
 
 struct Medium {

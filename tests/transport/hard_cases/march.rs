@@ -1,6 +1,7 @@
 //! A march through the cache loses no light, and adds no noise, where the medium is a film that is thinner than a voxel,
 //! and where neighbouring voxels have nothing to do with each other.
 
+use isolume::render::Film;
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -37,6 +38,14 @@ fn error(picture: &[[f32; 4]], exact: f64) -> f64 {
     (1.0 - mean_red(picture)) / exact - 1.0
 }
 
+/// A picture at rest of rays through the pixels' centres alone.
+fn through_centres(cached: &mut Cached, samples: u32) -> Film {
+    let mut centred = cached.renderer.scene().clone();
+    centred.parts.view.through_centres = true;
+    cached.renderer.change(&centred).expect("the same scene");
+    cached.at_rest(samples, 1)
+}
+
 #[test]
 fn a_film_thinner_than_a_voxel() {
     let (scene, volume) = (film(), ball());
@@ -46,10 +55,7 @@ fn a_film_thinner_than_a_voxel() {
     let exact = 1.0 - transmittance(&scene, &volume, width);
     let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 8, 1);
     let moving = error(&cached.march(), exact);
-    let mut centred = cached.renderer.scene().clone();
-    centred.parts.view.through_centres = true;
-    cached.renderer.change(&centred).expect("the same scene");
-    let film = cached.at_rest(16, 1);
+    let film = through_centres(&mut cached, 16);
     let resting = error(&film.mean, exact);
     let noise = film
         .stderr
@@ -110,6 +116,29 @@ fn voxels_that_are_independent_of_each_other() {
     let rms = (errors.sum::<f64>() / exact.len() as f64).sqrt();
     println!("root mean square error of transmittance {rms:.5}");
     assert!(rms < 1e-4);
+}
+
+/// Along a diagonal through independent voxels the field bends in each cell, and passes a narrow tent of the transfer function
+/// more or less often than a straight line between the cell's sides would.
+#[test]
+fn a_narrow_tent_seen_aslant_through_noise() {
+    let noise = |i: u32| (i.wrapping_mul(2654435761) >> 24) as f32;
+    let values = (0..DIMS.iter().product()).map(noise).collect();
+    let volume = Volume::from_values(DIMS, [VOXEL; 3], Voxels::F32(values)).expect("a volume");
+    let medium = absorbing(6.0, &[(120.0, 0.0), (128.0, 1.0), (140.0, 0.0)]);
+    let scene = absorbing_scene(medium, orthographic([3.0, 2.2, 2.8], 0.5));
+    let exact = transmittances(&scene, &volume, scene.render.size[0]);
+    let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 8, 1);
+    let film = through_centres(&mut cached, 1);
+    let pairs = || film.mean.iter().zip(&exact);
+    let errors = pairs().map(|(pixel, exact)| f64::from(pixel[0]) - exact);
+    let count = exact.len() as f64;
+    let mean = exact.iter().sum::<f64>() / count;
+    let bias = errors.clone().sum::<f64>() / count / mean;
+    let rms = (errors.map(|e| e * e).sum::<f64>() / count).sqrt() / mean;
+    println!("of {mean:.4}: {bias:+.4}, root mean square {rms:.4}");
+    assert!(bias.abs() < 0.02, "{bias:+.4}");
+    assert!(rms < 0.06, "{rms:.4}");
 }
 
 /// A CPU's driver ends all loops of a thread after 65535 iterations, those of searches in the transfer function included.
