@@ -119,7 +119,10 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
             CachedLight light = light_in(cube, side);
             vec3 albedo = albedo_taken(taken);
             vec3 scattered = albedo * scattered_back(light, ray);
-            front.lasting += scattered;
+            // Neither is this.
+            for (uint k = 0u; k < push.measures; ++k) {
+                front.lasting += is_left_to_paths(cube) ? vec3(0.0) : scattered;
+            }
             front.radiance += scattered + albedo * light.suns * suns_here;
             if (is_opaque || !march.goes_on) {
                 break;

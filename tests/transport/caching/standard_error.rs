@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use isolume::render::{Sums, Totals};
+use isolume::render::{Film, Sums, Totals};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -78,4 +78,48 @@ fn two_pictures_differ_by_the_errors_that_they_report() {
         by_spread < 0.5,
         "samples are not spread evenly: {by_spread}"
     );
+}
+
+/// Most nodes that a ray passes are at the rim of this medium, and no picture at rest reads them.
+#[test]
+fn nodes_that_no_picture_reads_have_no_part_in_its_error() {
+    const PICTURES: u32 = 4;
+    let camera = Camera {
+        eye: [12.0, 9.0, 40.0],
+        target: [0.0; 3],
+        up: [0.0, 1.0, 0.0],
+        projection: Projection::Orthographic { height: 26.0 },
+    };
+    let mut scene = empty_scene([32, 32], camera);
+    scene.medium = Some(uniform_medium(1.0, 0.9, 0.0));
+    scene.lights.suns = vec![DirectionalLight {
+        direction: [0.3, -0.4, 1.0],
+        irradiance: [2.0; 3],
+    }];
+    let volume = constant_field(1.0, [16; 3], [1.0; 3]);
+    let mut cache = cached(&scene, &volume, 0.5, CacheFormat::F16, 1, 0);
+    let films: Vec<_> = (0..PICTURES)
+        .map(|seed| {
+            cache.reseed(seed);
+            cache.fill(32);
+            cache.at_rest(1, 128)
+        })
+        .collect();
+    let mean = |of: &dyn Fn(&Film) -> f64| films.iter().map(of).sum::<f64>() / f64::from(PICTURES);
+    let pixels = films[0].mean.len();
+    let spread: f64 = (0..pixels)
+        .map(|pixel| {
+            let green = |film: &Film| f64::from(film.mean[pixel][1]);
+            let middle = mean(&green);
+            mean(&|film| (green(film) - middle).powi(2))
+        })
+        .sum();
+    let spread = spread * f64::from(PICTURES) / f64::from(PICTURES - 1);
+    let reported = mean(&|film| {
+        let green = film.stderr.iter().map(|error| f64::from(error[1]).powi(2));
+        green.sum()
+    });
+    let ratio = (spread / reported).sqrt();
+    println!("the error is {ratio:.2} of what is reported");
+    assert!((0.75..1.25).contains(&ratio), "{ratio}");
 }
