@@ -6,7 +6,8 @@
 //! schedulers send it to a script and to the program that it runs, and the script hands it on. Nor does a Ctrl-C that comes
 //! at once: `timeout -s INT` sends it to the program, and to the group that the program belongs to.
 //!
-//! SIGHUP keeps the action that it had: `nohup` has it ignored.
+//! SIGHUP keeps the action that it had: `nohup` has it ignored. SIGXFSZ, which comes where a file becomes larger than the
+//! shell's limit allows, does nothing: writing then fails like on a disk that is full.
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
@@ -123,16 +124,17 @@ fn interrupt(status: u8) {
 /// Catches signals, and calls `act` after each one that has not ended the process.
 #[cfg(unix)]
 pub fn catch_signals_and(act: impl Fn() + Send + 'static) {
-    use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1};
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGUSR1, SIGXFSZ};
     use signal_hook::iterator::Signals;
 
     // Without its handlers a process still ends by these signals.
-    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM, SIGUSR1]) else {
+    let Ok(mut signals) = Signals::new([SIGINT, SIGTERM, SIGUSR1, SIGXFSZ]) else {
         return;
     };
     std::thread::spawn(move || {
         for signal in signals.forever() {
             match signal {
+                SIGXFSZ => continue,
                 SIGUSR1 => REQUESTED.store(true, Ordering::Relaxed),
                 SIGTERM => interrupt(TERMINATED_STATUS),
                 _ => interrupt(INTERRUPTED_STATUS),

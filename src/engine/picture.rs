@@ -30,7 +30,7 @@ impl Picture {
         Picture {
             width,
             height,
-            rgb: rgb(&film.mean),
+            rgb: radiance(&film.mean),
             alpha: is_transparent.then(|| last(&film.mean)),
             stderr: film.stderr,
             albedo: rgb(&hits.albedo),
@@ -41,7 +41,7 @@ impl Picture {
 
     /// Shows other texels, of RGB and coverage.
     pub fn show(&mut self, texels: &[[f32; 4]]) {
-        self.rgb = rgb(texels);
+        self.rgb = radiance(texels);
         if let Some(alpha) = &mut self.alpha {
             *alpha = texels.iter().map(|t| t[3]).collect();
         }
@@ -65,6 +65,14 @@ fn relative(mean_square: f64, rgb: &[[f32; 3]]) -> f64 {
     }
     let sum: f64 = rgb.as_flattened().iter().map(|&v| f64::from(v)).sum();
     mean_square.sqrt() / (sum / (3 * rgb.len()) as f64)
+}
+
+/// RGB of each texel. Where samples correct light that was read from a cache, their mean may be below 0 by its noise or by
+/// rounding.
+fn radiance(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
+    let positive = |v: f32| if v < 0.0 { 0.0 } else { v };
+    let texel = |&[r, g, b, _]: &[f32; 4]| [r, g, b].map(positive);
+    texels.iter().map(texel).collect()
 }
 
 /// The first three channels of each texel.

@@ -167,7 +167,7 @@ impl<'a> Trial<'a> {
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
         match best_of(caches, &uncached, &task, to_go_back, &mut watch, make)? {
-            Contest::Won(engine, watch) => Ok(Tried::settled(engine, watch)),
+            Contest::Won(engine, watch) => Ok(Tried::settled(*engine, watch)),
             Contest::Lost { why } => {
                 let mut engine = make(plain)?;
                 if let Some(sums) = begun {
@@ -207,7 +207,7 @@ impl Tried {
 /// How a comparison of caches with the variant without one has ended.
 enum Contest {
     /// With a cache that is better, and the time that the work which goes on has taken.
-    Won(Engine, Stopwatch),
+    Won(Box<Engine>, Stopwatch),
     Lost {
         why: String,
     },
@@ -252,7 +252,7 @@ fn best_of(
             choice.reason = format!("{said}; {}", choice.reason);
             if n == last {
                 engine.choice = choice;
-                return Ok(Contest::Won(engine, filling));
+                return Ok(Contest::Won(Box::new(engine), filling));
             }
             best = Some((choice, tried.forecast));
         } else if best.is_none() {
@@ -264,7 +264,7 @@ fn best_of(
         _ if task.is_interrupted() => Ok(Contest::Lost { why }),
         Some((choice, _)) => {
             let spent = std::mem::replace(watch, Stopwatch::paused());
-            Ok(Contest::Won(make(choice)?, spent))
+            Ok(Contest::Won(Box::new(make(choice)?), spent))
         }
         None => Ok(Contest::Lost { why }),
     }

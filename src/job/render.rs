@@ -41,9 +41,14 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let views = views(pictures, args, &opened);
     let mut render = Render::begin(args, &host, &opened, &views, clock)?;
     render.fill()?;
-    let (mut outputs, taken) = render.take_pictures()?;
+    let pictures = render.take_pictures();
+    // What has been sampled is kept, also where a picture's file cannot be written.
+    let kept = match &pictures {
+        Ok(_) | Err(Error::File { .. }) => render.keep(),
+        Err(_) => Ok(()),
+    };
+    let (mut outputs, taken) = pictures?;
     host.check_validation()?;
-    let kept = render.keep();
     let Render {
         clock,
         engine,

@@ -138,6 +138,23 @@ fn a_long_orbit_needs_no_more_files_than_a_short_one() {
     assert_eq!(views.count(), 60);
 }
 
+/// A file larger than the shell's limit is like a disk that is full.
+#[cfg(unix)]
+#[test]
+fn a_picture_above_the_limit_of_files_is_refused_in_a_sentence() {
+    let folder = Folder::new();
+    let before = folder.names();
+    let render = "render ball.toml --size 128x128 --spp 1 --variant non-caching -o a.exr --quiet";
+    let output = ended(&mut folder.shell("ulimit -f 20;", render));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    assert!(
+        said.contains("a.exr") && said.lines().count() == 1,
+        "{said}"
+    );
+    assert_eq!(folder.names(), before);
+}
+
 #[test]
 fn an_orbit_looks_at_one_cache_from_all_sides() {
     let folder = Folder::new();

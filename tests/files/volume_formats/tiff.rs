@@ -338,18 +338,21 @@ fn numbers_beyond_64_bits_are_refused() {
 fn channels_are_for_formats_that_have_some() {
     let folder = folder();
     let array = textured([4, 3, 2], VoxelType::U8, Endian::Little);
+    let channel = |n| VolumeOverrides {
+        channel: Some(n),
+        ..Default::default()
+    };
+    let level = |n| VolumeOverrides {
+        level: Some(n),
+        ..Default::default()
+    };
     let path = write(folder.path(), "v.npy", array.npy(1, false));
-    let overrides = VolumeOverrides {
-        channel: Some(0),
-        ..Default::default()
-    };
-    let message = refusal(&path, &overrides);
+    let message = refusal(&path, &channel(1));
     assert!(message.contains("`channel` is only for NRRD"), "{message}");
+    // The only one has this number.
+    Volume::load(&path, &channel(0)).expect("a volume");
     let path = write(folder.path(), "v.nrrd", array.nrrd("raw", ""));
-    let overrides = VolumeOverrides {
-        level: Some(0),
-        ..Default::default()
-    };
-    let message = refusal(&path, &overrides);
+    let message = refusal(&path, &level(1));
     assert!(message.contains("`level` is only for TIFF"), "{message}");
+    Volume::load(&path, &level(0)).expect("a volume");
 }

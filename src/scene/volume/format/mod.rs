@@ -146,9 +146,10 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
         ("dims", overrides.dims.is_some(), is_bare, raw),
         ("type", overrides.voxel_type.is_some(), is_bare, raw),
         ("endian", overrides.endian.is_some(), is_bare, raw),
-        ("channel", overrides.channel.is_some(), is_several, several),
-        ("time", overrides.time.is_some(), is_several, several),
-        ("level", overrides.level.is_some(), is_leveled, leveled),
+        // 0 is what a file has that holds no several.
+        ("channel", overrides.channel > Some(0), is_several, several),
+        ("time", overrides.time > Some(0), is_several, several),
+        ("level", overrides.level > Some(0), is_leveled, leveled),
         ("series", overrides.series.is_some(), is_listed, listed),
         ("fill_gaps", overrides.fill_gaps, is_listed, listed),
     ] {

@@ -33,8 +33,11 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
     let layout = pages[0].layout;
     let name = files[0].file_name().unwrap_or_default().to_string_lossy();
-    let meaning = meaning(&files[0], pages.len(), &layout, overrides)
+    let mut meaning = meaning(&files[0], pages.len(), &layout, overrides)
         .map_err(|fault| format!("{name} {fault}"))?;
+    let stems = files.iter().filter_map(|file| file.file_stem());
+    let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
+    meaning.notes.extend(doubt(&stems));
     stack(path, meaning, vec![layout.size], overrides, |n| {
         Ok(pages[n].clone())
     })
@@ -52,6 +55,79 @@ fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
     }
     files.sort_by(|(a, _), (b, _)| by_number(a, b).then_with(|| a.cmp(b)));
     Ok(files.into_iter().map(|(_, path)| path).collect())
+}
+
+/// A remark where the names of a folder's files, in order, speak against their being the slices of one stack.
+fn doubt(stems: &[impl AsRef<str>]) -> Option<String> {
+    let names: Vec<Name> = stems.iter().map(|stem| Name::of(stem.as_ref())).collect();
+    let (first, last) = (names.first()?, names.last()?);
+    if let Some(other) = names.iter().find(|name| name.text != first.text) {
+        return Some(format!(
+            "its files are named after each other in several ways, as {} and {}: all are taken as slices of one stack",
+            first.stem, other.stem
+        ));
+    }
+    let varies = |n: &usize| {
+        names
+            .iter()
+            .any(|name| name.numbers[*n] != first.numbers[*n])
+    };
+    let varying: Vec<usize> = (0..first.numbers.len()).filter(varies).collect();
+    let [n] = varying[..] else {
+        return (varying.len() > 1).then(|| {
+            format!(
+                "the names of its files, from {} to {}, differ in {} numbers, as those of several channels or times do: all files \
+                 are taken as slices of one stack, in the order of their names",
+                first.stem,
+                last.stem,
+                varying.len()
+            )
+        });
+    };
+    let pairs = names.windows(2);
+    let missing = |pair: &[Name]| {
+        pair[1].numbers[n]
+            .saturating_sub(pair[0].numbers[n])
+            .saturating_sub(1)
+    };
+    let count = pairs.clone().map(missing).fold(0, u64::saturating_add);
+    let steps = pairs.clone().map(|pair| missing(pair) + 1);
+    let is_even = steps.clone().min() == steps.max();
+    let gap = pairs
+        .clone()
+        .find(|pair| missing(pair) > 0)
+        .filter(|_| !is_even)?;
+    Some(format!(
+        "the names of its files leave out {count} numbers, the first behind {}: the slices on both sides of a gap are taken \
+         as neighbours",
+        gap[0].stem
+    ))
+}
+
+/// A file's name: its numbers, and the text between them.
+struct Name<'a> {
+    stem: &'a str,
+    numbers: Vec<u64>,
+    text: Vec<&'a str>,
+}
+
+impl Name<'_> {
+    fn of(stem: &str) -> Name<'_> {
+        let is_digit = |c: char| c.is_ascii_digit();
+        let numbers = stem
+            .split(|c| !is_digit(c))
+            .filter(|digits| !digits.is_empty());
+        Name {
+            stem,
+            numbers: numbers
+                .map(|digits| digits.parse().unwrap_or(u64::MAX))
+                .collect(),
+            text: stem
+                .split(is_digit)
+                .filter(|text| !text.is_empty())
+                .collect(),
+        }
+    }
 }
 
 /// What the first file says of all: ImageJ repeats its description in each, and a page of OME describes itself.
@@ -140,7 +216,33 @@ fn leading_number(text: &str) -> (Option<&str>, &str) {
 
 #[cfg(test)]
 mod tests {
-    use super::by_number;
+    use super::{by_number, doubt};
+
+    #[test]
+    fn names_that_do_not_count_slices_are_told() {
+        for (names, expected) in [
+            (&["s1", "s2", "s3"][..], None),
+            (&["s8", "s10", "s12"], None),
+            (&["slice"], None),
+            (&["2024_s1", "2024_s2"], None),
+            (
+                &["s1", "s2", "s7", "s8"],
+                Some("leave out 4 numbers, the first behind s2"),
+            ),
+            (
+                &["z0_ch0", "z0_ch1", "z1_ch0", "z1_ch1"],
+                Some("differ in 2 numbers"),
+            ),
+            (&["a0", "a1", "b0"], Some("as a0 and b0")),
+        ] {
+            let said = doubt(names);
+            let is_expected = match expected {
+                Some(part) => said.as_ref().is_some_and(|said| said.contains(part)),
+                None => said.is_none(),
+            };
+            assert!(is_expected, "{names:?}: {said:?}");
+        }
+    }
 
     #[test]
     fn numbers_sort_as_numbers() {

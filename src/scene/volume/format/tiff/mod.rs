@@ -97,7 +97,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
             });
         page.map_err(|fault| match full.len() {
             1 => fault,
-            count => format!("page {} of {count} {fault}", n + 1),
+            count => format!("page {} of {count}: {fault}", n + 1),
         })
     };
     pick("level", overrides.level, coarser.len() as u32 + 1)?;
