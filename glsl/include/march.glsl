@@ -3,8 +3,8 @@
 // A step ends where the ray leaves a cell, or earlier after a fraction of a mean free path at the densest point
 // nearby. Within a cell the field along a ray is a cubic, and nearly linear: its kinks are at the cells' sides. So the
 // medium's mean between the field's values at both ends is nearly exact, however narrow a tent of the transfer function is,
-// and has no noise. Where the field bends too much for that, a step is shorter (`curved_medium`); where extinction is linear
-// in the field, the mean is exact (`linear_medium`). (Steps of equal length across cells have a bias, and one sample at a random
+// and has no noise. Where the field bends too much for that, a step is shorter (`straight_part`); where extinction is linear
+// in the field, the mean is exact. (Steps of equal length across cells have a bias, and one sample at a random
 // point in each step has much noise: `transport hard_cases::march`.)
 //
 // Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and taken back if its own optical
@@ -31,9 +31,8 @@ const float LEAST_SHARE_PER_STEP = 2e-7;
 // Factor on the length of steps for a picture in motion: they are longer, or end at the sides of larger cells.
 float step_scale = 1.0;
 
-// Whether a step reads the cell in which it lies, and not the field at its end.
-bool reads_cells() {
-    return is_linear && step_scale == 1.0;
+bool is_in_motion() {
+    return step_scale != 1.0;
 }
 
 // A march under way, stretch by stretch: each is the part of the ray in a row of blocks that hold medium. (Stretches
@@ -82,11 +81,11 @@ void next_stretch(Ray ray, inout March march) {
     }
     march.goes_on = blocks > 0u;
     float voxel = 1.0 / length(ray.step);
-    float depth = reads_cells() ? OPTICAL_DEPTH_PER_LINEAR_STEP : OPTICAL_DEPTH_PER_STEP;
+    float depth = is_linear && !is_in_motion() ? OPTICAL_DEPTH_PER_LINEAR_STEP : OPTICAL_DEPTH_PER_STEP;
     march.longest = step_scale * depth * max(1.0 / majorant, voxel / DENSE_DEPTH);
     march.cells = begin_walk(ray, march.t, step_scale, step_cells());
     march.longest_now = march.longest;
-    if (march.goes_on && !reads_cells()) {
+    if (march.goes_on) {
         march.end = classify(lookup(ray, march.t));
     }
 }
@@ -132,20 +131,6 @@ void adapt(Ray ray, float from, Classified begin, inout March march, inout Mediu
     }
 }
 
-// The mean in [from, march.t], which lies in one cell, where extinction is linear in the field: then it is a cubic in t, whose
-// mean Simpson's rule gives exactly. One read of the cell tells all three values.
-Medium linear_medium(Ray ray, float from, out Classified begin, inout March march) {
-    vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;
-    vec3 half_way = 0.5 * (march.t - from) * ray.step;
-    vec3 cell = floor(middle);
-    vec3 p = middle - cell;
-    Corners corners = corners_read(ivec3(cell));
-    begin = classify(value_in(corners, p - half_way));
-    march.end = classify(value_in(corners, p + half_way));
-    float sum = begin.color.a + 4.0 * transfer_opacity(value_in(corners, p)) + march.end.color.a;
-    return Medium(scene.density * sum * (1.0 / 6.0), scene.color);
-}
-
 // The part of a step, from its beginning on, in which the field is so straight that the medium's mean can be taken between the
 // values at its ends. `middle` is the value half way. How far a part of a curve is off a straight line falls with the square
 // of that part.
@@ -166,20 +151,31 @@ float straight_part(Classified begin, Classified end, float middle) {
     return clamp(sqrt(OFF * width / off), LEAST, 1.0);
 }
 
-// The mean in [from, march.t], which lies in one cell, or in the first part of it that is straight: march.t is then its end.
-// (A second classification behind an `if` would cost a CPU's driver as much as if all steps needed it; a loop has a second
-// turn only where a lane needs it.)
-Medium curved_medium(Ray ray, float from, Classified begin, inout March march) {
+// The medium's mean in [from, march.t], which lies in one cell: a read of it tells the field at its ends and half way. (In motion
+// it may lie in two; then the one at its end is read, and the field is taken as straight.) Where the field is not straight
+// enough, march.t becomes the end of the first part that is.
+//
+// Nothing here stands behind a branch: a CPU's driver runs both sides. A loop has a second turn only where a lane needs it.
+Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March march) {
+    vec3 end = ray.origin + march.t * ray.step;
     vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;
     vec3 half_way = 0.5 * (march.t - from) * ray.step;
-    vec3 cell = floor(middle);
-    vec3 p = middle - cell;
+    vec3 cell = floor(is_in_motion() ? end : middle);
     Corners corners = corners_read(ivec3(cell));
-    float middle_value = value_in(corners, p);
+    float middle_value = value_in(corners, middle - cell);
+    if (is_linear) {
+        march.end = classify(value_in(corners, end - cell));
+        Classified first = classify(value_in(corners, middle - cell - half_way));
+        begin.color.a = is_in_motion() ? begin.color.a : first.color.a;
+        float ends = begin.color.a + march.end.color.a;
+        // Extinction is linear in the field, and so a cubic in t, whose mean Simpson's rule gives exactly.
+        float mean = is_in_motion() ? 0.5 * ends : (ends + 4.0 * transfer_opacity(middle_value)) * (1.0 / 6.0);
+        return Medium(scene.density * mean, scene.color);
+    }
     float part = 1.0;
-    bool is_straight = false;
+    bool is_straight = is_in_motion();
     LOOP {
-        march.end = classify(value_in(corners, p + (2.0 * part - 1.0) * half_way));
+        march.end = classify(value_in(corners, end - cell + 2.0 * (part - 1.0) * half_way));
         float straight = straight_part(begin, march.end, middle_value);
         if (is_straight || straight >= 1.0) {
             break;
@@ -196,15 +192,7 @@ MarchStep make_step(Ray ray, inout March march) {
     float from = march.t;
     float most = min(from + march.longest_now, march.exit);
     march.t = max(from, min(march.cells.exit, most));
-    Medium medium;
-    if (reads_cells()) {
-        medium = linear_medium(ray, from, begin, march);
-    } else if (step_scale == 1.0) {
-        medium = curved_medium(ray, from, begin, march);
-    } else {
-        march.end = classify(lookup(ray, march.t));
-        medium = mean_medium(begin, march.end);
-    }
+    Medium medium = medium_in_step(ray, from, begin, march);
     if (is_dense) {
         adapt(ray, from, begin, march, medium);
     }
