@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use isolume::cli::{Cli, Command, RenderArgs};
 use isolume::engine::{HostOptions, Limit};
 use isolume::scene::preset::Preset;
@@ -181,6 +181,58 @@ fn the_other_commands() {
         panic!()
     };
     assert_eq!(gz.outputs()[0], PathBuf::from("head.png"));
+}
+
+/// The flags of a command and of those below it.
+fn flags_of(command: &clap::Command) -> Vec<String> {
+    let own = command.get_arguments().filter_map(clap::Arg::get_long);
+    let own = own.map(|flag| format!("--{flag}"));
+    own.chain(command.get_subcommands().flat_map(flags_of))
+        .collect()
+}
+
+/// The files of Rust in a folder and in those below it.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let below = |path: PathBuf| {
+        if path.is_dir() {
+            sources(&path)
+        } else {
+            vec![path]
+        }
+    };
+    paths.flat_map(below).collect()
+}
+
+/// Messages name flags as remedies, far from where those are defined.
+#[test]
+fn flags_that_messages_name_exist() {
+    // Of gdcmconv, which a message recommends.
+    const OF_OTHERS: [&str; 1] = ["--raw"];
+    let known = flags_of(&Cli::command());
+    assert!(known.iter().any(|flag| flag == "--spp"), "{known:?}");
+    let mut named = 0;
+    for path in sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src")) {
+        let text = std::fs::read_to_string(&path).expect("text");
+        let code = text
+            .lines()
+            .filter(|line| !line.trim_start().starts_with("//"));
+        for word in
+            code.flat_map(|line| line.split(|c: char| !(c == '-' || c.is_ascii_lowercase())))
+        {
+            let is_flag = word.len() > 3 && word.starts_with("--") && !word.ends_with('-');
+            if is_flag && !OF_OTHERS.contains(&word) {
+                named += 1;
+                assert!(
+                    known.iter().any(|flag| flag == word),
+                    "{}: {word}",
+                    path.display()
+                );
+            }
+        }
+    }
+    assert!(named > 30, "{named}");
 }
 
 /// README's blocks of commands and scenes.
