@@ -108,6 +108,15 @@ fn choose(
     Ok(choice)
 }
 
+/// The variants are tried, if there is anything to try.
+fn end_trial(trial: Trial<'_>, clock: &mut Clock) -> Result<Tried> {
+    if trial.is_open() {
+        clock.time("try variants", || trial.end())
+    } else {
+        trial.end()
+    }
+}
+
 /// Makes an engine whose scene still leaves open what was chosen, as do those of the other pictures. Meanwhile computes the
 /// fingerprint of the volume for what is to be put together later.
 fn compile<'a>(
@@ -179,16 +188,11 @@ impl<'a> Render<'a> {
         })?;
         clock.part("compile", trial.compiling());
         interrupt::keep_work();
-        let tried = if trial.is_open() {
-            clock.time("try variants", || trial.end())?
-        } else {
-            trial.end()?
-        };
         let Tried {
             mut engine,
             mut watch,
             was_interrupted,
-        } = tried;
+        } = end_trial(trial, &mut clock)?;
         if variant == Variant::Published && args.error.is_some() && !args.quiet {
             say("note: published does not know its error, and does not stop by --error");
         }
@@ -198,14 +202,14 @@ impl<'a> Render<'a> {
         if let Some(shard) = stop.samples {
             engine.begin_at_sample(shard.first);
         }
+        let subject = Subject {
+            args,
+            opened,
+            views,
+            is_variant_open: was_interrupted,
+        };
         let keeper = match (&args.checkpoint, found, fingerprint.clone()) {
             (Some(path), Some(found), Some(volume)) => {
-                let subject = Subject {
-                    args,
-                    opened,
-                    views,
-                    is_variant_open: was_interrupted,
-                };
                 let take_up = || Keeper::begin(path, subject, found, &mut engine, volume);
                 Some(clock.time("open the checkpoint", take_up)?)
             }
