@@ -34,7 +34,7 @@ const float OPAQUE_BELOW = 1e-3;
 // What a ray has collected so far.
 struct Front {
     vec3 radiance;
-    vec3 lasting; // the part of it that a picture at rest takes from the cache as well
+    vec3 lasting; // the part of it by which the cache's error is measured (`MarchPush::measures`)
     float transmittance;
 };
 
@@ -119,9 +119,10 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
             CachedLight light = light_in(cube, side);
             vec3 albedo = albedo_taken(taken);
             vec3 scattered = albedo * scattered_back(light, ray);
+            front.lasting += scattered;
             // Neither is this.
-            for (uint k = 0u; k < push.measures; ++k) {
-                front.lasting += is_left_to_paths(cube) ? vec3(0.0) : scattered;
+            for (uint k = 1u; k < push.measures; ++k) {
+                front.lasting -= is_left_to_paths(cube) ? scattered : vec3(0.0);
             }
             front.radiance += scattered + albedo * light.suns * suns_here;
             if (is_opaque || !march.goes_on) {

@@ -93,6 +93,11 @@ impl Features {
         self.cache_order > 0 && (self.has_phong || self.has_disney)
     }
 
+    /// Whether a picture at rest leaves the light of some of the cache's cubes to paths (`is_left_to_paths` in cache.glsl).
+    pub fn leaves_cubes_to_paths(&self) -> bool {
+        self.has_rim_cubes || self.full_light
+    }
+
     /// Whether the march of a picture at rest may leave light to paths (`tail_tracking.comp`).
     pub fn has_tails(&self) -> bool {
         self.is_marched() && (self.surface_count > 0 || self.has_rim_cubes)

@@ -34,7 +34,7 @@ pub struct Header {
 pub struct Fill {
     /// Fingerprint of its light.
     pub id: String,
-    /// Relative error of the picture that it shows; `None` while that is unknown.
+    /// Relative error of what a picture at rest takes from it; `None` while that is unknown.
     pub relative_error: Option<f64>,
     /// Samples that have read it.
     pub samples: u32,
@@ -49,7 +49,7 @@ impl Header {
             end: totals.first_sample + totals.samples,
         };
         let device = engine.host().summary();
-        let cache_error = engine.cache().map(|cache| cache.relative_error);
+        let cache_error = engine.cache().map(|cache| cache.error_at_rest);
         Header {
             identity,
             samples: Some(range).filter(|r| r.count() > 0).into_iter().collect(),

@@ -24,23 +24,50 @@ pub fn measured_stride(r: &Resources) -> u32 {
     r.size[0].max(r.size[1]).div_ceil(MEASURED_PIXELS)
 }
 
-/// The picture that the cache shows on these pixels; `unit_sum` is overwritten.
-pub fn shown(
+/// Pictures by which the error is measured, without the suns' light, which samples correct.
+#[derive(Debug, Default)]
+pub struct Measured {
+    /// What the cache shows.
+    pub shown: Vec<[f32; 4]>,
+    /// What a picture at rest takes from it; empty where that is the same.
+    pub at_rest: Vec<[f32; 4]>,
+}
+
+/// Measures with the cache as it is now; `unit_sum` is overwritten.
+pub fn measure(
     frame: &mut Frame,
     r: &Resources,
     memory: &CacheMemory,
     ray_march: &mut RayMarch,
-) -> Result<Vec<[f32; 4]>> {
+) -> Result<Measured> {
     let stride = measured_stride(r);
     let [width, height] = r.size.map(|n| n.div_ceil(stride));
-    let corner = [width, height, 1];
-    ray_march.ask(frame, r, memory, ray_march::for_error(stride))?;
-    copy::download_corner(frame, &r.staging, &r.unit_sum, corner)
+    let mut ask = |question| {
+        ray_march.ask(frame, r, memory, question)?;
+        copy::download_corner(frame, &r.staging, &r.unit_sum, [width, height, 1])
+    };
+    Ok(Measured {
+        shown: ask(ray_march::for_error(stride))?,
+        at_rest: if memory.features.leaves_cubes_to_paths() {
+            ask(ray_march::for_error_at_rest(stride))?
+        } else {
+            Vec::new()
+        },
+    })
 }
 
-/// rms(standard error)/mean of the picture `now`, after nodes with `history` paths have got `batch` more.
-pub fn relative_error(before: &[[f32; 4]], now: &[[f32; 4]], history: f64, batch: u32) -> f64 {
-    (history / f64::from(batch)).sqrt() * relative_difference(before, now)
+/// rms(standard error)/mean of the pictures `now`, after nodes with `history` paths have got `batch` more: of what the cache
+/// shows, and of what a picture at rest takes from it.
+pub fn relative_errors(before: &Measured, now: &Measured, history: f64, batch: u32) -> [f64; 2] {
+    let scale = (history / f64::from(batch)).sqrt();
+    let shown = scale * relative_difference(&before.shown, &now.shown);
+    if now.at_rest.is_empty() {
+        return [shown; 2];
+    }
+    [
+        shown,
+        scale * relative_difference(&before.at_rest, &now.at_rest),
+    ]
 }
 
 /// rms(after − before) over RGB, relative to the mean of alpha, the whole picture's brightness.

@@ -24,7 +24,7 @@ pub struct CacheMemory {
     /// Flux of the light; `None` in an isotropic medium without surfaces.
     pub flux: Option<Image>,
     /// The features that decide what the images hold.
-    features: Features,
+    pub(super) features: Features,
     /// The place of each brick of the lattice in the images.
     pub pages: Image,
     /// The brick in each place.

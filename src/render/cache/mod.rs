@@ -45,7 +45,7 @@ use crate::error::Result;
 use crate::gpu::{Frame, Slices};
 use at_rest::AtRest;
 use cut_cubes::CutCubes;
-use error::{measured_stride, relative_error, shown};
+use error::{Measured, measure, measured_stride, relative_errors};
 use focus::Focus;
 use node_tracking::NodeTracking;
 use pace::{Pace, history};
@@ -87,6 +87,8 @@ pub struct Cache {
     /// Relative error of the picture that the cache shows: rms(standard error)/mean. Infinite until there are two
     /// batches.
     pub relative_error: f64,
+    /// The same of what a picture at rest takes from the cache.
+    pub error_at_rest: f64,
     pub took: Duration,
     /// The pace of batches in which nodes gather (`gathering.glsl`).
     pub(super) gathering: Pace,
@@ -101,8 +103,8 @@ pub struct Cache {
 pub struct Outlook {
     /// Whether the bricks have been weighed.
     pub(super) has_looked: bool,
-    /// The picture by which the error was last measured.
-    pub(super) shown: Vec<[f32; 4]>,
+    /// The pictures by which the error was last measured.
+    pub(super) measured: Measured,
 }
 
 impl Cache {
@@ -144,6 +146,7 @@ impl Cache {
             paths: 0,
             lookups: 0,
             relative_error: f64::INFINITY,
+            error_at_rest: f64::INFINITY,
             took: Duration::ZERO,
             gathering: Pace::default(),
             tracing: Pace::default(),
@@ -253,6 +256,7 @@ impl Cache {
         self.outlook = Outlook::default();
         self.updates = 0;
         self.relative_error = f64::INFINITY;
+        self.error_at_rest = f64::INFINITY;
         self.took = Duration::ZERO;
         self.gathering = Pace::default();
         self.tracing = Pace::default();
@@ -313,7 +317,7 @@ impl Cache {
         self.lookups += u64::from(progress.lookups);
         self.paths += finished;
         if !progress.under_way {
-            let now = shown(frame, r, &self.memory, &mut self.ray_march)?;
+            let now = measure(frame, r, &self.memory, &mut self.ray_march)?;
             self.end_batch(samples, now);
         }
         let took = began.elapsed();
@@ -369,14 +373,15 @@ impl Cache {
         Ok(())
     }
 
-    fn end_batch(&mut self, samples: u32, now: Vec<[f32; 4]>) {
+    fn end_batch(&mut self, samples: u32, now: Measured) {
         self.under_way = None;
         self.is_blank = false;
-        if samples > 0 && !self.outlook.shown.is_empty() {
+        let before = &self.outlook.measured;
+        if samples > 0 && !before.shown.is_empty() {
             let had = history(self.updates, self.memory.layout.gathers);
-            self.relative_error = relative_error(&self.outlook.shown, &now, had, samples);
+            [self.relative_error, self.error_at_rest] = relative_errors(before, &now, had, samples);
         }
-        self.outlook.shown = now;
+        self.outlook.measured = now;
         self.batches += 1;
         self.updates += samples;
         self.focus.reach(self.updates);

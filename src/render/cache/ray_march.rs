@@ -14,8 +14,8 @@ shared! {
         pub stride: uint,
         /// Factor on the length of steps.
         pub step_scale: float,
-        /// 1: the result is not the picture, but the part of it that the picture at rest takes from the cache as
-        /// well, and in alpha the whole picture's mean over channels.
+        /// 1: the result is not the picture, but what of it the cache has without the suns' light, and in alpha the whole
+        /// picture's mean over channels. 2: the same, without the light that a picture at rest leaves to paths.
         pub measures: uint,
         /// 1: bricks get their weights.
         pub weighs: uint,
@@ -123,6 +123,14 @@ impl RayMarch {
 pub fn for_error(stride: u32) -> MarchPush {
     MarchPush {
         measures: 1,
+        ..push(stride)
+    }
+}
+
+/// The same for what a picture at rest takes from the cache.
+pub fn for_error_at_rest(stride: u32) -> MarchPush {
+    MarchPush {
+        measures: 2,
         ..push(stride)
     }
 }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Cache;
 use super::caching::Caching;
+use super::error::Measured;
 use super::focus::Focus;
 use super::pace::Pace;
 use crate::error::{Error, Result};
@@ -25,6 +26,7 @@ pub struct CacheState {
     lookups: u64,
     /// `None` while it is unknown.
     relative_error: Option<f64>,
+    error_at_rest: Option<f64>,
     took: Duration,
     gathering: Pace,
     tracing: Pace,
@@ -32,8 +34,9 @@ pub struct CacheState {
     all_from: Option<u32>,
     has_looked: bool,
     bricks: usize,
-    /// Pixels of the last measurement.
+    /// Pixels of the last measurement, and those of what a picture at rest takes.
     shown: usize,
+    shown_at_rest: usize,
 }
 
 impl Cache {
@@ -44,6 +47,7 @@ impl Cache {
             paths: self.paths,
             lookups: self.lookups,
             relative_error: Some(self.relative_error).filter(|error| error.is_finite()),
+            error_at_rest: Some(self.error_at_rest).filter(|error| error.is_finite()),
             took: self.took,
             gathering: self.gathering,
             tracing: self.tracing,
@@ -51,7 +55,8 @@ impl Cache {
             all_from: self.focus.all_from,
             has_looked: self.outlook.has_looked,
             bricks: self.focus.had.len(),
-            shown: self.outlook.shown.len(),
+            shown: self.outlook.measured.shown.len(),
+            shown_at_rest: self.outlook.measured.at_rest.len(),
         }
     }
 
@@ -70,8 +75,9 @@ impl CacheState {
     /// Bytes that stream, in a cache with `light` bytes of light.
     fn bytes(&self, light: u64) -> Option<u64> {
         let bricks = (self.bricks as u64).checked_mul(5)?;
-        let shown = (self.shown as u64).checked_mul(16)?;
-        light.checked_add(bricks)?.checked_add(shown)
+        let measured = (self.shown as u64).checked_add(self.shown_at_rest as u64)?;
+        let measured = measured.checked_mul(16)?;
+        light.checked_add(bricks)?.checked_add(measured)
     }
 }
 
@@ -94,7 +100,8 @@ impl Caching<'_> {
         let cache = &self.cache;
         sink(&cache.focus.halvings)?;
         sink(bytemuck::cast_slice(&cache.focus.had))?;
-        sink(bytemuck::cast_slice(&cache.outlook.shown))?;
+        sink(bytemuck::cast_slice(&cache.outlook.measured.shown))?;
+        sink(bytemuck::cast_slice(&cache.outlook.measured.at_rest))?;
         Ok(cache.state())
     }
 
@@ -102,7 +109,7 @@ impl Caching<'_> {
     pub fn bytes_of(&self, state: &CacheState) -> Option<u64> {
         let bricks = self.cache.memory.active_bricks() as usize;
         let pixels = self.r.size[0] as usize * self.r.size[1] as usize;
-        let fits = state.bricks == bricks && state.shown <= pixels;
+        let fits = state.bricks == bricks && state.shown.max(state.shown_at_rest) <= pixels;
         fits.then(|| state.bytes(self.cache.light_bytes()))?
     }
 
@@ -125,20 +132,27 @@ impl Caching<'_> {
         focus.all_from = state.all_from;
         source(&mut focus.halvings)?;
         source(bytemuck::cast_slice_mut(&mut focus.had))?;
-        let mut shown = vec![<[f32; 4]>::zeroed(); state.shown];
-        source(bytemuck::cast_slice_mut(&mut shown))?;
+        let mut picture = |pixels| {
+            let mut texels = vec![<[f32; 4]>::zeroed(); pixels];
+            source(bytemuck::cast_slice_mut(&mut texels)).map(|()| texels)
+        };
+        let measured = Measured {
+            shown: picture(state.shown)?,
+            at_rest: picture(state.shown_at_rest)?,
+        };
         if !focus.is_possible(state.updates) {
             return Err(Error::value("the cache's state says what no cache has"));
         }
         let cache = &mut *self.cache;
         cache.focus = focus;
-        cache.outlook.shown = shown;
+        cache.outlook.measured = measured;
         cache.is_blank = false;
         cache.updates = state.updates;
         cache.batches = state.batches;
         cache.paths = state.paths;
         cache.lookups = state.lookups;
         cache.relative_error = state.relative_error.unwrap_or(f64::INFINITY);
+        cache.error_at_rest = state.error_at_rest.unwrap_or(f64::INFINITY);
         cache.took = state.took;
         cache.gathering = state.gathering;
         cache.tracing = state.tracing;

@@ -64,9 +64,8 @@ fn behind(cached: &mut Cached) -> Vec<[f32; 4]> {
 
 /// The error of the picture that a cache shows, relative to its mean: from two independent caches, and as
 /// the first of them measures it.
-fn errors(everywhere: bool, updates: u32) -> [f64; 2] {
-    let scene = from([0.0, 0.0, 3.0]);
-    let mut caches = [1, 2].map(|seed| filled(&scene, everywhere, updates, seed));
+fn errors(scene: &Scene, everywhere: bool, updates: u32) -> [f64; 2] {
+    let mut caches = [1, 2].map(|seed| filled(scene, everywhere, updates, seed));
     let [a, b] = caches.each_mut().map(|cache| cache.march());
     let found = rms_difference(&a, &b) / 2.0f64.sqrt();
     let cache = caches[0].cache();
@@ -82,7 +81,7 @@ fn what_is_in_sight_is_known_better_after_as_many_paths() {
     let scene = from([0.0, 0.0, 3.0]);
     let paths = |everywhere, updates| filled(&scene, everywhere, updates, 1).renderer.paths();
     assert!(paths(false, 256) < paths(true, 128));
-    let ([wide, _], [focused, measured]) = (errors(true, 128), errors(false, 256));
+    let ([wide, _], [focused, measured]) = (errors(&scene, true, 128), errors(&scene, false, 256));
     assert!(focused < 0.85 * wide);
     assert!((measured / focused - 1.0).abs() < 0.25);
 }
