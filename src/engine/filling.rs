@@ -90,7 +90,7 @@ impl Engine {
                 gathering: (gathering - per_traced_path * traced).max(0.0),
                 per_traced_path,
                 worth: worth(cache.updates),
-                variance: unseen * cache.relative_error.powi(2) * worth(cache.updates),
+                variance: unseen * cache.error_at_rest.powi(2) * worth(cache.updates),
             }
         })
     }
