@@ -61,7 +61,9 @@ fn files(folder: &Path) -> Parsed<Vec<PathBuf>> {
 fn doubt(stems: &[impl AsRef<str>]) -> Option<String> {
     let names: Vec<Name> = stems.iter().map(|stem| Name::of(stem.as_ref())).collect();
     let (first, last) = (names.first()?, names.last()?);
-    if let Some(other) = names.iter().find(|name| name.text != first.text) {
+    let is_other =
+        |name: &&Name| name.text != first.text || name.numbers.len() != first.numbers.len();
+    if let Some(other) = names.iter().find(is_other) {
         return Some(format!(
             "its files are named after each other in several ways, as {} and {}: all are taken as slices of one stack",
             first.stem, other.stem
@@ -234,6 +236,7 @@ mod tests {
                 Some("differ in 2 numbers"),
             ),
             (&["a0", "a1", "b0"], Some("as a0 and b0")),
+            (&["1s2", "s3"], Some("as 1s2 and s3")),
         ] {
             let said = doubt(names);
             let is_expected = match expected {
