@@ -1,12 +1,11 @@
 //! Interpolated light for the cache's nodes that lie between those of the coarse lattice.
 
 use super::memory::CacheMemory;
-use crate::render::pass_compiler::PassCompiler;
-use crate::render::resources::Resources;
-
 use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
+use crate::render::pass_compiler::PassCompiler;
+use crate::render::resources::Resources;
 use crate::shared;
 
 shared! {

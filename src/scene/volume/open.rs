@@ -126,13 +126,14 @@ fn open(
         intercept: header.intercept,
     };
     let is_mirrored = orientation.left_handed;
-    let place = stores
-        .and_then(|(stores, path)| stores.place(path, overrides, &header, region, is_mirrored));
+    let files = header.source.files();
+    let place = stores.and_then(|(stores, path)| {
+        stores.place(path, overrides, &header, &files, region, is_mirrored)
+    });
     let mut notes = header.notes;
     let known = place
         .as_ref()
         .and_then(|place| find(place, conversion, &mut notes));
-    let files = header.source.files();
     // The voxels are walked through in the source's order; later they are read in the volume's.
     let mut grid = Grid {
         source: header.source,

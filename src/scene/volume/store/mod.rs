@@ -89,6 +89,7 @@ impl Stores {
         path: &Path,
         overrides: &VolumeOverrides,
         header: &Header,
+        files: &[PathBuf],
         region: Region,
         is_mirrored: bool,
     ) -> Option<StoreFile> {
@@ -105,9 +106,9 @@ impl Stores {
         let turned = (is_mirrored, Endian::NATIVE);
         let described = format!("{FORMAT} {named} {meaning:?} {rescale:?} {region:?} {turned:?}");
         identity.update(described.as_bytes());
-        let header_file = path.is_file().then_some(path);
-        for file in header_file.into_iter().chain(header.source.files()) {
-            let version = version(&std::fs::metadata(&file).ok()?);
+        let header_file = path.is_file().then_some(&path);
+        for file in header_file.into_iter().chain(files) {
+            let version = version(&std::fs::metadata(file).ok()?);
             identity.update(format!("\n{file:?} {version:?}").as_bytes());
         }
         Some(StoreFile {
