@@ -17,7 +17,7 @@ pub struct PassStats {
     pub gpu_ms_p95: f64,
     pub gpu_ms_total: f64,
     /// The share of the total time in which the device would have done the same work at its peak rates ([`Peak`]).
-    /// `None` where the work is not counted, or the peak not measured.
+    /// `None` where the peak has not been measured.
     pub peak_share: Option<f64>,
 }
 
@@ -173,23 +173,16 @@ mod tests {
         copied_bytes: 1e9,
     };
 
-    fn samples(samples: u64) -> Work {
-        Work {
-            samples,
-            ..Work::default()
-        }
-    }
-
     fn share(us: f64, work: Work) -> Option<f64> {
         peak_share(&PEAK, &work, us)
     }
 
     #[test]
     fn a_pass_at_the_peak_rate_has_a_share_of_1_and_twice_the_work_twice_the_share() {
-        assert_eq!(share(1e6, samples(1_000_000)), Some(1.0));
-        assert_eq!(share(1e6, samples(250_000)), Some(0.25));
-        assert_eq!(share(1e6, samples(500_000)), Some(0.5));
-        assert_eq!(share(2e6, samples(500_000)), Some(0.25));
+        assert_eq!(share(1e6, Work::samples(1_000_000)), Some(1.0));
+        assert_eq!(share(1e6, Work::samples(250_000)), Some(0.25));
+        assert_eq!(share(1e6, Work::samples(500_000)), Some(0.5));
+        assert_eq!(share(2e6, Work::samples(500_000)), Some(0.25));
     }
 
     #[test]
@@ -201,11 +194,6 @@ mod tests {
     /// Of kinds of work that go on side by side, the slowest decides.
     #[test]
     fn the_kind_of_work_that_takes_longest_decides() {
-        let work = Work {
-            reads: 2_000_000,
-            writes: 80_000,
-            ..Work::default()
-        };
-        assert_eq!(share(1e6, work), Some(0.8));
+        assert_eq!(share(1e6, Work::texels(2_000_000, 80_000)), Some(0.8));
     }
 }

@@ -127,10 +127,14 @@ impl ImageDesc {
         }
     }
 
+    /// How many texels there are.
+    pub fn texels(&self) -> u64 {
+        self.extent.iter().map(|&n| u64::from(n)).product()
+    }
+
     /// Bytes of all texels, without a device's padding.
     pub fn bytes(&self) -> u64 {
-        let texels: u64 = self.extent.iter().map(|&n| n as u64).product();
-        texels * self.texel_bytes() as u64
+        self.texels() * self.texel_bytes() as u64
     }
 
     /// Bytes of one texel.

@@ -17,6 +17,36 @@ pub struct Work {
 }
 
 impl Work {
+    /// A copy of so many bytes from one place in the device's memory to another.
+    pub fn copy(copied_bytes: u64) -> Work {
+        Work {
+            copied_bytes,
+            ..Work::default()
+        }
+    }
+
+    /// A fill of so many bytes of the device's memory: it moves half of what a copy of them reads and writes.
+    pub fn fill(bytes: u64) -> Work {
+        Work::copy(bytes.div_ceil(2))
+    }
+
+    /// Reads and writes of single texels.
+    pub fn texels(reads: u64, writes: u64) -> Work {
+        Work {
+            reads,
+            writes,
+            ..Work::default()
+        }
+    }
+
+    /// Trilinear samples of a volume.
+    pub fn samples(samples: u64) -> Work {
+        Work {
+            samples,
+            ..Work::default()
+        }
+    }
+
     pub fn is_known(&self) -> bool {
         *self != Work::default()
     }
@@ -207,10 +237,7 @@ mod tests {
     #[test]
     fn a_long_render_keeps_few_runs_and_all_sums() {
         const RUNS: u64 = 500_000;
-        let read = Work {
-            reads: 3,
-            ..Work::default()
-        };
+        let read = Work::texels(3, 0);
         let mut timings = Timings::default();
         timings.record(span("once", 7.0));
         for n in 0..RUNS {
@@ -244,10 +271,7 @@ mod tests {
     #[test]
     fn runs_share_work_that_is_stated_of_all_of_them_by_their_times() {
         let mut timings = Timings::default();
-        let read = |reads| Work {
-            reads,
-            ..Work::default()
-        };
+        let read = |reads| Work::texels(reads, 0);
         timings.record(span("march", 1.0));
         timings.state_work("march", read(7));
         timings.record(span("march", 10.0));

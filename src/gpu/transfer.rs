@@ -35,9 +35,8 @@ impl Frame {
         }
         self.copied("begin", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
             frame.to_general(&new);
-            for image in new.iter().filter(|image| image.desc.zeroed) {
-                frame.fill_image(image, [0.0; 4]);
-            }
+            new.retain(|image| image.desc.zeroed);
+            frame.fill_images(&new, [0.0; 4]);
             Ok(())
         })
     }
@@ -51,25 +50,27 @@ impl Frame {
     pub fn clear_to(&mut self, images: &[&Image], texel: [f32; 4]) -> Result<()> {
         self.begin_images(images.iter().copied())?;
         self.copied("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
-            for image in images {
-                frame.fill_image(image, texel);
-            }
+            frame.fill_images(images, texel);
             Ok(())
         })
     }
 
-    fn fill_image(&self, image: &Image, texel: [f32; 4]) {
+    fn fill_images(&mut self, images: &[&Image], texel: [f32; 4]) {
         let color = vk::ClearColorValue { float32: texel };
-        // SAFETY: the command buffer is recording, and the image outlives the submission.
-        unsafe {
-            self.device.raw.cmd_clear_color_image(
-                self.commands,
-                image.raw,
-                vk::ImageLayout::GENERAL,
-                &color,
-                &[COLOR],
-            );
+        for image in images {
+            // SAFETY: the command buffer is recording, and the image outlives the submission.
+            unsafe {
+                self.device.raw.cmd_clear_color_image(
+                    self.commands,
+                    image.raw,
+                    vk::ImageLayout::GENERAL,
+                    &color,
+                    &[COLOR],
+                );
+            }
         }
+        let bytes = images.iter().map(|image| image.desc.bytes()).sum();
+        self.state_work(Work::fill(bytes));
     }
 
     fn to_general(&self, images: &[&Image]) {
@@ -118,7 +119,7 @@ impl Frame {
             })
             .collect();
         let bytes = pieces.iter().map(|piece| bytes_of(to, piece.extent)).sum();
-        self.transfer("upload", bytes, |raw, commands| {
+        self.transfer("upload", Work::copy(bytes), |raw, commands| {
             // SAFETY: the command buffer is recording; the boxes lie inside the image.
             unsafe {
                 raw.cmd_copy_buffer_to_image(
@@ -141,7 +142,8 @@ impl Frame {
         extent: [u32; 3],
     ) -> Result<()> {
         self.begin_images(std::iter::once(from))?;
-        self.transfer("download", bytes_of(from, extent), |raw, commands| {
+        let work = Work::copy(bytes_of(from, extent));
+        self.transfer("download", work, |raw, commands| {
             // SAFETY: the command buffer is recording; the box lies inside the image.
             unsafe {
                 raw.cmd_copy_image_to_buffer(
@@ -162,7 +164,7 @@ impl Frame {
             Placement::Device => "upload",
             Placement::Upload | Placement::Readback => "download",
         };
-        self.transfer(name, bytes, |raw, commands| {
+        self.transfer(name, Work::copy(bytes), |raw, commands| {
             let region = vk::BufferCopy::default().size(bytes);
             // SAFETY: the command buffer is recording, and the buffers outlive the submission.
             unsafe { raw.cmd_copy_buffer(commands, from.raw, to.raw, &[region]) };
@@ -171,25 +173,23 @@ impl Frame {
 
     /// Sets every byte of the buffer to zero.
     pub fn zero(&mut self, buffer: &Buffer) -> Result<()> {
-        self.transfer("clear", 0, |raw, commands| {
+        let work = Work::fill(buffer.desc.bytes);
+        self.transfer("clear", work, |raw, commands| {
             // SAFETY: the command buffer is recording, and the buffer outlives the submission.
             unsafe { raw.cmd_fill_buffer(commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
         })
     }
 
-    /// Records a transfer with `record`, under `name`, as one that copies `copied_bytes`.
+    /// Records a transfer with `record`, under `name`, as one that does `work`.
     pub(super) fn transfer(
         &mut self,
         name: &'static str,
-        copied_bytes: u64,
+        work: Work,
         record: impl FnOnce(&ash::Device, vk::CommandBuffer),
     ) -> Result<()> {
         self.copied(name, vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
             record(&frame.device.raw, frame.commands);
-            frame.state_work(Work {
-                copied_bytes,
-                ..Work::default()
-            });
+            frame.state_work(work);
             Ok(())
         })
     }

@@ -50,11 +50,8 @@ impl Accumulate {
             [r.size[0], pixels.div_ceil(r.size[0]), 1],
         )?;
         let pixels = u64::from(pixels);
-        frame.state_work(Work {
-            reads: (2 + u64::from(units)) * pixels,
-            writes: 2 * pixels,
-            ..Work::default()
-        });
+        let reads = (2 + u64::from(units)) * pixels;
+        frame.state_work(Work::texels(reads, 2 * pixels));
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use super::gpu_scene::GpuScene;
 use super::pass_compiler::PassCompiler;
 use super::resources::{Resources, picture_desc};
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Image, Memory, Pass};
+use crate::gpu::{Binding, Frame, Image, Memory, Pass, Work};
 
 pub struct IsoDepth {
     pass: Pass,
@@ -55,7 +55,10 @@ impl IsoDepth {
             ("albedo", Binding::Image(albedo)),
         ];
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
-        r.run_in_slices(frame, &self.pass, &bindings, &(), albedo.desc.extent)
+        r.run_in_slices(frame, &self.pass, &bindings, &(), albedo.desc.extent)?;
+        let work = Work::texels(0, 2 * albedo.desc.texels());
+        frame.timings.state_work(self.pass.name, work);
+        Ok(())
     }
 
     pub fn resize(&mut self, [width, height]: [u32; 2]) -> Result<()> {

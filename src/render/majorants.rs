@@ -4,7 +4,7 @@
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Work};
 
 pub struct Majorants(Pass);
 
@@ -22,6 +22,9 @@ impl Majorants {
             ("majorants", Binding::Image(&r.majorants)),
         ];
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
-        frame.run_in_slices(&self.0, &bindings, &(), blocks)
+        frame.run_in_slices(&self.0, &bindings, &(), blocks)?;
+        let work = Work::texels(r.ranges.desc.texels(), r.majorants.desc.texels());
+        frame.timings.state_work(self.0.name, work);
+        Ok(())
     }
 }

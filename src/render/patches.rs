@@ -4,7 +4,7 @@
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Work};
 
 pub struct Patches(Pass);
 
@@ -27,7 +27,9 @@ impl Patches {
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
         frame.run(|f| {
             f.clear(&[&r.patches])?;
-            f.pass(&self.0, &bindings, &(), blocks)
+            f.pass(&self.0, &bindings, &(), blocks)?;
+            f.state_work(Work::texels(r.majorants.desc.texels(), 0));
+            Ok(())
         })
     }
 }

@@ -151,15 +151,9 @@ impl PathQueue {
     fn stated_work(&self, lookups: u32) -> Work {
         let lookups = u64::from(lookups);
         if self.reads_one_texel {
-            Work {
-                reads: lookups,
-                ..Work::default()
-            }
+            Work::texels(lookups, 0)
         } else {
-            Work {
-                samples: lookups,
-                ..Work::default()
-            }
+            Work::samples(lookups)
         }
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Device, Frame, Image, Pass, PassDesc, Shaders, Shared};
+use crate::gpu::{Binding, Device, Frame, Image, Pass, PassDesc, Shaders, Shared, Work};
 use crate::shared;
 
 shared! {
@@ -45,6 +45,8 @@ impl ToneMap {
             ("picture", Binding::Image(picture)),
             ("shown", Binding::Image(shown)),
         ];
-        frame.pass(&self.0, &bindings, push, [push.size[0], push.size[1], 1])
+        frame.pass(&self.0, &bindings, push, [push.size[0], push.size[1], 1])?;
+        frame.state_work(Work::texels(picture.desc.texels(), 0));
+        Ok(())
     }
 }

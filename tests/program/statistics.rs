@@ -38,12 +38,7 @@ fn statistics_keep_their_contract() {
     let [median, p95, total] =
         ["gpu_ms_median", "gpu_ms_p95", "gpu_ms_total"].map(|key| number(&tracking[key]));
     assert!(0.0 < median && median <= p95 && p95 <= total);
-    let shares = passes.iter().filter_map(|p| p["peak_share"].as_f64());
-    assert!(
-        shares.clone().all(|share| 0.0 < share && share <= 1.2),
-        "{passes:#?}"
-    );
-    assert!(tracking["peak_share"].is_number(), "{passes:#?}");
+    assert_shares(passes);
 
     let memory = &stats["memory"];
     let [budget, planned, peak] =
@@ -56,6 +51,32 @@ fn statistics_keep_their_contract() {
     let sum: f64 = resources.iter().map(|r| number(&r["bytes"])).sum();
     assert_eq!(sum, peak);
     assert!(resources.iter().all(|r| r["name"].is_string()));
+}
+
+/// Each pass has its share of the device's peak.
+fn assert_shares(passes: &[Value]) {
+    let is_share = |share: f64| 0.0 < share && share <= 1.2;
+    let without: Vec<_> = passes
+        .iter()
+        .filter(|pass| !pass["peak_share"].as_f64().is_some_and(is_share))
+        .collect();
+    assert!(without.is_empty(), "{without:#?}");
+}
+
+#[test]
+fn each_pass_of_each_variant_has_its_share_of_the_peak() {
+    let folder = Folder::new();
+    for options in [
+        "--variant caching --set surfaces.light=full --set medium.g=0.5",
+        "--variant caching --cache-scale 0.5 --time 0.2",
+        "--variant published",
+    ] {
+        folder.succeed(&format!(
+            "render ball.toml {options} -o a.exr --spp 8 --stats s.json"
+        ));
+        let stats = folder.json("s.json");
+        assert_shares(stats["passes"].as_array().expect("passes"));
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use ash::vk;
 
 use super::super::frame::Frame;
 use super::super::image::{COLOR, COLOR_LAYER, Image};
+use super::super::timing::Work;
 use super::surface::Target;
 use crate::error::Result;
 
@@ -74,7 +75,7 @@ impl Frame {
             dst_offsets: [corner(low, 0), corner(high, 1)],
         };
         self.begin_images(std::iter::once(from))?;
-        self.transfer("place", 0, |raw, commands| {
+        self.transfer("place", Work::default(), |raw, commands| {
             // SAFETY: the command buffer is recording; both rectangles lie inside their images.
             unsafe {
                 raw.cmd_blit_image(

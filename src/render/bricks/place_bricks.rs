@@ -72,10 +72,7 @@ impl PlaceBricks {
         let all: u64 = pieces.iter().map(|p| u64::from(texels(p))).sum();
         frame.run(|f| {
             f.pass(pass, &bindings, &push, [most, pieces.len() as u32, 1])?;
-            f.state_work(Work {
-                copied_bytes: all * u64::from(push.voxel_bytes),
-                ..Work::default()
-            });
+            f.state_work(Work::copy(all * u64::from(push.voxel_bytes)));
             Ok(())
         })
     }

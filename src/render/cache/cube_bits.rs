@@ -3,8 +3,9 @@
 use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Buffer, Frame, Pass};
+use crate::gpu::{Binding, Buffer, Frame, Pass, Work};
 use crate::render::resources::Resources;
+use crate::render::shared::NODES;
 use crate::shared;
 
 shared! {
@@ -45,6 +46,9 @@ pub fn mark(
         f.zero(bits)
     })?;
     r.run_in_slices(frame, pass, &bindings, &push, threads)?;
+    let cubes = u64::from(NODES) * u64::from(bricks);
+    let work = Work::texels(cubes, 0);
+    frame.timings.state_work(pass.name, work);
     frame.run(|f| f.copy(&r.counters, &r.staging))?;
     Ok(r.counters_read().marked_cubes)
 }

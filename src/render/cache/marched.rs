@@ -38,11 +38,8 @@ impl MarchedSamples {
             self.begin(f)
         })?;
         let Marched { low, high } = staging.read();
-        let work = Work {
-            samples: u64::from(high) << 32 | u64::from(low),
-            ..Work::default()
-        };
-        frame.timings.state_work(pass, work);
+        let samples = u64::from(high) << 32 | u64::from(low);
+        frame.timings.state_work(pass, Work::samples(samples));
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use super::memory::CacheMemory;
 use super::work_list::Portion;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Work};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::render::shared::NODES;
@@ -45,6 +45,9 @@ impl MergeParts {
             coarse_turns: portion.coarse_turns,
             nodes_half,
         };
-        frame.pass(&self.0, &bindings, &push, [NODES * portion.turns, 1, 1])
+        let threads = NODES * portion.turns;
+        frame.pass(&self.0, &bindings, &push, [threads, 1, 1])?;
+        frame.state_work(Work::texels(u64::from(threads), 0));
+        Ok(())
     }
 }

@@ -2,10 +2,10 @@
 
 use super::memory::CacheMemory;
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Work};
 use crate::render::pass_compiler::PassCompiler;
-use crate::render::resources::Resources;
-use crate::render::shared::REFLECTANCE_ANGLES;
+use crate::render::resources::{Resources, bytes_of};
+use crate::render::shared::{REFLECTANCE_ANGLES, Reflectance};
 
 pub struct SurfaceReflectance(Pass);
 
@@ -32,6 +32,11 @@ impl SurfaceReflectance {
         ]
         .concat();
         let threads = [surfaces * REFLECTANCE_ANGLES, 1, 1];
-        frame.run(|f| f.pass(&self.0, &bindings, &(), threads))
+        let work = Work::fill(bytes_of::<Reflectance>(threads[0]));
+        frame.run(|f| {
+            f.pass(&self.0, &bindings, &(), threads)?;
+            f.state_work(work);
+            Ok(())
+        })
     }
 }

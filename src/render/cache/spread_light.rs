@@ -3,7 +3,7 @@
 use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Work};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::shared;
@@ -37,7 +37,9 @@ impl SpreadLight {
         frame.run(|f| {
             (0..3).try_for_each(|axis| {
                 let push = SpreadPush { bricks, row, axis };
-                f.pass(&self.0, &bindings, &push, [x, y, 1])
+                f.pass(&self.0, &bindings, &push, [x, y, 1])?;
+                f.state_work(Work::texels(u64::from(bricks), 0));
+                Ok(())
             })
         })
     }

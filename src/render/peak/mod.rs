@@ -3,8 +3,9 @@
 //!
 //! A pass's share of the peak is the least time in which the device can do the pass's work, by [`Peak`], divided by
 //! the time that the pass took. Only counted work ([`Work`]) enters: reads of the volume by tracking and by
-//! marches, texels of a picture that a pass reads and writes once each, copied bytes. Random numbers, walks through
-//! cells, reads of the cache and shading do not, so a share below 1 is not all waste. Rates are those of a volume that
+//! marches, texels of a picture that a pass reads and writes once each, bytes that are copied or cleared. Of a pass that
+//! makes a table, a list or a layer of the picture, it is the texels that it reads or writes at the least. Random numbers,
+//! walks through cells, reads of the cache and shading do not enter, so a share below 1 is not all waste. Rates are those of a volume that
 //! fits the caches: what a larger one costs in locality counts as the pass's loss.
 
 mod filter_probe;

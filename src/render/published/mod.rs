@@ -78,7 +78,9 @@ impl Published {
         let counted = r.counters_read();
         let before = std::mem::replace(&mut self.counted, counted);
         totals.paths += counted.finished.wrapping_sub(before.finished) as u64;
-        totals.lookups += counted.lookups.wrapping_sub(before.lookups) as u64;
+        let lookups = u64::from(counted.lookups.wrapping_sub(before.lookups));
+        self.transport.state_samples(frame, lookups);
+        totals.lookups += lookups;
         totals.samples = (totals.paths / self.cells.count()) as u32;
         if totals.units == 0 {
             self.march(frame, r)?;

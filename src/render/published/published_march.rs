@@ -3,7 +3,7 @@
 use super::cells::PublishedCells;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Work};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::shared;
@@ -42,6 +42,9 @@ impl PublishedMarch {
             ("mean", Binding::Image(&r.mean)),
         ];
         let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
-        frame.run_in_slices(&self.0, &bindings, push, [r.size[0], r.size[1], 1])
+        frame.run_in_slices(&self.0, &bindings, push, r.mean.desc.extent)?;
+        let work = Work::texels(0, r.mean.desc.texels());
+        frame.timings.state_work(self.0.name, work);
+        Ok(())
     }
 }

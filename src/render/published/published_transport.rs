@@ -3,7 +3,7 @@
 use super::cells::PublishedCells;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Work};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::shared;
@@ -48,5 +48,12 @@ impl PublishedTransport {
         ];
         let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
         frame.run_in_slices(&self.0, &bindings, push, cells.radiance.desc.extent)
+    }
+
+    /// States how many samples of the volume the runs since this was last done have taken.
+    pub fn state_samples(&self, frame: &mut Frame, samples: u64) {
+        frame
+            .timings
+            .state_work(self.0.name, Work::samples(samples));
     }
 }
