@@ -10,7 +10,7 @@
 //!
 //! Units are blocks of one sequence, so their spread is that of independently scrambled batches only in so far as the blocks
 //! are independent of each other: without a cache, what is reported is 1.01 to 1.07 times the true error ("The error that is
-//! reported" in tools/measurements.md).
+//! reported" in tools/measurements/cache.md).
 //!
 //! In a march each sample is a unit of its own to the renderer, and units here are only what is taken between two looks
 //! (`render/units.rs`, `render/halves.rs`).

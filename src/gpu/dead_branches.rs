@@ -2,7 +2,7 @@
 //!
 //! Drivers remove them as well, but late: Mesa and SwiftShader first inline every function at each of its calls, and
 //! tidy up afterwards. A path tracer is a few large functions with many calls, most of which a scene does not need,
-//! and compiling code that was then thrown away took most of a start ("Starts" in `tools/measurements.md`).
+//! and compiling code that was then thrown away took most of a start ("Starts" in `tools/measurements/files.md`).
 //!
 //! A selection whose condition is known becomes a jump. A block to which nothing jumps any more stays where it is,
 //! but leads nowhere: drivers follow the jumps from the entry and never see it. Only where a loop would be left

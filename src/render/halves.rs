@@ -6,7 +6,7 @@
 //! of it, since each is spread evenly itself. Their means A and B have the same variance V. Were they independent, that of
 //! (A + B)/2 would be V/2, which is the expectation of ((A − B)/2)², by whose root the second half moves the mean. They
 //! complement each other, so the mean is somewhat better than that ("The error that is reported" in
-//! tools/measurements.md).
+//! tools/measurements/cache.md).
 //!
 //! One pixel's halves say little. So the share of the variance that is left is that of all pixels in a square around it,
 //! and how the variance is divided among these follows from the spread between their samples.

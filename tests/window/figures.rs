@@ -1,4 +1,4 @@
-//! How fast the window is, and what it takes, in figures for tools/measurements.md:
+//! How fast the window is, and what it takes, in figures for tools/measurements/speed.md:
 //!
 //! ```text
 //! ISOLUME_FIGURES_S=6 cargo test --release --test window figures -- --nocapture --test-threads=1

@@ -64,7 +64,8 @@ fn measure(scene: &Scene, volume: &Volume, scale: f64, references: &[f64], paths
     [at_rest, in_motion, (squares / (n - 1.0) / n).sqrt()]
 }
 
-/// Limits are those of scales 1 and ½; in motion they are ranges, which `tools/measurements.md` states, rounded to a percent.
+/// Limits are those of scales 1 and ½; in motion they are ranges, which `tools/measurements/cache.md` states, rounded to a
+/// percent.
 pub fn assert_agrees(
     what: &str,
     scene: &Scene,

@@ -58,7 +58,7 @@ fn a_layer_between_two_voxels_is_left_to_paths() {
 }
 
 /// As many paths as such layers would need in noisy data would take longer than they gain: what is lost is stated in
-/// `tools/measurements.md`.
+/// `tools/measurements/cache.md`.
 #[test]
 fn a_layer_that_is_hardly_opaque_loses_little() {
     let mut scene = scene(0.35, 30.0, 1.0);

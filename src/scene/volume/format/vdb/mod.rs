@@ -1,7 +1,7 @@
 //! OpenVDB: sparse grids on a tree of nodes with 32³, 16³ and 8³ slots.
 //! <https://www.openvdb.org/documentation/doxygen/overview.html>; what lies where in a file stands nowhere but in OpenVDB's
 //! own source (`openvdb/io`, `openvdb/tree`). The one crate for it, `vdb-rs`, ends the program on damaged files, and loses
-//! backgrounds (`tools/measurements.md`).
+//! backgrounds (`tools/measurements/files.md`).
 //!
 //! The volume is the box of a grid's active voxels, as `copyToArray` of OpenVDB's Python would make it: an inactive
 //! voxel in it has its own value, and where there is no node, the grid's background. Each grid of a file is a channel.
