@@ -41,7 +41,7 @@ layout(scalar) writeonly buffer TailBlock { Tail at[]; } tails;
 // Below this transmittance, a ray goes on with it or ends, at random: the mean is the same, and a bright light far behind
 // is not lost.
 const float OPAQUE_BELOW = 1e-4;
-// Less of a sun's light than this is none: it is in a float's last digits.
+// A smaller share of a sun's light counts as none: it would change only a float's last digits.
 const float LEAST_SUNLIGHT = 1e-7;
 
 // What a ray has collected so far.

@@ -112,7 +112,7 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
                 }
             }
             Cube cube = cube_taken(taken, ray);
-            // Not an `if`, for which lavapipe makes slower code.
+            // A loop in place of an `if`, for which lavapipe makes slower code.
             for (uint k = 0u; k < weighs; ++k) {
                 weigh(cube, taken.weight);
             }
@@ -120,7 +120,7 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
             vec3 albedo = albedo_taken(taken);
             vec3 scattered = albedo * scattered_back(light, ray);
             front.lasting += scattered;
-            // Neither is this.
+            // A loop for the same reason.
             for (uint k = 1u; k < push.measures; ++k) {
                 front.lasting -= is_left_to_paths(cube) ? scattered : vec3(0.0);
             }
@@ -139,8 +139,8 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
     }
 }
 
-// All light except the suns' that arrives at a surface on one of its sides. It is looked for in front of the surface
-// where no node around that is not behind it knows any.
+// All light except the suns' that arrives at a surface on one of its sides. Where none of the nodes on this side of the
+// surface knows its light, it is looked for farther in front of the surface.
 CachedLight light_on(vec3 g, vec3 geometric, uint side, uint weighs) {
     const float FARTHEST = 4.0; // nodes
     CachedLight light = CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, mat3(0.0), false);

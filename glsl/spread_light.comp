@@ -50,8 +50,8 @@ Light light_of(ivec3 node, uint side) {
     return r;
 }
 
-// The mean of the nodes nearby whose light has been found before this axis has its turn: of even index along this axis and
-// those to come.
+// The mean of the nodes nearby that have their light before this axis has its turn: those whose index is even along this
+// axis and along the axes still to come.
 Light mean_nearby(ivec3 node, uint side) {
     Light sum = Light(vec4(0.0), mat3(0.0), false);
     ivec3 step = mix(ivec3(1), ivec3(2), greaterThan(uvec3(0u, 1u, 2u), uvec3(push.axis)));

@@ -22,8 +22,7 @@ use crate::fence::fenced;
 /// Bytes of pixels that a byte of an OpenEXR file becomes at most: Deflate makes 1032 bytes of one, and PXR24 leaves out one
 /// byte of four before that.
 const MOST_BY_DEFLATE: u64 = 1400;
-/// PIZ leaves a few hundred bytes of 32 lines of one colour, however long they are. And lines that are only claimed to be
-/// shown take no room at all.
+/// PIZ leaves a few hundred bytes of 32 lines of one colour, however long they are.
 const MOST_BY_PIZ: u64 = 1 << 14;
 /// Pixels that a byte of another picture becomes at most: Deflate makes 1032 bytes of one, with eight pixels in each.
 const MOST_PIXELS: u64 = 8 * 1032;
@@ -137,11 +136,9 @@ fn check_header(header: &Header, bytes: u64) -> Result<(), String> {
     };
     let most = bytes.saturating_mul(expansion);
     check_claim([width, height], most / pixel as u64, bytes)?;
-    check_claim(
-        [shown_width, shown_height],
-        bytes.saturating_mul(MOST_BY_PIZ),
-        bytes,
-    )?;
+    // Pixels of the window that is shown, but hold no data, take no room in the file.
+    let most_shown = bytes.saturating_mul(MOST_BY_PIZ) / size_of::<Rgb<f32>>() as u64;
+    check_claim([shown_width, shown_height], most_shown, bytes)?;
     if let BlockDescription::Tiles(tiles) = header.blocks {
         let Vec2(width, height) = tiles.tile_size;
         let most = most.max(SMALL_TILE);

@@ -9,7 +9,7 @@
 //
 // A surface that stops light may lie between nodes: light is interpolated among those on the same side of it. Where the
 // coarse lattice would be so coarse that noise is the smaller error, all bricks begin with the fine one
-// (src/render/cache/layout.rs).
+// (src/render/layout/cache.rs).
 
 bool is_coarse_node(ivec3 node) {
     return all(equal(node & 1, ivec3(0)));

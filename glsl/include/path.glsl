@@ -2,7 +2,8 @@
 // It advances event by event and keeps its whole state in a `Path`, so that it can wait for the next dispatch
 // anywhere.
 //
-// A shader that includes this defines what happens to the light and the events of a path:
+// A shader that includes this defines what happens to the light and the events of a path, by the functions that are declared
+// below.
 
 #include "scene.glsl"
 #include "brdf.glsl"

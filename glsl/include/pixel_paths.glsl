@@ -1,7 +1,8 @@
 // Paths whose light belongs to pixels, pixel by pixel. A pixel's paths are summed by one slot in a fixed order: the picture
 // does not depend on the number of slots.
 //
-// A shader that includes this defines, besides `begin_item` and `begin_sample` (slot_loop.glsl):
+// A shader that includes this defines the function that is declared below, besides `begin_item` and `begin_sample`
+// (slot_loop.glsl).
 
 #include "scene.glsl"
 #include "bundle.glsl"

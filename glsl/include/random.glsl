@@ -1,6 +1,6 @@
 // Counter-based random numbers: pcg4d of Jarzynski and Olano, "Hash Functions for GPU Rendering"
-// (JCGT 2020). The hash is a bijection of (pixel, sample, dimension, seed), so no two of them ever
-// share a number's origin: streams cannot overlap. (Nodes of a cache count as pixels. In a lattice of more than 2³²,
+// (JCGT 2020). The hash is a bijection of (pixel, sample, dimension, seed): two different inputs never give the same
+// output, so streams cannot overlap. (Nodes of a cache count as pixels. In a lattice of more than 2³²,
 // those that are 2³² apart have the same numbers.)
 
 #include "scene.glsl"

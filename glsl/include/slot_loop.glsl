@@ -4,7 +4,7 @@
 // because its neighbour's paths are longer. It does a bounded amount of work, and keeps its path in memory until the next
 // dispatch. A step that has missed a brick of the volume is undone, and is taken again once the brick is there.
 //
-// A shader that includes this takes push constants `work` and `slots`, and defines:
+// A shader that includes this takes push constants `work` and `slots`, and defines the functions that are declared below.
 
 #include "scene.glsl"
 #include "bundle.glsl"

@@ -7,8 +7,8 @@ use crate::render::doubling;
 
 /// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): it is in every
 /// sample alike, and none averages it away.
-/// With half of it, seven eighths are left to the samples, which are a third more then, while the cache fills in a quarter of
-/// the time that a quarter of the error would take.
+/// If the cache has half of the error, √¾ of it is left to the samples, of which a third more are needed; but the cache fills
+/// in a quarter of the time that a quarter of the error would take.
 const CACHE_SHARE_OF_ERROR: f64 = 0.5;
 /// Relative error at which the cache counts as converged where no error is asked for.
 const CACHE_ERROR: f64 = 0.002;

@@ -13,8 +13,8 @@ use crate::error::Result;
 use crate::render::shared::GATHERED;
 use crate::render::{Cache, Until, worth};
 
-/// How noisy is known well once nodes trace whole paths. Those that gather share their light's errors, which the spread
-/// between batches does not show: their variance counts so many times.
+/// Once nodes trace whole paths, the cache's noise is known well. Nodes that gather share the errors of the light that they
+/// read, which the spread between batches does not show: their variance counts this many times.
 const UNSEEN_WHILE_GATHERING: f64 = 5.0;
 /// The samples that are tried have this share of the picture's pixels, at most.
 const SHARE_OF_PIXELS: f64 = 0.125;

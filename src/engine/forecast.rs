@@ -30,9 +30,9 @@ pub struct Forecast {
 /// How much less noise samples have because they are spread evenly.
 #[derive(Debug, Clone, Copy)]
 pub struct Evenness {
-    /// So many samples, which are spread evenly, …
+    /// The number of samples for which `left` is known.
     pub samples: u32,
-    /// … have this share of the variance of as many independent ones.
+    /// The variance of the mean of so many samples, as a share of that of as many independent ones.
     pub left: f64,
 }
 
@@ -98,19 +98,19 @@ impl Forecast {
         samples
     }
 
-    /// For so many samples of a picture.
+    /// Seconds that so many samples of a picture take.
     fn seconds_for(&self, samples: f64) -> f64 {
         samples * self.seconds_per_sample + bundles(samples) * self.seconds_per_bundle
     }
 
-    /// Samples of a picture in so many seconds.
+    /// The number of samples of a picture for which there is time in so many seconds.
     fn samples_in(&self, seconds: f64) -> f64 {
         let most = seconds / self.seconds_per_sample;
         let left = seconds - bundles(most) * self.seconds_per_bundle;
         left / self.seconds_per_sample
     }
 
-    /// Until all pictures have a relative error.
+    /// Seconds until all pictures have this relative error.
     fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
         let Some(cache) = self.cache else {
             return f64::from(pictures) * self.seconds_for(self.samples_to(error));
@@ -122,8 +122,8 @@ impl Forecast {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Until all pictures have a relative error, if the cache is filled with paths of this worth; infinite if that is too
-    /// little.
+    /// Seconds until all pictures have this relative error, if the cache is filled with paths of this worth; infinite if
+    /// that is too little.
     fn seconds_with(&self, cache: &FillForecast, paths: f64, error: f64, pictures: u32) -> f64 {
         let left = error.powi(2) - cache.variance / paths;
         if left > 0.0 {
@@ -142,7 +142,7 @@ impl Forecast {
         })
     }
 
-    /// Until the work is done, or its time is over.
+    /// Seconds until the task is done or its time is over.
     pub fn seconds_of(&self, task: &Task<'_>) -> f64 {
         let to_error = task
             .stop
@@ -151,7 +151,7 @@ impl Forecast {
         to_error.unwrap_or(f64::INFINITY).min(task.seconds())
     }
 
-    /// Of pictures that take so many seconds each.
+    /// The relative error of pictures that take so many seconds each.
     fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
         let share = match self.cache {
             Some(_) => self.best_share(seconds, pictures),

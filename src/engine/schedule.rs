@@ -182,7 +182,7 @@ pub fn next_unit(stop: &Stop, done: &Done) -> u32 {
 /// are lost.
 pub const MOST_AT_ONCE: u32 = 3;
 
-/// The longest one for an infinite number of seconds.
+/// Seconds as a duration; the longest one if they are infinite or too many.
 fn duration(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
 }

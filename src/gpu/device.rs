@@ -90,7 +90,7 @@ impl Device {
         let unable = |problem: &str| DeviceError::Unable {
             device: summary.name.clone(),
             problem: if draws {
-                format!("{problem}, as a window needs; choose another --device")
+                format!("{problem}, which a window needs; choose another --device")
             } else {
                 problem.into()
             },

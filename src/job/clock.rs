@@ -69,6 +69,7 @@ impl Clock {
                 Some(sum) => {
                     sum.ms += ms;
                     sum.gpu_ms += gpu_ms;
+                    sum.parts.extend(stage.parts.iter().cloned());
                 }
                 None => stages.push(StageStats {
                     name: stage.name.into(),

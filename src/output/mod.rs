@@ -51,8 +51,8 @@ impl Format {
     }
 }
 
-/// The name of pictures of a scene or a volume: that of its file without the extension, of which `.gz` is a part, as `head`
-/// for `head.nii.gz`; that of a folder as a whole, since a dot in it begins no extension, but for `.zarr`.
+/// The name of a scene's or a volume's pictures. Of a file, it is its name without the extension (`head` for `head.nii.gz`); of
+/// a folder its whole name, since a dot there begins no extension, but for `.zarr`.
 pub fn stem(input: &Path) -> String {
     let whole = input.canonicalize().unwrap_or_else(|_| input.to_owned());
     let Some(name) = input.file_name().or(whole.file_name()) else {

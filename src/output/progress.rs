@@ -1,4 +1,4 @@
-//! ProgressLine on stderr: a bar on a terminal, a line now and then in a log, nothing when quiet.
+//! Progress on stderr: a bar on a terminal, a line now and then in a log, nothing when quiet.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Mutex, PoisonError};
@@ -64,7 +64,7 @@ impl ProgressLine {
         }
     }
 
-    /// ProgressLine as a line now and then, for a stderr that is not a terminal.
+    /// Progress as a line now and then, for a stderr that is not a terminal.
     pub fn log(stop: Stop, log: Box<dyn Write + Send>) -> ProgressLine {
         ProgressLine {
             stop,

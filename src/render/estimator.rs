@@ -91,7 +91,7 @@ fn check_filter(device: &Device) -> Result<()> {
     } else {
         Err(DeviceError::Unable {
             device: device.summary.name.clone(),
-            problem: "does not filter 32-bit floats, as the variant \"published\" has it; use another one".into(),
+            problem: "cannot filter images of 32-bit floats, which the variant \"published\" needs; use another variant".into(),
         }
         .into())
     }

@@ -118,7 +118,7 @@ impl Renderer {
     pub fn first_hits(&mut self) -> Result<FirstHits> {
         self.see_first_surfaces()?;
         let r = &self.resources;
-        let [width, height, _] = r.mean.desc.extent;
+        let [width, height] = r.size;
         let pixels = width as usize * height as usize;
         let Some(pass) = &self.iso_depth else {
             return Ok(FirstHits {

@@ -87,8 +87,8 @@ impl Renderer {
         })
     }
 
-    /// Folds units under way into the picture: those of pixels that have all of them, which all pixels before `pixels` have. A
-    /// single unit can be dropped until all of them have it.
+    /// Folds the units under way of all pixels before `pixels` into the picture; these pixels have all of the units. A single
+    /// unit is folded only once every pixel has it, so that it can still be dropped.
     fn accumulate(&mut self, under_way: &mut BundleUnderWay, pixels: u32) -> Result<()> {
         let Bundle { samples, units, .. } = under_way.bundle;
         if pixels == under_way.folded || (units == 1 && pixels < self.pixels()) {

@@ -1,4 +1,5 @@
-//! Data that the CPU and the shaders share: the only definition of each struct. The GLSL text is made from it, from
+//! Data that the CPU and the shaders of several passes share: the only definition of each struct. (What one pass alone takes,
+//! as its push constants, is defined in the same way in the pass's own file.) The GLSL text is made from them, from
 //! the constants in `constants.rs` and from the switches in `features.rs`, and stands behind
 //! `#include "shared.glsl"`.
 //!

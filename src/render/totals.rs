@@ -4,8 +4,7 @@ use std::time::Instant;
 
 use super::bundle::{Bundle, BundleUnderWay};
 
-/// `samples`, `units` and `seen_since` are those of the picture at hand, counts of work those of all pictures that it was made
-/// after as well.
+/// `samples`, `units` and `seen_since` are those of the current picture; counts of work include the pictures before it.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Totals {
     /// Index of the picture's first sample, which is not 0 in a shard of a picture.

@@ -79,6 +79,11 @@ impl Named<'_> {
             let [width, height] = identity.size;
             format!("{width}x{height}")
         };
+        let scenes = if a.scene == b.scene {
+            None
+        } else {
+            Some(self.scene_difference(other)?)
+        };
         let differences = [
             (a.volume != b.volume).then(|| {
                 format!(
@@ -90,11 +95,7 @@ impl Named<'_> {
             both("seed", &a.seed.to_string(), &b.seed.to_string()),
             both("variant", &a.variant, &b.variant),
             both("version of the program", &a.transport, &b.transport),
-            if a.scene == b.scene {
-None
-} else {
-Some(self.scene_difference(other)?)
-},
+            scenes,
         ];
         let found: Vec<String> = differences.into_iter().flatten().collect();
         Ok((!found.is_empty()).then(|| found.join(", and ")))

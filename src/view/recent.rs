@@ -6,6 +6,8 @@ use crate::engine::figures::quantile;
 
 /// How many of the last values count for quantiles.
 const REMEMBERED: usize = 512;
+/// How many of them count for the mean.
+const AVERAGED: usize = 16;
 
 #[derive(Default)]
 pub struct Recent {
@@ -27,9 +29,9 @@ impl Recent {
         self.highest = Some(self.highest.map_or(value, |highest| highest.max(value)));
     }
 
-    /// The mean of the last values.
+    /// The mean of the last [`AVERAGED`] values; 0 before the first one.
     pub fn mean(&self) -> f64 {
-        let last = self.last.iter().rev().take(16);
+        let last = self.last.iter().rev().take(AVERAGED);
         last.clone().sum::<f64>() / last.len().max(1) as f64
     }
 

@@ -16,8 +16,8 @@ pub enum Seen {
 /// The coverage from which on a pixel shows medium.
 const LEAST: f32 = 0.01;
 
-/// What pixels show whose first surface, if any, has this depth (+inf without one), and that are covered by so much (a texel's
-/// alpha), where all rays go through their middles.
+/// What each pixel shows in its middle: `depth` is the distance of its first surface (+inf without one), and the alpha of
+/// `texels` its coverage.
 pub fn seen(depth: &[f32], texels: &[[f32; 4]]) -> Vec<Seen> {
     let pixels = depth.iter().zip(texels);
     let seen = pixels.map(|(depth, &[_, _, _, coverage])| {

@@ -232,10 +232,10 @@ fn new_views(subject: &SubjectReport) -> String {
     }
     section(
         "A new view from a warm cache",
-        "The camera comes from elsewhere to the scene's view, with the cache that the run left, made as \
-         good for all views: first what a march shows at once, then what a few more rays of each pixel and samples \
-         make of it. The first march sees one \
-         ray a pixel: the same rays, converged without a cache, tell its errors apart from the edges that it misses.",
+        "The cache that the run left is made as good for all views; then the camera comes from elsewhere to the scene's \
+         view. The table has what a march shows at once, and then what a few more rays of each pixel and samples make of \
+         it. The first march sees one ray of each pixel: compared with the same rays, converged without a cache, its own \
+         errors are told apart from the edges that it misses.",
         table,
     )
 }
@@ -362,7 +362,7 @@ fn cache_settings(settings: &[CacheSetting]) -> String {
         "The same view through each cache, against that through the whole one in 32 bits (the paper's \
          Table 1). The f16 cache has had the same paths; the others have paths of their own, so that \
          they differ by both caches' noise as well. Each has been filled twice, with other random numbers: \
-         what is left without noise follows from that, and at least, if its mean square were larger by two \
+         from the two follows the PSNR without noise, and *at least*, the PSNR if the mean square were larger by two \
          of its standard errors.",
         table,
     )

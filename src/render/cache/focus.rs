@@ -19,7 +19,7 @@ use crate::render::shared::{BRICK, COARSE_NODES, GATHERED, NODES};
 const MOST_HALVINGS: u8 = 4;
 /// In place of a number of halvings: the brick is out of sight.
 const OUT_OF_SIGHT: u8 = u8::MAX;
-/// More paths than a node ever gets, so few that twice as many can be counted.
+/// An upper bound of a node's paths; twice the number still fits into 32 bits.
 const MOST_UPDATES: u32 = 1 << 30;
 
 /// The largest distance between rays, in pixels along both axes, at which no brick fits unseen between four of them; `None`

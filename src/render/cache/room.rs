@@ -36,7 +36,8 @@ fn items_for(slots: u32) -> u32 {
     (16 * slots).clamp(1 << 14, MOST_TURNS * COARSE_NODES)
 }
 
-/// The most turns in a portion with so many items: those of the coarse lattice have the fewest.
+/// The most turns in a portion with so many items: a turn has at least one item for each node of the coarse lattice in a
+/// brick.
 pub fn most_turns(items: u32) -> u32 {
     items / COARSE_NODES
 }

@@ -141,7 +141,11 @@ impl DataSet {
             Some(numbers) => Ok(Some(numbers)),
             None => {
                 let found = numeric(&text);
-                Err(format!("its {name} is `{found}`, expected {N} numbers"))
+                let expected = match N {
+                    1 => "a number".to_string(),
+                    _ => format!("{N} numbers"),
+                };
+                Err(format!("its {name} is `{found}`, expected {expected}"))
             }
         }
     }

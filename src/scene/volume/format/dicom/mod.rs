@@ -70,12 +70,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let mut notes = others(&found, &groups, number);
     notes.extend(found.told_unreadable());
     let group = &groups[number];
-    for at in &group.frames {
-        let image = &found.images[at.image];
-        if let Some(damage) = &image.damage {
-            return Err(image.named(damage));
-        }
-    }
+    check_whole(&found, group)?;
     let stack = Stack::new(&found.images, group)?;
     notes.extend(stack.notes.iter().cloned());
     let pairs: Vec<_> = (stack.frames.iter())
@@ -100,17 +95,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     if first.is_inverted {
         notes.push("the files say that the lowest values are white: values are turned over, so that high ones are".into());
     }
-    let is_hounsfield = first.modality == "CT"
-        && !first.is_inverted
-        && first
-            .units
-            .as_deref()
-            .is_none_or(|unit| unit == "HU" || unit == UNSPECIFIED);
-    let quantity = if is_hounsfield {
-        Quantity::Hounsfield
-    } else {
-        Quantity::Other
-    };
+    let quantity = quantity(first);
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
     let images = std::mem::take(&mut found.images);
     let gaps = stack.gaps.clone();
@@ -137,6 +122,26 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         },
         ..Header::of_source(source, dims, values.voxel_type, Endian::NATIVE)
     })
+}
+
+/// Fails if a file of the group is damaged.
+fn check_whole(found: &Found, group: &Group) -> Parsed<()> {
+    let mut images = group.frames.iter().map(|at| &found.images[at.image]);
+    images.try_for_each(|image| match &image.damage {
+        Some(damage) => Err(image.named(damage)),
+        None => Ok(()),
+    })
+}
+
+/// What the values of such images mean.
+fn quantity(image: &Image) -> Quantity {
+    let is_in_hounsfield =
+        (image.units.as_deref()).is_none_or(|unit| unit == "HU" || unit == UNSPECIFIED);
+    if image.modality == "CT" && !image.is_inverted && is_in_hounsfield {
+        Quantity::Hounsfield
+    } else {
+        Quantity::Other
+    }
 }
 
 /// All volumes of a folder, the largest first, as their headers describe them.

@@ -41,6 +41,11 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// The grid of slices at `places`, which grow by `distances`. A single slice is as thick as `thickness`.
+    ///
+    /// # Errors
+    ///
+    /// If most of the grid's slices would have to be invented.
     pub fn of(
         places: &[f64],
         distances: &[f64],
@@ -55,66 +60,88 @@ impl Grid {
             });
         };
         // The usual distance is one that occurs: slices that are missing are seen by multiples of it.
-        let length = places[places.len() - 1] - places[0];
         let steps = |distance: f64| (distance / usual).round();
-        let all_steps: f64 = distances.iter().copied().map(steps).sum();
-        let spacing = length / all_steps;
         let is_multiple = |distance: &f64| {
             let steps = steps(*distance);
             steps >= 1.0 && (distance - usual * steps).abs() <= MULTIPLE * usual
         };
         let has_steps = distances.iter().all(is_multiple);
-        let mut step = 0.0;
-        let mut farthest: f64 = 0.0;
-        for (distance, place) in distances.iter().zip(&places[1..]) {
-            step += steps(*distance);
-            farthest = farthest.max((place - places[0] - step * spacing).abs());
-        }
+        let all_steps: f64 = distances.iter().copied().map(steps).sum();
+        let length = places[places.len() - 1] - places[0];
         let count = (length / middle + EXACT).floor() + 1.0;
         let most = if has_steps {
             count.max(all_steps)
         } else {
             count
         };
-        let is_dense = most <= MOST_INVENTED * places.len() as f64;
-        if !is_dense {
+        if most > MOST_INVENTED * places.len() as f64 {
+            let [least, most] = extremes(distances).map(shown);
             return Err(format!(
-                "its {} slices are {} to {} mm apart, expected slices at about equal distances",
+                "its {} slices are {least} to {most} mm apart, expected slices at about equal distances",
                 places.len(),
-                shown(distances.iter().copied().fold(f64::INFINITY, f64::min)),
-                shown(distances.iter().copied().fold(0.0, f64::max))
             ));
         }
-        let gaps = has_steps
-            .then(|| missing(places, distances, steps))
-            .flatten();
-        if has_steps && farthest <= EXACT * spacing {
-            let place = |n: usize| places[0] + n as f64 * spacing;
-            let slices =
-                (0..=all_steps as usize).map(|n| between(places, place(n), EXACT * spacing));
-            return Ok(Grid {
-                spacing,
-                slices: slices.collect(),
-                gaps,
-            });
+        if !has_steps {
+            return Ok(Grid::resampled(places, distances, middle, notes));
         }
-        let shift = (0..places.len()).map(|n| (places[n] - places[0] - n as f64 * middle).abs());
+        let gaps = missing(places, distances, steps);
+        let spacing = length / all_steps;
+        let grid = if is_even(places, distances.iter().copied().map(steps), spacing) {
+            Grid::even(places, spacing, all_steps as usize)
+        } else {
+            Grid::resampled(places, distances, middle, notes)
+        };
+        Ok(Grid { gaps, ..grid })
+    }
+
+    /// Slices that lie on the grid, but for those that are missing.
+    fn even(places: &[f64], spacing: f64, steps: usize) -> Grid {
+        let place = |n: usize| places[0] + n as f64 * spacing;
+        let slices = (0..=steps).map(|n| between(places, place(n), EXACT * spacing));
+        Grid {
+            spacing,
+            slices: slices.collect(),
+            gaps: None,
+        }
+    }
+
+    /// Slices at other places than those of the grid, of which a note tells.
+    fn resampled(places: &[f64], distances: &[f64], spacing: f64, notes: &mut Vec<String>) -> Grid {
+        let place = |n: usize| places[0] + n as f64 * spacing;
+        let shift = (0..places.len()).map(|n| (places[n] - place(n)).abs());
+        let [least, most] = extremes(distances).map(shown);
         notes.push(format!(
-            "slices are {} to {} mm apart and resampled linearly to the median, {} mm, which shifts them by \
+            "slices are {least} to {most} mm apart and resampled linearly to the median, {} mm, which shifts them by \
              up to {} mm",
-            shown(distances.iter().copied().fold(f64::INFINITY, f64::min)),
-            shown(distances.iter().copied().fold(0.0, f64::max)),
-            shown(middle),
+            shown(spacing),
             shown(shift.fold(0.0, f64::max))
         ));
-        let slices = (0..count as usize)
-            .map(|n| between(places, places[0] + n as f64 * middle, ROUNDING * middle));
-        Ok(Grid {
-            spacing: middle,
+        let length = places[places.len() - 1] - places[0];
+        let count = (length / spacing + EXACT).floor() as usize + 1;
+        let slices = (0..count).map(|n| between(places, place(n), ROUNDING * spacing));
+        Grid {
+            spacing,
             slices: slices.collect(),
-            gaps,
-        })
+            gaps: None,
+        }
     }
+}
+
+/// Whether all slices lie where so many steps of the grid from one to the next take them.
+fn is_even(places: &[f64], steps: impl Iterator<Item = f64>, spacing: f64) -> bool {
+    let mut expected = places[0];
+    steps.zip(&places[1..]).all(|(steps, place)| {
+        expected += steps * spacing;
+        (place - expected).abs() <= EXACT * spacing
+    })
+}
+
+/// The smallest and the largest of the distances.
+fn extremes(distances: &[f64]) -> [f64; 2] {
+    [
+        distances.iter().copied().fold(f64::INFINITY, f64::min),
+        distances.iter().copied().fold(0.0, f64::max),
+    ]
 }
 
 /// A sentence that names the places where slices are missing, if any are.

@@ -54,6 +54,31 @@ impl Stack {
         self.shifts.iter().any(|shift| *shift != 0.0)
     }
 
+    /// A picture that does not say where it lies.
+    fn of_one_picture(
+        picture: At,
+        dims: [u32; 3],
+        spacing: [f64; 3],
+        mut notes: Vec<String>,
+    ) -> Stack {
+        notes.push(
+            "it is one picture that says nothing of its place in the patient: several of them cannot be put in order, \
+             unless they are converted to a TIFF stack"
+                .into(),
+        );
+        Stack {
+            dims,
+            spacing,
+            orientation: Orientation::UNKNOWN,
+            frames: vec![picture],
+            shifts: vec![0.0],
+            slices: vec![Slice::exact(0)],
+            doubles: Vec::new(),
+            gaps: None,
+            notes,
+        }
+    }
+
     pub fn new(images: &[Image], group: &Group) -> Parsed<Stack> {
         let first = group.frames[0];
         let image = &images[first.image];
@@ -65,22 +90,9 @@ impl Stack {
         let [between_rows, between_columns] = pixel_spacing;
         let thickness = frame(images, first).thickness.unwrap_or(1.0);
         let Some(plane) = frame(images, first).plane else {
-            notes.push(
-                "it is one picture that says nothing of its place in the patient: several of them cannot be put in order, \
-                 unless they are converted to a TIFF stack"
-                    .to_string(),
-            );
-            return Ok(Stack {
-                dims: [image.columns, image.rows, 1],
-                spacing: [between_columns, between_rows, thickness],
-                orientation: Orientation::UNKNOWN,
-                frames: vec![first],
-                shifts: vec![0.0],
-                slices: vec![Slice::exact(0)],
-                doubles: Vec::new(),
-                gaps: None,
-                notes,
-            });
+            let dims = [image.columns, image.rows, 1];
+            let spacing = [between_columns, between_rows, thickness];
+            return Ok(Stack::of_one_picture(first, dims, spacing, notes));
         };
         let placed = Placed::in_order(images, group, plane);
         let distances = placed.distances();
@@ -101,16 +113,7 @@ impl Stack {
         ];
         let (spacing, orientation) =
             Orientation::from_steps(steps, Coordinates::Anatomical(Axes::LPS))?;
-        if !placed.doubles.is_empty() {
-            let count = placed.doubles.len();
-            notes.push(match count {
-                1 => "1 slice lies where another lies, and is left out if it holds the same pixels"
-                    .to_string(),
-                _ => format!(
-                    "{count} slices lie where others lie, and are left out if they hold the same pixels"
-                ),
-            });
-        }
+        notes.extend(told_doubles(placed.doubles.len()));
         Ok(Stack {
             dims: [
                 image.columns,
@@ -126,6 +129,19 @@ impl Stack {
             gaps: grid.gaps,
             notes,
         })
+    }
+}
+
+/// What is said of slices that lie where others lie.
+fn told_doubles(count: usize) -> Option<String> {
+    match count {
+        0 => None,
+        1 => Some(
+            "1 slice lies where another lies, and is left out if it holds the same pixels".into(),
+        ),
+        _ => Some(format!(
+            "{count} slices lie where others lie, and are left out if they hold the same pixels"
+        )),
     }
 }
 
