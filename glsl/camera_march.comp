@@ -40,7 +40,7 @@ layout(scalar) writeonly buffer TailBlock { Tail at[]; } tails;
 
 // Below this transmittance, a ray goes on with it or ends, at random: the mean is the same, and a bright light far behind
 // is not lost.
-const float OPAQUE_BELOW = 1e-4;
+const float ROULETTE_BELOW = 1e-4;
 // A smaller share of a sun's light counts as none: it would change only a float's last digits.
 const float LEAST_SUNLIGHT = 1e-7;
 
@@ -115,9 +115,9 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
                     // The step's own: the colour at that point may be one at which opacity is 0.
                     tail_albedo = is_tail ? s.albedo : tail_albedo;
                 }
-                if (front.transmittance < OPAQUE_BELOW) {
-                    bool is_left = random_numbers(random).x * OPAQUE_BELOW < front.transmittance;
-                    front.transmittance = is_left ? OPAQUE_BELOW : 0.0;
+                if (front.transmittance < ROULETTE_BELOW) {
+                    bool is_left = random_numbers(random).x * ROULETTE_BELOW < front.transmittance;
+                    front.transmittance = is_left ? ROULETTE_BELOW : 0.0;
                 }
                 is_opaque = front.transmittance <= 0.0;
                 if (is_opaque || !march.goes_on || is_due(taken)) {
@@ -233,12 +233,12 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
 
 void main() {
     ivec2 texel = own_pixel(scene.size.y);
-    uint place = uint(texel.y) * scene.size.x + uint(texel.x);
-    uint item = first_item() + place;
-    if (any(greaterThanEqual(texel, ivec2(scene.size))) || place >= items_at_once() || item >= item_count()) {
+    uint position = index_of_texel(texel);
+    uint item = first_item() + position;
+    if (any(greaterThanEqual(texel, ivec2(scene.size))) || position >= items_at_once() || item >= item_count()) {
         return;
     }
-    if (stands_back(place) || is_done(place)) {
+    if (stands_back(position) || is_done(position)) {
         return;
     }
     ask_ahead();
@@ -253,14 +253,14 @@ void main() {
         front.radiance += missed_light(ray, front, random);
     }
     front.radiance += front.transmittance * background(ray.direction);
-    report(place, is_void, !is_void);
+    report(position, is_void, !is_void);
     if (is_void) {
         return;
     }
     count_samples();
     imageStore(unit_sum, texel, vec4(front.radiance, 1.0 - front.transmittance));
     if (surface_count > 0u || has_rim_cubes) {
-        tails.at[place] = front.tail;
+        tails.at[position] = front.tail;
     }
-    set_done(place);
+    set_done(position);
 }

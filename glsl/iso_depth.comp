@@ -19,7 +19,7 @@ void main() {
     if (any(greaterThanEqual(pixel, ivec2(scene.size)))) {
         return;
     }
-    uint index = uint(pixel.y) * scene.size.x + uint(pixel.x);
+    uint index = index_of_texel(pixel);
     if (stands_back(index) || is_done(index)) {
         return;
     }

@@ -26,33 +26,33 @@
 #include "surface.glsl"
 #include "turns.glsl"
 
-layout(scalar) buffer NodeWorkBlock { NodeWork at[]; } node_works;
+layout(scalar) buffer SlotNodeBlock { SlotNode at[]; } slot_nodes;
 
 // The first sample index of nodes, so that no camera path has the same random numbers.
 const uint NODE_SAMPLES = 0x80000000u;
 
 // What is known of the slot's item.
-NodeWork node_work;
-NodeWork held_work;
+SlotNode slot_node;
+SlotNode held_node;
 
 void arrive(vec3 radiance, vec3 towards_light, bool is_skys_own) {
     vec3 light = radiance / scene.cache_unit;
-    node_work.sums.light.rgb += light;
+    slot_node.sums.light.rgb += light;
     if (has_colored_flux()) {
-        node_work.sums.flux -= outerProduct(towards_light, light);
+        slot_node.sums.flux -= outerProduct(towards_light, light);
     } else if (has_surface_fluxes && is_skys_own) {
-        node_work.sums.flux[1] -= grey(light) * towards_light;
-        node_work.sums.flux[2].x += grey(light);
+        slot_node.sums.flux[1] -= grey(light) * towards_light;
+        slot_node.sums.flux[2].x += grey(light);
     } else if (has_node_flux || has_surface_fluxes) {
-        node_work.sums.flux[0] -= grey(light) * towards_light;
+        slot_node.sums.flux[0] -= grey(light) * towards_light;
     }
 }
 
 void contribute(inout Path path, vec3 radiance) {
     if (path.bounces > 0u) {
-        arrive(radiance, node_work.first_direction, false);
-    } else if (node_work.shadow_is_sun != 0u) {
-        node_work.sums.light.a += radiance.x;
+        arrive(radiance, slot_node.first_direction, false);
+    } else if (slot_node.shadow_is_sun != 0u) {
+        slot_node.sums.light.a += radiance.x;
     } else {
         arrive(radiance, path.shadow_direction, true);
     }
@@ -62,11 +62,11 @@ void cover(inout Path path, float share) {}
 
 void escape(inout Path path) {
     arrive(path.throughput * escaping_radiance(path.direction, path.pdf),
-           node_work.first_direction, path.bounces == 0u);
+           slot_node.first_direction, path.bounces == 0u);
 }
 
 bool collect(inout Path path, inout Random random) {
-    if (node_work.gathers == 0u) {
+    if (slot_node.gathers == 0u) {
         return false;
     }
     Cube cube = cube_at(end_of_flight(path));
@@ -110,10 +110,10 @@ bool begin_item(inout Path path) {
     uint first = turn.part * most;
     path.samples_left = is_in_lattice(node) ? min(most, turn.samples - first) : 0u;
     path.sample_index = NODE_SAMPLES + turn.first_sample + first - 1u;
-    node_work.node = node;
-    node_work.item = item;
-    node_work.gathers = gathers(turn, push.nodes_half) ? 1u : 0u;
-    node_work.sums = NodeSums(vec4(0.0), mat3(0.0));
+    slot_node.node = node;
+    slot_node.item = item;
+    slot_node.gathers = gathers(turn, push.nodes_half) ? 1u : 0u;
+    slot_node.sums = NodeSums(vec4(0.0), mat3(0.0));
     return true;
 }
 
@@ -126,7 +126,7 @@ void ask_for_light(inout Path path, inout Random random) {
     if (is_sun) {
         radiance = vec3(grey(light.radiance / scene.cache_unit) / scene.suns_grey);
     }
-    node_work.shadow_is_sun = is_sun ? 1u : 0u;
+    slot_node.shadow_is_sun = is_sun ? 1u : 0u;
     // Without roulette: the suns' share is estimated by this ray.
     aim_shadow_ray(path, light.towards, radiance, NOTHING);
 }
@@ -135,38 +135,38 @@ void begin_sample(inout Path path) {
     --path.samples_left;
     ++path.sample_index;
     begin_path(path);
-    path.origin = node_position(node_work.node);
+    path.origin = node_position(slot_node.node);
     Random random = random_of(path);
     if (has_light_sampling) {
         ask_for_light(path, random);
     }
     vec2 u = numbers_for_direction(path, random).xy;
-    node_work.first_direction = uniform_direction(u);
+    slot_node.first_direction = uniform_direction(u);
     path.pdf = 0.25 / PI;
-    redirect(path, node_work.first_direction, NOTHING, random);
+    redirect(path, slot_node.first_direction, NOTHING, random);
     path.dimension = random.dimension;
 }
 
 void finish_item(inout Path path) {
-    store_sums(node_work.item, node_work.sums);
+    store_sums(slot_node.item, slot_node.sums);
 }
 
-void load_work(uint slot, Path path) {
+void load_item(uint slot, Path path) {
     if (!rests(path)) {
-        node_work = node_works.at[slot];
+        slot_node = slot_nodes.at[slot];
     }
 }
 
-void store_work(uint slot, Path path) {
+void store_item(uint slot, Path path) {
     if (!rests(path)) {
-        node_works.at[slot] = node_work;
+        slot_nodes.at[slot] = slot_node;
     }
 }
 
-void hold_work() {
-    held_work = node_work;
+void hold_item() {
+    held_node = slot_node;
 }
 
-void undo_work() {
-    node_work = held_work;
+void undo_item() {
+    slot_node = held_node;
 }

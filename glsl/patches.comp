@@ -33,7 +33,7 @@ bool holds_something(ivec3 block) {
 
 View view_of(vec3 from, vec3 to) {
     vec2 extent = vec2(dot(scene.right, scene.right), dot(scene.up, scene.up));
-    View view = View(vec2(3.4e38), vec2(-3.4e38), length(clamp(vec3(0.0), from, to)), 0.0, 3.4e38, -3.4e38);
+    View view = View(vec2(LARGEST), vec2(-LARGEST), length(clamp(vec3(0.0), from, to)), 0.0, LARGEST, -LARGEST);
     for (uint corner = 0u; corner < 8u; ++corner) {
         vec3 d = mix(from, to, notEqual(uvec3(corner) & uvec3(1u, 2u, 4u), uvec3(0u)));
         float depth = dot(d, scene.forward);

@@ -25,8 +25,6 @@ layout(rgba32f) writeonly uniform image2D mean;
 uniform sampler3D radiance_cells;
 
 const float VOXELS_PER_STEP = 0.5;
-// Transmittance below which nothing behind can be seen in eight bits.
-const float OPAQUE_BELOW = 1e-3;
 
 // The depth that Algorithm 1 finds, as a share of the ray's path through the box; 1 where it finds nothing.
 float iso_depth(Ray ray, float t_end, uint pixel) {
@@ -58,10 +56,10 @@ void main() {
         return;
     }
     float entry, t_end;
-    Ray ray = camera_ray_within(vec2(pixel) + 0.5, vec2(0.0, 3.4e38), entry, t_end);
+    Ray ray = camera_ray_within(vec2(pixel) + 0.5, vec2(0.0, LARGEST), entry, t_end);
     float depth = 1.0;
     if (surface_count > 0u && t_end > 0.0) {
-        depth = iso_depth(ray, t_end, pixel.y * scene.size.x + pixel.x);
+        depth = iso_depth(ray, t_end, index_of_texel(pixel));
     }
     vec3 radiance = vec3(0.0);
     float transmittance = 1.0;

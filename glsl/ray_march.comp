@@ -28,13 +28,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) uniform image2D unit_sum;
 layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 
-// Transmittance below which nothing behind can be seen in eight bits.
-const float OPAQUE_BELOW = 1e-3;
-
 // What a ray has collected so far.
 struct Front {
     vec3 radiance;
-    vec3 lasting; // the part of it by which the cache's error is measured (`MarchPush::measures`)
+    vec3 lasting; // the part of it by which the cache's error is measured (`MARCH_CACHED`)
     float transmittance;
 };
 
@@ -121,7 +118,7 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
             vec3 scattered = albedo * scattered_back(light, ray);
             front.lasting += scattered;
             // A loop for the same reason.
-            for (uint k = 1u; k < push.measures; ++k) {
+            for (uint k = MARCH_CACHED; k < push.wanted; ++k) {
                 front.lasting -= is_left_to_paths(cube) ? scattered : vec3(0.0);
             }
             front.radiance += scattered + albedo * light.suns * suns_here;
@@ -224,14 +221,14 @@ void main() {
     if (any(greaterThanEqual(pixel, ivec2(rays())))) {
         return;
     }
-    uint index = uint(pixel.y) * scene.size.x + uint(pixel.x);
+    uint index = index_of_texel(pixel);
     if (stands_back(index) || is_done(index)) {
         return;
     }
     step_scale = push.step_scale;
     ask_ahead();
     float entry, t_end;
-    Ray ray = camera_ray((vec2(pixel) + push.place) * float(push.stride), entry, t_end);
+    Ray ray = camera_ray((vec2(pixel) + push.point) * float(push.stride), entry, t_end);
     Front front;
     // Weights are added up while the ray is marched, and cannot be taken back: where bricks of the volume may be
     // missing, they are added in a second march, once all that the ray meets is known to be there.
@@ -246,7 +243,7 @@ void main() {
     count_samples();
     front.radiance += front.transmittance * background(ray.direction);
     vec4 result = vec4(front.radiance, 1.0 - front.transmittance);
-    if (push.measures != 0u) {
+    if (push.wanted != MARCH_PICTURE) {
         result = vec4(front.lasting, grey(front.radiance));
     }
     if (push.rays_before > 0u) {

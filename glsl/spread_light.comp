@@ -78,7 +78,7 @@ void main() {
     }
     Brick brick = bricks.at[place];
     // The index is odd along the axis, any along those before it, and even along those to come.
-    ivec3 e = ivec3(equal(uvec3(push.axis), uvec3(0u, 1u, 2u)));
+    ivec3 e = along(push.axis);
     bvec3 is_done = lessThan(uvec3(0u, 1u, 2u), uvec3(push.axis));
     ivec3 i = ivec3(gl_LocalInvocationID);
     ivec3 node = BRICK * unpacked(brick.position) + mix(2 * i + e, i, is_done);

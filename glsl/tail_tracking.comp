@@ -83,7 +83,7 @@ void begin_sample(inout Path path) {
     begin_path(path);
     uint item = item_of(path);
     Random march = Random(path.pixel, sample_of(item), 0u);
-    vec2 corner = vec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
+    vec2 corner = vec2(texel_at_index(path.pixel));
     float entry, t_end;
     Ray ray = camera_ray(corner + marched_place(march), entry, t_end);
     Tail tail = tail_of(item);

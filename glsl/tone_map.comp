@@ -23,6 +23,7 @@ vec3 stretched(vec2 p) {
     return mix(upper, lower, t.y);
 }
 
+// As `filmic` in src/output/display.rs.
 vec3 filmic(vec3 x) {
     x = clamp(x, 0.0, 1e6);
     return min((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 1.0);

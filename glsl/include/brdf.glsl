@@ -29,6 +29,7 @@ Material make_material(uint index) {
         m.diffuse_share = 1.0 - m.specular_share;
     }
     if (has_disney && m.surface.shading == SHADING_DISNEY) {
+        // Shares only steer sampling: any that are above 0 are right.
         float diffuse = (1.0 - m.surface.metallic) * max(luminance(m.surface.color), 0.1);
         float specular = mix(0.2 + 0.3 * m.surface.specular, 1.0, m.surface.metallic);
         float coat = 0.25 * m.surface.clearcoat;

@@ -22,11 +22,11 @@ uint first_item() {
     return streaming.now.first_item;
 }
 
-// The pixel with this index in the order of work.
-uint pixel_at(uint place) {
-    uint strip = place / (STRIP_HEIGHT * scene.size.x);
+// The pixel at a position in the order of work.
+uint pixel_at(uint position) {
+    uint strip = position / (STRIP_HEIGHT * scene.size.x);
     uint height = min(STRIP_HEIGHT, scene.size.y - strip * STRIP_HEIGHT);
-    uint inner = place - strip * STRIP_HEIGHT * scene.size.x;
+    uint inner = position - strip * STRIP_HEIGHT * scene.size.x;
     uint x = inner / height;
     uint y = inner % height;
     y = (x & 1u) == 0u ? y : height - 1u - y;
@@ -44,8 +44,8 @@ uint first_item() {
     return 0u;
 }
 
-uint pixel_at(uint place) {
-    return place;
+uint pixel_at(uint position) {
+    return position;
 }
 
 #endif
@@ -63,10 +63,6 @@ uint items_at_once() {
 // Index of an item's sum.
 uint texel_index(uint item) {
     return is_in_bricks ? item % items_at_once() : item;
-}
-
-ivec2 texel_at_index(uint index) {
-    return ivec2(index % scene.size.x, index / scene.size.x);
 }
 
 ivec2 texel_of(uint item) {

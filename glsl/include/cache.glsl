@@ -181,10 +181,15 @@ vec3 light_across(uint axis, ivec3 low, vec3 p, inout bool known) {
     return light + (1.0 - p[u]) * p[v] * node_light(node, known);
 }
 
+// A step along an axis.
+ivec3 along(uint axis) {
+    return ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
+}
+
 // The error of read_cache for light that is curved along an axis: −½·p(1 − p)·f″, with f″ from the nodes on both
 // sides.
 vec3 missed_along(uint axis, Cube cube) {
-    ivec3 e = ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
+    ivec3 e = along(axis);
     ivec3 low = cube.low;
     bool known = low[axis] >= 1 && low[axis] + 2 < int(scene.cache_nodes[axis]);
     if (!known || full_light && (is_cut(Cube(low - e, cube.p)) || is_cut(Cube(low + e, cube.p)))) {

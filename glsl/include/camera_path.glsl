@@ -47,7 +47,7 @@ void begin_sample(inout Path path) {
     begin_path(path);
     Random random = random_of(path);
     vec2 jitter = place_in_pixel(numbers_for_direction(path, random).xy);
-    vec2 corner = vec2(path.pixel % scene.size.x, path.pixel / scene.size.x);
+    vec2 corner = vec2(texel_at_index(path.pixel));
     float entry, t_end;
     Ray ray = camera_ray(corner + jitter, entry, t_end);
     path.origin = ray.origin;

@@ -88,7 +88,7 @@ Voxels voxels_of(ivec3 cube) {
 }
 
 vec2 range_of_voxels(Voxels voxels) {
-    vec2 range = vec2(3.4e38, -3.4e38);
+    vec2 range = vec2(LARGEST, -LARGEST);
     for (int z = voxels.low.z; z <= voxels.high.z; ++z) {
         for (int y = voxels.low.y; y <= voxels.high.y; ++y) {
             for (int x = voxels.low.x; x <= voxels.high.x; ++x) {

@@ -22,6 +22,11 @@ vec2 extrema(vec4 c) {
     return clamp(vec2(min(one, two), max(one, two)), 0.0, 1.0);
 }
 
+// A root's error, as a share of a cell, that rounding to 32 bits allows; and more rounds than halving a bracket takes to
+// come down to it.
+const float ROOT_ERROR = 1e-7;
+const int MOST_ROUNDS = 40;
+
 // The root in [low, high], where the truth of c(u) ≥ 0 is `inside` at low and not at high: from the chord's root
 // by Newton's method, kept within a bracket that shrinks by half where Newton would leave it.
 float refine(vec4 c, float low, float high, bool inside) {
@@ -41,7 +46,7 @@ float refine(vec4 c, float low, float high, bool inside) {
         error = abs(next - u);
         u = next;
         ++rounds;
-        if (error <= 1e-7 || rounds == 40) {
+        if (error <= ROOT_ERROR || rounds == MOST_ROUNDS) {
             break;
         }
     }

@@ -9,7 +9,7 @@
 //
 // Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and taken back if its own optical
 // depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
-// more in all than a CPU's driver lets them (`work` in loop.glsl).
+// more in all than a CPU's driver lets them (`iterations` in loop.glsl).
 
 #include "scene.glsl"
 #include "cache.glsl"

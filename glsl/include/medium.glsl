@@ -58,7 +58,7 @@ vec4 transfer_at(float v) {
     return vec4(mix(transfer_colors(point), transfer_colors(point + 1), t), mix(p.z, p.w, t));
 }
 
-const vec2 ANY_VALUE = vec2(-3e38, 3e38);
+const vec2 ANY_VALUE = vec2(-LARGEST, LARGEST);
 
 // The field's value at an end of a step, classified by the transfer function.
 struct Classified {
@@ -143,9 +143,9 @@ vec3 albedo_of(float v) {
 // The smallest and the largest extinction over a range of stored values. They are exact for non-monotone transfer
 // functions, too: a piecewise-linear function has its extrema at its points or at the ends of the range.
 vec2 sigma_t_range(vec2 range) {
-    // Interpolation rounds: it may leave the voxels' range by some of their last digits. Where all are equal there is
-    // nothing to interpolate, and a background at which a ramp of opacity begins is empty.
-    float rounding = range.x < range.y ? 1e-6 * max(abs(range.x), abs(range.y)) : 0.0;
+    // Where all voxels are equal there is nothing to interpolate, and a background at which a ramp of opacity begins is
+    // empty.
+    float rounding = range.x < range.y ? INTERPOLATION_ROUNDING * max(abs(range.x), abs(range.y)) : 0.0;
     range += vec2(-rounding, rounding);
     vec2 ends = vec2(transfer_opacity(range.x), transfer_opacity(range.y));
     vec2 opacity = vec2(min(ends.x, ends.y), max(ends.x, ends.y));

@@ -43,7 +43,7 @@ void finish_item(inout Path path) {
     path.item = 0u;
 }
 
-void load_work(uint slot, Path path) {}
-void store_work(uint slot, Path path) {}
-void hold_work() {}
-void undo_work() {}
+void load_item(uint slot, Path path) {}
+void store_item(uint slot, Path path) {}
+void hold_item() {}
+void undo_item() {}

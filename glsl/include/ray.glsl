@@ -27,7 +27,7 @@ vec3 to_world(vec3 grid) {
 // interval. Zero components of `step` are handled separately: a division by them would give NaN on a face.
 vec2 clip_ray(Ray ray, float from) {
     float t0 = from;
-    float t1 = 3.4e38;
+    float t1 = LARGEST;
     for (int a = 0; a < 3; ++a) {
         float low = 0.5 - ray.origin[a];
         float high = float(scene.dims[a]) + 0.5 - ray.origin[a];
@@ -71,7 +71,7 @@ struct Walk {
 void find_exit(inout Walk walk, Ray ray, float size) {
     // Recomputed from the cell's index each time, so that no error adds up along the ray.
     vec3 sides = (vec3(walk.cell) + walk.ahead) * size;
-    vec3 t = mix((sides - ray.origin) * walk.inverse, vec3(3.4e38), equal(walk.inverse, vec3(0.0)));
+    vec3 t = mix((sides - ray.origin) * walk.inverse, vec3(LARGEST), equal(walk.inverse, vec3(0.0)));
     walk.exit = min(t.x, min(t.y, t.z));
     bool x = t.x == walk.exit;
     bool y = !x && t.y == walk.exit;

@@ -1,10 +1,10 @@
 // What a slot does in a dispatch.
 //
 // It takes an item from a queue, traces all of its paths one after another, and takes the next item, so that no lane idles
-// because its neighbour's paths are longer. It does a bounded amount of work, and keeps its path in memory until the next
+// because its neighbour's paths are longer. It does a bounded number of iterations, and keeps its path in memory until the next
 // dispatch. A step that has missed a brick of the volume is undone, and is taken again once the brick is there.
 //
-// A shader that includes this takes push constants `work` and `slots`, and defines the functions that are declared below.
+// A shader that includes this takes push constants `most_iterations` and `slots`, and defines the functions that are declared below.
 
 #include "scene.glsl"
 #include "bundle.glsl"
@@ -23,10 +23,10 @@ void begin_sample(inout Path path);
 void finish_item(inout Path path);
 // What the shader knows of an item besides its path: fetches it from memory and keeps it there, and holds it while a step is
 // taken, which may have to be undone.
-void load_work(uint slot, Path path);
-void store_work(uint slot, Path path);
-void hold_work();
-void undo_work();
+void load_item(uint slot, Path path);
+void store_item(uint slot, Path path);
+void hold_item();
+void undo_item();
 
 layout(local_size_x = 64) in;
 layout(scalar) buffer CounterBlock { Counters count; } counters;
@@ -56,17 +56,17 @@ void main() {
         return;
     }
     Path path = path_of(slot);
-    load_work(slot, path);
+    load_item(slot, path);
     uint finished = 0u;
     bool working = true;
     bool has_advanced = false;
-    while (working && first_missing == 0u && !has_done_enough(push.work)) {
-        ++work;
+    while (working && first_missing == 0u && !has_done_enough(push.most_iterations)) {
+        ++iterations;
         if (path.stage == STAGE_IDLE && path.samples_left == 0u) {
             working = begin_item(path);
         }
         Path before = path;
-        hold_work();
+        hold_item();
         uint lookups_before = lookups;
         if (path.stage == STAGE_IDLE && path.samples_left > 0u) {
             begin_sample(path);
@@ -77,7 +77,7 @@ void main() {
             }
             if (is_void) {
                 path = before;
-                undo_work();
+                undo_item();
                 lookups = lookups_before;
             } else {
                 has_advanced = true;
@@ -92,7 +92,7 @@ void main() {
     }
     path.missing = first_missing;
     keep(slot, path);
-    store_work(slot, path);
+    store_item(slot, path);
     report_item(path.item);
     if (working) {
         atomicAdd(counters.count.unfinished, 1u);

@@ -35,10 +35,10 @@ void keep(uint slot, Path path) {
 
 // Whether this thread's part of the dispatch is done. Threads that run together stop together, with the first that has
 // iterated so often: one that stopped alone would idle until the others have stopped as well.
-bool has_done_enough(uint most_work) {
+bool has_done_enough(uint most_iterations) {
 #ifdef VOTES
-    return subgroupAny(work >= most_work);
+    return subgroupAny(iterations >= most_iterations);
 #else
-    return work >= most_work;
+    return iterations >= most_iterations;
 #endif
 }

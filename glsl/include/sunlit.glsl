@@ -9,10 +9,10 @@
 #include "ray.glsl"
 #include "surface.glsl"
 
-// Whether a ray that crosses surfaces has loop iterations left for marches to suns: eight threads may have to share 65535
-// (`work` in loop.glsl), and through noise a ray crosses a surface hundreds of times.
+// Whether a ray that crosses surfaces has loop iterations left for marches to suns: eight threads may have to share
+// lavapipe's, and through noise a ray crosses a surface hundreds of times.
 bool has_time_for_suns() {
-    return sun_count == 0u || work < 8192u;
+    return sun_count == 0u || iterations <= LAVAPIPE_ITERATIONS / 8u;
 }
 
 // The share of a sun's light that reaches a surface; 0 where it is less than `least`.

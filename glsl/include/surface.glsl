@@ -98,7 +98,7 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
 
 // Whether the passage crosses any surface.
 bool crosses(Ray ray, Passage passage, inout uint inside) {
-    work += 4u * surface_count;
+    iterations += 4u * surface_count;
     bool any = false;
     for (uint s = 0u; s < surface_count; ++s) {
         any = change_of(ray, passage, s, false, inside) <= 1.0 || any;
@@ -299,7 +299,7 @@ Hit hit_at(Ray ray, Crossing crossing) {
     hit.geometric = size > 0.0 ? gradient / size : -ray.direction;
     hit.shading = hit.geometric;
     if (!analytic_normals) {
-        work += 8u;
+        iterations += 8u;
         vec3 smoothed = in_own_unit(sign * volume_smooth_gradient(g));
         float smooth_size = length(smoothed);
         if (smooth_size > 0.0 && dot(smoothed, ray.direction) < 0.0) {

@@ -84,7 +84,7 @@ uint lookups = 0u;
 
 Corners corners_read(ivec3 cell) {
     ++lookups;
-    work += 2u;
+    iterations += 2u;
     return volume_corners(cell);
 }
 
@@ -103,7 +103,7 @@ float tentative_value(Ray ray, float t, uvec2 words) {
         return lookup(ray, t);
     }
     ++lookups;
-    work += 2u;
+    iterations += 2u;
     vec3 u = vec3(words.x >> 16u, words.x & 0xFFFFu, words.y >> 16u) * exp2(-16.0);
     return volume_voxel(ivec3(floor(ray.origin + t * ray.step - u)));
 }

@@ -31,6 +31,18 @@ constants! {
     /// Words of a brick with a bit for each of its cubes (`cube_bits.glsl`), and with two bits for each of its nodes besides.
     pub const RIM_WORDS: u32 as uint = NODES / u32::BITS;
     pub const CUT_WORDS: u32 as uint = 3 * RIM_WORDS;
+    /// Relative rounding of an interpolated value: it may leave the range of the voxels around by so much.
+    pub const INTERPOLATION_ROUNDING: f32 as float = 1e-6;
+    /// Transmittance below which nothing behind can be seen in eight bits.
+    pub const OPAQUE_BELOW: f32 as float = 1e-3;
+    /// Iterations after which lavapipe silently ends a loop, counted for a group of eight threads, whose iterations may add
+    /// up.
+    pub const LAVAPIPE_ITERATIONS: u32 as uint = 65535;
+    /// What a march looks for: the picture; what of it the cache has without the suns' light; the same without the light that
+    /// a picture at rest leaves to paths.
+    pub const MARCH_PICTURE: u32 as uint = 0;
+    pub const MARCH_CACHED: u32 as uint = 1;
+    pub const MARCH_AT_REST: u32 as uint = 2;
     /// The optical depth along a cube of the cache from which a medium is dense where a face of the box or a clip plane ends
     /// it (rim_cubes.comp).
     pub const RIM_DEPTH: f32 as float = 0.15;

@@ -17,7 +17,7 @@ shared! {
         /// Index of the first of these samples.
         pub first_sample: uint,
         /// Loop iterations after which a slot leaves its path to the next dispatch.
-        pub work: uint,
+        pub most_iterations: uint,
         pub slots: uint,
     }
 }
@@ -64,11 +64,11 @@ impl DeltaTracking {
             ..
         } = bundle;
         let DeltaTracking { pass, queue } = self;
-        let progress = queue.advance(frame, r, pass, |frame, work| {
+        let progress = queue.advance(frame, r, pass, |frame, most_iterations| {
             let push = TrackPush {
                 samples,
                 first_sample,
-                work,
+                most_iterations,
                 slots: r.slots(),
             };
             let bindings = [

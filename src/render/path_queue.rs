@@ -1,7 +1,7 @@
 //! A queue of paths, worked off by slots, dispatch after dispatch.
 //!
 //! A slot is a thread's room for a path in flight; it takes the next item from the queue when its paths have
-//! ended. One dispatch advances each slot's path by a bounded amount of work. The host sizes that amount so that a
+//! ended. One dispatch advances each slot's path by a bounded number of iterations. The host chooses it so that a
 //! dispatch stays far below the two seconds after which Windows resets a GPU, and checks between dispatches whether
 //! anything is left to do.
 
@@ -12,25 +12,24 @@ use bytemuck::Zeroable;
 use super::bricks::{Items, Order};
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
-use super::shared::Counters;
+use super::shared::{Counters, LAVAPIPE_ITERATIONS};
 use crate::error::Result;
 use crate::gpu::{Frame, Pass, Work};
 
 /// The time that a dispatch should take where no frame of a window is due.
 const TARGET_MS: f64 = 70.0;
-const LEAST_WORK: u32 = 16;
-/// lavapipe ends loops silently after 65535 iterations of a group of eight threads, whose iterations may add
-/// up; half of that is left for loops that are too short to be counted.
-const MOST_WORK: u32 = 4096;
+const LEAST_ITERATIONS: u32 = 16;
+/// A thread's share of lavapipe's, of which half is left for loops that are too short to be counted.
+const MOST_ITERATIONS: u32 = (LAVAPIPE_ITERATIONS / 8 / 2).next_power_of_two();
 
 pub struct PathQueue {
     /// Loop iterations that a slot makes in the next dispatch.
-    work: u32,
-    /// The value of `work` with which the next queue begins: all slots together are known to take no longer for it than
+    iterations: u32,
+    /// The value of `iterations` with which the next queue begins: all slots together are known to take no longer for it than
     /// a dispatch should. (The last few paths of a queue take next to no time, however long.)
-    work_of_all: u32,
+    iterations_of_all: u32,
     /// The iterations of all dispatches of the queue, and their time.
-    spent_work: u32,
+    spent_iterations: u32,
     spent_ms: f64,
     /// Whether no dispatch has been made of the queue.
     is_new: bool,
@@ -61,9 +60,9 @@ impl PathQueue {
     /// The queue of a pass that `passes` compiles.
     pub fn new(passes: &PassCompiler<'_>) -> PathQueue {
         PathQueue {
-            work: LEAST_WORK,
-            work_of_all: LEAST_WORK,
-            spent_work: 0,
+            iterations: LEAST_ITERATIONS,
+            iterations_of_all: LEAST_ITERATIONS,
+            spent_iterations: 0,
             spent_ms: 0.0,
             is_new: true,
             target_ms: TARGET_MS,
@@ -76,8 +75,8 @@ impl PathQueue {
     /// Forgets all paths and starts the queue anew, with these items where the volume streams.
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources, items: Items) -> Result<()> {
         self.counted = Counters::zeroed();
-        self.work = self.work_at_first();
-        self.spent_work = 0;
+        self.iterations = self.iterations_at_first();
+        self.spent_iterations = 0;
         self.spent_ms = 0.0;
         self.is_new = true;
         if let Some(bricks) = &r.bricks {
@@ -90,17 +89,19 @@ impl PathQueue {
 
     /// A queue that follows one of a few short dispatches is probably done in one: each costs a GPU as long as many paths
     /// do. It may hold much more than the last one, so its first dispatch is not much longer than where all slots work.
-    fn work_at_first(&self) -> u32 {
+    fn iterations_at_first(&self) -> u32 {
         const TIMES: u32 = 8;
         if self.spent_ms < self.target_ms / f64::from(TIMES) {
-            self.spent_work
-                .clamp(self.work_of_all, (TIMES * self.work_of_all).min(MOST_WORK))
+            self.spent_iterations.clamp(
+                self.iterations_of_all,
+                (TIMES * self.iterations_of_all).min(MOST_ITERATIONS),
+            )
         } else {
-            self.work_of_all
+            self.iterations_of_all
         }
     }
 
-    /// Advances all paths by the dispatch of `pass` that `record` records, given the amount of work.
+    /// Advances all paths by the dispatch of `pass` that `record` records, given the number of iterations.
     pub fn advance(
         &mut self,
         frame: &mut Frame,
@@ -115,11 +116,11 @@ impl PathQueue {
                 f.zero(&r.counters)?;
                 f.zero(&r.paths)?;
             }
-            r.record_reading(f, |f| record(f, self.work))?;
+            r.record_reading(f, |f| record(f, self.iterations))?;
             f.copy(&r.counters, &r.staging)
         })?;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
-        self.spent_work = self.spent_work.saturating_add(self.work);
+        self.spent_iterations = self.spent_iterations.saturating_add(self.iterations);
         self.spent_ms += took_ms;
         let counted = r.counters_read();
         let before = std::mem::replace(&mut self.counted, counted);
@@ -135,10 +136,10 @@ impl PathQueue {
             waiting = report.missed;
             first_item = report.oldest_item.min(self.first_item + counted.next);
         }
-        let most_had_work = 2 * unfinished.saturating_sub(waiting) >= r.slots();
+        let most_were_busy = 2 * unfinished.saturating_sub(waiting) >= r.slots();
         // Paths that wait for bricks say nothing about the time that work takes.
-        if most_had_work || !waits {
-            self.adapt(took_ms, r.slots(), lookups, most_had_work);
+        if most_were_busy || !waits {
+            self.adapt(took_ms, r.slots(), lookups, most_were_busy);
         }
         Ok(Advanced {
             lookups,
@@ -157,20 +158,22 @@ impl PathQueue {
         }
     }
 
-    fn adapt(&mut self, took_ms: f64, slots: u32, lookups: u32, most_had_work: bool) {
+    fn adapt(&mut self, took_ms: f64, slots: u32, lookups: u32, most_were_busy: bool) {
         // Each lookup counts as two iterations, or more.
-        let all = f64::from(slots) * f64::from(self.work);
+        let all = f64::from(slots) * f64::from(self.iterations);
         let of_all_ms = took_ms * (all / (2.0 * f64::from(lookups.max(1)))).max(1.0);
         if of_all_ms < 0.5 * self.target_ms {
-            self.work_of_all = self.work_of_all.max((2 * self.work).min(MOST_WORK));
+            self.iterations_of_all = self
+                .iterations_of_all
+                .max((2 * self.iterations).min(MOST_ITERATIONS));
         }
         if took_ms < 0.5 * self.target_ms {
-            self.work = (self.work * 2).min(MOST_WORK);
+            self.iterations = (self.iterations * 2).min(MOST_ITERATIONS);
         } else if took_ms > 1.5 * self.target_ms {
-            self.work = (self.work / 2).max(LEAST_WORK);
+            self.iterations = (self.iterations / 2).max(LEAST_ITERATIONS);
         }
-        if most_had_work {
-            self.work_of_all = self.work;
+        if most_were_busy {
+            self.iterations_of_all = self.iterations;
         }
     }
 }

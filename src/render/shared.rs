@@ -262,7 +262,7 @@ shared! {
     }
 
     /// The node that a slot is working on.
-    pub struct NodeWork {
+    pub struct SlotNode {
         pub node: ivec3,
         /// Where the sums go.
         pub item: uint,

@@ -14,7 +14,7 @@ use crate::render::gpu_scene::GpuScene;
 use crate::render::layout::CacheLayout;
 use crate::render::resources::{bytes_of, slots};
 use crate::render::shared::{
-    BRICK, Brick, CUT_WORDS, NodeWork, REFLECTANCE_ANGLES, RIM_WORDS, Reflectance, Tail, Turn,
+    BRICK, Brick, CUT_WORDS, REFLECTANCE_ANGLES, RIM_WORDS, Reflectance, SlotNode, Tail, Turn,
 };
 
 /// The cache: its nodes' light, and where to find it.
@@ -39,7 +39,7 @@ pub struct CacheMemory {
     /// For each place, a bit a cube: whether it is at the rim; `None` where there can be none.
     pub(super) rims: Option<Buffer>,
     /// The node that each slot is working on.
-    pub work: Buffer,
+    pub slot_nodes: Buffer,
     /// The work that is under way (`work_list.rs`), and the sums of its parts.
     pub(super) turns: Buffer,
     parts: Buffer,
@@ -101,7 +101,7 @@ impl CacheMemory {
                 "cache: rim",
                 bytes_of_words(layout, RIM_WORDS),
             )?,
-            work: on_device("cache: work", bytes_of::<NodeWork>(slots))?,
+            slot_nodes: on_device("cache: nodes of slots", bytes_of::<SlotNode>(slots))?,
             turns: Buffer::new(
                 memory,
                 BufferDesc::upload("cache: turns", bytes_of::<Turn>(most_turns(items))),
@@ -154,17 +154,17 @@ impl CacheMemory {
     }
 
     /// Makes room for a picture of another size, and for paths in `slots` slots.
-    pub fn resize_work(&mut self, size: [u32; 2], slots: u32) -> Result<()> {
+    pub fn resize_room(&mut self, size: [u32; 2], slots: u32) -> Result<()> {
         if let Some(tails) = &mut self.tails {
             tails.resize(tail_bytes(size))?;
         }
-        self.work.resize(bytes_of::<NodeWork>(slots))?;
+        self.slot_nodes.resize(bytes_of::<SlotNode>(slots))?;
         self.resize_parts()
     }
 
     /// Makes room for as many parts as the layout and the slots need.
     fn resize_parts(&mut self) -> Result<()> {
-        let slots = self.work.desc.bytes / size_of::<NodeWork>() as u64;
+        let slots = self.slot_nodes.desc.bytes / size_of::<SlotNode>() as u64;
         self.most_items = most_items(
             slots as u32,
             &self.layout,
@@ -263,7 +263,7 @@ impl CacheMemory {
     /// A buffer, or another one where the scene does without it: a shader's descriptor has to hold something, although
     /// no branch that runs reads it.
     fn or_other<'a>(&'a self, buffer: &'a Option<Buffer>) -> Binding<'a> {
-        Binding::Buffer(buffer.as_ref().unwrap_or(&self.work))
+        Binding::Buffer(buffer.as_ref().unwrap_or(&self.slot_nodes))
     }
 
     /// The flux, or another image for the same reason.

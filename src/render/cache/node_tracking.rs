@@ -17,7 +17,7 @@ use crate::shared;
 shared! {
     pub struct NodePush {
         /// Loop iterations after which a slot leaves its path to the next dispatch.
-        pub work: uint,
+        pub most_iterations: uint,
         pub slots: uint,
         /// The portion's turns; those of the coarse lattice come first.
         pub turns: uint,
@@ -86,25 +86,27 @@ impl NodeTracking {
         cache: &mut CacheMemory,
     ) -> Result<Advanced> {
         let (pass, portion, nodes_half) = (&self.pass, self.portion, self.half);
-        let mut progress = self.queue.advance(frame, r, pass, |frame, work| {
-            let push = NodePush {
-                work,
-                slots: r.slots(),
-                turns: portion.turns,
-                coarse_turns: portion.coarse_turns,
-                nodes_half,
-            };
-            let bindings = [
-                &r.medium_bindings()[..],
-                &r.surface_bindings(),
-                &cache.bindings(),
-                &r.path_bindings(),
-                &cache.work_bindings(),
-                &[("node_works", Binding::Buffer(&cache.work))],
-            ]
-            .concat();
-            frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
-        })?;
+        let mut progress = self
+            .queue
+            .advance(frame, r, pass, |frame, most_iterations| {
+                let push = NodePush {
+                    most_iterations,
+                    slots: r.slots(),
+                    turns: portion.turns,
+                    coarse_turns: portion.coarse_turns,
+                    nodes_half,
+                };
+                let bindings = [
+                    &r.medium_bindings()[..],
+                    &r.surface_bindings(),
+                    &cache.bindings(),
+                    &r.path_bindings(),
+                    &cache.work_bindings(),
+                    &[("slot_nodes", Binding::Buffer(&cache.slot_nodes))],
+                ]
+                .concat();
+                frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
+            })?;
         if !progress.under_way {
             progress.under_way = self.end_portion(frame, r, cache)?;
         }

@@ -6,6 +6,7 @@ use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
+use crate::render::shared::{MARCH_AT_REST, MARCH_CACHED, MARCH_PICTURE};
 use crate::shared;
 
 shared! {
@@ -14,13 +15,13 @@ shared! {
         pub stride: uint,
         /// Factor on the length of steps.
         pub step_scale: float,
-        /// 1: the result is not the picture, but what of it the cache has without the suns' light, and in alpha the whole
-        /// picture's mean over channels. 2: the same, without the light that a picture at rest leaves to paths.
-        pub measures: uint,
+        /// `MARCH_PICTURE`, or else the result is what `MARCH_CACHED` or `MARCH_AT_REST` say, and in alpha the whole
+        /// picture's mean over channels.
+        pub wanted: uint,
         /// 1: bricks get their weights.
         pub weighs: uint,
         /// The point of each pixel, in [0, 1)², through which its ray goes.
-        pub place: vec2,
+        pub point: vec2,
         /// Number of rays of each pixel whose mean is in `unit_sum`, and to which this one is added.
         pub rays_before: uint,
     }
@@ -34,7 +35,7 @@ pub const RAYS: u32 = 9;
 
 /// The point of a pixel through which one of its rays goes: the first in the middle, all of them a rank-1 lattice, the
 /// same in each pixel, whose mean square error at straight edges is a twentieth of the middle's alone.
-fn place(ray: u32) -> vec2 {
+fn point_in_pixel(ray: u32) -> vec2 {
     [7, 5]
         .map(|step| ((step * ray) % RAYS) as f32 / RAYS as f32 + 0.5)
         .map(f32::fract)
@@ -76,7 +77,7 @@ impl RayMarch {
         slices: &mut Slices,
     ) -> Result<bool> {
         let push = MarchPush {
-            place: place(self.rays),
+            point: point_in_pixel(self.rays),
             rays_before: self.rays,
             ..push(1)
         };
@@ -118,11 +119,11 @@ impl RayMarch {
     }
 }
 
-/// The question from which the cache's error is measured (`MarchPush::measures`), in every `stride`-th pixel along
+/// The question from which the cache's error is measured (`MARCH_CACHED`), in every `stride`-th pixel along
 /// both axes.
 pub fn for_error(stride: u32) -> MarchPush {
     MarchPush {
-        measures: 1,
+        wanted: MARCH_CACHED,
         ..push(stride)
     }
 }
@@ -130,7 +131,7 @@ pub fn for_error(stride: u32) -> MarchPush {
 /// The same for what a picture at rest takes from the cache.
 pub fn for_error_at_rest(stride: u32) -> MarchPush {
     MarchPush {
-        measures: 2,
+        wanted: MARCH_AT_REST,
         ..push(stride)
     }
 }
@@ -147,9 +148,9 @@ fn push(stride: u32) -> MarchPush {
     MarchPush {
         stride,
         step_scale: 1.0,
-        measures: 0,
+        wanted: MARCH_PICTURE,
         weighs: 0,
-        place: place(0),
+        point: point_in_pixel(0),
         rays_before: 0,
     }
 }
@@ -203,7 +204,7 @@ mod tests {
 
     #[test]
     fn rays_are_spread_evenly() {
-        let points: Vec<_> = (0..RAYS).map(place).collect();
+        let points: Vec<_> = (0..RAYS).map(point_in_pixel).collect();
         assert_eq!(points[0], [0.5; 2]);
         let ratio = error_at_edges(&points[..1]) / error_at_edges(&points);
         assert!((15.0..25.0).contains(&ratio), "{ratio}");

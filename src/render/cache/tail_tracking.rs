@@ -15,7 +15,7 @@ shared! {
         /// Index of the sample that has been marched.
         pub sample_index: uint,
         /// Loop iterations after which a slot leaves its path to the next dispatch.
-        pub work: uint,
+        pub most_iterations: uint,
         pub slots: uint,
     }
 }
@@ -42,10 +42,10 @@ impl TailTracking {
         sample_index: u32,
     ) -> Result<Advanced> {
         let TailTracking { pass, queue } = self;
-        queue.advance(frame, r, pass, |frame, work| {
+        queue.advance(frame, r, pass, |frame, most_iterations| {
             let push = TailPush {
                 sample_index,
-                work,
+                most_iterations,
                 slots: r.slots(),
             };
             record(pass, frame, r, cache, &push)
@@ -56,7 +56,7 @@ impl TailTracking {
     pub fn warm_up(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         let nothing = TailPush {
             sample_index: 0,
-            work: 0,
+            most_iterations: 0,
             slots: 0,
         };
         frame.run(|f| record(&self.pass, f, r, cache, &nothing))

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::render::packed::position;
 use crate::render::parts::{Field, Medium, Parts, TransferPoint};
-use crate::render::shared::{Clip, MACROCELL, Surface};
+use crate::render::shared::{Clip, INTERPOLATION_ROUNDING, MACROCELL, Surface};
 use crate::scene::volume::Volume;
 
 pub struct Occupancy {
@@ -87,12 +87,12 @@ impl Occupancy {
     }
 }
 
-/// The rule of `largest_sigma_t` in `glsl/include/medium.glsl`: opacity is largest at an end of the range or at a point
+/// The rule of `sigma_t_range` in `glsl/include/medium.glsl`: opacity is largest at an end of the range or at a point
 /// of the transfer function within it.
 fn scatters(range: [f32; 2], medium: &Medium) -> bool {
     let transfer = &medium.transfer;
     let rounding = if range[0] < range[1] {
-        1e-6 * range[0].abs().max(range[1].abs())
+        INTERPOLATION_ROUNDING * range[0].abs().max(range[1].abs())
     } else {
         0.0
     };

@@ -27,7 +27,7 @@ const VOLUMES: [(u32, CacheScale); 3] = [
 const BUFFERS: [&str; 7] = [
     "paths",
     "counters",
-    "cache: work",
+    "cache: nodes of slots",
     "tails",
     "streaming",
     "done marks",
