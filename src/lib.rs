@@ -54,6 +54,7 @@ pub mod info;
 pub mod interrupt;
 #[cfg(feature = "cli")]
 pub mod job;
+mod locked;
 pub mod output;
 pub mod render;
 pub mod scene;

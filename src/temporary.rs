@@ -8,9 +8,11 @@
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use tempfile::NamedTempFile;
+
+use crate::locked::locked;
 
 /// Files under temporary names that may be there now.
 static NAMES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -19,7 +21,7 @@ static NAMES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 /// end.
 #[cfg(feature = "cli")]
 pub fn remove_all() {
-    let names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    let names = locked(&NAMES);
     for name in names.iter() {
         // It may have its final name already.
         let _ = fs::remove_file(name);
@@ -39,7 +41,7 @@ pub struct Listed(PathBuf);
 
 impl Listed {
     pub fn new(path: PathBuf) -> Listed {
-        let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut names = locked(&NAMES);
         names.push(path.clone());
         Listed(path)
     }
@@ -47,7 +49,7 @@ impl Listed {
 
 impl Drop for Listed {
     fn drop(&mut self) {
-        let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut names = locked(&NAMES);
         names.retain(|name| *name != self.0);
     }
 }
@@ -100,7 +102,7 @@ fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<Temporary> {
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     // Whoever removes all files on the list must not miss this one.
-    let mut names = NAMES.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut names = locked(&NAMES);
     let file = builder.tempfile_in(folder)?;
     let path = file.path().to_owned();
     names.push(path.clone());

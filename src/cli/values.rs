@@ -12,7 +12,7 @@ use toml::Value;
 use crate::engine::{Limit, SampleRange};
 use crate::output::Format;
 use crate::scene::file::EXPOSURE;
-use crate::scene::{CacheFormat, CacheScale, Edit, Variant, View};
+use crate::scene::{CacheFormat, CacheScale, Edit, Side, Variant};
 
 /// The value of `--vram-budget`.
 pub(super) fn limit(text: &str) -> Result<Limit, String> {
@@ -77,7 +77,7 @@ where
 }
 
 pub(super) fn view(text: &str) -> Result<Edit, String> {
-    word::<View>(text).map(Edit::view)
+    word::<Side>(text).map(Edit::view)
 }
 
 pub(super) fn iso(text: &str) -> Result<Edit, String> {

@@ -14,6 +14,7 @@ use super::pipeline_cache::PipelineCache;
 use super::shader;
 use super::survey::{DeviceSummary, choose, compute_queue, device_local_heap, survey};
 use crate::error::{DeviceError, Result};
+use crate::locked::locked;
 
 /// Which device to open, and how closely it is watched.
 #[derive(Debug, Clone, Default)]
@@ -153,9 +154,7 @@ impl Device {
 
     /// The queue, for this thread alone until the guard is dropped.
     pub(super) fn queue(&self) -> MutexGuard<'_, vk::Queue> {
-        self.queue
-            .lock()
-            .unwrap_or_else(|broken| broken.into_inner())
+        locked(&self.queue)
     }
 
     fn sampler(&self, filter: vk::Filter) -> Result<vk::Sampler> {

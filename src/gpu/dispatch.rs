@@ -7,7 +7,7 @@ use ash::vk;
 use super::frame::Frame;
 use super::image::Image;
 use super::pass::{Binding, Pass};
-use super::reflection::Slot;
+use super::reflection::Resource;
 use crate::error::Result;
 
 /// Time that a slice of a pass should take where no frame of a window is due.
@@ -54,16 +54,15 @@ impl Frame {
     }
 
     fn bind(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
-        let wrong = |problem: String| pass.unfit(problem);
         if let Some((name, _)) = bindings
             .iter()
-            .find(|(name, _)| !pass.slots.iter().any(|s| s.name == *name))
+            .find(|(name, _)| !pass.resources.iter().any(|declared| declared.name == *name))
         {
-            return Err(wrong(format!(
+            return Err(pass.unfit(format!(
                 "the shader has no {name}, only {}",
-                pass.slots
+                pass.resources
                     .iter()
-                    .map(|s| s.name.as_str())
+                    .map(|declared| declared.name.as_str())
                     .collect::<Vec<_>>()
                     .join(", ")
             )));
@@ -74,38 +73,36 @@ impl Frame {
                 .image_view(image.view)
                 .image_layout(vk::ImageLayout::GENERAL)
         };
-        let mut buffers = Vec::with_capacity(pass.slots.len());
-        let mut images = Vec::with_capacity(pass.slots.len());
-        for slot in &pass.slots {
-            let (_, resource) = bindings
+        let mut buffers = Vec::with_capacity(pass.resources.len());
+        let mut images = Vec::with_capacity(pass.resources.len());
+        for declared in &pass.resources {
+            let (_, bound) = bindings
                 .iter()
-                .find(|(name, _)| *name == slot.name)
-                .ok_or_else(|| wrong(format!("{} is not bound", slot.name)))?;
-            match resource {
+                .find(|(name, _)| *name == declared.name)
+                .ok_or_else(|| pass.unfit(format!("{} is not bound", declared.name)))?;
+            match bound {
                 Binding::Buffer(b) => buffers.push((
-                    slot,
+                    declared,
                     [vk::DescriptorBufferInfo::default()
                         .buffer(b.raw)
                         .range(vk::WHOLE_SIZE)],
                 )),
-                Binding::Image(i) => images.push((slot, [info(i, self.device.nearest)])),
-                Binding::Filtered(i) => images.push((slot, [info(i, self.device.linear)])),
+                Binding::Image(i) => images.push((declared, [info(i, self.device.nearest)])),
+                Binding::Filtered(i) => images.push((declared, [info(i, self.device.linear)])),
             }
         }
-        let write = |slot: &Slot| {
+        let write = |declared: &Resource| {
             vk::WriteDescriptorSet::default()
-                .dst_binding(slot.binding)
-                .descriptor_type(slot.kind)
+                .dst_binding(declared.binding)
+                .descriptor_type(declared.kind)
         };
-        let mut writes: Vec<_> = buffers
+        let buffers = buffers
             .iter()
-            .map(|(slot, info)| write(slot).buffer_info(info))
-            .chain(
-                images
-                    .iter()
-                    .map(|(slot, info)| write(slot).image_info(info)),
-            )
-            .collect();
+            .map(|(declared, info)| write(declared).buffer_info(info));
+        let images = images
+            .iter()
+            .map(|(declared, info)| write(declared).image_info(info));
+        let mut writes: Vec<_> = buffers.chain(images).collect();
         let point = vk::PipelineBindPoint::COMPUTE;
         self.bind_resources(point, &pass.pipeline, &mut writes)
             .map_err(|e| self.lost(e))

@@ -12,6 +12,7 @@ use ash::{ext, vk};
 
 use super::failure::failure;
 use crate::error::{DeviceError, Result};
+use crate::locked::locked;
 
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Validation {
@@ -42,9 +43,7 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 /// and crashes at the next call.
 pub(super) fn one_at_a_time() -> MutexGuard<'static, ()> {
     static LIFETIMES: Mutex<()> = Mutex::new(());
-    LIFETIMES
-        .lock()
-        .unwrap_or_else(|broken| broken.into_inner())
+    locked(&LIFETIMES)
 }
 
 impl Instance {
@@ -116,8 +115,7 @@ impl Instance {
 
     /// The messages of the validation layers so far.
     pub fn messages(&self) -> Vec<String> {
-        let messages = self.messages.lock();
-        let messages = messages.unwrap_or_else(|broken| broken.into_inner());
+        let messages = locked(&self.messages);
         self.heard.store(messages.len(), Ordering::Relaxed);
         messages.clone()
     }
@@ -153,10 +151,7 @@ unsafe extern "system" fn keep_message(
     let (data, messages) = unsafe { (&*data, &*(user_data as *const Messages)) };
     // SAFETY: a non-null message is a C string for the length of the call.
     if let Some(text) = unsafe { data.message_as_c_str() } {
-        messages
-            .lock()
-            .unwrap_or_else(|broken| broken.into_inner())
-            .push(text.to_string_lossy().into_owned());
+        locked(messages).push(text.to_string_lossy().into_owned());
     }
     vk::FALSE
 }

@@ -19,6 +19,7 @@ use gpu_allocator::{AllocationError, AllocationSizes, AllocatorDebugSettings, Me
 use super::device::Device;
 use super::survey::DeviceSummary;
 use crate::error::{DeviceError, MemoryError, Result};
+use crate::locked::locked;
 
 /// One named resource and its size.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -144,9 +145,7 @@ impl Memory {
     }
 
     fn ledger(&self) -> MutexGuard<'_, Ledger> {
-        self.ledger
-            .lock()
-            .unwrap_or_else(|broken| broken.into_inner())
+        locked(&self.ledger)
     }
 
     /// Enters `requirements.size` bytes in the ledger; fails where they exceed the budget or the device's limit.
@@ -214,10 +213,7 @@ impl Holding {
         let allocation = if shall_fail() {
             Err(AllocationError::OutOfMemory)
         } else {
-            allocator
-                .lock()
-                .unwrap_or_else(|broken| broken.into_inner())
-                .allocate(&desc)
+            locked(allocator).allocate(&desc)
         };
         let allocation = allocation.map_err(|e| MemoryError::Refused {
             resource: self.entry.name.into(),
@@ -262,10 +258,7 @@ impl Holding {
             (self.allocation.take(), self.memory.allocator.as_ref())
         {
             // Freeing fails only for memory that is not the allocator's own.
-            let _ = allocator
-                .lock()
-                .unwrap_or_else(|broken| broken.into_inner())
-                .free(allocation);
+            let _ = locked(allocator).free(allocation);
         }
         let mut ledger = self.memory.ledger();
         if let Some(index) = ledger.alive.iter().position(|e| *e == self.entry) {

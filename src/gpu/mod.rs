@@ -48,8 +48,8 @@ pub use timing::{PassTotal, Span, Timings, Work};
 pub use transfer::Piece;
 #[cfg(feature = "window")]
 pub use window::{
-    ATLAS_SIDE, Canvas, CanvasVertex, Patch, SLOT_SIDE, SLOTS, Shape, Surface, Swapchain, Target,
-    slot_corner,
+    ATLAS_SIDE, Canvas, CanvasMesh, CanvasVertex, SLOT_SIDE, SLOTS, Shape, Surface, Swapchain,
+    Target, slot_corner,
 };
 
 pub use ash::vk::Format;

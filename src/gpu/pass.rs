@@ -13,7 +13,7 @@ use super::failure::failure;
 use super::image::Image;
 use super::needs;
 use super::pipeline::Pipeline;
-use super::reflection::{Reflection, Slot, number_resources};
+use super::reflection::{Reflection, Resource, number_resources};
 use super::shader::{PassDesc, Shaders};
 use crate::error::{DeviceError, Error, Result};
 
@@ -38,7 +38,7 @@ impl<'a> Binding<'a> {
 
 pub struct Pass {
     pub name: &'static str,
-    pub(super) slots: Vec<Slot>,
+    pub(super) resources: Vec<Resource>,
     pub(super) push_bytes: u32,
     /// Threads of a workgroup along x, y and z.
     workgroup: [u32; 3],
@@ -60,15 +60,17 @@ impl Pass {
         let began = Instant::now();
         let mut code = shaders.compile(desc, &device.macros())?;
         let Reflection {
-            slots,
+            resources,
             push_bytes,
             workgroup,
         } = number_resources(&mut code)
             .and_then(|()| Reflection::read(&code))
             .map_err(|problem| unfit(desc.name, problem))?;
-        check_resources(&slots, workgroup, device.loads_texels)
+        check_resources(&resources, workgroup, device.loads_texels)
             .map_err(|problem| unfit(desc.name, problem))?;
-        let bindings = slots.iter().map(|slot| (slot.binding, slot.kind));
+        let bindings = resources
+            .iter()
+            .map(|resource| (resource.binding, resource.kind));
         let stage = vk::ShaderStageFlags::COMPUTE;
         let code = without_dead_branches(&code, desc.specialization)
             .map_err(|problem| unfit(desc.name, problem))?;
@@ -79,7 +81,7 @@ impl Pass {
         shaders.spend(began.elapsed());
         Ok(Pass {
             name: desc.name,
-            slots,
+            resources,
             push_bytes,
             workgroup,
             pipeline,
@@ -93,8 +95,17 @@ impl Pass {
 }
 
 /// Fails for a shader that exceeds the limits in the table of needs.
-fn check_resources(slots: &[Slot], workgroup: [u32; 3], loads_texels: bool) -> Result<(), String> {
-    let count = |kind| slots.iter().filter(|slot| slot.kind == kind).count() as u32;
+fn check_resources(
+    resources: &[Resource],
+    workgroup: [u32; 3],
+    loads_texels: bool,
+) -> Result<(), String> {
+    let count = |kind| {
+        resources
+            .iter()
+            .filter(|resource| resource.kind == kind)
+            .count() as u32
+    };
     let images = if loads_texels {
         needs::LOADED_IMAGES
     } else {

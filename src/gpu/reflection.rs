@@ -12,7 +12,7 @@ use super::spirv::{HEADER_WORDS, Instruction, decoration, instructions, op};
 
 /// A resource that the shader uses.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Slot {
+pub(super) struct Resource {
     pub name: String,
     pub binding: u32,
     pub kind: vk::DescriptorType,
@@ -21,7 +21,7 @@ pub(super) struct Slot {
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Reflection {
     /// The resources, in the order in which the module declares them.
-    pub slots: Vec<Slot>,
+    pub resources: Vec<Resource>,
     pub push_bytes: u32,
     /// Threads of a workgroup along x, y and z.
     pub workgroup: [u32; 3],
@@ -31,18 +31,18 @@ impl Reflection {
     /// Reads the module that the shader compiler returned. The error says what is not understood.
     pub fn read(code: &[u32]) -> Result<Reflection, String> {
         let module = Module::read(code)?;
-        let mut slots = Vec::new();
+        let mut resources = Vec::new();
         let mut push_bytes = 0;
         for variable in module.variables() {
             let Variable { id, pointer, class } = variable?;
             if is_resource(class) {
-                slots.push(module.slot(id, module.pointee(pointer)?, class)?);
+                resources.push(module.resource(id, module.pointee(pointer)?, class)?);
             } else if class == storage::PUSH_CONSTANT {
                 push_bytes = module.bytes(module.pointee(pointer)?)?;
             }
         }
         Ok(Reflection {
-            slots,
+            resources,
             push_bytes,
             workgroup: module.workgroup()?,
         })
@@ -152,7 +152,7 @@ impl<'a> Module<'a> {
         String::from_utf8(bytes.take_while(|byte| *byte != 0).collect()).ok()
     }
 
-    fn slot(&self, id: u32, kind: u32, class: u32) -> Result<Slot, String> {
+    fn resource(&self, id: u32, kind: u32, class: u32) -> Result<Resource, String> {
         let name = self
             .name(id)
             .ok_or_else(|| format!("variable {id} has no name"))?;
@@ -177,7 +177,7 @@ impl<'a> Module<'a> {
             }
         };
         let binding = self.decoration(id, decoration::BINDING);
-        Ok(Slot {
+        Ok(Resource {
             binding: binding.ok_or_else(|| format!("{name} has no binding"))?,
             name,
             kind,
@@ -282,12 +282,15 @@ mod tests {
     fn resources_are_numbered_whether_they_are_used_or_not() {
         let code = compiled(SHADER);
         let Reflection {
-            slots,
+            resources,
             push_bytes,
             workgroup,
         } = Reflection::read(&code).expect("SPIR-V");
-        assert!(slots.iter().map(|slot| slot.binding).eq(0..4));
-        let mut kinds: Vec<_> = slots.iter().map(|s| (s.name.as_str(), s.kind)).collect();
+        assert!(resources.iter().map(|resource| resource.binding).eq(0..4));
+        let mut kinds: Vec<_> = resources
+            .iter()
+            .map(|s| (s.name.as_str(), s.kind))
+            .collect();
         kinds.sort();
         let expected = [
             ("cells", vk::DescriptorType::STORAGE_IMAGE),

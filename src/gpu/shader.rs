@@ -6,7 +6,7 @@
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
-use std::sync::{LazyLock, Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex};
 use std::time::Duration;
 
 use include_dir::{Dir, DirEntry, include_dir};
@@ -18,6 +18,7 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 
 use super::compiled::Compiled;
 use crate::error::{DeviceError, Error, Result};
+use crate::locked::locked;
 
 static EMBEDDED: Dir<'_> = include_dir!("$CARGO_MANIFEST_DIR/glsl");
 
@@ -80,13 +81,13 @@ impl Shaders {
     }
 
     pub(super) fn spend(&self, time: Duration) {
-        *self.spent.lock().unwrap_or_else(PoisonError::into_inner) += time;
+        *locked(&self.spent) += time;
     }
 
     /// The time that compiling has taken so far, the driver's share included. Where two threads compile at once, both
     /// count.
     pub fn time_spent(&self) -> Duration {
-        *self.spent.lock().unwrap_or_else(PoisonError::into_inner)
+        *locked(&self.spent)
     }
 
     /// SPIR-V of `glsl/NAME.comp` for a device with these macros of its own (`Device::macros`).

@@ -9,13 +9,13 @@ use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stopwatch};
 use crate::error::Result;
 use crate::interrupt;
-use crate::output::{Outputs, Parts, say};
+use crate::output::{Continuation, Outputs, say};
 use crate::render::doubling;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{About, CacheFile, Found, Identity, Named, RunOf, Settings, State};
 
 /// The render whose state is kept.
-pub struct Subject<'a> {
+pub struct KeptRender<'a> {
     pub args: &'a RenderArgs,
     pub opened: &'a Opened,
     pub views: &'a [View],
@@ -26,7 +26,7 @@ pub struct Subject<'a> {
 /// A checkpoint and the state of keeping it.
 pub struct Keeper<'a> {
     path: &'a Path,
-    subject: Subject<'a>,
+    subject: KeptRender<'a>,
     found: Found,
     /// Paths of the cache that was restored.
     cache_paths: u64,
@@ -70,12 +70,12 @@ impl<'a> Keeper<'a> {
     /// If the checkpoint belongs to another render, or is damaged.
     pub fn begin(
         path: &'a Path,
-        subject: Subject<'a>,
+        subject: KeptRender<'a>,
         found: Found,
         engine: &mut Engine,
         volume: String,
     ) -> Result<Keeper<'a>> {
-        let Subject {
+        let KeptRender {
             args,
             opened,
             views,
@@ -264,7 +264,7 @@ impl<'a> Keeper<'a> {
             run.seconds = self.began.elapsed().as_secs_f64();
             run.samples = engine.totals().samples;
         }
-        let Subject { args, opened, .. } = &self.subject;
+        let KeptRender { args, opened, .. } = &self.subject;
         let state = State {
             header,
             settings: settings(engine),
@@ -275,7 +275,7 @@ impl<'a> Keeper<'a> {
             cpu_seconds: watch.cpu().as_secs_f64(),
             runs: self.runs.clone(),
         };
-        let parts = Parts {
+        let parts = Continuation {
             header: &to_json(&state)?,
             sums: &sums,
             is_quick: true,

@@ -3,7 +3,7 @@
 use crate::cli::MergeArgs;
 use crate::error::Result;
 use crate::interrupt;
-use crate::output::{Outputs, Parts, Provenance, check_writable, say};
+use crate::output::{Continuation, Outputs, Provenance, check_writable, say};
 use crate::shard;
 
 use super::shards::to_json;
@@ -25,7 +25,7 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
         header.identity.seed,
         header.devices.join("; "),
     );
-    let parts = Parts {
+    let parts = Continuation {
         header: &to_json(header)?,
         sums: &merged.sums,
         is_quick: false,

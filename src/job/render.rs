@@ -4,7 +4,7 @@ use std::num::NonZeroU32;
 use std::panic::resume_unwind;
 use std::thread;
 
-use super::checkpoint::{Earlier, Keeper, Subject};
+use super::checkpoint::{Earlier, Keeper, KeptRender};
 use super::clock::Clock;
 use super::open_scene_timed;
 use super::shards::{Fingerprints, check_variant};
@@ -202,7 +202,7 @@ impl<'a> Render<'a> {
         if let Some(shard) = stop.samples {
             engine.begin_at_sample(shard.first);
         }
-        let subject = Subject {
+        let subject = KeptRender {
             args,
             opened,
             views,

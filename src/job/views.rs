@@ -6,7 +6,7 @@ use super::shards::{Fingerprints, to_json};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Picture};
 use crate::error::Result;
-use crate::output::{Format, Outputs, Parts, Provenance};
+use crate::output::{Continuation, Format, Outputs, Provenance};
 use crate::render::Sums;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::Header;
@@ -95,7 +95,7 @@ impl Saved {
             match Format::of(path)? {
                 Format::Exr => match parts {
                     Some((header, sums)) => {
-                        let parts = Parts {
+                        let parts = Continuation {
                             header: &to_json(header)?,
                             sums,
                             is_quick: false,

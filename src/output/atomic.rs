@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
-use super::{Parts, Provenance, exr, png};
+use super::{Continuation, Provenance, exr, png};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
@@ -60,7 +60,7 @@ impl Outputs {
         path: &Path,
         picture: &Picture,
         provenance: &Provenance,
-        parts: Parts<'_>,
+        parts: Continuation<'_>,
     ) -> Result<()> {
         self.stage(path, |file| {
             exr::encode(file, picture, provenance, Some(parts))

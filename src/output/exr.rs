@@ -7,7 +7,7 @@ use std::io::{self, Seek, Write};
 
 use ::exr::prelude::*;
 
-use super::{Parts, Provenance};
+use super::{Continuation, Provenance};
 use crate::engine::Picture;
 use crate::render::Sums;
 
@@ -23,7 +23,7 @@ pub(super) fn encode(
     file: &mut (impl Write + Seek),
     picture: &Picture,
     provenance: &Provenance,
-    parts: Option<Parts<'_>>,
+    parts: Option<Continuation<'_>>,
 ) -> io::Result<()> {
     let size = Vec2(picture.width as usize, picture.height as usize);
     let mut channels = channels(picture);

@@ -92,7 +92,7 @@ impl Provenance {
 
 /// Additional contents of an EXR with which another run can continue the picture.
 #[derive(Debug, Clone, Copy)]
-pub struct Parts<'a> {
+pub struct Continuation<'a> {
     /// The header as JSON.
     pub header: &'a str,
     pub sums: &'a Sums,

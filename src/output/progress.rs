@@ -1,13 +1,14 @@
 //! Progress on stderr: a bar on a terminal, a line now and then in a log, nothing when quiet.
 
 use std::io::{self, IsTerminal, Write};
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
 use super::say;
 use crate::engine::{self, Sampling, Stop};
+use crate::locked::locked;
 use crate::scene::volume::Copying;
 
 /// Seconds until the stop is reached, estimated from the progress so far.
@@ -148,7 +149,7 @@ pub fn copying(quiet: bool) -> impl Fn(&Copying) + Send + Sync {
             share,
         } = copying;
         let percent = format!("copying {volume}: {:.0} %", 100.0 * share);
-        let mut shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut shown = locked(&shown);
         let (bar, last) = shown.get_or_insert_with(|| {
             let folder = folder.display();
             let line = format!("copying {volume} to {folder}, where the next run will find it");

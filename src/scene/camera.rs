@@ -44,7 +44,7 @@ pub enum Projection {
 /// A side of the box to look from. Anatomical sides are the patient's own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum View {
+pub enum Side {
     Anterior,
     Posterior,
     Left,
@@ -65,12 +65,12 @@ pub enum View {
     MinusZ,
 }
 
-impl View {
+impl Side {
     /// The default view: from the front of a patient, or else the usual view of axes on paper.
-    pub fn default_for(axes: Option<Axes>) -> View {
+    pub fn default_for(axes: Option<Axes>) -> Side {
         match axes {
-            Some(_) => View::Anterior,
-            None => View::PlusZ,
+            Some(_) => Side::Anterior,
+            None => Side::PlusZ,
         }
     }
 
@@ -79,18 +79,18 @@ impl View {
     pub fn towards_eye(self, axes: Option<Axes>) -> Option<[f64; 3]> {
         let anatomical = |side| axes.map(|axes| direction_of(side, axes));
         match self {
-            View::Anterior => anatomical(Anatomical::Anterior),
-            View::Posterior => anatomical(Anatomical::Posterior),
-            View::Left => anatomical(Anatomical::Left),
-            View::Right => anatomical(Anatomical::Right),
-            View::Superior => anatomical(Anatomical::Superior),
-            View::Inferior => anatomical(Anatomical::Inferior),
-            View::PlusX => Some([1.0, 0.0, 0.0]),
-            View::MinusX => Some([-1.0, 0.0, 0.0]),
-            View::PlusY => Some([0.0, 1.0, 0.0]),
-            View::MinusY => Some([0.0, -1.0, 0.0]),
-            View::PlusZ => Some([0.0, 0.0, 1.0]),
-            View::MinusZ => Some([0.0, 0.0, -1.0]),
+            Side::Anterior => anatomical(Anatomical::Anterior),
+            Side::Posterior => anatomical(Anatomical::Posterior),
+            Side::Left => anatomical(Anatomical::Left),
+            Side::Right => anatomical(Anatomical::Right),
+            Side::Superior => anatomical(Anatomical::Superior),
+            Side::Inferior => anatomical(Anatomical::Inferior),
+            Side::PlusX => Some([1.0, 0.0, 0.0]),
+            Side::MinusX => Some([-1.0, 0.0, 0.0]),
+            Side::PlusY => Some([0.0, 1.0, 0.0]),
+            Side::MinusY => Some([0.0, -1.0, 0.0]),
+            Side::PlusZ => Some([0.0, 0.0, 1.0]),
+            Side::MinusZ => Some([0.0, 0.0, -1.0]),
         }
     }
 }

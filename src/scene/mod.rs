@@ -16,7 +16,7 @@ mod words;
 
 use serde::{Deserialize, Serialize};
 
-pub use camera::{Camera, Projection, View};
+pub use camera::{Camera, Projection, Side};
 pub use file::{Edit, SceneFile, describe, resolve};
 pub use light::*;
 pub use medium::{Medium, TransferPoint};

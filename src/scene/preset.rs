@@ -11,7 +11,7 @@ use std::path::Path;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::camera::{View, default_up};
+use super::camera::{Side, default_up};
 use super::file::{
     IsoTable, LightKind, LightTable, MediumTable, SceneFile, ShadingModel, SurfacesTable,
     TransferTable,
@@ -45,7 +45,7 @@ impl Preset {
         self,
         path: &Path,
         volume: &Volume,
-        view: Option<View>,
+        view: Option<Side>,
     ) -> Result<(String, SceneFile)> {
         let [low, high] = volume.range;
         if low == high {
@@ -146,8 +146,8 @@ fn surface(value: f64) -> IsoTable {
 
 /// A warm sun over the viewer's left shoulder, and a dim blue sky that fills the shadows. A view that the orientation does
 /// not know is refused later.
-fn lights(axes: Option<Axes>, view: Option<View>) -> Vec<LightTable> {
-    let default = View::default_for(axes).towards_eye(axes);
+fn lights(axes: Option<Axes>, view: Option<Side>) -> Vec<LightTable> {
+    let default = Side::default_for(axes).towards_eye(axes);
     let back = view.and_then(|view| view.towards_eye(axes)).or(default);
     let back = back.expect("the default view exists for every orientation");
     let up = DVec3::from(default_up(back, axes));

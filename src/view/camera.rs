@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use crate::scene::volume::Axes;
-use crate::scene::{Camera, Projection, View};
+use crate::scene::{Camera, Projection, Side};
 
 /// The least angle between the view direction and the axis: a camera that looks along the axis has no direction that
 /// is up.
@@ -60,23 +60,23 @@ pub fn zoom(camera: &Camera, steps: f64) -> Camera {
 }
 
 /// The six sides behind the keys 1 to 6.
-pub fn named_views(axes: Option<Axes>) -> [View; 6] {
+pub fn named_views(axes: Option<Axes>) -> [Side; 6] {
     match axes {
         Some(_) => [
-            View::Anterior,
-            View::Posterior,
-            View::Left,
-            View::Right,
-            View::Superior,
-            View::Inferior,
+            Side::Anterior,
+            Side::Posterior,
+            Side::Left,
+            Side::Right,
+            Side::Superior,
+            Side::Inferior,
         ],
         None => [
-            View::PlusZ,
-            View::MinusZ,
-            View::MinusX,
-            View::PlusX,
-            View::PlusY,
-            View::MinusY,
+            Side::PlusZ,
+            Side::MinusZ,
+            Side::MinusX,
+            Side::PlusX,
+            Side::PlusY,
+            Side::MinusY,
         ],
     }
 }

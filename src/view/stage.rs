@@ -15,7 +15,7 @@ use crate::engine::Host;
 use crate::error::{DeviceError, Result};
 use crate::fence::unless_it_panics;
 use crate::gpu::{
-    ATLAS_SIDE, Canvas, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory, Patch,
+    ATLAS_SIDE, Canvas, CanvasMesh, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory,
     Shape, Surface, Swapchain,
 };
 
@@ -199,11 +199,11 @@ impl Stage {
         }
         let scale = output.pixels_per_point;
         let primitives = self.egui.tessellate(output.shapes, scale);
-        let patches: Vec<Patch> = primitives
+        let meshes: Vec<CanvasMesh> = primitives
             .into_iter()
-            .filter_map(|primitive| self.patch(primitive, scale))
+            .filter_map(|primitive| self.mesh(primitive, scale))
             .collect();
-        self.images.canvas.fill(&patches);
+        self.images.canvas.fill(&meshes);
         for id in free {
             self.textures.free(id);
         }
@@ -230,7 +230,7 @@ impl Stage {
     }
 
     /// Triangles of the user interface, from points to pixels and texels.
-    fn patch(&self, primitive: egui::ClippedPrimitive, scale: f32) -> Option<Patch> {
+    fn mesh(&self, primitive: egui::ClippedPrimitive, scale: f32) -> Option<CanvasMesh> {
         let egui::epaint::Primitive::Mesh(mesh) = primitive.primitive else {
             return None;
         };
@@ -252,7 +252,7 @@ impl Stage {
             uv: texel([v.uv.x, v.uv.y]),
             color: u32::from_le_bytes(v.color.to_array()),
         };
-        Some(Patch {
+        Some(CanvasMesh {
             clip: [corner(clip.min), corner(clip.max)],
             vertices: mesh.vertices.iter().map(vertex).collect(),
             indices: mesh.indices,

@@ -58,7 +58,7 @@ shared! {
 }
 
 /// Triangles that are drawn inside one rectangle.
-pub struct Patch {
+pub struct CanvasMesh {
     /// Low and high corner in pixels.
     pub clip: [[u32; 2]; 2],
     pub vertices: Vec<CanvasVertex>,
@@ -131,13 +131,13 @@ impl Canvas {
     }
 
     /// Sets the triangles that are drawn from now on.
-    pub fn fill(&mut self, patches: &[Patch]) {
+    pub fn fill(&mut self, meshes: &[CanvasMesh]) {
         let (mut vertices, mut indices) = (Vec::new(), Vec::new());
         self.draws.clear();
-        for patch in patches {
-            let [low, high] = patch.clip;
-            if vertices.len() + patch.vertices.len() > MOST_VERTICES
-                || indices.len() + patch.indices.len() > MOST_INDICES
+        for mesh in meshes {
+            let [low, high] = mesh.clip;
+            if vertices.len() + mesh.vertices.len() > MOST_VERTICES
+                || indices.len() + mesh.indices.len() > MOST_INDICES
                 || (0..2).any(|a| high[a] <= low[a])
             {
                 continue;
@@ -146,10 +146,10 @@ impl Canvas {
             self.draws.push(Draw {
                 scissor: rectangle([low, high]),
                 first: indices.len() as u32,
-                count: patch.indices.len() as u32,
+                count: mesh.indices.len() as u32,
             });
-            vertices.extend_from_slice(&patch.vertices);
-            indices.extend(patch.indices.iter().map(|i| i + first_vertex));
+            vertices.extend_from_slice(&mesh.vertices);
+            indices.extend(mesh.indices.iter().map(|i| i + first_vertex));
         }
         self.vertices.write(&vertices);
         self.indices.write(&indices);

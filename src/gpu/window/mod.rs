@@ -4,5 +4,5 @@ mod canvas;
 mod surface;
 mod target;
 
-pub use canvas::{ATLAS_SIDE, Canvas, CanvasVertex, Patch, SLOT_SIDE, SLOTS, slot_corner};
+pub use canvas::{ATLAS_SIDE, Canvas, CanvasMesh, CanvasVertex, SLOT_SIDE, SLOTS, slot_corner};
 pub use surface::{Shape, Surface, Swapchain, Target};

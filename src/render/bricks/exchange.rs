@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 
-use super::window::{Items, Order, Window};
+use super::admission::{Admission, Items, Order};
 use crate::error::Result;
 use crate::gpu::{Buffer, BufferDesc, Frame, Memory};
 use crate::render::layout::BrickLayout;
@@ -24,7 +24,7 @@ pub struct Exchange {
     streaming: Buffer,
     /// Whether `pages` has changes that the device does not know yet.
     pages_changed: bool,
-    pub window: Window,
+    pub admission: Admission,
     items: Items,
     /// Whether invocations do without missing bricks instead of waiting for them.
     pub previews: bool,
@@ -51,7 +51,7 @@ impl Exchange {
             pages: buffer("volume pages, host", page_bytes(layout))?,
             streaming: buffer("streaming, host", size_of::<Streaming>() as u64)?,
             pages_changed: false,
-            window: Window::new(),
+            admission: Admission::new(),
             items: Items::NONE,
             previews: false,
             done_mark: 0,
@@ -62,7 +62,7 @@ impl Exchange {
     /// Begins a piece of work, of which nothing is done. Returns whether older marks may be mistaken for those of this
     /// one, so that they have to be cleared.
     pub fn begin(&mut self, order: Order) -> bool {
-        self.window.begin(order);
+        self.admission.begin(order);
         self.done_mark = self.done_mark.wrapping_add(1);
         let begins_anew = self.done_mark <= 1;
         self.done_mark = self.done_mark.max(1);
@@ -97,8 +97,8 @@ impl Exchange {
     pub fn write_state(&mut self) {
         self.streaming.write(&[Streaming {
             first_missed: u32::MAX,
-            first: self.window.first,
-            count: self.window.count,
+            first: self.admission.first,
+            count: self.admission.count,
             done_mark: self.done_mark,
             units: self.items.units,
             first_item: self.items.first,

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::admission::Loads;
 use super::host::HostBricks;
 use super::place_bricks::PlaceBricks;
 use super::places::{Load, Places, take_requests};
-use super::window::Loads;
 use crate::error::Result;
 use crate::gpu::{Buffer, BufferDesc, Frame, Image, Memory, Piece};
 use crate::render::layout::BrickLayout;

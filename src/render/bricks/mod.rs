@@ -5,18 +5,18 @@
 //! there. So the host only has to ensure that some invocation makes progress: after a dispatch that has missed bricks
 //! it loads those requested most, in the places of bricks that have not been read since the host last looked. If all
 //! have been read and no invocation makes progress, too many invocations need too many bricks at once, and only some
-//! of them may work for a while (`window.rs`); in the end a single one, which needs the bricks along one ray.
+//! of them may work for a while (`admission.rs`); in the end a single one, which needs the bricks along one ray.
 
+mod admission;
 mod exchange;
 mod host;
 mod loader;
 mod needed;
 pub(super) mod place_bricks;
 mod places;
-mod window;
 
+pub use admission::{Items, Order};
 pub use needed::needed_bricks;
-pub use window::{Items, Order};
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -29,12 +29,12 @@ use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};
 use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory};
 use crate::scene::volume::Volume;
+use admission::{Loads, NoRoom};
 use exchange::{DeviceSide, Exchange};
 use host::HostBricks;
 use loader::Loader;
 use needed::bricks_that_matter;
 use places::Places;
-use window::{Loads, NoRoom};
 
 /// The bricks of a volume, those of them that are on the GPU, and the page table by which shaders find them.
 pub struct VolumeBricks {
@@ -236,13 +236,13 @@ impl VolumeBricks {
         let mut state = self.state.borrow_mut();
         state.exchange.read_report();
         let report = state.exchange.report;
-        let is_done = report.missed == 0 && state.exchange.window.is_whole();
+        let is_done = report.missed == 0 && state.exchange.admission.is_whole();
         if state.exchange.previews || is_done {
             state.exchange.write_state();
             return Ok(false);
         }
         let loads = state.load_missed(frame, image, &self.layout)?;
-        let followed = state.exchange.window.follow(&report, loads);
+        let followed = state.exchange.admission.follow(&report, loads);
         followed.map_err(|NoRoom| no_room(&self.layout))?;
         state.exchange.write_state();
         Ok(true)

@@ -9,13 +9,13 @@ use super::page::Page;
 use crate::error::Result;
 use crate::scene::camera::{default_up, parallel};
 use crate::scene::volume::Axes;
-use crate::scene::{Camera, Projection, View};
+use crate::scene::{Camera, Projection, Side};
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraTable {
     pub eye: Option<[f64; 3]>,
-    pub view: Option<View>,
+    pub view: Option<Side>,
     pub target: Option<[f64; 3]>,
     pub up: Option<[f64; 3]>,
     pub fov_y: Option<f64>,
@@ -39,7 +39,7 @@ impl SceneFile {
         if let Some(up) = table.up {
             self.direction("camera.up", up)?;
         }
-        let is_known = |view: View| view.towards_eye(None).is_some();
+        let is_known = |view: Side| view.towards_eye(None).is_some();
         if table.eye.is_some() || table.view.is_some_and(is_known) {
             self.camera([1.0; 3], None, 1.0).map(drop)
         } else {
@@ -85,7 +85,7 @@ impl SceneFile {
                 }
                 (DVec3::from(eye) - DVec3::from(target)).to_array()
             }
-            (None, view) => self.side(view.unwrap_or(View::default_for(axes)), axes)?,
+            (None, view) => self.side(view.unwrap_or(Side::default_for(axes)), axes)?,
         };
         let up = match table.up {
             None => default_up(towards_eye, axes),
@@ -122,7 +122,7 @@ impl SceneFile {
         }
     }
 
-    fn side(&self, view: View, axes: Option<Axes>) -> Result<[f64; 3]> {
+    fn side(&self, view: Side, axes: Option<Axes>) -> Result<[f64; 3]> {
         view.towards_eye(axes).ok_or_else(|| {
             let unknown = "found an anatomical view, but the volume's orientation is unknown: \
                            set volume.axes (as in \"LPS\") or use +x -x +y -y +z -z";
@@ -135,7 +135,7 @@ pub(super) fn describe_camera(page: &mut Page, camera: &Camera) {
     page.table("[camera]");
     page.line("eye", camera.eye, "world units");
     let views = "instead of eye: anterior posterior left right superior inferior +x -x +y -y +z -z";
-    page.unset(|page| page.line("view", View::PlusZ, views));
+    page.unset(|page| page.line("view", Side::PlusZ, views));
     page.line("target", camera.target, "world units");
     page.line("up", camera.up, "");
     let [angle, height] = ["degrees", "the picture's height in world units"];

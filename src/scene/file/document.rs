@@ -14,7 +14,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::{SceneFile, mismatch};
 use crate::error::{Error, Origin, Place, Result};
-use crate::scene::View;
+use crate::scene::Side;
 
 /// An upper bound of the names in a key: a document with a deeper one is dropped by recursion, for which the stack
 /// may be too small.
@@ -354,7 +354,7 @@ impl Edit {
         Edit { flag, change }
     }
 
-    pub fn view(view: View) -> Edit {
+    pub fn view(view: Side) -> Edit {
         let name = Value::try_from(view).expect("a view is its name");
         let flag = format!("--view {}", name.as_str().unwrap_or_default());
         let change = Change::View(name);
@@ -362,7 +362,7 @@ impl Edit {
     }
 
     /// The named side that it looks from, if it sets one.
-    pub(in crate::scene) fn named_view(&self) -> Option<View> {
+    pub(in crate::scene) fn named_view(&self) -> Option<Side> {
         match &self.change {
             Change::View(name) => name.clone().try_into().ok(),
             Change::Set { key, value } if key == "camera.view" => value.clone().try_into().ok(),

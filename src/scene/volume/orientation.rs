@@ -133,18 +133,18 @@ impl fmt::Display for Axes {
 
 /// The coordinates in which a header gives its directions.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Frame {
+pub(super) enum Coordinates {
     Anatomical(Axes),
     RightHanded,
     LeftHanded,
 }
 
-impl Frame {
+impl Coordinates {
     fn left_handed(self) -> bool {
         match self {
-            Frame::Anatomical(axes) => axes.left_handed(),
-            Frame::RightHanded => false,
-            Frame::LeftHanded => true,
+            Coordinates::Anatomical(axes) => axes.left_handed(),
+            Coordinates::RightHanded => false,
+            Coordinates::LeftHanded => true,
         }
     }
 }
@@ -165,7 +165,7 @@ impl Orientation {
     /// Voxel size and orientation from the steps that i, j and k make in the frame's coordinates.
     pub fn from_steps(
         steps: [[f64; 3]; 3],
-        frame: Frame,
+        frame: Coordinates,
     ) -> std::result::Result<([f64; 3], Orientation), String> {
         let spacing = steps.map(|step| dot(step, step).sqrt());
         for a in 0..3 {
@@ -183,8 +183,8 @@ impl Orientation {
         }
         let left_handed = (determinant(units) < 0.0) != frame.left_handed();
         let axes = match frame {
-            Frame::Anatomical(world) => Some(nearest(units, world, left_handed)),
-            Frame::RightHanded | Frame::LeftHanded => None,
+            Coordinates::Anatomical(world) => Some(nearest(units, world, left_handed)),
+            Coordinates::RightHanded | Coordinates::LeftHanded => None,
         };
         Ok((spacing, Orientation { axes, left_handed }))
     }

@@ -1,6 +1,6 @@
 //! The statistics of a volume's stored values, which are kept once all of them have been seen.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use bytemuck::cast_slice_mut;
 use rayon::prelude::*;
@@ -9,6 +9,7 @@ use super::grid::Grid;
 use super::histogram::Histogram;
 use super::settle::shares;
 use crate::error::Result;
+use crate::locked::locked;
 
 /// Voxels of a piece of the walk through floats.
 const PIECE: usize = 2 << 20;
@@ -39,8 +40,7 @@ impl Statistics {
 
     /// The last histogram of floats.
     pub fn histogram(&self) -> Option<Histogram> {
-        let last = self.histogram.lock();
-        last.unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.histogram).clone()
     }
 
     /// Fills an empty histogram over the meaning of stored values. Integers have been counted; floats are counted
@@ -58,10 +58,7 @@ impl Statistics {
             }
             return Ok(empty);
         }
-        let mut last = self
-            .histogram
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+        let mut last = locked(&self.histogram);
         match &*last {
             Some(known) if known.has_the_bins_of(&empty) => Ok(known.clone()),
             _ => Ok(last.insert(count_floats(empty, grid, value)?).clone()),

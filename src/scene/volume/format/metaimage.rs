@@ -6,7 +6,7 @@ use super::header::{
     About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, names_several_files, unexpected,
 };
 use super::several::{Key, Several};
-use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
@@ -153,9 +153,9 @@ fn orientation(fields: &Fields, axes: usize) -> Parsed<Orientation> {
     for key in ["TransformMatrix", "Rotation", "Orientation"] {
         if let Some(matrix) = fields.numbers::<f64>(key, axes * axes, "numbers")? {
             let frame = if unknown {
-                Frame::RightHanded
+                Coordinates::RightHanded
             } else {
-                Frame::Anatomical(Axes::LPS)
+                Coordinates::Anatomical(Axes::LPS)
             };
             let steps = [0, 1, 2].map(|i| [0, 1, 2].map(|x| matrix[i * axes + x]));
             return Ok(Orientation::from_steps(steps, frame)?.1);

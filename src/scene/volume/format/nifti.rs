@@ -12,7 +12,7 @@ use flate2::read::MultiGzDecoder;
 
 use super::header::{About, Header, first_bytes, unexpected};
 use super::several::{Key, Several};
-use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
@@ -324,7 +324,7 @@ fn geometry(
     unknown: &mut Vec<String>,
 ) -> Parsed<([f64; 3], Orientation)> {
     let places = fields.places;
-    let frame = Frame::Anatomical(Axes::RAS);
+    let frame = Coordinates::Anatomical(Axes::RAS);
     let rows: [[f64; 4]; 3] =
         std::array::from_fn(|row| fields.floats(places.srow + 4 * places.real * row));
     if fields.code(places.sform_code) > 0 && rows != [[0.0; 4]; 3] {

@@ -9,11 +9,12 @@ use std::collections::{HashMap, VecDeque};
 use std::fmt;
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use rayon::prelude::*;
 
 use super::{Cursor, Source};
+use crate::locked::locked;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 
@@ -182,8 +183,8 @@ impl Chunked {
         bytes <= KEPT
     }
 
-    fn kept(&self) -> std::sync::MutexGuard<'_, Kept> {
-        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        locked(&self.kept)
     }
 }
 

@@ -7,10 +7,11 @@
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use rayon::prelude::*;
 
+use crate::locked::locked;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 use crate::scene::volume::source::{Cursor, Source};
@@ -193,7 +194,7 @@ impl Slices {
     /// The numbers of a whole frame, which is kept for the next read.
     fn numbers(&self, n: usize) -> Numbers {
         let numbers = {
-            let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut kept = locked(&self.kept);
             match kept.iter().find(|(other, _)| *other == n) {
                 Some((_, numbers)) => numbers.clone(),
                 None => {

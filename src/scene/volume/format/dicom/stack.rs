@@ -11,9 +11,7 @@
 
 use std::collections::HashSet;
 
-use crate::scene::volume::orientation::{
-    Axes, Frame as Coordinates, Orientation, SHEAR, check_right_angle,
-};
+use crate::scene::volume::orientation::{Axes, Coordinates, Orientation, SHEAR, check_right_angle};
 use crate::scene::volume::parsed::Parsed;
 
 use super::frame::Plane;

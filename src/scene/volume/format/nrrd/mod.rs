@@ -12,7 +12,7 @@ use vectors::vectors;
 use super::header::{
     About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, names_several_files, unexpected,
 };
-use crate::scene::volume::orientation::{Axes, Frame, Orientation};
+use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
@@ -176,9 +176,9 @@ fn between_ends(fields: &Fields, axes: &FileAxes) -> Option<[f64; 3]> {
 
 /// The coordinates of the directions. Without a `space` they are taken as right-handed: nothing is known to the
 /// contrary.
-fn frame(fields: &Fields) -> Parsed<Frame> {
+fn frame(fields: &Fields) -> Parsed<Coordinates> {
     let Some(space) = fields.get("space") else {
-        return Ok(Frame::RightHanded);
+        return Ok(Coordinates::RightHanded);
     };
     let name = space.to_lowercase();
     // Time as a fourth coordinate changes nothing about the others.
@@ -187,11 +187,11 @@ fn frame(fields: &Fields) -> Parsed<Frame> {
         name => name.strip_suffix("-time").unwrap_or(name),
     };
     match in_space {
-        "scanner-xyz" | "3d-right-handed" => Ok(Frame::RightHanded),
-        "3d-left-handed" => Ok(Frame::LeftHanded),
+        "scanner-xyz" | "3d-right-handed" => Ok(Coordinates::RightHanded),
+        "3d-left-handed" => Ok(Coordinates::LeftHanded),
         name => Axes::from_names(name)
             .or_else(|| name.parse().ok())
-            .map(Frame::Anatomical)
+            .map(Coordinates::Anatomical)
             .ok_or_else(|| unexpected("space", space, "a name such as left-posterior-superior")),
     }
 }

@@ -1,7 +1,7 @@
 //! Where a grid's voxels lie in the world: `openvdb/math/Maps.h`.
 
 use super::stream::Stream;
-use crate::scene::volume::orientation::{Frame, Orientation};
+use crate::scene::volume::orientation::{Coordinates, Orientation};
 use crate::scene::volume::parsed::Parsed;
 
 /// The voxel size and the axes' handedness; the inner fault counts unless the user gives both.
@@ -24,7 +24,7 @@ pub fn read(stream: &mut Stream) -> Parsed<Geometry> {
             ));
         }
     };
-    Ok(Orientation::from_steps(steps, Frame::RightHanded))
+    Ok(Orientation::from_steps(steps, Coordinates::RightHanded))
 }
 
 fn vector(stream: &mut Stream) -> Parsed<[f64; 3]> {

@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use super::array::Array;
 use super::crc32c;
 use super::pipeline::Shard;
+use crate::locked::locked;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::Chunks;
 use crate::scene::volume::source::watched::{HAS_CHANGED, Version, WatchedFile};
@@ -217,10 +218,6 @@ impl Chunks for ArrayChunks {
             }
         }
     }
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// All files in a folder and in the folders in it.

@@ -1,7 +1,7 @@
 //! Which invocations of a dispatch may work while bricks of the volume are missing.
 //!
 //! Usually all may. Where too many invocations need too many bricks at once, none of them finds all that it needs.
-//! Then only those work whose index is in a window, which shrinks until one of them makes progress, in the end to a
+//! Then only a range of their indices is admitted, which shrinks until one of them makes progress, in the end to a
 //! single invocation.
 
 use crate::render::shared::Streaming;
@@ -11,7 +11,7 @@ use crate::render::shared::Streaming;
 pub enum Order {
     /// Slots with a path each, which are not done before the queue is empty: any of them may make progress.
     Slots,
-    /// Pixels or the like. Each is done in one dispatch, and neighbours need the same bricks, so the window moves
+    /// Pixels or the like. Each is done in one dispatch, and neighbours need the same bricks, so the range moves
     /// through them in order of their indices.
     Pixels,
 }
@@ -50,13 +50,14 @@ pub struct Loads {
 #[derive(Debug, PartialEq, Eq)]
 pub struct NoRoom;
 
+/// The invocations that are admitted: a range of their indices.
 #[derive(Debug)]
-pub struct Window {
+pub struct Admission {
     order: Order,
     pub first: u32,
-    /// Invocations in the window; `ALL` stands for the whole dispatch.
+    /// Invocations in the range; `ALL` stands for the whole dispatch.
     pub count: u32,
-    /// Dispatches without progress since the last progress, or since the window shrank.
+    /// Dispatches without progress since the last progress, or since the range shrank.
     stalled: u32,
     /// The count with which new work on pixels begins, adapted to the dispatches before.
     enough: u32,
@@ -66,9 +67,9 @@ const ALL: u32 = u32::MAX;
 /// Dispatches without progress after which fewer work: a path may need a few bricks at once.
 const PATIENCE: u32 = 2;
 
-impl Window {
-    pub fn new() -> Window {
-        Window {
+impl Admission {
+    pub fn new() -> Admission {
+        Admission {
             order: Order::Slots,
             first: 0,
             count: ALL,
@@ -77,7 +78,7 @@ impl Window {
         }
     }
 
-    /// Starts the window for new work of this order.
+    /// Admits invocations to new work of this order.
     pub fn begin(&mut self, order: Order) {
         self.order = order;
         self.first = 0;
@@ -92,7 +93,7 @@ impl Window {
         self.count == ALL
     }
 
-    /// Moves the window after a dispatch.
+    /// Moves, widens or shrinks the range after a dispatch.
     pub fn follow(&mut self, report: &Streaming, loads: Loads) -> Result<(), NoRoom> {
         if report.advanced > 0 {
             self.stalled = 0;
@@ -130,7 +131,7 @@ impl Window {
         Ok(())
     }
 
-    /// Moves past the window, all of whose pixels are done.
+    /// Moves on from a range all of whose pixels are done.
     fn pass(&mut self, report: &Streaming) {
         if report.advanced == 0 {
             // No pixel was left there: the next dispatch covers all of them, and mostly finds nothing to do.
@@ -182,61 +183,63 @@ mod tests {
 
     #[test]
     fn slots_work_all_at_once_until_none_comes_further() {
-        let mut window = Window::new();
-        window.begin(Order::Slots);
-        window.follow(&report(100, 7, 3), NONE).expect("progress");
-        assert!(window.is_whole());
+        let mut admission = Admission::new();
+        admission.begin(Order::Slots);
+        admission
+            .follow(&report(100, 7, 3), NONE)
+            .expect("progress");
+        assert!(admission.is_whole());
         for _ in 0..=PATIENCE {
-            window.follow(&report(100, 7, 0), SOME).expect("room");
+            admission.follow(&report(100, 7, 0), SOME).expect("room");
         }
-        assert_eq!((window.first, window.count), (7, 50));
-        window.follow(&report(0, ALL, 50), SOME).expect("room");
-        assert!(window.is_whole());
+        assert_eq!((admission.first, admission.count), (7, 50));
+        admission.follow(&report(0, ALL, 50), SOME).expect("room");
+        assert!(admission.is_whole());
     }
 
     #[test]
     fn a_single_slot_without_room_is_an_error() {
-        let mut window = Window::new();
-        window.begin(Order::Slots);
+        let mut admission = Admission::new();
+        admission.begin(Order::Slots);
         let mut rounds = 0;
-        while window.follow(&report(100, 7, 0), NONE).is_ok() {
+        while admission.follow(&report(100, 7, 0), NONE).is_ok() {
             rounds += 1;
             assert!(rounds < 100);
         }
-        assert_eq!((window.first, window.count), (7, 1));
+        assert_eq!((admission.first, admission.count), (7, 1));
     }
 
     #[test]
     fn pixels_are_gone_through_in_order_as_many_at_once_as_find_their_bricks() {
-        let mut window = Window::new();
-        window.begin(Order::Pixels);
-        window.follow(&report(80, 20, 10), SOME).expect("room");
-        assert_eq!((window.first, window.count), (20, 40));
-        window.follow(&report(0, ALL, 40), SOME).expect("room");
-        assert_eq!((window.first, window.count), (60, 50));
-        window.follow(&report(0, ALL, 0), SOME).expect("room");
-        assert!(window.is_whole() && window.first == 0);
-        window.begin(Order::Pixels);
-        assert_eq!(window.count, 50);
+        let mut admission = Admission::new();
+        admission.begin(Order::Pixels);
+        admission.follow(&report(80, 20, 10), SOME).expect("room");
+        assert_eq!((admission.first, admission.count), (20, 40));
+        admission.follow(&report(0, ALL, 40), SOME).expect("room");
+        assert_eq!((admission.first, admission.count), (60, 50));
+        admission.follow(&report(0, ALL, 0), SOME).expect("room");
+        assert!(admission.is_whole() && admission.first == 0);
+        admission.begin(Order::Pixels);
+        assert_eq!(admission.count, 50);
     }
 
     #[test]
-    fn a_window_of_one_pixel_grows_again() {
-        let mut window = Window::new();
-        window.begin(Order::Pixels);
-        window.follow(&report(3, 20, 1000), NONE).expect("room");
-        assert_eq!((window.first, window.count), (20, 1));
+    fn a_range_of_one_pixel_grows_again() {
+        let mut admission = Admission::new();
+        admission.begin(Order::Pixels);
+        admission.follow(&report(3, 20, 1000), NONE).expect("room");
+        assert_eq!((admission.first, admission.count), (20, 1));
         for _ in 0..12 {
-            window.follow(&report(0, ALL, 1), SOME).expect("room");
+            admission.follow(&report(0, ALL, 1), SOME).expect("room");
         }
-        assert!(window.count > 16, "{}", window.count);
+        assert!(admission.count > 16, "{}", admission.count);
     }
 
     #[test]
     fn pixels_whose_bricks_are_late_are_no_fewer() {
-        let mut window = Window::new();
-        window.begin(Order::Pixels);
-        window.follow(&report(80, 20, 10), LATE).expect("room");
-        assert!(window.is_whole());
+        let mut admission = Admission::new();
+        admission.begin(Order::Pixels);
+        admission.follow(&report(80, 20, 10), LATE).expect("room");
+        assert!(admission.is_whole());
     }
 }
