@@ -35,14 +35,14 @@ pub struct Filled {
     /// The share of the time that filling may take.
     pub share_of_time: f64,
     pub seconds_per_update: f64,
-    /// Paths of all cells, for each pixel of all pictures to be made.
+    /// Paths of all nodes, for each pixel of all pictures to be made.
     pub paths_per_pixel: f64,
 }
 
-/// Paths a cell from which an error can be told.
+/// Paths a node from which an error can be told.
 const FEWEST_UPDATES: u32 = 8;
 
-/// Paths for each cell in the next batch; `None` once the picture needs samples more than the cache needs
+/// Paths for each node in the next batch; `None` once the picture needs samples more than the cache needs
 /// paths. Where samples are counted, the cache gets about as many paths as the pictures get samples.
 pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
     let enough =

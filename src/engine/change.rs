@@ -66,7 +66,7 @@ impl Engine {
         let Some(next) = next else {
             return Ok(Changed::Impossible);
         };
-        if !self.full.passes_serve(&next) || !self.fits(&next)? {
+        if !self.full.passes_serve(&next) || !self.make_room_for(&next)? {
             return Ok(Changed::Impossible);
         }
         let has_new_size = next.parts.view.size != self.full.parts.view.size;
@@ -94,9 +94,9 @@ impl Engine {
         })
     }
 
-    /// Whether `next` fits into memory. Plans for it where it may need other memory, and adopts that plan if it is
-    /// within the budget.
-    fn fits(&mut self, next: &GpuScene) -> Result<bool> {
+    /// Plans for `next` where it may need other memory, and adopts that plan if it is within the budget. Returns whether there
+    /// is room.
+    fn make_room_for(&mut self, next: &GpuScene) -> Result<bool> {
         let points = |scene: &GpuScene| scene.parts.medium.transfer.len();
         let same_memory = next.variant == self.full.variant
             && points(next) == points(&self.full)

@@ -238,7 +238,7 @@ impl Engine {
         Ok(Picture::new(film, hits, &self.scene.render))
     }
 
-    /// Gives all cells of the cache the same number of paths from now on, as pictures from all sides need it.
+    /// Gives all nodes of the cache the same number of paths from now on, as pictures from all sides need it.
     pub fn look_from_everywhere(&mut self) {
         if let Some(mut caching) = self.renderer.caching() {
             caching.widen_focus();

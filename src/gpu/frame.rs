@@ -16,7 +16,7 @@ use super::queue::submit_to_queue;
 use super::timing::{Span, Timings, Work};
 use crate::error::{DeviceError, Error, Result};
 
-const MAX_PASSES: u32 = 64;
+const MOST_PASSES: u32 = 64;
 
 /// A command of the submission under way.
 struct Recorded {
@@ -66,7 +66,7 @@ impl Frame {
             .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
         let queries = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::TIMESTAMP)
-            .query_count(2 * MAX_PASSES);
+            .query_count(2 * MOST_PASSES);
         // SAFETY: all infos are valid; everything is destroyed in Drop.
         unsafe {
             self.pool = raw.create_command_pool(&pool, None)?;
@@ -107,7 +107,7 @@ impl Frame {
         unsafe {
             raw.reset_command_buffer(self.commands, vk::CommandBufferResetFlags::empty())?;
             raw.begin_command_buffer(self.commands, &once)?;
-            raw.cmd_reset_query_pool(self.commands, self.queries, 0, 2 * MAX_PASSES);
+            raw.cmd_reset_query_pool(self.commands, self.queries, 0, 2 * MOST_PASSES);
         }
         Ok(())
     }
@@ -222,10 +222,10 @@ impl Frame {
         stage: vk::PipelineStageFlags2,
         commands: impl FnOnce(&mut Frame) -> Result<()>,
     ) -> Result<()> {
-        if self.recorded.len() as u32 == MAX_PASSES {
+        if self.recorded.len() as u32 == MOST_PASSES {
             return Err(DeviceError::Program {
                 part: format!("pass {name}"),
-                problem: format!("a frame records at most {MAX_PASSES} passes"),
+                problem: format!("a frame records at most {MOST_PASSES} passes"),
             }
             .into());
         }

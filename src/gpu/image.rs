@@ -41,6 +41,10 @@ pub struct Image {
     holding: Holding,
 }
 
+fn texels(extent: [u32; 3]) -> u64 {
+    extent.iter().map(|&n| u64::from(n)).product()
+}
+
 impl ImageDesc {
     /// A 2D image that no shader writes, and whose texels are undefined at first.
     pub const fn flat(name: &'static str, size: [u32; 2], format: vk::Format) -> ImageDesc {
@@ -129,12 +133,17 @@ impl ImageDesc {
 
     /// How many texels there are.
     pub fn texels(&self) -> u64 {
-        self.extent.iter().map(|&n| u64::from(n)).product()
+        texels(self.extent)
     }
 
     /// Bytes of all texels, without a device's padding.
     pub fn bytes(&self) -> u64 {
-        self.texels() * self.texel_bytes() as u64
+        self.bytes_of(self.extent)
+    }
+
+    /// The same of a box of texels.
+    pub fn bytes_of(&self, extent: [u32; 3]) -> u64 {
+        texels(extent) * self.texel_bytes() as u64
     }
 
     /// Bytes of one texel.

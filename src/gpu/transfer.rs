@@ -118,7 +118,10 @@ impl Frame {
                 ..region(piece.low, piece.extent)
             })
             .collect();
-        let bytes = pieces.iter().map(|piece| bytes_of(to, piece.extent)).sum();
+        let bytes = pieces
+            .iter()
+            .map(|piece| to.desc.bytes_of(piece.extent))
+            .sum();
         self.transfer("upload", Work::copy(bytes), |raw, commands| {
             // SAFETY: the command buffer is recording; the boxes lie inside the image.
             unsafe {
@@ -142,7 +145,7 @@ impl Frame {
         extent: [u32; 3],
     ) -> Result<()> {
         self.begin_images(std::iter::once(from))?;
-        let work = Work::copy(bytes_of(from, extent));
+        let work = Work::copy(from.desc.bytes_of(extent));
         self.transfer("download", work, |raw, commands| {
             // SAFETY: the command buffer is recording; the box lies inside the image.
             unsafe {
@@ -193,12 +196,6 @@ impl Frame {
             Ok(())
         })
     }
-}
-
-/// Bytes of a box of texels.
-fn bytes_of(image: &Image, extent: [u32; 3]) -> u64 {
-    let texels: u64 = extent.iter().map(|&n| u64::from(n)).product();
-    texels * image.desc.texel_bytes() as u64
 }
 
 fn region([x, y, z]: [u32; 3], [width, height, depth]: [u32; 3]) -> vk::BufferImageCopy {

@@ -15,6 +15,7 @@ use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Task, Trial, Tr
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::ProgressLine;
+use crate::output::stats::{FILL_CACHE, RENDER, TRY_VARIANTS};
 use crate::output::{Outputs, check_inputs_stay, check_writable, say};
 use crate::render::Choice;
 use crate::scene::{Opened, Variant};
@@ -111,7 +112,7 @@ fn choose(
 /// The variants are tried, if there is anything to try.
 fn end_trial(trial: Trial<'_>, clock: &mut Clock) -> Result<Tried> {
     if trial.is_open() {
-        clock.time("try variants", || trial.end())
+        clock.time(TRY_VARIANTS, || trial.end())
     } else {
         trial.end()
     }
@@ -261,7 +262,7 @@ impl<'a> Render<'a> {
         let pictures = self.views.len() as u32;
         let is_enough = self
             .clock
-            .time("fill the cache", || engine.fill(&mut run, pictures))?;
+            .time(FILL_CACHE, || engine.fill(&mut run, pictures))?;
         match keeper {
             Some(keeper) => self.clock.time("write the checkpoint", || {
                 keeper.fill_ended(engine, is_enough)
@@ -351,7 +352,7 @@ impl<'a> Render<'a> {
             between: Some(&mut between),
             ..interrupt::run(self.stop, &mut show)
         };
-        self.clock.time("render", || engine.sample(&mut run, watch))
+        self.clock.time(RENDER, || engine.sample(&mut run, watch))
     }
 
     /// Writes a picture's files under temporary names. `fingerprints` is set for shards without a checkpoint.

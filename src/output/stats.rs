@@ -54,6 +54,11 @@ impl ViewStats {
     }
 }
 
+/// The stages that trace paths.
+pub const TRY_VARIANTS: &str = "try variants";
+pub const FILL_CACHE: &str = "fill the cache";
+pub const RENDER: &str = "render";
+
 /// One stage of the CPU's work: loading, planning, compiling, writing.
 #[derive(Debug, Clone, Serialize)]
 pub struct StageStats {

@@ -1,7 +1,7 @@
 //! The time of a run as tables for a terminal: the stages of the CPU one after another, and the GPU's passes
 //! meanwhile.
 
-use super::stats::Stats;
+use super::stats::{FILL_CACHE, RENDER, Stats, TRY_VARIANTS};
 
 /// Tables of stages and passes. The stages add up to the wall time, with a row for the time that none of them covers.
 /// `paths`: those of this run, where the picture has others of earlier runs.
@@ -60,7 +60,7 @@ pub fn text(stats: &Stats, paths: u64) -> String {
 
 /// Rates per second of the stages that trace `paths`.
 fn rates(stats: &Stats, paths: u64) -> String {
-    let tracing = |name: &str| ["try variants", "fill the cache", "render"].contains(&name);
+    let tracing = |name: &str| [TRY_VARIANTS, FILL_CACHE, RENDER].contains(&name);
     let stages = stats.stages.iter().filter(|stage| tracing(&stage.name));
     let seconds = stages.map(|stage| stage.ms).sum::<f64>() / 1e3;
     let paths = paths as f64;

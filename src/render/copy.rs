@@ -48,15 +48,16 @@ pub fn upload_pieces(
     Ok(())
 }
 
-/// Passes the bytes of all texels to `sink`, in x, y, z order.
+/// Passes the bytes of the box of size `extent` at an image's lowest corner to `sink`, in x, y, z order.
 pub fn download_pieces(
     frame: &mut Frame,
     staging: &Buffer,
     image: &Image,
+    extent: [u32; 3],
     sink: &mut Sink<'_>,
 ) -> Result<()> {
     let texel = image.desc.texel_bytes();
-    for (low, extent) in pieces(image.desc.extent, texel, staging.desc.bytes) {
+    for (low, extent) in pieces(extent, texel, staging.desc.bytes) {
         frame.run(|f| f.download(image, staging, low, extent))?;
         let bytes = extent.iter().product::<u32>() as usize * texel;
         sink(&staging.mapped().unwrap_or_default()[..bytes])?;
@@ -77,12 +78,10 @@ pub fn download_corner(
     extent: [u32; 3],
 ) -> Result<Vec<[f32; 4]>> {
     let mut all = Vec::with_capacity(extent.iter().product::<u32>() as usize);
-    for (low, extent) in pieces(extent, image.desc.texel_bytes(), staging.desc.bytes) {
-        frame.run(|f| f.download(image, staging, low, extent))?;
-        let count = extent.iter().product::<u32>() as usize;
-        let mapped = staging.mapped().unwrap_or_default();
-        all.extend_from_slice(bytemuck::cast_slice(&mapped[..16 * count]));
-    }
+    download_pieces(frame, staging, image, extent, &mut |bytes| {
+        all.extend_from_slice(bytemuck::cast_slice(bytes));
+        Ok(())
+    })?;
     Ok(all)
 }
 

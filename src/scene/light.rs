@@ -6,7 +6,6 @@ use std::sync::Arc;
 use image::ColorType;
 
 use crate::decoding::read_image;
-
 use crate::srgb;
 
 /// All lights of a scene. By default there are none, and it is dark.

@@ -34,7 +34,7 @@ pub struct App<'a> {
     pub(super) shows_panels: bool,
     pub(super) message: Option<Message>,
     /// The picture's rectangle in the window, in pixels: low and high corner.
-    pub(super) place: [[u32; 2]; 2],
+    pub(super) picture_rect: [[u32; 2]; 2],
     pub(super) fit: Fit,
     /// When the interface has to run next, unless an event comes first.
     pub(super) interface_due: Option<Instant>,
@@ -58,7 +58,7 @@ impl<'a> App<'a> {
             hud: Hud::default(),
             shows_panels: true,
             message: None,
-            place: [[0; 2]; 2],
+            picture_rect: [[0; 2]; 2],
             fit: Fit::default(),
             interface_due: Some(Instant::now()),
             outlives_errors: false,
@@ -176,7 +176,7 @@ impl<'a> App<'a> {
             });
         })?;
         let corner = |p: egui::Pos2| [p.x, p.y].map(|x| (x * scale).round().max(0.0) as u32);
-        self.place = [corner(rect.min), corner(rect.max)];
+        self.picture_rect = [corner(rect.min), corner(rect.max)];
         let delay = if is_waiting {
             delay.min(FIGURES)
         } else {
@@ -250,7 +250,7 @@ impl<'a> App<'a> {
         let Some(stage) = &mut self.stage else {
             return Ok(());
         };
-        let is_presented = stage.show(self.place)?;
+        let is_presented = stage.show(self.picture_rect)?;
         self.report.take_times(&mut stage.frame.timings);
         if !is_presented {
             return Ok(());

@@ -16,10 +16,10 @@ pub fn orbit(camera: &Camera, drag: [f64; 2]) -> Camera {
     let axis = DVec3::from(camera.up).normalize();
     let arm = DVec3::from(camera.eye) - DVec3::from(camera.target);
     let yaw = DQuat::from_axis_angle(axis, -drag[0] * std::f64::consts::PI);
-    let elevation = arm.angle_between(axis);
+    let inclination = arm.angle_between(axis);
     let pole = POLE_DEGREES.to_radians();
-    let wanted = elevation - drag[1] * std::f64::consts::PI;
-    let pitch = elevation - wanted.clamp(pole, std::f64::consts::PI - pole);
+    let wanted = inclination - drag[1] * std::f64::consts::PI;
+    let pitch = inclination - wanted.clamp(pole, std::f64::consts::PI - pole);
     let right = up.cross(arm.normalize());
     let turned = yaw * (DQuat::from_axis_angle(right, -pitch) * arm);
     Camera {
@@ -84,8 +84,13 @@ pub fn named_views(axes: Option<Axes>) -> [Side; 6] {
 /// Height of the picture in world units at the target's distance.
 pub fn height_at_target(camera: &Camera) -> f64 {
     let distance = DVec3::from(camera.eye).distance(DVec3::from(camera.target));
-    match camera.projection {
-        Projection::Perspective { fov_y } => 2.0 * distance * (0.5 * fov_y.to_radians()).tan(),
+    height_at(camera.projection, distance)
+}
+
+/// Height of the picture in world units at a depth before the eye's plane.
+fn height_at(projection: Projection, depth: f64) -> f64 {
+    match projection {
+        Projection::Perspective { fov_y } => 2.0 * depth * (0.5 * fov_y.to_radians()).tan(),
         Projection::Orthographic { height } => height,
     }
 }
@@ -95,16 +100,10 @@ pub fn height_at_target(camera: &Camera) -> f64 {
 pub fn project(camera: &Camera, point: DVec3) -> Option<[f64; 2]> {
     let [forward, right, up] = camera.basis();
     let from_eye = point - DVec3::from(camera.eye);
-    let height = match camera.projection {
-        Projection::Perspective { fov_y } => {
-            let depth = from_eye.dot(forward);
-            if depth <= 0.0 {
-                return None;
-            }
-            2.0 * depth * (0.5 * fov_y.to_radians()).tan()
-        }
-        Projection::Orthographic { height } => height,
-    };
+    let height = height_at(camera.projection, from_eye.dot(forward));
+    if height <= 0.0 {
+        return None;
+    }
     Some([from_eye.dot(right) / height, -from_eye.dot(up) / height])
 }
 

@@ -68,7 +68,7 @@ impl App<'_> {
         if session.build_under_way().is_some() {
             return Ok(());
         }
-        let [low, high] = self.place;
+        let [low, high] = self.picture_rect;
         let room = std::array::from_fn(|a| high[a].saturating_sub(low[a]).max(1));
         let before = stage.picture_size();
         let is_right = |live: &Live| live.engine.scene().render.size == before;

@@ -3,7 +3,7 @@
 use crate::scene::Scene;
 
 /// The most steps that can be undone.
-const MOST: usize = 100;
+const MOST_STEPS: usize = 100;
 
 pub struct History {
     past: Vec<Scene>,
@@ -28,7 +28,7 @@ impl History {
             self.past.push(self.settled.clone());
             self.future.clear();
             self.settled = scene.clone();
-            let excess = self.past.len().saturating_sub(MOST);
+            let excess = self.past.len().saturating_sub(MOST_STEPS);
             self.past.drain(..excess);
         }
     }

@@ -10,6 +10,7 @@ use winit::event_loop::ActiveEventLoop;
 use winit::raw_window_handle::HasDisplayHandle;
 use winit::window::Window;
 
+use super::textures::Textures;
 use crate::cli::ViewArgs;
 use crate::engine::Host;
 use crate::error::{DeviceError, Result};
@@ -18,8 +19,6 @@ use crate::gpu::{
     ATLAS_SIDE, Canvas, CanvasMesh, CanvasVertex, Device, Format, Frame, Image, ImageDesc, Memory,
     Shape, Surface, Swapchain,
 };
-
-use super::textures::Textures;
 
 /// egui's name for the texture of its font.
 const FONT: TextureId = TextureId::Managed(0);
@@ -276,7 +275,7 @@ impl Stage {
         self.frame.run(|f| {
             f.open_target(&target, BACKGROUND)?;
             if (0..2).all(|a| low[a] < high[a]) {
-                f.place(shown, [width, height], &target, [low, high])?;
+                f.stretch_into(shown, [width, height], &target, [low, high])?;
             }
             f.draw(canvas, &target)?;
             f.close_target(&target);

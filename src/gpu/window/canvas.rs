@@ -30,14 +30,15 @@ pub const SLOTS: u32 = 2 * ATLAS_SIDE / SLOT_SIDE;
 /// Size of the texture.
 const ATLAS: [u32; 2] = [ATLAS_SIDE, ATLAS_SIDE + 2 * SLOT_SIDE];
 
+const MOST_VERTICES: usize = 1 << 16;
+const MOST_INDICES: usize = 1 << 18;
+
 /// The first texel of a slot.
 pub fn slot_corner(slot: u32) -> [u32; 2] {
     let in_a_row = ATLAS_SIDE / SLOT_SIDE;
     let row = slot / in_a_row;
     [slot % in_a_row * SLOT_SIDE, ATLAS_SIDE + row * SLOT_SIDE]
 }
-const MOST_VERTICES: usize = 1 << 16;
-const MOST_INDICES: usize = 1 << 18;
 
 shared! {
     pub struct CanvasVertex {

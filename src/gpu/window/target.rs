@@ -56,7 +56,7 @@ impl Frame {
 
     /// Copies the part of an image from its lowest corner to `extent` into the rectangle [low, high) of the target,
     /// stretched.
-    pub fn place(
+    pub fn stretch_into(
         &mut self,
         from: &Image,
         extent: [u32; 2],

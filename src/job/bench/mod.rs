@@ -62,7 +62,7 @@ struct Bench<'a> {
 
 pub fn bench(args: &BenchArgs) -> Result<u8> {
     interrupt::catch_signals();
-    check_words(args)?;
+    check_flags(args)?;
     let given = match &args.reference {
         Some(path) => Some(LinearImage::read(path)?),
         None => None,
@@ -116,7 +116,7 @@ fn patient_run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
 }
 
 /// Fails for flags that other commands share, and that mean nothing here.
-fn check_words(args: &BenchArgs) -> Result<()> {
+fn check_flags(args: &BenchArgs) -> Result<()> {
     let scene = &args.scene;
     let singular = [&scene.variant, &scene.cache_scale, &scene.cache_format];
     if singular.iter().any(|flag| flag.is_some()) {

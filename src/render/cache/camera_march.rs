@@ -64,7 +64,7 @@ impl CameraMarch {
     }
 
     /// Light is left to paths near this share of the cache's nodes from now on.
-    pub fn leaves(&mut self, share: f64) {
+    pub fn set_left_share(&mut self, share: f64) {
         self.left_share = share;
     }
 

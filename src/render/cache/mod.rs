@@ -190,7 +190,7 @@ impl Cache {
             if let AtRest::March(march) = &mut self.at_rest
                 && scene.parts.surfaces.iso.is_empty()
             {
-                march.leaves(rim / self.memory.layout.active_nodes().max(1) as f64);
+                march.set_left_share(rim / self.memory.layout.active_nodes().max(1) as f64);
             }
         }
         match &self.cut_cubes {

@@ -90,7 +90,7 @@ impl Caching<'_> {
     /// Streams the cache's light.
     pub fn save_light(&mut self, sink: &mut Sink<'_>) -> Result<()> {
         for image in self.cache.memory.images() {
-            copy::download_pieces(self.frame, &self.r.staging, image, sink)?;
+            copy::download_pieces(self.frame, &self.r.staging, image, image.desc.extent, sink)?;
         }
         Ok(())
     }

@@ -183,7 +183,7 @@ impl CacheLayout {
     /// other.
     pub fn along_curve(&self) -> Vec<u32> {
         let mut places: Vec<u32> = (0..self.active.len() as u32).collect();
-        places.sort_by_cached_key(|&place| code(unpack(self.active[place as usize])));
+        places.sort_by_cached_key(|&place| morton_code(unpack(self.active[place as usize])));
         places
     }
 
@@ -234,7 +234,7 @@ pub fn describe_cache(scale: f64, format: CacheFormat) -> String {
 }
 
 /// The bits of ten-bit coordinates, interleaved.
-fn code(position: [u32; 3]) -> u32 {
+fn morton_code(position: [u32; 3]) -> u32 {
     let [x, y, z] = position.map(|bits| {
         let bits = (bits | bits << 16) & 0x0300_00FF;
         let bits = (bits | bits << 8) & 0x0300_F00F;

@@ -72,8 +72,8 @@ impl<'a> InBricks<'a> {
             .flatten()
             .filter_map(|rung| rung.layout.ok());
         let cached = layouts.map(|layout| planner.uncached.clone().with_cache(layout));
-        let has_none = planner.scene.render.variant != Variant::Caching;
-        let without = has_none.then(|| planner.uncached.clone());
+        let allows_no_cache = planner.scene.render.variant != Variant::Caching;
+        let without = allows_no_cache.then(|| planner.uncached.clone());
         cached.chain(without).filter_map(|candidate| {
             let plan = self.fill(candidate).transpose()?;
             match plan {

@@ -8,7 +8,7 @@ use crate::error::MemoryError;
 use crate::render::layout::CacheLayout;
 use crate::scene::{CacheFormat, CacheScale, Scene, Variant};
 
-/// Cells that a CPU should fill at most, unless the picture has more pixels: a cell's path costs as much as a
+/// Nodes that a CPU should fill at most, unless the picture has more pixels: a node's path costs as much as a
 /// pixel's. A GPU is some hundred times as fast. The limit holds for `auto` alone: a scale that is set by name is
 /// granted.
 const FEW_NODES: u64 = 1 << 18;
@@ -47,7 +47,7 @@ impl Planner<'_> {
         })
     }
 
-    /// The number of the cache's cells, if the device should not fill so many.
+    /// The number of the cache's nodes, if the device should not fill so many.
     pub(super) fn too_many_nodes(&self, plan: &Plan) -> Option<u64> {
         let layout = plan.variant.cache()?;
         let render = &self.scene.render;
@@ -55,7 +55,7 @@ impl Planner<'_> {
         let minds = self.limits.kind.is_software()
             && render.cache_scale == CacheScale::Auto
             && layout.scale > COARSEST;
-        Some(layout.active_nodes()).filter(|&cells| minds && cells > FEW_NODES.max(pixels))
+        Some(layout.active_nodes()).filter(|&nodes| minds && nodes > FEW_NODES.max(pixels))
     }
 
     /// Whether a cache is looked for.

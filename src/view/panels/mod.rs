@@ -91,11 +91,15 @@ pub fn separate_isovalues(session: &mut Session) {
     }
 }
 
+/// The least difference to `value` that is not lost in a float's precision.
+fn least_step(value: f64) -> f64 {
+    (2e-7 * value.abs()).max(f32::MIN_POSITIVE.into())
+}
+
 /// The next value from `value` upwards that is none of `others`, or downwards where the data's range ends, in steps that are
-/// small in it, but never lost in a float's precision.
+/// small in it, and not below [`least_step`].
 fn apart(value: f64, others: &[f64], [low, high]: [f64; 2]) -> f64 {
-    let least = (2e-7 * value.abs()).max(f32::MIN_POSITIVE.into());
-    let step = least.max(1e-4 * (high - low));
+    let step = least_step(value).max(1e-4 * (high - low));
     let is_free = |value: &f64| !others.contains(value);
     let places = |sign: f64| (0..=others.len()).map(move |n| value + sign * n as f64 * step);
     let up = places(1.0).find(is_free).filter(|value| *value <= high);

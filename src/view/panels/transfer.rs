@@ -6,7 +6,7 @@
 
 use egui::{Color32, Key, Mesh, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Vec2, pos2};
 
-use super::{color, display, figure};
+use super::{color, display, figure, least_step};
 use crate::scene::volume::Histogram;
 use crate::scene::{Medium, TransferPoint};
 use crate::view::session::{Chosen, Session};
@@ -38,11 +38,16 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     chosen_point(ui, medium, &mut session.chosen);
 }
 
-/// The data's range, extended to points outside it.
+/// The data's range, extended to points outside it, and never empty.
 fn shown_range(medium: &Medium, [low, high]: [f64; 2]) -> [f64; 2] {
     let values = medium.transfer.iter().map(|p| p.value);
     let low = values.clone().fold(low, f64::min);
-    [low, values.fold(high, f64::max).max(low + 1e-9)]
+    [
+        low,
+        values
+            .fold(high, f64::max)
+            .max(low + least_step(low).max(1e-9)),
+    ]
 }
 
 /// A histogram with some values marked.

@@ -66,7 +66,7 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
                 .into(),
         );
     }
-    let (name, read) = told(path)?;
+    let (name, read) = format_of(path)?;
     check_keys(read, overrides)?;
     let header = match read {
         Described(read) => read(path),
@@ -80,7 +80,7 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
 
 /// The volumes in a file or folder whose format may hold several; none for other formats.
 pub(super) fn series(path: &Path) -> Parsed<Vec<Series>> {
-    match told(path)?.1 {
+    match format_of(path)?.1 {
         Listed(_, series, _) => series(path),
         _ => Ok(Vec::new()),
     }
@@ -88,13 +88,13 @@ pub(super) fn series(path: &Path) -> Parsed<Vec<Series>> {
 
 /// The volumes of a file or folder with pictures, if there are several to choose from.
 pub(super) fn previews(path: &Path) -> Parsed<Vec<Preview>> {
-    match told(path)?.1 {
+    match format_of(path)?.1 {
         Listed(_, _, previews) => previews(path),
         _ => Ok(Vec::new()),
     }
 }
 
-fn told(path: &Path) -> Parsed<(&'static str, &'static Read)> {
+fn format_of(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     if path.is_dir() {
         folder::format_of(path)
     } else {

@@ -33,8 +33,8 @@ pub struct Several {
     pub beyond: Vec<(Key, u32)>,
 }
 
-/// The most channels for which names are kept, which are empty here.
-const MOST_NAMES: u32 = 1 << 16;
+/// The most channels for which names are kept.
+pub const MOST_NAMES: u32 = 1 << 16;
 
 impl Several {
     /// Opens the one that the user wants. `data` is where all of them are.

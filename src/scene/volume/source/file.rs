@@ -84,7 +84,7 @@ impl Encoding {
     }
 
     /// The largest possible ratio of the voxels' bytes to their compressed bytes.
-    fn max_ratio(self) -> u64 {
+    fn largest_ratio(self) -> u64 {
         match self {
             Encoding::Raw => 1,
             Encoding::Gzip | Encoding::Zlib => MOST_DEFLATED,
@@ -142,7 +142,7 @@ impl Data {
         if source.encoding == Encoding::Raw && found < end {
             return Err(source.truncated(found));
         }
-        if found.saturating_mul(source.encoding.max_ratio()) < end {
+        if found.saturating_mul(source.encoding.largest_ratio()) < end {
             return Err(format!(
                 "its {found} compressed bytes cannot hold the {end} expected for {}: the file is \
                  truncated, or its header wrong",

@@ -10,14 +10,12 @@ use std::time::SystemTime;
 
 use flate2::read::DeflateDecoder;
 
-use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::watched::HAS_CHANGED;
-use crate::scene::volume::source::watched::open_file;
-
 use super::data_set::{self, DataSet, Pixels, Syntax, numeric};
 use super::stream::Stream;
-use super::syntax::{GDCMCONV, TransferSyntax, transfer_syntax};
+use super::syntax::{EXPLICIT_LITTLE, GDCMCONV, IMPLICIT_LITTLE, TransferSyntax, transfer_syntax};
 use super::tags;
+use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::watched::{HAS_CHANGED, open_file};
 
 const PREAMBLE: u64 = 128;
 const MAGIC: &[u8] = b"DICM";
@@ -93,7 +91,7 @@ fn parse_open(
     let (begin, transfer) = match beginning(stream, length)? {
         Beginning::Other => return Ok(None),
         Beginning::Bare(syntax) => {
-            let plain = transfer_syntax("1.2.840.10008.1.2.1").ok_or("no syntax")?;
+            let plain = transfer_syntax(EXPLICIT_LITTLE).ok_or("no syntax")?;
             (0, TransferSyntax { syntax, ..plain })
         }
         Beginning::Meta(at) => {
@@ -136,7 +134,7 @@ fn beginning(stream: &mut Stream, length: u64) -> Parsed<Beginning> {
     if (bytes.len() as u64) < length.min(PREAMBLE + 8) {
         return Err(HAS_CHANGED.into());
     }
-    if bytes.get(128..132) == Some(MAGIC) {
+    if bytes.get(PREAMBLE as usize..PREAMBLE as usize + MAGIC.len()) == Some(MAGIC) {
         return Ok(Beginning::Meta(PREAMBLE + 4));
     }
     if bytes.starts_with(MAGIC) {
@@ -167,9 +165,9 @@ fn transfer_of(meta: &DataSet, stream: &mut Stream, end: u64) -> Parsed<Transfer
             let head = stream.exactly(end, 8)?;
             let is_typed = tags::TYPES.contains(&[head[4], head[5]]);
             let uid = if is_typed {
-                "1.2.840.10008.1.2.1"
+                EXPLICIT_LITTLE
             } else {
-                "1.2.840.10008.1.2"
+                IMPLICIT_LITTLE
             };
             uid.to_string()
         }

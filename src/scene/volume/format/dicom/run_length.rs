@@ -4,7 +4,7 @@
 use crate::scene::volume::parsed::Parsed;
 
 /// A replicated byte takes two bytes, which stand for at most 128.
-pub const MAX_RATIO: u64 = 64;
+pub const LARGEST_RATIO: u64 = 64;
 
 const HEADER: usize = 64;
 

@@ -20,7 +20,7 @@ use crate::scene::volume::voxel_type::VoxelType;
 use super::fragments::Fragments;
 use super::group::{At, frame};
 use super::image::Image;
-use super::run_length::MAX_RATIO;
+use super::run_length::LARGEST_RATIO;
 use super::slices::Slice;
 use super::stack::Stack;
 use super::syntax::Packing;
@@ -71,7 +71,7 @@ impl Slices {
         let is_unlikely = |at: &&At| {
             let image = &self.images[at.image];
             let all = image.frame_pixels() * u64::from(image.frame_count);
-            all / MAX_RATIO > image.place.length
+            all / LARGEST_RATIO > image.place.length
         };
         let frames: Vec<&At> = self.stack.frames.iter().filter(is_unlikely).collect();
         frames.into_par_iter().try_for_each(|at| {

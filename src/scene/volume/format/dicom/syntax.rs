@@ -92,10 +92,14 @@ const KNOWN: [(&str, TransferSyntax); 21] = [
     (".5", packed("RLE", Packing::RunLength)),
 ];
 
+/// The syntaxes of files that do not name theirs.
+pub const IMPLICIT_LITTLE: &str = "1.2.840.10008.1.2";
+pub const EXPLICIT_LITTLE: &str = "1.2.840.10008.1.2.1";
+
 /// The syntax of a UID; `None` if that is not known.
 pub fn transfer_syntax(uid: &str) -> Option<TransferSyntax> {
     // GE's own, 1.2.840.113619.5.2, is not read: implicit little-endian elements before big-endian pixels.
-    let kind = uid.strip_prefix("1.2.840.10008.1.2")?;
+    let kind = uid.strip_prefix(IMPLICIT_LITTLE)?;
     let found = KNOWN.iter().find(|(known, _)| *known == kind);
     found.map(|(_, syntax)| *syntax)
 }

@@ -20,10 +20,10 @@ use super::syntax::{GDCMCONV, Packing};
 
 /// The most pixels for each byte. A JPEG's blocks of 64 take at least 2 bits; a picture of one value takes next to
 /// nothing in JPEG 2000.
-const MAX_JPEG_RATIO: u64 = 256;
-const MAX_JPEG_2000_RATIO: u64 = 1 << 15;
+const LARGEST_JPEG_RATIO: u64 = 256;
+const LARGEST_JPEG_2000_RATIO: u64 = 1 << 15;
 /// The most pixels for each byte: a row takes a bit or more.
-const MAX_JPEG_LS_RATIO: u64 = 1 << 15;
+const LARGEST_JPEG_LS_RATIO: u64 = 1 << 15;
 
 /// The words of a frame.
 #[derive(Debug)]
@@ -38,10 +38,10 @@ impl Packing {
     pub fn most_pixels(self) -> u64 {
         match self {
             Packing::Plain => 1,
-            Packing::RunLength => run_length::MAX_RATIO,
-            Packing::Jpeg => MAX_JPEG_RATIO,
-            Packing::Jpeg2000 => MAX_JPEG_2000_RATIO,
-            Packing::JpegLs => MAX_JPEG_LS_RATIO,
+            Packing::RunLength => run_length::LARGEST_RATIO,
+            Packing::Jpeg => LARGEST_JPEG_RATIO,
+            Packing::Jpeg2000 => LARGEST_JPEG_2000_RATIO,
+            Packing::JpegLs => LARGEST_JPEG_LS_RATIO,
         }
     }
 }

@@ -32,7 +32,7 @@ use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::Chunked;
-use crate::scene::volume::source::codec::{Codec, MAX_RATIO};
+use crate::scene::volume::source::codec::{Codec, LARGEST_RATIO};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start, shape, voxel_bytes};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::storage::{Level, Storage};
@@ -331,7 +331,7 @@ fn check_promise(pages: &[Page], layout: Layout, dims: [u32; 3]) -> Parsed<()> {
     let expected = voxel_bytes(dims, layout.voxel_type)?;
     match layout.codec {
         Codec::Plain => Ok(()),
-        _ if packed.saturating_mul(MAX_RATIO) >= expected => Ok(()),
+        _ if packed.saturating_mul(LARGEST_RATIO) >= expected => Ok(()),
         _ => Err(format!(
             "its {packed} compressed bytes cannot hold {}: the file is damaged",
             shape(dims, layout.voxel_type)

@@ -29,7 +29,7 @@ use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::source::chunked::Chunked;
-use crate::scene::volume::source::codec::MAX_RATIO;
+use crate::scene::volume::source::codec::LARGEST_RATIO;
 use crate::scene::volume::source::file::{shape, voxel_bytes};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::storage::{Level, Storage};
@@ -70,7 +70,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let mut notes = storage.notes();
     notes.extend(archive.left_out());
     let voxel_type = grid.number.voxel_type;
-    if voxel_bytes(dims, voxel_type)? / MAX_RATIO > file.bytes() {
+    if voxel_bytes(dims, voxel_type)? / LARGEST_RATIO > file.bytes() {
         return Err(in_grid(format!(
             "its box is {}, in which nearly all voxels have one value; leave out those that lie far from all others",
             shape(dims, voxel_type)

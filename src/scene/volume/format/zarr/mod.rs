@@ -20,11 +20,12 @@ use chunks::{ArrayChunks, Axis};
 use metadata::json;
 
 use super::header::{Header, pick, unexpected};
+use super::several::MOST_NAMES;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::chunked::Chunked;
-use crate::scene::volume::source::codec::MAX_RATIO;
+use crate::scene::volume::source::codec::LARGEST_RATIO;
 use crate::scene::volume::source::file::{shape, voxel_bytes};
 use crate::scene::volume::storage::{Level, Storage, in_one_unit, symbol};
 
@@ -270,7 +271,7 @@ fn volume(
             }
         });
     }
-    names.resize(length("c").min(MOST_CHANNELS) as usize, String::new());
+    names.resize(length("c").min(MOST_NAMES) as usize, String::new());
     let Level { dims, spacing } = levels[level as usize].clone();
     let storage = Storage {
         compression: array.compression.clone(),
@@ -301,9 +302,6 @@ fn volume(
         ..Header::of_source(Box::new(source), dims, voxel_type, endian)
     })
 }
-
-/// The most channels for which names are kept.
-const MOST_CHANNELS: u32 = 1 << 16;
 
 fn space(name: &str) -> Option<usize> {
     ["x", "y", "z"]
@@ -369,7 +367,7 @@ fn bytes_within(folder: &Path, of_file: u64, enough: u64, nested: usize) -> u64 
         let is_metadata = name.to_string_lossy().starts_with('.') || name == "zarr.json";
         let found = match entry.metadata() {
             Ok(metadata) if metadata.is_file() && !is_metadata => {
-                metadata.len().saturating_mul(MAX_RATIO).min(of_file)
+                metadata.len().saturating_mul(LARGEST_RATIO).min(of_file)
             }
             Ok(metadata) if metadata.is_dir() && nested > 0 => {
                 bytes_within(&entry.path(), of_file, enough - bytes, nested - 1)

@@ -21,7 +21,7 @@ use crate::scene::volume::parsed::Parsed;
 
 /// The largest possible ratio of a part's bytes to its compressed bytes: Zstandard repeats one byte 128 Ki times in a
 /// block of 4 bytes. Headers that promise more are refused before anything is decoded.
-pub const MAX_RATIO: u64 = 32 << 10;
+pub const LARGEST_RATIO: u64 = 32 << 10;
 /// Bytes that are reserved for each compressed one. Parts that need more grow on the way.
 const RESERVED: usize = 8;
 
