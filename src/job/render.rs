@@ -109,13 +109,27 @@ fn choose(
     Ok(choice)
 }
 
-/// The variants are tried, if there is anything to try.
-fn end_trial(trial: Trial<'_>, clock: &mut Clock) -> Result<Tried> {
-    if trial.is_open() {
+/// Makes the engine; variants are tried, if there is anything to try. The fingerprint of the volume is there where it is
+/// needed.
+fn try_variants(
+    args: &RenderArgs,
+    host: &Host,
+    opened: &Opened,
+    choice: Choice,
+    task: Option<Task<'_>>,
+    clock: &mut Clock,
+) -> Result<(Tried, Option<String>)> {
+    let (trial, fingerprint) = clock.time("compile and upload", || {
+        compile(args, host, opened, choice, task)
+    })?;
+    clock.part("compile", trial.compiling());
+    interrupt::keep_work();
+    let tried = if trial.is_open() {
         clock.time(TRY_VARIANTS, || trial.end())
     } else {
         trial.end()
-    }
+    };
+    Ok((tried?, fingerprint))
 }
 
 /// Makes an engine whose scene still leaves open what was chosen, as do those of the other pictures. Meanwhile computes the
@@ -175,7 +189,6 @@ impl<'a> Render<'a> {
             .map(|path| Found::open(path, args.restart))
             .transpose()?;
         let before = found.as_ref().and_then(Found::settings);
-        let choice = clock.time("plan", || choose(args, host, opened, before))?;
         let variant = opened.scene.render.variant;
         let stop = args.stop(variant);
         let pictures = args.orbit.map_or(1, NonZeroU32::get);
@@ -184,16 +197,13 @@ impl<'a> Render<'a> {
             pictures,
             interrupt: &interrupt::INTERRUPTED,
         });
-        let (trial, fingerprint) = clock.time("compile and upload", || {
-            compile(args, host, opened, choice, task)
-        })?;
-        clock.part("compile", trial.compiling());
-        interrupt::keep_work();
+        let choice = clock.time("plan", || choose(args, host, opened, before))?;
+        let (tried, fingerprint) = try_variants(args, host, opened, choice, task, &mut clock)?;
         let Tried {
             mut engine,
             mut watch,
             was_interrupted,
-        } = end_trial(trial, &mut clock)?;
+        } = tried;
         if variant == Variant::Published && args.error.is_some() && !args.quiet {
             say("note: published does not know its error, and does not stop by --error");
         }

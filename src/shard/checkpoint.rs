@@ -40,6 +40,32 @@ pub struct State {
     pub runs: Vec<RunOf>,
 }
 
+impl State {
+    /// How its orbit differs from one of `pictures` pictures that ends by `stop`.
+    fn other_pictures(&self, stop: &Stop, pictures: usize) -> Option<String> {
+        if self.pictures as usize != pictures || !(1..=self.pictures).contains(&self.picture) {
+            return Some(format!(
+                "it is of {} pictures, not of {pictures}",
+                self.pictures
+            ));
+        }
+        let (had, asked) = (self.goal?, stop.count()?);
+        (self.picture > 1 && had != asked)
+            .then(|| format!("its earlier views have {had} samples, not {asked}"))
+    }
+
+    /// How the samples of the picture under way differ from those that `stop` asks for.
+    fn other_samples(&self, stop: &Stop) -> Option<String> {
+        let had = self.header.samples.first()?;
+        let asked = stop.first_sample();
+        if had.first != asked || self.header.samples.len() > 1 {
+            return Some(format!("its first sample is {}, not {asked}", had.first));
+        }
+        let goal = stop.count().filter(|&goal| goal < had.count())?;
+        Some(format!("it has {} samples, more than {goal}", had.count()))
+    }
+}
+
 /// One of the runs that a render took.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunOf {
@@ -145,49 +171,24 @@ impl Found {
         stop: &Stop,
         pictures: usize,
     ) -> Result<()> {
-        let name = self.path.display().to_string();
-        let refuse = |name: &str, difference: String| {
-            let problem = format!(
-                "it is a checkpoint of something else: {difference}; --restart begins anew"
-            );
-            Err(Error::input(Place::file(name), problem))
-        };
         if let Some((state, scene)) = &self.state {
+            let name = self.path.display().to_string();
             let header = &state.header;
             header
                 .check()
                 .map_err(|why| Error::input(Place::file(&name), why))?;
-            if state.pictures as usize != pictures || !(1..=state.pictures).contains(&state.picture)
-            {
-                let counts = format!("it is of {} pictures, not of {pictures}", state.pictures);
-                return refuse(&name, counts);
-            }
-            if let (Some(had), Some(asked)) = (state.goal, stop.count())
-                && state.picture > 1
-                && had != asked
-            {
-                let views = format!("its earlier views have {had} samples, not {asked}");
-                return refuse(&name, views);
-            }
             let found = Named {
                 name: &name,
                 identity: &header.identity,
                 scene,
             };
-            if let Some(difference) = found.difference(picture)? {
-                return refuse(&name, difference);
-            }
-            if let Some(had) = header.samples.first() {
-                let asked = stop.first_sample();
-                if had.first != asked || header.samples.len() > 1 {
-                    let begins = format!("its first sample is {}, not {asked}", had.first);
-                    return refuse(&name, begins);
-                }
-                if let Some(goal) = stop.count().filter(|&goal| goal < had.count()) {
-                    let more = format!("it has {} samples, more than {goal}", had.count());
-                    return refuse(&name, more);
-                }
-            }
+            let difference = match state.other_pictures(stop, pictures) {
+                Some(pictures) => Some(pictures),
+                None => found
+                    .difference(picture)?
+                    .or_else(|| state.other_samples(stop)),
+            };
+            is_of_this_render(&name, difference)?;
         }
         if let Some(cache) = &self.cache {
             let name = cache.name();
@@ -196,9 +197,7 @@ impl Found {
                 identity: &cache.header.identity,
                 scene: &cache.header.scene,
             };
-            if let Some(difference) = found.difference(whole)? {
-                return refuse(&name, difference);
-            }
+            is_of_this_render(&name, found.difference(whole)?)?;
         }
         self.check_fill()
     }
@@ -254,6 +253,17 @@ impl Found {
             ..Totals::default()
         };
         engine.resume(&shard.sums, totals)
+    }
+}
+
+/// Fails where something differs between the checkpoint in the file `name` and this render.
+fn is_of_this_render(name: &str, difference: Option<String>) -> Result<()> {
+    match difference {
+        None => Ok(()),
+        Some(difference) => Err(Error::input(
+            Place::file(name),
+            format!("it is a checkpoint of something else: {difference}; --restart begins anew"),
+        )),
     }
 }
 

@@ -234,18 +234,7 @@ impl Conversion {
     /// Converts one voxel after another. Returns the largest change that rounding to f32 made, or names
     /// the first integer of 64 bits that does not fit 32.
     pub fn convert(&self, bytes: &[u8], stored: &mut [u8]) -> Parsed<f64> {
-        let bits16 = |bytes| match self.endian {
-            Endian::Little => u16::from_le_bytes(bytes),
-            Endian::Big => u16::from_be_bytes(bytes),
-        };
-        let bits32 = |bytes| match self.endian {
-            Endian::Little => u32::from_le_bytes(bytes),
-            Endian::Big => u32::from_be_bytes(bytes),
-        };
-        let bits64 = |bytes| match self.endian {
-            Endian::Little => u64::from_le_bytes(bytes),
-            Endian::Big => u64::from_be_bytes(bytes),
-        };
+        let endian = self.endian;
         let mut rounding = 0.0;
         let mut misfit = None;
         let mut rescaled = |value: f64| {
@@ -261,23 +250,23 @@ impl Conversion {
             (VoxelType::U8, StoredType::U8) => stored.copy_from_slice(bytes),
             (VoxelType::I8, StoredType::U8) => each(bytes, stored, |[byte]| [byte ^ 0x80]),
             (VoxelType::U16, StoredType::U16) => {
-                each(bytes, stored, |bytes| bits16(bytes).to_ne_bytes())
+                each(bytes, stored, |bytes| endian.u16(bytes).to_ne_bytes())
             }
             (VoxelType::I16, StoredType::U16) => each(bytes, stored, |bytes| {
-                (bits16(bytes) ^ 0x8000).to_ne_bytes()
+                (endian.u16(bytes) ^ 0x8000).to_ne_bytes()
             }),
             (VoxelType::U8, _) => each(bytes, stored, |[byte]| rescaled(byte.into())),
             (VoxelType::I8, _) => each(bytes, stored, |[byte]| rescaled((byte as i8).into())),
-            (VoxelType::U16, _) => each(bytes, stored, |bytes| rescaled(bits16(bytes).into())),
+            (VoxelType::U16, _) => each(bytes, stored, |bytes| rescaled(endian.u16(bytes).into())),
             (VoxelType::I16, _) => each(bytes, stored, |bytes| {
-                rescaled((bits16(bytes) as i16).into())
+                rescaled((endian.u16(bytes) as i16).into())
             }),
-            (VoxelType::U32, _) => each(bytes, stored, |bytes| rescaled(bits32(bytes).into())),
+            (VoxelType::U32, _) => each(bytes, stored, |bytes| rescaled(endian.u32(bytes).into())),
             (VoxelType::I32, _) => each(bytes, stored, |bytes| {
-                rescaled((bits32(bytes) as i32).into())
+                rescaled((endian.u32(bytes) as i32).into())
             }),
             (VoxelType::U64 | VoxelType::I64, _) => each(bytes, stored, |bytes| {
-                let bits = bits64(bytes);
+                let bits = endian.u64(bytes);
                 let value = match self.from {
                     VoxelType::U64 => i128::from(bits),
                     _ => i128::from(bits as i64),
@@ -288,11 +277,11 @@ impl Conversion {
                 rescaled(value as f64)
             }),
             (VoxelType::F32, _) if self.rescales() => each(bytes, stored, |bytes| {
-                rescaled(f32::from_bits(bits32(bytes)).into())
+                rescaled(f32::from_bits(endian.u32(bytes)).into())
             }),
-            (VoxelType::F32, _) => each(bytes, stored, |bytes| bits32(bytes).to_ne_bytes()),
+            (VoxelType::F32, _) => each(bytes, stored, |bytes| endian.u32(bytes).to_ne_bytes()),
             (VoxelType::F64, _) => each(bytes, stored, |bytes| {
-                rescaled(f64::from_bits(bits64(bytes)))
+                rescaled(f64::from_bits(endian.u64(bytes)))
             }),
         }
         match misfit {
