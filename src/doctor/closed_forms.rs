@@ -41,8 +41,8 @@ const DEPTH_TOLERANCE: f64 = 1e-3;
 const SAMPLES: u32 = 1024;
 const TIME: Duration = Duration::from_millis(1500);
 
-/// Renders a scene and compares what is known of it.
-type Check = fn(&Host) -> Result<Vec<Measured>>;
+/// Renders a scene and compares what is known of it, under the check's name.
+type Check = fn(&Host, &'static str) -> Result<Vec<Measured>>;
 
 /// The most telling first, since a slow device is not examined for ever.
 const CHECKS: [(&str, Check); 8] = [
@@ -72,7 +72,7 @@ pub fn check_all(
             left_out.push(name);
             continue;
         }
-        let measured = check(host)?;
+        let measured = check(host, name)?;
         slowest = slowest.max(began.elapsed());
         let seconds = began.elapsed().as_secs_f64() / measured.len() as f64;
         forms.extend(measured.into_iter().map(|m| m.judged(seconds)));
@@ -162,18 +162,18 @@ fn render(host: &Host, volume: &Volume, scene: &Scene, seed: u32) -> Result<Pict
 const FROM_ABOVE: &str = "camera = { eye = [0.0, 20.0, 0.0], target = [0.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], orthographic = 1.0 }\n";
 
 /// e⁻² of the sky is left behind two mean free paths.
-fn absorption(host: &Host) -> Result<Vec<Measured>> {
+fn absorption(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     let volume = slab(1)?;
     let text = "render = { size = [32, 32], variant = \"non-caching\" }
         medium = { density = 2.0, transfer = [{ value = 0.0, color = [0.0, 0.0, 0.0] }] }\n";
     let scene = scene(&[FROM_ABOVE, text].concat(), &volume)?;
     let picture = render(host, &volume, &scene, 1)?;
-    let measured = Measured::radiance("slab that absorbs", &picture, (-2.0f64).exp());
+    let measured = Measured::radiance(name, &picture, (-2.0f64).exp());
     Ok(vec![measured])
 }
 
 /// Light that falls straight down is seen at 60° to it: 10/4π · (1 − exp(−1 − 1/μ)) / (1 + μ) with μ = ½.
-fn single_scattering(host: &Host) -> Result<Vec<Measured>> {
+fn single_scattering(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     let volume = slab(1)?;
     let text = "render = { size = [32, 32], variant = \"non-caching\", max_bounces = 1 }
         medium = { density = 1.0, transfer = [{ value = 0.0 }] }
@@ -181,7 +181,7 @@ fn single_scattering(host: &Host) -> Result<Vec<Measured>> {
         camera = { eye = [17.320508, 10.0, 0.0], target = [0.0, 0.0, 0.0], up = [0.0, 0.0, 1.0], orthographic = 1.0 }\n";
     let picture = render(host, &volume, &scene(text, &volume)?, 2)?;
     let exact = 10.0 / (4.0 * std::f64::consts::PI) * 2.0 / 3.0 * -(-3.0f64).exp_m1();
-    let measured = Measured::radiance("slab under a sun, one scattering", &picture, exact);
+    let measured = Measured::radiance(name, &picture, exact);
     Ok(vec![measured])
 }
 
@@ -189,27 +189,30 @@ const FURNACE: &str = "medium = { density = 8.0, transfer = [{ value = 0.0 }] }
     camera = { eye = [0.6, 0.8, 3.0], target = [0.0, 0.0, 0.0], up = [0.0, 1.0, 0.0], fov_y = 25.0 }\n";
 
 /// Where nothing absorbs and the sky is 1 everywhere, so is the picture.
-fn furnace(host: &Host) -> Result<Vec<Measured>> {
+fn furnace(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     let volume = constant([12; 3], [1.0 / 12.0; 3])?;
     let text = "render = { size = [16, 16], variant = \"non-caching\" }\n";
     let scene = scene(&[text, FURNACE].concat(), &volume)?;
     let picture = render(host, &volume, &scene, 3)?;
-    let measured = Measured::radiance("white furnace", &picture, 1.0);
+    let measured = Measured::radiance(name, &picture, 1.0);
     Ok(vec![measured])
 }
 
-fn cached_furnace(host: &Host) -> Result<Vec<Measured>> {
+fn cached_furnace(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     let volume = constant([12; 3], [1.0 / 12.0; 3])?;
     let text = "render = { size = [16, 16], variant = \"caching\", cache_scale = 0.5, cache_format = \"f16\" }\n";
     let scene = scene(&[text, FURNACE].concat(), &volume)?;
     let picture = render(host, &volume, &scene, 5)?;
-    let measured = Measured::radiance("white furnace through the cache", &picture, 1.0)
-        .through_a_cache(&picture);
+    let measured = Measured::radiance(name, &picture, 1.0).through_a_cache(&picture);
     Ok(vec![measured])
 }
 
+/// The radiance that a slab of optical depth 1 and albedo ½ reflects along its normal, under a uniform sky of radiance 1, by
+/// adding–doubling (van de Hulst, *Multiple Light Scattering*, 1980).
+const CACHED_SLAB: f64 = 0.099119;
+
 /// A sky that is 1 above the horizon and 0 below, reflected by a slab of one mean free path and albedo ½.
-fn cached_slab(host: &Host) -> Result<Vec<Measured>> {
+fn cached_slab(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     const ROWS: usize = 256;
     let volume = slab(16)?;
     let text = "render = { size = [16, 16], variant = \"caching\", cache_scale = 1.0, cache_format = \"f32\" }
@@ -223,8 +226,7 @@ fn cached_slab(host: &Host) -> Result<Vec<Measured>> {
         texels: (0..ROWS).map(row).collect::<Arc<[_]>>(),
     });
     let picture = render(host, &volume, &scene, 6)?;
-    let measured = Measured::radiance("scattering slab through the cache", &picture, 0.099119)
-        .through_a_cache(&picture);
+    let measured = Measured::radiance(name, &picture, CACHED_SLAB).through_a_cache(&picture);
     Ok(vec![measured])
 }
 
@@ -241,7 +243,7 @@ fn ramp() -> Result<Volume> {
 
 /// A white surface in a white furnace is as bright as everything else. The plane V = 7.3 lies 7.8 voxels above the bottom,
 /// at y = 7.8/16 − 1/2, and the eye at 2. The same samples taken again give the same bits.
-fn surface(host: &Host) -> Result<Vec<Measured>> {
+fn surface(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     const VOXELS: f64 = 16.0;
     let volume = ramp()?;
     let text = "render = { size = [16, 16], variant = \"non-caching\" }
@@ -265,7 +267,7 @@ fn surface(host: &Host) -> Result<Vec<Measured>> {
     let worst = depths.max_by(|a, b| (a - exact).abs().total_cmp(&(b - exact).abs()));
     let pixels = picture.rgb.iter().zip(&again.rgb);
     Ok(vec![
-        Measured::radiance("white surface in a white furnace", &picture, 1.0),
+        Measured::radiance(name, &picture, 1.0),
         Measured {
             name: "depth of an isosurface, voxels",
             exact,
@@ -285,7 +287,7 @@ fn surface(host: &Host) -> Result<Vec<Measured>> {
 
 /// A transfer function that is a narrow tent leaves e⁻¹ of the sky: extinction is 200 at its top and falls to 0 within a
 /// hundredth of the way between two voxels, half a unit apart.
-fn thin_shell(host: &Host) -> Result<Vec<Measured>> {
+fn thin_shell(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     let volume = Volume::from_values([1, 2, 1], [50.0, 0.5, 50.0], Voxels::U8(vec![0, 100]))?;
     let text = "render = { size = [32, 32], variant = \"non-caching\" }
         [medium]
@@ -301,7 +303,7 @@ fn thin_shell(host: &Host) -> Result<Vec<Measured>> {
         &scene(&[FROM_ABOVE, text].concat(), &volume)?,
         8,
     )?;
-    let measured = Measured::radiance("thin shell between two voxels", &picture, (-1.0f64).exp());
+    let measured = Measured::radiance(name, &picture, (-1.0f64).exp());
     Ok(vec![measured])
 }
 
@@ -341,9 +343,9 @@ pub fn lit_surface_scene() -> Result<(Volume, Scene)> {
     Ok((volume, scene))
 }
 
-fn lit_surface(host: &Host) -> Result<Vec<Measured>> {
+fn lit_surface(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     let (volume, scene) = lit_surface_scene()?;
     let picture = render(host, &volume, &scene, 9)?;
-    let measured = Measured::radiance("surface in a medium under a sun", &picture, LIT_SURFACE);
+    let measured = Measured::radiance(name, &picture, LIT_SURFACE);
     Ok(vec![measured])
 }

@@ -68,7 +68,12 @@ impl App<'_> {
                 let path = save::scene(session)?;
                 return Ok(Some(format!("saved {}", path.display())));
             }
-            _ => {}
+            Wish::PassTimes
+            | Wish::Memory
+            | Wish::Help
+            | Wish::Panels
+            | Wish::Series(_)
+            | Wish::FullScreen => {}
         }
         Ok(None)
     }

@@ -7,7 +7,7 @@ use clap::{CommandFactory, Parser};
 use isolume::cli::{Cli, Command, RenderArgs};
 use isolume::engine::{HostOptions, Limit};
 use isolume::scene::preset::Preset;
-use isolume::scene::{CacheScale, SceneFile, Variant, View};
+use isolume::scene::{CacheScale, SceneFile, Side, Variant};
 
 fn render(arguments: &str) -> Result<RenderArgs, clap::Error> {
     let words = ["isolume", "render", "head.toml"]
@@ -67,7 +67,7 @@ fn scene_flags_change_the_scene() {
     )
     .unwrap();
     let file = SceneFile::parse("", Path::new("head.toml"), &args.scene.edits()).unwrap();
-    assert_eq!(file.camera.view, Some(View::MinusX));
+    assert_eq!(file.camera.view, Some(Side::MinusX));
     assert_eq!(file.surfaces.iso[0].value, -5.0);
     assert_eq!(file.render.size, Some([320, 200]));
     assert_eq!(file.render.variant, Some(Variant::NonCaching));

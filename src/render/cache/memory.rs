@@ -252,11 +252,11 @@ impl CacheMemory {
         ("reflectances", self.or_other(&self.reflectance))
     }
 
-    pub fn cuts_binding(&self) -> (&'static str, Binding<'_>) {
+    fn cuts_binding(&self) -> (&'static str, Binding<'_>) {
         ("cuts", self.or_other(&self.cuts))
     }
 
-    pub fn rims_binding(&self) -> (&'static str, Binding<'_>) {
+    fn rims_binding(&self) -> (&'static str, Binding<'_>) {
         ("rims", self.or_other(&self.rims))
     }
 

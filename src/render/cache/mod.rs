@@ -214,8 +214,7 @@ impl Cache {
         self.memory.upload_pages(frame, &mut r.staging)
     }
 
-    /// Fills a cache without light with one guessed texel everywhere, so that there is something to see until paths
-    /// have replaced it.
+    /// See [`Caching::guess_light`](super::Caching::guess_light); the guess is one texel, everywhere.
     pub fn guess(&self, frame: &mut Frame) -> Result<()> {
         frame.run(|f| {
             f.clear_to(&[&self.memory.light], self.guess)?;
@@ -269,19 +268,19 @@ impl Cache {
     }
 
     /// Adapts to another view: the error has to be measured anew; until then the last one stands.
-    pub fn look_elsewhere(&mut self, scene: &GpuScene) {
+    fn look_elsewhere(&mut self, scene: &GpuScene) {
         self.focus_stride = focus_stride(scene);
         self.outlook = Outlook::default();
         self.ray_march.rays = 0;
     }
 
-    /// Gives all nodes the same number of paths from now on, as pictures from many sides need it.
+    /// See [`Caching::widen_focus`](super::Caching::widen_focus).
     pub fn widen_focus(&mut self) {
         self.is_wide = true;
         self.outlook.has_looked = false;
     }
 
-    /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
+    /// See [`Caching::roam`](super::Caching::roam).
     pub fn roam(&mut self) {
         self.roams = true;
     }

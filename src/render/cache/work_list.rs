@@ -50,7 +50,8 @@ impl WorkList {
         let (gathers, begins_coarse) = (cache.layout.gathers, cache.layout.begins_coarse());
         let left: Vec<[u32; 2]> = left.collect();
         let mut jobs = Vec::new();
-        for place in cache.along_curve.clone() {
+        for at in 0..cache.along_curve.len() {
+            let place = cache.along_curve[at];
             let [samples, had] = left[place as usize];
             let brick = &mut cache.bricks_mut()[place as usize];
             let gathers = gathers && samples > 0 && had + samples <= GATHERED;

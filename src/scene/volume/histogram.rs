@@ -1,5 +1,7 @@
 //! A histogram of values, from which presets take their thresholds, and which `info` prints.
 
+use super::statistics::Tally;
+
 /// Bins of equal width from the smallest to the largest value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Histogram {
@@ -17,22 +19,24 @@ impl Histogram {
         Histogram { low, width, counts }
     }
 
+    /// The same bins without counts.
+    pub(super) fn cleared(&self) -> Histogram {
+        Histogram::empty(self.low, self.width, self.counts.len())
+    }
+
     pub(super) fn has_the_bins_of(&self, other: &Histogram) -> bool {
         let bins = |h: &Histogram| (h.low, h.width, h.counts.len());
         bins(self) == bins(other)
     }
 
-    pub(super) fn add(&mut self, value: f64, count: u64) {
-        let bin = ((value - self.low) / self.width) as usize;
-        let last = self.counts.len() - 1;
-        self.counts[bin.min(last)] += count;
-    }
-
-    /// Adds the counts of another histogram with the same bins.
-    pub(super) fn add_all(&mut self, other: &Histogram) {
-        for (sum, count) in self.counts.iter_mut().zip(&other.counts) {
-            *sum += count;
-        }
+    /// The bin of a value; `None` outside the range.
+    pub(super) fn bin(&self, value: f64) -> Option<usize> {
+        let place = (value - self.low) / self.width;
+        let bins = self.counts.len();
+        // The largest value may be rounded up to the last bin's end.
+        (0.0..bins as f64 * (1.0 + 1e-9))
+            .contains(&place)
+            .then(|| (place as usize).min(bins - 1))
     }
 
     /// The value in the middle of a bin.
@@ -71,6 +75,21 @@ impl Histogram {
         }
         thresholds.reverse();
         thresholds
+    }
+}
+
+impl Tally for Histogram {
+    /// Counts a value outside the range in the bin next to it.
+    fn add(&mut self, value: f64, count: u64) {
+        let bin = ((value - self.low) / self.width) as usize;
+        let last = self.counts.len() - 1;
+        self.counts[bin.min(last)] += count;
+    }
+
+    fn add_all(&mut self, other: &Histogram) {
+        for (sum, count) in self.counts.iter_mut().zip(&other.counts) {
+            *sum += count;
+        }
     }
 }
 

@@ -11,6 +11,7 @@ mod histogram;
 mod macrocells;
 mod open;
 mod orientation;
+mod outliers;
 mod outline;
 mod overrides;
 mod parsed;
@@ -118,19 +119,27 @@ impl Volume {
     ///
     /// The same as for [`Reader::read`].
     pub fn histogram(&self, most_bins: usize) -> Result<Histogram> {
-        let [low, high] = self.range;
+        let empty = self.bins_between(self.range, most_bins);
+        self.statistics
+            .fill(empty, &self.grid, |stored| self.value(stored))
+    }
+
+    /// The meaning of a stored value.
+    fn value(&self, stored: f64) -> f64 {
+        self.offset + self.scale * stored
+    }
+
+    fn bins_between(&self, [low, high]: [f64; 2], most_bins: usize) -> Histogram {
         let steps = (high - low) / self.scale;
         let is_integer = self.stored != StoredType::F32;
-        let empty = if high <= low {
+        if high <= low {
             Histogram::empty(low - 0.5, 1.0, 1)
         } else if is_integer && steps < most_bins as f64 {
             let half = 0.5 * self.scale;
             Histogram::empty(low - half, self.scale, steps.round() as usize + 1)
         } else {
             Histogram::empty(low, (high - low) / most_bins as f64, most_bins)
-        };
-        let value = |stored: f64| self.offset + self.scale * stored;
-        self.statistics.fill(empty, &self.grid, value)
+        }
     }
 
     /// Boxes of at most `most_bytes` of stored values (at least one of them) that cover the volume, in

@@ -47,30 +47,48 @@ impl Statistics {
     /// now, unless the same bins were asked for before.
     pub fn fill(
         &self,
-        mut empty: Histogram,
+        empty: Histogram,
         grid: &Grid,
         value: impl Fn(f64) -> f64 + Sync,
     ) -> Result<Histogram> {
         if !self.counts.is_empty() {
-            let counts = self.counts.iter().enumerate();
-            for (stored, &count) in counts.filter(|(_, count)| **count > 0) {
-                empty.add(value(stored as f64), count);
-            }
-            return Ok(empty);
+            return self.count(empty, grid, value);
         }
         let mut last = locked(&self.histogram);
         match &*last {
             Some(known) if known.has_the_bins_of(&empty) => Ok(known.clone()),
-            _ => Ok(last.insert(count_floats(empty, grid, value)?).clone()),
+            _ => Ok(last.insert(self.count(empty, grid, value)?).clone()),
         }
+    }
+
+    /// Adds the meaning of all stored values to an empty tally: those of integers, which have been counted, or of floats in a
+    /// walk through the voxels.
+    pub fn count<T: Tally>(
+        &self,
+        mut empty: T,
+        grid: &Grid,
+        value: impl Fn(f64) -> f64 + Sync,
+    ) -> Result<T> {
+        if self.counts.is_empty() {
+            return count_floats(empty, grid, value);
+        }
+        let counts = self.counts.iter().enumerate();
+        for (stored, &count) in counts.filter(|(_, count)| **count > 0) {
+            empty.add(value(stored as f64), count);
+        }
+        Ok(empty)
     }
 }
 
-fn count_floats(
-    empty: Histogram,
-    grid: &Grid,
-    value: impl Fn(f64) -> f64 + Sync,
-) -> Result<Histogram> {
+/// What is found out of values one after another, on several cores.
+pub(super) trait Tally: Clone + Send + Sync {
+    fn add(&mut self, value: f64, count: u64);
+
+    /// Adds the results of another core.
+    fn add_all(&mut self, other: &Self);
+}
+
+fn count_floats<T: Tally>(empty: T, grid: &Grid, value: impl Fn(f64) -> f64 + Sync) -> Result<T> {
     let mut all = empty.clone();
     let mut reader = grid.reader();
     let mut stored: Vec<f32> = Vec::new();
@@ -79,11 +97,11 @@ fn count_floats(
         reader.read(piece, cast_slice_mut(&mut stored))?;
         let shares = shares(piece, &stored).into_par_iter();
         let counted = shares.map(|(_, values)| {
-            let mut histogram = empty.clone();
+            let mut tally = empty.clone();
             values
                 .iter()
-                .for_each(|&stored| histogram.add(value(stored.into()), 1));
-            histogram
+                .for_each(|&stored| tally.add(value(stored.into()), 1));
+            tally
         });
         counted
             .collect::<Vec<_>>()

@@ -105,7 +105,7 @@ fn iso_and_view_flags() {
     let outside = resolve(&with(one, Edit::iso(999.0)).unwrap(), &volume(None));
     assert!(message(outside).starts_with("--iso 999: surfaces.iso.0.value: found 999"));
 
-    let view = isolume::scene::View::MinusX;
+    let view = isolume::scene::Side::MinusX;
     let placed = "[camera]\neye = [9, 9, 9]\nup = [1, 0, 0]\nfov_y = 30";
     let camera = with(placed, Edit::view(view)).unwrap().camera;
     assert_eq!(
