@@ -54,20 +54,53 @@ uint marks_of(ivec3 cube);
 void examine(ivec3 node, bool is_possible);
 void keep(ivec3 node);
 
+void set_bits(uint word, uint mask) {
+    uint before = atomicOr(bits.at[word], mask);
+    atomicAdd(counters.count.marked_cubes, uint(bitCount(~before & mask)));
+}
+
 void set_bit(ivec3 cube) {
     uvec2 bit = bit_of(cube, WORDS_A_BRICK);
-    uint before = atomicOr(bits.at[bit.x], 1u << bit.y);
-    atomicAdd(counters.count.marked_cubes, ~before >> bit.y & 1u);
+    set_bits(bit.x, 1u << bit.y);
+}
+
+// Sets the bits of a brick's cubes from `low` to `high`.
+void set_bits_in(ivec3 brick, ivec3 low, ivec3 high) {
+    ivec3 first = BRICK * brick;
+    low = max(low - first, ivec3(0));
+    high = min(high - first, ivec3(BRICK - 1));
+    uint words[RIM_WORDS];
+    for (uint w = 0u; w < RIM_WORDS; ++w) {
+        words[w] = 0u;
+    }
+    uint row = (1u << (high.x - low.x + 1)) - 1u;
+    for (int z = low.z; z <= high.z; ++z) {
+        for (int y = low.y; y <= high.y; ++y) {
+            uint bit = index_in_brick(ivec3(low.x, y, z));
+            words[bit / 32u] |= row << bit % 32u;
+        }
+    }
+    for (uint w = 0u; w < RIM_WORDS; ++w) {
+        set_bits(WORDS_A_BRICK * place_of(brick) + w, words[w]);
+    }
+}
+
+// How many cubes around one are marked with it, along each axis. Where slices are far apart, as in many a CT, a wall that goes
+// on from slice to slice shifts by about as much across, and with it the light that falls steeply behind it.
+ivec3 cubes_around() {
+    const int MOST = 8;
+    float longest = max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
+    return clamp(ivec3(ceil(longest / (scene.cache_step * scene.spacing))), ivec3(1), ivec3(MOST));
 }
 
 void set_bits_around(ivec3 cube) {
-    ivec3 low = max(cube - 1, ivec3(0));
-    ivec3 high = min(cube + 1, last_cube());
-    for (int z = low.z; z <= high.z; ++z) {
-        for (int y = low.y; y <= high.y; ++y) {
-            for (int x = low.x; x <= high.x; ++x) {
-                if (page_of(ivec3(x, y, z) / BRICK) != NO_PLACE) {
-                    set_bit(ivec3(x, y, z));
+    ivec3 low = max(cube - cubes_around(), ivec3(0));
+    ivec3 high = min(cube + cubes_around(), last_cube());
+    for (int z = low.z / BRICK; z <= high.z / BRICK; ++z) {
+        for (int y = low.y / BRICK; y <= high.y / BRICK; ++y) {
+            for (int x = low.x / BRICK; x <= high.x / BRICK; ++x) {
+                if (page_of(ivec3(x, y, z)) != NO_PLACE) {
+                    set_bits_in(ivec3(x, y, z), low, high);
                 }
             }
         }

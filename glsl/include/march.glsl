@@ -91,30 +91,36 @@ void next_stretch(Ray ray, inout March march) {
 }
 
 March begin_march(Ray ray, float t, float t_end) {
-    const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0), ANY_VALUE);
+    const Classified NONE = Classified(0.0, 0, vec4(0.0), vec4(0.0), ANY_VALUE, vec2(0.0));
     Walk walk = begin_walk(ray, t, scene.block_size, ivec3(scene.blocks));
     March march = March(t, t_end, walk, true, t, false, 0.0, 0.0, walk, NONE);
     next_stretch(ray, march);
     return march;
 }
 
-// A step of the march. Within it extinction is either linear, or, where the transfer function has points between the
-// values at the ends, taken as one constant before a split and another one behind it.
+// A step of the march. Extinction is linear in its first part, up to the point of the transfer function that comes first, and
+// in its last part, from the last point on. Between these parts, if there is anything, it is taken as constant. A step
+// without such points has a first part alone.
 struct MarchStep {
     float absorbed; // 1 − exp(−optical depth)
     vec3 albedo;    // of what it meets
     float t;        // where it begins
     float extent;   // along the ray
-    float lean;     // linear: extinction grows by 2·lean of its mean from one end to the other
-    bool is_split;
-    float split;    // the part of the step before the split
-    float before;   // the part of its optical depth there
+    vec2 parts;     // the first and the last part, as shares of the step
+    vec2 depths;    // as shares of its optical depth
+    vec2 leans;     // extinction grows by 2·lean of its mean from one end of the part to the other
 };
 
 // Where a step absorbs light, on average, if it is thin.
 float middle_of(MarchStep s) {
-    float place = s.is_split ? 0.5 * (1.0 + s.split - s.before) : 0.5 + s.lean * (1.0 / 6.0);
-    return s.t + s.extent * place;
+    float first = s.parts.x * (0.5 + s.leans.x * (1.0 / 6.0));
+    if (is_linear) {
+        return s.t + s.extent * first;
+    }
+    float last = 1.0 - s.parts.y * (0.5 - s.leans.y * (1.0 / 6.0));
+    float between = 0.5 * (1.0 + s.parts.x - s.parts.y);
+    float share = 1.0 - s.depths.x - s.depths.y;
+    return s.t + s.extent * (s.depths.x * first + share * between + s.depths.y * last);
 }
 
 // Takes a step back if its optical depth is too large, and says how long the next one may be.
@@ -187,6 +193,25 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
     return mean_medium(begin, march.end);
 }
 
+// Finds the parts of a step between classified ends, in which opacity has this mean.
+void find_parts(inout MarchStep s, Classified begin, Classified end, float mean) {
+    vec4 ends = vec4(begin.color.a, end.color.a, 0.0, end.color.a); // of the first part, and of the last
+    s.parts = vec2(1.0, 0.0);
+    s.depths = vec2(1.0, 0.0);
+    if (!is_linear) {
+        bool rises = end.value > begin.value;
+        bool has_points = begin.point != end.point;
+        vec2 points = rises ? vec2(begin.segment.y, end.segment.x) : vec2(begin.segment.x, end.segment.y);
+        vec2 opacities = rises ? vec2(begin.opacities.y, end.opacities.x) : vec2(begin.opacities.x, end.opacities.y);
+        ends.yz = has_points ? opacities : ends.yz;
+        vec2 parts = clamp(abs(points - vec2(begin.value, end.value)) / max(abs(end.value - begin.value), 1e-30), 0.0, 1.0);
+        s.parts = has_points ? parts : s.parts;
+        vec2 depths = 0.5 * parts * (ends.xz + ends.yw) / max(mean, 1e-30);
+        s.depths = has_points ? depths / max(1.0, depths.x + depths.y) : s.depths;
+    }
+    s.leans = (ends.yw - ends.xz) / max(ends.yw + ends.xz, 1e-30);
+}
+
 MarchStep make_step(Ray ray, inout March march) {
     Classified begin = march.end;
     float from = march.t;
@@ -200,31 +225,35 @@ MarchStep make_step(Ray ray, inout March march) {
     if (march.cells.exit <= march.t) {
         step_walk(march.cells, ray, step_scale, step_cells());
     }
-    float extent = march.t - from;
-    float a = begin.color.a;
-    float b = march.end.color.a;
-    float lean = a + b > 0.0 ? (b - a) / (a + b) : 0.0;
-    float mean = medium.sigma_t / scene.density;
-    bool is_split = !is_linear && begin.point != march.end.point && a != b && mean > 0.0;
-    float split = is_split ? clamp((b - mean) / (b - a), 0.0, 1.0) : 0.0;
-    float before = is_split ? min(a * split / mean, 1.0) : 0.0;
-    return MarchStep(one_minus_exp(medium.sigma_t * extent), medium.albedo, from, extent, lean, is_split, split, before);
+    MarchStep s;
+    s.extent = march.t - from;
+    s.absorbed = one_minus_exp(medium.sigma_t * s.extent);
+    s.albedo = medium.albedo;
+    s.t = from;
+    find_parts(s, begin, march.end, medium.sigma_t / scene.density);
+    return s;
+}
+
+// Where in a part light is absorbed whose extinction is linear in x: τ(x)/τ = x + lean·(x² − x).
+vec4 absorption_in_part(float lean, vec4 share) {
+    float begins = 1.0 - lean;
+    return 2.0 * share / (begins + sqrt(begins * begins + 4.0 * lean * share) + 1e-30);
 }
 
 // Where in a step light is absorbed, for four numbers in [0, 1): the inverse of (1 − exp(−τ(x))) / (1 − exp(−τ)), to
-// second order in τ. If extinction is linear in x, τ(x)/τ = x + lean·(x² − x).
+// third order in τ.
 vec4 absorption_in(MarchStep s, vec4 u) {
-    vec4 share = u - 0.5 * s.absorbed * u * (1.0 - u);
-    vec4 place;
-    if (s.is_split) {
-        vec4 first = s.split * share / max(s.before, 1e-30);
-        vec4 second = 1.0 - (1.0 - s.split) * (1.0 - share) / max(1.0 - s.before, 1e-30);
-        place = mix(second, first, lessThan(share, vec4(s.before)));
-    } else {
-        float begins = 1.0 - s.lean;
-        place = 2.0 * share / (begins + sqrt(begins * begins + 4.0 * s.lean * share) + 1e-30);
+    vec4 share = u - s.absorbed * u * (1.0 - u) * (0.5 + s.absorbed * (1.0 / 12.0) * (1.0 + 4.0 * u));
+    if (is_linear) {
+        return s.t + s.extent * absorption_in_part(s.leans.x, share);
     }
-    return s.t + s.extent * place;
+    vec2 depths = max(s.depths, 1e-30);
+    float behind = 1.0 - s.depths.y;
+    vec4 first = s.parts.x * absorption_in_part(s.leans.x, min(share / depths.x, 1.0));
+    vec4 last = 1.0 - s.parts.y * (1.0 - absorption_in_part(s.leans.y, max((share - behind) / depths.y, 0.0)));
+    vec4 between = s.parts.x + (1.0 - s.parts.x - s.parts.y) * (share - s.depths.x) / max(behind - s.depths.x, 1e-30);
+    vec4 place = mix(between, first, lessThan(share, vec4(s.depths.x)));
+    return s.t + s.extent * mix(place, last, greaterThan(share, vec4(behind)));
 }
 
 // The transmittance of [t, t_end], or 0 where it is less than `least`.

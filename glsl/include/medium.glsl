@@ -67,6 +67,7 @@ struct Classified {
     vec4 color; // and opacity in a
     vec4 area; // integral over values up to this one of opacity times colour and, in a, of opacity
     vec2 segment; // the values around this one between which the function is linear
+    vec2 opacities; // at these values
 };
 
 // Means of opacity times colour and, in a, of opacity between two values, if both opacity and colour are linear from
@@ -80,7 +81,7 @@ vec4 mean_of_line(vec4 a, vec4 b) {
 
 Classified classify(float v) {
     if (is_linear) {
-        return Classified(v, 0, vec4(scene.color, transfer_opacity(v)), vec4(0.0), ANY_VALUE);
+        return Classified(v, 0, vec4(scene.color, transfer_opacity(v)), vec4(0.0), ANY_VALUE, vec2(0.0));
     }
     int point = transfer_point(v);
     vec4 p = transfer_values(point);
@@ -101,7 +102,8 @@ Classified classify(float v) {
     area += (v - p.x) * mix(color.a * vec4(color.rgb, 1.0), mean_of_line(start, color), share);
     float next = p.x + 1.0 / p.y;
     vec2 segment = is_below ? vec2(ANY_VALUE.x, p.x) : is_beyond ? vec2(next, ANY_VALUE.y) : vec2(p.x, next);
-    return Classified(v, point + int(is_beyond) - int(is_below), color, area, segment);
+    vec2 opacities = is_below ? p.zz : is_beyond ? p.ww : p.zw;
+    return Classified(v, point + int(is_beyond) - int(is_below), color, area, segment, opacities);
 }
 
 struct Medium {

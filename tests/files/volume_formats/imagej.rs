@@ -77,7 +77,7 @@ fn a_folder_of_imagej_pages_is_calibrated() {
     let expected: Vec<f64> = array.values.iter().map(|value| value - 32768.0).collect();
     assert_eq!(values(&volume), expected);
     assert_eq!(volume.spacing, [0.25, 0.5, 1.0]);
-    let note = "ImageJ does not say how far apart the slices of a folder are";
+    let note = "ImageJ does not state the whole voxel size: it is taken as 1 mm along z; set volume.spacing";
     assert!(
         volume.notes.iter().any(|n| n.contains(note)),
         "{:?}",

@@ -175,8 +175,27 @@ fn a_size_of_0_in_ome_is_none() {
         ..Tiff::default()
     };
     let volume = load_bytes("v.ome.tif", tiff.write(&array));
-    assert_eq!(volume.spacing, [500.0, 250.0, 1.0]);
-    let note = "`PhysicalSizeZ` is 0, and counts as not stated";
+    assert_eq!(volume.spacing, [500.0, 250.0, 500.0]);
+    for note in [
+        "`PhysicalSizeZ` is 0, and counts as not stated",
+        "it is taken as 500 nm along z",
+    ] {
+        let is_told = volume.notes.iter().any(|told| told.contains(note));
+        assert!(is_told, "{note}: {:?}", volume.notes);
+    }
+    tiff.description = description.replace(
+        "PhysicalSizeX=\"500\" PhysicalSizeXUnit=\"nm\" PhysicalSizeY=\"0.25\"",
+        "",
+    );
+    let volume = load_bytes("v.ome.tif", tiff.write(&array));
+    assert_eq!(
+        volume.spacing, [2.0; 3],
+        "only the slices' distance is stated"
+    );
+    assert_eq!(volume.storage.unit.as_deref(), Some("µm"));
+    tiff.description = description.replace("</OME>", "<Image><Pixels/></Image></OME>");
+    let volume = load_bytes("v.ome.tif", tiff.write(&array));
+    let note = "the file holds another image, which is not shown";
     assert!(volume.notes[0].contains(note), "{:?}", volume.notes);
     tiff.description = description.replace("PhysicalSizeZ=\"2\"", "PhysicalSizeZ=\"-2\"");
     let bytes = tiff.write(&array);

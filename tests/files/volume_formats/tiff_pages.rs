@@ -88,9 +88,8 @@ fn a_folder_of_ome_pages_has_their_voxel_size() {
     assert_eq!(volume.storage.unit.as_deref(), Some("nm"));
     assert!(volume.notes.is_empty(), "{:?}", volume.notes);
     let flat = opened(&whole.replace("PhysicalSizeZ=\"2\"", ""));
-    assert_eq!(flat.spacing, [500.0, 250.0, 1.0]);
-    let note =
-        "OME-XML does not say how far apart the slices of a folder are: they are taken as 1 nm";
+    assert_eq!(flat.spacing, [500.0, 250.0, 500.0]);
+    let note = "OME-XML does not state the whole voxel size: it is taken as 500 nm along z; set volume.spacing";
     assert!(flat.notes[0].contains(note), "{:?}", flat.notes);
     let elsewhere = opened("<OME><BinaryOnly MetadataFile=\"all.ome.xml\"/></OME>");
     assert_eq!(elsewhere.spacing, [1.0; 3]);

@@ -14,4 +14,5 @@ mod rim;
 mod standard_error;
 mod surfaces;
 mod texels;
+mod thick_slices;
 mod thin_layers;

@@ -43,13 +43,19 @@ pub fn sun(direction: [f64; 3]) -> DirectionalLight {
     small_scenes::sun(direction, [2.0; 3])
 }
 
-fn sum(picture: &[[f32; 4]]) -> f64 {
+pub fn sum(picture: &[[f32; 4]]) -> f64 {
     picture.iter().map(|pixel| f64::from(pixel[1])).sum()
 }
 
 /// What the means of a cached picture at rest and of one in motion are off by, relative to that of an uncached one, of which
 /// there are several; and the first one's standard error. Each cell has so many paths.
-fn measure(scene: &Scene, volume: &Volume, scale: f64, references: &[f64], paths: u32) -> [f64; 3] {
+pub fn measure(
+    scene: &Scene,
+    volume: &Volume,
+    scale: f64,
+    references: &[f64],
+    paths: u32,
+) -> [f64; 3] {
     let mut cache = cached(scene, volume, scale, CacheFormat::F32, 1, 0);
     let difference = |(reference, seed)| {
         cache.reseed(seed);

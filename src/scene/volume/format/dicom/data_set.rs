@@ -9,6 +9,7 @@
 
 use crate::scene::volume::parsed::Parsed;
 
+use super::charset::decoded;
 use super::stream::Stream;
 use super::tags::{self, Tag};
 
@@ -116,7 +117,10 @@ impl DataSet {
     /// Text without padding; `None` if it is missing or empty.
     pub fn text(&self, tag: Tag) -> Option<String> {
         let (bytes, _) = self.plain(tag)?;
-        let text = String::from_utf8_lossy(bytes);
+        let (terms, _) = self
+            .plain(tags::CHARACTER_SET)
+            .unwrap_or((b"", Syntax::EXPLICIT));
+        let text = decoded(bytes, terms);
         let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
         (!text.is_empty()).then(|| text.to_string())
     }

@@ -8,6 +8,7 @@
 //! These files identify the patient. The elements that do so are never read ([`tags`]), and messages name files,
 //! sizes and places only.
 
+mod charset;
 mod data_set;
 mod file;
 mod find;

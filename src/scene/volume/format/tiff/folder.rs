@@ -33,8 +33,8 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let pages: Vec<Page> = pages.into_iter().collect::<Parsed<_>>()?;
     let layout = pages[0].layout;
     let name = files[0].file_name().unwrap_or_default().to_string_lossy();
-    let mut meaning = meaning(&files[0], pages.len(), &layout, overrides)
-        .map_err(|fault| format!("{name} {fault}"))?;
+    let mut meaning =
+        meaning(&files[0], pages.len(), &layout).map_err(|fault| format!("{name} {fault}"))?;
     let stems = files.iter().filter_map(|file| file.file_stem());
     let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
     meaning.notes.extend(doubt(&stems));
@@ -133,12 +133,7 @@ impl Name<'_> {
 }
 
 /// What the first file says of all: ImageJ repeats its description in each, and a page of OME describes itself.
-fn meaning(
-    first: &Path,
-    pages: usize,
-    layout: &Layout,
-    overrides: &VolumeOverrides,
-) -> Parsed<Meaning> {
+fn meaning(first: &Path, pages: usize, layout: &Layout) -> Parsed<Meaning> {
     let file = Arc::new(WatchedFile::open(first)?);
     let directories = Directories::new(&file)?;
     let full = directories.full_pages()?;
@@ -146,31 +141,19 @@ fn meaning(
         return Ok(Meaning::stack(pages, layout.samples));
     };
     let description = directories.text(page, Tag::ImageDescription)?;
-    let (mut meaning, states_depth, program) = if description.starts_with(imagej::START) {
-        let meaning = imagej_meaning(&directories, page, pages, layout)?;
-        (meaning, imagej::states_depth(&description), "ImageJ")
-    } else if ome::is_ome(&description)
-        && let Some(size) = ome::voxel_size(&description, pages)?
-    {
-        let meaning = Meaning {
-            spacing: size.spacing,
-            unit: size.unit,
-            notes: size.notes,
-            ..Meaning::stack(pages, layout.samples)
-        };
-        (meaning, size.states_depth, "OME-XML")
-    } else {
-        return Ok(Meaning::stack(pages, layout.samples));
-    };
-    let is_silent = pages > 1 && overrides.spacing.is_none() && !states_depth;
-    if let Some(unit) = meaning.unit.as_ref().filter(|_| is_silent) {
-        let depth = meaning.spacing[2];
-        meaning.notes.push(format!(
-            "{program} does not say how far apart the slices of a folder are: they are taken as {depth} {unit} apart; set \
-             volume.spacing"
-        ));
+    if description.starts_with(imagej::START) {
+        return imagej_meaning(&directories, page, pages, layout);
     }
-    Ok(meaning)
+    let stack = Meaning::stack(pages, layout.samples);
+    if !ome::is_ome(&description) {
+        return Ok(stack);
+    }
+    let (size, notes) = ome::voxel_size(&description, pages)?;
+    Ok(Meaning {
+        size,
+        notes,
+        ..stack
+    })
 }
 
 fn page(path: &Path) -> Parsed<Page> {

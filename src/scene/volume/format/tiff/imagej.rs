@@ -5,20 +5,15 @@
 
 use super::Meaning;
 use super::page::Layout;
+use super::voxel_size::VoxelSize;
 use crate::scene::volume::format::header::{check_rescale, unexpected};
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::storage::in_one_unit;
 
 pub const START: &str = "ImageJ=";
 
 /// The number of pages according to the description; 1 if it does not say.
 pub fn images(description: &str) -> Parsed<u64> {
     count(description, "images")
-}
-
-/// Whether the description says how far apart slices are.
-pub fn states_depth(description: &str) -> bool {
-    value(description, "spacing").is_some()
 }
 
 /// `resolution`: pixels per unit of length along x and y.
@@ -40,10 +35,10 @@ pub fn meaning(
         Some(_) => 1.0 / pixels.unwrap_or(1.0),
         None => 1.0,
     });
-    let lengths = [x, y, depth.unwrap_or(1.0)];
+    let units = [unit, of_y.or(unit), of_z.or(unit)];
     let mut meaning = Meaning {
-        spacing: in_one_unit(lengths, [unit, of_y.or(unit), of_z.or(unit)]),
-        unit: unit.map(str::to_string),
+        // ImageJ leaves out a distance of 1.
+        size: VoxelSize::new("ImageJ", [Some(x), Some(y), depth], units, 1.0),
         ..Meaning::stack(pages, layout.samples)
     };
     // ImageJ calibrates integers of 8 and 16 bits only.
@@ -85,7 +80,7 @@ impl Meaning {
 
 /// A unit of length; `None` if none is stated, or lengths are counted in pixels.
 fn unit<'a>(description: &'a str, key: &str) -> Option<&'a str> {
-    let unit = value(description, key).filter(|unit| *unit != "pixel")?;
+    let unit = value(description, key).filter(|unit| !["", "pixel"].contains(unit))?;
     Some(match unit {
         "\\u00B5m" | "micron" | "um" => "µm",
         other => other,

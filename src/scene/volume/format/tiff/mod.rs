@@ -16,6 +16,7 @@ mod ome;
 mod page;
 mod pages;
 mod shaped;
+mod voxel_size;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -23,6 +24,7 @@ use std::sync::Arc;
 use directory::{Directories, Directory, Tag};
 use page::{Layout, Page};
 use pages::{Pages, named};
+use voxel_size::VoxelSize;
 
 pub use folder::{is_page, read_folder};
 
@@ -39,11 +41,10 @@ use crate::scene::volume::storage::{Level, Storage};
 
 /// The meaning of a file's pages.
 struct Meaning {
-    spacing: [f64; 3],
+    size: VoxelSize,
     /// A voxel's value is intercept + slope · the number in the file.
     slope: f64,
     intercept: f64,
-    unit: Option<String>,
     /// Slices of each channel at each time.
     depth: usize,
     /// The channels' names, or "". The samples of one pixel are channels, too.
@@ -63,10 +64,9 @@ impl Meaning {
     /// The meaning of pages that are all slices.
     fn stack(pages: usize, samples: u32) -> Meaning {
         Meaning {
-            spacing: [1.0; 3],
+            size: VoxelSize::UNKNOWN,
             slope: 1.0,
             intercept: 0.0,
-            unit: None,
             depth: pages,
             channels: vec![String::new(); samples as usize],
             times: 1,
@@ -198,10 +198,14 @@ fn stack(
     let dims = [layout.size[0], layout.size[1], pages.len() as u32];
     check_promise(&pages, layout, dims)?;
     let levels = levels(&meaning, &sizes);
+    let of_size = meaning
+        .size
+        .told(dims)
+        .filter(|_| overrides.spacing.is_none());
     let spacing = levels[level as usize].spacing;
     let storage = Storage {
         compression: (layout.codec != Codec::Plain).then(|| layout.codec.name().to_string()),
-        unit: meaning.unit,
+        unit: meaning.size.unit,
         channels: meaning.channels,
         times: meaning.times,
         levels,
@@ -212,6 +216,7 @@ fn stack(
     };
     let source = source(path, pages, dims, channel % meaning.samples)?;
     let mut notes = [storage.notes(), meaning.notes].concat();
+    notes.extend(of_size);
     if layout.is_white_zero {
         notes.push("the file says that 0 is white; its values are taken as they are".into());
     }
@@ -252,7 +257,7 @@ fn pages_of(
 
 /// The resolutions of the same extent, of which the first has the voxels that the file describes.
 fn levels(meaning: &Meaning, sizes: &[[u32; 2]]) -> Vec<Level> {
-    let [x, y, z] = meaning.spacing;
+    let [x, y, z] = meaning.size.spacing;
     let [width, height] = sizes[0].map(f64::from);
     let level = |size: &[u32; 2]| Level {
         dims: [size[0], size[1], meaning.depth as u32],

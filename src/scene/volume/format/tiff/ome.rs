@@ -6,9 +6,9 @@
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::Meaning;
+use super::voxel_size::VoxelSize;
 use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::storage::in_one_unit;
 
 /// Nodes for each page of the file, and for everything that is not about pages.
 const NODES_FOR_PAGE: u32 = 64;
@@ -29,11 +29,13 @@ fn parsed(description: &str, pages: usize) -> Parsed<Document<'_>> {
         .map_err(|e| format!("its OME-XML cannot be read: {e}"))
 }
 
-/// The voxel size that one of a folder's pages states, each of which describes itself. `None` if it states none.
-pub fn voxel_size(description: &str, pages: usize) -> Parsed<Option<VoxelSize>> {
+/// The voxel size that one of a folder's pages states, each of which describes itself, and remarks about it.
+pub fn voxel_size(description: &str, pages: usize) -> Parsed<(VoxelSize, Vec<String>)> {
     let document = parsed(description, pages)?;
-    let pixels = document.descendants().find(|node| is(node, "Pixels"));
-    pixels.map(|pixels| VoxelSize::read(&pixels)).transpose()
+    match document.descendants().find(|node| is(node, "Pixels")) {
+        Some(pixels) => size_of_voxels(&pixels),
+        None => Ok((VoxelSize::UNKNOWN, Vec::new())),
+    }
 }
 
 pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning> {
@@ -51,7 +53,9 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
     };
     let [depth, channels, times] = ["SizeZ", "SizeC", "SizeT"].map(|key| size(&pixels, key));
     let (depth, channels, times) = (depth?, channels?, times?);
-    let size = VoxelSize::read(&pixels)?;
+    let (size, mut notes) = size_of_voxels(&pixels)?;
+    let images = document.descendants().filter(|node| is(node, "Pixels"));
+    notes.extend(told_others(images.count() - 1));
     if channels % samples != 0 {
         return Err(unexpected(
             "SizeC",
@@ -65,8 +69,8 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
         .fold(depth.into(), |planes, &n| u64::saturating_mul(planes, n));
     if planes > pages as u64 {
         return Err(format!(
-            "has {pages} pages, but its OME-XML speaks of {planes}: the others are in other files; write \
-             the set as one file"
+            "has {pages} pages, but its OME-XML speaks of {planes}: the others are in other \
+             files, or were never written; write the set as one file"
         ));
     }
     let mut names: Vec<String> = Vec::new();
@@ -84,9 +88,8 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
     let order = order(pixels.attribute("DimensionOrder").unwrap_or("XYZCT"), sizes)?;
     let places = places(&pixels, order, planes as usize, pages)?;
     Ok(Meaning {
-        spacing: size.spacing,
-        unit: size.unit,
-        notes: size.notes,
+        size,
+        notes,
         depth: depth as usize,
         channels: names,
         times,
@@ -94,6 +97,17 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
         places,
         ..Meaning::stack(pages, samples)
     })
+}
+
+/// What is said of images besides the first.
+fn told_others(others: usize) -> Option<String> {
+    match others {
+        0 => None,
+        1 => Some("the file holds another image, which is not shown; write it as a file of its own to see it".into()),
+        _ => Some(format!(
+            "the file holds {others} other images, which are not shown; write each as a file of its own to see it"
+        )),
+    }
 }
 
 /// Compares a name without its namespace, of which there is one for each year.
@@ -107,42 +121,30 @@ fn size(pixels: &Node, key: &str) -> Parsed<u32> {
     size.ok_or_else(|| unexpected(key, text, "a whole number from 1 up"))
 }
 
-/// What is stated of the size of voxels.
-pub struct VoxelSize {
-    pub spacing: [f64; 3],
-    pub unit: Option<String>,
-    pub states_depth: bool,
-    pub notes: Vec<String>,
-}
-
-impl VoxelSize {
-    fn read(pixels: &Node) -> Parsed<VoxelSize> {
-        let mut lengths = [None; 3];
-        let mut units = [None; 3];
-        let mut notes = Vec::new();
-        for (a, axis) in ["X", "Y", "Z"].into_iter().enumerate() {
-            let key = format!("PhysicalSize{axis}");
-            let Some(text) = pixels.attribute(key.as_str()) else {
-                continue;
-            };
-            let length = text.parse().ok().filter(|length: &f64| *length >= 0.0);
-            let length = length.ok_or_else(|| unexpected(&key, text, "a length above 0"))?;
-            if length == 0.0 {
-                notes.push(format!("`{key}` is 0, and counts as not stated"));
-                continue;
-            }
-            lengths[a] = Some(length);
-            units[a] = pixels
-                .attribute(format!("{key}Unit").as_str())
-                .or(Some("µm"));
+/// The size of voxels, and remarks about it.
+fn size_of_voxels(pixels: &Node) -> Parsed<(VoxelSize, Vec<String>)> {
+    let mut lengths = [None; 3];
+    let mut units = [None; 3];
+    let mut notes = Vec::new();
+    for (a, axis) in ["X", "Y", "Z"].into_iter().enumerate() {
+        let key = format!("PhysicalSize{axis}");
+        let Some(text) = pixels.attribute(key.as_str()) else {
+            continue;
+        };
+        let length = text.parse().ok().filter(|length: &f64| *length >= 0.0);
+        let length = length.ok_or_else(|| unexpected(&key, text, "a length above 0"))?;
+        if length == 0.0 {
+            notes.push(format!("`{key}` is 0, and counts as not stated"));
+            continue;
         }
-        Ok(VoxelSize {
-            spacing: in_one_unit(lengths.map(|length| length.unwrap_or(1.0)), units),
-            unit: units[0].map(str::to_string),
-            states_depth: lengths[2].is_some(),
-            notes,
-        })
+        lengths[a] = Some(length);
+        units[a] = pixels
+            .attribute(format!("{key}Unit").as_str())
+            .or(Some("µm"));
     }
+    // Voxels that are as long along all axes are the best guess.
+    let otherwise = lengths.into_iter().flatten().next().unwrap_or(1.0);
+    Ok((VoxelSize::new("OME-XML", lengths, units, otherwise), notes))
 }
 
 /// Distance, in pages, to the next channel, slice and time.
