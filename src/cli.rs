@@ -55,7 +55,7 @@ pub enum Command {
     Merge(MergeArgs),
     /// Compare two pictures.
     Compare(CompareArgs),
-    /// Check what each device is asked for, render scenes whose radiance is known, and measure the device's peak rates.
+    /// Check that each device has what Isolume needs, render scenes whose radiance is known, and measure the device's peak rates.
     Doctor(DoctorArgs),
     /// Describe the devices, or a volume.
     Info(InfoArgs),
@@ -150,8 +150,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "A..B", value_parser = samples, conflicts_with_all = ["spp", "time", "error"])]
     pub samples: Option<SampleRange>,
 
-    /// Render so many views around the object, from one cache: OUT.0001.exr and so on. What stops a
-    /// render stops each view.
+    /// Render so many views around the object, from one cache: OUT.0001.exr and so on. --spp, --time and
+    /// --error count for each view.
     #[arg(long, value_name = "N", value_parser = views)]
     pub orbit: Option<NonZeroU32>,
 
@@ -286,7 +286,9 @@ pub struct MergeArgs {
 
 #[derive(Debug, Args)]
 pub struct CompareArgs {
+    /// The reference.
     pub a: PathBuf,
+    /// The picture that is compared with it.
     pub b: PathBuf,
 
     /// The pictures A and B rendered again with other random numbers: adds how much A and B differ apart from
@@ -314,6 +316,10 @@ pub struct DoctorArgs {
 pub struct InfoArgs {
     /// The volume or the folder of volumes to describe; without it, the devices.
     pub volume: Option<PathBuf>,
+
+    /// Set a key of the volume, as in volume.channel=1 or volume.series=2 (repeatable).
+    #[arg(long, value_name = "KEY=VALUE", requires = "volume")]
+    pub set: Vec<Edit>,
 
     /// Print JSON.
     #[arg(long)]

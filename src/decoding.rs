@@ -308,6 +308,7 @@ mod tests {
         for (attribute, numbers) in [
             (&data[..], [99_999, 99_999]),
             (&shown, [99_999, 99_999]),
+            (&shown, [3_999, 3_999]),
             (tiles, [99_999, 99_999]),
         ] {
             let why = read(&exr_with(attribute, numbers)).expect_err("a claim");

@@ -8,7 +8,8 @@ use serde::Serialize;
 use crate::bytes::human;
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
-use crate::scene::volume::{Series, Storage, Volume, VolumeOverrides};
+use crate::scene::volume::{Series, Storage, Volume};
+use crate::scene::{Edit, volume_overrides};
 
 /// Bars of the histogram.
 const BINS: usize = 16;
@@ -55,11 +56,12 @@ struct Bin {
     voxels: u64,
 }
 
-/// One block of text, or JSON. Where a volume cannot be loaded, it is worth knowing all the more which others
+/// One block of text, or JSON, of the volume that `edits` pick. Where a volume cannot be loaded, it is worth knowing all the more which others
 /// its folder holds.
-pub fn volume(path: &Path, json: bool) -> Result<Description> {
+pub fn volume(path: &Path, edits: &[Edit], json: bool) -> Result<Description> {
+    let overrides = volume_overrides(path, edits)?;
     let series = Volume::series(path)?;
-    let volume = match Volume::load(path, &VolumeOverrides::default()) {
+    let volume = match Volume::load(path, &overrides) {
         Ok(volume) => volume,
         Err(fault) if series.is_empty() => return Err(fault),
         Err(fault) => {

@@ -31,8 +31,8 @@ pub struct BenchArgs {
           value_parser = seconds)]
     seconds: Vec<Duration>,
 
-    /// The converged picture; without it, non-caching renders one for four times the longest time. Where a cache is measured,
-    /// one of rays through the middle of each pixel is rendered for as long in either case, to compare a march with.
+    /// The converged picture; without it, non-caching renders one for four times the longest time. If a cache is measured, a
+    /// second one, with rays through the middle of each pixel, is rendered for as long in any case, to compare a march with.
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 
@@ -47,7 +47,7 @@ pub struct BenchArgs {
     #[command(flatten)]
     pub gpu: GpuArgs,
 
-    /// No progress and no notes; errors only.
+    /// Say nothing on stderr but errors.
     #[arg(long)]
     pub quiet: bool,
 }

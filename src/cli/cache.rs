@@ -11,8 +11,8 @@ use crate::scene::volume::{Copying, Stores};
 
 #[derive(Debug, Args)]
 pub struct CacheArgs {
-    /// The folder for copies of compressed volumes that do not fit the GPU, which the next run finds there; by default
-    /// `isolume` in the system's folder for such files.
+    /// The folder in which copies of compressed volumes are kept that do not fit the GPU; by default `isolume` in
+    /// $XDG_CACHE_HOME or ~/.cache.
     #[arg(long, value_name = "DIR")]
     cache_dir: Option<PathBuf>,
 }

@@ -62,9 +62,14 @@ pub(super) fn views(text: &str) -> Result<NonZeroU32, String> {
 /// A word or a number that one of the scene's own types understands.
 pub(super) fn word<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     let value = text.parse().unwrap_or_else(|_| Value::String(text.into()));
-    value
-        .try_into()
-        .map_err(|error: toml::de::Error| error.message().to_string())
+    value.try_into().map_err(|error: toml::de::Error| {
+        let message = error.message();
+        // The flag's name and what was found stand before this already.
+        let expected = message
+            .find("expected ")
+            .filter(|_| message.starts_with("unknown variant"));
+        message[expected.unwrap_or(0)..].to_string()
+    })
 }
 
 /// The edit that a flag stands for, once its value is known to be right.

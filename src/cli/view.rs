@@ -17,7 +17,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "WxH", default_value = "1280x800", value_parser = extent)]
     pub window: [u32; 2],
 
-    /// Refine a picture at rest by at most so many samples per pixel.
+    /// Refine a picture at rest to so many samples per pixel.
     #[arg(long, value_name = "N", default_value = "1024", value_parser = spp)]
     pub spp: NonZeroU32,
 
@@ -32,7 +32,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
 
-    /// Say nothing on stderr; errors only.
+    /// Say nothing on stderr but errors.
     #[arg(long)]
     pub quiet: bool,
 }

@@ -111,7 +111,7 @@ impl std::fmt::Display for StopReason {
             }
             StopReason::RelativeError(goal) => write!(f, "the relative error is below {goal}"),
             StopReason::Time(time) => {
-                write!(f, "{:.1} s of rendering are over", time.as_secs_f64())
+                write!(f, "{} s of rendering are over", time.as_secs_f64())
             }
             StopReason::Interrupted => write!(f, "it was interrupted"),
         }

@@ -106,7 +106,7 @@ pub fn doctor(args: &DoctorArgs) -> Result<u8> {
 pub fn info(args: &InfoArgs) -> Result<u8> {
     match &args.volume {
         Some(path) => {
-            let described = info::volume(path, args.json)?;
+            let described = info::volume(path, &args.set, args.json)?;
             print(&described.text)?;
             described.fault.map_or(Ok(0), Err)
         }

@@ -194,6 +194,9 @@ fn open(path: &Path) -> Result<(Target, Temporary)> {
             Target::File(fs::canonicalize(path).map_err(|error| Error::io(path, error))?)
         }
         Ok(_) => Target::Stream(path.to_owned()),
+        Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
+            return Err(Error::io(path, error));
+        }
         Err(_) => Target::File(target_of(path)),
     };
     let folder = match &target {

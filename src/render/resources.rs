@@ -29,6 +29,8 @@ const SLOTS_CPU_IN_BRICKS: u32 = 1 << 12;
 
 /// The resource whose size is that of the volume.
 pub const VOLUME: &str = "volume";
+/// The name of the largest of the picture's images.
+pub const UNIT_SUM: &str = "unit sum";
 /// The resource whose size is that of the transfer function.
 pub const TRANSFER_FUNCTION: &str = "transfer function";
 
@@ -99,7 +101,7 @@ impl Resources {
             clips: Buffer::with_data(memory, "clip planes", &parts.clips)?,
             paths: device("paths", bytes_of::<Path>(slots))?,
             counters: device("counters", bytes_of::<Counters>(1))?,
-            unit_sum: picture("unit sum")?,
+            unit_sum: picture(UNIT_SUM)?,
             mean: picture("mean")?,
             squares: picture("squared differences")?,
             staging: Buffer::new(memory, BufferDesc::readback("staging", staging_bytes))?,

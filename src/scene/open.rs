@@ -14,6 +14,19 @@ pub fn is_scene(path: &Path) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
+/// The settings of a bare volume that `edits` make, which may be about nothing else.
+pub fn volume_overrides(volume: &Path, edits: &[Edit]) -> Result<VolumeOverrides> {
+    if !edits.iter().all(Edit::is_about_volume) {
+        return Err(Error::Usage(
+            "--set: only keys of the volume can be set here, such as volume.channel".into(),
+        ));
+    }
+    match edits {
+        [] => Ok(VolumeOverrides::default()),
+        _ => SceneFile::bare(volume, edits)?.volume_overrides(),
+    }
+}
+
 /// Everything that a renderer needs, from a scene file, or from a volume and a preset.
 #[derive(Debug, Clone)]
 pub struct Opened {

@@ -61,8 +61,21 @@ impl State {
         if had.first != asked || self.header.samples.len() > 1 {
             return Some(format!("its first sample is {}, not {asked}", had.first));
         }
-        let goal = stop.count().filter(|&goal| goal < had.count())?;
-        Some(format!("it has {} samples, more than {goal}", had.count()))
+        None
+    }
+
+    /// Fails if the picture under way has more samples than `stop` asks for.
+    fn check_goal(&self, name: &str, stop: &Stop) -> Result<()> {
+        let had = self.header.count();
+        match stop.count().filter(|&goal| goal < had) {
+            None => Ok(()),
+            Some(goal) => Err(Error::input(
+                Place::file(name),
+                format!(
+                    "it has {had} samples, more than {goal}, which are asked for; --restart begins anew"
+                ),
+            )),
+        }
     }
 }
 
@@ -189,6 +202,7 @@ impl Found {
                     .or_else(|| state.other_samples(stop)),
             };
             is_of_this_render(&name, difference)?;
+            state.check_goal(&name, stop)?;
         }
         if let Some(cache) = &self.cache {
             let name = cache.name();

@@ -52,6 +52,12 @@ fn info_lists_the_series_of_a_folder() {
     assert_eq!(info["series"][1], expected);
     assert_eq!(info["orientation"], "LPS");
     assert_eq!(info["dims"], json!([16, 12, 5]));
+    let other = folder.succeed("info scan --set volume.series=2 --json");
+    let other: serde_json::Value = serde_json::from_slice(&other.stdout).expect("JSON");
+    assert_eq!(other["dims"], json!([16, 12, 3]));
+    let wrong = folder.run("info scan --set medium.g=0.5");
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(text(&wrong.stderr).contains("only keys of the volume"));
     // Of a volume that cannot be loaded the list is all the more of use.
     std::fs::remove_file(folder.path("scan/a2")).unwrap();
     let output = folder.run("info scan --json");

@@ -111,6 +111,13 @@ fn files_that_cannot_be_read_are_named() {
     let other_size = "render ball.toml --set volume.dims=[17,16,16] -o a.exr";
     let said = refused(&folder, other_size, 3);
     assert!(said.contains("4096") && said.contains("4352"), "{said}");
+    let long = "x".repeat(300);
+    let said = refused(
+        &folder,
+        &format!("render ball.toml -o {long}.exr --time 60"),
+        3,
+    );
+    assert!(said.contains("name too long"), "{said}");
     let said = refused(&folder, "render ball.toml -o nowhere/a.exr --spp 1", 3);
     assert!(said.contains("the folder nowhere does not exist"), "{said}");
 }

@@ -6,7 +6,7 @@ use crate::bytes::human;
 use crate::error::{Error, MemoryError, Result, unless_refused};
 use crate::render::gpu_scene::GpuScene;
 use crate::render::light_memory::ENVIRONMENT_IMAGE;
-use crate::render::resources::{TRANSFER_FUNCTION, VOLUME};
+use crate::render::resources::{TRANSFER_FUNCTION, UNIT_SUM, VOLUME};
 use crate::scene::Variant;
 
 impl InBricks<'_> {
@@ -91,6 +91,7 @@ fn remedy(resource: &str) -> &'static str {
         ENVIRONMENT_IMAGE => "make the environment's image smaller",
         TRANSFER_FUNCTION => "give medium.transfer fewer points",
         VOLUME => "set volume.crop",
+        UNIT_SUM => "lower --size",
         _ => "lower --size, or set volume.crop",
     }
 }
