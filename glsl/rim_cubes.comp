@@ -4,7 +4,8 @@
 // Light falls steeply behind such an end, as the exponential integral E₂ of the optical depth does where it comes from
 // a sky. Between a node in the vacuum and one in the medium a straight line misses that, and beyond the outermost nodes
 // it loses even more (`transport caching::rim`). So paths go on in these cubes as if there were no cache; where one is
-// dense throughout, in those next to it as well, since bricks begin with cubes twice as wide (coarse.glsl).
+// dense throughout, in those next to it as well, since bricks begin with cubes twice as wide (coarse.glsl), and where it
+// ends within the volume, in those around (`cubes_around`).
 //
 // Most cubes are judged by their macrocells, without any voxels, so that an edit of the transfer function shows soon,
 // and few bricks are read of a volume that streams.
@@ -109,7 +110,7 @@ uint marks_of(ivec3 cube) {
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
     bool steps = may_step(sigma_t_range(range_of_voxels(voxels))) && has_step(voxels, least_step());
-    return steps ? NEIGHBOURS_MARKED : NOTHING_MARKED;
+    return steps ? SURROUNDINGS_MARKED : NOTHING_MARKED;
 }
 
 void examine(ivec3 node, bool is_possible) {}

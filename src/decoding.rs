@@ -24,6 +24,8 @@ use crate::fence::fenced;
 const MOST_BY_DEFLATE: u64 = 1400;
 /// PIZ leaves a few hundred bytes of 32 lines of one colour, however long they are.
 const MOST_BY_PIZ: u64 = 1 << 14;
+/// Pixels that any file may show, however little data it has.
+const ALWAYS_SHOWN: u64 = 1 << 24;
 /// Pixels that a byte of another picture becomes at most: Deflate makes 1032 bytes of one, with eight pixels in each.
 const MOST_PIXELS: u64 = 8 * 1032;
 
@@ -136,9 +138,13 @@ fn check_header(header: &Header, bytes: u64) -> Result<(), String> {
     };
     let most = bytes.saturating_mul(expansion);
     check_claim([width, height], most / pixel as u64, bytes)?;
-    // Pixels of the window that is shown, but hold no data, take no room in the file.
+    // What is shown may be larger than the data, and takes no room in the file: the limit bounds what is allocated for it.
     let most_shown = bytes.saturating_mul(MOST_BY_PIZ) / size_of::<Rgb<f32>>() as u64;
-    check_claim([shown_width, shown_height], most_shown, bytes)?;
+    check_claim(
+        [shown_width, shown_height],
+        most_shown.max(ALWAYS_SHOWN),
+        bytes,
+    )?;
     if let BlockDescription::Tiles(tiles) = header.blocks {
         let Vec2(width, height) = tiles.tile_size;
         let most = most.max(SMALL_TILE);
@@ -308,7 +314,7 @@ mod tests {
         for (attribute, numbers) in [
             (&data[..], [99_999, 99_999]),
             (&shown, [99_999, 99_999]),
-            (&shown, [3_999, 3_999]),
+            (&shown, [4_999, 4_999]),
             (tiles, [99_999, 99_999]),
         ] {
             let why = read(&exr_with(attribute, numbers)).expect_err("a claim");

@@ -56,8 +56,8 @@ struct Bin {
     voxels: u64,
 }
 
-/// One block of text, or JSON, of the volume that `edits` pick. Where a volume cannot be loaded, it is worth knowing all the more which others
-/// its folder holds.
+/// Describes the volume that `edits` pick, as text or JSON. If it cannot be loaded, the other volumes of its folder are listed
+/// all the same.
 pub fn volume(path: &Path, edits: &[Edit], json: bool) -> Result<Description> {
     let overrides = volume_overrides(path, edits)?;
     let series = Volume::series(path)?;

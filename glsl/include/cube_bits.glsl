@@ -22,7 +22,8 @@ shared bool is_possible;
 
 const uint NOTHING_MARKED = 0u;
 const uint CUBE_MARKED = 1u;
-const uint NEIGHBOURS_MARKED = 2u; // and the cube itself
+const uint NEIGHBOURS_MARKED = 2u;   // and the cube itself
+const uint SURROUNDINGS_MARKED = 3u; // as far as `cubes_around` says
 
 // Space in the lattice, in grid space: from node to node, or out to the box's faces.
 struct Span {
@@ -81,21 +82,24 @@ void set_bits_in(ivec3 brick, ivec3 low, ivec3 high) {
         }
     }
     for (uint w = 0u; w < RIM_WORDS; ++w) {
-        set_bits(WORDS_A_BRICK * place_of(brick) + w, words[w]);
+        if (words[w] != 0u) {
+            set_bits(WORDS_A_BRICK * place_of(brick) + w, words[w]);
+        }
     }
 }
 
-// How many cubes around one are marked with it, along each axis. Where slices are far apart, as in many a CT, a wall that goes
-// on from slice to slice shifts by about as much across, and with it the light that falls steeply behind it.
+// How far marks reach from a cube along each axis, in cubes. Where slices are far apart, as in many a CT, a wall that goes on
+// from slice to slice shifts by about as much across, and with it the light that falls steeply behind it.
 ivec3 cubes_around() {
     const int MOST = 8;
+    const float LITTLE = 0.1; // of a cube: no more of a wall's way than needs no further one
     float longest = max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
-    return clamp(ivec3(ceil(longest / (scene.cache_step * scene.spacing))), ivec3(1), ivec3(MOST));
+    return clamp(ivec3(ceil(longest / (scene.cache_step * scene.spacing) - LITTLE)), ivec3(1), ivec3(MOST));
 }
 
-void set_bits_around(ivec3 cube) {
-    ivec3 low = max(cube - cubes_around(), ivec3(0));
-    ivec3 high = min(cube + cubes_around(), last_cube());
+void set_bits_around(ivec3 cube, ivec3 reach) {
+    ivec3 low = max(cube - reach, ivec3(0));
+    ivec3 high = min(cube + reach, last_cube());
     for (int z = low.z / BRICK; z <= high.z / BRICK; ++z) {
         for (int y = low.y / BRICK; y <= high.y / BRICK; ++y) {
             for (int x = low.x / BRICK; x <= high.x / BRICK; ++x) {
@@ -170,7 +174,7 @@ void main() {
     if (!has_missed && marks == CUBE_MARKED) {
         set_bit(cube);
     }
-    if (!has_missed && marks == NEIGHBOURS_MARKED) {
-        set_bits_around(cube);
+    if (!has_missed && marks >= NEIGHBOURS_MARKED) {
+        set_bits_around(cube, marks == NEIGHBOURS_MARKED ? ivec3(1) : cubes_around());
     }
 }

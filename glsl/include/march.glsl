@@ -237,11 +237,11 @@ MarchStep make_step(Ray ray, inout March march) {
 // Where in a part light is absorbed whose extinction is linear in x: τ(x)/τ = x + lean·(x² − x).
 vec4 absorption_in_part(float lean, vec4 share) {
     float begins = 1.0 - lean;
-    return 2.0 * share / (begins + sqrt(begins * begins + 4.0 * lean * share) + 1e-30);
+    return 2.0 * share / (begins + sqrt(max(begins * begins + 4.0 * lean * share, 0.0)) + 1e-30);
 }
 
 // Where in a step light is absorbed, for four numbers in [0, 1): the inverse of (1 − exp(−τ(x))) / (1 − exp(−τ)), to
-// third order in τ.
+// second order in `absorbed`.
 vec4 absorption_in(MarchStep s, vec4 u) {
     vec4 share = u - s.absorbed * u * (1.0 - u) * (0.5 + s.absorbed * (1.0 / 12.0) * (1.0 + 4.0 * u));
     if (is_linear) {

@@ -17,7 +17,7 @@ pub struct PassStats {
     pub gpu_ms_p95: f64,
     pub gpu_ms_total: f64,
     /// The share of the total time in which the device would have done the same work at its peak rates ([`Peak`]).
-    /// `None` where the peak has not been measured.
+    /// `None` where the peak has not been measured, or a pass states no work.
     pub peak_share: Option<f64>,
 }
 

@@ -88,24 +88,7 @@ impl Device {
         draws: bool,
         fetches_texels: bool,
     ) -> Result<Arc<Device>> {
-        let unable = |problem: &str| DeviceError::Unable {
-            device: summary.name.clone(),
-            problem: if draws {
-                format!("{problem}, which a window needs; choose another --device")
-            } else {
-                problem.into()
-            },
-        };
-        if draws && !instance.has_extension(physical, khr::swapchain::NAME) {
-            return Err(unable("lacks VK_KHR_swapchain").into());
-        }
-        let queue_family = compute_queue(&instance, physical, draws).ok_or_else(|| {
-            if draws {
-                unable("has no queue that both computes and draws")
-            } else {
-                unable("has no compute queue")
-            }
-        })?;
+        let queue_family = usable_queue(&instance, physical, &summary, draws)?;
         let family = queue_families(&instance, physical)[queue_family as usize];
         let stores_texels = can_store_texels(&instance, physical);
         let loads_texels =
@@ -233,6 +216,32 @@ impl Device {
     pub fn validation_messages(&self) -> Vec<String> {
         self.instance.messages()
     }
+}
+
+/// The family of the queue that is used; fails where the device has none that does what is asked for, as drawing in a window.
+fn usable_queue(
+    instance: &Instance,
+    physical: vk::PhysicalDevice,
+    summary: &DeviceSummary,
+    draws: bool,
+) -> Result<u32> {
+    let unable = |problem: &str| DeviceError::Unable {
+        device: summary.name.clone(),
+        problem: if draws {
+            format!("{problem}, which a window needs; choose another --device")
+        } else {
+            problem.into()
+        },
+    };
+    if draws && !instance.has_extension(physical, khr::swapchain::NAME) {
+        return Err(unable("lacks VK_KHR_swapchain").into());
+    }
+    let problem = if draws {
+        "has no queue that both computes and draws"
+    } else {
+        "has no compute queue"
+    };
+    compute_queue(instance, physical, draws).ok_or_else(|| unable(problem).into())
 }
 
 /// Opens a device with one queue of a family. The survey has found every feature present.

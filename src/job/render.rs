@@ -109,7 +109,7 @@ fn choose(
     Ok(choice)
 }
 
-/// Makes the engine; variants are tried, if there is anything to try. The fingerprint of the volume is there where it is
+/// Makes the engine; variants are tried, if there is anything to try. Returns the volume's fingerprint as well, if it is
 /// needed.
 fn try_variants(
     args: &RenderArgs,

@@ -60,7 +60,7 @@
 //! - **slot**: a thread's room for one path in flight. It takes the next item when it has done with the last one.
 //! - **queue**: the items of a bundle or of a portion, worked off by slots, dispatch after dispatch (`path_queue.rs`).
 //! - **page**: the entry of a brick in a page table: where it is in memory, if it is there.
-//! - **window**: those invocations that may work while bricks of the volume are missing (`bricks/window.rs`).
+//! - **admission**: which invocations may work while bricks of the volume are missing (`bricks/admission.rs`).
 
 mod accumulate;
 mod allocation;

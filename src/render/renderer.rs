@@ -232,7 +232,9 @@ impl Renderer {
             iso_depth.resize(size)?;
         }
         if let Estimator::Caching(cache) = &mut self.estimator {
-            cache.memory.resize_room(size, self.resources.slots())?;
+            cache
+                .memory
+                .resize_for_picture(size, self.resources.slots())?;
             cache.abandon();
         }
         self.begin_picture();

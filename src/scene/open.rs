@@ -14,9 +14,12 @@ pub fn is_scene(path: &Path) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
-/// The settings of a bare volume that `edits` make, which may be about nothing else.
+/// What `edits` set of a bare volume; edits of anything else, and of its path, are refused.
 pub fn volume_overrides(volume: &Path, edits: &[Edit]) -> Result<VolumeOverrides> {
-    if !edits.iter().all(Edit::is_about_volume) {
+    if !edits
+        .iter()
+        .all(|edit| edit.is_about_volume() && !edit.sets("volume.path"))
+    {
         return Err(Error::Usage(
             "--set: only keys of the volume can be set here, such as volume.channel".into(),
         ));

@@ -201,7 +201,7 @@ impl Found {
                     .difference(picture)?
                     .or_else(|| state.other_samples(stop)),
             };
-            is_of_this_render(&name, difference)?;
+            check_same_render(&name, difference)?;
             state.check_goal(&name, stop)?;
         }
         if let Some(cache) = &self.cache {
@@ -211,7 +211,7 @@ impl Found {
                 identity: &cache.header.identity,
                 scene: &cache.header.scene,
             };
-            is_of_this_render(&name, found.difference(whole)?)?;
+            check_same_render(&name, found.difference(whole)?)?;
         }
         self.check_fill()
     }
@@ -271,7 +271,7 @@ impl Found {
 }
 
 /// Fails where something differs between the checkpoint in the file `name` and this render.
-fn is_of_this_render(name: &str, difference: Option<String>) -> Result<()> {
+fn check_same_render(name: &str, difference: Option<String>) -> Result<()> {
     match difference {
         None => Ok(()),
         Some(difference) => Err(Error::input(

@@ -154,7 +154,7 @@ impl CacheMemory {
     }
 
     /// Makes room for a picture of another size, and for paths in `slots` slots.
-    pub fn resize_room(&mut self, size: [u32; 2], slots: u32) -> Result<()> {
+    pub fn resize_for_picture(&mut self, size: [u32; 2], slots: u32) -> Result<()> {
         if let Some(tails) = &mut self.tails {
             tails.resize(tail_bytes(size))?;
         }

@@ -370,6 +370,10 @@ impl Edit {
         }
     }
 
+    pub(in crate::scene) fn sets(&self, wanted: &str) -> bool {
+        matches!(&self.change, Change::Set { key, .. } if key == wanted)
+    }
+
     /// Whether it concerns the volume, which is read before a preset can use it.
     pub(in crate::scene) fn is_about_volume(&self) -> bool {
         matches!(&self.change, Change::Set { key, .. } if key.split('.').next() == Some("volume"))

@@ -144,9 +144,7 @@ fn open(
         name: name.into(),
     };
     let (settled, histogram) = match known {
-        Some(Known {
-            settled, histogram, ..
-        }) => (settled, histogram),
+        Some(known) => (known.settled, known.histogram),
         None => (settle(&grid, is_mirrored, reading)?, None),
     };
     let facts = settled.facts;
@@ -267,7 +265,7 @@ fn right_handed(orientation: Orientation, notes: &mut Vec<String>) -> Option<Axe
         _ => String::new(),
     };
     notes.push(format!(
-        "the file's axes are left-handed, so its slowest axis is reversed{letters}"
+        "the volume's axes are left-handed, so the slowest of them is reversed{letters}"
     ));
     reversed
 }

@@ -1,6 +1,6 @@
 //! The range of values in which a volume's data lie, for presets: without voxels that stand alone far from all other values,
-//! as hot pixels do, and without a value that stands for no data, such as −9999 or 1e20. Either would leave hardly any bins
-//! of a histogram to the rest.
+//! as hot pixels do, and without a value that stands for no data, such as −9999 or 1e20, if it is so far away that a single
+//! bin of a histogram holds all data.
 
 use std::ops::Range;
 
@@ -9,12 +9,12 @@ use super::histogram::Histogram;
 use super::statistics::Tally;
 use crate::error::Result;
 
-/// At most this share of all voxels stands alone.
+/// At most this share of all voxels stands alone, and at most one in each macrocell, on average: a structure has more.
 const ALONE: f64 = 1e-3;
-/// They are at most so many for each macrocell that holds one. A structure fills macrocells.
-const ALONE_IN_MACROCELL: u64 = 2;
 /// Without them, the range is at most this share of what it was.
 const FAR: f64 = 0.5;
+/// Programs that mark what holds no data take −999 or a larger number for it. A smaller one is a background, or an object.
+const LEAST_NONE: f64 = 998.0;
 /// Outliers may hide others that are less far away.
 const ROUNDS: usize = 8;
 
@@ -25,19 +25,37 @@ impl Volume {
     ///
     /// The same as for [`Reader::read`](super::Reader::read).
     pub fn histogram_of_data(&self, most_bins: usize) -> Result<Histogram> {
-        let mut histogram = self.histogram(most_bins)?;
+        let whole = self.histogram(most_bins)?;
+        if !self.may_have_outliers(&whole) {
+            return Ok(whole);
+        }
+        let mut found = self.count(Within::new(whole.cleared()))?;
         for _ in 0..ROUNDS {
-            let Some(data) = self.data_in(&histogram)? else {
+            let Some(data) = self.data_in(&found) else {
                 break;
             };
-            let empty = Within::new(self.bins_between(data, most_bins));
-            histogram = self.count(empty)?.histogram;
+            found = self.count(Within::new(self.bins_between(data, most_bins)))?;
         }
-        Ok(histogram)
+        Ok(found.histogram)
     }
 
-    /// The range of the data, if there are outliers in the histogram, and anything else.
-    fn data_in(&self, histogram: &Histogram) -> Result<Option<[f64; 2]>> {
+    /// Whether it is worth a walk through the voxels to know the smallest and largest value in each bin.
+    fn may_have_outliers(&self, histogram: &Histogram) -> bool {
+        self.not_alone(histogram).is_some() || is_split(&histogram.counts)
+    }
+
+    /// The range of the data, if there are outliers, and anything else.
+    fn data_in(&self, found: &Within) -> Option<[f64; 2]> {
+        let data = match self.not_alone(&found.histogram) {
+            Some(bins) => found.range_of(bins),
+            None if is_split(&found.histogram.counts) => found.range_beside_one_value(),
+            None => None,
+        };
+        data.filter(|[low, high]| low < high)
+    }
+
+    /// The bins without those at one end whose voxels stand alone; `None` if there are no such voxels.
+    fn not_alone(&self, histogram: &Histogram) -> Option<Range<usize>> {
         let mut ends = [(); 2].map(|()| Within::new(histogram.cleared()));
         for range in self.macrocell_ranges() {
             for (ends, stored) in ends.iter_mut().zip(range) {
@@ -45,16 +63,7 @@ impl Volume {
             }
         }
         let [lows, highs] = ends.map(|ends| ends.histogram.counts);
-        let kept = not_alone(&histogram.counts, &lows, &highs);
-        if kept.is_none() && !is_split(&histogram.counts) {
-            return Ok(None);
-        }
-        let exact = self.count(Within::new(histogram.cleared()))?;
-        let data = match kept {
-            Some(bins) => exact.range_of(bins),
-            None => exact.range_beside_one_value(),
-        };
-        Ok(data.filter(|[low, high]| low < high))
+        not_alone(&histogram.counts, &lows, &highs)
     }
 
     fn count(&self, empty: Within) -> Result<Within> {
@@ -77,7 +86,7 @@ fn not_alone(counts: &[u64], lows: &[u64], highs: &[u64]) -> Option<Range<usize>
             if voxels as f64 > ALONE * all as f64 {
                 break;
             }
-            if voxels > 0 && voxels <= ALONE_IN_MACROCELL * cells {
+            if voxels > 0 && voxels <= cells {
                 alone = Some(n + 1);
             }
         }
@@ -112,15 +121,20 @@ impl Within {
         self.ends[bins].iter().copied().reduce(hull)
     }
 
-    /// The range of the values at one end, if those at the other are all the same.
+    /// The range of the values in the first bin or in the last, if those in the other one are all the same, and so large that
+    /// they stand for no data.
     fn range_beside_one_value(&self) -> Option<[f64; 2]> {
         let [first, .., last] = self.ends[..] else {
             return None;
         };
-        match [first, last].map(|[low, high]| low == high) {
-            [true, false] => Some(last),
-            [false, true] => Some(first),
-            _ => None,
+        let magnitude = |[low, high]: [f64; 2]| low.abs().max(high.abs());
+        let is_none = |one: [f64; 2], data: [f64; 2]| {
+            one[0] == one[1] && one[0].abs() > magnitude(data).max(LEAST_NONE)
+        };
+        if is_none(first, last) {
+            Some(last)
+        } else {
+            is_none(last, first).then_some(first)
         }
     }
 }
@@ -213,16 +227,37 @@ mod tests {
         }
     }
 
-    /// A small bright structure is what the volume is about, however few voxels it has.
+    /// A small bright structure is what the volume is about, however few voxels it has, and wherever it lies in macrocells.
     #[test]
     fn a_small_structure_counts() {
-        let is_vessel = |i: usize| i % SIDE == 20 && (i / SIDE % SIDE).abs_diff(20) < 2;
-        let found = thresholds(|i, v| {
-            if is_vessel(i) {
-                *v = 50.0
-            }
-        });
-        assert!(found.last().is_some_and(|&last| last > 2.0), "{found:?}");
+        for at in 16..24 {
+            let is_vessel = |i: usize| i % SIDE == at && i / SIDE % SIDE == at;
+            let found = thresholds(|i, v| {
+                if is_vessel(i) {
+                    *v = 50.0
+                }
+            });
+            assert!(
+                found.last().is_some_and(|&last| last > 2.0),
+                "{at}: {found:?}"
+            );
+        }
+    }
+
+    /// A background of 0 is no outlier, nor is an object of one value before a background with hardly any noise.
+    #[test]
+    fn what_is_the_same_everywhere_is_no_outlier() {
+        let noise = |i: usize| 1e-3 * (i % 7) as f32;
+        let object = thresholds(|i, v| *v = if *v > 0.5 { 1.0 + noise(i) } else { 0.0 });
+        let background = thresholds(|i, v| *v = if *v > 0.5 { 1.0 } else { 1e-3 * noise(i) });
+        for found in [object, background] {
+            assert!(
+                found
+                    .iter()
+                    .any(|&threshold| (0.4..0.6).contains(&threshold)),
+                "{found:?}"
+            );
+        }
     }
 
     #[test]

@@ -13,10 +13,10 @@ pub fn allowed(file: usize) -> usize {
 }
 
 /// The same of formats whose parts are decoded alone: a piece of the walk and the state of decompression, and what parts may
-/// decode to. A codec makes at most so many bytes of one, and what it makes is kept, converted and placed.
+/// decode to. A codec makes at most so many bytes of one (`LARGEST_RATIO` in `source/codec`), and what it makes is kept, converted and placed.
 pub fn allowed_in_chunks(file: usize) -> usize {
-    const MAX_RATIO: usize = 32 << 10;
-    (48 << 20) + 4 * MAX_RATIO * file
+    const LARGEST_RATIO: usize = 32 << 10;
+    (48 << 20) + 4 * LARGEST_RATIO * file
 }
 
 /// What the first byte of an input says of it, and the rest.

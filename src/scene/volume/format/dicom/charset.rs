@@ -1,28 +1,34 @@
 //! The character set of DICOM's texts (PS3.3, C.12.1.1.2).
 
-use std::borrow::Cow;
-
 use encoding_rs::{
     EUC_KR, Encoding, GB18030, ISO_2022_JP, ISO_8859_2, ISO_8859_3, ISO_8859_4, ISO_8859_5,
     ISO_8859_6, ISO_8859_7, ISO_8859_8, ISO_8859_15, SHIFT_JIS, UTF_8, WINDOWS_874, WINDOWS_1252,
     WINDOWS_1254,
 };
 
-/// A text in the character set that `terms` names, the value of SpecificCharacterSet. Where it names none that is known, or
-/// none at all, the text is taken for ASCII or UTF-8.
-pub fn decoded<'a>(text: &'a [u8], terms: &[u8]) -> Cow<'a, str> {
+/// A text in the character sets that `terms` names, the value of SpecificCharacterSet, without control characters. Where it
+/// names none that is known, or none at all, the text is taken for ASCII or UTF-8.
+pub fn decoded(text: &[u8], terms: &[u8]) -> String {
+    const ESCAPE: u8 = 0x1b;
     let terms = String::from_utf8_lossy(terms);
-    let mut encodings = terms.split('\\').filter_map(encoding);
-    let encoding = encodings.next().unwrap_or(UTF_8);
-    let (decoded, _) = encoding.decode_without_bom_handling(text);
-    // Escape sequences that switch to a set which is the only one here.
-    match ["\x1b$)C", "\x1b$)A"]
-        .iter()
-        .find(|escape| decoded.contains(*escape))
-    {
-        Some(escape) => decoded.replace(escape, "").into(),
-        None => decoded,
+    let first = terms.split('\\').find_map(encoding).unwrap_or(UTF_8);
+    // An escape sequence switches to another set (ISO 2022).
+    let mut parts = text.split(|byte| *byte == ESCAPE);
+    let mut decoded = by(first, parts.next().unwrap_or_default());
+    for part in parts {
+        decoded += &match part {
+            [b'$', b'B' | b'@', ..] => by(ISO_2022_JP, &[&[ESCAPE], part].concat()),
+            [b'$', b')', b'C', rest @ ..] => by(EUC_KR, rest),
+            [b'$', b')', b'A', rest @ ..] => by(GB18030, rest),
+            [b'(' | b')' | b'-', _, rest @ ..] => by(first, rest),
+            other => by(first, other),
+        };
     }
+    decoded.replace(char::is_control, "")
+}
+
+fn by(encoding: &'static Encoding, text: &[u8]) -> String {
+    encoding.decode_without_bom_handling(text).0.into_owned()
 }
 
 /// The encoding of a term, with or without code extensions; `None` for ASCII, which all of them contain.
@@ -69,6 +75,11 @@ mod tests {
                 "Люкceмбypг",
             ),
             ("\\ISO 2022 IR 87", b"\x1b$B;3ED\x1b(B", "山田"),
+            (
+                "ISO 2022 IR 13\\ISO 2022 IR 87",
+                b"\xd4\xcf \x1b$B;3ED\x1b(J",
+                "ﾔﾏ 山田",
+            ),
             ("ISO_IR 13", b"\xd4\xcf\xc0\xde", "ﾔﾏﾀﾞ"),
             ("\\ISO 2022 IR 149", b"\x1b$)C\xfb\xf3", "洪"),
             ("GB18030", b"\xcd\xf5", "王"),

@@ -121,7 +121,7 @@ impl DataSet {
             .plain(tags::CHARACTER_SET)
             .unwrap_or((b"", Syntax::EXPLICIT));
         let text = decoded(bytes, terms);
-        let text = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
+        let text = text.trim();
         (!text.is_empty()).then(|| text.to_string())
     }
 

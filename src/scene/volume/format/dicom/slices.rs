@@ -74,7 +74,7 @@ impl Grid {
         } else {
             count
         };
-        if most > MOST_INVENTED * places.len() as f64 {
+        if most.is_nan() || most > MOST_INVENTED * places.len() as f64 {
             let [least, most] = extremes(distances).map(shown);
             return Err(format!(
                 "its {} slices are {least} to {most} mm apart, expected slices at about equal distances",

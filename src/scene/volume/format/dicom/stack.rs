@@ -60,8 +60,8 @@ impl Stack {
         mut notes: Vec<String>,
     ) -> Stack {
         notes.push(
-            "it is one picture that says nothing of its place in the patient: several of them cannot be put in order, \
-             unless they are converted to a TIFF stack"
+            "the file does not say where its picture lies in the patient: several such files cannot be put in order, unless \
+             they are converted to a TIFF stack"
                 .into(),
         );
         Stack {

@@ -29,16 +29,18 @@ pub fn meaning(
     let planes = channels.saturating_mul(slices).saturating_mul(frames);
     let depth = value(description, "spacing").and_then(|text| text.parse::<f64>().ok());
     let depth = depth.map(f64::abs).filter(|depth| depth.is_normal());
+    // In a stack ImageJ leaves out a distance of 1, and in a single image any.
+    let depth = depth.or((images(description)? > 1).then_some(1.0));
     // Units of y and z stand there only if they differ from that of x.
     let [unit, of_y, of_z] = ["unit", "yunit", "zunit"].map(|key| unit(description, key));
-    let [x, y] = resolution.map(|pixels| match unit {
-        Some(_) => 1.0 / pixels.unwrap_or(1.0),
-        None => 1.0,
-    });
-    let units = [unit, of_y.or(unit), of_z.or(unit)];
+    // Without a unit lengths are counted in pixels.
+    let units = match unit {
+        Some(_) => [unit, of_y.or(unit), of_z.or(unit)],
+        None => [None; 3],
+    };
+    let [x, y] = resolution.map(|pixels| pixels.filter(|_| unit.is_some()).map(|n| 1.0 / n));
     let mut meaning = Meaning {
-        // ImageJ leaves out a distance of 1.
-        size: VoxelSize::new("ImageJ", [Some(x), Some(y), depth], units, 1.0),
+        size: VoxelSize::new("ImageJ", [x, y, depth], units, 1.0),
         ..Meaning::stack(pages, layout.samples)
     };
     // ImageJ calibrates integers of 8 and 16 bits only.

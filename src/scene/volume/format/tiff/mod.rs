@@ -111,20 +111,11 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     };
     let is_one_block = full.len() == 1 && images > 1 && first_page.layout.codec == Codec::Plain;
     let count = if is_one_block {
+        check_block(&file, &first_page.layout, images)?;
         images as usize
     } else {
         full.len()
     };
-    if is_one_block {
-        let last = first_page.layout.page_bytes().checked_mul(images);
-        if last.is_none_or(|bytes| bytes > file.bytes()) {
-            return Err(format!(
-                "its {} bytes cannot hold the {images} images that its description speaks of: the file \
-                 is truncated",
-                file.bytes()
-            ));
-        }
-    }
     let meaning = if is_imagej {
         imagej_meaning(&directories, first, count, &first_page.layout)?
     } else if ome::is_ome(&description) {
@@ -145,6 +136,18 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         levels.push(directories.size(&directories.read(at)?)?);
     }
     stack(path, meaning, levels, overrides, pages)
+}
+
+/// Fails where the file is shorter than so many images that follow one another.
+fn check_block(file: &WatchedFile, layout: &Layout, images: u64) -> Parsed<()> {
+    let bytes = layout.page_bytes().checked_mul(images);
+    if bytes.is_some_and(|bytes| bytes <= file.bytes()) {
+        return Ok(());
+    }
+    Err(format!(
+        "its {} bytes cannot hold the {images} images that its description speaks of: the file is truncated",
+        file.bytes()
+    ))
 }
 
 /// What ImageJ says of pages, in the description of the first of them.

@@ -88,37 +88,11 @@ impl Page {
             is_white_zero: number(Tag::PhotometricInterpretation)? == Some(0),
         };
         layout.check()?;
-        let offsets = match tiles {
-            Some(offsets) => Some(offsets),
-            None => directories.numbers(directory, Tag::StripOffsets)?,
-        };
-        let counts = if is_tiled {
-            directories.numbers(directory, Tag::TileByteCounts)?
-        } else {
-            directories.numbers(directory, Tag::StripByteCounts)?
-        };
-        let offsets = offsets.ok_or("has neither `StripOffsets` nor `TileOffsets`")?;
-        let expected = layout.chunks();
-        // Without compression it is known how long they are, and some programs write nothing or nonsense.
-        let counts = match (counts, layout.codec) {
-            (Some(counts), _) if counts.len() == offsets.len() => counts,
-            (_, Codec::Plain) => vec![0; offsets.len()],
-            _ => return Err("does not say how long its strips or tiles are".into()),
-        };
-        if offsets.len() as u64 == expected {
-            Ok(Page {
-                layout,
-                file: file.clone(),
-                chunks: offsets.into_iter().zip(counts).collect(),
-            })
-        } else {
-            Err(format!(
-                "has {} strips or tiles, expected {expected} for {}×{} pixels",
-                offsets.len(),
-                size[0],
-                size[1]
-            ))
-        }
+        Ok(Page {
+            layout,
+            file: file.clone(),
+            chunks: places(directories, directory, tiles, &layout)?,
+        })
     }
 
     pub fn chunks(&self) -> usize {
@@ -210,6 +184,41 @@ impl Page {
         }
         Ok(rows.concat())
     }
+}
+
+/// Offset and length in the file of each strip, or of each tile, of which `tiles` are the offsets.
+fn places(
+    directories: &Directories,
+    directory: &Directory,
+    tiles: Option<Vec<u64>>,
+    layout: &Layout,
+) -> Parsed<Vec<(u64, u64)>> {
+    let offsets = match tiles {
+        Some(offsets) => Some(offsets),
+        None => directories.numbers(directory, Tag::StripOffsets)?,
+    };
+    let lengths = if layout.is_tiled {
+        Tag::TileByteCounts
+    } else {
+        Tag::StripByteCounts
+    };
+    let lengths = directories.numbers(directory, lengths)?;
+    let offsets = offsets.ok_or("has neither `StripOffsets` nor `TileOffsets`")?;
+    // Without compression it is known how long they are, and some programs write nothing or nonsense.
+    let lengths = match (lengths, layout.codec) {
+        (Some(lengths), _) if lengths.len() == offsets.len() => lengths,
+        (_, Codec::Plain) => vec![0; offsets.len()],
+        _ => return Err("does not say how long its strips or tiles are".into()),
+    };
+    let expected = layout.chunks();
+    if offsets.len() as u64 != expected {
+        let [width, height] = layout.size;
+        return Err(format!(
+            "has {} strips or tiles, expected {expected} for {width}×{height} pixels",
+            offsets.len(),
+        ));
+    }
+    Ok(offsets.into_iter().zip(lengths).collect())
 }
 
 impl Layout {

@@ -19,8 +19,8 @@ impl VoxelSize {
         is_stated: [false; 3],
     };
 
-    /// What `program` states of the lengths along x, y and z and of their units, and `otherwise` in the unit of the first
-    /// that it states.
+    /// What `program` states of the lengths along x, y and z, and of their units; an axis without a unit has the first that is
+    /// stated. A length that is not stated is `otherwise`, in its axis's unit.
     pub fn new(
         program: &'static str,
         lengths: [Option<f64>; 3],
@@ -37,7 +37,7 @@ impl VoxelSize {
         }
     }
 
-    /// A sentence about lengths that are taken for others, in a volume of this size.
+    /// A sentence about lengths that are not stated, of a volume of this size in full resolution.
     pub fn told(&self, dims: [u32; 3]) -> Option<String> {
         let unit = self.unit.as_ref()?;
         let axes = (0..3).filter(|&a| !self.is_stated[a] && dims[a] > 1);

@@ -238,46 +238,8 @@ impl Version3 {
             Value::String(name) => zarr_type(name)?,
             other => return Err(unexpected("data_type", &other.to_string(), "a number type")),
         };
-        let (grid, configuration) = self.chunk_grid.parts();
-        let mut chunk = match (grid.as_str(), configuration.chunk_shape) {
-            ("regular", Some(shape)) => shape,
-            _ => {
-                return Err(unexpected(
-                    "chunk_grid",
-                    &grid,
-                    "regular, with its `chunk_shape`",
-                ));
-            }
-        };
-        let (encoding, configuration) = self.chunk_key_encoding.parts();
-        let given = configuration.separator.as_deref();
-        let keys = match encoding.as_str() {
-            "default" => Keys {
-                prefix: "c",
-                separator: separator(given, '/')?,
-            },
-            "v2" => Keys {
-                prefix: "",
-                separator: separator(given, '.')?,
-            },
-            other => return Err(unexpected("chunk_key_encoding", other, "default or v2")),
-        };
-        let mut shard = None;
-        let mut codecs = self.codecs;
-        if let [_] = &codecs[..]
-            && let Some((name, configuration)) = codecs.pop().map(Named::parts)
-        {
-            match name.as_str() {
-                "sharding_indexed" => {
-                    let (inner, found, of_chunks) = sharding(configuration, chunk)?;
-                    (chunk, shard, codecs) = (inner, Some(found), of_chunks);
-                }
-                _ => codecs.push(Named::Configured {
-                    name,
-                    configuration,
-                }),
-            }
-        }
+        let keys = keys(self.chunk_key_encoding)?;
+        let (chunk, shard, codecs) = unsharded(self.codecs, chunk_shape(self.chunk_grid)?)?;
         let pipeline = Pipeline::new(codecs, self.shape.len())?;
         let endian = pipeline.endian.unwrap_or(Endian::NATIVE);
         let compression = match (pipeline.compression, &shard) {
@@ -303,6 +265,43 @@ impl Version3 {
                 .and_then(|names| names.into_iter().collect()),
         })
     }
+}
+
+fn chunk_shape(grid: Named) -> Parsed<Vec<u64>> {
+    let (name, configuration) = grid.parts();
+    let shape = configuration.chunk_shape.filter(|_| name == "regular");
+    shape.ok_or_else(|| unexpected("chunk_grid", &name, "regular, with its `chunk_shape`"))
+}
+
+/// How a version 3 array names its chunks.
+fn keys(encoding: Named) -> Parsed<Keys> {
+    let (encoding, configuration) = encoding.parts();
+    let given = configuration.separator.as_deref();
+    match encoding.as_str() {
+        "default" => Ok(Keys {
+            prefix: "c",
+            separator: separator(given, '/')?,
+        }),
+        "v2" => Ok(Keys {
+            prefix: "",
+            separator: separator(given, '.')?,
+        }),
+        other => Err(unexpected("chunk_key_encoding", other, "default or v2")),
+    }
+}
+
+/// The shape of the chunks that are read, the shards that hold them, if any do, and the chunks' codecs. `shape` is that of the
+/// chunks to which `codecs` belong.
+fn unsharded(
+    mut codecs: Vec<Named>,
+    shape: Vec<u64>,
+) -> Parsed<(Vec<u64>, Option<Shard>, Vec<Named>)> {
+    if !matches!(&codecs[..], [only] if only.name() == "sharding_indexed") {
+        return Ok((shape, None, codecs));
+    }
+    let (_, configuration) = codecs.remove(0).parts();
+    let (chunk, shard, codecs) = sharding(configuration, shape)?;
+    Ok((chunk, Some(shard), codecs))
 }
 
 fn numpy_type(name: &str) -> Parsed<(VoxelType, Endian)> {

@@ -199,41 +199,46 @@ fn image(path: &Path) -> Parsed<(Vec<Dimension>, Vec<Resolution>, Vec<String>)> 
         AxisEntry::Described { name, unit } => Dimension { name, unit },
     });
     let dimensions: Vec<Dimension> = dimensions.collect();
-    let mut resolutions = Vec::new();
-    for dataset in image.datasets {
-        let inner = Path::new(&dataset.path);
-        let is_inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-        if !inner.components().all(is_inside) {
-            return Err(unexpected(
-                "path",
-                &dataset.path,
-                "a folder inside this one",
-            ));
-        }
-        let array = Array::read(&path.join(inner))
-            .map_err(|fault| format!("its array {}: {fault}", dataset.path))?;
-        let mut scale = vec![1.0; dimensions.len()];
-        for transform in dataset.transforms.iter().chain(&image.transforms) {
-            if let ("scale", Some(factors)) = (transform.kind.as_str(), &transform.scale) {
-                for (scale, factor) in scale.iter_mut().zip(factors) {
-                    *scale *= factor;
-                }
-            }
-        }
-        if array.shape.len() != dimensions.len() {
-            return Err(format!(
-                "its array {} has {} axes, but its metadata {}",
-                dataset.path,
-                array.shape.len(),
-                dimensions.len()
-            ));
-        }
-        resolutions.push(Resolution { array, scale });
-    }
+    let resolutions = image.datasets.iter().map(|dataset| {
+        let transforms = dataset.transforms.iter().chain(&image.transforms);
+        resolution(path, &dataset.path, transforms, dimensions.len())
+    });
+    let resolutions = resolutions.collect::<Parsed<_>>()?;
     let channels = attributes.omero.and_then(|omero| omero.channels);
     let names = channels.into_iter().flatten();
     let names = names.map(|channel| channel.label.unwrap_or_default());
     Ok((dimensions, resolutions, names.collect()))
+}
+
+/// The array in a folder of the image's, and the product of its scales along so many axes.
+fn resolution<'a>(
+    image: &Path,
+    folder: &str,
+    transforms: impl Iterator<Item = &'a Transform>,
+    axes: usize,
+) -> Parsed<Resolution> {
+    let inner = Path::new(folder);
+    let is_inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
+    if !inner.components().all(is_inside) {
+        return Err(unexpected("path", folder, "a folder inside this one"));
+    }
+    let array =
+        Array::read(&image.join(inner)).map_err(|fault| format!("its array {folder}: {fault}"))?;
+    let mut scale = vec![1.0; axes];
+    for transform in transforms {
+        if let ("scale", Some(factors)) = (transform.kind.as_str(), &transform.scale) {
+            for (scale, factor) in scale.iter_mut().zip(factors) {
+                *scale *= factor;
+            }
+        }
+    }
+    if array.shape.len() != axes {
+        return Err(format!(
+            "its array {folder} has {} axes, but its metadata {axes}",
+            array.shape.len()
+        ));
+    }
+    Ok(Resolution { array, scale })
 }
 
 /// One channel at one time in one resolution.
@@ -257,20 +262,7 @@ fn volume(
     };
     let channel = pick("channel", overrides.channel, length("c"))?;
     let time = pick("time", overrides.time, length("t"))?;
-    let mut axes = Vec::new();
-    for (dimension, length) in dimensions.iter().zip(&array.shape) {
-        let name = dimension.name.to_lowercase();
-        axes.push(match (space(&name), name.as_str(), length) {
-            (Some(a), ..) => Axis::Space(a),
-            (None, "c", _) => Axis::Fixed(channel.into()),
-            (None, "t", _) => Axis::Fixed(time.into()),
-            (None, _, 1) => Axis::Fixed(0),
-            (None, other, _) => {
-                let expected = "t, c, z, y, x, or one that is 1 long";
-                return Err(unexpected("axes", other, expected));
-            }
-        });
-    }
+    let axes = axes(dimensions, &array.shape, channel, time)?;
     names.resize(length("c").min(MOST_NAMES) as usize, String::new());
     let Level { dims, spacing } = levels[level as usize].clone();
     let storage = Storage {
@@ -301,6 +293,24 @@ fn volume(
         storage,
         ..Header::of_source(Box::new(source), dims, voxel_type, endian)
     })
+}
+
+/// What each of an array's axes is for one channel at one time.
+fn axes(dimensions: &[Dimension], shape: &[u64], channel: u32, time: u32) -> Parsed<Vec<Axis>> {
+    let axis = |(dimension, length): (&Dimension, &u64)| {
+        let name = dimension.name.to_lowercase();
+        match (space(&name), name.as_str(), length) {
+            (Some(a), ..) => Ok(Axis::Space(a)),
+            (None, "c", _) => Ok(Axis::Fixed(channel.into())),
+            (None, "t", _) => Ok(Axis::Fixed(time.into())),
+            (None, _, 1) => Ok(Axis::Fixed(0)),
+            (None, other, _) => {
+                let expected = "t, c, z, y, x, or one that is 1 long";
+                Err(unexpected("axes", other, expected))
+            }
+        }
+    };
+    dimensions.iter().zip(shape).map(axis).collect()
 }
 
 fn space(name: &str) -> Option<usize> {

@@ -42,6 +42,12 @@ pub struct Configuration {
 }
 
 impl Named {
+    pub fn name(&self) -> &str {
+        match self {
+            Named::Name(name) | Named::Configured { name, .. } => name,
+        }
+    }
+
     pub fn parts(self) -> (String, Configuration) {
         match self {
             Named::Name(name) => (name, Configuration::default()),
@@ -155,6 +161,9 @@ pub fn codec(name: &str) -> Parsed<Codec> {
         "zstd" | "numcodecs.zstd" => Ok(Codec::Zstd),
         "gzip" | "numcodecs.gzip" => Ok(Codec::Gzip),
         "zlib" | "numcodecs.zlib" => Ok(Codec::Zlib),
+        "sharding_indexed" => Err(
+            "its shards hold shards, which are not read; write the array again without the inner ones".into(),
+        ),
         other => {
             let expected = "blosc, zstd, gzip or zlib; write the array again with one of them";
             Err(unexpected("compressor", other, expected))
