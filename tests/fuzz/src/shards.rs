@@ -2,7 +2,7 @@
 
 use isolume::Picture;
 use isolume::engine::SampleRange;
-use isolume::output::{Outputs, Parts, Provenance};
+use isolume::output::{Continuation, Outputs, Provenance};
 use isolume::render::{Sums, Variant};
 use isolume::shard::{Fingerprint, Header, Identity, RunOf, Settings, State};
 use serde_json::{Value, json, to_value};
@@ -112,7 +112,7 @@ fn exr(header: &Value, is_quick: bool) -> Vec<u8> {
         scene: SCENE.into(),
         ..Provenance::default()
     };
-    let parts = Parts {
+    let parts = Continuation {
         header: &header.to_string(),
         sums: &sums,
         is_quick,

@@ -13,7 +13,8 @@ pub fn allowed(file: usize) -> usize {
 }
 
 /// The same of formats whose parts are decoded alone: a piece of the walk and the state of decompression, and what parts may
-/// decode to. A codec makes at most so many bytes of one (`LARGEST_RATIO` in `source/codec`), and what it makes is kept, converted and placed.
+/// decode to. A codec makes at most so many bytes of one (as the constant in `source/codec` says), and what it makes is kept,
+/// converted and placed.
 pub fn allowed_in_chunks(file: usize) -> usize {
     const LARGEST_RATIO: usize = 32 << 10;
     (48 << 20) + 4 * LARGEST_RATIO * file

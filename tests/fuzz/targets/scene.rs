@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use isolume::scene::preset::Preset;
 use isolume::scene::volume::{Volume, Voxels};
-use isolume::scene::{Edit, SceneFile, View, describe, open, resolve};
+use isolume::scene::{Edit, SceneFile, Side, describe, open, resolve};
 use isolume_fuzz::{folder, guard, pictures, target};
 
 static VOLUME: LazyLock<Volume> = LazyLock::new(|| {
@@ -51,7 +51,7 @@ fn parse(bytes: &[u8]) {
         } else if let Some(iso) = line.strip_prefix("--iso ") {
             edits.extend(iso.parse().map(Edit::iso));
         } else if line == "--view top" {
-            edits.push(Edit::view(View::Superior));
+            edits.push(Edit::view(Side::Superior));
         } else {
             file += line;
             file.push('\n');
