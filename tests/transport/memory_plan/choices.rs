@@ -186,7 +186,7 @@ fn a_large_picture_takes_what_a_cache_would_have() {
             (amd_4, Below(ONE_F16), Ok(HALF_F32), "while caching at scale 1 in f16 needs"),
             (lavapipe, Heap, Err(()), "1.0 GiB of it for the "),
             (minimum, Heap, Err(()), "unit sum is 8192 texels long"),
-            (tiny, Heap, Err(()), "allocates at most 128.0 MiB at once: lower --size, or set volume.crop"),
+            (tiny, Heap, Err(()), "allocates at most 128.0 MiB at once: lower --size"),
         ],
     );
     // Where the medium is dense at the box's faces, a cache leaves 16 bytes a pixel of light to paths.
