@@ -92,7 +92,7 @@ void set_bits_in(ivec3 brick, ivec3 low, ivec3 high) {
 // from slice to slice shifts by about as much across, and with it the light that falls steeply behind it.
 ivec3 cubes_around() {
     const int MOST = 8;
-    const float LITTLE = 0.1; // of a cube: no more of a wall's way than needs no further one
+    const float LITTLE = 0.1; // of a cube, for which no further one is marked
     float longest = max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
     return clamp(ivec3(ceil(longest / (scene.cache_step * scene.spacing) - LITTLE)), ivec3(1), ivec3(MOST));
 }
