@@ -56,6 +56,10 @@ impl Volume {
 
     /// The bins without those at one end whose voxels stand alone; `None` if there are no such voxels.
     fn not_alone(&self, histogram: &Histogram) -> Option<Range<usize>> {
+        // Of few volumes is it worth a walk through the macrocells, which may be millions.
+        if !has_thin_end(&histogram.counts) {
+            return None;
+        }
         let mut ends = [(); 2].map(|()| Within::new(histogram.cleared()));
         for range in self.macrocell_ranges() {
             for (ends, stored) in ends.iter_mut().zip(range) {
@@ -96,6 +100,14 @@ fn not_alone(counts: &[u64], lows: &[u64], highs: &[u64]) -> Option<Range<usize>
     };
     let above = at_end(&|n| bins - 1 - n, highs).map(|without| 0..bins - without);
     above.or_else(|| at_end(&|n| n, lows).map(|without| without..bins))
+}
+
+/// Whether so few voxels that they may stand alone take so much of the range at one of its ends that they are far.
+fn has_thin_end(counts: &[u64]) -> bool {
+    let most = ALONE * counts.iter().sum::<u64>() as f64;
+    let bins = (FAR * counts.len() as f64) as usize;
+    let is_thin = |end: &[u64]| end.iter().sum::<u64>() as f64 <= most;
+    is_thin(&counts[bins..]) || is_thin(&counts[..counts.len() - bins])
 }
 
 /// Whether only the first and the last bin are occupied.

@@ -68,7 +68,7 @@ impl Grid {
         let has_steps = distances.iter().all(is_multiple);
         let all_steps: f64 = distances.iter().copied().map(steps).sum();
         let length = places[places.len() - 1] - places[0];
-        let count = (length / middle + EXACT).floor() + 1.0;
+        let count = places_in(length, middle);
         let most = if has_steps {
             count.max(all_steps)
         } else {
@@ -117,14 +117,19 @@ impl Grid {
             shown(shift.fold(0.0, f64::max))
         ));
         let length = places[places.len() - 1] - places[0];
-        let count = (length / spacing + EXACT).floor() as usize + 1;
-        let slices = (0..count).map(|n| between(places, place(n), ROUNDING * spacing));
+        let count = places_in(length, spacing);
+        let slices = (0..count as usize).map(|n| between(places, place(n), ROUNDING * spacing));
         Grid {
             spacing,
             slices: slices.collect(),
             gaps: None,
         }
     }
+}
+
+/// The number of places at this distance along a length, both ends included.
+fn places_in(length: f64, spacing: f64) -> f64 {
+    (length / spacing + EXACT).floor() + 1.0
 }
 
 /// Whether all slices lie where so many steps of the grid from one to the next take them.
