@@ -58,8 +58,9 @@ struct Front {
 const Front NOTHING_MET = Front(vec3(0.0), 1.0, 0.0, vec4(0.0), vec4(0.0), mat4x3(0.0),
                                 Tail(0.0, 0.0, NOTHING, uvec2(0u)));
 
-// Leaves light to paths.
-void leave(inout Front front, Tail tail, inout Random random) {
+// Leaves a tail to paths. Of all tails of the ray one is kept, with a probability in proportion to its weight, and gets the
+// weight of all: weighted reservoir sampling with one place.
+void leave_to_paths(inout Front front, Tail tail, inout Random random) {
     float sum = front.tail.weight + tail.weight;
     if (random_numbers(random).x * sum < tail.weight) {
         front.tail = tail;
@@ -69,8 +70,9 @@ void leave(inout Front front, Tail tail, inout Random random) {
 
 const vec4 QUARTERS = vec4(0.0, 0.25, 0.5, 0.75);
 
-// Which of the four picks move to a point of this weight, of `sum` so far; they are spread as evenly as possible.
-bvec4 picks(float weight, float sum, float u) {
+// Which of four reservoirs take a point of this weight, if `sum` is the weight of all points up to and including it: each
+// does with probability weight/sum. Their random numbers are stratified.
+bvec4 reservoirs_that_take(float weight, float sum, float u) {
     return lessThan(fract(u + QUARTERS) * sum, vec4(weight));
 }
 
@@ -96,12 +98,12 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             LOOP {
                 vec3 u = random_numbers(random).xyz;
                 MarchStep s = make_step(ray, march);
-                float weight = front.transmittance * s.absorbed;
+                float weight = front.transmittance * s.alpha;
                 front.transmittance -= weight;
-                take(taken, weight, s.albedo, middle_of(s));
-                bvec4 here = picks(weight, front.taken + taken.weight, u.x);
+                take(taken, weight, s.albedo, mean_collision(s));
+                bvec4 here = reservoirs_that_take(weight, front.taken + taken.weight, u.x);
                 // Not their middles: the suns' light may fall steeply within a step.
-                vec4 points = absorption_in(s, fract(u.z + QUARTERS));
+                vec4 points = sample_collisions(s, fract(u.z + QUARTERS));
                 picked_t = mix(picked_t, points, here);
                 is_picked = mix(is_picked, here, here);
                 if (!has_one_color) {
@@ -127,7 +129,7 @@ void march_segment(Ray ray, float t, float t_end, inout Front front, inout Rando
             Cube cube = cube_taken(taken, ray);
             CachedLight light = read_cache(cube);
             if (is_left_to_paths(cube) || full_light && !light.known) {
-                leave(front, Tail(tail_t, taken.weight, COLLISION, packed_albedo(tail_albedo)), random);
+                leave_to_paths(front, Tail(tail_t, taken.weight, COLLISION, packed_albedo(tail_albedo)), random);
             } else {
                 front.radiance += albedo_taken(taken) * (scattered_back(light, ray) + light.suns * suns_here);
                 front.taken += taken.weight;
@@ -172,7 +174,7 @@ vec3 sunlight(Ray ray, vec3 g, inout Random random) {
 }
 
 // The difference between the suns' light at the picked points and the part that was read from the cache.
-vec3 missed_suns(Ray ray, Front front, inout Random random) {
+vec3 sun_correction(Ray ray, Front front, inout Random random) {
     vec3 suns_here = suns_scattered(-ray.direction);
     vec3 missed = vec3(0.0);
     for (uint k = 0u; k < 4u; ++k) {
@@ -190,12 +192,12 @@ vec3 missed_suns(Ray ray, Front front, inout Random random) {
 }
 
 // The correction of the light that was read from the cache.
-vec3 missed_light(Ray ray, Front front, inout Random random) {
+vec3 cache_correction(Ray ray, Front front, inout Random random) {
     vec3 g = ray.origin + front.picked_t.x * ray.step;
     vec3 albedo = has_one_color ? scene.color : front.picked_albedo[0];
-    vec3 missed = albedo * missed_by_interpolation(cube_at(g)) * scene.cache_unit;
+    vec3 missed = albedo * interpolation_correction(cube_at(g)) * scene.cache_unit;
     if (sun_count > 0u) {
-        missed += missed_suns(ray, front, random);
+        missed += sun_correction(ray, front, random);
     }
     return front.taken * missed;
 }
@@ -221,7 +223,7 @@ void march(Ray ray, float t_end, inout Front front, inout Random random) {
             Material material = make_material(uint(crossing.surface));
             front.radiance += weight * sunlight_reflected(ray, crossing, hit, material, LEAST_SUNLIGHT);
         }
-        leave(front, Tail(crossing.t, weight, crossing.surface, uvec2(crossing.inside, leaves_suns)), random);
+        leave_to_paths(front, Tail(crossing.t, weight, crossing.surface, uvec2(crossing.inside, leaves_suns)), random);
         front.transmittance -= weight;
         if (front.transmittance <= 0.0) {
             break;
@@ -238,7 +240,7 @@ void main() {
     if (any(greaterThanEqual(texel, ivec2(scene.size))) || position >= items_at_once() || item >= item_count()) {
         return;
     }
-    if (stands_back(position) || is_done(position)) {
+    if (is_not_admitted(position) || is_done(position)) {
         return;
     }
     ask_ahead();
@@ -250,7 +252,7 @@ void main() {
     Front front = NOTHING_MET;
     march(ray, t_end, front, random);
     if (front.taken > 0.0) {
-        front.radiance += missed_light(ray, front, random);
+        front.radiance += cache_correction(ray, front, random);
     }
     front.radiance += front.transmittance * background(ray.direction);
     report(position, is_void, !is_void);

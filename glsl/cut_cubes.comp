@@ -26,7 +26,7 @@ uint side;
 void examine(ivec3 node, bool is_possible) {
     vec3 g = node_position(node);
     ivec3 macrocell = min(ivec3(g) / MACROCELL, ivec3(scene.macrocells) - 1);
-    side = side_of_surfaces(sides_of(is_possible ? vec2(volume_value(g)) : macrocell_range(macrocell)));
+    side = side_of_surfaces(inside_of_range(is_possible ? vec2(volume_value(g)) : macrocell_range(macrocell)));
 }
 
 void keep(ivec3 node) {

@@ -6,6 +6,6 @@
 #include "camera_path.glsl"
 #include "random.glsl"
 
-bool collect(inout Path path, inout Random random) {
+bool end_in_cache(inout Path path, inout Random random) {
     return false;
 }

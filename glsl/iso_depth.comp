@@ -20,7 +20,7 @@ void main() {
         return;
     }
     uint index = index_of_texel(pixel);
-    if (stands_back(index) || is_done(index)) {
+    if (is_not_admitted(index) || is_done(index)) {
         return;
     }
     ask_ahead();

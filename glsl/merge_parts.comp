@@ -28,7 +28,7 @@ void main() {
     if (!is_in_lattice(node)) {
         return;
     }
-    uint item = first_item(index) + gl_LocalInvocationID.x;
+    uint item = first_item_of(index) + gl_LocalInvocationID.x;
     NodeSums sums = NodeSums(vec4(0.0), mat3(0.0));
     for (uint part = 0u; part < turn.parts; ++part) {
         add_sums(item + part * nodes, sums);

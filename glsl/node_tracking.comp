@@ -41,10 +41,10 @@ void arrive(vec3 radiance, vec3 towards_light, bool is_skys_own) {
     if (has_colored_flux()) {
         slot_node.sums.flux -= outerProduct(towards_light, light);
     } else if (has_surface_fluxes && is_skys_own) {
-        slot_node.sums.flux[1] -= grey(light) * towards_light;
-        slot_node.sums.flux[2].x += grey(light);
+        slot_node.sums.flux[1] -= channel_mean(light) * towards_light;
+        slot_node.sums.flux[2].x += channel_mean(light);
     } else if (has_node_flux || has_surface_fluxes) {
-        slot_node.sums.flux[0] -= grey(light) * towards_light;
+        slot_node.sums.flux[0] -= channel_mean(light) * towards_light;
     }
 }
 
@@ -58,14 +58,14 @@ void contribute(inout Path path, vec3 radiance) {
     }
 }
 
-void cover(inout Path path, float share) {}
+void add_coverage(inout Path path, float share) {}
 
 void escape(inout Path path) {
     arrive(path.throughput * escaping_radiance(path.direction, path.pdf),
            slot_node.first_direction, path.bounces == 0u);
 }
 
-bool collect(inout Path path, inout Random random) {
+bool end_in_cache(inout Path path, inout Random random) {
     if (slot_node.gathers == 0u) {
         return false;
     }
@@ -92,7 +92,7 @@ bool collect(inout Path path, inout Random random) {
     return true;
 }
 
-bool knows_suns(Path path) {
+bool has_suns_already(Path path) {
     return false;
 }
 
@@ -103,7 +103,7 @@ bool begin_item(inout Path path) {
         return false;
     }
     Turn turn = turns.at[index];
-    ivec3 node = node_at(index, turn.place, item - first_item(index));
+    ivec3 node = node_at(index, turn.place, item - first_item_of(index));
     uvec3 lattice = scene.cache_nodes;
     path.pixel = (node.z * lattice.y + node.y) * lattice.x + node.x;
     uint most = (turn.samples + turn.parts - 1u) / turn.parts;
@@ -121,10 +121,10 @@ bool begin_item(inout Path path) {
 // over directions divides by 4π: for a sky, radiance over pdf and 4π; for a sun, its share.
 void ask_for_light(inout Path path, inout Random random) {
     LightSample light = sample_light(words_for_light(path, random));
-    bool is_sun = light.pdf == ALONE;
+    bool is_sun = light.pdf == NO_MIS;
     vec3 radiance = light_weight(light, 0.25 / PI) * light.radiance * (0.25 / PI);
     if (is_sun) {
-        radiance = vec3(grey(light.radiance / scene.cache_unit) / scene.suns_grey);
+        radiance = vec3(channel_mean(light.radiance / scene.cache_unit) / scene.suns_grey);
     }
     slot_node.shadow_is_sun = is_sun ? 1u : 0u;
     // Without roulette: the suns' share is estimated by this ray.
@@ -152,13 +152,13 @@ void finish_item(inout Path path) {
 }
 
 void load_item(uint slot, Path path) {
-    if (!rests(path)) {
+    if (!is_idle(path)) {
         slot_node = slot_nodes.at[slot];
     }
 }
 
 void store_item(uint slot, Path path) {
-    if (!rests(path)) {
+    if (!is_idle(path)) {
         slot_nodes.at[slot] = slot_node;
     }
 }

@@ -63,7 +63,7 @@ bool is_outside(vec3 g) {
 }
 
 vec3 light_from(vec3 direction) {
-    vec3 radiance = escaping_radiance(direction, ALONE);
+    vec3 radiance = escaping_radiance(direction, NO_MIS);
     float edge = cos(SUN_ANGLE);
     for (uint s = 0u; s < sun_count; ++s) {
         Sun sun = sun_at(s);

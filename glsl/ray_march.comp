@@ -31,7 +31,7 @@ layout(scalar) buffer BrickBlock { Brick at[]; } bricks;
 // What a ray has collected so far.
 struct Front {
     vec3 radiance;
-    vec3 lasting; // the part of it by which the cache's error is measured (`MARCH_CACHED`)
+    vec3 from_cache; // the part of it by which the cache's error is measured (`MARCH_CACHED`)
     float transmittance;
 };
 
@@ -52,9 +52,9 @@ ivec3 nearest_brick(Cube cube) {
     return min(node, ivec3(scene.cache_nodes) - 1) / BRICK;
 }
 
-// Adds the weight of light at `cube` to the brick of its nearest node. It is rounded at random, so that many small
-// weights are not lost, and never to 0: all bricks of a thin medium have small weights, and one without weight gets no
-// light.
+// Adds the square of a read's weight, divided by the number of rays, to `Brick.weight` of the nearest node's brick. It is
+// rounded at random, so that many small terms are not lost, and never to 0: all bricks of a thin medium have small weights,
+// and a brick of weight 0 may count as out of sight.
 void weigh(Cube cube, float weight) {
     ivec3 brick = nearest_brick(cube);
     if (page_of(brick) != NO_PLACE) {
@@ -98,12 +98,12 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
             Taken taken = NOTHING_TAKEN;
             LOOP {
                 MarchStep s = make_step(ray, march);
-                float weight = front.transmittance * s.absorbed;
+                float weight = front.transmittance * s.alpha;
                 is_opaque = front.transmittance - weight <= OPAQUE_BELOW;
                 // What is left is taken to meet the same medium: nothing behind is seen, however bright it is.
                 weight = is_opaque ? front.transmittance : weight;
                 front.transmittance -= weight;
-                take(taken, weight, s.albedo, middle_of(s));
+                take(taken, weight, s.albedo, mean_collision(s));
                 if (is_opaque || !march.goes_on || is_due(taken)) {
                     break;
                 }
@@ -116,10 +116,10 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
             CachedLight light = light_in(cube, side);
             vec3 albedo = albedo_taken(taken);
             vec3 scattered = albedo * scattered_back(light, ray);
-            front.lasting += scattered;
+            front.from_cache += scattered;
             // A loop for the same reason.
             for (uint k = MARCH_CACHED; k < push.wanted; ++k) {
-                front.lasting -= is_left_to_paths(cube) ? scattered : vec3(0.0);
+                front.from_cache -= is_left_to_paths(cube) ? scattered : vec3(0.0);
             }
             front.radiance += scattered + albedo * light.suns * suns_here;
             if (is_opaque || !march.goes_on) {
@@ -140,7 +140,7 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
 // surface knows its light, it is looked for farther in front of the surface.
 CachedLight light_on(vec3 g, vec3 geometric, uint side, uint weighs) {
     const float FARTHEST = 4.0; // nodes
-    CachedLight light = CachedLight(escaping_radiance(geometric, ALONE) / scene.cache_unit, 0.0, mat3(0.0), false);
+    CachedLight light = CachedLight(escaping_radiance(geometric, NO_MIS) / scene.cache_unit, 0.0, mat3(0.0), false);
     if (!has_medium) {
         return light;
     }
@@ -175,9 +175,9 @@ vec3 shade(Ray ray, Crossing crossing, uint weighs) {
     return reflected * scene.cache_unit + sunlight_reflected(ray, crossing, hit, material, OPAQUE_BELOW);
 }
 
-// The light of the ray through a pixel; with `weighs`, bricks get their weights. Where the ray crosses very many surfaces,
-// one of them, picked in proportion to its weight, stands for all that there is no time to shade.
-Front look(Ray ray, float t_end, uint weighs) {
+// The light of the ray through a pixel; with `weighs`, bricks get their weights. Once has_time_for_suns() is false, one of
+// the remaining crossings, picked in proportion to its weight, is shaded in place of all of them.
+Front march_ray(Ray ray, float t_end, uint weighs) {
     Front front = Front(vec3(0.0), vec3(0.0), 1.0);
     Search search = begin_search(ray, 0.0, NOTHING, 0u);
     float t = 0.0;
@@ -222,7 +222,7 @@ void main() {
         return;
     }
     uint index = index_of_texel(pixel);
-    if (stands_back(index) || is_done(index)) {
+    if (is_not_admitted(index) || is_done(index)) {
         return;
     }
     step_scale = push.step_scale;
@@ -234,7 +234,7 @@ void main() {
     // missing, they are added in a second march, once all that the ray meets is known to be there.
     uint looks = is_in_bricks && push.weighs != 0u ? 2u : 1u;
     for (uint n = 0u; n < looks && !is_void; ++n) {
-        front = look(ray, t_end, n + 1u == looks ? push.weighs : 0u);
+        front = march_ray(ray, t_end, n + 1u == looks ? push.weighs : 0u);
     }
     report(index, is_void, !is_void);
     if (is_void) {
@@ -244,7 +244,7 @@ void main() {
     front.radiance += front.transmittance * background(ray.direction);
     vec4 result = vec4(front.radiance, 1.0 - front.transmittance);
     if (push.wanted != MARCH_PICTURE) {
-        result = vec4(front.lasting, grey(front.radiance));
+        result = vec4(front.from_cache, channel_mean(front.radiance));
     }
     if (push.rays_before > 0u) {
         result = mix(imageLoad(unit_sum, pixel), result, 1.0 / float(push.rays_before + 1u));

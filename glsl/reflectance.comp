@@ -23,7 +23,7 @@ void main() {
     vec3 v = vec3(sqrt(1.0 - n_v * n_v), 0.0, n_v);
     Reflectance sum = Reflectance(vec3(0.0), vec3(0.0), vec3(0.0));
     for (uint i = 0u; i < DIRECTIONS; ++i) {
-        vec3 u = unit_intervals(even_words(Random(index, i, 0u), 0u)).xyz;
+        vec3 u = unit_intervals(sobol_words(Random(index, i, 0u), 0u)).xyz;
         vec3 l = brdf_sample(material, n, v, u);
         float pdf = brdf_pdf(material, n, v, l);
         vec3 share = pdf > 0.0 ? brdf_value(material, n, v, l) * max(0.0, l.z) / pdf : vec3(0.0);

@@ -5,7 +5,7 @@
 // a sky. Between a node in the vacuum and one in the medium a straight line misses that, and beyond the outermost nodes
 // it loses even more (`transport caching::rim`). So paths go on in these cubes as if there were no cache; where one is
 // dense throughout, in those next to it as well, since bricks begin with cubes twice as wide (coarse.glsl), and where it
-// ends within the volume, in those around (`cubes_around`).
+// ends within the volume, in those around (`mark_reach`).
 //
 // Most cubes are judged by their macrocells, without any voxels, so that an edit of the transfer function shows soon,
 // and few bricks are read of a volume that streams.
@@ -44,8 +44,8 @@ float side_at_end(Span span) {
     return side;
 }
 
-// The smallest and the largest extinction between two stored values. Only points of the transfer function in between are
-// looked at, where `sigma_t_range` looks at all: this is asked for each pair of neighbours.
+// The smallest and the largest extinction between two stored values. Unlike `sigma_t_range`, it reads only the points of
+// the transfer function between them, since it runs for each pair of neighbouring voxels.
 vec2 sigma_t_between(float a, float b) {
     vec2 opacity = vec2(transfer_opacity(a), transfer_opacity(b));
     opacity = vec2(min(opacity.x, opacity.y), max(opacity.x, opacity.y));
@@ -59,7 +59,7 @@ vec2 sigma_t_between(float a, float b) {
 
 // Whether extinction differs by more than `most` on the way from one of the voxels to a neighbour: a narrow tent of the
 // transfer function may lie between their values.
-bool has_step(Voxels voxels, float most) {
+bool has_jump(Voxels voxels, float most) {
     for (uint axis = 0u; axis < 3u; ++axis) {
         uvec3 axes = (axis + uvec3(0u, 1u, 2u)) % 3u;
         ivec3 voxel = voxels.low;
@@ -81,19 +81,19 @@ bool has_step(Voxels voxels, float most) {
     return false;
 }
 
-// The difference of extinction between two voxels from which one of them is dense.
-float least_step() {
-    return STEP_DEPTH / max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
+// The least difference of extinction between two neighbouring voxels at which the medium counts as ending there.
+float least_jump() {
+    return JUMP_DEPTH / max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
 }
 
 // Whether neighbours with extinctions in this range may differ so much.
-bool may_step(vec2 sigma_t) {
-    return sigma_t.y - sigma_t.x > least_step();
+bool may_jump(vec2 sigma_t) {
+    return sigma_t.y - sigma_t.x > least_jump();
 }
 
 bool may_mark(Span span) {
     vec2 sigma_t = sigma_t_range(range_of_macrocells(span));
-    return sigma_t.y * side_at_end(span) > RIM_DEPTH || may_step(sigma_t);
+    return sigma_t.y * side_at_end(span) > RIM_DEPTH || may_jump(sigma_t);
 }
 
 uint marks_of(ivec3 cube) {
@@ -103,14 +103,14 @@ uint marks_of(ivec3 cube) {
     if (depth.y > RIM_DEPTH) {
         return depth.x > RIM_DEPTH ? NEIGHBOURS_MARKED : CUBE_MARKED;
     }
-    if (!may_step(sigma_t)) {
+    if (!may_jump(sigma_t)) {
         return NOTHING_MARKED;
     }
     // The last of them are the first of the next cube.
     Voxels voxels = voxels_of(cube);
     voxels.high = mix(voxels_of(cube + 1).low, voxels.high, span.ends);
-    bool steps = may_step(sigma_t_range(range_of_voxels(voxels))) && has_step(voxels, least_step());
-    return steps ? SURROUNDINGS_MARKED : NOTHING_MARKED;
+    bool jumps = may_jump(sigma_t_range(range_of_voxels(voxels))) && has_jump(voxels, least_jump());
+    return jumps ? SURROUNDINGS_MARKED : NOTHING_MARKED;
 }
 
 void examine(ivec3 node, bool is_possible) {}

@@ -3,8 +3,8 @@
 // where a medium is dense, and a straight line would lose some of it: `transport caching::agreement`.) A workgroup a
 // brick, a thread for each of the nodes that get their light: half of all along the last axis.
 //
-// Nodes behind a surface tell nothing. Where both neighbours are behind one, the mean of others nearby has to do; where all
-// of those are, the node gets a guess.
+// Nodes on another side of a surface are not used. If that leaves neither neighbour, the node gets the mean of other nodes
+// nearby; if none of those can be used either, it gets a guess.
 
 #version 460
 #include "scene.glsl"
@@ -23,8 +23,8 @@ struct Light {
     bool known;
 };
 
-// Whether a node may hold the light of an older scene: one whose half of a brick's nodes has its turn after this
-// (gathering.glsl), in the brick's first batch.
+// Whether a node may hold the light of an older scene: in the first batch of its brick, nodes of the second half
+// (gathering.glsl) are filled only after this pass.
 bool may_be_old(ivec3 node) {
     bool is_in_second_half = ((node.x + node.y + node.z) & 1) != 0;
     return is_in_second_half && bricks.at[place_of(node / BRICK)].filled == FILLED_FIRST;

@@ -28,7 +28,7 @@ const uint TAIL_SAMPLES = 0x40000000u;
 // longer than the march before them.
 const uint PATHS = 4u;
 
-void cover(inout Path path, float share) {}
+void add_coverage(inout Path path, float share) {}
 
 void escape(inout Path path) {
     path.sum.rgb += path.throughput * escaping_radiance(path.direction, path.pdf);
@@ -39,8 +39,8 @@ Tail tail_of(uint item) {
 }
 
 // The march has found the suns' light on most surfaces.
-bool knows_suns(Path path) {
-    return path.bounces == 1u && path.surface >= 0 && tail_of(item_of(path)).there.y == 0u;
+bool has_suns_already(Path path) {
+    return path.bounces == 1u && path.surface >= 0 && tail_of(item_of(path)).payload.y == 0u;
 }
 
 // The sample that was marched.
@@ -54,7 +54,7 @@ uint paths_of(Tail tail) {
 }
 
 bool begin_item(inout Path path) {
-    // A CPU's driver ends a loop silently after 65535 turns (path_queue.rs), which rare tails could need.
+    // Where tails are rare, finding one could take more iterations than lavapipe allows (LAVAPIPE_ITERATIONS).
     const uint MOST = 32u;
     uint tried = 0u;
     uint item;
@@ -92,9 +92,9 @@ void begin_sample(inout Path path) {
     path.t = tail.t;
     path.t_end = tail.t;
     path.surface = tail.surface;
-    path.inside = tail.surface == COLLISION ? 0u : tail.there.x;
+    path.inside = tail.surface == COLLISION ? 0u : tail.payload.x;
     if (tail.surface == COLLISION) {
-        path.throughput = has_one_color ? scene.color : unpacked_albedo(tail.there);
+        path.throughput = has_one_color ? scene.color : unpacked_albedo(tail.payload);
     }
     path.stage = STAGE_ARRIVAL;
     Random random = random_of(path);

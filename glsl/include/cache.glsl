@@ -1,15 +1,16 @@
 // The cache: light that arrives at the nodes of a lattice (nodes.glsl).
 //
-// A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB), and the share of
-// the suns' light that arrives unscattered (A, the mean over suns by brightness). Suns are kept apart because their
-// light has edges: the share read from the cache is corrected by a shadow ray at rest. A second image holds the flux of
-// the same light (RGB are its components). In an anisotropic medium it does so at every node; each channel has a flux of
-// its own, in texels side by side, where light has several colours. In an isotropic medium only surfaces ask for the
-// direction of light, and nodes whose indices are even hold two fluxes of grey light side by side: of scattered light, and
-// of the sky's own, which comes from elsewhere and in another colour.
+// A node holds, averaged over directions, the radiance that arrives scattered or from the sky (RGB), and the mean
+// transmittance towards the suns, weighted by their irradiance (A). Suns are kept apart because their light has edges: what
+// is read from the cache is corrected by a shadow ray at rest. A second image holds the flux of the same light (RGB are its
+// components). In an anisotropic medium it does so at every node; each channel has a flux of its own, in texels side by
+// side, where light has several colours. In an isotropic medium only surfaces ask for the direction of light, and nodes
+// whose indices are even hold two fluxes of grey light side by side: of scattered light, and of the sky's own, which comes
+// from elsewhere and in another colour.
 //
-// Nodes that have had no path hold a guess, marked by a negative A. Where none of the view's rays reads a node, it
-// keeps the guess (src/render/cache/focus.rs): a path that comes there continues as if there were no cache.
+// Nodes whose light is neither traced nor interpolated yet hold a guess, marked by a negative A. Where none of the view's
+// rays reads a node, it keeps the guess (src/render/cache/focus.rs): a path that comes there continues as if there were no
+// cache.
 //
 // Values are in units of scene.cache_unit: no format overflows, and they stay right when all lights are dimmed or
 // coloured alike.
@@ -74,7 +75,7 @@ mat3 flux_at(ivec3 texel) {
                 texel_at(cache_flux, flux_texel(texel, 2)).rgb);
 }
 
-float grey(vec3 light) {
+float channel_mean(vec3 light) {
     return dot(light, vec3(1.0 / 3.0));
 }
 
@@ -148,7 +149,8 @@ CachedLight read_cache(Cube cube) {
     return r;
 }
 
-// To the nearest 16-bit float that is not denormal; a device's own conversion may round towards zero.
+// Rounds mantissas to the 10 bits of a 16-bit float, to nearest even, since a device's own conversion may round towards
+// zero. (Denormals are left to that conversion.)
 vec4 rounded(vec4 x) {
     if (!cache_is_f16) {
         return x;
@@ -186,9 +188,9 @@ ivec3 along(uint axis) {
     return ivec3(equal(uvec3(axis), uvec3(0u, 1u, 2u)));
 }
 
-// The error of read_cache for light that is curved along an axis: −½·p(1 − p)·f″, with f″ from the nodes on both
+// What has to be added to read_cache where light is curved along an axis: −½·p(1 − p)·f″, with f″ from the nodes on both
 // sides.
-vec3 missed_along(uint axis, Cube cube) {
+vec3 curvature_correction(uint axis, Cube cube) {
     ivec3 e = along(axis);
     ivec3 low = cube.low;
     bool known = low[axis] >= 1 && low[axis] + 2 < int(scene.cache_nodes[axis]);
@@ -204,7 +206,7 @@ vec3 missed_along(uint axis, Cube cube) {
     return known ? -0.5 * p * (1.0 - p) * curvature : vec3(0.0);
 }
 
-// The error along all three axes.
-vec3 missed_by_interpolation(Cube cube) {
-    return missed_along(0u, cube) + missed_along(1u, cube) + missed_along(2u, cube);
+// The same for all three axes.
+vec3 interpolation_correction(Cube cube) {
+    return curvature_correction(0u, cube) + curvature_correction(1u, cube) + curvature_correction(2u, cube);
 }

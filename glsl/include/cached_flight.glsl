@@ -9,7 +9,7 @@
 #include "scattered.glsl"
 
 // Ends a path at a collision, with a shadow ray for the suns.
-bool collect(inout Path path, inout Random random) {
+bool end_in_cache(inout Path path, inout Random random) {
     vec3 g = end_of_flight(path);
     Cube cube = cube_at(g);
     if (path.collisions + 1u < cache_order || is_left_to_paths(cube)) {
@@ -21,7 +21,7 @@ bool collect(inout Path path, inout Random random) {
     }
     // One axis, at random, stands for all three.
     uint axis = min(uint(3.0 * random_numbers(random).x), 2u);
-    vec3 missed = 3.0 * missed_along(axis, cube) * scene.cache_unit;
+    vec3 missed = 3.0 * curvature_correction(axis, cube) * scene.cache_unit;
     contribute(path, path.throughput * (scattered_light(light, -path.direction) + missed));
     path.origin = g;
     if (sun_count > 0u) {

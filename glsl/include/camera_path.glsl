@@ -15,7 +15,7 @@
 
 layout(rgba32f) writeonly uniform image2D unit_sum;
 
-void cover(inout Path path, float share) {
+void add_coverage(inout Path path, float share) {
     path.sum.a += share;
 }
 
@@ -25,7 +25,7 @@ void escape(inout Path path) {
     path.sum.rgb += path.throughput * radiance;
 }
 
-bool knows_suns(Path path) {
+bool has_suns_already(Path path) {
     return false;
 }
 

@@ -11,7 +11,7 @@ vec2 place_in_pixel(vec2 u) {
 
 // The point of its pixel through which a marched sample's ray goes.
 vec2 marched_place(Random random) {
-    return place_in_pixel(unit_intervals(even_words(random, direction_pairs(0u))).xy);
+    return place_in_pixel(unit_intervals(sobol_words(random, direction_pairs(0u))).xy);
 }
 
 // A ray through the picture at p, in pixels from its upper left corner, between two world distances from the eye (or its

@@ -1,6 +1,7 @@
-// A bit for each cube of the cache, by one workgroup a brick and one thread a cube; all are zero before. A shader that
-// includes this file says which bits are set: it defines `may_mark` and `marks_of`, and before the file is included,
-// WORDS_A_BRICK. It may find something for each node as well, by `examine`, which is kept by `keep`.
+// Sets a bit for some of the cache's cubes; all bits are zero before. A workgroup handles a brick, a thread a cube. A
+// shader that includes this file decides which bits are set: it defines `may_mark` and `marks_of`, and, before the include,
+// WORDS_A_BRICK. It can also compute a value for each node in `examine`; `keep` stores it, once no brick of the volume was
+// missing.
 
 #include "scene.glsl"
 #include "nodes.glsl"
@@ -23,7 +24,7 @@ shared bool is_possible;
 const uint NOTHING_MARKED = 0u;
 const uint CUBE_MARKED = 1u;
 const uint NEIGHBOURS_MARKED = 2u;   // and the cube itself
-const uint SURROUNDINGS_MARKED = 3u; // as far as `cubes_around` says
+const uint SURROUNDINGS_MARKED = 3u; // as far as `mark_reach` says
 
 // Space in the lattice, in grid space: from node to node, or out to the box's faces.
 struct Span {
@@ -88,9 +89,10 @@ void set_bits_in(ivec3 brick, ivec3 low, ivec3 high) {
     }
 }
 
-// How far marks reach from a cube along each axis, in cubes. Where slices are far apart, as in many a CT, a wall that goes on
-// from slice to slice shifts by about as much across, and with it the light that falls steeply behind it.
-ivec3 cubes_around() {
+// How far marks reach from a cube along each axis, in cubes: as far as the longest side of a voxel. Where slices are far
+// apart, as in many CTs, a wall may shift sideways by about that distance from one slice to the next, and with it the steep
+// fall of light behind the wall.
+ivec3 mark_reach() {
     const int MOST = 8;
     const float LITTLE = 0.1; // of a cube, for which no further one is marked
     float longest = max(scene.spacing.x, max(scene.spacing.y, scene.spacing.z));
@@ -139,7 +141,7 @@ vec2 range_of_voxels(Voxels voxels) {
 
 void main() {
     uint place = gl_WorkGroupID.y * push.row + gl_WorkGroupID.x;
-    if (place >= push.bricks || stands_back(place) || is_done(place)) {
+    if (place >= push.bricks || is_not_admitted(place) || is_done(place)) {
         return;
     }
     ask_ahead();
@@ -175,6 +177,6 @@ void main() {
         set_bit(cube);
     }
     if (!has_missed && marks >= NEIGHBOURS_MARKED) {
-        set_bits_around(cube, marks == NEIGHBOURS_MARKED ? ivec3(1) : cubes_around());
+        set_bits_around(cube, marks == NEIGHBOURS_MARKED ? ivec3(1) : mark_reach());
     }
 }

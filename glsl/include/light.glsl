@@ -9,7 +9,7 @@
 
 layout(scalar) readonly buffer SunBlock { Sun at[]; } suns;
 LOADED_AS(rgba32f) uniform texels2D environment;
-layout(scalar) readonly buffer EnvironmentBlock { EnvironmentCell at[]; } sky;
+layout(scalar) readonly buffer EnvironmentBlock { EnvironmentEntry at[]; } environment_table;
 
 // Read once, as the scene's constants are; most scenes have a single sun.
 Sun first_sun = suns.at[0];
@@ -53,19 +53,19 @@ float environment_pdf(vec3 direction) {
     }
     uvec2 cells = scene.image_cells;
     uvec2 cell = min(uvec2(environment_position(direction) * vec2(cells)), cells - 1u);
-    return scene.image_probability * sky.at[cell.y * cells.x + cell.x].pdf;
+    return scene.image_probability * environment_table.at[cell.y * cells.x + cell.x].pdf;
 }
 
 // In place of a pdf, where no other strategy could have found the direction.
-const float ALONE = -1.0;
+const float NO_MIS = -1.0;
 
 // The radiance that a ray in `direction` brings from outside. `pdf` is the one with which the direction was
-// sampled, for the balance heuristic against light sampling; ALONE for a ray from the camera.
+// sampled, for the balance heuristic against light sampling; NO_MIS for a ray from the camera.
 vec3 escaping_radiance(vec3 direction, float pdf) {
     vec3 radiance = scene.environment;
     if (has_environment_image) {
         float both = max(pdf + environment_pdf(direction), 1e-30); // neither finds it: 0, not 0/0
-        float weight = pdf == ALONE ? 1.0 : pdf / both;
+        float weight = pdf == NO_MIS ? 1.0 : pdf / both;
         radiance += weight * environment_image(direction);
     }
     return radiance;
@@ -76,13 +76,13 @@ vec3 background(vec3 direction) {
     if (background_is_transparent) {
         return vec3(0.0);
     }
-    return background_is_color ? scene.background : escaping_radiance(direction, ALONE);
+    return background_is_color ? scene.background : escaping_radiance(direction, NO_MIS);
 }
 
 struct LightSample {
     vec3 towards;  // the light
     vec3 radiance; // divided by the pdf; for a sun, irradiance over probability
-    float pdf;     // 1/sr; ALONE for a sun
+    float pdf;     // 1/sr; NO_MIS for a sun
 };
 
 // cos(πx) from 0 to 1, to single precision. A device's own cosine may be off by 1/2048, a tenth of a cell at the
@@ -101,8 +101,8 @@ LightSample sample_image(vec2 u, uint word, float pick) {
     // The high word of a product: a float's 24 bits would favour some cells.
     uint cell, rest;
     umulExtended(word, cells.x * cells.y, cell, rest);
-    if (pick >= sky.at[cell].keep) {
-        cell = sky.at[cell].alias;
+    if (pick >= environment_table.at[cell].keep) {
+        cell = environment_table.at[cell].alias;
     }
     // Uniform in solid angle within the cell: uniform in azimuth and in cos of the polar angle.
     float azimuth = 2.0 * PI * ((float(cell % cells.x) + u.x) / float(cells.x) - 0.5);
@@ -111,7 +111,7 @@ LightSample sample_image(vec2 u, uint word, float pick) {
     float r = sqrt(max(0.0, 1.0 - y * y));
     LightSample light;
     light.towards = vec3(r * sin(azimuth), y, -r * cos(azimuth));
-    light.pdf = scene.image_probability * sky.at[cell].pdf;
+    light.pdf = scene.image_probability * environment_table.at[cell].pdf;
     light.radiance = environment_image(light.towards) / light.pdf;
     return light;
 }
@@ -124,7 +124,7 @@ LightSample sample_sun(float pick) {
     }
     float below = index > 0u ? sun_at(index - 1u).cumulative_probability : 0.0;
     Sun sun = sun_at(index);
-    return LightSample(-sun.direction, sun.irradiance / (sun.cumulative_probability - below), ALONE);
+    return LightSample(-sun.direction, sun.irradiance / (sun.cumulative_probability - below), NO_MIS);
 }
 
 // The last word is used twice: for the kind of light, and, stretched to [0, 1) again, for a cell or its alias.
@@ -141,5 +141,5 @@ LightSample sample_light(uvec4 words) {
 
 // Weight of light sampling against a path's own pdf of the same direction.
 float light_weight(LightSample light, float pdf) {
-    return light.pdf == ALONE ? 1.0 : light.pdf / (light.pdf + pdf);
+    return light.pdf == NO_MIS ? 1.0 : light.pdf / (light.pdf + pdf);
 }

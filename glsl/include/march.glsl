@@ -7,7 +7,7 @@
 // in the field, the mean is exact. (Steps of equal length across cells have a bias, and one sample at a random
 // point in each step has much noise: `transport hard_cases::march`.)
 //
-// Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and taken back if its own optical
+// Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and undone if its own optical
 // depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
 // more in all than a CPU's driver lets them (`iterations` in loop.glsl).
 
@@ -102,35 +102,35 @@ March begin_march(Ray ray, float t, float t_end) {
 // in its last part, from the last point on. Between these parts, if there is anything, it is taken as constant. A step
 // without such points has a first part alone.
 struct MarchStep {
-    float absorbed; // 1 − exp(−optical depth)
+    float alpha;    // 1 − exp(−optical depth)
     vec3 albedo;    // of what it meets
     float t;        // where it begins
     float extent;   // along the ray
     vec2 parts;     // the first and the last part, as shares of the step
     vec2 depths;    // as shares of its optical depth
-    vec2 leans;     // extinction grows by 2·lean of its mean from one end of the part to the other
+    vec2 slopes;    // of extinction: (its value at the part's end − that at its beginning) / (their sum)
 };
 
-// Where a step absorbs light, on average, if it is thin.
-float middle_of(MarchStep s) {
-    float first = s.parts.x * (0.5 + s.leans.x * (1.0 / 6.0));
+// The mean distance of collisions in a step, if its optical depth is small.
+float mean_collision(MarchStep s) {
+    float first = s.parts.x * (0.5 + s.slopes.x * (1.0 / 6.0));
     if (is_linear) {
         return s.t + s.extent * first;
     }
-    float last = 1.0 - s.parts.y * (0.5 - s.leans.y * (1.0 / 6.0));
+    float last = 1.0 - s.parts.y * (0.5 - s.slopes.y * (1.0 / 6.0));
     float between = 0.5 * (1.0 + s.parts.x - s.parts.y);
     float share = 1.0 - s.depths.x - s.depths.y;
     return s.t + s.extent * (s.depths.x * first + share * between + s.depths.y * last);
 }
 
-// Takes a step back if its optical depth is too large, and says how long the next one may be.
+// Undoes a step whose optical depth is too large, and sets how long the next one may be.
 void adapt(Ray ray, float from, Classified begin, inout March march, inout Medium medium) {
     float depth = step_scale * OPTICAL_DEPTH_PER_STEP;
     float shortest = max(LEAST_VOXELS_PER_STEP / length(ray.step), LEAST_SHARE_PER_STEP * from);
-    bool is_taken_back = medium.sigma_t * (march.t - from) > depth && march.longest_now > shortest;
-    float sigma_t = is_taken_back ? medium.sigma_t : scene.density * march.end.color.a;
+    bool is_undone = medium.sigma_t * (march.t - from) > depth && march.longest_now > shortest;
+    float sigma_t = is_undone ? medium.sigma_t : scene.density * march.end.color.a;
     march.longest_now = clamp(0.5 * depth / max(sigma_t, 1e-30), shortest, march.longest);
-    if (is_taken_back) {
+    if (is_undone) {
         march.t = from;
         march.end = begin;
         medium.sigma_t = 0.0;
@@ -161,7 +161,7 @@ float straight_part(Classified begin, Classified end, float middle) {
 // it may lie in two; then the one at its end is read, and the field is taken as straight.) Where the field is not straight
 // enough, march.t becomes the end of the first part that is.
 //
-// Nothing here stands behind a branch: a CPU's driver runs both sides. A loop has a second turn only where a lane needs it.
+// Nothing here stands behind a branch: a CPU's driver runs both sides. A loop has a second iteration only where a lane needs it.
 Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March march) {
     vec3 end = ray.origin + march.t * ray.step;
     vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;
@@ -209,7 +209,7 @@ void find_parts(inout MarchStep s, Classified begin, Classified end, float mean)
         vec2 depths = 0.5 * parts * (ends.xz + ends.yw) / max(mean, 1e-30);
         s.depths = has_points ? depths / max(1.0, depths.x + depths.y) : s.depths;
     }
-    s.leans = (ends.yw - ends.xz) / max(ends.yw + ends.xz, 1e-30);
+    s.slopes = (ends.yw - ends.xz) / max(ends.yw + ends.xz, 1e-30);
 }
 
 MarchStep make_step(Ray ray, inout March march) {
@@ -227,30 +227,30 @@ MarchStep make_step(Ray ray, inout March march) {
     }
     MarchStep s;
     s.extent = march.t - from;
-    s.absorbed = one_minus_exp(medium.sigma_t * s.extent);
+    s.alpha = one_minus_exp(medium.sigma_t * s.extent);
     s.albedo = medium.albedo;
     s.t = from;
     find_parts(s, begin, march.end, medium.sigma_t / scene.density);
     return s;
 }
 
-// Where in a part light is absorbed whose extinction is linear in x: τ(x)/τ = x + lean·(x² − x).
-vec4 absorption_in_part(float lean, vec4 share) {
-    float begins = 1.0 - lean;
-    return 2.0 * share / (begins + sqrt(max(begins * begins + 4.0 * lean * share, 0.0)) + 1e-30);
+// Positions in a part at given shares of its optical depth, where extinction is linear in x: τ(x)/τ = x + slope·(x² − x).
+vec4 position_in_part(float slope, vec4 share) {
+    float begins = 1.0 - slope;
+    return 2.0 * share / (begins + sqrt(max(begins * begins + 4.0 * slope * share, 0.0)) + 1e-30);
 }
 
-// Where in a step light is absorbed, for four numbers in [0, 1): the inverse of (1 − exp(−τ(x))) / (1 − exp(−τ)), to
-// second order in `absorbed`.
-vec4 absorption_in(MarchStep s, vec4 u) {
-    vec4 share = u - s.absorbed * u * (1.0 - u) * (0.5 + s.absorbed * (1.0 / 12.0) * (1.0 + 4.0 * u));
+// Distances of collisions in a step for four numbers in [0, 1): samples from the density T(x)·σt(x), by inversion of (1 −
+// exp(−τ(x))) / (1 − exp(−τ)) to second order in `alpha`.
+vec4 sample_collisions(MarchStep s, vec4 u) {
+    vec4 share = u - s.alpha * u * (1.0 - u) * (0.5 + s.alpha * (1.0 / 12.0) * (1.0 + 4.0 * u));
     if (is_linear) {
-        return s.t + s.extent * absorption_in_part(s.leans.x, share);
+        return s.t + s.extent * position_in_part(s.slopes.x, share);
     }
     vec2 depths = max(s.depths, 1e-30);
     float behind = 1.0 - s.depths.y;
-    vec4 first = s.parts.x * absorption_in_part(s.leans.x, min(share / depths.x, 1.0));
-    vec4 last = 1.0 - s.parts.y * (1.0 - absorption_in_part(s.leans.y, max((share - behind) / depths.y, 0.0)));
+    vec4 first = s.parts.x * position_in_part(s.slopes.x, min(share / depths.x, 1.0));
+    vec4 last = 1.0 - s.parts.y * (1.0 - position_in_part(s.slopes.y, max((share - behind) / depths.y, 0.0)));
     vec4 between = s.parts.x + (1.0 - s.parts.x - s.parts.y) * (share - s.depths.x) / max(behind - s.depths.x, 1e-30);
     vec4 place = mix(between, first, lessThan(share, vec4(s.depths.x)));
     return s.t + s.extent * mix(place, last, greaterThan(share, vec4(behind)));
@@ -269,7 +269,7 @@ float marched_transmittance(Ray ray, float t, float t_end, float least) {
         }
         LOOP {
             MarchStep s = make_step(ray, march);
-            transmittance *= 1.0 - s.absorbed;
+            transmittance *= 1.0 - s.alpha;
             if (!march.goes_on || transmittance < least) {
                 break;
             }

@@ -21,13 +21,13 @@
 // Adds `radiance` that arrives where the path began.
 void contribute(inout Path path, vec3 radiance);
 // The path's first segment meets medium or surface with this share of its light.
-void cover(inout Path path, float share);
+void add_coverage(inout Path path, float share);
 // The path leaves the box.
 void escape(inout Path path);
 // At a collision: contributes all light that the path would bring and ends it there, if that light is known.
-bool collect(inout Path path, inout Random random);
+bool end_in_cache(inout Path path, inout Random random);
 // Whether the suns' light at the point where the path scatters now has been found by other means.
-bool knows_suns(Path path);
+bool has_suns_already(Path path);
 
 // The point in grid space where the flight ends.
 vec3 end_of_flight(Path path) {
@@ -39,12 +39,12 @@ Random random_of(Path path) {
 }
 
 uvec4 words_for_light(Path path, inout Random random) {
-    return path.bounces > 1u ? random_words(random) : even_words(random, light_pairs(path.bounces));
+    return path.bounces > 1u ? random_words(random) : sobol_words(random, light_pairs(path.bounces));
 }
 
 vec4 numbers_for_direction(Path path, inout Random random) {
     return path.bounces > 1u ? random_numbers(random)
-                             : unit_intervals(even_words(random, direction_pairs(path.bounces)));
+                             : unit_intervals(sobol_words(random, direction_pairs(path.bounces)));
 }
 
 // A new path at path.origin, with nothing behind it.
@@ -55,7 +55,7 @@ void begin_path(inout Path path) {
     path.bounces = 0u;
     path.collisions = 0u;
     path.throughput = vec3(1.0);
-    path.pdf = ALONE;
+    path.pdf = NO_MIS;
     path.inside = 0u;
     path.surface = NOTHING;
 }
@@ -89,17 +89,17 @@ float roulette(float brightness, float least, inout Random random) {
     return random_numbers(random).x * least >= brightness ? 0.0 : least / brightness;
 }
 
-// Russian roulette for shadow rays by the most radiance that they may bring: many rays may add next to nothing to
-// light or noise.
-vec3 worth_a_ray(vec3 radiance, inout Random random) {
+// Russian roulette for a shadow ray by its unoccluded radiance: many shadow rays would add next to nothing to light or
+// noise.
+vec3 shadow_roulette(vec3 radiance, inout Random random) {
     const float LEAST = 0.05; // of all lights together
-    return radiance * roulette(brightest(radiance / scene.cache_unit), LEAST, random);
+    return radiance * roulette(max_component(radiance / scene.cache_unit), LEAST, random);
 }
 
 // Next-event estimation: sends a shadow ray that will bring `radiance` to path.origin; the flight goes
 // on after it.
 void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int start_surface) {
-    if (brightest(radiance) <= 0.0) {
+    if (max_component(radiance) <= 0.0) {
         return;
     }
     Ray ray = make_ray(path.origin, direction);
@@ -127,16 +127,16 @@ void aim_shadow_ray(inout Path path, vec3 direction, vec3 radiance, int start_su
 void aim_at_sun(inout Path path, inout Random random) {
     LightSample sun = sample_sun(random_numbers(random).x);
     vec3 radiance = path.throughput * phase_function(path.direction, sun.towards) * sun.radiance;
-    aim_shadow_ray(path, sun.towards, worth_a_ray(radiance, random), NOTHING);
+    aim_shadow_ray(path, sun.towards, shadow_roulette(radiance, random), NOTHING);
 }
 
 // Whether the path continues after an event, with Russian roulette where nothing else ends it.
 bool survives(inout Path path, inout Random random) {
     const float LEAST = 0.4;
     if (scene.max_bounces == 0u) {
-        path.throughput *= roulette(brightest(path.throughput), LEAST, random);
+        path.throughput *= roulette(max_component(path.throughput), LEAST, random);
     }
-    return brightest(path.throughput) > 0.0;
+    return max_component(path.throughput) > 0.0;
 }
 
 // Ends a path while its shadow ray is on its way: the flight that follows meets nothing.
@@ -209,9 +209,9 @@ void deflect(inout Path path, inout Random random) {
         LightSample light = sample_light(words_for_light(path, random));
         Response response = response_of(s, light.towards);
         float weight = light_weight(light, response.pdf);
-        bool is_known = light.pdf == ALONE && knows_suns(path);
+        bool is_known = light.pdf == NO_MIS && has_suns_already(path);
         vec3 radiance = is_known ? vec3(0.0) : path.throughput * response.value * weight * light.radiance;
-        aim_shadow_ray(path, light.towards, worth_a_ray(radiance, random), start_surface);
+        aim_shadow_ray(path, light.towards, shadow_roulette(radiance, random), start_surface);
     }
     vec3 direction = sample_direction(path, s, numbers_for_direction(path, random).xyz);
     if (survives(path, random)) {
@@ -221,10 +221,10 @@ void deflect(inout Path path, inout Random random) {
     }
 }
 
-// Scatters at the end of a segment, behind which the throughput is that of a collision's albedo as well.
+// Scatters at the end of a segment. At a collision, the caller has already multiplied the throughput by the albedo.
 void scatter(inout Path path, inout Random random) {
     if (path.bounces == 0u) {
-        cover(path, 1.0);
+        add_coverage(path, 1.0);
     }
     path.stage = STAGE_FLIGHT;
     if (scene.max_bounces > 0u && path.bounces >= scene.max_bounces) {
@@ -232,7 +232,7 @@ void scatter(inout Path path, inout Random random) {
         return;
     }
     ++path.bounces;
-    if (path.surface == COLLISION && collect(path, random)) {
+    if (path.surface == COLLISION && end_in_cache(path, random)) {
         return;
     }
     deflect(path, random);
@@ -320,8 +320,8 @@ void advance_once(inout Path path) {
 }
 
 // Advances the path, twice where there are surfaces: finding a new path's first surface is expensive, and cheaper if
-// several lanes whose paths have ended do it together. Where the volume streams, searches are put off anyhow. (A loop of
-// a single turn would still be a loop to a driver.)
+// several lanes whose paths have ended do it together. Where the volume streams, searches are put off anyhow. (A loop of a
+// single iteration would still be a loop to a driver.)
 void advance(inout Path path) {
     if (surface_count == 0u || is_in_bricks) {
         advance_once(path);

@@ -8,7 +8,7 @@
 #include "surface.glsl"
 #include "volume_bricks.glsl"
 
-float brightest(vec3 color) {
+float max_component(vec3 color) {
     return max(color.x, max(color.y, color.z));
 }
 
@@ -38,7 +38,7 @@ void search_shadow(inout Path path, Ray ray, inout Search search) {
     if (!is_void) {
         path.shadow_radiance *= path.shadow_transmittance;
         path.shadow_transmittance = 1.0;
-        path.stage = brightest(path.shadow_radiance) > 0.0 ? STAGE_SHADOW : STAGE_FLIGHT;
+        path.stage = max_component(path.shadow_radiance) > 0.0 ? STAGE_SHADOW : STAGE_FLIGHT;
     }
 }
 

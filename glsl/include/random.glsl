@@ -40,15 +40,15 @@ vec4 random_numbers(inout Random random) {
     return unit_intervals(random_words(random));
 }
 
-// Even points: of a pixel's samples, any aligned 2^k in a row fill the square so that each box of area 2^−k has one
-// of them. A path's first event takes its numbers from these points; where there are surfaces, it causes most of a
-// picture's noise, and for later events even points gain nothing (measured).
+// Low-discrepancy points: of a pixel's samples, any aligned run of 2^k has exactly one point in each elementary box of area
+// 2^−k. A path's start and its first event take their numbers from these points; where there are surfaces, they cause most
+// of a picture's noise, and for later events such points gain nothing (measured).
 //
 // The first two dimensions of Sobol's sequence, padded: each pair has its own order of samples. Scrambling as Owen's
 // (1995), by the hash of Laine and Karras (2011) with Vegdahl's constants; shuffling and padding as in Burley,
 // "Practical Hash-based Owen Scrambling" (JCGT 2020).
 
-// Numbers of an event's pairs: each event has two for light and two for a direction.
+// Indices of an event's pairs; event 0 is the path's start. Each event has two pairs for light and two for a direction.
 uint light_pairs(uint event) { return 4u * event; }
 uint direction_pairs(uint event) { return 4u * event + 2u; }
 
@@ -65,7 +65,7 @@ uint scrambled_upwards(uint x, uint seed) {
     return x;
 }
 
-uvec2 even_pair(Random random, uint pair) {
+uvec2 sobol_pair(Random random, uint pair) {
     Random of_pair = Random(random.pixel, OF_ALL_SAMPLES, pair);
     // A hash's high bits are its best; scrambling begins with a seed's lowest.
     uvec4 seeds = bitfieldReverse(random_words(of_pair));
@@ -80,8 +80,8 @@ uvec2 even_pair(Random random, uint pair) {
     return bitfieldReverse(uvec2(scrambled_upwards(index, seeds.y), scrambled_upwards(y, seeds.z)));
 }
 
-uvec4 even_words(Random random, uint pairs) {
-    return uvec4(even_pair(random, pairs), even_pair(random, pairs + 1u));
+uvec4 sobol_words(Random random, uint pairs) {
+    return uvec4(sobol_pair(random, pairs), sobol_pair(random, pairs + 1u));
 }
 
 // −ln(1 − u) for the 32-bit u = (word + ½)·2⁻³². Small u go through the series, since 1 − u would

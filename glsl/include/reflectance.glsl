@@ -20,11 +20,12 @@ layout(scalar) readonly buffer ReflectanceBlock { Reflectance at[]; } reflectanc
 
 // The colour of light: its mean over channels is 1.
 vec3 color_of(vec3 light) {
-    return light / max(grey(light), 1e-30);
+    return light / max(channel_mean(light), 1e-30);
 }
 
-// The flux of light of this mean, interpolated between nodes whose indices are even. Those without memory, or on another
-// side of the surfaces, do not count. Scattered light has the colour that the sky's own light leaves of the mean.
+// The flux of light whose mean is `mean`, interpolated between nodes whose indices are even. Nodes without memory, or on
+// another side of the surfaces, do not count. The two stored fluxes are grey: the sky's own gets the sky's colour, the
+// scattered one the colour of `mean` without the sky's own light.
 mat3 flux_between_even_nodes(Cube cube, uint side, vec3 mean) {
     const float LEAST_SCATTERED = 0.01; // of each channel: the sky's light, from other nodes than the mean, may exceed it
     ivec3 last = (ivec3(scene.cache_nodes) - 1) & ~1;

@@ -45,7 +45,7 @@ void main() {
     if (slot >= push.slots) {
         return;
     }
-    if (stands_back(slot)) {
+    if (is_not_admitted(slot)) {
         report_item(paths.at[slot].item);
         return;
     }

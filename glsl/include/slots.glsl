@@ -1,13 +1,13 @@
-// The paths that slots keep from dispatch to dispatch. A slot rests between the last path of an item and the next item:
-// of its path nothing matters, and most of it is neither read nor written, since that would take a GPU longer than a
-// short queue's paths.
+// The paths that slots keep from dispatch to dispatch. A slot without an item is idle: the contents of its path are
+// meaningless, and most of them are neither read nor written, which on a GPU would take longer than the paths of a short
+// queue.
 
 #include "scene.glsl"
 #include "loop.glsl"
 
 layout(scalar) buffer PathBlock { Path at[]; } paths;
 
-bool rests(Path path) {
+bool is_idle(Path path) {
     return path.stage == STAGE_IDLE && path.samples_left == 0u && path.item == 0u;
 }
 
@@ -16,14 +16,14 @@ Path path_of(uint slot) {
     path.stage = paths.at[slot].stage;
     path.samples_left = paths.at[slot].samples_left;
     path.item = paths.at[slot].item;
-    if (!rests(path)) {
+    if (!is_idle(path)) {
         path = paths.at[slot];
     }
     return path;
 }
 
 void keep(uint slot, Path path) {
-    if (rests(path)) {
+    if (is_idle(path)) {
         paths.at[slot].stage = path.stage;
         paths.at[slot].samples_left = path.samples_left;
         paths.at[slot].item = path.item;

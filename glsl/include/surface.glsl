@@ -32,7 +32,7 @@ float isovalue(uint surface) {
 struct Crossing {
     float t;
     int surface; // or NOTHING
-    uint inside; // sides just before the crossing: bit s is V ≥ value of surface s
+    uint inside; // just before the crossing: bit s is V ≥ value of surface s
 };
 
 const Crossing NO_CROSSING = Crossing(0.0, NOTHING, 0u);
@@ -133,7 +133,7 @@ bool may_cross(vec2 range, uint inside, bool fresh) {
     return false;
 }
 
-uint sides_of(vec2 range) {
+uint inside_of_range(vec2 range) {
     uint inside = 0u;
     for (uint s = 0u; s < surface_count; ++s) {
         inside |= range.x >= isovalue(s) ? 1u << s : 0u;
@@ -141,8 +141,8 @@ uint sides_of(vec2 range) {
     return inside;
 }
 
-// The side of the surfaces on which a point is, in two bits: the number of surfaces that it is inside of, modulo 4. So the
-// two sides of a surface always differ.
+// On which side of the surfaces a point is, in two bits: the number of surfaces that it is inside of, modulo 4. So the two
+// sides of a surface always differ.
 uint side_of_surfaces(uint inside) {
     return uint(bitCount(inside)) & 3u;
 }
@@ -152,7 +152,7 @@ struct Search {
     float t;
     ivec3 macrocell; // at t
     int start_surface; // as in Passage
-    bool fresh;      // the same; otherwise `inside` holds the sides
+    bool fresh;      // the same; otherwise `inside` is known
     uint inside;
 };
 
@@ -160,7 +160,7 @@ ivec3 macrocell_at(Ray ray, float t) {
     return cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells));
 }
 
-// `inside` matters for the surface on which the ray starts alone: the search finds the sides of all others.
+// `inside` matters for the surface on which the ray starts alone: the search finds it for all others.
 Search begin_search(Ray ray, float t, int start_surface, uint inside) {
     return Search(t, macrocell_at(ray, t), start_surface, true, inside);
 }
@@ -221,7 +221,7 @@ Crossing find_crossing(Ray ray, float t_end, inout Search search) {
             if (may) {
                 ++searched;
             } else {
-                search.inside = search.fresh ? sides_of(range) : search.inside;
+                search.inside = search.fresh ? inside_of_range(range) : search.inside;
                 search.fresh = false;
                 search.t = exit;
             }

@@ -1,4 +1,4 @@
-// The albedo of the medium where a tail begins, in the words of `Tail.there`.
+// The albedo of the medium where a tail begins, in the words of `Tail.payload`.
 
 uvec2 packed_albedo(vec3 albedo) {
     return uvec2(packUnorm2x16(albedo.rg), packUnorm2x16(albedo.bb));

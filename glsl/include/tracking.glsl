@@ -19,8 +19,9 @@ float majorant_of(ivec3 block) {
     return texel_at(majorants, block).r;
 }
 
-// The most tentative collisions until lanes that have arrived go on. Where there are surfaces, going on means to search
-// for them, which is expensive and cheaper if several lanes do it together.
+// Tentative collisions after which a thread stops tracking, so that lanes whose flight has ended need not wait longer.
+// Where there are surfaces the number is larger: the search for surfaces that follows is expensive, and is cheaper if
+// several lanes do it together.
 uint steps_at_once() {
     return surface_count == 0u ? 4u : 8u;
 }

@@ -45,7 +45,7 @@ uint nodes_of(uint turn) {
 }
 
 // The item of the first node of a turn; those of its other nodes follow.
-uint first_item(uint turn) {
+uint first_item_of(uint turn) {
     uint coarse_turns = min(turn, push.coarse_turns);
     return COARSE_NODES * coarse_turns + fine_nodes() * (turn - coarse_turns);
 }

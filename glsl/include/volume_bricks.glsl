@@ -79,7 +79,7 @@ bool still_misses(uint missing) {
 }
 
 // Whether an invocation has to let others work first.
-bool stands_back(uint index) {
+bool is_not_admitted(uint index) {
     return index - streaming.now.first >= streaming.now.count;
 }
 
@@ -119,7 +119,7 @@ ivec3 to_texel(ivec3 voxel) {
     return ivec3(0);
 }
 
-bool stands_back(uint index) {
+bool is_not_admitted(uint index) {
     return false;
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::schedule::Stop;
-use crate::render::doubling;
+use crate::render::next_batch_size;
 
 /// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): it is in every
 /// sample alike, and none averages it away.
@@ -50,7 +50,7 @@ pub fn next_batch(stop: &Stop, filled: &Filled) -> Option<u32> {
     if filled.is_good || stop.count().is_some_and(enough) {
         return None;
     }
-    let double = doubling(filled.updates);
+    let double = next_batch_size(filled.updates);
     let Some(time) = stop.time.filter(|_| filled.updates > 0) else {
         return Some(double);
     };

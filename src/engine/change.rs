@@ -41,24 +41,24 @@ impl Engine {
         check(scene)?;
         let next = self.full.changed_to(scene, &self.volume);
         let changes = next.changes_from(&self.full);
-        if !changes.spoil(Derived::Picture) {
+        if !changes.invalidates(Derived::Picture) {
             self.scene = scene.clone();
             self.full = next;
-            return Ok(if changes.spoil(Derived::Display) {
+            return Ok(if changes.invalidates(Derived::Display) {
                 Changed::Display
             } else {
                 Changed::Nothing
             });
         }
-        if changes.spoil(Derived::Plan) {
+        if changes.invalidates(Derived::Plan) {
             return Ok(Changed::Impossible);
         }
         // The baseline's cells and their majorant are made for one medium under one light.
         let is_published = self.full.variant == Variant::Published;
-        if is_published && changes.spoil(Derived::NodePaths) {
+        if is_published && changes.invalidates(Derived::NodePaths) {
             return Ok(Changed::Impossible);
         }
-        let next = if changes.spoil(Derived::CacheLayout) {
+        let next = if changes.invalidates(Derived::CacheLayout) {
             unless_refused(next.refitted(&self.volume, self.host.summary().max_image_3d))?
         } else {
             Some(next)

@@ -1,9 +1,8 @@
 //! How far a cache is filled before samples are taken.
 //!
-//! What the cache has wrong is in all samples alike, and the noise of samples falls with their number: the time is best
-//! divided between the two by what each gains from it (`forecast.rs`). Light that nodes gather at first takes little time,
-//! and is always worth it. Before nodes trace whole paths, samples of few pixels tell how noisy they are and how long they
-//! take.
+//! The cache's error is the same in all samples, while the noise of samples falls with their number. So the time is divided
+//! between filling and sampling by what each gains from it (`forecast.rs`). Gathering takes little time and is always worth
+//! it. Before nodes trace whole paths, a trial with few pixels measures the noise and the time of samples.
 
 use super::Engine;
 use super::batches::{cache_goal, cache_share_of_time};
@@ -11,10 +10,10 @@ use super::forecast::{FillForecast, Forecast};
 use super::schedule::Stop;
 use crate::error::Result;
 use crate::render::shared::GATHERED;
-use crate::render::{Cache, Until, worth};
+use crate::render::{Cache, Until, equivalent_paths};
 
-/// Once nodes trace whole paths, the cache's noise is known well. Nodes that gather share the errors of the light that they
-/// read, which the spread between batches does not show: their variance counts this many times.
+/// Nodes that gather share the errors of the light that they read, which the change from batch to batch does not show.
+/// Until nodes trace whole paths, the measured variance of the cache is multiplied by this.
 const UNSEEN_WHILE_GATHERING: f64 = 5.0;
 /// The samples that are tried have this share of the picture's pixels, at most.
 const SHARE_OF_PIXELS: f64 = 0.125;
@@ -78,7 +77,7 @@ impl Engine {
             let next = cache.updates.max(GATHERED);
             let further = cache.seconds_to(2 * next) - cache.seconds_to(next);
             let per_traced_path = further / f64::from(next);
-            let traced = (worth(cache.updates) - worth(GATHERED)).max(0.0);
+            let traced = (equivalent_paths(cache.updates) - equivalent_paths(GATHERED)).max(0.0);
             let took = cache.took.as_secs_f64();
             let gathering = took + cache.seconds_to(GATHERED);
             let unseen = if cache.updates <= GATHERED {
@@ -89,8 +88,8 @@ impl Engine {
             FillForecast {
                 gathering: (gathering - per_traced_path * traced).max(0.0),
                 per_traced_path,
-                worth: worth(cache.updates),
-                variance: unseen * cache.error_at_rest.powi(2) * worth(cache.updates),
+                paths: equivalent_paths(cache.updates),
+                variance: unseen * cache.error_at_rest.powi(2) * equivalent_paths(cache.updates),
             }
         })
     }

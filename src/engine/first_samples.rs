@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::Engine;
-use super::forecast::{Evenness, Forecast, left_of};
+use super::forecast::{Forecast, VarianceReduction, variance_ratio};
 use super::picture::relative_change;
 use super::schedule::MOST_AT_ONCE;
 use super::task::Task;
@@ -13,22 +13,23 @@ use crate::render::Until;
 /// Pixels of the pictures that are tried where the volume is whole: a GPU needs many to be busy.
 const PIXELS_CPU: f64 = 4096.0;
 const PIXELS_GPU: f64 = 262_144.0;
-/// Pictures with up to so many times as many pixels are begun instead: few pixels would be a good part of the work.
+/// A picture with at most so many times the pixels of a trial is sampled whole, as its own beginning: samples of fewer
+/// pixels would be a large part of the work, and thrown away.
 const FEW: f64 = 8.0;
 /// Samples of a picture of few pixels that are taken one by one, and then as many in one unit; fewer where the picture is
 /// marched, whose samples all take about the same time and have little noise.
 const SAMPLES: u32 = 8;
 const SAMPLES_MARCHED: u32 = 4;
-/// Of the variance of as many independent samples, the mean of 32 to 128 marched ones has about so much left: they are
-/// spread evenly, and a better cache makes them less noisy. Few samples do not show that yet (`render/halves.rs`).
-const LEFT_OF_MARCHED: f64 = 0.35;
+/// The variance of the mean of 32 to 128 marched samples, as a share of that of independent ones, approximately: they are
+/// low-discrepancy points, and a better cache makes them less noisy. Few samples do not show that yet (`render/halves.rs`).
+const VARIANCE_RATIO_MARCHED: f64 = 0.35;
 /// Units of one sample that are taken after the first one of a picture that is begun: where the volume streams, together,
 /// and as many as pictures begin with ([`units_together`](super::schedule::units_together)).
 const UNITS_IN_BRICKS: &[u32] = &[MOST_AT_ONCE, MOST_AT_ONCE * (1 + MOST_AT_ONCE)];
 const UNITS: &[u32] = &[3];
 
-/// What units that were begun together have taken.
-struct Taken {
+/// The cost of units that were begun together.
+struct UnitsCost {
     samples: u32,
     seconds: f64,
     /// Those of them in which the device waited for bricks.
@@ -91,7 +92,7 @@ impl Engine {
             return Ok(None);
         };
         let variance = self.variance_of_one()?;
-        let first = self.forecast(&last, variance, Evenness::NONE);
+        let first = self.forecast(&last, variance, VarianceReduction::NONE);
         if self.renderer.is_marched() || first.seconds_of(task) <= short {
             Ok(Some(first))
         } else {
@@ -108,12 +109,12 @@ impl Engine {
         let size = self.scene.render.size;
         let scale = (pixels / self.pixels()).sqrt();
         let small = size.map(|n| ((f64::from(n) * scale) as u32).max(1));
-        let outlook = self.renderer.caching().map(|mut c| c.take_outlook());
+        let view = self.renderer.caching().map(|mut c| c.take_view_state());
         self.reduce_to(small)?;
         let tried = self.try_small_picture(until)?;
         self.reduce_to(size)?;
-        if let Some((mut caching, outlook)) = self.renderer.caching().zip(outlook) {
-            caching.put_back(outlook);
+        if let Some((mut caching, view)) = self.renderer.caching().zip(view) {
+            caching.put_back(view);
         }
         self.begin_picture();
         let share = small.map(f64::from).iter().product::<f64>() / self.pixels();
@@ -149,48 +150,48 @@ impl Engine {
     ) -> Result<Option<Forecast>> {
         let samples = self.totals().samples;
         let before = self.renderer.film()?.mean;
-        let Some(taken) = self.take(in_unit, samples / in_unit, until)? else {
+        let Some(cost) = self.take(in_unit, samples / in_unit, until)? else {
             return Ok(None);
         };
         let after = self.renderer.film()?.mean;
-        let left = left_of(
+        let ratio = variance_ratio(
             variance / f64::from(samples),
             relative_change(&before, &after),
         );
-        let evenness = Evenness { samples, left };
-        Ok(Some(self.forecast(&taken, variance, evenness)))
+        let reduction = VarianceReduction { samples, ratio };
+        Ok(Some(self.forecast(&cost, variance, reduction)))
     }
 
     /// Takes units of so many samples, together where the volume streams; `None` if `until` comes before.
-    fn take(&mut self, samples: u32, units: u32, until: Until<'_>) -> Result<Option<Taken>> {
+    fn take(&mut self, samples: u32, units: u32, until: Until<'_>) -> Result<Option<UnitsCost>> {
         let (before, waited) = (self.totals().samples, self.waited_for_bricks());
         let began = Instant::now();
         self.renderer.units(samples, units, until)?;
-        let taken = Taken {
+        let cost = UnitsCost {
             samples: self.totals().samples - before,
             waited: (self.waited_for_bricks() - waited).as_secs_f64(),
             seconds: began.elapsed().as_secs_f64(),
         };
-        Ok((taken.samples == samples * units).then_some(taken))
+        Ok((cost.samples == samples * units).then_some(cost))
     }
 
     /// `variance`: that of one sample.
-    fn forecast(&self, taken: &Taken, variance: f64, evenness: Evenness) -> Forecast {
-        let samples = f64::from(taken.samples);
+    fn forecast(&self, cost: &UnitsCost, variance: f64, reduction: VarianceReduction) -> Forecast {
+        let samples = f64::from(cost.samples);
         let forecast = Forecast {
-            seconds_per_sample: (taken.seconds - taken.waited) / samples,
-            seconds_per_bundle: taken.waited,
+            seconds_per_sample: (cost.seconds - cost.waited) / samples,
+            seconds_per_bundle: cost.waited,
             variance,
-            evenness,
+            reduction,
             cache: None,
         };
         if self.renderer.is_marched() {
             Forecast {
                 // One after another, samples wait for the same bricks again.
-                seconds_per_sample: taken.seconds / samples,
+                seconds_per_sample: cost.seconds / samples,
                 seconds_per_bundle: 0.0,
-                variance: LEFT_OF_MARCHED * variance,
-                evenness: Evenness::NONE,
+                variance: VARIANCE_RATIO_MARCHED * variance,
+                reduction: VarianceReduction::NONE,
                 ..forecast
             }
         } else {

@@ -1,10 +1,10 @@
 //! The arithmetic of a trial: how long a variant takes until pictures are good, or how good they are when time is over.
-//! Noise falls with the root of the number of samples, and the error of a cache with the root of what its paths are worth.
+//! Noise falls with the root of the number of samples, and the error of a cache with that of its equivalent paths.
 
 use super::schedule::{MOST_AT_ONCE, UNITS_TO_TRUST};
 use super::task::Task;
+use crate::render::equivalent_paths;
 use crate::render::shared::GATHERED;
-use crate::render::worth;
 
 /// How often a cache's paths are doubled at most, in a comparison of how far to fill it.
 const DOUBLINGS: u32 = 24;
@@ -23,52 +23,52 @@ pub struct Forecast {
     pub seconds_per_bundle: f64,
     /// Square of the relative error after one sample.
     pub variance: f64,
-    pub evenness: Evenness,
+    pub reduction: VarianceReduction,
     pub cache: Option<FillForecast>,
 }
 
 /// How much less noise samples have because they are spread evenly.
 #[derive(Debug, Clone, Copy)]
-pub struct Evenness {
-    /// The number of samples for which `left` is known.
+pub struct VarianceReduction {
+    /// The number of samples for which `ratio` is known.
     pub samples: u32,
     /// The variance of the mean of so many samples, as a share of that of as many independent ones.
-    pub left: f64,
+    pub ratio: f64,
 }
 
-impl Evenness {
+impl VarianceReduction {
     /// Samples that are independent, or not known to be better.
-    pub const NONE: Evenness = Evenness {
+    pub const NONE: VarianceReduction = VarianceReduction {
         samples: 1,
-        left: 1.0,
+        ratio: 1.0,
     };
 }
 
-/// What filling the cache is expected to take. Paths are counted by what they are worth ([`worth`]), since those that are
-/// gathered at first take less time and tell less than those that are traced.
+/// What filling the cache is expected to take. Paths are counted as equivalent ones ([`equivalent_paths`]), since those
+/// that are gathered at first take less time and tell less than those that are traced.
 #[derive(Debug, Clone, Copy)]
 pub struct FillForecast {
-    /// The worth of the paths that nodes have had.
-    pub worth: f64,
+    /// The equivalent paths that nodes have had.
+    pub paths: f64,
     /// Seconds until nodes have had their first [`GATHERED`] paths.
     pub gathering: f64,
     /// Seconds for each further path of all nodes.
     pub per_traced_path: f64,
-    /// Square of the relative error of what the cache shows after paths that are worth 1.
+    /// Square of the relative error of what the cache shows after one equivalent path.
     pub variance: f64,
 }
 
 impl FillForecast {
-    /// Seconds until nodes have had paths of this worth.
+    /// Seconds until nodes have had so many equivalent paths.
     fn seconds_to(&self, paths: f64) -> f64 {
-        let gathered = worth(GATHERED);
+        let gathered = equivalent_paths(GATHERED);
         self.gathering * paths.min(gathered) / gathered
             + self.per_traced_path * (paths - gathered).max(0.0)
     }
 
-    /// The worth of the paths that nodes have had after so many seconds.
-    fn worth_after(&self, seconds: f64) -> f64 {
-        let gathered = worth(GATHERED);
+    /// The equivalent paths that nodes have had after so many seconds.
+    fn paths_after(&self, seconds: f64) -> f64 {
+        let gathered = equivalent_paths(GATHERED);
         if seconds < self.gathering {
             gathered * seconds / self.gathering
         } else {
@@ -78,15 +78,16 @@ impl FillForecast {
 }
 
 impl Forecast {
-    /// Square of the relative error that is reported after so many samples; infinite for less than one, which is no picture.
-    /// They come in units of a sixteenth of them, and only within a unit they are known to be spread evenly.
+    /// Square of the relative error that is reported after so many samples; infinite below one, which makes no picture.
+    /// Samples come in units of a sixteenth of their number, and the reported error accounts for their even spread only
+    /// within a unit.
     fn variance_after(&self, samples: f64) -> f64 {
         if samples < 1.0 {
             return f64::INFINITY;
         }
-        let known = f64::from(self.evenness.samples).log2();
+        let known = f64::from(self.reduction.samples).log2();
         let unit = (samples / 16.0).max(1.0).log2().min(known);
-        self.variance * self.evenness.left.powf(unit / known.max(1.0)) / samples
+        self.variance * self.reduction.ratio.powf(unit / known.max(1.0)) / samples
     }
 
     /// Samples after which a relative error is reported.
@@ -116,13 +117,14 @@ impl Forecast {
             return f64::from(pictures) * self.seconds_for(self.samples_to(error));
         };
         // Filling ends with a batch, which doubles what there is.
-        let fills = (0..DOUBLINGS).map(|n| cache.worth.max(worth(GATHERED)) * f64::from(n).exp2());
+        let fills = (0..DOUBLINGS)
+            .map(|n| cache.paths.max(equivalent_paths(GATHERED)) * f64::from(n).exp2());
         fills
             .map(|paths| self.seconds_with(&cache, paths, error, pictures))
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Seconds until all pictures have this relative error, if the cache is filled with paths of this worth; infinite if
+    /// Seconds until all pictures have this relative error, if the cache is filled with so many equivalent paths; infinite if
     /// that is too little.
     fn seconds_with(&self, cache: &FillForecast, paths: f64, error: f64, pictures: u32) -> f64 {
         let left = error.powi(2) - cache.variance / paths;
@@ -137,7 +139,7 @@ impl Forecast {
     /// Whether pictures have a relative error soonest, or hardly later, if the cache is filled no further.
     pub fn is_filled_for(&self, error: f64, pictures: u32) -> bool {
         self.cache.is_some_and(|cache| {
-            let seconds = self.seconds_with(&cache, cache.worth, error, pictures);
+            let seconds = self.seconds_with(&cache, cache.paths, error, pictures);
             seconds.is_finite() && seconds <= WORTH_FILLING * self.seconds_to(error, pictures)
         })
     }
@@ -174,16 +176,16 @@ impl Forecast {
         let fill = share * seconds;
         let cached = self
             .cache
-            .map_or(0.0, |cache| cache.variance / cache.worth_after(fill));
+            .map_or(0.0, |cache| cache.variance / cache.paths_after(fill));
         let [first, other] =
             [seconds - fill, seconds].map(|left| self.variance_after(self.samples_in(left)));
         cached + other + (first - other) / f64::from(pictures)
     }
 }
 
-/// With a cache, an error is reached later than its forecast says: whether the cache is good enough is looked at when its
-/// paths have doubled, and is uncertain itself. So its time counts so many times; where the time is limited, there is as much
-/// less of it.
+/// With a cache, an error is reached later than forecast: whether the cache is good enough is checked only when its paths
+/// have doubled, and is uncertain itself. So the forecast time is multiplied by this factor, and a time limit is divided by
+/// it.
 const LATE: f64 = 1.2;
 
 /// What two forecasts say of a cache.
@@ -194,17 +196,13 @@ pub struct Verdict {
     pub said: String,
 }
 
-/// Compares a cache with `uncached` or with another cache. To go on with it takes `head_start` seconds less than to begin
-/// with it, compared with going back.
-pub fn verdict(
-    uncached: &Forecast,
-    cached: &Forecast,
-    task: &Task<'_>,
-    head_start: f64,
-) -> Verdict {
+/// Compares a cache with no cache, or with another cache: `rival` is the forecast of that. `head_start` is what going on
+/// with the cache saves, in seconds: the time that its filling has taken so far, and the time that returning to the rival
+/// would take.
+pub fn verdict(rival: &Forecast, cached: &Forecast, task: &Task<'_>, head_start: f64) -> Verdict {
     let Task { stop, pictures, .. } = *task;
     if let Some(error) = stop.relative_error {
-        let [without, with] = [uncached, cached].map(|f| f.seconds_to(error, pictures));
+        let [without, with] = [rival, cached].map(|f| f.seconds_to(error, pictures));
         if without.min(with) <= task.seconds() {
             let said = format!(
                 "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
@@ -216,7 +214,7 @@ pub fn verdict(
         }
     }
     let seconds = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
-    let without = uncached.error_after(seconds, pictures);
+    let without = rival.error_after(seconds, pictures);
     let with = cached.error_after(seconds / LATE, pictures);
     let said = format!(
         "after {seconds} s a relative error of {with:.4} is expected with a cache and of {without:.4} without one"
@@ -232,12 +230,12 @@ fn bundles(samples: f64) -> f64 {
     1.0 + samples.max(1.0).ln() / f64::from(1 + MOST_AT_ONCE).ln()
 }
 
-/// What is left of the variance of n samples that are spread evenly: `independent` is the variance that a mean of n single
-/// samples is reported to have, and `change` is by how much it changes once n more have followed.
+/// The variance of the mean of n samples as a share of that of independent ones, estimated: `independent` is the variance
+/// that a mean of n independent samples would have, and `change` is by how much the mean changes once n more have followed.
 ///
 /// The mean moves by half the difference of two means of n samples. The square of that is on average half the variance of
 /// one of them.
-pub fn left_of(independent: f64, change: f64) -> f64 {
+pub fn variance_ratio(independent: f64, change: f64) -> f64 {
     const LEAST: f64 = 0.05;
     if independent > 0.0 {
         (2.0 * change.powi(2) / independent).clamp(LEAST, 1.0)
@@ -257,18 +255,18 @@ mod tests {
         seconds_per_sample: 0.1,
         seconds_per_bundle: 0.0,
         variance: 1.0,
-        evenness: Evenness::NONE,
+        reduction: VarianceReduction::NONE,
         cache: None,
     };
     const CACHED: Forecast = Forecast {
         seconds_per_sample: 0.1,
         seconds_per_bundle: 0.0,
         variance: 0.04,
-        evenness: Evenness::NONE,
+        reduction: VarianceReduction::NONE,
         cache: Some(FillForecast {
             gathering: 1.0,
             per_traced_path: 0.1,
-            worth: 4.0,
+            paths: 4.0,
             variance: 1e-4,
         }),
     };
@@ -307,7 +305,7 @@ mod tests {
     fn time_goes_to_what_it_makes_better() {
         let share = |variance: f64| {
             let cache = FillForecast {
-                worth: 0.0,
+                paths: 0.0,
                 gathering: 0.0,
                 per_traced_path: 0.1,
                 variance,
@@ -332,11 +330,11 @@ mod tests {
     /// A cache is not filled to less than the picture needs, nor further where samples are sooner done.
     #[test]
     fn filling_ends_where_samples_gain_more() {
-        let after = |worth: f64| Forecast {
-            cache: CACHED.cache.map(|cache| FillForecast { worth, ..cache }),
+        let after = |paths: f64| Forecast {
+            cache: CACHED.cache.map(|cache| FillForecast { paths, ..cache }),
             ..CACHED
         };
-        // The variance of a cache of worth 4 is 2.5e-5.
+        // The variance of a cache of 4 equivalent paths is 2.5e-5.
         assert!(after(4.0).is_filled_for(0.02, 1));
         assert!(!after(4.0).is_filled_for(0.004, 1));
         assert!(
@@ -354,12 +352,12 @@ mod tests {
         for left in [0.2, 1.0] {
             let independent: f64 = 0.01;
             let difference = (2.0 * left * independent).sqrt();
-            assert!((left_of(independent, 0.5 * difference) - left).abs() < 1e-9);
+            assert!((variance_ratio(independent, 0.5 * difference) - left).abs() < 1e-9);
         }
         let even = Forecast {
-            evenness: Evenness {
+            reduction: VarianceReduction {
                 samples: 8,
-                left: 0.25,
+                ratio: 0.25,
             },
             ..UNCACHED
         };

@@ -58,7 +58,7 @@ impl Engine {
             Ok(())
         })?;
         // The other engine may have looked from elsewhere.
-        drop(caching.take_outlook());
+        drop(caching.take_view_state());
         Ok(true)
     }
 }

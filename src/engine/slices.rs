@@ -35,9 +35,9 @@ impl Engine {
         figures.map_or(Duration::ZERO, |figures| figures.waited)
     }
 
-    /// Sets the time that a slice should take from now on.
-    pub fn take_slices_of(&mut self, ms: f64) {
-        self.renderer.take_slices_of(ms);
+    /// Sets the time that a slice of work should take from now on, in milliseconds.
+    pub fn set_slice_ms(&mut self, ms: f64) {
+        self.renderer.set_slice_ms(ms);
     }
 
     /// Goes on with a unit of so many samples, or of a single one where samples are marched, for a slice of time, or begins

@@ -16,7 +16,7 @@ use super::forecast::{Forecast, verdict};
 use super::task::Task;
 use super::{Engine, Host, Stopwatch};
 use crate::error::Result;
-use crate::render::{Cache, Choice, Until, doubling};
+use crate::render::{Cache, Choice, Until, next_batch_size};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
 
@@ -271,13 +271,13 @@ fn best_of(
 }
 
 impl Engine {
-    /// Tries the cache, whose filling `watch` times, and tells whether it is better than `rival`, which takes `to_go_back`
-    /// seconds more from now on than its forecast says: it has to be made again, but may have begun. `None` if `until` comes
-    /// before that is known.
+    /// Fills and samples the cache, with the time of its filling on `watch`, and tells whether it is better than `rival`.
+    /// `to_go_back` is what the rival takes in addition to its forecast, in seconds: making its engine again, less what is
+    /// kept of its samples; it may be negative. `None` if `until` comes before the result.
     ///
-    /// The error of a cache whose nodes have only gathered is a guess. So as long as the cache is the better one it is filled
-    /// further, which costs nothing if it stays so, until it is good enough or `until` comes; where the volume streams, until
-    /// its error is known at least.
+    /// While nodes have only gathered, the estimated error of the cache is uncertain. So as long as the cache is the better
+    /// choice it is filled further, which is no loss if it is taken, until it is good enough or `until` comes. Where the
+    /// volume streams, it is filled until its error is known, even beyond `until`.
     fn try_cache(
         &mut self,
         rival: &Forecast,
@@ -328,7 +328,7 @@ impl Engine {
             return Ok(false);
         };
         watch.go_on();
-        let is_done = caching.batch(doubling(updates), until);
+        let is_done = caching.batch(next_batch_size(updates), until);
         watch.pause();
         is_done
     }

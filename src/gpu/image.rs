@@ -1,7 +1,7 @@
 //! 2D and 3D images with one view over all of them, always in the GENERAL layout.
 //!
-//! A new image is in no layout, and its texels are undefined. The first command that uses it brings it into the
-//! GENERAL layout and, where its description says so, clears it: there is no list of images to begin.
+//! A new image is in the layout UNDEFINED, and so are its texels. The first command that uses it brings it into the GENERAL
+//! layout and, where its description says so, clears it: there is no list of images to begin.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -79,7 +79,7 @@ impl Instance {
             vk::Result::ERROR_LAYER_NOT_PRESENT => DeviceError::NoValidation.into(),
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => DeviceError::NoDriver.into(),
             vk::Result::ERROR_EXTENSION_NOT_PRESENT => DeviceError::Display(
-                "no Vulkan driver here can draw into this display's windows: `isolume render` needs none".into(),
+                "no Vulkan driver here can draw into this display's windows; `isolume render` needs no window".into(),
             )
             .into(),
             e => failure(e, "Vulkan could not be started"),

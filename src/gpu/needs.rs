@@ -197,15 +197,15 @@ fn features(instance: &Instance, physical: vk::PhysicalDevice) -> [Need; 8] {
         presence(
             "votes of a subgroup",
             can_vote(instance, physical),
-            "threads that run together to leave a dispatch together",
+            "ending the work of a subgroup's threads at the same time",
         )
         .or("a thread that has done its work waits for its neighbours"),
         presence(
             "storage images of every format",
             can_store_texels(instance, physical),
-            "a GPU that is brought bricks of a volume",
+            "writing bricks of a volume into their image by a pass, which a GPU does",
         )
-        .or("it copies bricks, which takes it longer"),
+        .or("a GPU writes bricks by copies, which takes longer"),
         presence(
             "16 storage images in a pass",
             can_load_texels(instance, physical),

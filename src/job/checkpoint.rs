@@ -10,7 +10,7 @@ use crate::engine::{Engine, Stopwatch};
 use crate::error::Result;
 use crate::interrupt;
 use crate::output::{Continuation, Outputs, say};
-use crate::render::doubling;
+use crate::render::next_batch_size;
 use crate::scene::{Opened, Scene, describe};
 use crate::shard::{About, CacheFile, Found, Identity, Named, RunOf, Settings, State};
 
@@ -235,7 +235,7 @@ impl<'a> Keeper<'a> {
         let is_under_way = self.fill_state == FillState::UnderWay;
         let cache = engine.cache().filter(|_| is_under_way);
         let seconds = cache.map_or(0.0, |cache| {
-            cache.seconds_per_update() * f64::from(doubling(cache.updates))
+            cache.seconds_per_update() * f64::from(next_batch_size(cache.updates))
         });
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
     }

@@ -119,7 +119,7 @@ impl Printed<'_> {
                 later_read_bytes,
             } = bricks;
             text += &format!(
-                "the volume streams: {total} bricks of {side} voxels a side, {needed} of them matter, and {resident} \
+                "the volume streams: {total} bricks of {side} voxels a side, {needed} of them are needed, and {resident} \
                  are on the GPU at a time ({:.0} %); the host keeps {} of them; if each is \
                  brought once, the first samples read up to {}, and later ones that are taken together up to {}\n",
                 100.0 * share,

@@ -8,7 +8,7 @@ use super::checkpoint::{Earlier, Keeper, KeptRender};
 use super::clock::Clock;
 use super::open_scene_timed;
 use super::shards::{Fingerprints, check_variant};
-use super::summary::{Summary, Taken};
+use super::summary::{RenderedPicture, Summary};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Task, Trial, Tried};
@@ -283,13 +283,13 @@ impl<'a> Render<'a> {
 
     /// Takes one picture after another, until all are done or an interruption has come. An orbit's files have their
     /// final names then; those of a single picture still have temporary ones.
-    fn take_pictures(&mut self) -> Result<(Outputs, Vec<Taken<'a>>)> {
+    fn take_pictures(&mut self) -> Result<(Outputs, Vec<RenderedPicture<'a>>)> {
         let fingerprints = match self.volume.take() {
             Some(volume) => Some(Fingerprints::of(&mut self.engine, volume)?),
             None => None,
         };
         let mut outputs = Outputs::default();
-        let mut taken: Vec<Taken<'a>> = Vec::new();
+        let mut taken: Vec<RenderedPicture<'a>> = Vec::new();
         for (index, view) in self.views.iter().enumerate() {
             // An orbit that is continued has its earlier pictures on disk.
             if index < self.first && view.files.iter().all(|file| file.exists()) {
@@ -311,7 +311,7 @@ impl<'a> Render<'a> {
                 Err(Error::Interrupted) if !taken.is_empty() => break,
                 outcome => outcome?,
             };
-            taken.push(Taken { view, outcome });
+            taken.push(RenderedPicture { view, outcome });
             self.stage(view, fingerprints.as_ref(), &mut outputs)?;
             if self.args.orbit.is_some() {
                 std::mem::take(&mut outputs).commit()?;

@@ -16,7 +16,7 @@ use crate::output::{Outputs, say, time_table};
 use crate::scene::Variant;
 
 /// A picture that has samples, and how it ended.
-pub struct Taken<'a> {
+pub struct RenderedPicture<'a> {
     pub view: &'a View,
     pub outcome: Outcome,
 }
@@ -43,7 +43,7 @@ impl<'a> Summary<'a> {
         clock: &Clock,
         engine: Engine,
         earlier: Earlier,
-        taken: &[Taken<'_>],
+        taken: &[RenderedPicture<'_>],
         stop: &Stop,
     ) -> Summary<'a> {
         let (first, last) = (&taken[0], &taken[taken.len() - 1]);
@@ -105,7 +105,7 @@ fn stats(
     args: &RenderArgs,
     clock: &Clock,
     engine: &Engine,
-    taken: &[Taken<'_>],
+    taken: &[RenderedPicture<'_>],
     cache_goal: f64,
 ) -> Stats {
     let outcomes: Vec<&Outcome> = taken.iter().map(|taken| &taken.outcome).collect();

@@ -108,7 +108,10 @@ fn sums(sums: &Sums) -> Vec<AnyChannel<FlatSamples>> {
             ["halves.R", "halves.G", "halves.B", "halves.A"],
             &halves.mean,
         ));
-        channels.push(channel("halves.left", halves.left.clone()));
+        channels.push(channel(
+            "halves.variance_ratio",
+            halves.variance_ratio.clone(),
+        ));
     }
     channels
 }

@@ -38,19 +38,19 @@ constants! {
     /// Iterations after which lavapipe silently ends a loop, counted for a group of eight threads, whose iterations may add
     /// up.
     pub const LAVAPIPE_ITERATIONS: u32 as uint = 65535;
-    /// What a march looks for: the picture; what of it the cache has without the suns' light; the same without the light that
-    /// a picture at rest leaves to paths.
+    /// The result of ray_march.comp: the picture; or only the light that the medium scatters towards the camera, from the
+    /// cache and without the suns' own; or that light without the cubes that a picture at rest leaves to paths.
     pub const MARCH_PICTURE: u32 as uint = 0;
     pub const MARCH_CACHED: u32 as uint = 1;
     pub const MARCH_AT_REST: u32 as uint = 2;
-    /// The optical depth along a cube of the cache from which a medium is dense where a face of the box or a clip plane ends
-    /// it (rim_cubes.comp).
+    /// A cube of the cache at a face of the box or at a clip plane is at the rim if the medium's optical depth across it
+    /// exceeds this (rim_cubes.comp).
     pub const RIM_DEPTH: f32 as float = 0.15;
-    /// The difference of a voxel's optical depth to that of the next one, from which a medium is dense where it ends
-    /// within the volume. (Clouds whose extinction is smooth stay below.)
-    pub const STEP_DEPTH: f32 as float = 0.4;
-    /// The optical depth along a voxel from which the steps of a march are as long as the medium at the ray allows, and not
-    /// as the densest place nearby does (march.glsl).
+    /// A dense medium ends between two neighbouring voxels if their extinctions, times the longest side of a voxel, differ
+    /// by more than this (rim_cubes.comp). Clouds whose extinction is smooth stay below.
+    pub const JUMP_DEPTH: f32 as float = 0.4;
+    /// If the optical depth of a voxel at the majorant exceeds this, the steps of a march adapt to the extinction that is
+    /// found along the ray, instead of to the majorant (march.glsl).
     pub const DENSE_DEPTH: f32 as float = 2.0;
     /// Bins of values for which it is known which points of the transfer function matter.
     pub const TRANSFER_BINS: u32 as int = 512;
@@ -81,8 +81,8 @@ constants! {
     /// The number of a node's first paths that end where they can gather cached light (gathering.glsl). In most
     /// bricks they are paths of the coarse lattice (coarse.glsl).
     pub const GATHERED: u32 as uint = 32;
-    /// All nodes of a brick are filled; all for the first time, so that those whose turn has not come may hold the light of an
-    /// older scene; or only those of the coarse lattice.
+    /// The nodes of a brick that a batch fills: all; all, for the first time, so that nodes that are not filled yet may
+    /// hold the light of an older scene; or those of the coarse lattice.
     pub const FILLED_WHOLE: u32 as uint = 0;
     pub const FILLED_FIRST: u32 as uint = 1;
     pub const FILLED_COARSE: u32 as uint = 2;

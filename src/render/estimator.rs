@@ -74,11 +74,11 @@ impl Estimator {
         }
     }
 
-    /// Sets the time that a dispatch should take from now on.
-    pub fn take_slices_of(&mut self, ms: f64) {
+    /// Sets the time that a slice of work should take from now on, in milliseconds.
+    pub fn set_slice_ms(&mut self, ms: f64) {
         match self {
             Estimator::NonCaching(tracking) => tracking.queue.target_ms = ms,
-            Estimator::Caching(cache) => cache.take_slices_of(ms),
+            Estimator::Caching(cache) => cache.set_slice_ms(ms),
             Estimator::Published(_) => {}
         }
     }

@@ -24,8 +24,9 @@ specialization! {
         pub has_phong: bool,
         pub has_disney: bool,
         pub sun_count: uint,
-        /// Suns of which each scatters another colour, or another share, to a given side: the share of all their light that
-        /// arrives at a point does not tell how much of it is scattered there.
+        /// There are several suns that differ in colour or, in an anisotropic medium, in how much of their light is
+        /// scattered into a given direction: the one transmittance that the cache holds for all suns does not give their
+        /// scattered light.
         pub suns_differ: bool,
         pub has_environment_image: bool,
         pub is_anisotropic: bool,

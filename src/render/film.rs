@@ -86,7 +86,7 @@ impl Renderer {
     }
 
     /// Looks at how evenly samples are spread, if they are marched, whenever their number is a power of two.
-    pub(super) fn look_at_halves(&mut self) -> Result<()> {
+    pub(super) fn update_halves(&mut self) -> Result<()> {
         let Totals { samples, units, .. } = self.totals;
         if !self.is_marched() || samples < Halves::LEAST || !samples.is_power_of_two() {
             return Ok(());

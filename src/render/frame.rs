@@ -24,16 +24,16 @@ impl Renderer {
     pub(super) fn prepare(&mut self, changes: Changes) -> Result<()> {
         let (frame, r) = (&mut self.frame, &mut self.resources);
         let blocks = self.scene.blocks();
-        if changes.spoil(Derived::Majorants) && !self.scene.parts.medium.is_vacuum() {
+        if changes.invalidates(Derived::Majorants) && !self.scene.parts.medium.is_vacuum() {
             self.majorants.run(frame, r, blocks)?;
         }
-        if changes.spoil(Derived::Patches) {
+        if changes.invalidates(Derived::Patches) {
             self.patches.run(frame, r, blocks)?;
         }
         if let Estimator::Caching(cache) = &mut self.estimator {
             cache.prepare(frame, r, &self.scene, changes)?;
         }
-        if changes.spoil(Derived::Picture) {
+        if changes.invalidates(Derived::Picture) {
             self.begin_picture();
         }
         Ok(())
@@ -64,7 +64,7 @@ impl Renderer {
             return Ok(false);
         }
         self.totals.count(&under_way, sampled.pixels);
-        self.look_at_halves()?;
+        self.update_halves()?;
         Ok(true)
     }
 

@@ -86,14 +86,14 @@ impl GpuScene {
 
     /// Whether light that is cached for `self` is right for `other` as well.
     pub fn shares_light_with(&self, other: &GpuScene) -> bool {
-        self.variant == other.variant && !other.changes_from(self).spoil(Derived::CachedLight)
+        self.variant == other.variant && !other.changes_from(self).invalidates(Derived::CachedLight)
     }
 
     /// Whether the passes and images made for `self` also serve `other`, which has the same volume. They do not if
     /// the sky's image is another, since its size may differ, or if `other` needs other features.
     pub fn passes_serve(&self, other: &GpuScene) -> bool {
         let has_same_sky = !other.changes_from(self).has(Part::Lights)
-            || self.parts.lights.sky == other.parts.lights.sky;
+            || self.parts.lights.sky_image == other.parts.lights.sky_image;
         has_same_sky && self.features() == other.features()
     }
 
@@ -151,7 +151,7 @@ impl GpuScene {
     /// The collision from which a path reads the cache: 1 is the first, 0 means never.
     fn cache_order(&self) -> u32 {
         match &self.variant {
-            Variant::Caching(_) => order_to_forget(self.parts.medium.g),
+            Variant::Caching(_) => first_cached_collision(self.parts.medium.g),
             Variant::NonCaching | Variant::Published => 0,
         }
     }
@@ -218,7 +218,7 @@ impl GpuScene {
     pub fn guessed_light(&self) -> [f32; 4] {
         const ARRIVES: f32 = 0.6;
         let lights = &self.parts.lights;
-        let (sky, unit) = (lights.sky_radiance(), lights.unit());
+        let (sky, unit) = (lights.sky_radiance(), lights.cache_unit());
         let suns = lights.suns_grey() / (4.0 * std::f32::consts::PI);
         let light = |c: usize| ARRIVES * (sky[c] / unit[c] + suns * ARRIVES);
         [light(0), light(1), light(2), -ARRIVES]
@@ -236,15 +236,15 @@ impl Field {
     }
 }
 
-/// How much of a path's direction may be left, as the mean cosine |g|^m after m collisions, where the path reads
-/// light from the cache. A lattice with two moments of the light cannot hold what a narrow phase function sees of it.
-/// With ¼ instead, a slab of g = .85 reflects 1.2 % too much.
-const MOST_MEMORY: f32 = 0.15;
+/// A path reads the cache from the collision m on for which |g|^m, the mean cosine between its first direction and that
+/// after m collisions, is at most this. Two moments of the light cannot represent what a narrower phase function selects
+/// from it. With ¼ instead, a slab of g = .85 reflects 1.2 % too much.
+const LARGEST_MEAN_COSINE: f32 = 0.15;
 
-/// The smallest m ≥ 1 with |g|^m ≤ `MOST_MEMORY`.
-fn order_to_forget(g: f32) -> u32 {
+/// The smallest m ≥ 1 with |g|^m ≤ `LARGEST_MEAN_COSINE`.
+fn first_cached_collision(g: f32) -> u32 {
     match g.abs() {
-        g if g <= MOST_MEMORY => 1,
-        g => (MOST_MEMORY.ln() / g.ln()).ceil() as u32,
+        g if g <= LARGEST_MEAN_COSINE => 1,
+        g => (LARGEST_MEAN_COSINE.ln() / g.ln()).ceil() as u32,
     }
 }

@@ -1,21 +1,21 @@
-//! How much less noise the mean of marched samples has than their spread says.
+//! How much smaller the variance of the mean of marched samples is than their spread says.
 //!
-//! A pixel's samples are spread evenly (glsl/include/random.glsl), so their mean has less noise than that of independent
-//! ones: a quarter of its variance, say, after 64 samples of a picture whose noise is that of edges. The spread between
-//! single samples, which is all that a march knows of a pixel, does not show that. The two halves of 2ⁿ samples show most
-//! of it, since each is spread evenly itself. Their means A and B have the same variance V. Were they independent, that of
-//! (A + B)/2 would be V/2, which is the expectation of ((A − B)/2)², by whose root the second half moves the mean. They
-//! complement each other, so the mean is somewhat better than that ("The error that is reported" in
-//! tools/measurements/cache.md).
+//! A pixel's samples are low-discrepancy points (glsl/include/random.glsl), so their mean has less variance than that of
+//! independent ones: a quarter, say, after 64 samples of a picture whose noise is at edges. The spread between single
+//! samples, which is all that a march records for a pixel, does not show that. The two halves of 2ⁿ samples show most of
+//! it, since each half is such a point set itself. If their means A and B were independent with variance V, the mean (A +
+//! B)/2 would have the variance V/2, and V/2 is also the expectation of ((A − B)/2)², the square by which the second half
+//! changes the mean. In fact the halves complement each other, so the true variance is somewhat smaller ("The error that is
+//! reported" in tools/measurements/cache.md).
 //!
-//! One pixel's halves say little. So the share of the variance that is left is that of all pixels in a square around it,
-//! and how the variance is divided among these follows from the spread between their samples.
+//! One pixel's halves say little. So the variance that remains, as a share of that of independent samples, is estimated
+//! over all pixels in a square around a pixel; within the square it is divided as the spread between samples is.
 
 use rayon::prelude::*;
 
 /// Pixels from the middle of that square to its sides.
 const RADIUS: usize = 8;
-/// The samples of so many more pixels count as independent, since a few pixels may agree by chance.
+/// Weight, in pixels, of the assumption that samples are independent: a few pixels may agree by chance.
 const INDEPENDENT: f64 = 4.0;
 
 /// What is known of how evenly a picture's samples are spread.
@@ -25,8 +25,8 @@ pub struct Halves {
     pub samples: u32,
     /// RGB and coverage of the picture then: the first half of one with twice as many samples.
     pub mean: Vec<[f32; 4]>,
-    /// For each pixel, the share of the variance of independent samples that is left; 1 while it is unknown.
-    pub left: Vec<f32>,
+    /// For each pixel, the variance of the mean as a share of that of independent samples; 1 while it is unknown.
+    pub variance_ratio: Vec<f32>,
 }
 
 impl Halves {
@@ -37,7 +37,7 @@ impl Halves {
     pub fn first(samples: u32, mean: Vec<[f32; 4]>) -> Halves {
         Halves {
             samples,
-            left: vec![1.0; mean.len()],
+            variance_ratio: vec![1.0; mean.len()],
             mean,
         }
     }
@@ -54,7 +54,7 @@ impl Halves {
         let pixels: usize = sides.map(|n| n.clamp(1, 2 * RADIUS + 1)).iter().product();
         let unknown = INDEPENDENT / pixels as f64;
         let shares = changes.iter().zip(&expected);
-        let left = shares.map(|(change, expected)| {
+        let variance_ratio = shares.map(|(change, expected)| {
             if *expected > 0.0 {
                 ((change / expected + unknown) / (1.0 + unknown)) as f32
             } else {
@@ -63,7 +63,7 @@ impl Halves {
         });
         Halves {
             samples: 2 * self.samples,
-            left: left.collect(),
+            variance_ratio: variance_ratio.collect(),
             mean,
         }
     }
@@ -72,12 +72,12 @@ impl Halves {
     /// independent.
     pub fn joined(&self, samples: f64, other: &Halves, more: f64, mean: Vec<[f32; 4]>) -> Halves {
         let all = samples + more;
-        let left = self.left.iter().zip(&other.left);
-        let left =
-            left.map(|(&a, &b)| ((f64::from(a) * samples + f64::from(b) * more) / all) as f32);
+        let variance_ratio = self.variance_ratio.iter().zip(&other.variance_ratio);
+        let variance_ratio = variance_ratio
+            .map(|(&a, &b)| ((f64::from(a) * samples + f64::from(b) * more) / all) as f32);
         Halves {
             samples: all as u32,
-            left: left.collect(),
+            variance_ratio: variance_ratio.collect(),
             mean,
         }
     }
@@ -154,7 +154,7 @@ mod tests {
             let rows = (RADIUS..SIZE[1]).step_by(2 * RADIUS);
             let found = rows
                 .clone()
-                .map(|y| halves.left[y * SIZE[0] + x])
+                .map(|y| halves.variance_ratio[y * SIZE[0] + x])
                 .sum::<f32>();
             let found = found / rows.count() as f32;
             assert!(
@@ -168,13 +168,17 @@ mod tests {
     fn a_single_pixel_says_next_to_nothing() {
         let same = || vec![[0.5; 4]];
         let halves = Halves::first(16, same()).doubled(same(), &[[0.1; 3]], 1);
-        assert!((0.75..1.0).contains(&halves.left[0]), "{:?}", halves.left);
+        assert!(
+            (0.75..1.0).contains(&halves.variance_ratio[0]),
+            "{:?}",
+            halves.variance_ratio
+        );
     }
 
     #[test]
     fn without_noise_nothing_is_known() {
         let black = || vec![[0.0; 4]; PIXELS];
         let halves = Halves::first(16, black()).doubled(black(), &[[0.0; 3]; PIXELS], SIZE[0]);
-        assert!(halves.left.iter().all(|&left| left == 1.0));
+        assert!(halves.variance_ratio.iter().all(|&left| left == 1.0));
     }
 }

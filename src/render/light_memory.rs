@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::parts::Lights;
-use super::shared::EnvironmentCell;
+use super::shared::EnvironmentEntry;
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, Format, Image, ImageDesc, Memory};
 
@@ -13,15 +13,15 @@ pub const ENVIRONMENT_IMAGE: &str = "environment image";
 pub struct LightMemory {
     suns: Buffer,
     /// The sampling table of the sky's image.
-    sky: Buffer,
+    environment_table: Buffer,
     /// The sky's image, or a single texel that is black where the scene has none.
     pub environment: Image,
 }
 
 impl LightMemory {
     pub fn allocate(memory: &Arc<Memory>, lights: &Lights) -> Result<LightMemory> {
-        let sky = lights.sky.as_deref();
-        let table: &[EnvironmentCell] = sky.map_or(&[], |sky| &sky.table.sky);
+        let sky = lights.sky_image.as_deref();
+        let table: &[EnvironmentEntry] = sky.map_or(&[], |sky| &sky.table.entries);
         let [width, height] = sky.map_or([1, 1], |sky| sky.image.size());
         let environment = ImageDesc::flat(
             ENVIRONMENT_IMAGE,
@@ -31,7 +31,7 @@ impl LightMemory {
         .zeroed();
         Ok(LightMemory {
             suns: Buffer::with_data(memory, "suns", &lights.suns)?,
-            sky: Buffer::with_data(memory, "environment table", table)?,
+            environment_table: Buffer::with_data(memory, "environment table", table)?,
             environment: Image::new(memory, environment)?,
         })
     }
@@ -45,7 +45,10 @@ impl LightMemory {
     pub fn bindings(&self) -> [(&'static str, Binding<'_>); 3] {
         [
             ("suns", Binding::Buffer(&self.suns)),
-            ("sky", Binding::Buffer(&self.sky)),
+            (
+                "environment_table",
+                Binding::Buffer(&self.environment_table),
+            ),
             ("environment", Binding::Image(&self.environment)),
         ]
     }

@@ -19,7 +19,8 @@
 //! In a picture:
 //! - **sample**: one estimate of a pixel's radiance, by a path or by a march.
 //! - **unit**: the samples that every pixel gets between two updates of its mean. A picture is only taken at the end of a
-//!   unit, and the spread between units gives its standard error; where samples are marched, so do its halves (`halves.rs`).
+//!   unit, and the spread between units gives its standard error; where samples are marched, the change of the mean with
+//!   each doubling of their number corrects it (`halves.rs`).
 //! - **bundle**: units that are worked off together, pixel by pixel, where the volume streams.
 //! - **patch**: one of 32 × 32 rectangles of the picture. For each it is known how near and how far its rays meet
 //!   anything.
@@ -27,13 +28,15 @@
 //! Around the volume:
 //! - **sky**: the light of all environments together, their constant radiance and the image. Scene files, and what is made
 //!   of one of their keys, say environment.
+//! - **sun**: a directional light. The cache holds one transmittance for all suns, their mean by irradiance.
 //!
 //! In the volume:
 //! - **cell**: the cube between eight neighbouring voxels, in which the field is one trilinear polynomial.
 //! - **macrocell**: 8³ cells, with the smallest and the largest value in them.
 //! - **block**: one or more macrocells that share a majorant, the largest extinction anywhere in them.
-//! - **volume brick**: 32³ voxels and those behind them, of a volume that does not fit; a part of them has places in an
-//!   image on the device.
+//! - **volume brick**: 32³ voxels of a volume that does not fit, with the first voxels of the next bricks along each axis.
+//!   Some of the bricks are in an image on the device.
+//! - **needed**: a volume brick in which the medium scatters or a surface shows.
 //! - **stretch**: the part of a ray in up to eight blocks in a row that hold medium; a march chooses its step for each.
 //!
 //! In the cache:
@@ -41,19 +44,20 @@
 //! - **cube**: the space between eight neighbouring nodes, in which light is interpolated.
 //! - **brick**: 4³ nodes, which have memory together or not at all.
 //! - **place**: the position of a brick in the cache's images; the page table says which brick has which place.
-//! - **batch**: the paths that all nodes get between two looks at the error; `engine/batches.rs` says how many.
+//! - **batch**: the paths that nodes get between two measurements of the cache's error; `engine/batches.rs` says how many.
 //! - **update**: one path of a node.
 //! - **part**: up to eight of the paths that a node gets in a batch, or a 64th of them if that is more; a **turn** is a part
 //!   for each node of a brick, a **portion** the turns that are worked off together (`cache/work_list.rs`).
-//! - **in sight**: bricks that a ray of the view reads; each has a share of a batch's paths (`cache/focus.rs`).
+//! - **in sight**: bricks that a ray of the view reads, and their neighbours; each gets a share of a batch's paths
+//!   (`cache/focus.rs`).
 //! - **gather**: to end a path at its first collision, with the light that the cache holds there, as paths of nodes do
 //!   that have had few (`gathering.glsl`).
 //! - **coarse lattice**: nodes whose indices are even, of which alone a brick's first paths start (`coarse.glsl`).
-//! - **guess**: the light of a node that has had no path (`cache.glsl`).
+//! - **guess**: a stand-in for the light of a node that is neither traced nor interpolated yet (`cache.glsl`).
 //! - **cut**: a cube that a surface passes, some of whose nodes may lie behind it (`cut_cubes`).
 //! - **rim**: cubes where a dense medium ends, between whose nodes light bends too much (`rim_cubes`).
-//! - **tail**: what a march at rest leaves to paths: light on surfaces, and in cubes that are cut or at a rim
-//!   (`tail_tracking`).
+//! - **tail**: the light that a march at rest leaves to paths: on surfaces, mostly without the suns' own; in cubes that are
+//!   cut or at a rim; and, in `full` light, where the cache holds a guess (`tail_tracking`).
 //!
 //! On the GPU:
 //! - **item**: what slots take from a queue: a unit of a pixel, or a part of one node's paths.
@@ -102,7 +106,9 @@ mod upload;
 mod variant;
 
 pub use bricks::{BrickFigures, needed_bricks};
-pub use cache::{Cache, CacheState, Caching, RAYS, doubling, gathers, worth};
+pub use cache::{
+    Cache, CacheState, Caching, RAYS_PER_PIXEL, batch_gathers, equivalent_paths, next_batch_size,
+};
 pub use copy::{Sink, Source};
 pub use difference::mean_square;
 pub use film::{Film, FirstHits};

@@ -19,15 +19,16 @@ use crate::gpu::{Frame, Pass, Work};
 /// The time that a dispatch should take where no frame of a window is due.
 const TARGET_MS: f64 = 70.0;
 const LEAST_ITERATIONS: u32 = 16;
-/// A thread's share of lavapipe's, of which half is left for loops that are too short to be counted.
+/// The most iterations of a slot in a dispatch: half of a thread's share of LAVAPIPE_ITERATIONS, which eight threads have
+/// together. The other half is left for loops that are too short to be counted.
 const MOST_ITERATIONS: u32 = (LAVAPIPE_ITERATIONS / 8 / 2).next_power_of_two();
 
 pub struct PathQueue {
     /// Loop iterations that a slot makes in the next dispatch.
     iterations: u32,
-    /// The value of `iterations` with which the next queue begins: all slots together are known to take no longer for it than
-    /// a dispatch should. (The last few paths of a queue take next to no time, however long.)
-    iterations_of_all: u32,
+    /// The value of `iterations` with which the next queue begins: so many keep a dispatch within its time even if all
+    /// slots have a path, as measured or extrapolated. (Near a queue's end few slots have one, and dispatches are short.)
+    iterations_at_full_load: u32,
     /// The iterations of all dispatches of the queue, and their time.
     spent_iterations: u32,
     spent_ms: f64,
@@ -61,7 +62,7 @@ impl PathQueue {
     pub fn new(passes: &PassCompiler<'_>) -> PathQueue {
         PathQueue {
             iterations: LEAST_ITERATIONS,
-            iterations_of_all: LEAST_ITERATIONS,
+            iterations_at_full_load: LEAST_ITERATIONS,
             spent_iterations: 0,
             spent_ms: 0.0,
             is_new: true,
@@ -87,17 +88,18 @@ impl PathQueue {
         Ok(())
     }
 
-    /// A queue that follows one of a few short dispatches is probably done in one: each costs a GPU as long as many paths
-    /// do. It may hold much more than the last one, so its first dispatch is not much longer than where all slots work.
+    /// If the last queue took little time in all, the next one probably fits into a single dispatch, which saves a GPU the
+    /// overhead of several. The next queue may hold much more, so its first dispatch has at most `TIMES` the iterations for
+    /// full load.
     fn iterations_at_first(&self) -> u32 {
         const TIMES: u32 = 8;
         if self.spent_ms < self.target_ms / f64::from(TIMES) {
             self.spent_iterations.clamp(
-                self.iterations_of_all,
-                (TIMES * self.iterations_of_all).min(MOST_ITERATIONS),
+                self.iterations_at_full_load,
+                (TIMES * self.iterations_at_full_load).min(MOST_ITERATIONS),
             )
         } else {
-            self.iterations_of_all
+            self.iterations_at_full_load
         }
     }
 
@@ -163,8 +165,8 @@ impl PathQueue {
         let all = f64::from(slots) * f64::from(self.iterations);
         let of_all_ms = took_ms * (all / (2.0 * f64::from(lookups.max(1)))).max(1.0);
         if of_all_ms < 0.5 * self.target_ms {
-            self.iterations_of_all = self
-                .iterations_of_all
+            self.iterations_at_full_load = self
+                .iterations_at_full_load
                 .max((2 * self.iterations).min(MOST_ITERATIONS));
         }
         if took_ms < 0.5 * self.target_ms {
@@ -173,7 +175,7 @@ impl PathQueue {
             self.iterations = (self.iterations / 2).max(LEAST_ITERATIONS);
         }
         if most_were_busy {
-            self.iterations_of_all = self.iterations;
+            self.iterations_at_full_load = self.iterations;
         }
     }
 }

@@ -259,11 +259,11 @@ impl Renderer {
         self.is_stale = true;
     }
 
-    /// Sets the time that a piece of work may take from now on, while a window waits for its next frame.
-    pub fn take_slices_of(&mut self, ms: f64) {
-        self.estimator.take_slices_of(ms);
+    /// Sets the time that a slice of work may take from now on, in milliseconds, while a window waits for its next frame.
+    pub fn set_slice_ms(&mut self, ms: f64) {
+        self.estimator.set_slice_ms(ms);
         if let Some(bricks) = &self.resources.bricks {
-            bricks.take_slices_of(ms);
+            bricks.set_slice_ms(ms);
         }
     }
 

@@ -142,7 +142,7 @@ shared! {
     }
 
     /// A cell of the environment's sampling table (Walker's alias method).
-    pub struct EnvironmentCell {
+    pub struct EnvironmentEntry {
         /// Threshold of a random number: below it the cell itself is taken, above it `alias`.
         pub keep: float,
         pub alias: uint,
@@ -208,8 +208,8 @@ shared! {
         pub missing: uint,
     }
 
-    /// The light that a march through a pixel leaves to paths: from a surface or, in cubes that are cut or at a rim, from
-    /// the medium.
+    /// The light that a march through a pixel leaves to paths: of a surface, or of the medium where the cache cannot give
+    /// it.
     pub struct Tail {
         /// Distance along the march's ray.
         pub t: float,
@@ -217,9 +217,9 @@ shared! {
         pub weight: float,
         /// A surface's index, or `COLLISION`.
         pub surface: int,
-        /// On a surface: the sides of surfaces, as in `Path`, and whether the suns' light on it is left as well. In the medium:
-        /// the albedo, by 16 bits a channel.
-        pub there: uvec2,
+        /// On a surface: the bits of `Path::inside`, and whether the suns' light on it is left to paths as well. In the
+        /// medium: the albedo, in 16 bits a channel.
+        pub payload: uvec2,
     }
 
     /// A brick of the cache.

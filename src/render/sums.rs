@@ -26,7 +26,7 @@ impl Sums {
         let left = |pixel: usize| {
             self.halves
                 .as_ref()
-                .map_or(1.0, |halves| halves.left[pixel])
+                .map_or(1.0, |halves| halves.variance_ratio[pixel])
         };
         let variance = variance(&self.squares, samples, units);
         let pixels = variance.into_par_iter().zip(&self.mean).enumerate();

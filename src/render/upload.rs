@@ -17,7 +17,7 @@ pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuSc
     let ranges = bytemuck::cast_slice(volume.macrocell_ranges());
     copy::upload(frame, &mut r.staging, &r.ranges, ranges)?;
     upload_transfer(frame, r, scene)?;
-    if let Some(sky) = &scene.parts.lights.sky {
+    if let Some(sky) = &scene.parts.lights.sky_image {
         let texels = sky.image.texels.iter();
         let texels: Vec<[f32; 4]> = texels.map(|&[r, g, b]| [r, g, b, 1.0]).collect();
         let texels = bytemuck::cast_slice(&texels);

@@ -112,7 +112,7 @@ pub(super) fn checksum(sums: &Sums) -> String {
     let of_all = match &sums.halves {
         Some(halves) => of_sums
             .with(bytemuck::cast_slice(&halves.mean))
-            .with(bytemuck::cast_slice(&halves.left)),
+            .with(bytemuck::cast_slice(&halves.variance_ratio)),
         None => of_sums,
     };
     of_all.text()

@@ -8,7 +8,7 @@ use winit::event_loop::EventLoopProxy;
 use super::document::Document;
 use super::fit::Fit;
 use super::hud::{self, Hud, MemoryNow, Message};
-use super::keys::{Wish, wishes};
+use super::keys::{Action, actions};
 use super::load::Load;
 use super::report::Report;
 use super::session::Session;
@@ -75,8 +75,8 @@ impl<'a> App<'a> {
         let has_interface =
             self.has_old_images() || self.interface_due.is_some_and(|due| due <= Instant::now());
         if has_interface {
-            let wishes = self.run_interface()?;
-            self.carry_out(wishes);
+            let actions = self.run_interface()?;
+            self.carry_out(actions);
             self.fit_picture()?;
             self.fit_window()?;
             self.follow_scene()?;
@@ -123,8 +123,8 @@ impl<'a> App<'a> {
         Ok(())
     }
 
-    /// Runs panels, mouse and keys. They change the scene directly; everything else is returned as wishes.
-    fn run_interface(&mut self) -> Result<Vec<Wish>> {
+    /// Runs panels, mouse and keys. They change the scene directly; everything else is returned as actions.
+    fn run_interface(&mut self) -> Result<Vec<Action>> {
         let is_waiting = self.is_waiting();
         let App {
             stage: Some(stage),
@@ -145,7 +145,7 @@ impl<'a> App<'a> {
         let (mut gives_up, mut has_read) = (false, false);
         let delay = stage.run_interface(|ui| {
             // The interface may be run twice in a frame, the second time without the keys.
-            asked.extend(wishes(ui));
+            asked.extend(actions(ui));
             if let Some(session) = session.as_mut().filter(|_| *shows_panels) {
                 asked.extend(panels::show(ui, session));
             }
@@ -224,7 +224,7 @@ impl<'a> App<'a> {
             }
             Ok(changes_picture) => changes_picture,
         };
-        self.report.response.dealt_with(changes_picture);
+        self.report.response.processed(changes_picture);
         Ok(())
     }
 

@@ -16,12 +16,21 @@ pub struct Document {
     /// The changes with which it was opened, beside the text at the path.
     pub edits: Vec<Edit>,
     pub opened: Opened,
+    /// Of the range in which the data lie.
     pub histogram: Histogram,
     /// Shared with what copies the volume into its store.
     pub is_closed: Arc<AtomicBool>,
 }
 
 impl Document {
+    /// The range of values in which the data lie, for plots and sliders: without outliers.
+    pub fn range(&self) -> [f64; 2] {
+        let [low, high] = self.opened.volume.range;
+        // Bins of integers begin half a step below the smallest one.
+        let bins = self.histogram.range();
+        [low.max(bins[0]), high.min(bins[1])]
+    }
+
     /// Ends what is still being made of it, sooner or later.
     pub fn close(&self) {
         self.is_closed.store(true, Ordering::Relaxed);

@@ -45,7 +45,7 @@ impl ApplicationHandler<()> for App<'_> {
                 drawn.unwrap_or_else(|error| self.fail(event_loop, error));
             }
             _ if wants_frame => {
-                self.report.response.heard();
+                self.report.response.received();
                 self.interface_due = Some(Instant::now());
             }
             _ => {}

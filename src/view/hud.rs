@@ -117,9 +117,9 @@ fn light(live: &Live) -> Option<String> {
 /// The share of a volume that does not fit which is on the device.
 fn streaming(live: &Live) -> Option<String> {
     let BrickFigures {
-        resident, matter, ..
+        resident, needed, ..
     } = live.engine.brick_figures()?;
-    Some(format!("the volume streams: {resident} of {matter} bricks"))
+    Some(format!("the volume streams: {resident} of {needed} bricks"))
 }
 
 /// The overlays that P, M and H open.

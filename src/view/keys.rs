@@ -4,7 +4,7 @@ use egui::{Event, Key, Modifiers, Ui};
 
 /// A request of the user that is not a change of the scene's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wish {
+pub enum Action {
     Home,
     View(usize),
     Clip,
@@ -25,26 +25,26 @@ pub enum Wish {
 struct Binding {
     key: Key,
     modifiers: Modifiers,
-    wish: Wish,
+    action: Action,
     /// Key and effect, for the help; empty where another line covers them.
     help: [&'static str; 2],
 }
 
-const fn plain(key: Key, wish: Wish, help: [&'static str; 2]) -> Binding {
+const fn plain(key: Key, action: Action, help: [&'static str; 2]) -> Binding {
     let modifiers = Modifiers::NONE;
     Binding {
         key,
         modifiers,
-        wish,
+        action,
         help,
     }
 }
 
-const fn with(modifiers: Modifiers, key: Key, wish: Wish, help: [&'static str; 2]) -> Binding {
+const fn with(modifiers: Modifiers, key: Key, action: Action, help: [&'static str; 2]) -> Binding {
     Binding {
         key,
         modifiers,
-        wish,
+        action,
         help,
     }
 }
@@ -52,33 +52,33 @@ const fn with(modifiers: Modifiers, key: Key, wish: Wish, help: [&'static str; 2
 const BY_VIEW: [&str; 2] = ["", ""];
 
 const BINDINGS: [Binding; 18] = [
-    plain(Key::R, Wish::Home, ["R", "back to the first view"]),
+    plain(Key::R, Action::Home, ["R", "back to the first view"]),
     plain(
         Key::Num1,
-        Wish::View(0),
+        Action::View(0),
         ["1 – 6", "views from the six sides"],
     ),
-    plain(Key::Num2, Wish::View(1), BY_VIEW),
-    plain(Key::Num3, Wish::View(2), BY_VIEW),
-    plain(Key::Num4, Wish::View(3), BY_VIEW),
-    plain(Key::Num5, Wish::View(4), BY_VIEW),
-    plain(Key::Num6, Wish::View(5), BY_VIEW),
-    plain(Key::C, Wish::Clip, ["C", "clip plane, on and off"]),
-    plain(Key::V, Wish::NextVariant, ["V", "next variant"]),
-    plain(Key::P, Wish::PassTimes, ["P", "times of the passes"]),
-    plain(Key::M, Wish::Memory, ["M", "memory"]),
-    plain(Key::F, Wish::FullScreen, ["F", "full screen"]),
-    plain(Key::U, Wish::Panels, ["U", "panels, on and off"]),
-    plain(Key::I, Wish::SaveImage, ["I", "save the picture"]),
-    plain(Key::S, Wish::SaveScene, ["S", "save the scene"]),
-    plain(Key::H, Wish::Help, ["H", "this help"]),
+    plain(Key::Num2, Action::View(1), BY_VIEW),
+    plain(Key::Num3, Action::View(2), BY_VIEW),
+    plain(Key::Num4, Action::View(3), BY_VIEW),
+    plain(Key::Num5, Action::View(4), BY_VIEW),
+    plain(Key::Num6, Action::View(5), BY_VIEW),
+    plain(Key::C, Action::Clip, ["C", "clip plane, on and off"]),
+    plain(Key::V, Action::NextVariant, ["V", "next variant"]),
+    plain(Key::P, Action::PassTimes, ["P", "times of the passes"]),
+    plain(Key::M, Action::Memory, ["M", "memory"]),
+    plain(Key::F, Action::FullScreen, ["F", "full screen"]),
+    plain(Key::U, Action::Panels, ["U", "panels, on and off"]),
+    plain(Key::I, Action::SaveImage, ["I", "save the picture"]),
+    plain(Key::S, Action::SaveScene, ["S", "save the scene"]),
+    plain(Key::H, Action::Help, ["H", "this help"]),
     with(
         Modifiers::COMMAND.plus(Modifiers::SHIFT),
         Key::Z,
-        Wish::Redo,
+        Action::Redo,
         ["Ctrl Shift Z", "redo"],
     ),
-    with(Modifiers::COMMAND, Key::Z, Wish::Undo, ["Ctrl Z", "undo"]),
+    with(Modifiers::COMMAND, Key::Z, Action::Undo, ["Ctrl Z", "undo"]),
 ];
 
 const MOUSE: [[&str; 2]; 6] = [
@@ -90,8 +90,8 @@ const MOUSE: [[&str; 2]; 6] = [
     ["drop a file", "open it"],
 ];
 
-/// The wishes of the keys pressed in this frame; none while the user types into a field.
-pub fn wishes(ui: &Ui) -> Vec<Wish> {
+/// The actions of the keys pressed in this frame; none while the user types into a field.
+pub fn actions(ui: &Ui) -> Vec<Action> {
     if ui.ctx().egui_wants_keyboard_input() {
         return Vec::new();
     }
@@ -100,11 +100,11 @@ pub fn wishes(ui: &Ui) -> Vec<Wish> {
         let is_held =
             |event: &Event| matches!(event, Event::Key { key, repeat: true, .. } if *key != Key::Z);
         i.events.retain(|event| !is_held(event));
-        let wishes = BINDINGS.iter().flat_map(|b| {
+        let actions = BINDINGS.iter().flat_map(|b| {
             let times = i.count_and_consume_key(b.modifiers, b.key);
-            std::iter::repeat_n(b.wish, times)
+            std::iter::repeat_n(b.action, times)
         });
-        wishes.collect()
+        actions.collect()
     })
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::engine::Engine;
-use crate::render::doubling;
+use crate::render::next_batch_size;
 
 /// The cache counts as converged at this relative error of the picture that it shows, or after `LONGEST_FILLING` spent
 /// on filling it.
@@ -24,7 +24,7 @@ pub fn next_batch(engine: &Engine) -> u32 {
     match cache.map_or(0, |cache| cache.updates) {
         0 => 1,
         _ if cache_is_good(engine) => 0,
-        updates => doubling(updates),
+        updates => next_batch_size(updates),
     }
 }
 

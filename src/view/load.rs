@@ -117,7 +117,7 @@ pub fn open_document(
         })?;
         check_inputs_stay(&stats, &opened.inputs()?)?;
         Ok(Document {
-            histogram: opened.volume.histogram(BINS)?,
+            histogram: opened.volume.histogram_of_data(BINS)?,
             path,
             modified,
             edits,

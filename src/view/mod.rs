@@ -5,6 +5,7 @@
 //! whatever the picture needs most. Opening a volume and compiling a scene's passes take longer than a frame and
 //! happen on a thread of their own ([`load`]).
 
+mod actions;
 mod app;
 mod camera;
 mod clip;
@@ -30,7 +31,6 @@ mod session;
 mod stage;
 mod textures;
 mod watch;
-mod wishes;
 
 use winit::event_loop::EventLoop;
 

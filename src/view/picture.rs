@@ -13,7 +13,7 @@ use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
 use crate::engine::{self, Engine, Refinement, relative_error_of};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};
-use crate::render::{Film, RAYS, ToneMapPush};
+use crate::render::{Film, RAYS_PER_PIXEL, ToneMapPush};
 use crate::scene::Tone;
 
 /// Time that a picture in motion should take.
@@ -170,7 +170,7 @@ impl Picture {
         self.adapt(took.as_secs_f64() * 1e3);
         if !light::cache_is_good(engine) {
             let batch = light::next_batch(engine);
-            engine.take_slices_of(FILLING_MS);
+            engine.set_slice_ms(FILLING_MS);
             if let Some(mut caching) = engine.caching() {
                 caching.advance(batch)?;
             }
@@ -184,7 +184,7 @@ impl Picture {
         if let Some(mut caching) = engine.caching() {
             return caching.march_at_once(shown, &push);
         }
-        engine.take_slices_of(MOVING_MS);
+        engine.set_slice_ms(MOVING_MS);
         engine.preview()?;
         self.show(engine, shown)
     }
@@ -221,7 +221,7 @@ impl Picture {
             self.show(engine, shown)?;
             self.rays_shown = rays;
         }
-        self.doing = if rays < RAYS && light::shows_edges(engine) {
+        self.doing = if rays < RAYS_PER_PIXEL && light::shows_edges(engine) {
             Doing::marching()
         } else if light::cache_is_converged(engine) {
             self.refining(engine)?
@@ -233,7 +233,7 @@ impl Picture {
 
     fn fill_on(&mut self, engine: &mut Engine) -> Result<bool> {
         let batch = light::next_batch(engine);
-        engine.take_slices_of(RESTING_MS);
+        engine.set_slice_ms(RESTING_MS);
         let ended = match engine.caching() {
             Some(mut caching) => caching.advance(batch)?,
             None => true,
@@ -257,7 +257,7 @@ impl Picture {
     }
 
     fn refine_on(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
-        engine.take_slices_of(RESTING_MS);
+        engine.set_slice_ms(RESTING_MS);
         let samples = engine.totals().samples;
         let left = self.most_samples.saturating_sub(samples);
         let unit = sixteenth(samples).min(left).max(1);

@@ -72,7 +72,7 @@ fn wheel_steps(ui: &Ui) -> f64 {
 }
 
 fn shift_isovalue(session: &mut Session, steps: f64) {
-    let [low, high] = session.document.opened.volume.range;
+    let [low, high] = session.document.range();
     let index = session.chosen.surface;
     if let Some(surface) = session.scene.surfaces.iso.get_mut(index) {
         let value = surface.value + steps * ISOVALUE_STEP * (high - low);
@@ -82,7 +82,7 @@ fn shift_isovalue(session: &mut Session, steps: f64) {
 
 /// Window and level as in radiology: sideways widens the transfer function, up and down shifts it.
 fn window_and_level(session: &mut Session, drag: [f64; 2]) {
-    let [low, high] = session.document.opened.volume.range;
+    let [low, high] = session.document.range();
     let Some(medium) = &mut session.scene.medium else {
         return;
     };

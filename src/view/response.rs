@@ -11,7 +11,7 @@ pub struct Response {
     /// Frames so far.
     presented: u64,
     /// The first input that the interface has not processed yet.
-    heard: Option<Arrival>,
+    received: Option<Arrival>,
     /// The first input whose effect has not been shown yet.
     awaited: Option<Arrival>,
     frames: Recent,
@@ -37,17 +37,17 @@ pub struct ResponseStats {
 }
 
 impl Response {
-    pub fn heard(&mut self) {
-        self.heard.get_or_insert(Arrival {
+    pub fn received(&mut self) {
+        self.received.get_or_insert(Arrival {
             at: Instant::now(),
             presented: self.presented,
         });
     }
 
-    /// Notes that the interface has processed all inputs that were heard.
-    pub fn dealt_with(&mut self, changes_picture: bool) {
-        let heard = self.heard.take().filter(|_| changes_picture);
-        self.awaited = self.awaited.or(heard);
+    /// Notes that the interface has processed all inputs that were received.
+    pub fn processed(&mut self, changes_picture: bool) {
+        let received = self.received.take().filter(|_| changes_picture);
+        self.awaited = self.awaited.or(received);
     }
 
     /// Notes that a frame was presented, with a new picture or with the same one again.

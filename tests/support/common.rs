@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use isolume::engine::{Host, HostOptions};
 use isolume::gpu::{Device, DeviceChoice, Memory, Shaders, Validation};
 use isolume::render::{
-    Cache, CacheLayout, Caching, Film, FirstHits, GpuScene, Renderer, doubling, shared,
+    Cache, CacheLayout, Caching, Film, FirstHits, GpuScene, Renderer, next_batch_size, shared,
 };
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
@@ -259,7 +259,7 @@ impl Cached {
     pub fn fill(&mut self, updates: u32) {
         let stop = AtomicBool::new(false);
         while self.updates() < updates {
-            let batch = doubling(self.updates());
+            let batch = next_batch_size(self.updates());
             assert!(self.caching().batch(batch, &stop).expect("a batch"));
         }
     }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use isolume::gpu::Memory;
 use isolume::render::{
-    BrickFigures, BrickLayout, CacheLayout, GpuScene, Renderer, Until, doubling,
+    BrickFigures, BrickLayout, CacheLayout, GpuScene, Renderer, Until, next_batch_size,
 };
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
@@ -114,7 +114,11 @@ fn pictures(scene: &Scene, cache_scale: Option<f64>, places: Option<u64>) -> Pic
     let mut marched = Vec::new();
     for updates in [0, 1, 2] {
         if let Some(mut caching) = renderer.caching() {
-            assert!(caching.batch(doubling(updates), &stop).expect("a batch"));
+            assert!(
+                caching
+                    .batch(next_batch_size(updates), &stop)
+                    .expect("a batch")
+            );
             marched = caching.march().expect("a picture");
         }
     }
@@ -314,7 +318,7 @@ fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
 
     let layout = BrickLayout::with_side(8, volume.dims, 4000, &device.summary);
     let mut streamed = renderer(Some(layout));
-    streamed.take_slices_of(0.0);
+    streamed.set_slice_ms(0.0);
     let mut loads = Vec::new();
     let mut means = Vec::new();
     while loads.len() < 2 || loads[loads.len() - 2] < loads[loads.len() - 1] {

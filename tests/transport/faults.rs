@@ -162,8 +162,8 @@ fn in_a_medium_under_an_image_and_a_sun() {
         Fault {
             name: "faint shadow rays not made up for",
             file: PATH,
-            right: "roulette(brightest(radiance / scene.cache_unit), LEAST, random);",
-            wrong: "min(1.0, roulette(brightest(radiance / scene.cache_unit), LEAST, random));",
+            right: "roulette(max_component(radiance / scene.cache_unit), LEAST, random);",
+            wrong: "min(1.0, roulette(max_component(radiance / scene.cache_unit), LEAST, random));",
         },
         Fault {
             name: "environment mirrored",

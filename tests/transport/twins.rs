@@ -6,7 +6,7 @@ use fastrand::Rng;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
 use isolume::render::shared::{self, BRICK, GATHERED, MACROCELL};
-use isolume::render::{GpuScene, Renderer, ToneMapPush, gathers};
+use isolume::render::{GpuScene, Renderer, ToneMapPush, batch_gathers};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -198,7 +198,7 @@ fn host_and_shader_agree_on_when_nodes_gather() {
         assert!(cached.caching().batch(samples, &stop).expect("a batch"));
         let paths = cached.cache().paths - before.0;
         let lookups_per_path = (cached.cache().lookups - before.1) as f64 / paths as f64;
-        let gathers = gathers(before.2, samples);
+        let gathers = batch_gathers(before.2, samples);
         println!(
             "{} + {samples}: {lookups_per_path:.1} reads a path, gathers {gathers}",
             before.2

@@ -15,11 +15,12 @@ mod figures;
 mod files;
 mod program;
 mod series;
+mod session;
 mod soak;
 
 use std::time::Duration;
 
-use display::{Area, Display, Shot};
+use display::{Area, Display};
 use folder::Folder;
 use program::WINDOW;
 
@@ -29,135 +30,6 @@ const CONTROL: u32 = 0xFFE3;
 /// Where the picture is in a window of `WINDOW`'s size, without the words over it.
 const PICTURE: Area = [20..236, 110..300];
 const MIDDLE: [i16; 2] = [128, 200];
-
-#[test]
-fn a_session() {
-    let folder = Folder::new();
-    let display = Display::new();
-    let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json");
-    let window = display.window();
-    // What has been said is shown in a frame that follows; on a busy machine input may follow as well.
-    let shoot = |name: &str| -> Shot {
-        let mut shot = display.shoot(window);
-        for _ in 0..20 {
-            std::thread::sleep(Duration::from_millis(500));
-            let before = std::mem::replace(&mut shot, display.shoot(window));
-            if before.difference(&shot, &PICTURE) == 0.0 {
-                break;
-            }
-        }
-        shot.save(&format!("window_{name}.png"));
-        shot
-    };
-    program.wait_for("picture finished");
-    let first = shoot("first");
-
-    program.is_idle();
-
-    display.drag(1, MIDDLE, [MIDDLE[0] + 120, MIDDLE[1]]);
-    program.wait_for("picture finished");
-    let turned = shoot("turned");
-    let changed = first.difference(&turned, &PICTURE);
-    assert!(
-        changed > 0.03,
-        "turned, {changed} of the picture has changed"
-    );
-
-    display.point(MIDDLE);
-    display.holding(SHIFT, || (0..12).for_each(|_| display.click(5)));
-    program.wait_for("picture finished");
-    let shifted = shoot("isovalue");
-    let changed = turned.difference(&shifted, &PICTURE);
-    assert!(
-        changed > 0.01,
-        "with another isovalue, {changed} has changed"
-    );
-    assert!(!program.has_said("cache cleared"), "{:?}", program.said());
-
-    display.drag(3, [MIDDLE[0], 270], [MIDDLE[0], 150]);
-    program.wait_for("cache cleared");
-    program.wait_for("picture finished");
-    let rewindowed = shoot("transfer");
-    let changed = shifted.difference(&rewindowed, &PICTURE);
-    assert!(
-        changed > 0.02,
-        "with another transfer function, {changed} has changed"
-    );
-
-    display.strike(&[CONTROL, 'z' as u32]);
-    program.wait_for("picture finished");
-    let undone = shoot("undone");
-    let changed = shifted.difference(&undone, &PICTURE);
-    assert!(
-        changed < 0.01,
-        "after undo, {changed} of the picture differs"
-    );
-    display.strike(&[CONTROL, SHIFT, 'z' as u32]);
-    program.wait_for("picture finished");
-    let changed = rewindowed.difference(&shoot("redone"), &PICTURE);
-    assert!(
-        changed < 0.01,
-        "after redo, {changed} of the picture differs"
-    );
-    display.strike(&[CONTROL, 'z' as u32]);
-    program.wait_for("picture finished");
-    shoot("undone again");
-
-    display.strike(&['s' as u32]);
-    program.wait_for("saved scene.1.toml");
-    // Above the axes, whose letters are brighter than an empty picture.
-    folder.renders_like("scene.1.toml", &undone, [0..WINDOW[0] - 256, 110..280]);
-
-    display.resize(window, 760, 520);
-    program.wait_for("picture: 504x520");
-    program.wait_for("picture finished");
-    let grown = shoot("grown");
-    assert_eq!([grown.width, grown.height], [760, 520]);
-
-    let picture = [80..420, 120..400];
-    folder.write_scene(|scene| scene.replace("value = 150", "value = \"high\""));
-    program.wait_for("error: ");
-    assert!(
-        program
-            .said()
-            .iter()
-            .any(|line| line.contains("scene.toml:"))
-    );
-    let broken = shoot("broken");
-    assert!(
-        grown.difference(&broken, &picture) < 0.01,
-        "the good picture stays"
-    );
-    let below = [100..400, 440..516];
-    assert!(
-        grown.difference(&broken, &below) > 0.02,
-        "the error is shown"
-    );
-
-    folder.write_scene(|scene| scene.replace("color = [0.2, 0.5, 0.9]", "color = [0.9, 0.2, 0.1]"));
-    program.wait_for("scene file read again");
-    program.wait_for("picture finished");
-    let mended = shoot("mended");
-    assert!(grown.difference(&mended, &picture) > 0.02, "the edit shows");
-    display.strike(&['s' as u32]);
-    program.wait_for("saved scene.2.toml");
-    let eye = |name: &str| {
-        let text = String::from_utf8(folder.read(name)).expect("UTF-8");
-        let line = text.lines().find(|line| line.starts_with("eye = "));
-        line.map(String::from).expect("an eye")
-    };
-    assert_eq!(eye("scene.2.toml"), eye("scene.1.toml"), "the camera stays");
-
-    display.close(window);
-    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-    let stats = folder.json("stats.json");
-    let memory = &stats["memory"];
-    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
-    assert_eq!(stats["builds"], 1, "{stats}");
-    let response = &stats["response"];
-    assert!(response["inputs"].as_u64() >= Some(10), "{response}");
-    assert!(response["frames_max"].as_f64() <= Some(2.0), "{response}");
-}
 
 #[test]
 fn every_key_may_be_struck_and_every_size_taken() {

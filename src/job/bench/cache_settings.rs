@@ -13,7 +13,7 @@ use crate::compare::{LinearImage, measure as compare, without_noise};
 use crate::engine::{Engine, Stop};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
-use crate::render::doubling;
+use crate::render::next_batch_size;
 use crate::scene::CacheFormat::{F16, F32};
 
 /// The setting with which the others are compared.
@@ -180,7 +180,7 @@ fn fill_as_often(updates: u32, engine: &mut Engine) -> Result<()> {
         && !is_interrupted()
         && let Some(mut caching) = engine.caching()
     {
-        let batch = doubling(done).min(updates - done);
+        let batch = next_batch_size(done).min(updates - done);
         caching.batch(batch, &INTERRUPTED)?;
         caching.batch(0, &INTERRUPTED)?;
         done += batch;

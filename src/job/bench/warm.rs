@@ -12,7 +12,7 @@ use crate::engine::figures::quantile;
 use crate::engine::{Engine, Refinement, Stop, Stopwatch};
 use crate::error::{Error, Result};
 use crate::interrupt::{INTERRUPTED, is_interrupted};
-use crate::render::RAYS;
+use crate::render::RAYS_PER_PIXEL;
 use crate::scene::{LightModel, Scene};
 
 /// Views of the orbit.
@@ -172,7 +172,7 @@ impl EntrantRun<'_> {
                 return caching.marched();
             }
             caching.march_another_ray()?;
-            if caching.rays() == RAYS {
+            if caching.rays() == RAYS_PER_PIXEL {
                 *refinement = Some(Refinement::of(caching.marched()?));
             }
         }

@@ -28,7 +28,8 @@ pub struct Exchange {
     items: Items,
     /// Whether invocations do without missing bricks instead of waiting for them.
     pub previews: bool,
-    /// The mark of what is done of the piece of work under way; 0 before the first one.
+    /// The value that a pixel or a brick of the cache gets in `done` once it is done in the work under way; 0 before any
+    /// work.
     done_mark: u32,
     /// What the last dispatch has reported.
     pub report: Streaming,

@@ -3,7 +3,7 @@
 //!
 //! A brick of a plain file is a thousand short runs of bytes, and a system call for each takes longer than everything
 //! else that is done with a brick. So a whole row of bricks is read, slice by slice in one piece each. Those of its
-//! bricks that nobody has asked for, but that matter, are kept for later as long as there is free room: they do not
+//! bricks that nobody has asked for, but that are needed, are kept for later as long as there is free room: they do not
 //! drive out what was asked for.
 
 use std::collections::{BTreeSet, HashMap, VecDeque};
@@ -23,7 +23,7 @@ pub struct HostBricks {
     volume: Volume,
     layout: BrickLayout,
     /// For each brick, whether there was something to see in it at the beginning.
-    matters: Vec<bool>,
+    needed: Vec<bool>,
     /// Bricks that are read together along x.
     together: u32,
     held: HashMap<u32, Vec<u8>>,
@@ -42,7 +42,7 @@ type Read = (u32, Vec<u8>);
 
 impl HostBricks {
     /// Holds at most as many bytes as the layout says. A compressed volume is copied to its store first.
-    pub fn new(volume: &Volume, layout: BrickLayout, matters: Vec<bool>) -> Result<HostBricks> {
+    pub fn new(volume: &Volume, layout: BrickLayout, needed: Vec<bool>) -> Result<HostBricks> {
         let volume = volume.in_any_order()?;
         let line_bytes = layout.side as usize * volume.stored.bytes();
         Ok(HostBricks {
@@ -53,7 +53,7 @@ impl HostBricks {
             },
             volume,
             layout,
-            matters,
+            needed,
             held: HashMap::new(),
             order: VecDeque::new(),
             bytes: 0,
@@ -155,8 +155,8 @@ impl HostBricks {
         let brick_bytes = self.layout.pitch().pow(3) as u64 * self.volume.stored.bytes() as u64;
         let has_room = self.bytes + brick_bytes <= self.most_bytes;
         let is_of_use = |brick: &u32| {
-            let matters = has_room && self.matters[*brick as usize];
-            (matters || wanted.contains_key(brick)) && !self.held.contains_key(brick)
+            let needed = has_room && self.needed[*brick as usize];
+            (needed || wanted.contains_key(brick)) && !self.held.contains_key(brick)
         };
         let row = self.region_of([x, y, z], end - x);
         let size = self.volume.stored.bytes();

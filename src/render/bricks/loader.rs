@@ -28,7 +28,7 @@ pub struct Loader {
     /// `None` until the volume is known.
     host: Option<HostBricks>,
     /// The time that bringing bricks may take between two dispatches; [`PIECE`] bricks are brought in any case.
-    pub patience: Duration,
+    pub time_limit: Duration,
     /// Bricks that have been brought so far.
     pub loads: u64,
 }
@@ -50,7 +50,7 @@ impl Loader {
             room,
             place: PlaceBricks::allocate(memory, (bytes / room) as usize)?,
             host: None,
-            patience: Duration::MAX,
+            time_limit: Duration::MAX,
             loads: 0,
         })
     }
@@ -77,16 +77,16 @@ impl Loader {
     ) -> Result<Loads> {
         let wanted = take_requests(pages);
         let mut loads = places.assign(&wanted);
-        let is_patient = self.patience == Duration::MAX;
-        if is_patient && self.host.as_ref().is_some_and(HostBricks::reads_rows) {
+        let is_unlimited = self.time_limit == Duration::MAX;
+        if is_unlimited && self.host.as_ref().is_some_and(HostBricks::reads_rows) {
             // All of them will be brought: in the file's order, so that those in a row are read together.
             loads.sort_unstable();
         }
         let most = (self.staging.desc.bytes / self.room) as usize;
-        let at_once = if is_patient { most } else { most.min(PIECE) };
+        let at_once = if is_unlimited { most } else { most.min(PIECE) };
         let (began, mut loaded) = (Instant::now(), 0);
         for loads in loads.chunks(at_once) {
-            if loaded > 0 && began.elapsed() >= self.patience {
+            if loaded > 0 && began.elapsed() >= self.time_limit {
                 break;
             }
             for &load in loads {

@@ -33,7 +33,7 @@ use admission::{Loads, NoRoom};
 use exchange::{DeviceSide, Exchange};
 use host::HostBricks;
 use loader::Loader;
-use needed::bricks_that_matter;
+use needed::which_are_needed;
 use places::Places;
 
 /// The bricks of a volume, those of them that are on the GPU, and the page table by which shaders find them.
@@ -42,7 +42,7 @@ pub struct VolumeBricks {
     device: DeviceSide,
     done: Buffer,
     marks: Marks,
-    /// Passes that read the volume share it, and change this besides.
+    /// In a `RefCell`, since passes hold shared references to the bricks while they change this state.
     state: RefCell<State>,
 }
 
@@ -51,7 +51,7 @@ struct State {
     places: Places,
     loader: Loader,
     /// Bricks in which there was something to see at the beginning.
-    matter: u32,
+    needed: u32,
     /// Time for which the device waited for bricks.
     waited: Duration,
 }
@@ -63,7 +63,7 @@ pub struct BrickFigures {
     pub total: u32,
     pub resident: u32,
     /// Bricks in which there was something to see at the beginning.
-    pub matter: u32,
+    pub needed: u32,
     pub loads: u64,
     pub bytes_read: u64,
     /// Time for which the device waited for bricks.
@@ -104,7 +104,7 @@ impl VolumeBricks {
                 exchange: Exchange::allocate(memory, &layout)?,
                 places: Places::new(layout),
                 loader: Loader::allocate(memory, layout, scene.parts.field.stored.bytes())?,
-                matter: 0,
+                needed: 0,
                 waited: Duration::ZERO,
             }),
         }))
@@ -117,11 +117,11 @@ impl VolumeBricks {
     /// Opens the volume; no brick is on the GPU yet.
     pub fn open(&mut self, frame: &mut Frame, volume: &Volume, scene: &GpuScene) -> Result<()> {
         let state = self.state.get_mut();
-        let matters = bricks_that_matter(scene, volume, self.layout.side);
-        state.matter = matters.iter().filter(|&&matters| matters).count() as u32;
+        let needed = which_are_needed(scene, volume, self.layout.side);
+        state.needed = needed.iter().filter(|&&needed| needed).count() as u32;
         state
             .loader
-            .open(HostBricks::new(volume, self.layout, matters)?);
+            .open(HostBricks::new(volume, self.layout, needed)?);
         let no_pages = vec![0; self.layout.total() as usize];
         state.exchange.write(&no_pages);
         self.begin(frame, Order::Slots)?;
@@ -164,7 +164,7 @@ impl VolumeBricks {
         BrickFigures {
             total: self.layout.total(),
             resident: state.places.resident(),
-            matter: state.matter,
+            needed: state.needed,
             loads: state.loader.loads,
             bytes_read: state.loader.bytes_read(),
             waited: state.waited,
@@ -186,8 +186,8 @@ impl VolumeBricks {
     }
 
     /// Sets the time that bringing bricks may take between two dispatches from now on.
-    pub fn take_slices_of(&self, ms: f64) {
-        self.state.borrow_mut().loader.patience = Duration::from_secs_f64(ms / 1e3);
+    pub fn set_slice_ms(&self, ms: f64) {
+        self.state.borrow_mut().loader.time_limit = Duration::from_secs_f64(ms / 1e3);
     }
 
     /// Begins a preview: until its end, no invocation waits for bricks, and other voxels stand in for missing ones.

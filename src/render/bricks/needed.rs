@@ -7,12 +7,12 @@ use crate::scene::volume::{MACROCELL, Volume};
 /// Number of bricks in which the medium scatters or a surface shows. Of the others, only those are read that share a block
 /// of one majorant with one of them, or lie beside a surface.
 pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
-    let matter = bricks_that_matter(scene, volume, BrickLayout::SIDE);
-    matter.into_iter().filter(|&matters| matters).count() as u32
+    let needed = which_are_needed(scene, volume, BrickLayout::SIDE);
+    needed.into_iter().filter(|&needed| needed).count() as u32
 }
 
 /// For each brick of `side` voxels a side, x fastest, whether the medium scatters or a surface shows in it.
-pub fn bricks_that_matter(scene: &GpuScene, volume: &Volume, side: u32) -> Vec<bool> {
+pub fn which_are_needed(scene: &GpuScene, volume: &Volume, side: u32) -> Vec<bool> {
     let shown = Occupancy::with_surfaces(&scene.parts, volume);
     let bricks = volume.dims.map(|n| n.div_ceil(side));
     let spans: [Vec<_>; 3] = std::array::from_fn(|a| {
@@ -23,12 +23,12 @@ pub fn bricks_that_matter(scene: &GpuScene, volume: &Volume, side: u32) -> Vec<b
             .collect()
     });
     let [x, y, z] = &spans;
-    let mut matters = Vec::with_capacity(x.len() * y.len() * z.len());
+    let mut needed = Vec::with_capacity(x.len() * y.len() * z.len());
     for z in z {
         for y in y {
             let row = shown.row(y, z);
-            matters.extend(x.iter().map(|x| row[x.clone()].contains(&true)));
+            needed.extend(x.iter().map(|x| row[x.clone()].contains(&true)));
         }
     }
-    matters
+    needed
 }

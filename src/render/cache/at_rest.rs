@@ -10,7 +10,7 @@ use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 
 pub enum AtRest {
-    /// By a march, where all that can be seen is light of the cache's nodes.
+    /// By a march, where a path may read the cache at its first collision (`Features::is_marched`).
     March(CameraMarch),
     /// By paths that end in the cache.
     Tracking(DeltaTracking),
@@ -25,10 +25,10 @@ impl AtRest {
         })
     }
 
-    /// Sets the time that a dispatch should take from now on.
-    pub fn take_slices_of(&mut self, ms: f64) {
+    /// Sets the time that a slice of work should take from now on, in milliseconds.
+    pub fn set_slice_ms(&mut self, ms: f64) {
         match self {
-            AtRest::March(march) => march.take_slices_of(ms),
+            AtRest::March(march) => march.set_slice_ms(ms),
             AtRest::Tracking(tracking) => tracking.queue.target_ms = ms,
         }
     }

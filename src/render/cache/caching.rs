@@ -1,6 +1,6 @@
 //! Operations that a renderer offers where it has a cache: filling it, and marching through it.
 
-use super::{Cache, Outlook};
+use super::{Cache, ViewState};
 use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 use crate::render::bricks::Order;
@@ -58,13 +58,13 @@ impl Caching<'_> {
     }
 
     /// Takes what is known of the current view, before another one is looked at for a moment.
-    pub fn take_outlook(&mut self) -> Outlook {
-        std::mem::take(&mut self.cache.outlook)
+    pub fn take_view_state(&mut self) -> ViewState {
+        std::mem::take(&mut self.cache.view)
     }
 
     /// Puts back what was known of a view that is the current one again.
-    pub fn put_back(&mut self, outlook: Outlook) {
-        self.cache.outlook = outlook;
+    pub fn put_back(&mut self, view: ViewState) {
+        self.cache.view = view;
     }
 
     /// Forgets the batch under way.

@@ -1,4 +1,4 @@
-//! The picture at rest by marching, where the cache holds all light that is seen in the medium.
+//! The picture at rest by marching, where light may be read from the cache at the first collision.
 
 use super::memory::CacheMemory;
 use super::tail_tracking::TailTracking;
@@ -74,8 +74,8 @@ impl CameraMarch {
         self.left_share < NEXT_TO_NOTHING
     }
 
-    /// Sets the time that a piece of work should take from now on.
-    pub fn take_slices_of(&mut self, ms: f64) {
+    /// Sets the time that a slice of work should take from now on, in milliseconds.
+    pub fn set_slice_ms(&mut self, ms: f64) {
         self.slice_ms = ms;
         if let Some(tails) = &mut self.tails {
             tails.queue.target_ms = ms;
@@ -92,7 +92,7 @@ impl CameraMarch {
         bundle: Bundle,
     ) -> Result<Sampled> {
         if bundle.begins {
-            self.begin_sheet(0);
+            self.begin_pixels(0);
         }
         let items = bundle.items_from(self.pixels, r.size);
         let mut lookups = 0;
@@ -104,7 +104,7 @@ impl CameraMarch {
             self.is_traced = !progress.under_way;
         }
         if self.is_marched && self.is_traced {
-            self.begin_sheet(items.end / bundle.units);
+            self.begin_pixels(items.end / bundle.units);
         }
         Ok(Sampled {
             pixels: self.pixels,
@@ -121,7 +121,7 @@ impl CameraMarch {
     }
 
     /// Goes on with the pixels behind the first `pixels`.
-    fn begin_sheet(&mut self, pixels: u32) {
+    fn begin_pixels(&mut self, pixels: u32) {
         self.pixels = pixels;
         self.slices.restart(self.slice_ms);
         self.is_marched = false;

@@ -1,12 +1,12 @@
 //! How far the picture that the cache shows still is from what more paths would make of it.
 //!
-//! With a history of n paths and a batch of N, the picture changes by N/(n + N) of the difference between two
-//! independent estimates, and n/N of the square of that change is the variance of the new picture. So the error is
-//! measured where it matters: in the picture of the current camera, where averaging over many cells along a ray is
-//! part of the answer. (Nodes with the least share change from the sixteenth update on; before, the little that they
-//! add is left out.) The light that nodes gather at first (`gathering.glsl`), an eighth of them for all
-//! (`coarse.glsl`), shares errors with what they gathered before: it counts for less, and the estimate holds once a
-//! batch of whole paths has been compared with it.
+//! With a history of n paths and a batch of N, the picture changes by N/(n + N) of the difference between two independent
+//! estimates, and n/N of the square of that change is the variance of the new picture. So the error is measured where it
+//! matters: in the picture of the current camera, which averages over many nodes along each ray. (The nodes with the
+//! smallest share get their second path in the batch after 16 updates; before, their small part of the error is missing.)
+//! Nodes gather at first, mostly on the coarse lattice (`gathering.glsl`, `coarse.glsl`), and gathered paths share the
+//! errors of the light that they read: they count for less, and the estimate is reliable once a batch of whole paths has
+//! been compared with it.
 
 use super::memory::CacheMemory;
 use super::ray_march::{self, RayMarch};
@@ -42,14 +42,14 @@ pub fn measure(
 ) -> Result<Measured> {
     let stride = measured_stride(r);
     let [width, height] = r.size.map(|n| n.div_ceil(stride));
-    let mut ask = |question| {
-        ray_march.ask(frame, r, memory, question)?;
+    let mut march = |request| {
+        ray_march.march_for(frame, r, memory, request)?;
         copy::download_corner(frame, &r.staging, &r.unit_sum, [width, height, 1])
     };
     Ok(Measured {
-        shown: ask(ray_march::for_error(stride))?,
+        shown: march(ray_march::for_error(stride))?,
         at_rest: if memory.features.leaves_cubes_to_paths() {
-            ask(ray_march::for_error_at_rest(stride))?
+            march(ray_march::for_error_at_rest(stride))?
         } else {
             Vec::new()
         },

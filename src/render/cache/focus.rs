@@ -85,8 +85,8 @@ impl Focus {
             && self.had.iter().all(has_had)
     }
 
-    /// `weights`: Σw² of each brick in the view at hand, in any unit. Those of no weight are `in_sight` where a ray
-    /// between those that were weighed might read them.
+    /// Sets the shares for a view. `weights`: Σw² of each brick, in any unit. `in_sight`: bricks that may be read; they
+    /// include bricks of weight 0 that a ray between the measured ones might read.
     pub fn narrow(&mut self, weights: impl Iterator<Item = u32>, in_sight: &[bool]) {
         let weights: Vec<f64> = weights.map(|w2| f64::from(w2).sqrt()).collect();
         let sum: f64 = weights.iter().sum();

@@ -1,7 +1,7 @@
 //! The samples of the volume that marches take: only the device can count them.
 //!
-//! A pass that marches adds them to a count on the device. The host reads it now and then, and begins a new one: after each
-//! run of a pass that has few, and whenever the picture is read for one that has a run a sample.
+//! A pass that marches adds them to a counter on the device, which the host reads and resets: for `ray_march`, which runs
+//! rarely, after each slice; for `camera_march`, which runs for every sample, when the picture is read.
 
 use std::sync::Arc;
 

@@ -1,9 +1,9 @@
 //! The caching variant's state: how many paths each node has had, and how far the picture that the cache shows still
 //! is from what more paths would make of it (`error.rs`).
 //!
-//! Where a picture takes its light from what it sees, nodes get paths according to how much they are seen
-//! (`focus.rs`); *updates* are those of the nodes that get most. Batches double, as a rule: each gives a node as many
-//! new paths as it has had.
+//! Where the picture at rest is marched, the cache is read only along the camera's rays, and nodes get paths according to
+//! their weight in the picture (`focus.rs`); *updates* are the paths of the nodes that get most. Batches double, as a rule:
+//! each gives a node as many new paths as it has had.
 
 mod at_rest;
 mod caching;
@@ -29,8 +29,8 @@ mod work_list;
 
 pub use caching::Caching;
 pub use memory::CacheMemory;
-pub use pace::{doubling, gathers, worth};
-pub use ray_march::RAYS;
+pub use pace::{batch_gathers, equivalent_paths, next_batch_size};
+pub use ray_march::RAYS_PER_PIXEL;
 pub use state::CacheState;
 
 use std::time::{Duration, Instant};
@@ -76,7 +76,7 @@ pub struct Cache {
     guess: [f32; 4],
     /// No batch has ended since the images were made: they hold no light of an older scene.
     pub(super) is_blank: bool,
-    pub(super) outlook: Outlook,
+    pub(super) view: ViewState,
     /// Paths that the nodes in sight have had.
     pub updates: u32,
     /// Batches that have ended.
@@ -100,9 +100,9 @@ pub struct Cache {
 
 /// What is known of the current view.
 #[derive(Debug, Default)]
-pub struct Outlook {
+pub struct ViewState {
     /// Whether the bricks have been weighed.
-    pub(super) has_looked: bool,
+    pub(super) is_weighed: bool,
     /// The pictures by which the error was last measured.
     pub(super) measured: Measured,
 }
@@ -140,7 +140,7 @@ impl Cache {
             roams: false,
             guess: scene.guessed_light(),
             is_blank: true,
-            outlook: Outlook::default(),
+            view: ViewState::default(),
             updates: 0,
             batches: 0,
             paths: 0,
@@ -162,13 +162,13 @@ impl Cache {
         scene: &GpuScene,
         changes: Changes,
     ) -> Result<()> {
-        self.look_elsewhere(scene);
+        self.reset_view(scene);
         self.guess = scene.guessed_light();
-        if changes.spoil(Derived::NodePaths) {
+        if changes.invalidates(Derived::NodePaths) {
             self.abandon();
         }
         if let Some(pass) = &self.reflectance
-            && changes.spoil(Derived::Reflectance)
+            && changes.invalidates(Derived::Reflectance)
         {
             pass.run(
                 frame,
@@ -177,12 +177,12 @@ impl Cache {
                 scene.parts.surfaces.iso.len() as u32,
             )?;
         }
-        if !changes.spoil(Derived::CachedLight) {
+        if !changes.invalidates(Derived::CachedLight) {
             return Ok(());
         }
         self.clear();
         // The marks of cubes do not depend on lights.
-        if !changes.spoil(Derived::CacheLayout) {
+        if !changes.invalidates(Derived::CacheLayout) {
             return Ok(());
         }
         if let Some(pass) = &self.rim_cubes {
@@ -222,10 +222,10 @@ impl Cache {
         })
     }
 
-    /// Sets the time that a dispatch should take from now on.
-    pub fn take_slices_of(&mut self, ms: f64) {
+    /// Sets the time that a slice of work should take from now on, in milliseconds.
+    pub fn set_slice_ms(&mut self, ms: f64) {
         self.tracking.queue.target_ms = ms;
-        self.at_rest.take_slices_of(ms);
+        self.at_rest.set_slice_ms(ms);
     }
 
     /// Whether a picture at rest is marched.
@@ -252,7 +252,7 @@ impl Cache {
     /// Forgets all light.
     pub fn clear(&mut self) {
         self.focus = Focus::everywhere(&self.memory.layout);
-        self.outlook = Outlook::default();
+        self.view = ViewState::default();
         self.updates = 0;
         self.relative_error = f64::INFINITY;
         self.error_at_rest = f64::INFINITY;
@@ -268,16 +268,16 @@ impl Cache {
     }
 
     /// Adapts to another view: the error has to be measured anew; until then the last one stands.
-    fn look_elsewhere(&mut self, scene: &GpuScene) {
+    fn reset_view(&mut self, scene: &GpuScene) {
         self.focus_stride = focus_stride(scene);
-        self.outlook = Outlook::default();
+        self.view = ViewState::default();
         self.ray_march.rays = 0;
     }
 
     /// See [`Caching::widen_focus`](super::Caching::widen_focus).
     pub fn widen_focus(&mut self) {
         self.is_wide = true;
-        self.outlook.has_looked = false;
+        self.view.is_weighed = false;
     }
 
     /// See [`Caching::roam`](super::Caching::roam).
@@ -287,12 +287,12 @@ impl Cache {
 
     /// Runs a few steps of a batch and of a unit for a trial; the next ones begin anew.
     pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.look(frame, r)?;
+        self.weigh_bricks(frame, r)?;
         self.begin_batch(frame, r, 1)?;
         self.abandon();
         self.tracking.advance(frame, r, &mut self.memory)?;
-        let question = ray_march::for_error(1);
-        self.ray_march.ask(frame, r, &self.memory, question)?;
+        let request = ray_march::for_error(1);
+        self.ray_march.march_for(frame, r, &self.memory, request)?;
         self.at_rest.warm_up(frame, r, &self.memory)?;
         self.sample(frame, r, Bundle::TRIAL).map(drop)
     }
@@ -303,7 +303,7 @@ impl Cache {
     pub fn advance(&mut self, frame: &mut Frame, r: &Resources, samples: u32) -> Result<bool> {
         let began = Instant::now();
         if self.under_way.is_none() {
-            self.look(frame, r)?;
+            self.weigh_bricks(frame, r)?;
             if samples == 0 && self.is_caught_up() {
                 return Ok(true);
             }
@@ -321,7 +321,7 @@ impl Cache {
         }
         let took = began.elapsed();
         self.took += took;
-        let pace = if self.memory.layout.gathers && gathers(before, samples) {
+        let pace = if self.memory.layout.gathers && batch_gathers(before, samples) {
             &mut self.gathering
         } else {
             &mut self.tracing
@@ -341,8 +341,8 @@ impl Cache {
     }
 
     /// Finds out which nodes are in sight, unless that is known.
-    fn look(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        if self.outlook.has_looked {
+    fn weigh_bricks(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+        if self.view.is_weighed {
             return Ok(());
         }
         if self.updates == 0 {
@@ -351,10 +351,10 @@ impl Cache {
             self.focus.all_from = if !self.is_blank {
                 Some(1)
             } else {
-                self.roams.then(|| doubling(0) + 1)
+                self.roams.then(|| next_batch_size(0) + 1)
             };
         }
-        self.outlook.has_looked = true;
+        self.view.is_weighed = true;
         let longest = self.focus_stride.filter(|_| !self.is_wide);
         let Some(longest) = longest else {
             self.focus.widen();
@@ -363,8 +363,8 @@ impl Cache {
         let bricks = self.memory.bricks_mut().iter_mut();
         bricks.for_each(|brick| brick.weight = 0);
         let stride = measured_stride(r).min(longest);
-        let question = ray_march::for_weights(stride);
-        self.ray_march.ask(frame, r, &self.memory, question)?;
+        let request = ray_march::for_weights(stride);
+        self.ray_march.march_for(frame, r, &self.memory, request)?;
         let weights = || self.memory.bricks().iter().map(|brick| brick.weight);
         let read: Vec<bool> = weights().map(|weight| weight > 0).collect();
         let in_sight = self.memory.layout.with_neighbours(&read);
@@ -375,12 +375,12 @@ impl Cache {
     fn end_batch(&mut self, samples: u32, now: Measured) {
         self.under_way = None;
         self.is_blank = false;
-        let before = &self.outlook.measured;
+        let before = &self.view.measured;
         if samples > 0 && !before.shown.is_empty() {
             let had = history(self.updates, self.memory.layout.gathers);
             [self.relative_error, self.error_at_rest] = relative_errors(before, &now, had, samples);
         }
-        self.outlook.measured = now;
+        self.view.measured = now;
         self.batches += 1;
         self.updates += samples;
         self.focus.reach(self.updates);

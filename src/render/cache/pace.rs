@@ -31,34 +31,34 @@ impl Pace {
     }
 }
 
-/// Paths of nodes in sight in the next batch. While nodes gather: as many as they have had, but no more than are left to
-/// gather. Then: as many as their paths are worth.
-pub fn doubling(updates: u32) -> u32 {
+/// The number of paths that nodes in sight get in the next batch. While nodes gather: as many as they have had, but no more
+/// than are left to gather. Then: as many as their paths are equivalent to.
+pub fn next_batch_size(updates: u32) -> u32 {
     match updates {
         0 => 4,
         1..GATHERED => updates.min(GATHERED - updates),
-        _ => worth(updates) as u32,
+        _ => equivalent_paths(updates) as u32,
     }
 }
 
-/// What the paths of nodes that have had `updates` are worth, where nodes gather if `gathers`.
+/// The equivalent paths of nodes that have had `updates`, where nodes gather if `gathers`.
 pub fn history(updates: u32, gathers: bool) -> f64 {
     if gathers {
-        worth(updates)
+        equivalent_paths(updates)
     } else {
         f64::from(updates)
     }
 }
 
-/// What the paths of nodes that have had `updates` are worth, as a number of paths that have been traced to their ends.
-pub fn worth(updates: u32) -> f64 {
+/// The paths of nodes that have had `updates`, as the number of paths traced to their ends that tell as much.
+pub fn equivalent_paths(updates: u32) -> f64 {
     let gathered = updates.min(GATHERED);
     f64::from(updates - gathered) + f64::from(gathered) / f64::from(GATHERED_FOR_ONE)
 }
 
 /// Whether nodes in sight that have had `updates` paths gather in a batch of `samples`, for predicting how long it takes:
 /// the very first find hardly any light to gather.
-pub fn gathers(updates: u32, samples: u32) -> bool {
+pub fn batch_gathers(updates: u32, samples: u32) -> bool {
     updates > 0 && updates + samples <= GATHERED
 }
 
@@ -72,11 +72,14 @@ mod tests {
         for first in [1, 3, 20, GATHERED] {
             let mut updates = first;
             while updates < GATHERED {
-                updates += doubling(updates);
+                updates += next_batch_size(updates);
             }
             assert_eq!(updates, GATHERED);
-            assert_eq!(doubling(updates), GATHERED / GATHERED_FOR_ONE);
-            assert_eq!(worth(updates + doubling(updates)), 2.0 * worth(updates));
+            assert_eq!(next_batch_size(updates), GATHERED / GATHERED_FOR_ONE);
+            assert_eq!(
+                equivalent_paths(updates + next_batch_size(updates)),
+                2.0 * equivalent_paths(updates)
+            );
         }
     }
 }

@@ -1,7 +1,7 @@
 //! How far a cache has come, and how long more paths will take.
 
 use super::Cache;
-use super::pace::{Pace, doubling, gathers};
+use super::pace::{Pace, batch_gathers, next_batch_size};
 use crate::render::shared::GATHERED;
 
 impl Cache {
@@ -30,8 +30,8 @@ impl Cache {
 
     /// Seconds that an update of the next batch will take, estimated from the batches so far.
     pub fn seconds_per_update(&self) -> f64 {
-        let samples = doubling(self.updates);
-        let gathers = gathers(self.updates, samples);
+        let samples = next_batch_size(self.updates);
+        let gathers = batch_gathers(self.updates, samples);
         let expected = if gathers {
             self.pace_of_gathering()
         } else {
@@ -53,6 +53,6 @@ impl Cache {
     /// Whether it is known what is in sight, and no node lacks a path.
     pub fn is_caught_up(&self) -> bool {
         let is_filled = self.updates > 0 && self.under_way.is_none();
-        is_filled && self.outlook.has_looked && !self.focus.lags(self.updates)
+        is_filled && self.view.is_weighed && !self.focus.lags(self.updates)
     }
 }

@@ -31,13 +31,13 @@ shared! {
 const STEP_SCALE: f32 = 2.0;
 
 /// Rays of each pixel at rest. More would gain less than samples, which correct their light as well.
-pub const RAYS: u32 = 9;
+pub const RAYS_PER_PIXEL: u32 = 9;
 
 /// The point of a pixel through which one of its rays goes: the first in the middle, all of them a rank-1 lattice, the
 /// same in each pixel, whose mean square error at straight edges is a twentieth of the middle's alone.
 fn point_in_pixel(ray: u32) -> vec2 {
     [7, 5]
-        .map(|step| ((step * ray) % RAYS) as f32 / RAYS as f32 + 0.5)
+        .map(|step| ((step * ray) % RAYS_PER_PIXEL) as f32 / RAYS_PER_PIXEL as f32 + 0.5)
         .map(f32::fract)
 }
 
@@ -64,7 +64,7 @@ impl RayMarch {
             ..push(1)
         };
         frame.pass(&self.pass, &bindings(r, cache), &push, [width, height, 1])?;
-        // The window, for which this is, shows no shares.
+        // The count is dropped: only the window uses this march, and it does not report shares of the device's peak.
         cache.marched.begin(frame)
     }
 
@@ -86,18 +86,18 @@ impl RayMarch {
         Ok(has_ended)
     }
 
-    /// Marches every `stride`-th pixel for `question` (`for_error`, `for_weights`); the answer is in the corner of
+    /// Marches every `stride`-th pixel for `request` (`for_error`, `for_weights`); the answer is in the corner of
     /// `unit_sum`, or in the bricks.
-    pub fn ask(
+    pub fn march_for(
         &mut self,
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheMemory,
-        question: MarchPush,
+        request: MarchPush,
     ) -> Result<()> {
         self.rays = 0;
         let mut slices = Slices::new(SLICE_MS);
-        while !self.slice(frame, r, cache, &question, &mut slices)? {}
+        while !self.slice(frame, r, cache, &request, &mut slices)? {}
         Ok(())
     }
 
@@ -119,7 +119,7 @@ impl RayMarch {
     }
 }
 
-/// The question from which the cache's error is measured (`MARCH_CACHED`), in every `stride`-th pixel along
+/// The request from which the cache's error is measured (`MARCH_CACHED`), in every `stride`-th pixel along
 /// both axes.
 pub fn for_error(stride: u32) -> MarchPush {
     MarchPush {
@@ -136,7 +136,7 @@ pub fn for_error_at_rest(stride: u32) -> MarchPush {
     }
 }
 
-/// The question for the weights of bricks in every `stride`-th pixel along both axes; `unit_sum` is overwritten.
+/// The request for the weights of bricks in every `stride`-th pixel along both axes; `unit_sum` is overwritten.
 pub fn for_weights(stride: u32) -> MarchPush {
     MarchPush {
         weighs: 1,
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn rays_are_spread_evenly() {
-        let points: Vec<_> = (0..RAYS).map(point_in_pixel).collect();
+        let points: Vec<_> = (0..RAYS_PER_PIXEL).map(point_in_pixel).collect();
         assert_eq!(points[0], [0.5; 2]);
         let ratio = error_at_edges(&points[..1]) / error_at_edges(&points);
         assert!((15.0..25.0).contains(&ratio), "{ratio}");

@@ -32,7 +32,7 @@ pub struct CacheState {
     tracing: Pace,
     is_wide: bool,
     all_from: Option<u32>,
-    has_looked: bool,
+    is_weighed: bool,
     bricks: usize,
     /// Pixels of the last measurement, and those of what a picture at rest takes.
     shown: usize,
@@ -53,10 +53,10 @@ impl Cache {
             tracing: self.tracing,
             is_wide: self.is_wide,
             all_from: self.focus.all_from,
-            has_looked: self.outlook.has_looked,
+            is_weighed: self.view.is_weighed,
             bricks: self.focus.had.len(),
-            shown: self.outlook.measured.shown.len(),
-            shown_at_rest: self.outlook.measured.at_rest.len(),
+            shown: self.view.measured.shown.len(),
+            shown_at_rest: self.view.measured.at_rest.len(),
         }
     }
 
@@ -100,8 +100,8 @@ impl Caching<'_> {
         let cache = &self.cache;
         sink(&cache.focus.halvings)?;
         sink(bytemuck::cast_slice(&cache.focus.had))?;
-        sink(bytemuck::cast_slice(&cache.outlook.measured.shown))?;
-        sink(bytemuck::cast_slice(&cache.outlook.measured.at_rest))?;
+        sink(bytemuck::cast_slice(&cache.view.measured.shown))?;
+        sink(bytemuck::cast_slice(&cache.view.measured.at_rest))?;
         Ok(cache.state())
     }
 
@@ -141,11 +141,13 @@ impl Caching<'_> {
             at_rest: picture(state.shown_at_rest)?,
         };
         if !focus.is_possible(state.updates) {
-            return Err(Error::value("the cache's state says what no cache has"));
+            return Err(Error::value(
+                "the cache's state is damaged: its numbers of paths are impossible",
+            ));
         }
         let cache = &mut *self.cache;
         cache.focus = focus;
-        cache.outlook.measured = measured;
+        cache.view.measured = measured;
         cache.is_blank = false;
         cache.updates = state.updates;
         cache.batches = state.batches;
@@ -157,7 +159,7 @@ impl Caching<'_> {
         cache.gathering = state.gathering;
         cache.tracing = state.tracing;
         cache.is_wide = state.is_wide;
-        cache.outlook.has_looked = state.has_looked;
+        cache.view.is_weighed = state.is_weighed;
         Ok(())
     }
 }

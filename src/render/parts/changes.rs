@@ -133,7 +133,7 @@ impl Changes {
     }
 
     /// Whether `derived` has to be worked out again.
-    pub fn spoil(self, derived: Derived) -> bool {
+    pub fn invalidates(self, derived: Derived) -> bool {
         derived.depends_on().iter().any(|&part| self.has(part))
     }
 }

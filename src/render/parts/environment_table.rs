@@ -5,7 +5,7 @@
 //! that the pdf is positive wherever bilinear interpolation carries light. Large images share
 //! cells between texels: the table then stays in a GPU's cache.
 
-use crate::render::shared::EnvironmentCell;
+use crate::render::shared::EnvironmentEntry;
 use crate::scene::EnvironmentImage;
 
 const MOST_CELLS: [u32; 2] = [1024, 512];
@@ -14,7 +14,7 @@ const MOST_CELLS: [u32; 2] = [1024, 512];
 pub struct EnvironmentTable {
     /// Cells along azimuth and polar angle.
     pub cells: [u32; 2],
-    pub sky: Vec<EnvironmentCell>,
+    pub entries: Vec<EnvironmentEntry>,
 }
 
 pub fn build(image: &EnvironmentImage) -> EnvironmentTable {
@@ -31,14 +31,14 @@ pub fn build(image: &EnvironmentImage) -> EnvironmentTable {
         vec![1.0 / weights.len() as f64; weights.len()]
     };
     let (keep, alias) = alias_method(&probabilities);
-    let sky = (0..probabilities.len())
-        .map(|c| EnvironmentCell {
+    let entries = (0..probabilities.len())
+        .map(|c| EnvironmentEntry {
             keep: keep[c] as f32,
             alias: alias[c] as u32,
             pdf: (probabilities[c] / solid_angle(cells, c as u32 / cells[0])) as f32,
         })
         .collect();
-    EnvironmentTable { cells, sky }
+    EnvironmentTable { cells, entries }
 }
 
 /// The solid angle of one cell in row `row`, in steradians.

@@ -16,12 +16,12 @@ pub struct Lights {
     /// Radiance of the constant part of the sky.
     pub environment: [f32; 3],
     /// The sky's image, if there is one.
-    pub sky: Option<Arc<Sky>>,
+    pub sky_image: Option<Arc<SkyImage>>,
 }
 
 /// A sky image and its sampling table, which is made once for an image.
 #[derive(Debug)]
-pub struct Sky {
+pub struct SkyImage {
     pub image: EnvironmentImage,
     pub table: EnvironmentTable,
     /// Mean over all directions.
@@ -30,17 +30,17 @@ pub struct Sky {
     has_one_color: bool,
 }
 
-impl PartialEq for Sky {
-    fn eq(&self, other: &Sky) -> bool {
+impl PartialEq for SkyImage {
+    fn eq(&self, other: &SkyImage) -> bool {
         self.image == other.image
     }
 }
 
-impl Sky {
-    fn new(image: &EnvironmentImage) -> Sky {
+impl SkyImage {
+    fn new(image: &EnvironmentImage) -> SkyImage {
         let mean = mean_over_directions(image);
         let mut texels = image.texels.iter();
-        Sky {
+        SkyImage {
             table: environment_table::build(image),
             mean,
             has_one_color: texels.all(|&texel| is_grey(over(texel, mean))),
@@ -65,37 +65,42 @@ fn mean_over_directions(image: &EnvironmentImage) -> [f32; 3] {
 
 impl Lights {
     /// `before` is the sky of an earlier state of the scene; it is used again if the image is the same.
-    pub fn new(lights: &scene::Lights, before: Option<&Arc<Sky>>) -> Lights {
-        let sky = lights.environment.image.as_ref().map(|image| {
+    pub fn new(lights: &scene::Lights, before: Option<&Arc<SkyImage>>) -> Lights {
+        let sky_image = lights.environment.image.as_ref().map(|image| {
             let known = before.filter(|sky| sky.image == *image);
-            known.cloned().unwrap_or_else(|| Arc::new(Sky::new(image)))
+            known
+                .cloned()
+                .unwrap_or_else(|| Arc::new(SkyImage::new(image)))
         });
         Lights {
             suns: suns(&lights.suns),
             environment: lights.environment.radiance.map(|c| c as f32),
-            sky,
+            sky_image,
         }
     }
 
     /// Sets the features that shaders are compiled with because of the lights.
     pub fn require(&self, features: &mut Features) {
         features.sun_count = self.suns.len() as u32;
-        features.has_environment_image = self.sky.is_some();
+        features.has_environment_image = self.sky_image.is_some();
     }
 
     /// Writes the constants of the lights, apart from lists and the sky's image.
     pub fn write(&self, constants: &mut SceneConstants) {
         constants.environment = self.environment;
-        constants.sky = over(self.sky_radiance(), self.unit());
+        constants.sky = over(self.sky_radiance(), self.cache_unit());
         constants.image_probability = self.image_probability();
-        constants.image_cells = self.sky.as_ref().map_or([0; 2], |sky| sky.table.cells);
+        constants.image_cells = self
+            .sky_image
+            .as_ref()
+            .map_or([0; 2], |sky| sky.table.cells);
         constants.suns_grey = self.suns_grey();
-        constants.cache_unit = self.unit();
+        constants.cache_unit = self.cache_unit();
     }
 
     /// Probability that next-event estimation picks the sky's image over a sun.
     fn image_probability(&self) -> f32 {
-        match (&self.sky, self.suns.is_empty()) {
+        match (&self.sky_image, self.suns.is_empty()) {
             (None, _) => 0.0,
             (Some(_), true) => 1.0,
             (Some(_), false) => 0.5,
@@ -104,7 +109,7 @@ impl Lights {
 
     /// The radiance that the cache holds as 1, channel by channel: as much as all lights together shine. It is 1
     /// where none shines.
-    pub fn unit(&self) -> [f32; 3] {
+    pub fn cache_unit(&self) -> [f32; 3] {
         let image = self.mean_of_image();
         std::array::from_fn(|c| {
             let suns: f32 = self.suns.iter().map(|sun| sun.irradiance[c]).sum();
@@ -121,10 +126,10 @@ impl Lights {
 
     /// Whether all lights have the same colour, apart from rounding.
     pub fn have_one_color(&self) -> bool {
-        let unit = self.unit();
+        let unit = self.cache_unit();
         let suns = self.suns.iter().map(|sun| sun.irradiance);
         let mut lights = suns.chain([self.environment, self.mean_of_image()]);
-        let sky = self.sky.as_ref();
+        let sky = self.sky_image.as_ref();
         lights.all(|light| is_grey(over(light, unit))) && sky.is_none_or(|sky| sky.has_one_color)
     }
 
@@ -141,12 +146,12 @@ impl Lights {
     }
 
     fn mean_of_image(&self) -> [f32; 3] {
-        self.sky.as_ref().map_or([0.0; 3], |sky| sky.mean)
+        self.sky_image.as_ref().map_or([0.0; 3], |sky| sky.mean)
     }
 
     /// Sum over the suns of the mean over channels of irradiance/unit.
     pub fn suns_grey(&self) -> f32 {
-        let unit = self.unit();
+        let unit = self.cache_unit();
         let grey = |sun: &Sun| over(sun.irradiance, unit).iter().sum::<f32>() / 3.0;
         self.suns.iter().map(grey).sum()
     }
@@ -156,19 +161,19 @@ impl Lights {
     pub fn have_shares_of(&self, other: &Lights) -> bool {
         let directions =
             |lights: &Lights| lights.suns.iter().map(|s| s.direction).collect::<Vec<_>>();
-        let size = |lights: &Lights| lights.sky.as_ref().map(|sky| sky.image.size());
+        let size = |lights: &Lights| lights.sky_image.as_ref().map(|sky| sky.image.size());
         directions(self) == directions(other)
             && size(self) == size(other)
             && self.are_scaled_to(other)
     }
 
     fn are_scaled_to(&self, other: &Lights) -> bool {
-        let factor = over(other.unit(), self.unit());
+        let factor = over(other.cache_unit(), self.cache_unit());
         let is_scaled = |a: [f32; 3], b: [f32; 3]| {
             (0..3).all(|c| (factor[c] * a[c] - b[c]).abs() <= 1e-6 * b[c].abs())
         };
         let suns = self.suns.iter().zip(&other.suns);
-        let images = self.sky.iter().zip(&other.sky);
+        let images = self.sky_image.iter().zip(&other.sky_image);
         suns.map(|(a, b)| (a.irradiance, b.irradiance))
             .chain([(self.environment, other.environment)])
             .all(|(a, b)| is_scaled(a, b))

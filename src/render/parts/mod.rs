@@ -81,7 +81,7 @@ impl Parts {
     /// The parts of an edited scene with the same volume, device and seed. A sky image that is still the same
     /// is shared, and so is its sampling table.
     pub fn changed_to(&self, scene: &Scene, volume: &Volume) -> Parts {
-        let lights = Lights::new(&scene.lights, self.lights.sky.as_ref());
+        let lights = Lights::new(&scene.lights, self.lights.sky_image.as_ref());
         Parts::with(scene, volume, self.field, lights, self.seed)
     }
 

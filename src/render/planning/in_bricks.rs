@@ -1,7 +1,7 @@
 //! The plan for a volume that does not fit: some of its bricks are on the device at a time.
 //!
 //! A picture does not depend on which bricks those are; the time that it takes does. So the cache is given up to make
-//! room for bricks where less than a quarter of the bricks that matter would be there at once: each path of the cache
+//! room for bricks where less than a quarter of the needed bricks would be there at once: each path of the cache
 //! then waits for about as many bricks as it saves. That is a rule of thumb. Where a render is long enough for a trial
 //! (`engine/trial.rs`), it compares the caches on the device.
 
@@ -13,7 +13,7 @@ use crate::render::gpu_scene::GpuScene;
 use crate::render::layout::BrickLayout;
 use crate::scene::Variant;
 
-/// The share of the bricks that matter below which a cache is given up.
+/// The share of the needed bricks below which a cache is given up.
 const ENOUGH: f64 = 0.25;
 
 /// A cache is worth comparing with a finer one if it leaves room for so many times as many bricks.
@@ -22,7 +22,7 @@ const MORE: f64 = 1.25;
 /// A planner, and what all of its plans with the volume in bricks have in common.
 pub struct InBricks<'a> {
     pub(super) planner: &'a Planner<'a>,
-    /// Number of bricks that matter.
+    /// Number of needed bricks.
     needed: u32,
 }
 
@@ -86,7 +86,7 @@ impl<'a> InBricks<'a> {
     fn choice(&self, plan: Plan, next_better: &str) -> Choice {
         Choice {
             reason: format!(
-                "{} takes {} with the volume in bricks, {} of the {} that matter at a time: the whole volume does not fit",
+                "{} takes {} with the volume in bricks, {} of the {} needed ones at a time: the whole volume does not fit",
                 plan.variant.description(),
                 human(plan.bytes()),
                 capacity(&plan).min(self.needed),
@@ -97,7 +97,7 @@ impl<'a> InBricks<'a> {
         }
     }
 
-    /// The share of the bricks that matter for which there is room.
+    /// The share of the needed bricks for which there is room.
     fn share(&self, plan: &Plan) -> f64 {
         f64::from(capacity(plan)) / f64::from(self.needed.max(1))
     }
@@ -155,7 +155,7 @@ fn capacity(plan: &Plan) -> u32 {
 /// together. A path reads along one ray at a time. The march of a cached picture begins anew when a brick is missing, and
 /// reads along several: the camera's ray, rays to suns from four points of the medium (`camera_march.comp`), and a ray to
 /// each sun from every crossing with a surface. All rays to one sun lie in a plane, which meets at most as many bricks as
-/// three faces of the volume have; together, no more than the `needed` ones that matter.
+/// three faces of the volume have; together, no more than the `needed` ones.
 fn most_at_once(layout: &BrickLayout, scene: &GpuScene, needed: u64) -> u64 {
     let [x, y, z] = layout.bricks.map(u64::from);
     let (along_a_ray, in_a_plane) = (x + y + z, x * y + y * z + z * x);

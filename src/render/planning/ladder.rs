@@ -52,10 +52,10 @@ impl Planner<'_> {
         let layout = plan.variant.cache()?;
         let render = &self.scene.render;
         let pixels = render.size.iter().map(|&n| n as u64).product::<u64>();
-        let minds = self.limits.kind.is_software()
+        let limits_nodes = self.limits.kind.is_software()
             && render.cache_scale == CacheScale::Auto
             && layout.scale > COARSEST;
-        Some(layout.active_nodes()).filter(|&nodes| minds && nodes > FEW_NODES.max(pixels))
+        Some(layout.active_nodes()).filter(|&nodes| limits_nodes && nodes > FEW_NODES.max(pixels))
     }
 
     /// Whether a cache is looked for.

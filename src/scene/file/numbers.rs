@@ -18,7 +18,7 @@ pub(super) const NOT_NEGATIVE: Expected = (|x| x >= 0.0, "a finite number from 0
 /// Of light. Its squares, of which errors are made, must not leave the range of a float.
 pub(super) const LIGHT: Expected = (
     |x| x == 0.0 || (1e-15..=1e15).contains(&x),
-    "0 or a number from 1e-15 to 1e15, with another unit if need be",
+    "0 or a number from 1e-15 to 1e15, if need be in another unit of light",
 );
 /// Of a lobe. Next to a larger exponent the last bits of a cosine decide, and the lobe goes missing.
 pub(super) const SHININESS: Expected = (|x| (0.0..=1e12).contains(&x), "a number from 0 to 1e12");

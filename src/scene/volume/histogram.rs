@@ -39,6 +39,11 @@ impl Histogram {
             .then(|| (place as usize).min(bins - 1))
     }
 
+    /// From the first bin's low edge to the last one's high edge.
+    pub fn range(&self) -> [f64; 2] {
+        [self.low, self.low + self.counts.len() as f64 * self.width]
+    }
+
     /// The value in the middle of a bin.
     pub fn value(&self, bin: usize) -> f64 {
         self.low + (bin as f64 + 0.5) * self.width

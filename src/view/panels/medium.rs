@@ -12,7 +12,7 @@ const DENSEST: f64 = 40.0;
 pub fn show(ui: &mut Ui, session: &mut Session) {
     let volume = &session.document.opened.volume;
     let usual = Medium::default_density(volume.extent());
-    let [low, high] = volume.range;
+    let [low, high] = session.document.range();
     let Some(medium) = &mut session.scene.medium else {
         if ui.button("Add a medium").clicked() {
             session.scene.medium = Some(ramp(low, high, usual));

@@ -13,7 +13,7 @@ use std::ops::RangeInclusive;
 
 use egui::{CollapsingHeader, Color32, Panel, ScrollArea, SliderClamping, Ui};
 
-use super::keys::Wish;
+use super::keys::Action;
 use super::session::Session;
 
 /// Width of the panels in points.
@@ -21,19 +21,19 @@ const WIDTH: f32 = 256.0;
 /// Width of a slider's rail, so that its figure and its name have room beside it.
 const RAIL: f32 = 76.0;
 
-/// Shows the panels at the right side of `ui`; returns the wishes of their buttons.
-pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Wish> {
-    let mut wishes = Vec::new();
+/// Shows the panels at the right side of `ui`; returns the actions of their buttons.
+pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Action> {
+    let mut actions = Vec::new();
     let panel = Panel::right("panels").exact_size(WIDTH).resizable(false);
     panel.show(ui, |ui| {
-        buttons(ui, session, &mut wishes);
+        buttons(ui, session, &mut actions);
         ui.separator();
         ScrollArea::vertical().show(ui, |ui| {
             ui.spacing_mut().slider_width = RAIL;
             ui.spacing_mut().item_spacing.x = 6.0;
             if session.series.len() > 1 {
                 section(ui, "Series", true, |ui| {
-                    wishes.extend(series::show(ui, session));
+                    actions.extend(series::show(ui, session));
                 });
             }
             section(ui, "Presets", false, |ui| presets::show(ui, session));
@@ -46,27 +46,27 @@ pub fn show(ui: &mut Ui, session: &mut Session) -> Vec<Wish> {
             section(ui, "Render", false, |ui| render::show(ui, session));
         });
     });
-    wishes
+    actions
 }
 
-fn buttons(ui: &mut Ui, session: &Session, wishes: &mut Vec<Wish>) {
+fn buttons(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
-        let mut button = |text: &str, is_enabled: bool, wish: Wish, tip: &str| {
+        let mut button = |text: &str, is_enabled: bool, action: Action, tip: &str| {
             let button = ui.add_enabled(is_enabled, egui::Button::new(text));
             if button.on_hover_text(tip).clicked() {
-                wishes.push(wish);
+                actions.push(action);
             }
         };
         let history = &session.history;
-        button("Undo", history.can_undo(), Wish::Undo, "Ctrl Z");
-        button("Redo", history.can_redo(), Wish::Redo, "Ctrl Shift Z");
+        button("Undo", history.can_undo(), Action::Undo, "Ctrl Z");
+        button("Redo", history.can_redo(), Action::Redo, "Ctrl Shift Z");
         button(
             "Save",
             true,
-            Wish::SaveScene,
+            Action::SaveScene,
             "S: the scene, for `isolume render`",
         );
-        button("Help", true, Wish::Help, "H");
+        button("Help", true, Action::Help, "H");
     });
 }
 
@@ -81,7 +81,7 @@ fn section(ui: &mut Ui, title: &str, is_open: bool, contents: impl FnOnce(&mut U
 
 /// Moves the selected isovalue away from any equal one, since two surfaces of one value are an error in a scene.
 pub fn separate_isovalues(session: &mut Session) {
-    let [low, high] = session.document.opened.volume.range;
+    let [low, high] = session.document.range();
     let chosen = session.chosen.surface;
     let iso = &mut session.scene.surfaces.iso;
     let mut others: Vec<f64> = iso.iter().map(|s| s.value).collect();

@@ -80,7 +80,7 @@ const LOOKS: [Look; 6] = [
 
 pub fn show(ui: &mut Ui, session: &mut Session) {
     let volume = &session.document.opened.volume;
-    let range = volume.range;
+    let range = session.document.range();
     let usual = Medium::default_density(volume.extent());
     ui.horizontal_wrapped(|ui| {
         for look in &LOOKS {

@@ -7,7 +7,7 @@
 use egui::{Align2, Color32, FontId, Mesh, Rect, Response, ScrollArea, Sense, Ui, pos2, vec2};
 
 use crate::scene::volume::{Pick, Preview, Thumbnail};
-use crate::view::keys::Wish;
+use crate::view::keys::Action;
 use crate::view::session::Session;
 
 /// Points along a thumbnail's longer side.
@@ -17,11 +17,11 @@ const ROW: f32 = SIDE + 2.0 * MARGIN;
 /// Rows in sight at once.
 const MOST_ROWS: f32 = 3.5;
 
-/// Shows the list; returns the wish for the volume that has been clicked.
-pub fn show(ui: &mut Ui, session: &Session) -> Option<Wish> {
+/// Shows the list; returns the action for the volume that has been clicked.
+pub fn show(ui: &mut Ui, session: &Session) -> Option<Action> {
     let series = &session.series;
     let shown = shown(session);
-    let mut wish = None;
+    let mut action = None;
     ScrollArea::vertical()
         .id_salt("series")
         .max_height(MOST_ROWS * ROW)
@@ -30,11 +30,11 @@ pub fn show(ui: &mut Ui, session: &Session) -> Option<Wish> {
                 let number = preview.series.number;
                 let is_shown = shown == Some(number);
                 if row(ui, preview, is_shown).clicked() && !is_shown {
-                    wish = Some(Wish::Series(number));
+                    action = Some(Action::Series(number));
                 }
             }
         });
-    wish
+    action
 }
 
 /// The number of the open volume.

@@ -12,7 +12,7 @@ use crate::view::session::Session;
 const HISTOGRAM_HEIGHT: f32 = 34.0;
 
 pub fn show(ui: &mut Ui, session: &mut Session) {
-    let [low, high] = session.document.opened.volume.range;
+    let [low, high] = session.document.range();
     list(ui, session, [low, high]);
     let index = session.chosen.surface;
     let document = session.document.clone();

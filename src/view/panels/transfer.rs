@@ -27,7 +27,7 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     let is_dragging = ui.input(|i| i.pointer.any_down());
     let range = match session.chosen.range.filter(|_| is_dragging) {
         Some(range) => range,
-        None => shown_range(medium, document.opened.volume.range),
+        None => shown_range(medium, document.range()),
     };
     session.chosen.range = Some(range);
     let plot = Plot::new(ui, range, HEIGHT);

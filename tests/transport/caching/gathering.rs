@@ -133,7 +133,7 @@ fn what_was_gathered_is_forgotten() {
 fn a_seed_decides_every_node() {
     let [a, b] = [0.5, 70.0].map(|slice_ms| {
         let mut cached = empty(&shaders(), 1);
-        cached.renderer.take_slices_of(slice_ms);
+        cached.renderer.set_slice_ms(slice_ms);
         cached.fill(16);
         cached.march()
     });

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use isolume::render::RAYS;
+use isolume::render::RAYS_PER_PIXEL;
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
@@ -166,7 +166,7 @@ fn more_rays_of_each_pixel_smooth_edges() {
     let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 512, 1);
     let smooth = cached.at_rest(4, 64).mean;
     let first = cached.march();
-    while cached.caching().rays() < RAYS {
+    while cached.caching().rays() < RAYS_PER_PIXEL {
         cached.caching().march_another_ray().expect("a march");
     }
     let more = cached.caching().marched().expect("a picture");

@@ -2,12 +2,12 @@
 //! against the densities that the estimators divide by, and those against exact formulas.
 
 mod brdf;
-mod even_points;
 mod half_vectors;
 mod mean_medium;
 mod numbers;
 mod phase;
 mod sky;
+mod sobol;
 mod statistics;
 
 use crate::support::common;

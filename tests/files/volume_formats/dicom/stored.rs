@@ -63,7 +63,7 @@ fn monochrome1_is_turned() {
     change_words(&mut scan, |word| 4095 - word);
     let volume = loaded(&scan);
     assert_eq!(values(&volume), hounsfield());
-    has(&volume.notes, "values are turned over");
+    has(&volume.notes, "values are inverted");
 }
 
 #[test]

@@ -98,7 +98,10 @@ impl Header {
         self.max = if max == 0 { most } else { max };
         self.reset = if reset == 0 { 64 } else { reset };
         if self.max > most || self.near > self.max / 2 || self.near > 255 || self.reset < 3 {
-            return Err("its codestream has parameters that cannot be".into());
+            return Err(
+                "its codestream has preset parameters outside the range that the standard allows"
+                    .into(),
+            );
         }
         let near = self.near;
         let bounded = |value: i32, low: i32| {

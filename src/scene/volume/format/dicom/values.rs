@@ -36,7 +36,7 @@ pub enum Map {
 
 impl Values {
     pub fn of(frames: &[(&Image, &Frame)]) -> Parsed<Values> {
-        // A slice of PET in which nothing is seen has a slope of 0. If all have, it means nothing.
+        // In PET, a slice without counts has the slope 0. If all slices have it, the slope is meaningless, and 1 is used.
         let is_blank = |(_, frame): &(&Image, &Frame)| frame.slope == 0.0;
         let slope: fn(&Frame) -> f64 = if frames.iter().all(is_blank) {
             |_: &Frame| 1.0

@@ -1,7 +1,8 @@
-//! The axes of a NRRD: three of them are places, and others count times, or the values of a voxel.
+//! The axes of a NRRD: three are spatial, and the others are times or the channels of a voxel.
 //!
-//! `kinds` names what each axis is. Where it does not tell, an axis without a direction in space is no place; and if
-//! four are left, neither is the one that is 1 long, or else the slowest.
+//! `kinds` names what each axis is. In a file of four or more axes, one that is not named otherwise and has no space
+//! direction is not spatial. If more than three spatial axes are left, the surplus counts as times: first axes of length 1,
+//! then the slowest.
 
 use super::vectors::vectors;
 use crate::scene::volume::format::header::{Fields, unexpected};
@@ -11,22 +12,22 @@ use crate::scene::volume::parsed::Parsed;
 /// The axes of a file.
 #[derive(Debug)]
 pub struct FileAxes {
-    /// How many there are.
+    /// Number of axes.
     pub count: usize,
-    /// The numbers of those that are x, y and z.
-    pub places: [usize; 3],
+    /// The numbers of the axes x, y and z.
+    pub spatial: [usize; 3],
     pub dims: [u32; 3],
-    /// What the others are.
+    /// The other axes.
     pub several: Several,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    Place,
-    Beside(Key),
+    Spatial,
+    Other(Key),
 }
 
-use Kind::{Beside, Place};
+use Kind::{Other, Spatial};
 
 impl FileAxes {
     pub fn read(fields: &Fields) -> Parsed<FileAxes> {
@@ -38,17 +39,17 @@ impl FileAxes {
         let count: usize = count.ok_or_else(|| unexpected("dimension", stated, expected))?;
         let sizes = fields.sizes("sizes", count)?;
         let kinds = kinds(fields, &sizes)?;
-        let places = (0..count).filter(|axis| kinds[*axis] == Place);
-        let places: Vec<usize> = places.collect();
-        let Ok(places) = <[usize; 3]>::try_from(places) else {
+        let spatial = (0..count).filter(|axis| kinds[*axis] == Spatial);
+        let spatial: Vec<usize> = spatial.collect();
+        let Ok(spatial) = <[usize; 3]>::try_from(spatial) else {
             let found = fields.get("kinds").unwrap_or("domain");
             return Err(unexpected("kinds", found, "domain or space for three axes"));
         };
         Ok(FileAxes {
             count,
-            places,
-            dims: places.map(|axis| sizes[axis]),
-            several: several(&kinds, &sizes, places)?,
+            spatial,
+            dims: spatial.map(|axis| sizes[axis]),
+            several: several(&kinds, &sizes, spatial)?,
         })
     }
 }
@@ -56,20 +57,20 @@ impl FileAxes {
 /// What each axis is.
 fn kinds(fields: &Fields, sizes: &[u32]) -> Parsed<Vec<Kind>> {
     let mut kinds = stated(fields, sizes.len())?;
-    let places = |kinds: &[Kind]| kinds.iter().filter(|kind| **kind == Place).count();
+    let spatial = |kinds: &[Kind]| kinds.iter().filter(|kind| **kind == Spatial).count();
     // Of three axes, time may be the one along which slices follow one another.
     while let (true, Some(time)) = (
-        places(&kinds) < 3,
-        kinds.iter().position(|kind| *kind == Beside(Key::Time)),
+        spatial(&kinds) < 3,
+        kinds.iter().position(|kind| *kind == Other(Key::Time)),
     ) {
-        kinds[time] = Place;
+        kinds[time] = Spatial;
     }
-    while places(&kinds) > 3 {
-        let is_spare = |axis: &usize| kinds[*axis] == Place && sizes[*axis] == 1;
+    while spatial(&kinds) > 3 {
+        let is_spare = |axis: &usize| kinds[*axis] == Spatial && sizes[*axis] == 1;
         let spare = (0..sizes.len()).find(is_spare);
-        let slowest = kinds.iter().rposition(|kind| *kind == Place);
+        let slowest = kinds.iter().rposition(|kind| *kind == Spatial);
         if let Some(axis) = spare.or(slowest) {
-            kinds[axis] = Beside(Key::Time);
+            kinds[axis] = Other(Key::Time);
         }
     }
     Ok(kinds)
@@ -77,7 +78,7 @@ fn kinds(fields: &Fields, sizes: &[u32]) -> Parsed<Vec<Kind>> {
 
 /// What each axis is as far as the file says.
 fn stated(fields: &Fields, count: usize) -> Parsed<Vec<Kind>> {
-    let mut kinds = vec![Place; count];
+    let mut kinds = vec![Spatial; count];
     if let Some(text) = fields.get("kinds") {
         let words = text.to_lowercase();
         kinds = words.split_whitespace().map(kind).collect();
@@ -91,8 +92,8 @@ fn stated(fields: &Fields, count: usize) -> Parsed<Vec<Kind>> {
         for (axis, (kind, direction)) in kinds.iter_mut().zip(directions).enumerate() {
             *kind = match (*kind, direction, axis) {
                 // Values that lie side by side are one voxel's.
-                (Place, None, 0) => Beside(Key::Channel),
-                (Place, None, _) => Beside(Key::Time),
+                (Spatial, None, 0) => Other(Key::Channel),
+                (Spatial, None, _) => Other(Key::Time),
                 (stated, ..) => stated,
             };
         }
@@ -102,18 +103,18 @@ fn stated(fields: &Fields, count: usize) -> Parsed<Vec<Kind>> {
 
 fn kind(word: &str) -> Kind {
     match word {
-        "domain" | "space" | "???" | "none" => Place,
-        "time" => Beside(Key::Time),
+        "domain" | "space" | "???" | "none" => Spatial,
+        "time" => Other(Key::Time),
         // Lists, colours, vectors, matrices.
-        _ => Beside(Key::Channel),
+        _ => Other(Key::Channel),
     }
 }
 
-/// What there is beside places, which must be within all of them or beyond.
-fn several(kinds: &[Kind], sizes: &[u32], places: [usize; 3]) -> Parsed<Several> {
+/// The other axes, which must be faster than all spatial ones or slower.
+fn several(kinds: &[Kind], sizes: &[u32], spatial: [usize; 3]) -> Parsed<Several> {
     let mut several = Several::default();
     for (axis, (kind, &size)) in kinds.iter().zip(sizes).enumerate() {
-        let Beside(key) = *kind else { continue };
+        let Other(key) = *kind else { continue };
         let wrong = |why| Err(format!("`sizes` has {size} for axis {}, {why}", axis + 1));
         let is_told = several.within.iter().chain(&several.beyond);
         let is_told = is_told.map(|(key, _)| key).any(|told| *told == key);
@@ -123,8 +124,10 @@ fn several(kinds: &[Kind], sizes: &[u32], places: [usize; 3]) -> Parsed<Several>
             _ if is_told => {
                 return wrong("expected 1: only one axis of channels and one of times are read");
             }
-            _ if axis > places[2] => several.beyond.push((key, size)),
-            _ if axis < places[0] && several.within.is_none() => several.within = Some((key, size)),
+            _ if axis > spatial[2] => several.beyond.push((key, size)),
+            _ if axis < spatial[0] && several.within.is_none() => {
+                several.within = Some((key, size))
+            }
             _ => return wrong("expected 1: channels and times must be the first axis or the last"),
         }
     }

@@ -126,7 +126,7 @@ fn geometry(
 ) -> Parsed<([f64; 3], Orientation)> {
     if let Some(text) = fields.get("space directions") {
         let vectors = vectors(text, axes.count)?;
-        let [Some(i), Some(j), Some(k)] = axes.places.map(|axis| vectors[axis]) else {
+        let [Some(i), Some(j), Some(k)] = axes.spatial.map(|axis| vectors[axis]) else {
             let expected = "three vectors (x,y,z), one for each axis in space";
             return Err(unexpected("space directions", text, expected));
         };
@@ -137,7 +137,7 @@ fn geometry(
         Some(sizes) => {
             let sizes: Vec<f64> = sizes;
             let why = "a `spacings` of NaN means";
-            (axes.places.map(|axis| sizes[axis]), why)
+            (axes.spatial.map(|axis| sizes[axis]), why)
         }
         None => {
             let why = "`axis mins` and `axis maxs` without an extent mean";
@@ -159,7 +159,7 @@ fn between_ends(fields: &Fields, axes: &FileAxes) -> Option<[f64; 3]> {
     let (mins, maxs) = (fields.get("axis mins")?, fields.get("axis maxs")?);
     let centerings = fields.get("centerings").or(fields.get("centers"));
     let spacing = |place: usize| {
-        let axis = axes.places[place];
+        let axis = axes.spatial[place];
         let end = |ends: &str| -> Option<f64> { ends.split_whitespace().nth(axis)?.parse().ok() };
         let centering = centerings.and_then(|words| words.split_whitespace().nth(axis));
         let is_node = centering.is_some_and(|word| word.eq_ignore_ascii_case("node"));

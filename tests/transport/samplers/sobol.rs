@@ -1,11 +1,11 @@
-//! Even points: each pair fills the square as a (0, 2)-sequence does, and is independent of all others.
+//! Low-discrepancy points: each pair fills the square as a (0, 2)-sequence does, and is independent of all others.
 
 use super::statistics::{assert_fits, assert_mean, uniform_bins};
 use super::*;
 
 const WORDS: Shader = Shader {
-    name: "even_words",
-    text: include_str!("../../support/glsl/even_words.comp"),
+    name: "sobol_words",
+    text: include_str!("../../support/glsl/sobol_words.comp"),
     uses: &["scene_block"],
 };
 

@@ -1,4 +1,4 @@
-//! Carries out the wishes of keys and buttons.
+//! Carries out the actions of keys and buttons.
 
 use std::time::Instant;
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 use winit::window::Fullscreen;
 
 use super::app::App;
-use super::keys::Wish;
+use super::keys::Action;
 use super::panels::render::VARIANTS;
 use super::session::Session;
 use super::{camera, clip, save};
@@ -14,9 +14,9 @@ use crate::error::Result;
 use crate::scene::{Camera, Projection};
 
 impl App<'_> {
-    pub(super) fn carry_out(&mut self, wishes: Vec<Wish>) {
-        for wish in wishes {
-            let done = self.carry_out_one(wish);
+    pub(super) fn carry_out(&mut self, actions: Vec<Action>) {
+        for action in actions {
+            let done = self.carry_out_one(action);
             match done {
                 Ok(Some(text)) => self.tell(text),
                 Ok(None) => {}
@@ -26,30 +26,30 @@ impl App<'_> {
         }
     }
 
-    /// Carries out one wish, and returns a message about it.
-    fn carry_out_one(&mut self, wish: Wish) -> Result<Option<String>> {
-        match wish {
-            Wish::PassTimes => self.hud.shows_times ^= true,
-            Wish::Memory => self.hud.shows_memory ^= true,
-            Wish::Help => self.hud.shows_help ^= true,
-            Wish::Panels => self.shows_panels ^= true,
-            Wish::Series(number) => self.open_series(number),
-            Wish::FullScreen => self.toggle_full_screen(),
+    /// Carries out one action, and returns a message about it.
+    fn carry_out_one(&mut self, action: Action) -> Result<Option<String>> {
+        match action {
+            Action::PassTimes => self.hud.shows_times ^= true,
+            Action::Memory => self.hud.shows_memory ^= true,
+            Action::Help => self.hud.shows_help ^= true,
+            Action::Panels => self.shows_panels ^= true,
+            Action::Series(number) => self.open_series(number),
+            Action::FullScreen => self.toggle_full_screen(),
             _ => {}
         }
         let Some(session) = &mut self.session else {
-            let is_about_file = matches!(wish, Wish::SaveImage | Wish::SaveScene);
+            let is_about_file = matches!(action, Action::SaveImage | Action::SaveScene);
             return Ok(
                 is_about_file.then(|| "there is nothing to save before the scene is open".into())
             );
         };
-        match wish {
-            Wish::Home => session.scene.camera = session.home,
-            Wish::View(n) => session.scene.camera = from_side(session, n),
-            Wish::Clip => clip::toggle(session),
-            Wish::Undo => session.history.undo(&mut session.scene),
-            Wish::Redo => session.history.redo(&mut session.scene),
-            Wish::NextVariant => {
+        match action {
+            Action::Home => session.scene.camera = session.home,
+            Action::View(n) => session.scene.camera = from_side(session, n),
+            Action::Clip => clip::toggle(session),
+            Action::Undo => session.history.undo(&mut session.scene),
+            Action::Redo => session.history.redo(&mut session.scene),
+            Action::NextVariant => {
                 let render = &mut session.scene.render;
                 let now = VARIANTS.iter().position(|(_, v)| *v == render.variant);
                 let others = VARIANTS.iter().cycle().skip(now.unwrap_or(0) + 1);
@@ -60,20 +60,20 @@ impl App<'_> {
                     }
                 }
             }
-            Wish::SaveImage => {
+            Action::SaveImage => {
                 let path = save::image(session, self.args.seed)?;
                 return Ok(Some(format!("saved {}", path.display())));
             }
-            Wish::SaveScene => {
+            Action::SaveScene => {
                 let path = save::scene(session)?;
                 return Ok(Some(format!("saved {}", path.display())));
             }
-            Wish::PassTimes
-            | Wish::Memory
-            | Wish::Help
-            | Wish::Panels
-            | Wish::Series(_)
-            | Wish::FullScreen => {}
+            Action::PassTimes
+            | Action::Memory
+            | Action::Help
+            | Action::Panels
+            | Action::Series(_)
+            | Action::FullScreen => {}
         }
         Ok(None)
     }

@@ -1,4 +1,4 @@
-// Two pairs of a sample's even numbers; the stream's dimension says which.
+// Two pairs of a sample's low-discrepancy numbers; the stream's dimension says which.
 
 #version 460
 #include "scene.glsl"
@@ -14,7 +14,7 @@ void main() {
     if (id < push.count) {
         Stream stream = inputs.at[id];
         Random random = Random(stream.pixel, stream.sample_index, 0u);
-        uvec4 words = even_words(random, stream.dimension);
+        uvec4 words = sobol_words(random, stream.dimension);
         outputs.at[id] = Words(words.x, words.y, words.z, words.w);
     }
 }

@@ -1,0 +1,188 @@
+//! A session as a user has it: turning, editing, undoing, saving, resizing, and editing the scene's file.
+
+use std::time::Duration;
+
+use x11rb::protocol::xproto::Window;
+
+use crate::display::{Area, Display, Shot};
+use crate::folder::Folder;
+use crate::program::{Program, WINDOW};
+use crate::{CONTROL, MIDDLE, PICTURE, SHIFT};
+
+struct Session {
+    folder: Folder,
+    display: Display,
+    program: Program,
+    window: Window,
+}
+
+#[test]
+fn a_session() {
+    let mut session = Session::begin();
+    let first = session.finished("first");
+    session.program.is_idle();
+
+    let turned = session.turn(&first);
+    let shifted = session.shift_isovalue(&turned);
+    let rewindowed = session.shift_transfer_function(&shifted);
+    let undone = session.undo_and_redo(&shifted, &rewindowed);
+    session.save_what_renders_like(&undone);
+
+    let grown = session.grow();
+    session.break_the_scene_file(&grown);
+    session.mend_the_scene_file(&grown);
+    session.end();
+}
+
+impl Session {
+    fn begin() -> Session {
+        let folder = Folder::new();
+        let display = Display::new();
+        let program = folder.view(&display, "scene.toml --spp 6 --stats stats.json");
+        let window = display.window();
+        Session {
+            folder,
+            display,
+            program,
+            window,
+        }
+    }
+
+    /// The window once the picture is finished.
+    fn finished(&mut self, name: &str) -> Shot {
+        self.program.wait_for("picture finished");
+        self.shoot(name)
+    }
+
+    /// The window once it stands still: what has been said is shown in a frame that follows, and on a busy machine input may
+    /// follow as well.
+    fn shoot(&self, name: &str) -> Shot {
+        let mut shot = self.display.shoot(self.window);
+        for _ in 0..20 {
+            std::thread::sleep(Duration::from_millis(500));
+            let before = std::mem::replace(&mut shot, self.display.shoot(self.window));
+            if before.difference(&shot, &PICTURE) == 0.0 {
+                break;
+            }
+        }
+        shot.save(&format!("window_{name}.png"));
+        shot
+    }
+
+    fn turn(&mut self, first: &Shot) -> Shot {
+        self.display.drag(1, MIDDLE, [MIDDLE[0] + 120, MIDDLE[1]]);
+        let turned = self.finished("turned");
+        assert_changed(first, &turned, &PICTURE, 0.03);
+        turned
+    }
+
+    fn shift_isovalue(&mut self, before: &Shot) -> Shot {
+        let display = &self.display;
+        display.point(MIDDLE);
+        display.holding(SHIFT, || (0..12).for_each(|_| display.click(5)));
+        let shifted = self.finished("isovalue");
+        assert_changed(before, &shifted, &PICTURE, 0.01);
+        let program = &self.program;
+        assert!(!program.has_said("cache cleared"), "{:?}", program.said());
+        shifted
+    }
+
+    fn shift_transfer_function(&mut self, before: &Shot) -> Shot {
+        self.display.drag(3, [MIDDLE[0], 270], [MIDDLE[0], 150]);
+        self.program.wait_for("cache cleared");
+        let rewindowed = self.finished("transfer");
+        assert_changed(before, &rewindowed, &PICTURE, 0.02);
+        rewindowed
+    }
+
+    /// Ends with the last edit undone.
+    fn undo_and_redo(&mut self, before: &Shot, after: &Shot) -> Shot {
+        const UNDO: [u32; 2] = [CONTROL, 'z' as u32];
+        const REDO: [u32; 3] = [CONTROL, SHIFT, 'z' as u32];
+        self.display.strike(&UNDO);
+        let undone = self.finished("undone");
+        assert_same(before, &undone, &PICTURE);
+        self.display.strike(&REDO);
+        assert_same(after, &self.finished("redone"), &PICTURE);
+        self.display.strike(&UNDO);
+        self.finished("undone again");
+        undone
+    }
+
+    fn save_what_renders_like(&mut self, shown: &Shot) {
+        self.display.strike(&['s' as u32]);
+        self.program.wait_for("saved scene.1.toml");
+        // Above the axes, whose letters are brighter than an empty picture.
+        let area = [0..WINDOW[0] - 256, 110..280];
+        self.folder.renders_like("scene.1.toml", shown, area);
+    }
+
+    fn grow(&mut self) -> Shot {
+        self.display.resize(self.window, 760, 520);
+        self.program.wait_for("picture: 504x520");
+        let grown = self.finished("grown");
+        assert_eq!([grown.width, grown.height], [760, 520]);
+        grown
+    }
+
+    /// The good picture stays, and the error is shown below it.
+    fn break_the_scene_file(&mut self, good: &Shot) {
+        self.folder
+            .write_scene(|scene| scene.replace("value = 150", "value = \"high\""));
+        self.program.wait_for("error: ");
+        let said = self.program.said();
+        assert!(said.iter().any(|line| line.contains("scene.toml:")));
+        let broken = self.shoot("broken");
+        assert_same(good, &broken, &GROWN_PICTURE);
+        assert_changed(good, &broken, &[100..400, 440..516], 0.02);
+    }
+
+    /// The edit shows, and the camera stays.
+    fn mend_the_scene_file(&mut self, before: &Shot) {
+        let (color, other) = ("color = [0.2, 0.5, 0.9]", "color = [0.9, 0.2, 0.1]");
+        self.folder.write_scene(|scene| scene.replace(color, other));
+        self.program.wait_for("scene file read again");
+        let mended = self.finished("mended");
+        assert_changed(before, &mended, &GROWN_PICTURE, 0.02);
+        self.display.strike(&['s' as u32]);
+        self.program.wait_for("saved scene.2.toml");
+        assert_eq!(
+            self.saved_eye("scene.2.toml"),
+            self.saved_eye("scene.1.toml")
+        );
+    }
+
+    fn saved_eye(&self, name: &str) -> String {
+        let text = String::from_utf8(self.folder.read(name)).expect("UTF-8");
+        let line = text.lines().find(|line| line.starts_with("eye = "));
+        line.map(String::from).expect("an eye")
+    }
+
+    fn end(mut self) {
+        self.display.close(self.window);
+        let program = &mut self.program;
+        assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+        let stats = self.folder.json("stats.json");
+        let memory = &stats["memory"];
+        assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+        assert_eq!(stats["builds"], 1, "{stats}");
+        let response = &stats["response"];
+        assert!(response["inputs"].as_u64() >= Some(10), "{response}");
+        assert!(response["frames_max"].as_f64() <= Some(2.0), "{response}");
+    }
+}
+
+/// The picture in a window that has grown, above the error's words.
+const GROWN_PICTURE: Area = [80..420, 120..400];
+
+#[track_caller]
+fn assert_changed(before: &Shot, after: &Shot, area: &Area, least: f64) {
+    let changed = before.difference(after, area);
+    assert!(changed > least, "{changed} has changed, not {least}");
+}
+
+#[track_caller]
+fn assert_same(expected: &Shot, found: &Shot, area: &Area) {
+    let differs = expected.difference(found, area);
+    assert!(differs < 0.01, "{differs} differs");
+}
