@@ -10,7 +10,7 @@ use super::pass::{Binding, Pass};
 use super::reflection::Resource;
 use crate::error::Result;
 
-/// Time that a slice of a pass should take where no frame of a window is due.
+/// Time that a slice of work should take where no frame of a window is due, in milliseconds.
 pub const SLICE_MS: f64 = 50.0;
 
 /// Progress of a pass that runs in slices.

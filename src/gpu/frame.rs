@@ -11,6 +11,7 @@ use ash::vk;
 
 use super::descriptors::DescriptorSets;
 use super::device::Device;
+use super::dispatch::SLICE_MS;
 use super::failure::failure;
 use super::queue::submit_to_queue;
 use super::timing::{Span, Timings, Work};
@@ -39,6 +40,9 @@ pub struct Frame {
     pub(super) begun: Vec<Arc<AtomicBool>>,
     leave_out_barriers: bool,
     pub timings: Timings,
+    /// Time that a slice of work should take, in milliseconds: a window sets less than [`SLICE_MS`] while its next frame is
+    /// due.
+    pub slice_ms: f64,
 }
 
 impl Frame {
@@ -54,6 +58,7 @@ impl Frame {
             begun: Vec::new(),
             leave_out_barriers: false,
             timings: Timings::default(),
+            slice_ms: SLICE_MS,
         };
         frame.fill().map_err(|e| frame.lost(e))?;
         Ok(frame)

@@ -73,15 +73,6 @@ impl Estimator {
             Estimator::Published(published) => published.warm_up(frame, r),
         }
     }
-
-    /// Sets the time that a slice of work should take from now on, in milliseconds.
-    pub fn set_slice_ms(&mut self, ms: f64) {
-        match self {
-            Estimator::NonCaching(tracking) => tracking.queue.target_ms = ms,
-            Estimator::Caching(cache) => cache.set_slice_ms(ms),
-            Estimator::Published(_) => {}
-        }
-    }
 }
 
 /// The published method reads its cells through the device's filter.

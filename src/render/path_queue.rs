@@ -16,8 +16,6 @@ use super::shared::{Counters, LAVAPIPE_ITERATIONS};
 use crate::error::Result;
 use crate::gpu::{Frame, Pass, Work};
 
-/// The time that a dispatch should take where no frame of a window is due.
-const TARGET_MS: f64 = 70.0;
 const LEAST_ITERATIONS: u32 = 16;
 /// The most iterations of a slot in a dispatch: half of a thread's share of LAVAPIPE_ITERATIONS, which eight threads have
 /// together. The other half is left for loops that are too short to be counted.
@@ -34,8 +32,6 @@ pub struct PathQueue {
     spent_ms: f64,
     /// Whether no dispatch has been made of the queue.
     is_new: bool,
-    /// The time that a dispatch should take.
-    pub target_ms: f64,
     /// The first item of the queue.
     first_item: u32,
     /// The counters as the last dispatch left them.
@@ -66,7 +62,6 @@ impl PathQueue {
             spent_iterations: 0,
             spent_ms: 0.0,
             is_new: true,
-            target_ms: TARGET_MS,
             first_item: 0,
             counted: Counters::zeroed(),
             reads_one_texel: passes.features.is_linear,
@@ -76,7 +71,7 @@ impl PathQueue {
     /// Forgets all paths and starts the queue anew, with these items where the volume streams.
     pub fn restart(&mut self, frame: &mut Frame, r: &Resources, items: Items) -> Result<()> {
         self.counted = Counters::zeroed();
-        self.iterations = self.iterations_at_first();
+        self.iterations = self.iterations_at_first(frame.slice_ms);
         self.spent_iterations = 0;
         self.spent_ms = 0.0;
         self.is_new = true;
@@ -91,9 +86,9 @@ impl PathQueue {
     /// If the last queue took little time in all, the next one probably fits into a single dispatch, which saves a GPU the
     /// overhead of several. The next queue may hold much more, so its first dispatch has at most `TIMES` the iterations for
     /// full load.
-    fn iterations_at_first(&self) -> u32 {
+    fn iterations_at_first(&self, slice_ms: f64) -> u32 {
         const TIMES: u32 = 8;
-        if self.spent_ms < self.target_ms / f64::from(TIMES) {
+        if self.spent_ms < slice_ms / f64::from(TIMES) {
             self.spent_iterations.clamp(
                 self.iterations_at_full_load,
                 (TIMES * self.iterations_at_full_load).min(MOST_ITERATIONS),
@@ -141,7 +136,8 @@ impl PathQueue {
         let most_were_busy = 2 * unfinished.saturating_sub(waiting) >= r.slots();
         // Paths that wait for bricks say nothing about the time that work takes.
         if most_were_busy || !waits {
-            self.adapt(took_ms, r.slots(), lookups, most_were_busy);
+            let share = took_ms / frame.slice_ms;
+            self.adapt(share, r.slots(), lookups, most_were_busy);
         }
         Ok(Advanced {
             lookups,
@@ -160,18 +156,19 @@ impl PathQueue {
         }
     }
 
-    fn adapt(&mut self, took_ms: f64, slots: u32, lookups: u32, most_were_busy: bool) {
+    /// Adapts the length of dispatches to the last one, which took `share` of the time that it should.
+    fn adapt(&mut self, share: f64, slots: u32, lookups: u32, most_were_busy: bool) {
         // Each lookup counts as two iterations, or more.
         let all = f64::from(slots) * f64::from(self.iterations);
-        let of_all_ms = took_ms * (all / (2.0 * f64::from(lookups.max(1)))).max(1.0);
-        if of_all_ms < 0.5 * self.target_ms {
+        let of_all = share * (all / (2.0 * f64::from(lookups.max(1)))).max(1.0);
+        if of_all < 0.5 {
             self.iterations_at_full_load = self
                 .iterations_at_full_load
                 .max((2 * self.iterations).min(MOST_ITERATIONS));
         }
-        if took_ms < 0.5 * self.target_ms {
+        if share < 0.5 {
             self.iterations = (self.iterations * 2).min(MOST_ITERATIONS);
-        } else if took_ms > 1.5 * self.target_ms {
+        } else if share > 1.5 {
             self.iterations = (self.iterations / 2).max(LEAST_ITERATIONS);
         }
         if most_were_busy {

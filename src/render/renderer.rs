@@ -261,7 +261,7 @@ impl Renderer {
 
     /// Sets the time that a slice of work may take from now on, in milliseconds, while a window waits for its next frame.
     pub fn set_slice_ms(&mut self, ms: f64) {
-        self.estimator.set_slice_ms(ms);
+        self.frame.slice_ms = ms;
         if let Some(bricks) = &self.resources.bricks {
             bricks.set_slice_ms(ms);
         }

@@ -25,14 +25,6 @@ impl AtRest {
         })
     }
 
-    /// Sets the time that a slice of work should take from now on, in milliseconds.
-    pub fn set_slice_ms(&mut self, ms: f64) {
-        match self {
-            AtRest::March(march) => march.set_slice_ms(ms),
-            AtRest::Tracking(tracking) => tracking.queue.target_ms = ms,
-        }
-    }
-
     /// Whether a sample has next to no noise of its own: it is marched, and leaves next to nothing to paths.
     pub fn is_smooth(&self) -> bool {
         match self {

@@ -25,8 +25,6 @@ pub struct CameraMarch {
     /// The share of the cache's nodes near which light is left to them; 1 where there are surfaces.
     left_share: f64,
     slices: Slices,
-    /// The time that a piece of work should take.
-    slice_ms: f64,
     /// Pixels, in the order of work, that have all of their units.
     pixels: u32,
     /// Whether the pixels under way have been marched, and the light that was left to paths has been traced.
@@ -56,7 +54,6 @@ impl CameraMarch {
             },
             tails: tails?,
             slices: Slices::new(SLICE_MS),
-            slice_ms: SLICE_MS,
             pixels: 0,
             is_marched: false,
             is_traced: false,
@@ -74,14 +71,6 @@ impl CameraMarch {
         self.left_share < NEXT_TO_NOTHING
     }
 
-    /// Sets the time that a slice of work should take from now on, in milliseconds.
-    pub fn set_slice_ms(&mut self, ms: f64) {
-        self.slice_ms = ms;
-        if let Some(tails) = &mut self.tails {
-            tails.queue.target_ms = ms;
-        }
-    }
-
     /// Advances a bundle of units of one sample by a slice, or begins it: first as many pixels, with all of their
     /// units, as `unit_sum` has room for, and then the next.
     pub fn advance(
@@ -92,7 +81,7 @@ impl CameraMarch {
         bundle: Bundle,
     ) -> Result<Sampled> {
         if bundle.begins {
-            self.begin_pixels(0);
+            self.begin_pixels(frame, 0);
         }
         let items = bundle.items_from(self.pixels, r.size);
         let mut lookups = 0;
@@ -104,7 +93,7 @@ impl CameraMarch {
             self.is_traced = !progress.under_way;
         }
         if self.is_marched && self.is_traced {
-            self.begin_pixels(items.end / bundle.units);
+            self.begin_pixels(frame, items.end / bundle.units);
         }
         Ok(Sampled {
             pixels: self.pixels,
@@ -121,9 +110,9 @@ impl CameraMarch {
     }
 
     /// Goes on with the pixels behind the first `pixels`.
-    fn begin_pixels(&mut self, pixels: u32) {
+    fn begin_pixels(&mut self, frame: &Frame, pixels: u32) {
         self.pixels = pixels;
-        self.slices.restart(self.slice_ms);
+        self.slices.restart(frame.slice_ms);
         self.is_marched = false;
         self.is_traced = self.left_share == 0.0;
     }

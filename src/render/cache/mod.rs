@@ -222,12 +222,6 @@ impl Cache {
         })
     }
 
-    /// Sets the time that a slice of work should take from now on, in milliseconds.
-    pub fn set_slice_ms(&mut self, ms: f64) {
-        self.tracking.queue.target_ms = ms;
-        self.at_rest.set_slice_ms(ms);
-    }
-
     /// Whether a picture at rest is marched.
     pub fn is_marched(&self) -> bool {
         matches!(self.at_rest, AtRest::March(_))
