@@ -148,7 +148,7 @@ pub(super) fn cache(renderer: &Renderer, goal: f64) -> Option<CacheStats> {
     }
     let cache = renderer.cache()?;
     let layout = &cache.memory.layout;
-    let converged = cache.is_known_to(goal);
+    let converged = cache.filling.is_known_to(goal);
     Some(CacheStats {
         dims: layout.nodes,
         format: layout.format().name().into(),
@@ -156,9 +156,9 @@ pub(super) fn cache(renderer: &Renderer, goal: f64) -> Option<CacheStats> {
         cells: layout.all_nodes(),
         active_cells: layout.active_nodes(),
         updates_per_cell: cache.mean_updates(),
-        relative_error: cache.relative_error,
+        relative_error: cache.filling.relative_error,
         converged,
-        seconds_to_converge: converged.then_some(cache.took.as_secs_f64()),
+        seconds_to_converge: converged.then_some(cache.filling.took.as_secs_f64()),
     })
 }
 

@@ -19,12 +19,17 @@ const UNSEEN_WHILE_GATHERING: f64 = 5.0;
 const SHARE_OF_PIXELS: f64 = 0.125;
 
 impl Engine {
+    /// Paths that the nodes in sight have had; 0 without a cache.
+    pub(super) fn updates(&self) -> u32 {
+        let cache = self.renderer.cache();
+        cache.map_or(0, |cache| cache.filling.updates)
+    }
+
     /// Takes a few samples through the cache and forgets them, if the time or the error is limited, nodes have gathered, and
     /// it is not known yet what samples take. Where the volume streams, few pixels would need as many bricks as all of them.
     /// Returns whether more is known now.
     pub(super) fn try_samples_ahead(&mut self, stop: &Stop, until: Until<'_>) -> Result<bool> {
-        let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
-        let is_due = updates >= GATHERED
+        let is_due = self.updates() >= GATHERED
             && self.samples_ahead.is_none()
             && self.totals().samples == 0
             && (stop.time.is_some() || stop.relative_error.is_some())
@@ -56,7 +61,7 @@ impl Engine {
         stop: &Stop,
         pictures: u32,
     ) -> bool {
-        let is_converged = |cache: &Cache| cache.is_known_to(cache_goal(stop));
+        let is_converged = |cache: &Cache| cache.filling.is_known_to(cache_goal(stop));
         match (stop.relative_error, ahead) {
             (Some(error), Some(ahead)) => ahead.is_filled_for(error, pictures),
             _ => self.renderer.cache().is_some_and(is_converged),
@@ -74,13 +79,14 @@ impl Engine {
     /// What filling the cache is expected to take.
     pub(super) fn filling(&self) -> Option<FillForecast> {
         self.renderer.cache().map(|cache| {
-            let next = cache.updates.max(GATHERED);
+            let filling = &cache.filling;
+            let next = filling.updates.max(GATHERED);
             let further = cache.seconds_to(2 * next) - cache.seconds_to(next);
             let per_traced_path = further / f64::from(next);
-            let traced = (equivalent_paths(cache.updates) - equivalent_paths(GATHERED)).max(0.0);
-            let took = cache.took.as_secs_f64();
-            let gathering = took + cache.seconds_to(GATHERED);
-            let unseen = if cache.updates <= GATHERED {
+            let paths = equivalent_paths(filling.updates);
+            let traced = (paths - equivalent_paths(GATHERED)).max(0.0);
+            let gathering = filling.took.as_secs_f64() + cache.seconds_to(GATHERED);
+            let unseen = if filling.updates <= GATHERED {
                 UNSEEN_WHILE_GATHERING
             } else {
                 1.0
@@ -88,8 +94,8 @@ impl Engine {
             FillForecast {
                 gathering: (gathering - per_traced_path * traced).max(0.0),
                 per_traced_path,
-                paths: equivalent_paths(cache.updates),
-                variance: unseen * cache.error_at_rest.powi(2) * equivalent_paths(cache.updates),
+                paths,
+                variance: unseen * filling.error_at_rest.powi(2) * paths,
             }
         })
     }

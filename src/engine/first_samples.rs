@@ -202,7 +202,10 @@ impl Engine {
     /// Square of the relative error after one sample. What a cache is wrong by is in all samples alike, and is counted with its
     /// filling.
     fn variance_of_one(&mut self) -> Result<f64> {
-        let shared = self.renderer.cache().map(|cache| cache.error_at_rest);
+        let shared = self
+            .renderer
+            .cache()
+            .map(|cache| cache.filling.error_at_rest);
         let shared = shared.filter(|error| error.is_finite()).unwrap_or(0.0);
         let variance = (self.relative_error()?.powi(2) - shared.powi(2)).max(0.0);
         Ok(f64::from(self.totals().samples) * variance)

@@ -105,16 +105,16 @@ impl Engine {
         let spent = self
             .renderer
             .cache()
-            .map_or(Duration::ZERO, |cache| cache.took);
+            .map_or(Duration::ZERO, |cache| cache.filling.took);
         let [deadline, latest] = [run.stop.time, run.stop.time.map(with_delay)]
             .map(|time| time.and_then(|time| after(time.saturating_sub(spent))));
         let is_caught_up = |engine: &Engine| {
             let cache = engine.renderer.cache();
-            cache.is_some_and(|cache| cache.updates == 0 || cache.is_caught_up())
+            cache.is_some_and(|cache| cache.filling.updates == 0 || cache.is_caught_up())
         };
         let mut is_of_another_view = !is_caught_up(self);
         loop {
-            let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
+            let updates = self.updates();
             is_of_another_view &= !is_caught_up(self);
             let until = Until {
                 interrupt: run.interrupt,
@@ -138,8 +138,8 @@ impl Engine {
             }
             if let Some(cache) = self.renderer.cache() {
                 (run.progress)(Progress::Filled {
-                    updates: cache.updates,
-                    relative_error: cache.relative_error,
+                    updates: cache.filling.updates,
+                    relative_error: cache.filling.relative_error,
                 });
             }
             run.pause(self)?;
@@ -150,13 +150,13 @@ impl Engine {
     /// that have come in sight catch up with what they lack.
     fn next_batch(&self, stop: &Stop, pictures: u32) -> Option<u32> {
         let cache = self.renderer.cache()?;
-        if cache.updates > 0 && !cache.is_caught_up() {
+        if cache.filling.updates > 0 && !cache.is_caught_up() {
             return Some(0);
         }
         let pixels = self.pixels() * f64::from(pictures);
         let filled = Filled {
-            updates: cache.updates,
-            took: cache.took,
+            updates: cache.filling.updates,
+            took: cache.filling.took,
             is_good: self.is_filled_for(self.ahead(), stop, pictures),
             share_of_time: self.share_of_time(stop, pictures),
             seconds_per_update: cache.seconds_per_update(),
@@ -266,14 +266,14 @@ impl Engine {
         let time = match (run.stop.time, self.renderer.cache()) {
             _ if is_first && run.waits => None,
             // Without light in the cache there is no picture, however long the sample takes.
-            (Some(_), Some(cache)) if cache.updates == 0 => Some(Duration::ZERO),
+            (Some(_), Some(cache)) if cache.filling.updates == 0 => Some(Duration::ZERO),
             // The cache's first paths may have been late already.
             (Some(time), Some(_)) if is_first => Some(with_delay(time.max(done.took))),
             (Some(time), None) if is_first => Some(with_delay(time)),
             (time, _) => time,
         };
         // An interruption while the cache is filled still lets the first unit end: the picture that the cache shows.
-        let has_light = self.renderer.cache().is_some_and(|c| c.updates > 0);
+        let has_light = self.updates() > 0;
         Until {
             interrupt: if has_light && is_first {
                 &UNSTOPPABLE
@@ -290,7 +290,7 @@ impl Engine {
                 "not every pixel has had its first sample; give it more time or fewer pixels, or shorten paths by \
                  render.max_bounces or by a lower medium.density"
             }
-            Some(cache) if cache.updates == 0 => {
+            Some(cache) if cache.filling.updates == 0 => {
                 "the cache's nodes have not had their first paths; give it more time, a coarser cache (--cache-scale), or \
                  none (--variant non-caching)"
             }

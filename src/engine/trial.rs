@@ -289,7 +289,7 @@ impl Engine {
         if task.pictures > 1 {
             self.look_from_everywhere();
         }
-        while self.renderer.cache().is_some_and(|c| c.updates < UPDATES) {
+        while self.renderer.cache().is_some() && self.updates() < UPDATES {
             if !self.fill_on(until, watch)? {
                 return Ok(None);
             }
@@ -305,7 +305,7 @@ impl Engine {
             };
             let head_start = to_go_back + self.seconds_filled();
             let is_better = verdict(rival, &cached, task, head_start).cache_is_better;
-            let is_known = |cache: &Cache| cache.is_known_to(f64::INFINITY);
+            let is_known = |cache: &Cache| cache.filling.is_known_to(f64::INFINITY);
             let is_settled = if until.is_over() {
                 // To be wrong costs most where paths wait for bricks.
                 !self.streams() || self.renderer.cache().is_some_and(is_known)
@@ -323,7 +323,7 @@ impl Engine {
 
     /// Doubles the paths of the cache's nodes. Returns false if `until` comes before that is done.
     fn fill_on(&mut self, until: Until<'_>, watch: &mut Stopwatch) -> Result<bool> {
-        let updates = self.renderer.cache().map_or(0, |cache| cache.updates);
+        let updates = self.updates();
         let Some(mut caching) = self.renderer.caching() else {
             return Ok(false);
         };
@@ -336,6 +336,6 @@ impl Engine {
     /// Time that filling the cache has taken so far.
     fn seconds_filled(&self) -> f64 {
         let cache = self.renderer.cache();
-        cache.map_or(0.0, |cache| cache.took.as_secs_f64())
+        cache.map_or(0.0, |cache| cache.filling.took.as_secs_f64())
     }
 }

@@ -235,7 +235,7 @@ impl<'a> Keeper<'a> {
         let is_under_way = self.fill_state == FillState::UnderWay;
         let cache = engine.cache().filter(|_| is_under_way);
         let seconds = cache.map_or(0.0, |cache| {
-            cache.seconds_per_update() * f64::from(next_batch_size(cache.updates))
+            cache.seconds_per_update() * f64::from(next_batch_size(cache.filling.updates))
         });
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
     }

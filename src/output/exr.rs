@@ -109,7 +109,7 @@ fn sums(sums: &Sums) -> Vec<AnyChannel<FlatSamples>> {
             &halves.mean,
         ));
         channels.push(channel(
-            "halves.variance_ratio",
+            "halves.left",
             halves.variance_ratio.clone(),
         ));
     }

@@ -48,7 +48,9 @@ impl Renderer {
 
     /// Standard error of the picture with these sums.
     pub fn standard_error(&self, sums: &Sums) -> Vec<[f32; 3]> {
-        let cache_error = self.cache().map_or(0.0, |cache| cache.error_at_rest);
+        let cache_error = self
+            .cache()
+            .map_or(0.0, |cache| cache.filling.error_at_rest);
         let Totals { samples, units, .. } = self.totals;
         sums.standard_error(samples, units, cache_error)
     }

@@ -274,11 +274,11 @@ impl Renderer {
 
     /// Paths traced, for the cache and for the picture.
     pub fn paths(&self) -> u64 {
-        self.totals.paths + self.cache().map_or(0, |cache| cache.paths)
+        self.totals.paths + self.cache().map_or(0, |cache| cache.work.paths)
     }
 
     /// Reads of the volume by these paths.
     pub fn lookups(&self) -> u64 {
-        self.totals.lookups + self.cache().map_or(0, |cache| cache.lookups)
+        self.totals.lookups + self.cache().map_or(0, |cache| cache.work.lookups)
     }
 }

@@ -102,7 +102,7 @@ impl Shard {
                 Some(samples) => Some(Arc::new(Halves {
                     samples,
                     mean: texels(["halves.R", "halves.G", "halves.B", "halves.A"])?,
-                    variance_ratio: needed("halves.variance_ratio")?.to_vec(),
+                    variance_ratio: needed("halves.left")?.to_vec(),
                 })),
                 None => None,
             },

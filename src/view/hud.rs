@@ -103,12 +103,12 @@ fn headline(live: &Live, report: &Report) -> String {
 fn light(live: &Live) -> Option<String> {
     let cache = live.engine.cache()?;
     let cells = cache.memory.layout.active_nodes();
-    let error = if cache.relative_error.is_finite() {
-        format!("error {:.2} %", 100.0 * cache.relative_error)
+    let error = if cache.filling.relative_error.is_finite() {
+        format!("error {:.2} %", 100.0 * cache.filling.relative_error)
     } else {
         "error unknown yet".into()
     };
-    let updates = cache.updates;
+    let updates = cache.filling.updates;
     Some(format!(
         "cache: {cells} cells, those in sight updated {updates} times, {error}"
     ))

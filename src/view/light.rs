@@ -15,13 +15,13 @@ const EDGES_BELOW: f64 = 2.0 * CACHE_ERROR;
 
 /// Number of the cache's batches so far.
 pub fn batches(engine: &Engine) -> Option<u32> {
-    engine.cache().map(|cache| cache.batches)
+    engine.cache().map(|cache| cache.work.batches)
 }
 
 /// Paths that a node in sight gets in a batch: as many as it has had, or 0 for those that it lacks.
 pub fn next_batch(engine: &Engine) -> u32 {
     let cache = engine.cache();
-    match cache.map_or(0, |cache| cache.updates) {
+    match cache.map_or(0, |cache| cache.filling.updates) {
         0 => 1,
         _ if cache_is_good(engine) => 0,
         updates => next_batch_size(updates),
@@ -31,7 +31,9 @@ pub fn next_batch(engine: &Engine) -> u32 {
 /// Whether the cache is good enough in the view for which its error was last measured.
 pub fn cache_is_good(engine: &Engine) -> bool {
     let cache = engine.cache();
-    cache.is_none_or(|cache| cache.is_known_to(CACHE_ERROR) || cache.took >= LONGEST_FILLING)
+    cache.is_none_or(|cache| {
+        cache.filling.is_known_to(CACHE_ERROR) || cache.filling.took >= LONGEST_FILLING
+    })
 }
 
 /// Whether the cache has converged in this view.
@@ -43,5 +45,5 @@ pub fn cache_is_converged(engine: &Engine) -> bool {
 /// Whether more rays of each pixel make the picture better than more paths for the cache.
 pub fn shows_edges(engine: &Engine) -> bool {
     let cache = engine.cache();
-    cache_is_converged(engine) || cache.is_some_and(|c| c.is_known_to(EDGES_BELOW))
+    cache_is_converged(engine) || cache.is_some_and(|c| c.filling.is_known_to(EDGES_BELOW))
 }

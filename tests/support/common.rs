@@ -253,7 +253,7 @@ impl Cached {
     }
 
     pub fn updates(&self) -> u32 {
-        self.cache().updates
+        self.cache().filling.updates
     }
 
     pub fn fill(&mut self, updates: u32) {

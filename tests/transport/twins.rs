@@ -191,13 +191,13 @@ fn host_and_shader_agree_on_when_nodes_gather() {
     let stop = AtomicBool::new(false);
     for samples in [1, 1, 2, 4, 8, 15, 1, 1, GATHERED, 8] {
         let before = (
-            cached.cache().paths,
-            cached.cache().lookups,
+            cached.cache().work.paths,
+            cached.cache().work.lookups,
             cached.updates(),
         );
         assert!(cached.caching().batch(samples, &stop).expect("a batch"));
-        let paths = cached.cache().paths - before.0;
-        let lookups_per_path = (cached.cache().lookups - before.1) as f64 / paths as f64;
+        let paths = cached.cache().work.paths - before.0;
+        let lookups_per_path = (cached.cache().work.lookups - before.1) as f64 / paths as f64;
         let gathers = batch_gathers(before.2, samples);
         println!(
             "{} + {samples}: {lookups_per_path:.1} reads a path, gathers {gathers}",

@@ -149,7 +149,7 @@ fn setting(variant: &str, engine: &Engine, voxels: f64) -> CacheSetting {
     };
     CacheSetting {
         variant: variant.into(),
-        paths_per_cell: cache.updates,
+        paths_per_cell: cache.filling.updates,
         relative_error: stats.relative_error,
         psnr: None,
         ssim: None,

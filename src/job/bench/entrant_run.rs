@@ -110,7 +110,7 @@ impl EntrantRun<'_> {
             cpu_s: self.watch.cpu().as_secs_f64(),
             file,
             samples: self.engine.totals().samples,
-            paths_per_cell: self.engine.cache().map(|c| c.updates),
+            paths_per_cell: self.engine.cache().map(|c| c.filling.updates),
             efficiency: 1.0 / (error.mse * seconds),
             within_reference_noise: noise.is_some_and(|noise| error.mse <= 2.0 * noise.mse),
             error,
@@ -135,5 +135,5 @@ impl EntrantRun<'_> {
 /// Paths that the cache's cells have had, where the picture's error comes from the cache alone.
 fn decisive_updates(engine: &Engine) -> Option<u32> {
     let cache = engine.cache()?;
-    cache.samples_are_smooth().then_some(cache.updates)
+    cache.samples_are_smooth().then_some(cache.filling.updates)
 }

@@ -1,6 +1,7 @@
 //! Operations that a renderer offers where it has a cache: filling it, and marching through it.
 
-use super::{Cache, ViewState};
+use super::Cache;
+use super::sight::ViewState;
 use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 use crate::render::bricks::Order;
@@ -49,22 +50,22 @@ impl Caching<'_> {
 
     /// Gives all nodes the same number of paths from now on, as pictures from all sides need it.
     pub fn widen_focus(&mut self) {
-        self.cache.widen_focus();
+        self.cache.sight.widen();
     }
 
     /// Gives every node a path soon, including those out of sight. Call it when the camera is about to move.
     pub fn roam(&mut self) {
-        self.cache.roam();
+        self.cache.sight.roams = true;
     }
 
     /// Takes what is known of the current view, before another one is looked at for a moment.
     pub fn take_view_state(&mut self) -> ViewState {
-        std::mem::take(&mut self.cache.view)
+        std::mem::take(&mut self.cache.sight.view)
     }
 
     /// Puts back what was known of a view that is the current one again.
     pub fn put_back(&mut self, view: ViewState) {
-        self.cache.view = view;
+        self.cache.sight.view = view;
     }
 
     /// Forgets the batch under way.

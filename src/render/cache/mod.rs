@@ -11,29 +11,31 @@ mod camera_march;
 mod cube_bits;
 mod cut_cubes;
 mod error;
+mod filling;
 mod focus;
 mod marched;
 mod memory;
 mod merge_parts;
 mod node_tracking;
 mod pace;
-mod progress;
 mod ray_march;
 mod reflectance;
 mod rim_cubes;
 mod room;
+mod sight;
 mod spread_light;
 mod state;
 mod tail_tracking;
 mod work_list;
 
 pub use caching::Caching;
+pub use filling::{Filling, FillingWork};
 pub use memory::CacheMemory;
 pub use pace::{batch_gathers, equivalent_paths, next_batch_size};
 pub use ray_march::RAYS_PER_PIXEL;
 pub use state::CacheState;
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::bundle::{Bundle, Sampled};
 use super::gpu_scene::GpuScene;
@@ -48,10 +50,11 @@ use cut_cubes::CutCubes;
 use error::{Measured, measure, measured_stride, relative_errors};
 use focus::Focus;
 use node_tracking::NodeTracking;
-use pace::{Pace, history};
+use pace::history;
 use ray_march::RayMarch;
 use reflectance::SurfaceReflectance;
 use rim_cubes::RimCubes;
+use sight::Sight;
 
 pub struct Cache {
     pub memory: CacheMemory,
@@ -64,47 +67,15 @@ pub struct Cache {
     rim_cubes: Option<RimCubes>,
     /// `None` where surfaces need no table of their reflectance.
     reflectance: Option<SurfaceReflectance>,
-    pub(super) focus: Focus,
-    /// The largest distance, in pixels along both axes, between the rays by which bricks are weighed. `None`: bricks
-    /// are not weighed, and all get the same number of paths.
-    focus_stride: Option<u32>,
-    /// All nodes get the same number of paths, since pictures will be taken from everywhere.
-    pub(super) is_wide: bool,
-    /// The camera is about to move: no node is left without a path for long.
-    roams: bool,
+    pub(super) sight: Sight,
     /// The texel that stands for the light of a node that has had no path.
     guess: [f32; 4],
     /// No batch has ended since the images were made: they hold no light of an older scene.
     pub(super) is_blank: bool,
-    pub(super) view: ViewState,
-    /// Paths that the nodes in sight have had.
-    pub updates: u32,
-    /// Batches that have ended.
-    pub batches: u32,
-    /// Paths traced, and reads of the volume by them, in all batches.
-    pub paths: u64,
-    pub lookups: u64,
-    /// Relative error of the picture that the cache shows: rms(standard error)/mean. Infinite until there are two
-    /// batches.
-    pub relative_error: f64,
-    /// The same of what a picture at rest takes from the cache.
-    pub error_at_rest: f64,
-    pub took: Duration,
-    /// The pace of batches in which nodes gather (`gathering.glsl`).
-    pub(super) gathering: Pace,
-    /// The pace of batches in which nodes trace whole paths.
-    pub(super) tracing: Pace,
+    pub filling: Filling,
+    pub work: FillingWork,
     /// Paths that the nodes in sight get in the batch under way.
     pub(super) under_way: Option<u32>,
-}
-
-/// What is known of the current view.
-#[derive(Debug, Default)]
-pub struct ViewState {
-    /// Whether the bricks have been weighed.
-    pub(super) is_weighed: bool,
-    /// The pictures by which the error was last measured.
-    pub(super) measured: Measured,
 }
 
 impl Cache {
@@ -115,7 +86,7 @@ impl Cache {
             || rayon::join(|| NodeTracking::new(passes), || RayMarch::new(passes)),
         );
         Ok(Cache {
-            focus: Focus::everywhere(&memory.layout),
+            sight: Sight::new(scene, &memory.layout),
             memory,
             at_rest: at_rest?,
             tracking: tracking?,
@@ -135,21 +106,10 @@ impl Cache {
             } else {
                 None
             },
-            focus_stride: focus_stride(scene),
-            is_wide: false,
-            roams: false,
             guess: scene.guessed_light(),
             is_blank: true,
-            view: ViewState::default(),
-            updates: 0,
-            batches: 0,
-            paths: 0,
-            lookups: 0,
-            relative_error: f64::INFINITY,
-            error_at_rest: f64::INFINITY,
-            took: Duration::ZERO,
-            gathering: Pace::default(),
-            tracing: Pace::default(),
+            filling: Filling::NONE,
+            work: FillingWork::default(),
             under_way: None,
         })
     }
@@ -162,7 +122,8 @@ impl Cache {
         scene: &GpuScene,
         changes: Changes,
     ) -> Result<()> {
-        self.reset_view(scene);
+        self.sight.change_view(scene);
+        self.ray_march.rays = 0;
         self.guess = scene.guessed_light();
         if changes.invalidates(Derived::NodePaths) {
             self.abandon();
@@ -245,38 +206,14 @@ impl Cache {
 
     /// Forgets all light.
     pub fn clear(&mut self) {
-        self.focus = Focus::everywhere(&self.memory.layout);
-        self.view = ViewState::default();
-        self.updates = 0;
-        self.relative_error = f64::INFINITY;
-        self.error_at_rest = f64::INFINITY;
-        self.took = Duration::ZERO;
-        self.gathering = Pace::default();
-        self.tracing = Pace::default();
+        self.sight.clear(&self.memory.layout);
+        self.filling = Filling::NONE;
         self.under_way = None;
     }
 
     /// Forgets the batch under way.
     pub fn abandon(&mut self) {
         self.under_way = None;
-    }
-
-    /// Adapts to another view: the error has to be measured anew; until then the last one stands.
-    fn reset_view(&mut self, scene: &GpuScene) {
-        self.focus_stride = focus_stride(scene);
-        self.view = ViewState::default();
-        self.ray_march.rays = 0;
-    }
-
-    /// See [`Caching::widen_focus`](super::Caching::widen_focus).
-    pub fn widen_focus(&mut self) {
-        self.is_wide = true;
-        self.view.is_weighed = false;
-    }
-
-    /// See [`Caching::roam`](super::Caching::roam).
-    pub fn roam(&mut self) {
-        self.roams = true;
     }
 
     /// Runs a few steps of a batch and of a unit for a trial; the next ones begin anew.
@@ -304,24 +241,24 @@ impl Cache {
             self.begin_batch(frame, r, samples)?;
         }
         let samples = *self.under_way.get_or_insert(samples);
-        let before = self.updates;
+        let before = self.filling.updates;
         let progress = self.tracking.advance(frame, r, &mut self.memory)?;
         let finished = u64::from(progress.finished);
-        self.lookups += u64::from(progress.lookups);
-        self.paths += finished;
+        self.work.lookups += u64::from(progress.lookups);
+        self.work.paths += finished;
         if !progress.under_way {
             let now = measure(frame, r, &self.memory, &mut self.ray_march)?;
             self.end_batch(samples, now);
         }
         let took = began.elapsed();
-        self.took += took;
+        self.filling.took += took;
         let pace = if self.memory.layout.gathers && batch_gathers(before, samples) {
-            &mut self.gathering
+            &mut self.filling.gathering
         } else {
-            &mut self.tracing
+            &mut self.filling.tracing
         };
         pace.add(finished, took);
-        let is_over = samples > 0 || !self.focus.lags(self.updates);
+        let is_over = samples > 0 || !self.sight.focus.lags(self.filling.updates);
         Ok(!progress.under_way && is_over)
     }
 
@@ -330,28 +267,27 @@ impl Cache {
         if self.is_blank {
             self.guess(frame)?;
         }
-        let left = self.focus.left(self.updates + samples);
+        let left = self.sight.focus.left(self.filling.updates + samples);
         self.tracking.begin(frame, r, &mut self.memory, left)
     }
 
     /// Finds out which nodes are in sight, unless that is known.
     fn weigh_bricks(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        if self.view.is_weighed {
+        if self.sight.view.is_weighed {
             return Ok(());
         }
-        if self.updates == 0 {
-            self.focus = Focus::everywhere(&self.memory.layout);
+        if self.filling.updates == 0 {
+            self.sight.focus = Focus::everywhere(&self.memory.layout);
             // The light of an older scene is not marked as a guess, and must not be read.
-            self.focus.all_from = if !self.is_blank {
+            self.sight.focus.all_from = if !self.is_blank {
                 Some(1)
             } else {
-                self.roams.then(|| next_batch_size(0) + 1)
+                self.sight.roams.then(|| next_batch_size(0) + 1)
             };
         }
-        self.view.is_weighed = true;
-        let longest = self.focus_stride.filter(|_| !self.is_wide);
-        let Some(longest) = longest else {
-            self.focus.widen();
+        self.sight.view.is_weighed = true;
+        let Some(longest) = self.sight.weighing_stride() else {
+            self.sight.focus.widen();
             return Ok(());
         };
         let bricks = self.memory.bricks_mut().iter_mut();
@@ -362,22 +298,24 @@ impl Cache {
         let weights = || self.memory.bricks().iter().map(|brick| brick.weight);
         let read: Vec<bool> = weights().map(|weight| weight > 0).collect();
         let in_sight = self.memory.layout.with_neighbours(&read);
-        self.focus.narrow(weights(), &in_sight);
+        self.sight.focus.narrow(weights(), &in_sight);
         Ok(())
     }
 
     fn end_batch(&mut self, samples: u32, now: Measured) {
         self.under_way = None;
         self.is_blank = false;
-        let before = &self.view.measured;
+        let filling = &mut self.filling;
+        let before = &self.sight.view.measured;
         if samples > 0 && !before.shown.is_empty() {
-            let had = history(self.updates, self.memory.layout.gathers);
-            [self.relative_error, self.error_at_rest] = relative_errors(before, &now, had, samples);
+            let had = history(filling.updates, self.memory.layout.gathers);
+            [filling.relative_error, filling.error_at_rest] =
+                relative_errors(before, &now, had, samples);
         }
-        self.view.measured = now;
-        self.batches += 1;
-        self.updates += samples;
-        self.focus.reach(self.updates);
+        filling.updates += samples;
+        self.work.batches += 1;
+        self.sight.focus.reach(filling.updates);
+        self.sight.view.measured = now;
     }
 
     /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
@@ -390,9 +328,4 @@ impl Cache {
     pub fn march(&mut self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {
         self.ray_march.advance(frame, r, &self.memory, slices)
     }
-}
-
-/// `None` unless the picture at rest is marched: only then is the cache read where it is seen, and nowhere else.
-fn focus_stride(scene: &GpuScene) -> Option<u32> {
-    focus::longest_stride(scene).filter(|_| scene.features().is_marched())
 }

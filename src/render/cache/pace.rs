@@ -8,13 +8,18 @@ use serde::{Deserialize, Serialize};
 use crate::render::shared::{GATHERED, GATHERED_FOR_ONE};
 
 /// The totals of all batches of one kind.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
     paths: u64,
     took: Duration,
 }
 
 impl Pace {
+    pub const NONE: Pace = Pace {
+        paths: 0,
+        took: Duration::ZERO,
+    };
+
     pub fn add(&mut self, paths: u64, took: Duration) {
         self.paths += paths;
         self.took += took;

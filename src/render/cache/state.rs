@@ -12,24 +12,19 @@ use serde::{Deserialize, Serialize};
 use super::Cache;
 use super::caching::Caching;
 use super::error::Measured;
+use super::filling::{Filling, FillingWork};
 use super::focus::Focus;
-use super::pace::Pace;
+use super::sight::{Sight, ViewState};
 use crate::error::{Error, Result};
 use crate::render::copy::{self, Sink, Source};
 
 /// What a file keeps of a cache besides its light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CacheState {
-    updates: u32,
-    batches: u32,
-    paths: u64,
-    lookups: u64,
-    /// `None` while it is unknown.
-    relative_error: Option<f64>,
-    error_at_rest: Option<f64>,
-    took: Duration,
-    gathering: Pace,
-    tracing: Pace,
+    #[serde(flatten)]
+    filling: Filling,
+    #[serde(flatten)]
+    work: FillingWork,
     is_wide: bool,
     all_from: Option<u32>,
     is_weighed: bool,
@@ -41,22 +36,16 @@ pub struct CacheState {
 
 impl Cache {
     fn state(&self) -> CacheState {
+        let Sight { focus, view, .. } = &self.sight;
         CacheState {
-            updates: self.updates,
-            batches: self.batches,
-            paths: self.paths,
-            lookups: self.lookups,
-            relative_error: Some(self.relative_error).filter(|error| error.is_finite()),
-            error_at_rest: Some(self.error_at_rest).filter(|error| error.is_finite()),
-            took: self.took,
-            gathering: self.gathering,
-            tracing: self.tracing,
-            is_wide: self.is_wide,
-            all_from: self.focus.all_from,
-            is_weighed: self.view.is_weighed,
-            bricks: self.focus.had.len(),
-            shown: self.view.measured.shown.len(),
-            shown_at_rest: self.view.measured.at_rest.len(),
+            filling: self.filling,
+            work: self.work,
+            is_wide: self.sight.is_wide,
+            all_from: focus.all_from,
+            is_weighed: view.is_weighed,
+            bricks: focus.had.len(),
+            shown: view.measured.shown.len(),
+            shown_at_rest: view.measured.at_rest.len(),
         }
     }
 
@@ -69,7 +58,7 @@ impl Cache {
 impl CacheState {
     /// The time that the filling has taken.
     pub fn took(&self) -> Duration {
-        self.took
+        self.filling.took
     }
 
     /// Bytes that stream, in a cache with `light` bytes of light.
@@ -84,7 +73,7 @@ impl CacheState {
 impl Caching<'_> {
     /// Paths that the nodes in sight have had.
     pub fn updates(&self) -> u32 {
-        self.cache.updates
+        self.cache.filling.updates
     }
 
     /// Streams the cache's light.
@@ -97,12 +86,12 @@ impl Caching<'_> {
 
     /// Streams what follows the light in the cache's state. The cache must not be in the middle of a batch.
     pub fn save_rest(&mut self, sink: &mut Sink<'_>) -> Result<CacheState> {
-        let cache = &self.cache;
-        sink(&cache.focus.halvings)?;
-        sink(bytemuck::cast_slice(&cache.focus.had))?;
-        sink(bytemuck::cast_slice(&cache.view.measured.shown))?;
-        sink(bytemuck::cast_slice(&cache.view.measured.at_rest))?;
-        Ok(cache.state())
+        let Sight { focus, view, .. } = &self.cache.sight;
+        sink(&focus.halvings)?;
+        sink(bytemuck::cast_slice(&focus.had))?;
+        sink(bytemuck::cast_slice(&view.measured.shown))?;
+        sink(bytemuck::cast_slice(&view.measured.at_rest))?;
+        Ok(self.cache.state())
     }
 
     /// Bytes that [`restore`](Caching::restore) reads; `None` if the state does not belong to a cache of this layout.
@@ -140,26 +129,21 @@ impl Caching<'_> {
             shown: picture(state.shown)?,
             at_rest: picture(state.shown_at_rest)?,
         };
-        if !focus.is_possible(state.updates) {
+        if !focus.is_possible(state.filling.updates) {
             return Err(Error::value(
                 "the cache's state is damaged: its numbers of paths are impossible",
             ));
         }
         let cache = &mut *self.cache;
-        cache.focus = focus;
-        cache.view.measured = measured;
         cache.is_blank = false;
-        cache.updates = state.updates;
-        cache.batches = state.batches;
-        cache.paths = state.paths;
-        cache.lookups = state.lookups;
-        cache.relative_error = state.relative_error.unwrap_or(f64::INFINITY);
-        cache.error_at_rest = state.error_at_rest.unwrap_or(f64::INFINITY);
-        cache.took = state.took;
-        cache.gathering = state.gathering;
-        cache.tracing = state.tracing;
-        cache.is_wide = state.is_wide;
-        cache.view.is_weighed = state.is_weighed;
+        cache.filling = state.filling;
+        cache.work = state.work;
+        cache.sight.is_wide = state.is_wide;
+        cache.sight.focus = focus;
+        cache.sight.view = ViewState {
+            is_weighed: state.is_weighed,
+            measured,
+        };
         Ok(())
     }
 }

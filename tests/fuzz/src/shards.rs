@@ -52,7 +52,7 @@ pub fn checkpoint(end: u32) -> Vec<u8> {
 
 /// The header of a cache's file.
 pub fn cache_header() -> Value {
-    let pace = json!({ "updates": 1, "took": { "secs": 1, "nanos": 0 } });
+    let pace = json!({ "paths": 100, "took": { "secs": 1, "nanos": 0 } });
     json!({
         "identity": identity(),
         "scene": SCENE,
@@ -60,9 +60,10 @@ pub fn cache_header() -> Value {
         "fill": "9".repeat(32),
         "is_filled": true,
         "state": {
-            "updates": 4, "batches": 3, "paths": 100, "lookups": 1000, "relative_error": 0.1,
+            "updates": 4, "batches": 3, "paths": 100, "lookups": 1000, "relative_error": 0.1, "error_at_rest": 0.1,
             "took": { "secs": 1, "nanos": 0 }, "gathering": pace, "tracing": pace,
-            "is_wide": false, "is_weighed": true, "bricks": 1, "shown": 6,
+            "is_wide": false, "all_from": null, "is_weighed": true, "bricks": 1, "shown": 6,
+            "shown_at_rest": 0,
         },
     })
 }

@@ -71,9 +71,9 @@ fn errors(scene: &Scene, everywhere: bool, updates: u32) -> [f64; 2] {
     let cache = caches[0].cache();
     println!(
         "everywhere {everywhere}: {} paths, error {found:.4}, measured {:.4}",
-        cache.paths, cache.relative_error
+        cache.work.paths, cache.filling.relative_error
     );
-    [found, cache.relative_error]
+    [found, cache.filling.relative_error]
 }
 
 #[test]
@@ -92,7 +92,7 @@ fn all_cells_get_the_same_for_whoever_looks_from_everywhere() {
     let cache = cached.cache();
     assert_eq!(cache.mean_updates(), 40.0);
     // The first 32 are those of one node in eight.
-    assert_eq!(cache.paths, 32 * 8 * 8 * 8 + 8 * 16 * 16 * 16);
+    assert_eq!(cache.work.paths, 32 * 8 * 8 * 8 + 8 * 16 * 16 * 16);
 }
 
 /// Paths are numbered from node to node: it does not matter when a node has had them, if it does not gather.

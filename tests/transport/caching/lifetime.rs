@@ -103,7 +103,7 @@ fn light_goes_from_one_engine_to_another() {
     let [mut new, mut empty] = [begin(&after), begin(&after)];
     assert!(new.adopt_light(&light).expect("the same layout"));
     let cache = new.cache().expect("a cache");
-    assert_eq!(cache.updates, 4);
+    assert_eq!(cache.filling.updates, 4);
     assert!(!cache.is_caught_up(), "what is in sight is not known yet");
     // What the cache shows is the same as what another engine fills it with.
     let mut caching = empty.caching().expect("a cache");

@@ -1,0 +1,68 @@
+//! What the cache's paths are for: which of its bricks the current view reads, and how much they weigh in it.
+
+use super::error::Measured;
+use super::focus::{self, Focus};
+use crate::render::gpu_scene::GpuScene;
+use crate::render::layout::CacheLayout;
+
+/// How paths are divided among the bricks, and why.
+pub struct Sight {
+    pub focus: Focus,
+    /// The largest distance, in pixels along both axes, between the rays by which bricks are weighed. `None`: bricks
+    /// are not weighed, and all get the same number of paths.
+    stride: Option<u32>,
+    /// All nodes get the same number of paths, since pictures will be taken from everywhere.
+    pub is_wide: bool,
+    /// The camera is about to move: no node is left without a path for long.
+    pub roams: bool,
+    pub view: ViewState,
+}
+
+/// What is known of the current view.
+#[derive(Debug, Default)]
+pub struct ViewState {
+    /// Whether the bricks have been weighed.
+    pub(super) is_weighed: bool,
+    /// The pictures by which the error was last measured.
+    pub(super) measured: Measured,
+}
+
+impl Sight {
+    pub fn new(scene: &GpuScene, layout: &CacheLayout) -> Sight {
+        Sight {
+            focus: Focus::everywhere(layout),
+            stride: stride(scene),
+            is_wide: false,
+            roams: false,
+            view: ViewState::default(),
+        }
+    }
+
+    /// The largest distance between the rays by which bricks are to be weighed; `None` if all get the same number of paths.
+    pub fn weighing_stride(&self) -> Option<u32> {
+        self.stride.filter(|_| !self.is_wide)
+    }
+
+    /// Adapts to another view.
+    pub fn change_view(&mut self, scene: &GpuScene) {
+        self.stride = stride(scene);
+        self.view = ViewState::default();
+    }
+
+    /// Forgets which paths the bricks have had, and the view.
+    pub fn clear(&mut self, layout: &CacheLayout) {
+        self.focus = Focus::everywhere(layout);
+        self.view = ViewState::default();
+    }
+
+    /// All nodes get the same number of paths from now on.
+    pub fn widen(&mut self) {
+        self.is_wide = true;
+        self.view.is_weighed = false;
+    }
+}
+
+/// `None` unless the picture at rest is marched: only then is the cache read where it is seen, and nowhere else.
+fn stride(scene: &GpuScene) -> Option<u32> {
+    focus::longest_stride(scene).filter(|_| scene.features().is_marched())
+}
