@@ -39,8 +39,8 @@ pub struct Filled {
     pub paths_per_pixel: f64,
 }
 
-/// Paths a node from which an error can be told.
-const FEWEST_UPDATES: u32 = 8;
+/// Paths a node from which an error can be told, and how fast a cache fills.
+pub(super) const FEWEST_UPDATES: u32 = 8;
 
 /// Paths for each node in the next batch; `None` once the picture needs samples more than the cache needs
 /// paths. Where samples are counted, the cache gets about as many paths as the pictures get samples.

@@ -112,7 +112,7 @@ impl Forecast {
     }
 
     /// Seconds until all pictures have this relative error.
-    fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
+    pub fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
         let Some(cache) = self.cache else {
             return f64::from(pictures) * self.seconds_for(self.samples_to(error));
         };
@@ -154,7 +154,7 @@ impl Forecast {
     }
 
     /// The relative error of pictures that take so many seconds each.
-    fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
+    pub fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
         let share = match self.cache {
             Some(_) => self.best_share(seconds, pictures),
             None => 0.0,
@@ -183,48 +183,6 @@ impl Forecast {
     }
 }
 
-/// With a cache, an error is reached later than forecast: whether the cache is good enough is checked only when its paths
-/// have doubled, and is uncertain itself. So the forecast time is multiplied by this factor, and a time limit is divided by
-/// it.
-const LATE: f64 = 1.2;
-
-/// What two forecasts say of a cache.
-pub struct Verdict {
-    /// Whether the cache is worth its filling.
-    pub cache_is_better: bool,
-    /// Why, as the end of a sentence.
-    pub said: String,
-}
-
-/// Compares a cache with no cache, or with another cache: `rival` is the forecast of that. `head_start` is what going on
-/// with the cache saves, in seconds: the time that its filling has taken so far, and the time that returning to the rival
-/// would take.
-pub fn verdict(rival: &Forecast, cached: &Forecast, task: &Task<'_>, head_start: f64) -> Verdict {
-    let Task { stop, pictures, .. } = *task;
-    if let Some(error) = stop.relative_error {
-        let [without, with] = [rival, cached].map(|f| f.seconds_to(error, pictures));
-        if without.min(with) <= task.seconds() {
-            let said = format!(
-                "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
-            );
-            return Verdict {
-                cache_is_better: LATE * with < without + head_start,
-                said,
-            };
-        }
-    }
-    let seconds = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
-    let without = rival.error_after(seconds, pictures);
-    let with = cached.error_after(seconds / LATE, pictures);
-    let said = format!(
-        "after {seconds} s a relative error of {with:.4} is expected with a cache and of {without:.4} without one"
-    );
-    Verdict {
-        cache_is_better: with < without,
-        said,
-    }
-}
-
 /// How many times units are begun together until there are so many samples (`units_together` in `schedule.rs`).
 fn bundles(samples: f64) -> f64 {
     1.0 + samples.max(1.0).ln() / f64::from(1 + MOST_AT_ONCE).ln()
@@ -244,21 +202,19 @@ pub fn variance_ratio(independent: f64, change: f64) -> f64 {
     }
 }
 
+/// Forecasts for tests.
 #[cfg(test)]
-mod tests {
-    use super::super::schedule::Stop;
+pub(super) mod examples {
     use super::*;
-    use std::sync::atomic::AtomicBool;
-    use std::time::Duration;
 
-    const UNCACHED: Forecast = Forecast {
+    pub const UNCACHED: Forecast = Forecast {
         seconds_per_sample: 0.1,
         seconds_per_bundle: 0.0,
         variance: 1.0,
         reduction: VarianceReduction::NONE,
         cache: None,
     };
-    const CACHED: Forecast = Forecast {
+    pub const CACHED: Forecast = Forecast {
         seconds_per_sample: 0.1,
         seconds_per_bundle: 0.0,
         variance: 0.04,
@@ -270,34 +226,12 @@ mod tests {
             variance: 1e-4,
         }),
     };
+}
 
-    static GOES_ON: AtomicBool = AtomicBool::new(false);
-
-    fn is_chosen(cached: Forecast, stop: Stop, pictures: u32, head_start: f64) -> bool {
-        let task = Task {
-            stop,
-            pictures,
-            interrupt: &GOES_ON,
-        };
-        verdict(&UNCACHED, &cached, &task, head_start).cache_is_better
-    }
-
-    fn is_cached(stop: Stop, pictures: u32) -> bool {
-        is_chosen(CACHED, stop, pictures, 0.0)
-    }
-
-    #[test]
-    fn a_cache_is_for_pictures_that_have_to_be_good_or_many() {
-        let to = |error| Stop {
-            relative_error: Some(error),
-            ..Stop::default()
-        };
-        assert!(!is_cached(to(0.2), 1));
-        assert!(is_cached(to(0.2), 100));
-        assert!(is_cached(to(0.02), 1));
-        // Most of its filling is done.
-        assert!(is_chosen(CACHED, to(0.2), 1, 10.0));
-    }
+#[cfg(test)]
+mod tests {
+    use super::examples::{CACHED, UNCACHED};
+    use super::*;
 
     /// Of two variances that fall as a/s and b/(1 − s), the sum is least at s = √a/(√a + √b). Only the first of several
     /// pictures pays.
@@ -376,50 +310,5 @@ mod tests {
         };
         assert!((streamed.seconds_for(256.0) - 7.56).abs() < 1e-9);
         assert!((128.0..=256.0).contains(&streamed.samples_in(7.56)));
-    }
-
-    /// A cache through which the first sample would be too late is of no use, however good it would be.
-    #[test]
-    fn filling_leaves_time_for_a_sample() {
-        let late = Forecast {
-            seconds_per_sample: 8.0,
-            variance: 1e-4,
-            ..CACHED
-        };
-        assert!(!is_chosen(
-            late,
-            Stop::after(Duration::from_secs(6)),
-            1,
-            0.0
-        ));
-        assert!(is_chosen(
-            late,
-            Stop::after(Duration::from_secs(60)),
-            1,
-            0.0
-        ));
-        let noisy = Forecast {
-            cache: CACHED.cache.map(|cache| FillForecast {
-                variance: 10.0,
-                ..cache
-            }),
-            ..late
-        };
-        let left = 10.0 * (1.0 - noisy.best_share(10.0, 1));
-        assert!((8.0..8.5).contains(&left), "{left}");
-    }
-
-    #[test]
-    fn where_the_time_ends_first_the_error_then_decides() {
-        let both = |seconds| Stop {
-            relative_error: Some(1e-4),
-            ..Stop::after(Duration::from_secs(seconds))
-        };
-        assert!(is_cached(both(60), 1));
-        let slow = Forecast {
-            seconds_per_sample: 3.0,
-            ..CACHED
-        };
-        assert!(!is_chosen(slow, both(60), 1, 0.0));
     }
 }

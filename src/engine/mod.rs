@@ -17,8 +17,10 @@ mod sample_range;
 pub mod schedule;
 mod slices;
 mod stopwatch;
+mod subject;
 mod task;
 mod trial;
+mod verdict;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -41,6 +43,7 @@ pub use run::{Outcome, Progress, Run, Sampling, relative_error_of};
 pub use sample_range::SampleRange;
 pub use schedule::{Stop, StopReason};
 pub use stopwatch::Stopwatch;
+pub use subject::Subject;
 pub use task::Task;
 pub use trial::{Trial, Tried};
 
@@ -173,9 +176,9 @@ impl Engine {
     /// without a cache an empty one.
     pub fn picture(&mut self) -> Result<Picture> {
         self.reduce_to(self.scene.render.size)?;
-        let film = match (self.totals().samples, self.renderer.caching()) {
-            (0, Some(mut caching)) => Film::marched(caching.march()?),
-            _ => self.renderer.film()?,
+        let film = match self.march_before_samples()? {
+            Some(film) => film,
+            None => self.renderer.film()?,
         };
         self.picture_of(film)
     }
@@ -204,9 +207,9 @@ impl Engine {
     /// [`picture`](Engine::picture), and the sums behind it.
     pub fn picture_with_sums(&mut self) -> Result<(Picture, Sums)> {
         let sums = self.sums()?;
-        let film = match (self.totals().samples, self.renderer.caching()) {
-            (0, Some(mut caching)) => Film::marched(caching.march()?),
-            _ => Film {
+        let film = match self.march_before_samples()? {
+            Some(film) => film,
+            None => Film {
                 stderr: self.renderer.standard_error(&sums),
                 mean: sums.mean.clone(),
             },
@@ -231,6 +234,14 @@ impl Engine {
     /// pictures of later scenes.
     pub fn begin_at_sample(&mut self, first: u32) {
         self.renderer.begin_at_sample(first);
+    }
+
+    /// What the cache shows, as long as there are no samples; `None` otherwise.
+    fn march_before_samples(&mut self) -> Result<Option<Film>> {
+        match (self.totals().samples, self.renderer.caching()) {
+            (0, Some(mut caching)) => Ok(Some(Film::marched(caching.march()?))),
+            _ => Ok(None),
+        }
     }
 
     fn picture_of(&mut self, film: Film) -> Result<Picture> {

@@ -136,7 +136,7 @@ impl Engine {
             if !caching.batch(samples, until)? {
                 return Ok(false);
             }
-            if let Some(cache) = self.renderer.cache() {
+            if let Some(cache) = self.renderer.cache().filter(|_| samples > 0) {
                 (run.progress)(Progress::Filled {
                     updates: cache.filling.updates,
                     relative_error: cache.filling.relative_error,

@@ -12,16 +12,16 @@
 
 use std::time::{Duration, Instant};
 
-use super::forecast::{Forecast, verdict};
+use super::batches::FEWEST_UPDATES;
+use super::forecast::Forecast;
+use super::subject::Subject;
 use super::task::Task;
-use super::{Engine, Host, Stopwatch};
+use super::verdict::verdict;
+use super::{Engine, Stopwatch};
 use crate::error::Result;
 use crate::render::{Cache, Choice, Until, next_batch_size};
-use crate::scene::volume::Volume;
-use crate::scene::{Scene, Variant};
+use crate::scene::Variant;
 
-/// Paths a node that tell for the first time how fast a cache fills and how noisy its light is.
-const UPDATES: u32 = 8;
 /// Trials of caches take this share of what the work would take without one, at most.
 const SHARE: f64 = 0.2;
 /// A cache is not tried where the work without one takes less than so many times what compiling and loading for it have
@@ -30,10 +30,7 @@ const WORTH_A_TRIAL: f64 = 10.0;
 
 /// The choice of a variant, and the engine with which it begins.
 pub struct Trial<'a> {
-    host: &'a Host,
-    volume: &'a Volume,
-    scene: &'a Scene,
-    seed: u32,
+    subject: Subject<'a>,
     engine: Engine,
     /// What there is to decide; `None` where it is clear with what to render.
     open: Option<Open<'a>>,
@@ -68,26 +65,23 @@ impl<'a> Trial<'a> {
     ///
     /// The same as for [`Engine::new`].
     pub fn begin(
-        host: &'a Host,
-        volume: &'a Volume,
-        scene: &'a Scene,
+        subject: Subject<'a>,
         choice: Choice,
-        seed: u32,
         task: Option<Task<'a>>,
     ) -> Result<Trial<'a>> {
-        let make = |choice| Engine::with_plan(host, volume, scene, choice, seed);
+        let scene = subject.scene;
         let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
         let open = task.filter(|task| {
             scene.render.variant == Variant::Auto && task.stop.count().is_none() && may_cache
         });
         let (engine, open) = match open {
-            None => (make(choice)?, None),
+            None => (subject.engine(choice)?, None),
             Some(task) => {
                 let mut without_cache = scene.clone();
                 without_cache.render.variant = Variant::NonCaching;
-                let plain = host.plan(volume, &without_cache)?;
+                let plain = subject.host.plan(subject.volume, &without_cache)?;
                 let began = Instant::now();
-                let engine = make(plain.clone())?;
+                let engine = subject.engine(plain.clone())?;
                 let open = Open {
                     task,
                     chosen: choice,
@@ -98,10 +92,7 @@ impl<'a> Trial<'a> {
             }
         };
         Ok(Trial {
-            host,
-            volume,
-            scene,
-            seed,
+            subject,
             engine,
             open,
         })
@@ -152,7 +143,10 @@ impl<'a> Trial<'a> {
             self.engine.choice.reason = TOO_SHORT.into();
             return Ok(Tried::settled(self.engine, watch));
         }
-        let caches = self.host.caches(self.volume, self.scene, &chosen)?;
+        let subject = self.subject;
+        let caches = subject
+            .host
+            .caches(subject.volume, subject.scene, &chosen)?;
         if caches.is_empty() {
             self.engine.choice.reason = chosen.reason;
             return Ok(Tried::settled(self.engine, watch));
@@ -161,15 +155,13 @@ impl<'a> Trial<'a> {
             0 => None,
             _ => Some(self.engine.sums()?),
         };
-        let make =
-            |choice| Engine::with_plan(self.host, self.volume, self.scene, choice, self.seed);
         drop(self.engine);
         // What is kept of the picture need not be sampled again.
         let to_go_back = making - watch.elapsed().as_secs_f64();
-        match best_of(caches, &uncached, &task, to_go_back, &mut watch, make)? {
+        match subject.best_of(caches, &uncached, &task, to_go_back, &mut watch)? {
             Contest::Won(engine, watch) => Ok(Tried::settled(*engine, watch)),
             Contest::Lost { why } => {
-                let mut engine = make(plain)?;
+                let mut engine = subject.engine(plain)?;
                 if let Some(sums) = begun {
                     engine.resume(&sums, totals)?;
                 }
@@ -219,54 +211,56 @@ struct TriedCache {
     is_better: bool,
 }
 
-/// Looks for the best of these caches that is better than none. Apart from compiling for them, caches that are tried share
-/// a time that is short beside the work's. If that was in vain, `watch` has it as well.
-fn best_of(
-    caches: Vec<Choice>,
-    uncached: &Forecast,
-    task: &Task<'_>,
-    to_go_back: f64,
-    watch: &mut Stopwatch,
-    make: impl Fn(Choice) -> Result<Engine>,
-) -> Result<Contest> {
-    let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(task);
-    let mut best: Option<(Choice, Forecast)> = None;
-    let mut why = TOO_SHORT.to_string();
-    let last = caches.len() - 1;
-    for (n, mut choice) in caches.into_iter().enumerate() {
-        let mut engine = make(choice.clone())?;
-        // Some drivers compile a pass when it first runs, which tells nothing of how long it takes.
-        engine.warm_up()?;
-        let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
-        let mut filling = Stopwatch::paused();
-        let left = (end - watch.elapsed().as_secs_f64()).max(0.0);
-        let until = task.until(Duration::try_from_secs_f64(left).ok());
-        watch.go_on();
-        let tried = engine.try_cache(rival, task, to_go_back, until, &mut filling)?;
-        watch.pause();
-        let Some(tried) = tried else {
-            break;
-        };
-        let said = verdict(uncached, &tried.forecast, task, 0.0).said;
-        if tried.is_better {
-            choice.reason = format!("{said}; {}", choice.reason);
-            if n == last {
-                engine.choice = choice;
-                return Ok(Contest::Won(Box::new(engine), filling));
+impl Subject<'_> {
+    /// Looks for the best of these caches that is better than none. Apart from compiling for them, caches that are tried share
+    /// a time that is short beside the work's. If that was in vain, `watch` has it as well.
+    fn best_of(
+        &self,
+        caches: Vec<Choice>,
+        uncached: &Forecast,
+        task: &Task<'_>,
+        to_go_back: f64,
+        watch: &mut Stopwatch,
+    ) -> Result<Contest> {
+        let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(task);
+        let mut best: Option<(Choice, Forecast)> = None;
+        let mut why = TOO_SHORT.to_string();
+        let last = caches.len() - 1;
+        for (n, mut choice) in caches.into_iter().enumerate() {
+            let mut engine = self.engine(choice.clone())?;
+            // Some drivers compile a pass when it first runs, which tells nothing of how long it takes.
+            engine.warm_up()?;
+            let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
+            let mut filling = Stopwatch::paused();
+            let left = (end - watch.elapsed().as_secs_f64()).max(0.0);
+            let until = task.until(Duration::try_from_secs_f64(left).ok());
+            watch.go_on();
+            let tried = engine.try_cache(rival, task, to_go_back, until, &mut filling)?;
+            watch.pause();
+            let Some(tried) = tried else {
+                break;
+            };
+            let said = verdict(uncached, &tried.forecast, task, 0.0).said;
+            if tried.is_better {
+                choice.reason = format!("{said}; {}", choice.reason);
+                if n == last {
+                    engine.choice = choice;
+                    return Ok(Contest::Won(Box::new(engine), filling));
+                }
+                best = Some((choice, tried.forecast));
+            } else if best.is_none() {
+                why = said;
             }
-            best = Some((choice, tried.forecast));
-        } else if best.is_none() {
-            why = said;
         }
-    }
-    match best {
-        // What has been sampled without a cache is all that there is.
-        _ if task.is_interrupted() => Ok(Contest::Lost { why }),
-        Some((choice, _)) => {
-            let spent = std::mem::replace(watch, Stopwatch::paused());
-            Ok(Contest::Won(Box::new(make(choice)?), spent))
+        match best {
+            // What has been sampled without a cache is all that there is.
+            _ if task.is_interrupted() => Ok(Contest::Lost { why }),
+            Some((choice, _)) => {
+                let spent = std::mem::replace(watch, Stopwatch::paused());
+                Ok(Contest::Won(Box::new(self.engine(choice)?), spent))
+            }
+            None => Ok(Contest::Lost { why }),
         }
-        None => Ok(Contest::Lost { why }),
     }
 }
 
@@ -289,7 +283,7 @@ impl Engine {
         if task.pictures > 1 {
             self.look_from_everywhere();
         }
-        while self.renderer.cache().is_some() && self.updates() < UPDATES {
+        while self.renderer.cache().is_some() && self.updates() < FEWEST_UPDATES {
             if !self.fill_on(until, watch)? {
                 return Ok(None);
             }

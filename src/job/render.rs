@@ -11,7 +11,7 @@ use super::shards::{Fingerprints, check_variant};
 use super::summary::{RenderedPicture, Summary};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Task, Trial, Tried};
+use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Subject, Task, Trial, Tried};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::ProgressLine;
@@ -145,7 +145,13 @@ fn compile<'a>(
     thread::scope(|scope| {
         let walks = args.samples.is_some() || args.checkpoint.is_some();
         let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
-        let begun = Trial::begin(host, volume, scene, choice, args.seed, task)?;
+        let subject = Subject {
+            host,
+            volume,
+            scene,
+            seed: args.seed,
+        };
+        let begun = Trial::begin(subject, choice, task)?;
         let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
         Ok((begun, walked.transpose()?))
     })

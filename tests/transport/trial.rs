@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use isolume::engine::{Stop, Task, Trial};
+use isolume::engine::{Stop, Subject, Task, Trial};
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::{SceneFile, resolve};
 
@@ -29,7 +29,13 @@ fn an_interruption_leaves_it_open_which_variant_is_the_fastest() {
             interrupt: &interrupt,
         };
         let choice = host.plan(&volume, &scene).unwrap();
-        let trial = Trial::begin(&host, &volume, &scene, choice, 0, Some(task)).unwrap();
+        let subject = Subject {
+            host: &host,
+            volume: &volume,
+            scene: &scene,
+            seed: 0,
+        };
+        let trial = Trial::begin(subject, choice, Some(task)).unwrap();
         assert!(trial.is_open());
         let tried = trial.end().unwrap();
         (tried.was_interrupted, tried.engine.choice().reason.clone())

@@ -5,7 +5,7 @@ use isolume::gpu::DeviceSummary;
 use isolume::render::shared::BRICK;
 use isolume::render::{Choice, Planner};
 use isolume::scene::CacheScale;
-use isolume::scene::volume::{StoredType, Volume};
+use isolume::scene::volume::Volume;
 
 use crate::memory_plan::devices::*;
 use crate::memory_plan::scene;
@@ -100,7 +100,7 @@ fn plans_keep_to_the_limits_of_real_devices() {
     let mut scene = scene();
     scene.render.size = [1024, 1024];
     for (side, cache_scale) in VOLUMES {
-        let volume = Volume::outline([side; 3], StoredType::U16, [0.0, 100.0]);
+        let volume = Volume::outline([side; 3], [0.0, 100.0]);
         scene.render.cache_scale = cache_scale;
         for limits in &devices {
             let what = format!("{} with {side}³", limits.name);
@@ -131,7 +131,7 @@ fn a_device_that_is_too_small_says_so() {
     let mut scene = scene();
     scene.render.size = [1024, 1024];
     scene.render.cache_scale = CacheScale::Fixed(0.125);
-    let volume = Volume::outline([2048; 3], StoredType::U16, [0.0, 100.0]);
+    let volume = Volume::outline([2048; 3], [0.0, 100.0]);
     let limits = tiny();
     let budget = limits.device_local_bytes / 5 * 4;
     let planner = Planner::new(&device, &limits, budget, &volume, &scene);
