@@ -25,7 +25,7 @@ pub use bench::{BenchArgs, BenchVariant};
 pub use cache::{CacheArgs, CleanArgs};
 use values::{
     cache_format, cache_scale, device, exposure, exr, iso, limit, picture, positive, samples,
-    seconds, size, spp, variant, view, views, word,
+    seconds, size, spp, variant, view, views, word, written,
 };
 #[cfg(feature = "window")]
 pub use view::ViewArgs;
@@ -175,11 +175,11 @@ pub struct RenderArgs {
     pub restart: bool,
 
     /// Write statistics as JSON, and print where the time went.
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", value_parser = written)]
     pub stats: Option<PathBuf>,
 
     /// Write a Chrome/Perfetto trace: GPU passes, CPU stages, memory; and print where the time went.
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", value_parser = written)]
     pub profile: Option<PathBuf>,
 
     /// No progress and no notes; errors only.

@@ -15,10 +15,19 @@ fn main() -> ExitCode {
     match run(Cli::parse().command) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
-            say(format!("isolume: {error}"));
+            say(format!("isolume: {}", on_one_line(&error.to_string())));
             ExitCode::from(interrupt::status_of(&error))
         }
     }
+}
+
+/// A message in which control characters, which names of files may have, do not reach the terminal.
+fn on_one_line(message: &str) -> String {
+    let escaped = |c: char| match c.is_control() {
+        true => c.escape_default().to_string(),
+        false => c.to_string(),
+    };
+    message.chars().map(escaped).collect()
 }
 
 /// Returns the exit status.

@@ -21,7 +21,7 @@ pub struct BenchArgs {
     #[arg(short = 'o', long = "output", value_name = "DIR")]
     pub folder: PathBuf,
 
-    /// What to measure: non-caching, published, or caching[:SCALE[:FORMAT]] as in caching:0.5:f16.
+    /// What to measure: auto, non-caching, published, or caching[:SCALE[:FORMAT]] as in caching:0.5:f16.
     /// Without it: non-caching, the caches at 1, 0.5 and 0.25 in f16 that fit, and published.
     #[arg(long, value_name = "V,…", value_delimiter = ',')]
     variants: Vec<BenchVariant>,
@@ -116,7 +116,7 @@ impl FromStr for BenchVariant {
         let variant = word::<Variant>(words.next().unwrap_or_default())?;
         let (scale, format) = (words.next(), words.next());
         if words.next().is_some() || (variant != Variant::Caching && scale.is_some()) {
-            return Err("expected non-caching, published or caching[:SCALE[:FORMAT]]".into());
+            return Err("expected auto, non-caching, published or caching[:SCALE[:FORMAT]]".into());
         }
         Ok(BenchVariant {
             variant,

@@ -146,6 +146,15 @@ pub(super) fn picture(text: &str) -> Result<PathBuf, String> {
     }
 }
 
+/// The name of a file to write that is no picture. Nothing is written to the standard output: it may be a pipe, and files
+/// appear whole.
+pub(super) fn written(text: &str) -> Result<PathBuf, String> {
+    match text {
+        "-" => Err("expected the name of a file".to_string()),
+        _ => Ok(PathBuf::from(text)),
+    }
+}
+
 pub(super) fn exr(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     match Format::of(&path) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::values::{extent, spp};
+use super::values::{extent, spp, written};
 use super::{GpuArgs, SceneArgs};
 
 #[derive(Debug, Args)]
@@ -29,7 +29,7 @@ pub struct ViewArgs {
     pub gpu: GpuArgs,
 
     /// Write statistics of the session as JSON when the window closes.
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "FILE.json", value_parser = written)]
     pub stats: Option<PathBuf>,
 
     /// Say nothing on stderr but errors.

@@ -174,7 +174,7 @@ pub fn check_inputs_stay<'a>(
     for (output, path) in existing {
         if inputs.contains(&path) {
             return Err(Error::Usage(format!(
-                "{}: the scene is read from this file, and an output would take its place; give the output another name",
+                "{}: this file is read, and an output would take its place; give the output another name",
                 output.display()
             )));
         }

@@ -108,10 +108,7 @@ fn sums(sums: &Sums) -> Vec<AnyChannel<FlatSamples>> {
             ["halves.R", "halves.G", "halves.B", "halves.A"],
             &halves.mean,
         ));
-        channels.push(channel(
-            "halves.left",
-            halves.variance_ratio.clone(),
-        ));
+        channels.push(channel("halves.left", halves.variance_ratio.clone()));
     }
     channels
 }

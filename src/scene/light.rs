@@ -1,5 +1,6 @@
 //! The lights of a scene: directional ones, and the environment that surrounds the box.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -7,6 +8,9 @@ use image::ColorType;
 
 use crate::decoding::read_image;
 use crate::srgb;
+
+/// Radiances and irradiances that are not 0. Their squares, of which errors are made, must not leave the range of a float.
+pub const RADIANCES: RangeInclusive<f64> = 1e-15..=1e15;
 
 /// All lights of a scene. By default there are none, and it is dark.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -104,17 +108,22 @@ impl EnvironmentImage {
         [self.width, self.height]
     }
 
-    /// The image multiplied by `radiance`, which must not make it too bright for single precision.
+    /// The image multiplied by `radiance`, which must not make any texel brighter than a light may be.
     pub fn times(self, radiance: [f64; 3]) -> Result<EnvironmentImage, String> {
         let times = |texel: &[f32; 3]| -> [f32; 3] {
             std::array::from_fn(|c| (f64::from(texel[c]) * radiance[c]) as f32)
         };
         let texels: Arc<[[f32; 3]]> = self.texels.iter().map(times).collect();
-        if texels.as_flattened().iter().all(|x| x.is_finite()) {
+        if texels
+            .as_flattened()
+            .iter()
+            .all(|x| f64::from(*x) <= *RADIANCES.end())
+        {
             Ok(EnvironmentImage { texels, ..self })
         } else {
             Err(format!(
-                "radiance {radiance:?} times the image is beyond 3e38"
+                "radiance {radiance:?} times the image is beyond {:e}",
+                RADIANCES.end()
             ))
         }
     }

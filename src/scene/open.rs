@@ -16,17 +16,28 @@ pub fn is_scene(path: &Path) -> bool {
 
 /// What `edits` set of a bare volume; edits of anything else, and of its path, are refused.
 pub fn volume_overrides(volume: &Path, edits: &[Edit]) -> Result<VolumeOverrides> {
-    if !edits
-        .iter()
-        .all(|edit| edit.is_about_volume() && !edit.sets("volume.path"))
-    {
-        return Err(Error::Usage(
-            "--set: only keys of the volume can be set here, such as volume.channel".into(),
-        ));
+    if let Some(edit) = edits.iter().find(|edit| !edit.is_about_volume()) {
+        return Err(Error::Usage(format!(
+            "{}: only keys of the volume can be set here, such as volume.channel",
+            edit.flag()
+        )));
     }
+    check_path_stays(volume, edits)?;
     match edits {
         [] => Ok(VolumeOverrides::default()),
         _ => SceneFile::bare(volume, edits)?.volume_overrides(),
+    }
+}
+
+/// A volume that is named as the argument is the one that is shown.
+fn check_path_stays(volume: &Path, edits: &[Edit]) -> Result<()> {
+    match edits.iter().find(|edit| edit.sets("volume.path")) {
+        Some(edit) => Err(Error::Usage(format!(
+            "{}: the volume is {}; name the other file in its place, or in a scene file",
+            edit.flag(),
+            volume.display()
+        ))),
+        None => Ok(()),
     }
 }
 
@@ -71,6 +82,7 @@ pub fn open(
         let volume = volume.map_err(named_here)?;
         (file, volume)
     } else {
+        check_path_stays(input, edits)?;
         let (about_volume, rest): (Vec<Edit>, Vec<Edit>) =
             edits.iter().cloned().partition(Edit::is_about_volume);
         let bare = SceneFile::bare(input, &about_volume)?;

@@ -226,6 +226,16 @@ fn what_does_not_belong_together_is_not_merged() {
     }
 }
 
+#[test]
+fn a_merged_picture_takes_the_place_of_no_shard() {
+    let folder = Folder::new();
+    folder.succeed("render ball.toml --variant non-caching --size 8x8 --samples 0..4 -o a.exr");
+    let before = folder.read("a.exr");
+    let said = refused(&folder, "merge a.exr a.exr", 2);
+    assert!(said.contains("this file is read"), "{said}");
+    assert_eq!(folder.read("a.exr"), before);
+}
+
 /// Not those of the views before.
 #[test]
 fn a_shard_of_an_orbit_counts_its_own_paths() {

@@ -361,6 +361,11 @@ impl Edit {
         Edit { flag, change }
     }
 
+    /// What the user typed.
+    pub(in crate::scene) fn flag(&self) -> &str {
+        &self.flag
+    }
+
     /// The named side that it looks from, if it sets one.
     pub(in crate::scene) fn named_view(&self) -> Option<Side> {
         match &self.change {

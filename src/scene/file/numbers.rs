@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::SceneFile;
 use crate::error::{Error, Result};
+use crate::scene::RADIANCES;
 
 /// A test of numbers, and the name of its range in messages. The GPU computes in single precision, so numbers that
 /// overflow there are wrong everywhere.
@@ -15,9 +16,9 @@ pub type Expected = (fn(f64) -> bool, &'static str);
 pub(super) const FINITE: Expected = (|_| true, "a finite number within ±3e38");
 pub(super) const UNIT: Expected = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 pub(super) const NOT_NEGATIVE: Expected = (|x| x >= 0.0, "a finite number from 0 to 3e38");
-/// Of light. Its squares, of which errors are made, must not leave the range of a float.
+/// Of light.
 pub(super) const LIGHT: Expected = (
-    |x| x == 0.0 || (1e-15..=1e15).contains(&x),
+    |x| x == 0.0 || RADIANCES.contains(&x),
     "0 or a number from 1e-15 to 1e15, if need be in another unit of light",
 );
 /// Of a lobe. Next to a larger exponent the last bits of a cosine decide, and the lobe goes missing.
