@@ -63,6 +63,14 @@ impl Estimator {
         })
     }
 
+    /// Fills memory that does not depend on the scene's parts.
+    pub fn begin(&self, frame: &mut Frame, r: &mut Resources) -> Result<()> {
+        match self {
+            Estimator::Caching(cache) => cache.memory.begin(frame, &mut r.staging),
+            Estimator::NonCaching(_) | Estimator::Published(_) => Ok(()),
+        }
+    }
+
     /// Runs each pass for a moment and forgets what it did.
     pub fn warm_up(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
         match self {

@@ -122,7 +122,7 @@ impl Renderer {
         let r = &self.resources;
         let [width, height] = r.size;
         let pixels = width as usize * height as usize;
-        let Some(pass) = &self.iso_depth else {
+        let Some(pass) = &self.passes.iso_depth else {
             return Ok(FirstHits {
                 normal_depth: vec![[0.0, 0.0, 0.0, f32::INFINITY]; pixels],
                 albedo: vec![[0.0; 4]; pixels],

@@ -25,10 +25,10 @@ impl Renderer {
         let (frame, r) = (&mut self.frame, &mut self.resources);
         let blocks = self.scene.blocks();
         if changes.invalidates(Derived::Majorants) && !self.scene.parts.medium.is_vacuum() {
-            self.majorants.run(frame, r, blocks)?;
+            self.passes.majorants.run(frame, r, blocks)?;
         }
         if changes.invalidates(Derived::Patches) {
-            self.patches.run(frame, r, blocks)?;
+            self.passes.patches.run(frame, r, blocks)?;
         }
         if let Estimator::Caching(cache) = &mut self.estimator {
             cache.prepare(frame, r, &self.scene, changes)?;
@@ -102,7 +102,7 @@ impl Renderer {
         };
         let r = &self.resources;
         self.frame
-            .run(|f| self.accumulate.record(f, r, units, &push))?;
+            .run(|f| self.passes.accumulate.record(f, r, units, &push))?;
         under_way.folded = pixels;
         Ok(())
     }
@@ -129,7 +129,7 @@ impl Renderer {
 
     /// Finds the surfaces behind the pixels' centres, for the picture's other layers.
     pub(super) fn see_first_surfaces(&mut self) -> Result<()> {
-        match &self.iso_depth {
+        match &self.passes.iso_depth {
             Some(pass) => pass.run(&mut self.frame, &self.resources),
             None => Ok(()),
         }
@@ -137,7 +137,7 @@ impl Renderer {
 
     /// Encodes the mean so far for display.
     pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
-        let (r, tone_map) = (&self.resources, &self.tone_map);
+        let (r, tone_map) = (&self.resources, &self.passes.tone_map);
         self.frame.run(|f| tone_map.record(f, &r.mean, to, push))
     }
 }

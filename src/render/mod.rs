@@ -88,6 +88,7 @@ mod majorants;
 mod packed;
 mod parts;
 mod pass_compiler;
+mod passes;
 mod patches;
 mod path_queue;
 mod peak;

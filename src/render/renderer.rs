@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::accumulate::{Accumulate, AccumulatePush};
+use super::accumulate::AccumulatePush;
 use super::allocation::Allocation;
 use super::bricks::{BrickFigures, VolumeBricks};
 use super::bundle::BundleUnderWay;
@@ -12,15 +12,12 @@ use super::cache::{Cache, Caching};
 use super::estimator::Estimator;
 use super::gpu_scene::GpuScene;
 use super::halves::Halves;
-use super::iso_depth::IsoDepth;
-use super::majorants::Majorants;
 use super::parts::{Changes, Part};
 use super::pass_compiler::PassCompiler;
-use super::patches::Patches;
+use super::passes::Passes;
 use super::published::PublishedCells;
 use super::resources::Resources;
 use super::shared;
-use super::tone_map::ToneMap;
 use super::totals::Totals;
 use super::upload;
 use super::variant::Variant;
@@ -34,12 +31,7 @@ pub struct Renderer {
     pub(super) scene: GpuScene,
     pub(super) resources: Resources,
     pub(super) estimator: Estimator,
-    pub(super) majorants: Majorants,
-    pub(super) patches: Patches,
-    pub(super) accumulate: Accumulate,
-    pub(super) tone_map: ToneMap,
-    /// `None` in a scene without surfaces.
-    pub(super) iso_depth: Option<IsoDepth>,
+    pub(super) passes: Passes,
     pub(super) totals: Totals,
     /// What is known of how evenly the picture's samples are spread.
     pub(super) halves: Option<Arc<Halves>>,
@@ -69,36 +61,25 @@ impl Renderer {
             variant,
         } = Allocation::make(memory, &scene)?;
         let mut frame = Frame::new(device)?;
-        let passes = PassCompiler::new(device, shaders, &scene);
+        let compiler = PassCompiler::new(device, shaders, &scene);
         // Compiling is most of a start: all cores share it, and the voxels are on their way to the GPU meanwhile.
-        let (estimator, others) = rayon::join(
-            || Estimator::new(&passes, device, &scene, variant),
-            || -> Result<_> {
+        let (estimator, passes) = rayon::join(
+            || Estimator::new(&compiler, device, &scene, variant),
+            || {
                 if let Some(bricks) = &mut resources.bricks {
-                    bricks.compile(&passes)?;
+                    bricks.compile(&compiler)?;
                 }
                 upload::load(&mut frame, &mut resources, volume, &scene)?;
-                let iso_depth = first_surface.map(|images| IsoDepth::new(&passes, images));
-                Ok((
-                    iso_depth.transpose()?,
-                    Majorants::new(&passes)?,
-                    Patches::new(&passes)?,
-                    Accumulate::new(&passes)?,
-                    ToneMap::new(device, shaders)?,
-                ))
+                Passes::compile(&compiler, device, shaders, first_surface)
             },
         );
-        let estimator = estimator?;
-        let (iso_depth, majorants, patches, accumulate, tone_map) = others?;
+        let (estimator, passes) = (estimator?, passes?);
+        estimator.begin(&mut frame, &mut resources)?;
         let mut renderer = Renderer {
             frame,
             resources,
             estimator,
-            majorants,
-            patches,
-            accumulate,
-            tone_map,
-            iso_depth,
+            passes,
             totals: Totals::default(),
             halves: None,
             under_way: None,
@@ -106,14 +87,6 @@ impl Renderer {
             compiling: Duration::ZERO,
             scene,
         };
-        if let Estimator::Caching(cache) = &renderer.estimator {
-            let staging = &mut renderer.resources.staging;
-            cache.memory.upload_pages(&mut renderer.frame, staging)?;
-            renderer.frame.run(|f| {
-                cache.memory.marched.begin(f)?;
-                cache.memory.marched_at_rest.begin(f)
-            })?;
-        }
         renderer.prepare(Changes::ALL)?;
         renderer.compiling = shaders.time_spent();
         Ok(renderer)
@@ -175,7 +148,7 @@ impl Renderer {
                 cache,
                 frame: &mut self.frame,
                 r: &mut self.resources,
-                tone_map: &self.tone_map,
+                tone_map: &self.passes.tone_map,
                 under_way: &mut self.under_way,
             }),
             Estimator::NonCaching(_) | Estimator::Published(_) => None,
@@ -220,7 +193,7 @@ impl Renderer {
             first: 0,
             end: r.size[0] * r.size[1],
         };
-        frame.run(|f| self.accumulate.record(f, r, 1, &push))?;
+        frame.run(|f| self.passes.accumulate.record(f, r, 1, &push))?;
         self.begin_picture();
         Ok(())
     }
@@ -228,7 +201,7 @@ impl Renderer {
     /// Makes room for pictures of another size; `change` then sets the size.
     pub fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         self.resources.resize(size)?;
-        if let Some(iso_depth) = &mut self.iso_depth {
+        if let Some(iso_depth) = &mut self.passes.iso_depth {
             iso_depth.resize(size)?;
         }
         if let Estimator::Caching(cache) = &mut self.estimator {

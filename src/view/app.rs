@@ -2,19 +2,18 @@
 
 use std::time::{Duration, Instant};
 
-use egui::{CentralPanel, Rect};
 use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
 use super::fit::Fit;
-use super::hud::{self, Hud, MemoryNow, Message};
-use super::keys::{Action, actions};
+use super::hud::{Hud, MemoryNow, Message};
+use super::interface::{Asked, Interface};
+use super::keys::Action;
 use super::load::Load;
 use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
 use super::watch::Watch;
-use super::{clip, gizmo, panels, pointer};
 use crate::cli::ViewArgs;
 use crate::error::{Error, Result};
 use crate::output::Outputs;
@@ -125,71 +124,36 @@ impl<'a> App<'a> {
 
     /// Runs panels, mouse and keys. They change the scene directly; everything else is returned as actions.
     fn run_interface(&mut self) -> Result<Vec<Action>> {
-        let is_waiting = self.is_waiting();
-        let App {
-            stage: Some(stage),
-            session,
-            opening,
-            report,
-            hud,
-            message,
-            shows_panels,
-            ..
-        } = self
-        else {
+        let Some(stage) = &mut self.stage else {
             return Ok(Vec::new());
         };
-        let memory = MemoryNow::of(stage);
         let scale = stage.window.scale_factor() as f32 * stage.egui.zoom_factor();
-        let (mut asked, mut rect) = (Vec::new(), Rect::NOTHING);
-        let (mut gives_up, mut has_read) = (false, false);
-        let delay = stage.run_interface(|ui| {
-            // The interface may be run twice in a frame, the second time without the keys.
-            asked.extend(actions(ui));
-            if let Some(session) = session.as_mut().filter(|_| *shows_panels) {
-                asked.extend(panels::show(ui, session));
-            }
-            CentralPanel::no_frame().show(ui, |ui| {
-                rect = ui.max_rect();
-                if let Some(session) = session {
-                    let axes = session.document.opened.volume.axes;
-                    pointer::steer(ui, rect, session);
-                    clip::handle(ui, rect, session);
-                    panels::separate_isovalues(session);
-                    gizmo::draw(ui, rect, &session.scene.camera, axes);
-                    hud::status(ui, rect, session, report, &memory);
-                    hud::windows(ui, hud, report, session.live.as_ref(), &memory);
-                    if !ui.input(|i| i.pointer.any_down()) {
-                        session.history.settle(&session.scene);
-                    }
-                    if let Some(building) = session.build_under_way() {
-                        hud::progress(ui, rect, building);
-                    }
-                }
-                if let Some(opening) = opening {
-                    hud::progress(ui, rect, opening);
-                    gives_up |= ui.input(|i| i.key_pressed(egui::Key::Escape));
-                }
-                if let Some(message) = message {
-                    has_read |= hud::message(ui, rect, message);
-                }
-            });
-        })?;
+        let mut interface = Interface {
+            memory: MemoryNow::of(stage),
+            session: self.session.as_mut(),
+            opening: self.opening.as_ref(),
+            message: self.message.as_ref(),
+            report: &self.report,
+            hud: &mut self.hud,
+            shows_panels: self.shows_panels,
+        };
+        let mut asked = Asked::NOTHING;
+        let delay = stage.run_interface(|ui| interface.run(ui, &mut asked))?;
         let corner = |p: egui::Pos2| [p.x, p.y].map(|x| (x * scale).round().max(0.0) as u32);
-        self.picture_rect = [corner(rect.min), corner(rect.max)];
-        let delay = if is_waiting {
+        self.picture_rect = [corner(asked.rect.min), corner(asked.rect.max)];
+        let delay = if self.is_waiting() {
             delay.min(FIGURES)
         } else {
             delay
         };
         self.interface_due = Instant::now().checked_add(delay);
-        if has_read || self.message.as_ref().is_some_and(Message::is_old) {
+        if asked.has_read || self.message.as_ref().is_some_and(Message::is_old) {
             self.message = None;
         }
-        if gives_up && self.opening.take().is_some() {
+        if asked.gives_up && self.opening.take().is_some() {
             self.tell("cancelled".into());
         }
-        Ok(asked)
+        Ok(asked.actions)
     }
 
     /// Makes the window's own images anew if necessary, once a smaller picture has made room.

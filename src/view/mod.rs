@@ -15,6 +15,7 @@ mod fit;
 mod gizmo;
 mod history;
 mod hud;
+mod interface;
 mod keys;
 mod light;
 mod live;

@@ -143,6 +143,15 @@ impl CacheMemory {
         self.resize_parts()
     }
 
+    /// Writes the page table, and begins the counts of the samples that marches take.
+    pub fn begin(&self, frame: &mut Frame, staging: &mut Buffer) -> Result<()> {
+        self.upload_pages(frame, staging)?;
+        frame.run(|f| {
+            self.marched.begin(f)?;
+            self.marched_at_rest.begin(f)
+        })
+    }
+
     /// Writes the page table.
     pub fn upload_pages(&self, frame: &mut Frame, staging: &mut Buffer) -> Result<()> {
         let pages = self.layout.pages();
