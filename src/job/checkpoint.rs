@@ -1,7 +1,7 @@
 //! Keeps a render's state on disk while it works: at intervals, when SIGUSR1 asks for it, and at its end.
 
 use std::path::Path;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use super::shards::{Fingerprints, to_json};
 use super::views::{Saved, View};
@@ -36,10 +36,6 @@ pub struct Keeper<'a> {
     fill_state: FillState,
     runs: Vec<RunOf>,
     began: Instant,
-    /// Whether the checkpoint holds the state in which an interruption found the filling, after a whole batch.
-    has_last: bool,
-    /// Whether the state of the filled cache could not be written yet.
-    cache_is_unsaved: bool,
     /// When the checkpoint was last written.
     written: Instant,
 }
@@ -57,9 +53,14 @@ pub struct Earlier {
 #[derive(Clone, Copy, PartialEq)]
 enum FillState {
     UnderWay,
+    /// The checkpoint holds the state in which an interruption has found the filling, after a whole batch.
+    Kept,
     /// Some nodes have had a batch and some not, so the cache cannot be continued.
     Interrupted,
-    Done,
+    /// `is_saved`: the state of the filled cache is on disk.
+    Done {
+        is_saved: bool,
+    },
 }
 
 impl<'a> Keeper<'a> {
@@ -81,14 +82,11 @@ impl<'a> Keeper<'a> {
             views,
             ..
         } = subject;
-        let identified = |scene: &Scene| -> Result<(Identity, String)> {
-            let text = describe(&opened.file, &opened.volume, scene);
-            Ok((Identity::of(engine, scene, &text, &volume)?, text))
-        };
-        let (identity, text) = identified(&opened.scene)?;
+        let (identity, text) = identified(engine, opened, &opened.scene, &volume)?;
         let number = found.state().map_or(1, |state| state.picture);
         let view = views.get(number.saturating_sub(1) as usize);
-        let (picture, picture_text) = identified(view.map_or(&opened.scene, |view| &view.scene))?;
+        let scene = view.map_or(&opened.scene, |view| &view.scene);
+        let (picture, picture_text) = identified(engine, opened, scene, &volume)?;
         let wanted = |identity, scene| Named {
             name: "this render",
             identity,
@@ -105,14 +103,7 @@ impl<'a> Keeper<'a> {
         found.restore_cache(engine)?;
         let cache_paths = engine.paths().saturating_sub(paths_before);
         let mut runs = found.state().map_or(Vec::new(), |state| state.runs.clone());
-        let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-        runs.push(RunOf {
-            host: sysinfo::System::host_name().unwrap_or_default(),
-            device: engine.host().summary().name.clone(),
-            began: since_1970.map_or(0, |time| time.as_secs()),
-            seconds: 0.0,
-            samples: 0,
-        });
+        runs.push(RunOf::begun_now(engine));
         Ok(Keeper {
             path,
             fingerprints: Fingerprints {
@@ -120,7 +111,7 @@ impl<'a> Keeper<'a> {
                 fill: found.fill(),
             },
             fill_state: if found.is_filled() {
-                FillState::Done
+                FillState::Done { is_saved: true }
             } else {
                 FillState::UnderWay
             },
@@ -130,8 +121,6 @@ impl<'a> Keeper<'a> {
             identity,
             runs,
             began: Instant::now(),
-            has_last: false,
-            cache_is_unsaved: false,
             written: Instant::now(),
         })
     }
@@ -161,7 +150,7 @@ impl<'a> Keeper<'a> {
     }
 
     pub fn is_filled(&self) -> bool {
-        self.fill_state == FillState::Done
+        matches!(self.fill_state, FillState::Done { .. })
     }
 
     /// Restores the picture under way. The engine's scene must be that of the picture.
@@ -172,21 +161,17 @@ impl<'a> Keeper<'a> {
     /// To be called when the filling of the cache has ended; `is_enough` says whether the cache is good enough.
     pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
         if is_enough {
-            self.fill_state = FillState::Done;
-            match self.save_filled(engine) {
-                Err(error) if error.is_about_input() => {
-                    say(format!("note: no checkpoint was written: {error}"));
-                    self.cache_is_unsaved = true;
-                    let volume = self.fingerprints.volume.clone();
-                    self.fingerprints = Fingerprints::of(engine, volume)?;
-                }
-                saved => saved?,
+            self.fill_state = FillState::Done { is_saved: true };
+            let is_saved = noted(self.save_filled(engine))?;
+            self.fill_state = FillState::Done { is_saved };
+            if is_saved {
+                return Ok(());
             }
-        } else {
+        } else if self.fill_state != FillState::Kept {
             self.fill_state = FillState::Interrupted;
-            let volume = self.fingerprints.volume.clone();
-            self.fingerprints = Fingerprints::of(engine, volume)?;
         }
+        let volume = self.fingerprints.volume.clone();
+        self.fingerprints = Fingerprints::of(engine, volume)?;
         Ok(())
     }
 
@@ -201,8 +186,7 @@ impl<'a> Keeper<'a> {
         }
     }
 
-    /// To be called whenever the state could be continued: writes the checkpoint, if it is time. An error of the file
-    /// is only reported: a disk that is full now may have room the next time.
+    /// To be called whenever the state could be continued: writes the checkpoint, if it is time.
     pub fn step(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         let is_asked = interrupt::takes_request();
         let is_last = self.fill_state == FillState::UnderWay && interrupt::is_interrupted();
@@ -211,23 +195,26 @@ impl<'a> Keeper<'a> {
             .elapsed()
             .saturating_add(self.next_batch(engine));
         let is_due = unwritten >= self.subject.args.checkpoint_every;
-        if self.subject.is_variant_open
-            || self.fill_state == FillState::Interrupted
-            || !(is_asked || is_last || is_due)
-        {
+        if self.obstacle().is_some() || !(is_asked || is_last || is_due) {
             return Ok(());
         }
-        match self.write(engine, view, watch) {
-            Err(error) if error.is_about_input() => {
-                say(format!("note: no checkpoint was written: {error}"));
-            }
-            other => {
-                other?;
-                self.has_last |= is_last;
-            }
+        let is_written = noted(self.write(engine, view, watch))?;
+        if is_written && is_last {
+            self.fill_state = FillState::Kept;
         }
         self.written = Instant::now();
         Ok(())
+    }
+
+    /// The moment at which the work is, if the render could not be continued from it.
+    fn obstacle(&self) -> Option<&'static str> {
+        if self.subject.is_variant_open {
+            Some("before it was known which variant is the fastest")
+        } else if self.fill_state == FillState::Interrupted {
+            Some("in the middle of a batch of the cache's paths")
+        } else {
+            None
+        }
     }
 
     /// The time that the cache's next batch is expected to take, during which nothing can be written.
@@ -242,18 +229,15 @@ impl<'a> Keeper<'a> {
 
     /// Writes the state of the render, unless it cannot be continued.
     pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
-        if self.subject.is_variant_open {
-            self.tell_of_none("before it was known which variant is the fastest");
+        if let Some(moment) = self.obstacle() {
+            self.tell_of_none(moment);
             return Ok(());
         }
-        if self.fill_state == FillState::Interrupted {
-            if !self.has_last {
-                self.tell_of_none("in the middle of a batch of the cache's paths");
-            }
+        if self.fill_state == FillState::Kept {
             return Ok(());
         }
         let mut outputs = Outputs::default();
-        if self.fill_state == FillState::UnderWay || self.cache_is_unsaved {
+        if self.fill_state != (FillState::Done { is_saved: true }) {
             self.stage_cache(engine, &mut outputs)?;
         }
         let mut saved = Saved::of(engine, view, self.subject.opened, Some(&self.fingerprints))?;
@@ -282,7 +266,9 @@ impl<'a> Keeper<'a> {
         };
         outputs.exr_with(self.path, &saved.picture, &saved.provenance, parts)?;
         self.commit(outputs)?;
-        self.cache_is_unsaved = false;
+        if self.is_filled() {
+            self.fill_state = FillState::Done { is_saved: true };
+        }
         Ok(())
     }
 
@@ -328,6 +314,29 @@ impl<'a> Keeper<'a> {
             },
             outputs,
         )
+    }
+}
+
+/// The identity of pictures of a scene, and the scene's text.
+fn identified(
+    engine: &Engine,
+    opened: &Opened,
+    scene: &Scene,
+    volume: &str,
+) -> Result<(Identity, String)> {
+    let text = describe(&opened.file, &opened.volume, scene);
+    Ok((Identity::of(engine, scene, &text, volume)?, text))
+}
+
+/// Returns whether a checkpoint was written. An error of its file is only reported: a disk that is full now may have room
+/// the next time.
+fn noted(written: Result<()>) -> Result<bool> {
+    match written {
+        Err(error) if error.is_about_input() => {
+            say(format!("note: no checkpoint was written: {error}"));
+            Ok(false)
+        }
+        written => written.map(|()| true),
     }
 }
 

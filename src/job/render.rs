@@ -86,13 +86,13 @@ fn open(args: &RenderArgs, clock: &mut Clock) -> Result<(Opened, Host)> {
 }
 
 /// Plans. What was picked before stands, whatever is free now.
-fn choose(
-    args: &RenderArgs,
-    host: &Host,
-    opened: &Opened,
-    before: Option<&Settings>,
-) -> Result<Choice> {
-    let Opened { volume, scene, .. } = opened;
+fn choose(args: &RenderArgs, subject: &Subject<'_>, before: Option<&Settings>) -> Result<Choice> {
+    let Subject {
+        host,
+        volume,
+        scene,
+        ..
+    } = *subject;
     let settled = before.map(|before| before.settle(scene));
     let mut choice = host.plan(volume, settled.as_ref().unwrap_or(scene))?;
     if let Some(before) = before {
@@ -113,14 +113,13 @@ fn choose(
 /// needed.
 fn try_variants(
     args: &RenderArgs,
-    host: &Host,
-    opened: &Opened,
+    subject: Subject<'_>,
     choice: Choice,
     task: Option<Task<'_>>,
     clock: &mut Clock,
 ) -> Result<(Tried, Option<String>)> {
     let (trial, fingerprint) = clock.time("compile and upload", || {
-        compile(args, host, opened, choice, task)
+        compile(args, subject, choice, task)
     })?;
     clock.part("compile", trial.compiling());
     interrupt::keep_work();
@@ -136,25 +135,31 @@ fn try_variants(
 /// fingerprint of the volume for what is to be put together later.
 fn compile<'a>(
     args: &RenderArgs,
-    host: &'a Host,
-    opened: &'a Opened,
+    subject: Subject<'a>,
     choice: Choice,
     task: Option<Task<'a>>,
 ) -> Result<(Trial<'a>, Option<String>)> {
-    let Opened { volume, scene, .. } = opened;
     thread::scope(|scope| {
         let walks = args.samples.is_some() || args.checkpoint.is_some();
-        let walk = walks.then(|| scope.spawn(|| volume_fingerprint(volume)));
-        let subject = Subject {
-            host,
-            volume,
-            scene,
-            seed: args.seed,
-        };
+        let walk = walks.then(|| scope.spawn(|| volume_fingerprint(subject.volume)));
         let begun = Trial::begin(subject, choice, task)?;
         let walked = walk.map(|walk| walk.join().unwrap_or_else(|panic| resume_unwind(panic)));
         Ok((begun, walked.transpose()?))
     })
+}
+
+/// Tells a new engine what pictures are to be made, and the user what it cannot do.
+fn prepare(engine: &mut Engine, args: &RenderArgs, stop: &Stop) {
+    let is_published = engine.scene().render.variant == Variant::Published;
+    if is_published && args.error.is_some() && !args.quiet {
+        say("note: published does not know its error, and does not stop by --error");
+    }
+    if args.orbit.is_some_and(|pictures| pictures.get() > 1) {
+        engine.look_from_everywhere();
+    }
+    if let Some(shard) = stop.samples {
+        engine.begin_at_sample(shard.first);
+    }
 }
 
 /// A render under way.
@@ -195,31 +200,27 @@ impl<'a> Render<'a> {
             .map(|path| Found::open(path, args.restart))
             .transpose()?;
         let before = found.as_ref().and_then(Found::settings);
-        let variant = opened.scene.render.variant;
-        let stop = args.stop(variant);
-        let pictures = args.orbit.map_or(1, NonZeroU32::get);
+        let stop = args.stop(opened.scene.render.variant);
+        let subject = Subject {
+            host,
+            volume: &opened.volume,
+            scene: &opened.scene,
+            seed: args.seed,
+        };
         let task = before.is_none().then_some(Task {
             stop,
-            pictures,
+            pictures: args.orbit.map_or(1, NonZeroU32::get),
             interrupt: &interrupt::INTERRUPTED,
         });
-        let choice = clock.time("plan", || choose(args, host, opened, before))?;
-        let (tried, fingerprint) = try_variants(args, host, opened, choice, task, &mut clock)?;
+        let choice = clock.time("plan", || choose(args, &subject, before))?;
+        let (tried, fingerprint) = try_variants(args, subject, choice, task, &mut clock)?;
         let Tried {
             mut engine,
             mut watch,
             was_interrupted,
         } = tried;
-        if variant == Variant::Published && args.error.is_some() && !args.quiet {
-            say("note: published does not know its error, and does not stop by --error");
-        }
-        if pictures > 1 {
-            engine.look_from_everywhere();
-        }
-        if let Some(shard) = stop.samples {
-            engine.begin_at_sample(shard.first);
-        }
-        let subject = KeptRender {
+        prepare(&mut engine, args, &stop);
+        let kept = KeptRender {
             args,
             opened,
             views,
@@ -227,7 +228,7 @@ impl<'a> Render<'a> {
         };
         let keeper = match (&args.checkpoint, found, fingerprint.clone()) {
             (Some(path), Some(found), Some(volume)) => {
-                let take_up = || Keeper::begin(path, subject, found, &mut engine, volume);
+                let take_up = || Keeper::begin(path, kept, found, &mut engine, volume);
                 Some(clock.time("open the checkpoint", take_up)?)
             }
             _ => None,

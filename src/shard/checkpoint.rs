@@ -7,7 +7,7 @@
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use serde::{Deserialize, Serialize};
 
@@ -89,6 +89,20 @@ pub struct RunOf {
     pub seconds: f64,
     /// Samples of the picture under way at the end of the run.
     pub samples: u32,
+}
+
+impl RunOf {
+    /// A run of this process, which begins now.
+    pub fn begun_now(engine: &Engine) -> RunOf {
+        let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        RunOf {
+            host: sysinfo::System::host_name().unwrap_or_default(),
+            device: engine.host().summary().name.clone(),
+            began: since_1970.map_or(0, |time| time.as_secs()),
+            seconds: 0.0,
+            samples: 0,
+        }
+    }
 }
 
 /// The parts of a checkpoint that exist when a render begins.
