@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 
 use super::marched::MarchedSamples;
-use super::room::{most_items, most_turns, part_bytes};
+use super::work_memory::WorkMemory;
 use crate::error::Result;
 use crate::gpu::{Binding, Buffer, BufferDesc, Format, Frame, Image, ImageDesc, Memory};
 use crate::render::copy;
@@ -14,7 +14,7 @@ use crate::render::gpu_scene::GpuScene;
 use crate::render::layout::CacheLayout;
 use crate::render::resources::{bytes_of, slots};
 use crate::render::shared::{
-    BRICK, Brick, CUT_WORDS, REFLECTANCE_ANGLES, RIM_WORDS, Reflectance, SlotNode, Tail, Turn,
+    BRICK, Brick, CUT_WORDS, REFLECTANCE_ANGLES, RIM_WORDS, Reflectance, Tail,
 };
 
 /// The cache: its nodes' light, and where to find it.
@@ -38,13 +38,7 @@ pub struct CacheMemory {
     pub cuts: Option<Buffer>,
     /// For each place, a bit a cube: whether it is at the rim; `None` where there can be none.
     pub(super) rims: Option<Buffer>,
-    /// The node that each slot is working on.
-    pub slot_nodes: Buffer,
-    /// The work that is under way (`work_list.rs`), and the sums of its parts.
-    pub(super) turns: Buffer,
-    parts: Buffer,
-    /// How many parts there is room for.
-    pub(super) most_items: u32,
+    pub(super) work: WorkMemory,
     /// A table for each surface; `None` where there are only Lambert surfaces, which need none.
     reflectance: Option<Buffer>,
     /// For each pixel, the light that a march leaves to paths; `None` where it can leave none.
@@ -71,12 +65,12 @@ impl CacheMemory {
             let desc = ImageDesc::volumetric(name, extent, format);
             Image::new(memory, desc.written().zeroed())
         };
-        let on_device = |name, bytes| Buffer::new(memory, BufferDesc::device(name, bytes));
         let is_full_light = scene.parts.surfaces.is_full_light();
         let slots = slots(&memory.limits, scene);
-        let items = most_items(slots, layout, &features, &memory.limits);
-        let if_needed =
-            |is_needed: bool, name, bytes| is_needed.then(|| on_device(name, bytes)).transpose();
+        let if_needed = |is_needed: bool, name, bytes| {
+            let buffer = || Buffer::new(memory, BufferDesc::device(name, bytes));
+            is_needed.then(buffer).transpose()
+        };
         let angles = features.surface_count * REFLECTANCE_ANGLES;
         let flux = flux_extent(layout, &features).map(|extent| nodes("cache: flux", extent));
         let bricks = brick_buffer(memory, layout)?;
@@ -101,13 +95,7 @@ impl CacheMemory {
                 "cache: rim",
                 bytes_of_words(layout, RIM_WORDS),
             )?,
-            slot_nodes: on_device("cache: nodes of slots", bytes_of::<SlotNode>(slots))?,
-            turns: Buffer::new(
-                memory,
-                BufferDesc::upload("cache: turns", bytes_of::<Turn>(most_turns(items))),
-            )?,
-            parts: on_device("cache: parts", part_bytes(&features) * u64::from(items))?,
-            most_items: items,
+            work: WorkMemory::allocate(memory, layout, &features, slots)?,
             reflectance: if_needed(
                 features.has_reflectance_table(),
                 "reflectance",
@@ -140,7 +128,8 @@ impl CacheMemory {
             rims.resize(bytes_of_words(layout, RIM_WORDS))?;
         }
         self.layout = layout.clone();
-        self.resize_parts()
+        let (slots, limits) = (self.work.slots(), self.light.limits());
+        self.work.resize(layout, &self.features, slots, limits)
     }
 
     /// Writes the page table, and begins the counts of the samples that marches take.
@@ -167,23 +156,9 @@ impl CacheMemory {
         if let Some(tails) = &mut self.tails {
             tails.resize(tail_bytes(size))?;
         }
-        self.slot_nodes.resize(bytes_of::<SlotNode>(slots))?;
-        self.resize_parts()
-    }
-
-    /// Makes room for as many parts as the layout and the slots need.
-    fn resize_parts(&mut self) -> Result<()> {
-        let slots = self.slot_nodes.desc.bytes / size_of::<SlotNode>() as u64;
-        self.most_items = most_items(
-            slots as u32,
-            &self.layout,
-            &self.features,
-            self.light.limits(),
-        );
-        self.turns
-            .resize(bytes_of::<Turn>(most_turns(self.most_items)))?;
-        let bytes = part_bytes(&self.features) * u64::from(self.most_items);
-        self.parts.resize(bytes)
+        let limits = self.light.limits();
+        self.work
+            .resize(&self.layout, &self.features, slots, limits)
     }
 
     pub fn images(&self) -> impl Iterator<Item = &Image> {
@@ -221,15 +196,6 @@ impl CacheMemory {
     /// The resource that filling the cache and weighing its bricks need, besides those for reading the cache.
     pub fn brick_binding(&self) -> (&'static str, Binding<'_>) {
         ("bricks", Binding::Buffer(&self.bricks))
-    }
-
-    /// The resources by which nodes get their paths.
-    pub fn work_bindings(&self) -> [(&'static str, Binding<'_>); 3] {
-        [
-            self.brick_binding(),
-            ("turns", Binding::Buffer(&self.turns)),
-            ("parts", Binding::Buffer(&self.parts)),
-        ]
     }
 
     /// The images that writing light needs.
@@ -272,7 +238,7 @@ impl CacheMemory {
     /// A buffer, or another one where the scene does without it: a shader's descriptor has to hold something, although
     /// no branch that runs reads it.
     fn or_other<'a>(&'a self, buffer: &'a Option<Buffer>) -> Binding<'a> {
-        Binding::Buffer(buffer.as_ref().unwrap_or(&self.slot_nodes))
+        Binding::Buffer(buffer.as_ref().unwrap_or(&self.work.slot_nodes))
     }
 
     /// The flux, or another image for the same reason.

@@ -35,9 +35,12 @@ impl MergeParts {
         nodes_half: u32,
     ) -> Result<()> {
         let bindings = [
-            &[("scene_block", Binding::Buffer(&r.scene))][..],
+            &[
+                ("scene_block", Binding::Buffer(&r.scene)),
+                cache.brick_binding(),
+            ][..],
             &cache.bindings(),
-            &cache.work_bindings(),
+            &cache.work.bindings(),
             &cache.output_bindings(),
         ]
         .concat();

@@ -21,12 +21,12 @@ mod pace;
 mod ray_march;
 mod reflectance;
 mod rim_cubes;
-mod room;
 mod sight;
 mod spread_light;
 mod state;
 mod tail_tracking;
 mod work_list;
+mod work_memory;
 
 pub use caching::Caching;
 pub use filling::{Filling, FillingWork};

@@ -101,8 +101,11 @@ impl NodeTracking {
                     &r.surface_bindings(),
                     &cache.bindings(),
                     &r.path_bindings(),
-                    &cache.work_bindings(),
-                    &[("slot_nodes", Binding::Buffer(&cache.slot_nodes))],
+                    &cache.work.bindings(),
+                    &[
+                        cache.brick_binding(),
+                        ("slot_nodes", Binding::Buffer(&cache.work.slot_nodes)),
+                    ],
                 ]
                 .concat();
                 frame.pass(pass, &bindings, &push, [push.slots, 1, 1])

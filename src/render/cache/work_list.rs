@@ -7,7 +7,7 @@
 
 use super::memory::CacheMemory;
 use super::pace::history;
-use super::room::MOST_PARTS;
+use super::work_memory::MOST_PARTS;
 use crate::render::shared::{
     COARSE_NODES, FILLED_COARSE, FILLED_FIRST, FILLED_WHOLE, GATHERED, Turn,
 };
@@ -88,7 +88,7 @@ impl WorkList {
     /// Writes the turns of the next portion, with `fine_nodes` nodes of each brick on the fine lattice. There are none once
     /// all has been done.
     pub fn next_portion(&mut self, cache: &mut CacheMemory, fine_nodes: u32) -> Portion {
-        let mut room = cache.most_items;
+        let mut room = cache.work.most_items;
         let mut portion = Portion::default();
         let mut turns = Vec::new();
         for job in &self.jobs[self.done..] {
@@ -115,7 +115,7 @@ impl WorkList {
                 gathers: job.gathers.into(),
             }));
         }
-        cache.turns.write(&turns);
+        cache.work.turns.write(&turns);
         portion
     }
 }
