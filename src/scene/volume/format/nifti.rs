@@ -5,7 +5,7 @@
 //! Of the header, only the fields below are read: `descrip`, `aux_file` and `intent_name` are free text, where
 //! patients' names live.
 
-use std::io::Read;
+use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
@@ -130,6 +130,14 @@ struct Fields {
     places: &'static Places,
 }
 
+/// Why the header of so many bytes could not be read.
+fn unread(size: usize, error: io::Error) -> String {
+    match error.kind() {
+        ErrorKind::UnexpectedEof => format!("it ends within the NIfTI header of {size} bytes"),
+        _ => format!("its NIfTI header cannot be read: {error}"),
+    }
+}
+
 impl Fields {
     fn read(path: &Path, encoding: Encoding) -> Parsed<Fields> {
         let (file, _) = open_file(path)?;
@@ -138,13 +146,8 @@ impl Fields {
             _ => Box::new(MultiGzDecoder::new(file)),
         };
         let mut bytes = vec![0; NIFTI_1.size];
-        let short = |e| {
-            format!(
-                "cannot read the NIfTI header of {} bytes: {e}",
-                NIFTI_1.size
-            )
-        };
-        file.read_exact(&mut bytes).map_err(short)?;
+        file.read_exact(&mut bytes)
+            .map_err(|e| unread(NIFTI_1.size, e))?;
         let (endian, places) = match bytes[..4] {
             [0x5c, 1, 0, 0] => (Endian::Little, &NIFTI_1),
             [0, 0, 1, 0x5c] => (Endian::Big, &NIFTI_1),
@@ -159,8 +162,8 @@ impl Fields {
         };
         let begin = bytes.len();
         bytes.resize(places.size, 0);
-        let short = |e| format!("cannot read the NIfTI header of {} bytes: {e}", places.size);
-        file.read_exact(&mut bytes[begin..]).map_err(short)?;
+        file.read_exact(&mut bytes[begin..])
+            .map_err(|e| unread(places.size, e))?;
         match &bytes[places.magic..] {
             magic if magic.starts_with(places.magic_word) => Ok(Fields {
                 bytes,
