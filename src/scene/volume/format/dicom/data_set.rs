@@ -8,6 +8,7 @@
 //! in place, and it brings 25 crates. This file is the part of it that a volume needs.
 
 use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::voxel_type::Endian;
 
 use super::charset::decoded;
 use super::stream::Stream;
@@ -17,47 +18,29 @@ use super::tags::{self, Tag};
 const MOST_NESTED: u32 = 16;
 /// The longest value that is kept. The longest one needed is a table of the frames' offsets.
 const LONGEST: u64 = 64 << 20;
-const UNDEFINED: u32 = u32::MAX;
+const UNDEFINED: u64 = u32::MAX as u64;
 
 /// The encoding of elements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Syntax {
     /// Whether each element names its type.
     pub is_explicit: bool,
-    pub is_big: bool,
+    pub endian: Endian,
 }
 
 impl Syntax {
     pub const EXPLICIT: Syntax = Syntax {
         is_explicit: true,
-        is_big: false,
+        endian: Endian::Little,
     };
     pub const IMPLICIT: Syntax = Syntax {
         is_explicit: false,
-        is_big: false,
+        endian: Endian::Little,
     };
     pub const BIG: Syntax = Syntax {
         is_explicit: true,
-        is_big: true,
+        endian: Endian::Big,
     };
-
-    fn u16(self, bytes: &[u8]) -> u16 {
-        let bytes = [bytes[0], bytes[1]];
-        if self.is_big {
-            u16::from_be_bytes(bytes)
-        } else {
-            u16::from_le_bytes(bytes)
-        }
-    }
-
-    fn u32(self, bytes: &[u8]) -> u32 {
-        let bytes = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        if self.is_big {
-            u32::from_be_bytes(bytes)
-        } else {
-            u32::from_le_bytes(bytes)
-        }
-    }
 }
 
 /// The kept elements of an object or of a sequence's item.
@@ -166,7 +149,7 @@ impl DataSet {
 
     pub fn u16(&self, tag: Tag) -> Option<u16> {
         let (bytes, syntax) = self.plain(tag)?;
-        (bytes.len() >= 2).then(|| syntax.u16(bytes))
+        bytes.first_chunk().map(|bytes| syntax.endian.u16(*bytes))
     }
 
     /// Numbers of 16 bits.
@@ -174,15 +157,16 @@ impl DataSet {
         let Some((bytes, syntax)) = self.plain(tag) else {
             return Vec::new();
         };
-        bytes.chunks_exact(2).map(|word| syntax.u16(word)).collect()
+        let words = bytes.as_chunks().0.iter();
+        words.map(|word| syntax.endian.u16(*word)).collect()
     }
 
     /// An unsigned number of 16 or 32 bits.
     pub fn whole(&self, tag: Tag) -> Option<u32> {
         let (bytes, syntax) = self.plain(tag)?;
-        match bytes.len() {
-            2 | 3 => Some(syntax.u16(bytes).into()),
-            4.. => Some(syntax.u32(bytes)),
+        match bytes {
+            [a, b, c, d, ..] => Some(syntax.endian.u32([*a, *b, *c, *d])),
+            [a, b, ..] => Some(syntax.endian.u16([*a, *b]).into()),
             _ => None,
         }
     }
@@ -190,13 +174,10 @@ impl DataSet {
     /// A double, or a number written as text.
     pub fn double(&self, tag: Tag) -> Option<f64> {
         let (bytes, syntax) = self.plain(tag)?;
-        let Ok(mut bytes) = <[u8; 8]>::try_from(bytes) else {
-            return self.text(tag)?.parse().ok();
-        };
-        if syntax.is_big {
-            bytes.reverse();
+        match bytes.try_into() {
+            Ok(bytes) => Some(f64::from_bits(syntax.endian.u64(bytes))),
+            Err(_) => self.text(tag)?.parse().ok(),
         }
-        Some(f64::from_le_bytes(bytes))
     }
 
     /// Numbers of 64 bits.
@@ -204,14 +185,8 @@ impl DataSet {
         let Some((bytes, syntax)) = self.plain(tag) else {
             return Vec::new();
         };
-        let long = |bytes: &[u8; 8]| {
-            if syntax.is_big {
-                u64::from_be_bytes(*bytes)
-            } else {
-                u64::from_le_bytes(*bytes)
-            }
-        };
-        bytes.as_chunks().0.iter().map(long).collect()
+        let longs = bytes.as_chunks().0.iter();
+        longs.map(|long| syntax.endian.u64(*long)).collect()
     }
 }
 
@@ -247,7 +222,9 @@ pub fn read_group(stream: &mut Stream, at: u64, group: u16) -> Parsed<(DataSet, 
     loop {
         let begin = walk.at;
         let next = walk.stream.bytes(begin, 2)?;
-        if next.len() < 2 || Syntax::EXPLICIT.u16(next) != group {
+        let next = next.first_chunk();
+        let found = next.map(|next| Syntax::EXPLICIT.endian.u16(*next));
+        if found != Some(group) {
             return Ok((data_set, begin));
         }
         walk.element(&mut data_set, Syntax::EXPLICIT, None, 0)?;
@@ -381,24 +358,27 @@ impl Walk<'_> {
     }
 
     fn head(&mut self, syntax: Syntax) -> Parsed<Head> {
+        let Syntax {
+            is_explicit,
+            endian,
+        } = syntax;
         let bytes = self.stream.exactly(self.at, 8)?;
-        let tag = Tag(syntax.u16(bytes), syntax.u16(&bytes[2..]));
+        let word = |at: usize| endian.u16([bytes[at], bytes[at + 1]]);
+        let tag = Tag(word(0), word(2));
         let vr = [bytes[4], bytes[5]];
-        let is_typed =
-            syntax.is_explicit && tag.0 != 0xfffe && vr.iter().all(u8::is_ascii_uppercase);
+        let is_typed = is_explicit && tag.0 != 0xfffe && vr.iter().all(u8::is_ascii_uppercase);
         let (length, size) = if !is_typed {
-            (syntax.u32(&bytes[4..]), 8)
+            (endian.number(&bytes[4..]), 8)
         } else if tags::LONG_TYPES.contains(&&vr) {
-            let length = self.stream.exactly(self.at + 8, 4)?;
-            (syntax.u32(length), 12)
+            (endian.number(self.stream.exactly(self.at + 8, 4)?), 12)
         } else {
-            (syntax.u16(&bytes[6..]).into(), 8)
+            (endian.number(&bytes[6..]), 8)
         };
         self.at += size;
         Ok(Head {
             tag,
             vr: if is_typed { vr } else { *b"  " },
-            length: (length != UNDEFINED).then(|| length.into()),
+            length: (length != UNDEFINED).then_some(length),
         })
     }
 }

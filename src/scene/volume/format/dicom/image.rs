@@ -3,6 +3,7 @@
 
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::MOST_DEFLATED;
+use crate::scene::volume::voxel_type::Endian;
 
 use super::data_set::{DataSet, Pixels, numeric};
 use super::file::{FilePart, Parsing};
@@ -103,7 +104,7 @@ pub fn understand(parsing: Parsing) -> Parsed<Content> {
         return Ok(Content::Other(other));
     }
     let samples = samples(data, pixels)?;
-    if parsing.transfer.syntax.is_big && pixels.is_words && samples.bytes() == 1 {
+    if parsing.transfer.syntax.endian == Endian::Big && pixels.is_words && samples.bytes() == 1 {
         return Err(format!(
             "its pixels of 8 bits stand in big-endian words, which is not read; {GDCMCONV}"
         ));

@@ -107,7 +107,7 @@ impl Slices {
             let mut numbers = vec![0; image.frame_pixels() as usize * values.voxel_type.bytes()];
             let conversion = Conversion {
                 samples: unpacked.samples,
-                is_big: unpacked.is_big,
+                endian: unpacked.endian,
                 is_inverted: image.is_inverted,
                 padding: None,
                 filler: 0.0,
@@ -146,7 +146,7 @@ impl Slices {
         let image = &self.images[self.place(n).0];
         Conversion {
             samples: unpacked.samples,
-            is_big: unpacked.is_big,
+            endian: unpacked.endian,
             is_inverted: image.is_inverted,
             padding: image.padding,
             filler: self.filler,
@@ -187,7 +187,7 @@ impl Slices {
         Ok(Unpacked {
             words,
             samples: image.samples,
-            is_big: image.transfer.syntax.is_big,
+            endian: image.transfer.syntax.endian,
         })
     }
 

@@ -11,6 +11,7 @@ use jpeg_decoder::{Decoder, Error, PixelFormat, UnsupportedFeature};
 
 use crate::fence::fenced;
 use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::voxel_type::Endian;
 
 use super::fragments::Fragments;
 use super::image::{Image, Samples};
@@ -30,7 +31,7 @@ const LARGEST_JPEG_LS_RATIO: u64 = 1 << 15;
 pub struct Unpacked {
     pub words: Vec<u8>,
     pub samples: Samples,
-    pub is_big: bool,
+    pub endian: Endian,
 }
 
 impl Packing {
@@ -77,7 +78,7 @@ fn run_length(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
     Ok(Unpacked {
         words: run_length::unpack(packed, image.frame_pixels() as usize, size)?,
         samples: image.samples,
-        is_big: false,
+        endian: Endian::Little,
     })
 }
 
@@ -138,7 +139,7 @@ fn jpeg(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
     Ok(Unpacked {
         words,
         samples: allocated_anew(image.samples, allocated)?,
-        is_big: cfg!(target_endian = "big"),
+        endian: Endian::NATIVE,
     })
 }
 
@@ -216,7 +217,7 @@ fn jpeg_2000(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
             high: stored - 1,
             is_signed,
         },
-        is_big: false,
+        endian: Endian::Little,
     })
 }
 
@@ -230,7 +231,7 @@ fn jpeg_ls(packed: &[u8], image: &Image) -> Parsed<Unpacked> {
             .flat_map(|pixel| pixel.to_le_bytes())
             .collect(),
         samples: allocated_anew(image.samples, 16)?,
-        is_big: false,
+        endian: Endian::Little,
     })
 }
 

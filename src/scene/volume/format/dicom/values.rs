@@ -7,7 +7,7 @@
 use crate::scene::volume::format::header::check_rescale;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::stored::each;
-use crate::scene::volume::voxel_type::VoxelType;
+use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 use super::frame::Frame;
 use super::image::{Image, Padding, Samples};
@@ -162,8 +162,8 @@ impl Samples {
 #[derive(Debug, Clone, Copy)]
 pub struct Conversion {
     pub samples: Samples,
-    /// Whether the words' most significant bytes come first.
-    pub is_big: bool,
+    /// The byte order of the words.
+    pub endian: Endian,
     pub is_inverted: bool,
     pub padding: Option<Padding>,
     /// The number in place of padding.
@@ -176,10 +176,12 @@ impl Conversion {
     /// Converts one voxel after another.
     pub fn convert(&self, words: &[u8], numbers: &mut [u8]) {
         match self.samples {
-            Samples::Float => {
-                self.reals::<4>(words, numbers, |bytes| f32::from_le_bytes(bytes).into())
+            Samples::Float => self.reals(words, numbers, |word| {
+                f32::from_bits(self.endian.u32(word)).into()
+            }),
+            Samples::Double => {
+                self.reals(words, numbers, |word| f64::from_bits(self.endian.u64(word)))
             }
-            Samples::Double => self.reals::<8>(words, numbers, f64::from_le_bytes),
             Samples::Integers { allocated: 8, .. } => self.integers::<1>(words, numbers),
             Samples::Integers { allocated: 16, .. } => self.integers::<2>(words, numbers),
             Samples::Integers { .. } => self.integers::<4>(words, numbers),
@@ -195,14 +197,8 @@ impl Conversion {
         let Map::Real { slope, intercept } = self.map else {
             return;
         };
-        let ordered = |mut word: [u8; N]| {
-            if self.is_big {
-                word.reverse();
-            }
-            word
-        };
         each(words, numbers, |word| {
-            ((intercept + slope * real(ordered(word))) as f32).to_ne_bytes()
+            ((intercept + slope * real(word)) as f32).to_ne_bytes()
         });
     }
 
@@ -253,7 +249,7 @@ impl Conversion {
 
     /// A word's stored value, inverted where 0 is white.
     fn stored<const N: usize>(&self) -> impl Fn([u8; N]) -> i64 + use<N> {
-        stored(self.samples, self.is_big, self.is_inverted)
+        stored(self.samples, self.endian, self.is_inverted)
     }
 
     /// Whether a word stands for no measurement.
@@ -264,7 +260,7 @@ impl Conversion {
         } else {
             self.samples
         };
-        let value = stored(samples, self.is_big, false);
+        let value = stored(samples, self.endian, false);
         let range = self.padding.map(|padding| padding.range);
         move |word| range.is_some_and(|[first, last]| (first..=last).contains(&value(word)))
     }
@@ -317,7 +313,7 @@ pub fn joined(range: Option<[f64; 2]>, other: [f64; 2]) -> [f64; 2] {
 /// The value of integer words: the bits in use, with their sign, inverted on request.
 fn stored<const N: usize>(
     samples: Samples,
-    is_big: bool,
+    endian: Endian,
     is_inverted: bool,
 ) -> impl Fn([u8; N]) -> i64 + use<N> {
     let Samples::Integers {
@@ -334,8 +330,11 @@ fn stored<const N: usize>(
     move |word| {
         let mut bits: u32 = 0;
         for n in 0..N {
-            let byte = u32::from(word[if is_big { N - 1 - n } else { n }]);
-            bits |= byte << (8 * n);
+            let place = match endian {
+                Endian::Little => n,
+                Endian::Big => N - 1 - n,
+            };
+            bits |= u32::from(word[place]) << (8 * n);
         }
         let value = if is_signed {
             i64::from(((bits << left) as i32) >> right)
