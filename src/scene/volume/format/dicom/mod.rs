@@ -2,22 +2,26 @@
 //!
 //! Each step is one file. [`find`] examines every file; [`file`], [`data_set`] and [`image`] read the contents of
 //! one; [`series`] decides which frames belong together; [`stack`] puts them in order and plans how they become a
-//! grid; [`values`] converts stored values to numbers; and [`source`] reads voxels on demand, through [`unpack`]
-//! where they are packed.
+//! grid; [`values`] converts stored values to numbers; and [`source`] reads voxels on demand, from the frames of a
+//! [`frame_reader`], through [`unpack`] where they are packed.
 //!
 //! These files identify the patient. The elements that do so are never read ([`tags`]), and messages name files,
 //! sizes and places only.
 
 mod charset;
 mod data_set;
+mod doubles;
 mod file;
 mod find;
 mod fragments;
 mod frame;
+mod frame_reader;
 mod golomb;
 mod group;
 mod image;
+mod interpolation;
 mod jpeg_ls;
+mod numbers;
 mod other;
 mod run_length;
 mod series;
@@ -48,7 +52,7 @@ use frame::Frame;
 use group::{At, Group, frame};
 use image::Image;
 use series::group;
-use source::Slices;
+use source::StackSource;
 use stack::Stack;
 use thumbnail::thumbnail;
 use values::Values;
@@ -100,7 +104,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);
     let images = std::mem::take(&mut found.images);
     let gaps = stack.gaps.clone();
-    let source = Box::new(Slices::new(images, stack, &values)?);
+    let source = Box::new(StackSource::new(images, stack, &values)?);
     let remedy = match (&overrides.series, groups.len() - 1) {
         (None, others @ 1..) => elsewhere(others),
         _ => String::new(),

@@ -33,27 +33,27 @@ impl Slice {
     }
 }
 
-/// Places at equal distances, and the slice at each.
-pub struct Grid {
+/// Slices at equal distances.
+pub struct EvenSlices {
     pub spacing: f64,
     pub slices: Vec<Slice>,
     pub gaps: Option<String>,
 }
 
-impl Grid {
-    /// The grid of slices at `places`, which grow by `distances`. A single slice is as thick as `thickness`.
+impl EvenSlices {
+    /// Even slices from those at `places`, which grow by `distances`. A single slice is as thick as `thickness`.
     ///
     /// # Errors
     ///
-    /// If most of the grid's slices would have to be invented.
+    /// If most of the even slices would have to be invented.
     pub fn of(
         places: &[f64],
         distances: &[f64],
         thickness: f64,
         notes: &mut Vec<String>,
-    ) -> Parsed<Grid> {
+    ) -> Parsed<EvenSlices> {
         let (Some(usual), Some(middle)) = (lower_median(distances), median(distances)) else {
-            return Ok(Grid {
+            return Ok(EvenSlices {
                 spacing: thickness,
                 slices: vec![Slice::exact(0)],
                 gaps: None,
@@ -82,31 +82,36 @@ impl Grid {
             ));
         }
         if !has_steps {
-            return Ok(Grid::resampled(places, distances, middle, notes));
+            return Ok(EvenSlices::resampled(places, distances, middle, notes));
         }
         let gaps = missing(places, distances, steps);
         let spacing = length / all_steps;
-        let grid = if is_even(places, distances.iter().copied().map(steps), spacing) {
-            Grid::even(places, spacing, all_steps as usize)
+        let even = if is_even(places, distances.iter().copied().map(steps), spacing) {
+            EvenSlices::in_place(places, spacing, all_steps as usize)
         } else {
-            Grid::resampled(places, distances, middle, notes)
+            EvenSlices::resampled(places, distances, middle, notes)
         };
-        Ok(Grid { gaps, ..grid })
+        Ok(EvenSlices { gaps, ..even })
     }
 
-    /// Slices that lie on the grid, but for those that are missing.
-    fn even(places: &[f64], spacing: f64, steps: usize) -> Grid {
+    /// Slices that lie where the even ones do, but for those that are missing.
+    fn in_place(places: &[f64], spacing: f64, steps: usize) -> EvenSlices {
         let place = |n: usize| places[0] + n as f64 * spacing;
         let slices = (0..=steps).map(|n| between(places, place(n), EXACT * spacing));
-        Grid {
+        EvenSlices {
             spacing,
             slices: slices.collect(),
             gaps: None,
         }
     }
 
-    /// Slices at other places than those of the grid, of which a note tells.
-    fn resampled(places: &[f64], distances: &[f64], spacing: f64, notes: &mut Vec<String>) -> Grid {
+    /// Slices at other places than the even ones, of which a note tells.
+    fn resampled(
+        places: &[f64],
+        distances: &[f64],
+        spacing: f64,
+        notes: &mut Vec<String>,
+    ) -> EvenSlices {
         let place = |n: usize| places[0] + n as f64 * spacing;
         let shift = (0..places.len()).map(|n| (places[n] - place(n)).abs());
         let [least, most] = extremes(distances).map(shown);
@@ -119,7 +124,7 @@ impl Grid {
         let length = places[places.len() - 1] - places[0];
         let count = places_in(length, spacing);
         let slices = (0..count as usize).map(|n| between(places, place(n), ROUNDING * spacing));
-        Grid {
+        EvenSlices {
             spacing,
             slices: slices.collect(),
             gaps: None,
@@ -132,7 +137,7 @@ fn places_in(length: f64, spacing: f64) -> f64 {
     (length / spacing + EXACT).floor() + 1.0
 }
 
-/// Whether all slices lie where so many steps of the grid from one to the next take them.
+/// Whether all slices lie where so many steps from one to the next take them.
 fn is_even(places: &[f64], steps: impl Iterator<Item = f64>, spacing: f64) -> bool {
     let mut expected = places[0];
     steps.zip(&places[1..]).all(|(steps, place)| {

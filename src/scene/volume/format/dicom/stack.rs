@@ -17,7 +17,7 @@ use crate::scene::volume::parsed::Parsed;
 use super::frame::Plane;
 use super::group::{At, Group, frame};
 use super::image::Image;
-use super::slices::{EXACT, Grid, MOST_INVENTED, Slice, median};
+use super::slices::{EXACT, EvenSlices, MOST_INVENTED, Slice, median};
 use super::vector::{cross, difference, dot, scaled, unit};
 
 /// Voxels by which the last slice of an upright stack may lie beside the first: positions are rounded.
@@ -94,7 +94,7 @@ impl Stack {
         };
         let placed = Placed::in_order(images, group, plane);
         let distances = placed.distances();
-        let grid = Grid::of(&placed.places, &distances, thickness, &mut notes)?;
+        let even = EvenSlices::of(&placed.places, &distances, thickness, &mut notes)?;
         let shifts = placed.shifts(images, between_columns, between_rows, &mut notes)?;
         let lowest = shifts.iter().copied().fold(0.0, f64::max);
         let more_rows = (lowest - EXACT).ceil().max(0.0);
@@ -107,7 +107,7 @@ impl Stack {
         let steps = [
             scaled(row, between_columns),
             scaled(column, between_rows),
-            scaled(placed.normal, grid.spacing),
+            scaled(placed.normal, even.spacing),
         ];
         let (spacing, orientation) =
             Orientation::from_steps(steps, Coordinates::Anatomical(Axes::LPS))?;
@@ -116,15 +116,15 @@ impl Stack {
             dims: [
                 image.columns,
                 image.rows.saturating_add(more_rows as u32),
-                grid.slices.len() as u32,
+                even.slices.len() as u32,
             ],
             spacing,
             orientation,
             frames: placed.frames,
             shifts,
-            slices: grid.slices,
+            slices: even.slices,
             doubles: placed.doubles,
-            gaps: grid.gaps,
+            gaps: even.gaps,
             notes,
         })
     }

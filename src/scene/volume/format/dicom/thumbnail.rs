@@ -9,7 +9,8 @@ use crate::scene::volume::thumbnail::Thumbnail;
 
 use super::group::{At, Group, frame};
 use super::image::Image;
-use super::source::{Slices, add};
+use super::numbers::add;
+use super::source::StackSource;
 use super::stack::Stack;
 use super::values::Values;
 
@@ -37,9 +38,9 @@ pub fn thumbnail(images: &[Image], frames: &[At]) -> Parsed<Thumbnail> {
     let stack = Stack::new(&images, &only)?;
     let ([columns, rows, _], [width, height, _]) = (stack.dims, stack.spacing);
     let region = Region::whole([columns, rows, 1]);
-    let slices = Slices::new(images, stack, &values)?;
+    let source = StackSource::new(images, stack, &values)?;
     let mut bytes = vec![0; region.voxels() * values.voxel_type.bytes()];
-    slices.cursor().read(region, &mut bytes)?;
+    source.cursor().read(region, &mut bytes)?;
     let mut numbers = vec![0.0; region.voxels()];
     add(&bytes, values.voxel_type, 1.0, &mut numbers);
     Ok(Thumbnail::of(&numbers, [columns, rows], [width, height]))

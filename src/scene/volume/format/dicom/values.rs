@@ -11,6 +11,7 @@ use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 use super::frame::Frame;
 use super::image::{Image, Padding, Samples};
+use super::unpack::Unpacked;
 
 /// Differences from whole numbers that count as rounding: of offsets, and relative ones of factors, so that no factor
 /// is taken for 0.
@@ -160,7 +161,7 @@ impl Samples {
 
 /// Conversion from the words of one frame to numbers.
 #[derive(Debug, Clone, Copy)]
-pub struct Conversion {
+pub struct FrameConversion {
     pub samples: Samples,
     /// The byte order of the words.
     pub endian: Endian,
@@ -172,7 +173,20 @@ pub struct Conversion {
     pub to: VoxelType,
 }
 
-impl Conversion {
+impl FrameConversion {
+    /// The conversion of all words of a frame, with no regard to padding.
+    pub fn new(image: &Image, unpacked: &Unpacked, map: Map, to: VoxelType) -> FrameConversion {
+        FrameConversion {
+            samples: unpacked.samples,
+            endian: unpacked.endian,
+            is_inverted: image.is_inverted,
+            padding: None,
+            filler: 0.0,
+            map,
+            to,
+        }
+    }
+
     /// Converts one voxel after another.
     pub fn convert(&self, words: &[u8], numbers: &mut [u8]) {
         match self.samples {
