@@ -1,20 +1,17 @@
 //! The TOML as typed by the user, before it is interpreted: keys, values, and their origins.
 //!
 //! `--set` and its shorthands change this document, so that their values pass the same checks as a line in the file.
-//! Every key remembers its line or its flag; an error about a key names that place without any code having to pass it
-//! along.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use toml::Value;
-use toml::de::{DeTable, DeValue};
+use toml::de::DeTable;
 
+use super::edit::{Change, Edit};
+use super::origins::{Origins, line_at};
 use super::{SceneFile, mismatch};
 use crate::error::{Error, Origin, Place, Result};
-use crate::scene::Side;
 
 /// An upper bound of the names in a key: a document with a deeper one is dropped by recursion, for which the stack
 /// may be too small.
@@ -38,80 +35,6 @@ const LISTS: [&str; 4] = ["medium.transfer", "surfaces.iso", "light", "clip"];
 pub struct Document {
     root: Value,
     origins: Origins,
-}
-
-/// Where each key of a scene was written.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Origins {
-    /// The file's name, which stands for the whole scene.
-    name: String,
-    /// The folder at which relative paths start.
-    folder: PathBuf,
-    /// The origin of each dotted key, such as `light.0.direction`.
-    places: BTreeMap<String, Origin>,
-}
-
-impl Origins {
-    /// An input error at a key: its file and line, or its flag, and the key.
-    pub fn error(&self, key: &str, problem: impl Display) -> Error {
-        Error::input(self.place(key).with_key(key), problem.to_string())
-    }
-
-    /// A note about a key, which is no error.
-    pub fn sentence(&self, key: &str, problem: impl Display) -> String {
-        format!("{}{problem}", self.place(key).with_key(key))
-    }
-
-    /// A path as written in the scene, relative to the current directory.
-    pub fn path(&self, written: &Path) -> PathBuf {
-        self.folder.join(written)
-    }
-
-    /// The origin of a key, or of its table if the key was not written.
-    fn place(&self, key: &str) -> Place {
-        match self.places.get(key) {
-            Some(origin) => origin.clone().into(),
-            None => match key.rsplit_once('.') {
-                Some((table, _)) => self.place(table),
-                None => Place::file(&self.name),
-            },
-        }
-    }
-
-    fn record_lines(&mut self, text: &str, prefix: &str, table: &DeTable) {
-        for (key, value) in table {
-            let path = join(prefix, key.get_ref());
-            self.record(text, path, key.span().start, value.get_ref());
-        }
-    }
-
-    fn record(&mut self, text: &str, path: String, at: usize, value: &DeValue) {
-        match value {
-            DeValue::Table(table) => self.record_lines(text, &path, table),
-            DeValue::Array(items) => {
-                for (i, item) in items.iter().enumerate() {
-                    let path = join(&path, &i.to_string());
-                    self.record(text, path, item.span().start, item.get_ref());
-                }
-            }
-            _ => {}
-        }
-        let file = self.name.clone();
-        let line = line_at(text, at);
-        self.places.insert(path, Origin::Line { file, line });
-    }
-}
-
-fn join(prefix: &str, key: &str) -> String {
-    match prefix {
-        "" => key.to_string(),
-        _ => format!("{prefix}.{key}"),
-    }
-}
-
-fn line_at(text: &str, at: usize) -> usize {
-    let before = &text.as_bytes()[..at.min(text.len())];
-    before.iter().filter(|byte| **byte == b'\n').count() + 1
 }
 
 impl Document {
@@ -319,90 +242,5 @@ fn container(steps: &[&str]) -> Value {
     match steps.first() {
         Some(step) if step.parse::<usize>().is_ok() => Value::Array(Vec::new()),
         _ => Value::Table(toml::Table::new()),
-    }
-}
-
-/// A change that the command line makes to the scene.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Edit {
-    /// The flag as it was typed, for messages.
-    flag: String,
-    change: Change,
-}
-
-#[derive(Debug, Clone, PartialEq)]
-enum Change {
-    /// `key` is dotted, array indices included.
-    Set { key: String, value: Value },
-    /// The value of the only isosurface; adds one where there is none.
-    Iso(f64),
-    /// The named side, in place of the eye in the file.
-    View(Value),
-}
-
-impl Edit {
-    /// `flag` is what the user typed, for messages.
-    pub fn set(flag: String, key: &str, value: Value) -> Edit {
-        let key = key.to_string();
-        let change = Change::Set { key, value };
-        Edit { flag, change }
-    }
-
-    pub fn iso(value: f64) -> Edit {
-        let flag = format!("--iso {value}");
-        let change = Change::Iso(value);
-        Edit { flag, change }
-    }
-
-    pub fn view(view: Side) -> Edit {
-        let name = Value::try_from(view).expect("a view is its name");
-        let flag = format!("--view {}", name.as_str().unwrap_or_default());
-        let change = Change::View(name);
-        Edit { flag, change }
-    }
-
-    /// What the user typed.
-    pub(in crate::scene) fn flag(&self) -> &str {
-        &self.flag
-    }
-
-    /// The named side that it looks from, if it sets one.
-    pub(in crate::scene) fn named_view(&self) -> Option<Side> {
-        match &self.change {
-            Change::View(name) => name.clone().try_into().ok(),
-            Change::Set { key, value } if key == "camera.view" => value.clone().try_into().ok(),
-            _ => None,
-        }
-    }
-
-    pub(in crate::scene) fn sets(&self, wanted: &str) -> bool {
-        matches!(&self.change, Change::Set { key, .. } if key == wanted)
-    }
-
-    /// Whether it concerns the volume, which is read before a preset can use it.
-    pub(in crate::scene) fn is_about_volume(&self) -> bool {
-        matches!(&self.change, Change::Set { key, .. } if key.split('.').next() == Some("volume"))
-    }
-}
-
-/// `KEY=VALUE` of `--set`: the value is TOML, or else a number or a bare string.
-impl FromStr for Edit {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Edit, String> {
-        let (key, value) = text
-            .split_once('=')
-            .ok_or("expected KEY=VALUE, as in medium.g=0.5")?;
-        let (key, value) = (key.trim().replace('[', ".").replace(']', ""), value.trim());
-        if key.split('.').any(str::is_empty) {
-            return Err("expected a dotted key before `=`, as in surfaces.iso.0.value=900".into());
-        }
-        // Numbers such as `.5` and `1.` are none in TOML.
-        let number = || value.parse().ok().filter(|number: &f64| number.is_finite());
-        let value = value.parse().unwrap_or_else(|_| match number() {
-            Some(number) => Value::Float(number),
-            None => Value::String(value.into()),
-        });
-        Ok(Edit::set(format!("--set {text}"), &key, value))
     }
 }

@@ -1,0 +1,87 @@
+//! Where each key of a scene was written: the line of a file, or a flag.
+//!
+//! An error about a key names that place without any code having to pass it along.
+
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Error, Origin, Place};
+
+/// Where each key of a scene was written.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Origins {
+    /// The file's name, which stands for the whole scene.
+    pub(super) name: String,
+    /// The folder at which relative paths start.
+    pub(super) folder: PathBuf,
+    /// The origin of each dotted key, such as `light.0.direction`.
+    pub(super) places: BTreeMap<String, Origin>,
+}
+
+impl Origins {
+    /// An input error at a key: its file and line, or its flag, and the key.
+    pub fn error(&self, key: &str, problem: impl Display) -> Error {
+        Error::input(self.place(key).with_key(key), problem.to_string())
+    }
+
+    /// A note about a key, which is no error.
+    pub fn sentence(&self, key: &str, problem: impl Display) -> String {
+        format!("{}{problem}", self.place(key).with_key(key))
+    }
+
+    /// A path as written in the scene, relative to the current directory.
+    pub fn path(&self, written: &Path) -> PathBuf {
+        self.folder.join(written)
+    }
+
+    /// The origin of a key, or of its table if the key was not written.
+    fn place(&self, key: &str) -> Place {
+        match self.places.get(key) {
+            Some(origin) => origin.clone().into(),
+            None => match key.rsplit_once('.') {
+                Some((table, _)) => self.place(table),
+                None => Place::file(&self.name),
+            },
+        }
+    }
+
+    /// Records the line of each key of a table, and of all that is inside.
+    pub(super) fn record_lines(&mut self, text: &str, prefix: &str, table: &DeTable) {
+        for (key, value) in table {
+            let path = join(prefix, key.get_ref());
+            self.record(text, path, key.span().start, value.get_ref());
+        }
+    }
+
+    fn record(&mut self, text: &str, path: String, at: usize, value: &DeValue) {
+        match value {
+            DeValue::Table(table) => self.record_lines(text, &path, table),
+            DeValue::Array(items) => {
+                for (i, item) in items.iter().enumerate() {
+                    let path = join(&path, &i.to_string());
+                    self.record(text, path, item.span().start, item.get_ref());
+                }
+            }
+            _ => {}
+        }
+        let file = self.name.clone();
+        let line = line_at(text, at);
+        self.places.insert(path, Origin::Line { file, line });
+    }
+}
+
+fn join(prefix: &str, key: &str) -> String {
+    match prefix {
+        "" => key.to_string(),
+        _ => format!("{prefix}.{key}"),
+    }
+}
+
+/// The line, counted from 1, of the byte at `at`.
+pub(super) fn line_at(text: &str, at: usize) -> usize {
+    let before = &text.as_bytes()[..at.min(text.len())];
+    before.iter().filter(|byte| **byte == b'\n').count() + 1
+}
