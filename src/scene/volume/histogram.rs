@@ -1,6 +1,6 @@
 //! A histogram of values, from which presets take their thresholds, and which `info` prints.
 
-use super::statistics::Tally;
+use super::tally::Tally;
 
 /// Bins of equal width from the smallest to the largest value.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,11 +49,11 @@ impl Histogram {
         self.low + (bin as f64 + 0.5) * self.width
     }
 
-    /// The values that split the bins into `classes` with the least variance inside each (Otsu 1979). A bin counts
+    /// The values that split the bins into four classes with the least variance inside each (Otsu 1979). A bin counts
     /// with the square root of its voxels: most volumes are mostly empty, and the empty voxels would draw every
-    /// threshold to themselves. If fewer bins than `classes` are occupied, there are as many classes as occupied
-    /// bins.
-    pub fn otsu(&self, classes: usize) -> Vec<f64> {
+    /// threshold to themselves. If fewer than four bins are occupied, there are as many classes as occupied bins.
+    pub fn otsu(&self) -> Vec<f64> {
+        const CLASSES: usize = 4;
         let occupied: Vec<usize> = (0..self.counts.len())
             .filter(|&bin| self.counts[bin] > 0)
             .collect();
@@ -62,7 +62,7 @@ impl Histogram {
         // The score of the first j bins in the best split so far, and where its last class begins.
         let mut best: Vec<f64> = (0..=n).map(|j| sums.score(0, j)).collect();
         let mut begins: Vec<Vec<usize>> = Vec::new();
-        for split in 1..classes.min(n) {
+        for split in 1..CLASSES.min(n) {
             let last_class = |j| {
                 let scored = (split..j).map(|i| (best[i] + sums.score(i, j), i));
                 let highest = scored.max_by(|a, b| a.0.total_cmp(&b.0));

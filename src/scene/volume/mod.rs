@@ -25,6 +25,7 @@ mod statistics;
 mod storage;
 mod store;
 mod stored;
+mod tally;
 mod thumbnail;
 mod voxel_type;
 

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use super::Volume;
 use super::histogram::Histogram;
-use super::statistics::Tally;
+use super::tally::Tally;
 use crate::error::Result;
 
 /// At most this share of all voxels stands alone, and at most one in each macrocell, on average: a structure has more.
@@ -190,7 +190,7 @@ mod tests {
         values.iter_mut().enumerate().for_each(|(i, v)| edit(i, v));
         let dims = [SIDE as u32; 3];
         let volume = Volume::from_values(dims, [1.0; 3], Voxels::F32(values)).expect("a volume");
-        volume.histogram_of_data(256).expect("counted").otsu(4)
+        volume.histogram_of_data(256).expect("counted").otsu()
     }
 
     fn assert_close(found: &[f64], expected: &[f64]) {

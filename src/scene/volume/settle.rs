@@ -63,7 +63,7 @@ pub(super) fn settle(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parse
 }
 
 /// The results of one core for its shares.
-struct Tally {
+struct PartialResults {
     counts: Vec<u64>,
     infinite: u64,
     /// The least of the finite values in shares that hold values that are not finite, too.
@@ -82,24 +82,24 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
     let mut buffer: Vec<T> = Vec::new();
     let mut kept: Vec<T> = Vec::new();
     let mut macrocells = Macrocells::new(grid.dims(), is_mirrored);
-    let mut tallies: Vec<Tally> = Vec::new();
+    let mut partials: Vec<PartialResults> = Vec::new();
     for piece in grid.pieces(piece_bytes / size_of::<T>()) {
         let began = Instant::now();
         buffer.resize(piece.voxels(), T::zeroed());
         reader.fill(piece, cast_slice_mut(&mut buffer))?;
         reading.spend(began.elapsed());
         reading.advance(piece.voxels() as u64 * size)?;
-        look(piece, &buffer, &mut macrocells, &mut tallies);
+        look(piece, &buffer, &mut macrocells, &mut partials);
         if is_kept {
             kept.extend_from_slice(&buffer);
         }
     }
-    let tally = tallies.into_iter().reduce(Tally::joined);
-    let Tally {
+    let joined = partials.into_iter().reduce(PartialResults::joined);
+    let PartialResults {
         counts,
         infinite,
         least,
-    } = tally.unwrap_or_else(Tally::new::<T>);
+    } = joined.unwrap_or_else(PartialResults::new::<T>);
     let mut ranges = macrocells.finish();
     Ok(Settled {
         facts: Facts {
@@ -113,20 +113,20 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
     })
 }
 
-/// Tallies a region with all cores, each of which has a share of its own.
+/// Looks at the values of a region with all cores, each of which has a share of its own.
 fn look<T: Stored>(
     region: Region,
     values: &[T],
     macrocells: &mut Macrocells,
-    tallies: &mut Vec<Tally>,
+    partials: &mut Vec<PartialResults>,
 ) {
     let shares = shares(region, values);
-    while tallies.len() < shares.len() {
-        tallies.push(Tally::new::<T>());
+    while partials.len() < shares.len() {
+        partials.push(PartialResults::new::<T>());
     }
-    let looked = shares.into_par_iter().zip(tallies);
-    let parts = looked.map(|((region, values), tally)| {
-        tally.add(values);
+    let looked = shares.into_par_iter().zip(partials);
+    let parts = looked.map(|((region, values), partial)| {
+        partial.add(values);
         macrocells.part(region, values)
     });
     for part in parts.collect::<Vec<_>>() {
@@ -147,9 +147,9 @@ pub(super) fn shares<T>(region: Region, values: &[T]) -> Vec<(Region, &[T])> {
     pieces.map(share).collect()
 }
 
-impl Tally {
-    fn new<T: Stored>() -> Tally {
-        Tally {
+impl PartialResults {
+    fn new<T: Stored>() -> PartialResults {
+        PartialResults {
             counts: vec![0; T::COUNTED],
             infinite: 0,
             least: f32::INFINITY,
@@ -189,7 +189,7 @@ impl Tally {
         }
     }
 
-    fn joined(mut self, other: Tally) -> Tally {
+    fn joined(mut self, other: PartialResults) -> PartialResults {
         for (sum, count) in self.counts.iter_mut().zip(other.counts) {
             *sum += count;
         }

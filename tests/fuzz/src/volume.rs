@@ -45,7 +45,7 @@ pub fn check(path: &Path, overrides: &VolumeOverrides, allowed: usize) {
     assert_proper(&volume, voxels.len());
     let histogram = volume.histogram(16).expect("a histogram");
     assert_eq!(histogram.counts.iter().sum::<u64>() as usize, voxels.len());
-    histogram.otsu(4);
+    histogram.otsu();
     check_part(&volume, &voxels);
 }
 
