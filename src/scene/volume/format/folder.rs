@@ -26,6 +26,11 @@ const MOST_NAMED: usize = 3;
 /// Endings of pictures, which are not read.
 const PICTURES: [&str; 4] = [".png", ".jpg", ".jpeg", ".bmp"];
 
+/// The kinds of folders by name.
+pub fn formats() -> impl Iterator<Item = (&'static str, &'static Read)> {
+    FOLDERS.iter().map(|(name, _, read)| (*name, read))
+}
+
 /// The format of a folder.
 pub fn format_of(path: &Path) -> Parsed<(&'static str, &'static Read)> {
     let format = FOLDERS.iter().find(|(_, is_of, _)| is_of(path));

@@ -43,6 +43,22 @@ enum Read {
 
 use Read::*;
 
+/// The keys that describe voxels where no header does.
+const BARE_KEYS: [&str; 3] = ["dims", "type", "endian"];
+
+impl Read {
+    /// The keys of the user that formats of this kind use, and not all others do.
+    fn keys(&self) -> &'static [&'static str] {
+        match self {
+            Described(_) => &[],
+            Several(_) => &["channel", "time"],
+            Leveled(_) => &["channel", "time", "level"],
+            Listed(..) => &["series", "fill_gaps"],
+            Bare(_) => &BARE_KEYS,
+        }
+    }
+}
+
 /// Files of this format may have any name.
 const DICOM: (&str, Read) = ("DICOM", Listed(dicom::read, dicom::series, dicom::previews));
 
@@ -134,36 +150,73 @@ fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
 
 /// Fails for a key of the user that the format does not use.
 fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
-    let is_bare = matches!(read, Bare(_));
-    let is_several = matches!(read, Several(_) | Leveled(_));
-    let is_leveled = matches!(read, Leveled(_));
-    let raw = "only for .raw files, this one's own header says it";
-    let several = "only for NRRD, MetaImage, NIfTI, TIFF, OpenVDB and OME-Zarr";
-    let leveled = "only for TIFF and OME-Zarr";
-    let is_listed = matches!(read, Listed(..));
-    let listed = "only for DICOM";
-    for (key, given, is_wanted, why) in [
-        ("dims", overrides.dims.is_some(), is_bare, raw),
-        ("type", overrides.voxel_type.is_some(), is_bare, raw),
-        ("endian", overrides.endian.is_some(), is_bare, raw),
+    for (key, is_given) in [
+        ("dims", overrides.dims.is_some()),
+        ("type", overrides.voxel_type.is_some()),
+        ("endian", overrides.endian.is_some()),
         // 0 is what a file has that holds no several.
-        ("channel", overrides.channel > Some(0), is_several, several),
-        ("time", overrides.time > Some(0), is_several, several),
-        ("level", overrides.level > Some(0), is_leveled, leveled),
-        ("series", overrides.series.is_some(), is_listed, listed),
-        ("fill_gaps", overrides.fill_gaps, is_listed, listed),
+        ("channel", overrides.channel > Some(0)),
+        ("time", overrides.time > Some(0)),
+        ("level", overrides.level > Some(0)),
+        ("series", overrides.series.is_some()),
+        ("fill_gaps", overrides.fill_gaps),
     ] {
-        if given && !is_wanted {
-            return Err(format!("`{key}` is {why}; leave `{key}` out"));
+        if is_given && !read.keys().contains(&key) {
+            let users = users(key);
+            return Err(format!("`{key}` is only for {users}; leave `{key}` out"));
         }
     }
     Ok(())
 }
 
+/// The formats that use a key, for a message.
+fn users(key: &str) -> String {
+    if BARE_KEYS.contains(&key) {
+        return ".raw files, this one's own header says it".into();
+    }
+    let files = FORMATS.iter().map(|(name, _, read)| (*name, read));
+    let mut names: Vec<&str> = Vec::new();
+    for (name, read) in files.chain(folder::formats()) {
+        // A folder of TIFF pages is TIFF, too.
+        let is_named = names.iter().any(|known| name.starts_with(known));
+        if read.keys().contains(&key) && !is_named {
+            names.push(name);
+        }
+    }
+    enumerated(names, "and")
+}
+
 /// The extensions of the formats that are read: ".nrrd, .nhdr or .raw".
 fn readable() -> String {
     let names = FORMATS.iter().flat_map(|(_, ends, _)| *ends);
-    let mut names: Vec<&str> = names.copied().collect();
+    enumerated(names.copied().collect(), "or")
+}
+
+/// Names as a sentence lists them: "NRRD, TIFF and OpenVDB".
+fn enumerated(mut names: Vec<&str>, conjunction: &str) -> String {
     let last = names.pop().unwrap_or_default();
-    format!("{} or {last}", names.join(", "))
+    match names.len() {
+        0 => last.to_string(),
+        _ => format!("{} {conjunction} {last}", names.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_names_the_formats_that_use_it() {
+        let several = "NRRD, MetaImage, NIfTI, TIFF, OpenVDB and OME-Zarr";
+        for (key, expected) in [
+            ("endian", ".raw files, this one's own header says it"),
+            ("channel", several),
+            ("time", several),
+            ("level", "TIFF and OME-Zarr"),
+            ("series", "DICOM"),
+            ("fill_gaps", "DICOM"),
+        ] {
+            assert_eq!(users(key), expected, "{key}");
+        }
+    }
 }
