@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::parsed::Parsed;
 use super::region::Region;
 use super::source::chunked::Chunked;
+use super::source::memory::Memory;
 use super::source::{Cursor, Source};
 use super::stored::{Conversion, StoredType, Voxels};
 use crate::error::{Error, Place, Result};
@@ -56,6 +57,14 @@ impl Grid {
                 Box::new(pieces.map(|piece| self.turned(piece)))
             }
         }
+    }
+
+    /// Reads these voxels from now on, which are all that it has, as they are stored.
+    pub fn keep(&mut self, voxels: Voxels) {
+        let (dims, stored) = (self.dims(), self.stored());
+        self.source = Box::new(Memory { dims, voxels });
+        self.region = Region::whole(dims);
+        self.conversion = Conversion::none(stored);
     }
 
     pub fn reader(&self) -> Reader<'_> {

@@ -15,7 +15,7 @@ use super::parsed::Parsed;
 use super::reading::Reading;
 use super::region::Region;
 use super::series::{Preview, Series};
-use super::settle::{Facts, settle};
+use super::settle::{Extremes, settle};
 use super::source::memory::Memory;
 use super::source::watched::{HAS_CHANGED, version_at};
 use super::statistics::Statistics;
@@ -119,12 +119,7 @@ fn open(
     let (spacing, orientation) = geometry(&header, overrides)?;
     check_spacing(spacing)?;
     check_rescale(header.slope, header.intercept)?;
-    let conversion = Conversion {
-        from: header.voxel_type,
-        endian: header.endian,
-        slope: header.slope,
-        intercept: header.intercept,
-    };
+    let conversion = header.conversion();
     let is_mirrored = orientation.left_handed;
     let files = header.source.files();
     let place = stores.and_then(|(stores, path)| {
@@ -147,20 +142,19 @@ fn open(
         Some(known) => (known.settled, known.histogram),
         None => (settle(&grid, is_mirrored, reading)?, None),
     };
-    let facts = settled.facts;
-    grid.filler = (facts.infinite > 0).then_some(facts.range[0]);
-    notes.extend(what_conversion_changes(&facts, header.voxel_type));
+    let extremes = settled.extremes;
+    grid.filler = (extremes.infinite > 0).then_some(extremes.range[0]);
+    notes.extend(what_conversion_changes(&extremes, header.voxel_type));
     let (scale, offset) = conversion.meaning();
-    let range = facts.range.map(|stored| offset + scale * f64::from(stored));
+    let range = extremes
+        .range
+        .map(|stored| offset + scale * f64::from(stored));
     check_range(range)?;
     let axes = right_handed(orientation, &mut notes);
     grid.is_mirrored = is_mirrored;
     let stored = grid.stored();
     if let Some(voxels) = settled.kept {
-        let dims = region.dims;
-        grid.source = Box::new(Memory { dims, voxels });
-        grid.region = Region::whole(dims);
-        grid.conversion = Conversion::none(stored);
+        grid.keep(voxels);
     }
     Ok(Volume {
         dims: region.dims,
@@ -179,7 +173,7 @@ fn open(
         files,
         grid: Arc::new(grid),
         statistics: Arc::new(Statistics::new(settled.ranges, settled.counts, histogram)),
-        keeping: place.map(|place| Arc::new(Keeping { place, facts })),
+        keeping: place.map(|place| Arc::new(Keeping { place, extremes })),
     })
 }
 
@@ -192,19 +186,19 @@ fn find(place: &StoreFile, conversion: Conversion, notes: &mut Vec<String>) -> O
 }
 
 /// Remarks about values that are not kept as they are in the file.
-fn what_conversion_changes(facts: &Facts, voxel_type: VoxelType) -> Vec<String> {
+fn what_conversion_changes(extremes: &Extremes, voxel_type: VoxelType) -> Vec<String> {
     let mut notes = Vec::new();
-    if facts.rounding > 0.0 {
+    if extremes.rounding > 0.0 {
         notes.push(format!(
             "{voxel_type} values are kept as float32, which changes some by up to {:.1e}",
-            facts.rounding
+            extremes.rounding
         ));
     }
-    if facts.infinite > 0 {
+    if extremes.infinite > 0 {
         notes.push(format!(
             "{} voxels are not finite float32 numbers and became the smallest value, {}",
-            facts.infinite,
-            f64::from(facts.range[0])
+            extremes.infinite,
+            f64::from(extremes.range[0])
         ));
     }
     notes

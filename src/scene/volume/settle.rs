@@ -33,7 +33,7 @@ const MOST_KEPT: u64 = 32 << 20;
 /// The results of the walk, in terms of stored values.
 #[derive(Debug)]
 pub(super) struct Settled {
-    pub facts: Facts,
+    pub extremes: Extremes,
     /// Smallest and largest value of each macrocell, x fastest.
     pub ranges: Vec<[f32; 2]>,
     /// How often each stored value occurs; empty for floats.
@@ -42,9 +42,9 @@ pub(super) struct Settled {
     pub kept: Option<Voxels>,
 }
 
-/// The plain numbers among the results.
+/// The range of the values, and what had to be done to have one.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Facts {
+pub(super) struct Extremes {
     pub range: [f32; 2],
     /// Voxels whose value is not finite; the lowest of `range` takes its place.
     pub infinite: u64,
@@ -102,7 +102,7 @@ fn walk<T: Stored>(grid: &Grid, is_mirrored: bool, reading: &Reading) -> Parsed<
     } = joined.unwrap_or_else(PartialResults::new::<T>);
     let mut ranges = macrocells.finish();
     Ok(Settled {
-        facts: Facts {
+        extremes: Extremes {
             range: fill_gaps(&mut ranges, least)?,
             infinite,
             rounding: reader.rounding,

@@ -18,6 +18,7 @@ use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
+use crate::scene::volume::stored::Conversion;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 #[derive(Debug)]
@@ -86,6 +87,18 @@ impl Header {
             notes: Vec::new(),
             source,
             about: About::default(),
+        }
+    }
+}
+
+impl Header {
+    /// The way from the source's numbers to what they mean.
+    pub fn conversion(&self) -> Conversion {
+        Conversion {
+            from: self.voxel_type,
+            endian: self.endian,
+            slope: self.slope,
+            intercept: self.intercept,
         }
     }
 }

@@ -15,7 +15,7 @@ use crate::scene::volume::histogram::Histogram;
 use crate::scene::volume::macrocells::MACROCELL;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
-use crate::scene::volume::settle::{Facts, Settled};
+use crate::scene::volume::settle::{Extremes, Settled};
 use crate::scene::volume::source::watched::WatchedFile;
 use crate::scene::volume::source::{Cursor, Source};
 use crate::scene::volume::stored::StoredType;
@@ -85,7 +85,7 @@ const END_BYTES: u64 = size_of::<End>() as u64;
 /// Everything in a store but its chunks.
 pub struct Rest<'a> {
     pub identity: u128,
-    pub facts: Facts,
+    pub extremes: Extremes,
     pub counts: &'a [u64],
     pub histogram: Option<Histogram>,
     pub macrocells: &'a [[f32; 2]],
@@ -100,14 +100,14 @@ impl Rest<'_> {
         let bins = histogram.map_or(&[][..], |h| &h.counts);
         let head = Head {
             identity: [self.identity as u64, (self.identity >> 64) as u64],
-            rounding: self.facts.rounding,
-            infinite: self.facts.infinite,
+            rounding: self.extremes.rounding,
+            infinite: self.extremes.infinite,
             bins: histogram.map_or([0.0; 2], |h| [h.low, h.width]),
             counts: self.counts.len() as u64,
             histogram: bins.len() as u64,
             macrocells: self.macrocells.len() as u64,
             chunks: self.index.len() as u64,
-            range: self.facts.range,
+            range: self.extremes.range,
             voxel_bytes: self.voxel_bytes as u64,
         };
         let plain = [
@@ -167,7 +167,7 @@ pub fn open(
     let [low, width] = head.bins;
     Ok(Some(Known {
         settled: Settled {
-            facts: Facts {
+            extremes: Extremes {
                 range: head.range,
                 infinite: head.infinite,
                 rounding: head.rounding,
@@ -311,7 +311,7 @@ mod tests {
         counts[7] = 8;
         let mut rest = Rest {
             identity: 1,
-            facts: Facts {
+            extremes: Extremes {
                 range: [7.0; 2],
                 infinite: 0,
                 rounding: 0.0,
@@ -338,7 +338,7 @@ mod tests {
             |rest| rest.counts = &[1; 256],
             |rest| rest.counts = &[u64::MAX; 256],
             |rest| rest.macrocells = &[[1.0, f32::NAN]],
-            |rest| rest.facts.range = [8.0, 7.0],
+            |rest| rest.extremes.range = [8.0, 7.0],
         ];
         for change in changes {
             assert!(opened(change).is_err());

@@ -29,7 +29,7 @@ use super::format::header::Header;
 use super::overrides::VolumeOverrides;
 use super::parsed::Parsed;
 use super::region::Region;
-use super::settle::Facts;
+use super::settle::Extremes;
 use super::source::watched::version;
 use super::stored::StoredType;
 use super::voxel_type::Endian;
@@ -154,5 +154,5 @@ impl StoreFile {
 #[derive(Debug)]
 pub(super) struct Keeping {
     pub place: StoreFile,
-    pub facts: Facts,
+    pub extremes: Extremes,
 }

@@ -38,7 +38,7 @@ impl Keeping {
         }
         let rest = Rest {
             identity: self.place.identity,
-            facts: self.facts,
+            extremes: self.extremes,
             counts: &volume.statistics.counts,
             histogram: volume.statistics.histogram(),
             macrocells: &volume.statistics.macrocell_ranges,
