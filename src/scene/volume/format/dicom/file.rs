@@ -10,9 +10,12 @@ use std::time::SystemTime;
 
 use flate2::read::DeflateDecoder;
 
-use super::data_set::{self, DataSet, Pixels, Syntax, numeric};
+use super::data_set::{DataSet, numeric};
+use super::elements::{self, Pixels};
 use super::stream::Stream;
-use super::syntax::{EXPLICIT_LITTLE, GDCMCONV, IMPLICIT_LITTLE, TransferSyntax, transfer_syntax};
+use super::syntax::{
+    EXPLICIT_LITTLE, GDCMCONV, IMPLICIT_LITTLE, Syntax, TransferSyntax, transfer_syntax,
+};
 use super::tags;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::watched::{HAS_CHANGED, open_file};
@@ -95,7 +98,7 @@ fn parse_open(
             (0, TransferSyntax { syntax, ..plain })
         }
         Beginning::Meta(at) => {
-            let (meta, end) = data_set::read_group(stream, at, 2)?;
+            let (meta, end) = elements::read_group(stream, at, 2)?;
             (end, transfer_of(&meta, stream, end)?)
         }
     };
@@ -105,7 +108,7 @@ fn parse_open(
         *stream = Stream::new(DeflateDecoder::new(file));
     }
     let at = if transfer.is_deflated { 0 } else { begin };
-    let (data_set, pixels) = match data_set::read(stream, at, transfer.syntax) {
+    let (data_set, pixels) = match elements::read(stream, at, transfer.syntax) {
         Ok(read) => read,
         // It only happened to begin like a bare data set.
         Err(_) if begin == 0 && !transfer.is_deflated => return Ok(None),

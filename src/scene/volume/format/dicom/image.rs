@@ -5,7 +5,8 @@ use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::file::MOST_DEFLATED;
 use crate::scene::volume::voxel_type::Endian;
 
-use super::data_set::{DataSet, Pixels, numeric};
+use super::data_set::{DataSet, numeric};
+use super::elements::Pixels;
 use super::file::{FilePart, Parsing};
 use super::frame::{Frame, frames};
 use super::other::{COLOUR_REMEDY, Other, UNPLACED, colours, other};

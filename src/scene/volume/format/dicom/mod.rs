@@ -1,6 +1,6 @@
 //! DICOM: a folder of slices, a DICOMDIR, or one file, as scanners write them.
 //!
-//! Each step is one file. [`find`] examines every file; [`file`], [`data_set`] and [`image`] read the contents of
+//! Each step is one file. [`find`] examines every file; [`file`], [`elements`] and [`image`] read the contents of
 //! one; [`series`] decides which frames belong together; [`stack`] puts them in order and plans how they become a
 //! grid; [`values`] converts stored values to numbers; and [`source`] reads voxels on demand, from the frames of a
 //! [`frame_reader`], through [`unpack`] where they are packed.
@@ -11,6 +11,7 @@
 mod charset;
 mod data_set;
 mod doubles;
+mod elements;
 mod file;
 mod find;
 mod fragments;

@@ -1,6 +1,29 @@
 //! The transfer syntaxes: how a file encodes its elements, and how it packs its pixels.
 
-use super::data_set::Syntax;
+use crate::scene::volume::voxel_type::Endian;
+
+/// The encoding of elements.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Syntax {
+    /// Whether each element names its type.
+    pub is_explicit: bool,
+    pub endian: Endian,
+}
+
+impl Syntax {
+    pub const EXPLICIT: Syntax = Syntax {
+        is_explicit: true,
+        endian: Endian::Little,
+    };
+    pub const IMPLICIT: Syntax = Syntax {
+        is_explicit: false,
+        endian: Endian::Little,
+    };
+    pub const BIG: Syntax = Syntax {
+        is_explicit: true,
+        endian: Endian::Big,
+    };
+}
 
 /// How the pixels are packed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
