@@ -127,11 +127,14 @@ fn wrong_usage_exits_with_2() {
         "--error inf",
         "--size 0x5",
         "--size 5",
+        "--size 24",
         "--size 5x-5",
         "--size 99999999999x1",
         "--seed -1",
         "--seed 4294967296",
         "--vram-budget 0",
+        "--vram-budget lots",
+        "--orbit 10000",
         "--variant fast",
         "--cache-scale 0.3",
         "--cache-format f64",
@@ -153,10 +156,18 @@ fn wrong_usage_exits_with_2() {
             .split(' ')
             .next()
             .filter(|flag| flag.starts_with("--"));
-        assert!(error.to_string().contains(flag.unwrap_or("-o")), "{error}");
+        let said = error.to_string();
+        assert!(said.contains(flag.unwrap_or("-o")), "{said}");
+        assert!(said.contains("--help"), "{said}");
     }
-    let absent = Cli::try_parse_from(["isolume", "bench", "head.toml"]);
-    assert_eq!(absent.unwrap_err().exit_code(), 2, "bench needs -o");
+    for (line, absent) in [
+        ("isolume render", "a scene"),
+        ("isolume bench head.toml", "-o"),
+    ] {
+        let error = Cli::try_parse_from(line.split(' ')).unwrap_err();
+        assert_eq!(error.exit_code(), 2, "{line} needs {absent}");
+        assert!(error.to_string().contains("--help"), "{error}");
+    }
 }
 
 #[test]
