@@ -61,7 +61,7 @@ impl Curve {
         if elapsed.as_secs_f64() >= every * (self.rows.len() + 1) as f64 {
             let row = Row {
                 minutes: elapsed.as_secs_f64() / 60.0,
-                resident_kib: resident_kib(self.process),
+                resident_kib: resident_kib(self.process).expect("a process") as f64,
                 device_bytes: device_bytes(self.process),
                 handles: handles(self.process).count() as f64,
                 done,
@@ -121,11 +121,13 @@ pub fn validates() -> bool {
     std::env::var_os("ISOLUME_VALIDATION").is_none_or(|value| value != "0")
 }
 
-fn resident_kib(process: u32) -> f64 {
-    let status = fs::read_to_string(format!("/proc/{process}/status")).expect("a process");
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
-    let number = line.and_then(|line| line.split_whitespace().next());
-    number.and_then(|n| n.parse().ok()).expect("a number")
+/// Memory that a process has; none if it has ended.
+pub fn resident_kib(process: u32) -> Option<u64> {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.split_whitespace().next()?.parse().ok()
 }
 
 /// The names of what describes its open files.

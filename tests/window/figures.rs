@@ -10,7 +10,9 @@ use std::time::{Duration, Instant};
 
 use crate::display::Display;
 use crate::folder::Folder;
+use crate::hand::{Hand, back_to_first_size};
 use crate::program::{Program, WINDOW};
+use crate::window::Window;
 use crate::{MIDDLE, PICTURE};
 
 const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tools/sample/vismale.nrrd");
@@ -28,22 +30,17 @@ fn figures_of_turning() {
     let turned = std::env::var("ISOLUME_TURNED").unwrap_or(SAMPLE.into());
     // Panels take 256 pixels of the width.
     for size in [[512, 512], [768, 512]] {
-        let folder = Folder::new();
-        let display = Display::new();
-        let mut program = folder.measure(&display, &turned, size);
-        let window = display.window();
-        program.wait_for("first picture");
-        let (began, before) = (Instant::now(), program.cpu_seconds());
+        let mut window = Window::measured(&turned, size);
+        window.program.wait_for("first picture");
+        let (began, before) = (Instant::now(), window.program.cpu_seconds());
         let long = Duration::from_secs(seconds().into());
         while began.elapsed() < long {
-            display.drag(1, [60, 150], [200, 180]);
-            display.drag(1, [200, 180], [60, 150]);
+            window.display.drag(1, [60, 150], [200, 180]);
+            window.display.drag(1, [200, 180], [60, 150]);
         }
-        let cores = (program.cpu_seconds() - before) / began.elapsed().as_secs_f64();
+        let cores = (window.program.cpu_seconds() - before) / began.elapsed().as_secs_f64();
         std::thread::sleep(long);
-        display.close(window);
-        assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-        let stats = folder.json("stats.json");
+        let stats = window.close();
         let number = |key: &str| stats[key].as_f64().expect("a number");
         println!(
             "turning in a window of {size:?}: {:.1} frames/s, 95 % within {:.0} ms, longest {:.0} ms, {:.1} % of the \
@@ -64,22 +61,20 @@ fn figures_of_turning() {
 
 #[test]
 fn figures_at_rest() {
-    let folder = Folder::new();
-    let display = Display::new();
-    let mut program = folder.measure(&display, "scene.toml", WINDOW);
-    let window = display.window();
-    program.wait_for("picture finished");
-    let idle = program.cpu_seconds_in(Duration::from_secs(2));
+    let mut window = Window::measured("scene.toml", WINDOW);
+    let display = &window.display;
+    window.program.wait_for("picture finished");
+    let idle = window.program.cpu_seconds_in(Duration::from_secs(2));
     println!("a finished picture: {idle:.2} s of CPU time in 2 s");
     let [x, y] = MIDDLE;
     display.holding_button(1, MIDDLE, || {
         for turn in [60, 0, -60, 0, 60] {
             // What came before, the press too, has been seen, and the words over the picture have changed.
             std::thread::sleep(Duration::from_millis(500));
-            let before = display.shoot(window);
+            let before = display.shoot(window.id);
             let began = Instant::now();
             display.point([x + turn, y]);
-            while display.shoot(window).difference(&before, &PICTURE) < 0.01 {
+            while display.shoot(window.id).difference(&before, &PICTURE) < 0.01 {
                 assert!(
                     began.elapsed() < Duration::from_secs(5),
                     "it has not turned"
@@ -87,7 +82,7 @@ fn figures_at_rest() {
             }
             let ms = 1e3 * began.elapsed().as_secs_f64();
             println!("from the mouse to other pixels on the display: {ms:.0} ms");
-            program.wait_for("picture finished");
+            window.program.wait_for("picture finished");
         }
     });
 }
@@ -122,31 +117,25 @@ fn ball() -> Vec<u8> {
 
 #[test]
 fn figures_of_many_resizes() {
-    let folder = Folder::new();
-    let display = Display::new();
-    let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json --quiet");
-    let window = display.window();
-    let mut random = fastrand::Rng::with_seed(3);
+    let mut window = Window::open("scene.toml --spp 6 --quiet");
+    let mut hand = Hand::seeded(3);
     let mut resident = Vec::new();
     let resizes = RESIZES_A_SECOND * seconds();
     for n in 1..=resizes {
-        display.resize(window, random.u32(1..900), random.u32(1..700));
+        hand.resize(&window);
         std::thread::sleep(Duration::from_millis(25));
         if n % (resizes / 10) == 0 {
-            display.resize(window, WINDOW[0] as u32, WINDOW[1] as u32);
+            back_to_first_size(&window);
             std::thread::sleep(Duration::from_millis(300));
-            resident.push(program.resident_kib() / 1024);
+            resident.push(window.program.resident_kib() / 1024);
         }
     }
-    display.close(window);
-    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-    let stats = folder.json("stats.json");
+    let stats = window.close();
     let memory = &stats["memory"];
     println!(
         "{resizes} resizes, {} of them with a picture: planned {}, peak {}; resident MiB {resident:?}",
         stats["resizes"], memory["planned_bytes"], memory["peak_bytes"]
     );
-    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
 }
 
 impl Folder {
@@ -155,5 +144,14 @@ impl Folder {
         let arguments = format!("{input} --spp 4 --stats stats.json");
         let mut command = self.window(display, &arguments, size);
         Program::start(command.env_remove("ISOLUME_VALIDATION"))
+    }
+}
+
+impl Window {
+    /// The same with its window, in a new folder.
+    fn measured(input: &str, size: [usize; 2]) -> Window {
+        let (folder, display) = (Folder::new(), Display::new());
+        let program = folder.measure(&display, input, size);
+        Window::of(program, display, folder)
     }
 }

@@ -8,57 +8,63 @@ use std::time::Duration;
 use crate::MIDDLE;
 use crate::display::Display;
 use crate::folder::Folder;
-use crate::program::{Program, SCENE, WINDOW};
+use crate::hand::back_to_first_size;
+use crate::program::SCENE;
+use crate::window::Window;
 
 #[test]
 fn edits_of_the_command_line_belong_to_its_scene_alone() {
-    let folder = Folder::new();
-    let display = Display::new();
-    let edited = "--set render.exposure=1.5";
-    let mut program = folder.view(&display, &format!("scene.toml --spp 2 {edited}"));
-    let window = display.window();
-    let value_of = |key: &str, saved: &str| {
-        let text = String::from_utf8(folder.read(saved)).expect("UTF-8");
-        let line = text.lines().find_map(|line| line.strip_prefix(key));
-        let value = line.and_then(|line| line.split('#').next());
-        value.expect("the key").trim_matches([' ', '=']).to_string()
-    };
-    let mut exposure_in = |what_was_said: &str, saved: &str| {
-        program.wait_for(what_was_said);
-        display.strike(&['s' as u32]);
-        program.wait_for(&format!("saved {saved}"));
-        value_of("exposure", saved)
-            .parse::<f64>()
-            .expect("a number")
-    };
-    assert_eq!(exposure_in("showing", "scene.1.toml"), 1.5);
+    let mut window = Window::open("scene.toml --spp 2 --set render.exposure=1.5");
+    let first = window.saved_after("showing", "scene.1.toml");
+    assert_eq!(exposure(&first), 1.5);
 
     // Another volume, and the same scene still, from the same side.
-    display.drag(1, MIDDLE, [MIDDLE[0] + 60, MIDDLE[1]]);
+    let to = [MIDDLE[0] + 60, MIDDLE[1]];
+    window.display.drag(1, MIDDLE, to);
     let spaced = |scene: &str| scene.replace("[medium]", "spacing = [2, 2, 2]\n[medium]");
-    folder.write_scene(spaced);
-    assert_eq!(exposure_in("showing", "scene.2.toml"), 1.5);
-    assert_ne!(
-        value_of("eye", "scene.1.toml"),
-        value_of("eye", "scene.2.toml")
-    );
+    window.folder.write_scene(spaced);
+    let second = window.saved_after("showing", "scene.2.toml");
+    assert_eq!(exposure(&second), 1.5);
+    assert_ne!(value_of("eye", &first), value_of("eye", &second));
 
-    folder.write("other.toml", SCENE.as_bytes());
-    display.drop_file(window, &folder.path("other.toml"));
-    assert_eq!(exposure_in("showing", "other.1.toml"), 0.0);
+    window.folder.write("other.toml", SCENE.as_bytes());
+    window.drop_file("other.toml");
+    let other = window.saved_after("showing", "other.1.toml");
+    assert_eq!(exposure(&other), 0.0);
 
     let changed = SCENE.replace("value = 150", "value = 140");
-    folder.write("other.toml", changed.as_bytes());
-    assert_eq!(exposure_in("scene file read again", "other.2.toml"), 0.0);
+    window.folder.write("other.toml", changed.as_bytes());
+    let edited = window.saved_after("scene file read again", "other.2.toml");
+    assert_eq!(exposure(&edited), 0.0);
 
-    display.drop_file(window, &folder.path("scene.toml"));
-    assert_eq!(exposure_in("showing", "scene.3.toml"), 1.5);
+    window.drop_file("scene.toml");
+    let third = window.saved_after("showing", "scene.3.toml");
+    assert_eq!(exposure(&third), 1.5);
 }
 
-/// The program after its first picture, and the number of the allocation that is its next one, which will fail.
-fn started_on_the_brink(folder: &Folder, display: &Display) -> (Program, usize) {
+impl Window {
+    /// The scene as it is saved once something has been said.
+    fn saved_after(&mut self, what_was_said: &str, name: &str) -> String {
+        self.program.wait_for(what_was_said);
+        self.saved(name)
+    }
+}
+
+fn value_of<'a>(key: &str, scene: &'a str) -> &'a str {
+    let line = scene.lines().find_map(|line| line.strip_prefix(key));
+    let value = line.and_then(|line| line.split('#').next());
+    value.expect("the key").trim_matches([' ', '='])
+}
+
+fn exposure(scene: &str) -> f64 {
+    value_of("exposure", scene).parse().expect("a number")
+}
+
+/// A window after its first picture, and the number of the allocation that is its next one, which will fail.
+fn opened_on_the_brink() -> (Window, usize) {
+    let (folder, display) = (Folder::new(), Display::new());
     let started = (20..100).find_map(|n| {
-        let mut program = folder.view_failing_allocation(display, SPARSE, n);
+        let mut program = folder.view_failing_allocation(&display, SPARSE, n);
         if program.comes_to("picture finished") {
             return Some((program, n));
         }
@@ -69,7 +75,8 @@ fn started_on_the_brink(folder: &Folder, display: &Display) -> (Program, usize) 
         assert!(last.starts_with("isolume: "), "{n}: {said:?}");
         None
     });
-    started.expect("a start")
+    let (program, n) = started.expect("a start");
+    (Window::of(program, display, folder), n)
 }
 
 const SPARSE: &str = "scene.toml --spp 2 --stats stats.json";
@@ -77,10 +84,7 @@ const SPARSE: &str = "scene.toml --spp 2 --stats stats.json";
 /// What an edit or a new size of the window has half changed when memory fails is built anew.
 #[test]
 fn changes_survive_failing_allocations() {
-    let folder = Folder::new();
-    let display = Display::new();
-    let (mut program, next) = started_on_the_brink(&folder, &display);
-    let window = display.window();
+    let (mut window, next) = opened_on_the_brink();
     // More points than the table has room for.
     let point = |n| {
         let value = 60.0 + 0.05 * f64::from(n);
@@ -88,50 +92,40 @@ fn changes_survive_failing_allocations() {
     };
     let points: String = (0..600).map(point).collect();
     let last = "[[medium.transfer]]\nvalue = 110";
-    folder.write_scene(|scene| scene.replace(last, &format!("{points}{last}")));
-    program.wait_for("scene file read again");
-    program.wait_for("picture finished");
-    display.close(window);
-    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-    let stats = folder.json("stats.json");
+    let with_points = |scene: &str| scene.replace(last, &format!("{points}{last}"));
+    window.folder.write_scene(with_points);
+    window.program.wait_for("scene file read again");
+    window.program.wait_for("picture finished");
+    let stats = window.close();
     assert_eq!(stats["builds"], 2, "{stats}");
-    let memory = &stats["memory"];
-    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
 
     // A larger window's first allocation is for the picture that it shows, the second one the renderer's.
     for (later, size, builds) in [(0, "picture: 174x240", 1), (1, "picture: 348x480", 2)] {
-        let mut program = folder.view_failing_allocation(&display, SPARSE, next + later);
-        program.wait_for("picture finished");
-        let window = display.window();
-        display.resize(window, 604, 480);
-        program.wait_for(size);
-        program.wait_for("picture finished");
-        display.close(window);
-        assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-        let stats = folder.json("stats.json");
+        let Window {
+            folder, display, ..
+        } = window;
+        let program = folder.view_failing_allocation(&display, SPARSE, next + later);
+        window = Window::of(program, display, folder);
+        window.program.wait_for("picture finished");
+        window.resize(604, 480);
+        window.program.wait_for(size);
+        window.program.wait_for("picture finished");
+        let stats = window.close();
         assert_eq!(stats["builds"], builds, "{stats}");
-        let memory = &stats["memory"];
-        assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
     }
 }
 
 /// What is open outlives a window that leaves no memory for a picture.
 #[test]
 fn a_window_that_becomes_too_large_can_be_made_smaller_again() {
-    let folder = Folder::new();
-    let display = Display::new();
-    let arguments = "scene.toml --spp 2 --vram-budget 29200000 --stats stats.json";
-    let mut program = folder.view(&display, arguments);
-    let window = display.window();
-    program.wait_for("picture finished");
-    display.resize(window, 1300, 1000);
-    program.wait_for("error: beside");
-    display.resize(window, WINDOW[0] as u32, WINDOW[1] as u32);
-    program.wait_for("showing");
-    program.wait_for("picture finished");
-    display.close(window);
-    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-    let memory = &folder.json("stats.json")["memory"];
+    let mut window = Window::open("scene.toml --spp 2 --vram-budget 29200000");
+    window.program.wait_for("picture finished");
+    window.resize(1300, 1000);
+    window.program.wait_for("error: beside");
+    back_to_first_size(&window);
+    window.program.wait_for("showing");
+    window.program.wait_for("picture finished");
+    let memory = &window.close()["memory"];
     assert!(
         memory["peak_bytes"].as_u64() <= Some(29_200_000),
         "{memory}"
@@ -142,24 +136,15 @@ fn a_window_that_becomes_too_large_can_be_made_smaller_again() {
 #[test]
 fn a_scene_dropped_while_another_is_prepared_waits_for_its_memory() {
     let folder = Folder::new();
-    let display = Display::new();
     folder.write("other.toml", SCENE.as_bytes());
-    let arguments = "scene.toml --spp 2 --vram-budget 32MiB --stats stats.json";
-    let mut program = folder.view(&display, arguments);
-    let window = display.window();
-    program.wait_for("picture: ");
-    display.drop_file(window, &folder.path("other.toml"));
-    program.wait_for("showing");
-    program.wait_for("picture finished");
-    display.shoot(window).save("window_dropped.png");
-    display.strike(&['s' as u32]);
-    program.wait_for("saved other.1.toml");
-    display.close(window);
-    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-    let stats = folder.json("stats.json");
+    let mut window = Window::open_in(folder, "scene.toml --spp 2 --vram-budget 32MiB");
+    window.program.wait_for("picture: ");
+    window.drop_file("other.toml");
+    window.program.wait_for("showing");
+    window.finished("dropped");
+    window.saved("other.1.toml");
+    let stats = window.close();
     assert_eq!(stats["builds"], 1, "{stats}");
-    let memory = &stats["memory"];
-    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
 }
 
 /// The presets' section, and two of them once it is open.
@@ -170,51 +155,45 @@ const MR: [i16; 2] = [389, 89];
 #[test]
 fn the_panels_change_nothing_by_themselves() {
     let folder = Folder::new();
-    let display = Display::new();
     // More than the slider's end.
     let beyond = |scene: &str| {
         let phong = "value = 150\nshading = \"phong\"\nshininess = 5000";
         scene.replace("value = 150", phong)
     };
     folder.write_scene(beyond);
-    let mut program = folder.view(&display, "scene.toml --spp 2");
-    display.window();
-    let mut saved = |what_was_said: &str, name: &str| {
-        program.wait_for(what_was_said);
-        display.strike(&['s' as u32]);
-        program.wait_for(&format!("saved {name}"));
-        String::from_utf8(folder.read(name)).expect("UTF-8")
-    };
-    let text = saved("picture finished", "scene.1.toml");
+    let mut window = Window::open_in(folder, "scene.toml --spp 2");
+    let text = window.saved_after("picture finished", "scene.1.toml");
     assert!(text.contains("shininess = 5000"), "{text}");
 
     // A preset leaves the plane that the key has made to the key. One for Hounsfield units, of which these data have none,
     // cannot be pressed.
-    display.strike(&['c' as u32]);
+    window.display.strike(&['c' as u32]);
     for place in [PRESETS, CT_BONE] {
-        display.point(place);
-        display.click(1);
+        window.display.point(place);
+        window.display.click(1);
         // The section's contents are there from the next frame on.
         std::thread::sleep(Duration::from_millis(500));
     }
-    let text = saved("picture finished", "scene.2.toml");
+    let text = window.saved_after("picture finished", "scene.2.toml");
     assert!(text.contains("shininess = 5000"), "{text}");
-    display.point(MR);
-    display.click(1);
+    window.display.point(MR);
+    window.display.click(1);
     std::thread::sleep(Duration::from_millis(500));
-    display.strike(&['c' as u32]);
-    let text = saved("picture finished", "scene.3.toml");
+    window.display.strike(&['c' as u32]);
+    let text = window.saved_after("picture finished", "scene.3.toml");
     assert!(!text.contains("shininess = 5000"), "{text}");
     assert_eq!(planes(&text), 0, "{text}");
 
     // The plane goes with the scene that had it, and is not taken for the file's.
-    display.strike(&['c' as u32]);
+    window.display.strike(&['c' as u32]);
     let clip = "[[clip]]\nnormal = [0.0, 1.0, 0.0]\noffset = 5.0\n";
-    folder.write_scene(|scene| format!("{}\n{clip}", beyond(scene)));
-    let text = saved("scene file read again", "scene.4.toml");
+    window
+        .folder
+        .write_scene(|scene| format!("{}\n{clip}", beyond(scene)));
+    let text = window.saved_after("scene file read again", "scene.4.toml");
     assert_eq!(planes(&text), 1, "{text}");
-    display.strike(&['c' as u32]);
-    let text = saved("picture finished", "scene.5.toml");
+    window.display.strike(&['c' as u32]);
+    let text = window.saved_after("picture finished", "scene.5.toml");
     assert_eq!(planes(&text), 2, "{text}");
 }
 
@@ -227,17 +206,15 @@ fn planes(scene: &str) -> usize {
 #[test]
 fn saving_takes_no_old_files_place() {
     let folder = Folder::new();
-    let display = Display::new();
     folder.write("scene.1.exr", b"somebody's");
     folder.write("scene.2.png", b"somebody's");
-    let mut program = folder.view(&display, "scene.toml --spp 2");
-    display.window();
-    program.wait_for("first picture");
-    display.strike(&['i' as u32]);
-    program.wait_for("saved scene.3.png");
-    assert_eq!(folder.read("scene.1.exr"), b"somebody's");
-    assert_eq!(folder.read("scene.2.png"), b"somebody's");
-    assert!(folder.has("scene.3.exr"));
+    let mut window = Window::open_in(folder, "scene.toml --spp 2");
+    window.program.wait_for("first picture");
+    window.display.strike(&['i' as u32]);
+    window.program.wait_for("saved scene.3.png");
+    assert_eq!(window.folder.read("scene.1.exr"), b"somebody's");
+    assert_eq!(window.folder.read("scene.2.png"), b"somebody's");
+    assert!(window.folder.has("scene.3.exr"));
 }
 
 /// A scene in it takes as long to open as somebody takes to write it.

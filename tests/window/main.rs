@@ -13,16 +13,20 @@ mod folder;
 mod display;
 mod figures;
 mod files;
+mod hand;
 mod program;
 mod series;
 mod session;
 mod soak;
+mod window;
 
 use std::time::Duration;
 
 use display::{Area, Display};
 use folder::Folder;
+use hand::Hand;
 use program::WINDOW;
+use window::Window;
 
 const SHIFT: u32 = 0xFFE1;
 const CONTROL: u32 = 0xFFE3;
@@ -33,29 +37,23 @@ const MIDDLE: [i16; 2] = [128, 200];
 
 #[test]
 fn every_key_may_be_struck_and_every_size_taken() {
-    let folder = Folder::new();
-    let display = Display::new();
-    let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json");
-    let window = display.window();
-    program.wait_for("first picture");
-    display.point(MIDDLE);
+    let mut window = Window::open("scene.toml --spp 6");
+    window.program.wait_for("first picture");
+    window.display.point(MIDDLE);
     for key in "hhpm12345 6rcuucffsvvv".chars().filter(|c| *c != ' ') {
-        display.strike(&[key as u32]);
+        window.display.strike(&[key as u32]);
     }
-    program.wait_for("variant: caching");
+    window.program.wait_for("variant: caching");
     for (width, height) in [(300, 200), (1, 1), (700, 90), (512, 384)] {
-        display.resize(window, width, height);
+        window.resize(width, height);
         std::thread::sleep(Duration::from_millis(150));
     }
-    program.wait_for("picture finished");
-    display.strike(&['i' as u32]);
-    program.wait_for("saved scene.1.png");
-    display.shoot(window).save("window_keys.png");
-    display.close(window);
-    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-    assert!(folder.has("scene.1.exr"));
-    let memory = &folder.json("stats.json")["memory"];
-    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+    window.program.wait_for("picture finished");
+    window.display.strike(&['i' as u32]);
+    window.program.wait_for("saved scene.1.png");
+    window.shoot("keys");
+    window.close();
+    assert!(window.folder.has("scene.1.exr"));
 }
 
 #[test]
@@ -107,47 +105,17 @@ fn a_lost_device_ends_with_a_message() {
 fn memory_stays_flat_under_random_input() {
     let actions =
         std::env::var("ISOLUME_SOAK_ACTIONS").map_or(600, |n| n.parse().expect("a count"));
-    let folder = Folder::new();
-    let display = Display::new();
-    let mut program = folder.view(&display, "scene.toml --spp 6 --stats stats.json --quiet");
-    let window = display.window();
-    let mut random = fastrand::Rng::with_seed(7);
-    let [width, height] = WINDOW.map(|n| n as i16);
+    let mut window = Window::open("scene.toml --spp 6 --quiet");
+    let mut hand = Hand::seeded(7);
     let mut resident = Vec::new();
     for action in 1..=actions {
-        let mut place = || [random.i16(4..width - 4), random.i16(4..height - 4)];
-        let (from, to) = (place(), place());
-        match random.u32(0..12) {
-            0..5 => display.drag(random.u8(1..=3), from, to),
-            5..7 => (0..random.u32(1..6)).for_each(|_| display.click(4 + random.u8(0..2))),
-            7 => display.holding(SHIFT, || display.click(4 + random.u8(0..2))),
-            8 => {
-                let key = *random.choice(b"rcupmh123456").expect("a key");
-                display.strike(&[key.into()]);
-            }
-            9 => display.strike(&[CONTROL, 'z' as u32]),
-            10 => {
-                for _ in 0..20 {
-                    display.resize(window, random.u32(1..900), random.u32(1..700));
-                    std::thread::sleep(Duration::from_millis(20));
-                }
-                display.resize(window, WINDOW[0] as u32, WINDOW[1] as u32);
-            }
-            _ => std::thread::sleep(Duration::from_millis(random.u64(0..200))),
-        }
+        hand.act(&window);
         if action % 20 == 0 {
-            resident.push(program.resident_kib());
+            resident.push(window.program.resident_kib());
         }
     }
-    display.close(window);
-    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-    let stats = folder.json("stats.json");
-    println!(
-        "{actions} actions, {} resizes, resident KiB: {resident:?}",
-        stats["resizes"]
-    );
-    let memory = &stats["memory"];
-    assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+    let resizes = &window.close()["resizes"];
+    println!("{actions} actions, {resizes} resizes, resident KiB: {resident:?}");
     let (early, late) = resident.split_at(resident.len() / 2);
     let highest = |all: &[u64]| all.iter().copied().max().unwrap_or(0) as f64;
     assert!(highest(late) < 1.1 * highest(early), "{resident:?}");

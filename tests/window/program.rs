@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::curve::resident_kib;
 use crate::display::{Area, Display, Shot};
 use crate::folder::Folder;
 
@@ -244,12 +245,7 @@ impl Program {
 
     /// Memory that it has.
     pub fn resident_kib(&self) -> u64 {
-        let status = fs::read_to_string(format!("/proc/{}/status", self.child.id()));
-        let status = status.expect("Linux");
-        let line = status.lines().find(|line| line.starts_with("VmRSS"));
-        let number = line.and_then(|line| line.split_whitespace().nth(1));
-        let kib = number.and_then(|n| n.parse().ok());
-        kib.unwrap_or_else(|| panic!("it has ended and said {:?}", self.said))
+        resident_kib(self.id()).unwrap_or_else(|| panic!("it has ended and said {:?}", self.said))
     }
 
     pub fn id(&self) -> u32 {

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use crate::dicom_files::Syntax;
 use crate::dicom_scan::{SECRET, Scan, Slice};
-use crate::display::{Area, Display, Shot};
+use crate::display::{Area, Shot};
 use crate::folder::Folder;
-use crate::program::Program;
+use crate::window::Window;
 
 /// Pixels along a side of a slice.
 const SIDE: usize = 64;
@@ -71,15 +71,14 @@ fn bright(shot: &Shot, [columns, rows]: &Area) -> f64 {
 #[test]
 fn a_dropped_folder_lists_its_series_and_a_click_opens_one() {
     let folder = Folder::new();
-    let display = Display::new();
-    let path = folder.path("study");
-    write(&path);
-    let mut program = Program::start(&mut folder.window(&display, "scene.toml --spp 1", WINDOW));
-    let window = display.window();
-    program.wait_for("showing");
-    display.drop_file(window, &path);
-    program.wait_for("note: there are 2 volumes; this is number 1, CT, 40 slices");
-    program.wait_for("showing");
+    write(&folder.path("study"));
+    let mut window = Window::open_sized(folder, "scene.toml --spp 1", WINDOW);
+    window.program.wait_for("showing");
+    window.drop_file("study");
+    window
+        .program
+        .wait_for("note: there are 2 volumes; this is number 1, CT, 40 slices");
+    window.program.wait_for("showing");
     // The list comes in its own time.
     let has_list = |shot: &Shot| {
         let shares = THUMBNAILS.each_ref().map(|area| bright(shot, area));
@@ -87,40 +86,44 @@ fn a_dropped_folder_lists_its_series_and_a_click_opens_one() {
     };
     let shots = std::iter::repeat_with(|| {
         std::thread::sleep(Duration::from_millis(500));
-        display.shoot(window)
+        window.display.shoot(window.id)
     });
     let listed = shots.take(60).find(has_list);
     listed.expect("two thumbnails").save("window_series.png");
 
-    display.point([500, 140]);
-    display.click(1);
-    program.wait_for("note: there are 2 volumes; this is number 2, MR, 24 slices");
-    program.wait_for("showing");
+    window.display.point([500, 140]);
+    window.display.click(1);
+    window
+        .program
+        .wait_for("note: there are 2 volumes; this is number 2, MR, 24 slices");
+    window.program.wait_for("showing");
 
     // A scene that is saved has the choice in it.
-    display.strike(&['s' as u32]);
-    program.wait_for("saved study.1.toml");
-    let saved = String::from_utf8(folder.read("study.1.toml")).expect("UTF-8");
+    let saved = window.saved("study.1.toml");
     assert!(saved.contains("series = 2"), "{saved}");
 
     // It lists them as well, and what is picked lasts while the file is edited.
-    let scene = folder.path("study.1.toml");
-    display.drop_file(window, &scene);
-    program.wait_for("note: there are 2 volumes; this is number 2, MR, 24 slices");
-    program.wait_for("showing");
+    window.drop_file("study.1.toml");
+    window
+        .program
+        .wait_for("note: there are 2 volumes; this is number 2, MR, 24 slices");
+    window.program.wait_for("showing");
     let shots = std::iter::repeat_with(|| {
         std::thread::sleep(Duration::from_millis(500));
-        display.shoot(window)
+        window.display.shoot(window.id)
     });
     shots.take(60).find(has_list).expect("two thumbnails");
-    display.point([500, 82]);
-    display.click(1);
-    program.wait_for("note: there are 2 volumes; this is number 1, CT, 40 slices");
-    program.wait_for("showing");
-    folder.write("study.1.toml", format!("{saved}\n# edited\n").as_bytes());
-    program.wait_for("scene file read again");
-    let said = program.said().concat();
+    window.display.point([500, 82]);
+    window.display.click(1);
+    window
+        .program
+        .wait_for("note: there are 2 volumes; this is number 1, CT, 40 slices");
+    window.program.wait_for("showing");
+    window
+        .folder
+        .write("study.1.toml", format!("{saved}\n# edited\n").as_bytes());
+    window.program.wait_for("scene file read again");
+    let said = window.program.said().concat();
     assert!(!said.contains(SECRET), "{said}");
-    display.close(window);
-    assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
+    window.close();
 }

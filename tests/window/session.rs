@@ -1,24 +1,13 @@
 //! A session as a user has it: turning, editing, undoing, saving, resizing, and editing the scene's file.
 
-use std::time::Duration;
-
-use x11rb::protocol::xproto::Window;
-
-use crate::display::{Area, Display, Shot};
-use crate::folder::Folder;
-use crate::program::{Program, WINDOW};
+use crate::display::{Area, Shot};
+use crate::program::WINDOW;
+use crate::window::Window;
 use crate::{CONTROL, MIDDLE, PICTURE, SHIFT};
-
-struct Session {
-    folder: Folder,
-    display: Display,
-    program: Program,
-    window: Window,
-}
 
 #[test]
 fn a_session() {
-    let mut session = Session::begin();
+    let mut session = Window::open("scene.toml --spp 6");
     let first = session.finished("first");
     session.program.is_idle();
 
@@ -34,41 +23,7 @@ fn a_session() {
     session.end();
 }
 
-impl Session {
-    fn begin() -> Session {
-        let folder = Folder::new();
-        let display = Display::new();
-        let program = folder.view(&display, "scene.toml --spp 6 --stats stats.json");
-        let window = display.window();
-        Session {
-            folder,
-            display,
-            program,
-            window,
-        }
-    }
-
-    /// The window once the picture is finished.
-    fn finished(&mut self, name: &str) -> Shot {
-        self.program.wait_for("picture finished");
-        self.shoot(name)
-    }
-
-    /// The window once it stands still: what has been said is shown in a frame that follows, and on a busy machine input may
-    /// follow as well.
-    fn shoot(&self, name: &str) -> Shot {
-        let mut shot = self.display.shoot(self.window);
-        for _ in 0..20 {
-            std::thread::sleep(Duration::from_millis(500));
-            let before = std::mem::replace(&mut shot, self.display.shoot(self.window));
-            if before.difference(&shot, &PICTURE) == 0.0 {
-                break;
-            }
-        }
-        shot.save(&format!("window_{name}.png"));
-        shot
-    }
-
+impl Window {
     fn turn(&mut self, first: &Shot) -> Shot {
         self.display.drag(1, MIDDLE, [MIDDLE[0] + 120, MIDDLE[1]]);
         let turned = self.finished("turned");
@@ -110,15 +65,14 @@ impl Session {
     }
 
     fn save_what_renders_like(&mut self, shown: &Shot) {
-        self.display.strike(&['s' as u32]);
-        self.program.wait_for("saved scene.1.toml");
+        self.saved("scene.1.toml");
         // Above the axes, whose letters are brighter than an empty picture.
         let area = [0..WINDOW[0] - 256, 110..280];
         self.folder.renders_like("scene.1.toml", shown, area);
     }
 
     fn grow(&mut self) -> Shot {
-        self.display.resize(self.window, 760, 520);
+        self.resize(760, 520);
         self.program.wait_for("picture: 504x520");
         let grown = self.finished("grown");
         assert_eq!([grown.width, grown.height], [760, 520]);
@@ -144,8 +98,7 @@ impl Session {
         self.program.wait_for("scene file read again");
         let mended = self.finished("mended");
         assert_changed(before, &mended, &GROWN_PICTURE, 0.02);
-        self.display.strike(&['s' as u32]);
-        self.program.wait_for("saved scene.2.toml");
+        self.saved("scene.2.toml");
         assert_eq!(
             self.saved_eye("scene.2.toml"),
             self.saved_eye("scene.1.toml")
@@ -159,12 +112,7 @@ impl Session {
     }
 
     fn end(mut self) {
-        self.display.close(self.window);
-        let program = &mut self.program;
-        assert_eq!(program.ended().code(), Some(0), "{:?}", program.said());
-        let stats = self.folder.json("stats.json");
-        let memory = &stats["memory"];
-        assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
+        let stats = self.close();
         assert_eq!(stats["builds"], 1, "{stats}");
         let response = &stats["response"];
         assert!(response["inputs"].as_u64() >= Some(10), "{response}");
