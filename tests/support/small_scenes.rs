@@ -6,6 +6,7 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use super::common;
+use super::fields;
 use super::oracle;
 use crate::support::equivalence::{Comparison, Limits, Picture, compare};
 
@@ -70,9 +71,9 @@ const SCALE: f64 = 100.0;
 /// 16³ voxels: hills and hollows with a rough skin.
 pub fn hills(storage: Storage, spacing: [f64; 3]) -> Volume {
     let mut random = fastrand::Rng::with_seed(5);
-    let n = 16;
-    let shares = (0..n * n * n).map(|v| {
-        let [x, y, z] = [v % n, v / n % n, v / n / n].map(|i| i as f64 / n as f64);
+    let dims = [16; 3];
+    let shares = fields::voxels(dims).map(|voxel| {
+        let [x, y, z] = voxel.map(|i| f64::from(i) / 16.0);
         let wave = (7.0 * x + 1.0).sin() * (6.0 * y + 5.0 * z).cos() + (9.0 * z - 3.0 * x).sin();
         (0.45 + 0.2 * wave + 0.1 * random.f64()).clamp(0.0, 1.0)
     });
@@ -90,7 +91,7 @@ pub fn hills(storage: Storage, spacing: [f64; 3]) -> Volume {
             (Voxels::F32(stored), 1.0)
         }
     };
-    let mut volume = Volume::from_values([n as u32; 3], spacing, voxels).expect("a volume");
+    let mut volume = Volume::from_values(dims, spacing, voxels).expect("a volume");
     volume.scale = SCALE / most;
     volume.offset = OFFSET;
     volume.range = [OFFSET, OFFSET + SCALE];

@@ -12,6 +12,7 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::voxels;
 
 /// Voxels along a side of a brick.
 const SIDE: u32 = 16;
@@ -20,13 +21,11 @@ const DIMS: [u32; 3] = [40, 36, 33];
 
 /// Waves with steep sides: values of 16 bits.
 fn wave_values() -> impl Iterator<Item = u16> {
-    let [width, height, depth] = DIMS.map(|n| n as usize);
-    let wave = move |i: usize| {
-        let at = [i % width, i / width % height, i / (width * height)].map(|n| n as f64);
+    voxels(DIMS).map(|voxel| {
+        let at = voxel.map(f64::from);
         let sum = (0.35 * at[0]).sin() + (0.4 * at[1] + 1.0).sin() + (0.3 * at[2]).cos();
         (32768.0 + 10_000.0 * sum) as u16
-    };
-    (0..width * height * depth).map(wave)
+    })
 }
 
 fn volume_of(voxels: Voxels) -> Volume {

@@ -7,10 +7,11 @@ use std::num::NonZeroU32;
 use std::path::Path;
 
 use isolume::engine::{Changed, Engine, Picture, SampleRange, Stop};
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::{Edit, Scene, SceneFile, resolve};
 
 use crate::support::common::watched_host;
+use crate::support::fields::field;
 
 /// A scene whose cache is filled with what surfaces reflect, and which has every part that can be edited.
 pub const CACHED: &str = r#"
@@ -136,14 +137,10 @@ cache_format = "f16"
 
 /// A ball of radius 9 in a box of so many voxels along each side.
 fn ball(side: u32) -> Volume {
-    let value = |n: u32| {
-        let voxel = [n % side, n / side % side, n / (side * side)];
-        let p = voxel.map(|i| f64::from(i) + 0.5 - 0.5 * f64::from(side));
-        let radius = p.iter().map(|x| x * x).sum::<f64>().sqrt();
-        (100.0 - 11.0 * radius + 6.0 * (p[0] * 0.9).sin()).clamp(0.0, 100.0) as f32
-    };
-    let voxels = Voxels::F32((0..side.pow(3)).map(value).collect());
-    Volume::from_values([side; 3], [1.0; 3], voxels).expect("a volume")
+    field([side; 3], [1.0; 3], |p| {
+        let value = 100.0 - 11.0 * p.length() + 6.0 * (p.x * 0.9).sin();
+        value.clamp(0.0, 100.0) as f32
+    })
 }
 
 pub fn volume() -> Volume {

@@ -9,6 +9,7 @@ use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::field;
 
 const SIDE: u32 = 16;
 
@@ -110,15 +111,8 @@ fn a_sun_brings_as_much_light_to_thin_medium() {
 /// edge.
 #[test]
 fn its_depths_find_a_sphere() {
-    let value = |v: u32| {
-        let from_centre = |step: u32| f64::from(v / step % SIDE) - 7.5;
-        let [x, y, z] = [1, SIDE, SIDE * SIDE].map(from_centre);
-        (8.0 - (x * x + y * y + z * z).sqrt()) as f32
-    };
-    let values = (0..SIDE.pow(3)).map(value).collect();
     let spacing = [1.0 / f64::from(SIDE); 3];
-    let voxels = isolume::scene::volume::Voxels::F32(values);
-    let ball = Volume::from_values([SIDE; 3], spacing, voxels).expect("a volume");
+    let ball = field([SIDE; 3], spacing, |p| (8.0 - p.length()) as f32);
     let mut scene = scene(uniform_medium(1.0, 0.8, 0.0));
     scene.medium = None;
     scene.surfaces.iso.push(Isosurface {

@@ -7,10 +7,10 @@ use isolume::gpu::*;
 use isolume::output::display::display_value;
 use isolume::render::shared::{self, BRICK, GATHERED, MACROCELL};
 use isolume::render::{GpuScene, Renderer, ToneMapPush, batch_gathers};
-use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::indexed_field;
 
 const SIDE: u32 = 64;
 
@@ -110,12 +110,10 @@ fn cpu_and_gpu_agree_on_where_the_medium_scatters() {
     let dims = [40, 33, 25];
     let mut scattering = [0usize; 2];
     for trial in 0..9usize {
-        let values = (0..dims.iter().product::<u32>()).map(|n| {
-            let wave = (0.13 * f64::from(n % 40) + 0.2 * trial as f64).sin();
+        let volume = indexed_field(dims, [1.0; 3], |[x, ..]| {
+            let wave = (0.13 * f64::from(x) + 0.2 * trial as f64).sin();
             (100.0 * wave + 4.0 * random.f64()).max(f64::from(BACKGROUND)) as f32
         });
-        let voxels = Voxels::F32(values.collect());
-        let volume = Volume::from_values(dims, [1.0; 3], voxels).expect("a volume");
         let mut value = [-110.0, f64::from(BACKGROUND)][trial % 2];
         let transfer = (0..6).map(|_| {
             // Some points share a value, which makes a step, and half of them are empty.

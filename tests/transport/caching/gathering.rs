@@ -2,10 +2,11 @@
 
 use isolume::gpu::Shaders;
 use isolume::render::{CacheLayout, Variant as RenderVariant};
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::field;
 use crate::support::small_scenes::sun;
 
 fn scene() -> Scene {
@@ -34,12 +35,9 @@ fn scene() -> Scene {
 
 /// A ball that is dense inside, of optical depth 10.
 fn ball() -> Volume {
-    let value = |i: usize| {
-        let p = [i % 32, i / 32 % 32, i / 1024].map(|n| (n as f32 - 15.5) / 15.5);
-        (1.0 - p.iter().map(|x| x * x).sum::<f32>()).max(0.0)
-    };
-    let values = (0..32 * 32 * 32).map(value).collect();
-    Volume::from_values([32; 3], [1.0 / 32.0; 3], Voxels::F32(values)).expect("a volume")
+    field([32; 3], [1.0 / 32.0; 3], |p| {
+        (1.0 - (p.as_vec3() / 15.5).length_squared()).max(0.0)
+    })
 }
 
 fn empty(shaders: &Shaders, seed: u32) -> Cached {

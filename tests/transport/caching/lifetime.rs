@@ -2,10 +2,10 @@
 
 use isolume::engine::{Changed, Engine};
 use isolume::render::{CacheLayout, GpuScene};
-use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::indexed_field;
 
 fn scene(light: LightModel) -> Scene {
     let camera = Camera {
@@ -36,8 +36,7 @@ fn scene(light: LightModel) -> Scene {
 }
 
 fn lasts(light: LightModel, change: impl Fn(&mut Scene)) -> bool {
-    let values = (0..512).map(|i| (i % 8) as f32 / 8.0).collect();
-    let volume = Volume::from_values([8; 3], [1.0; 3], Voxels::F32(values)).expect("a volume");
+    let volume = indexed_field([8; 3], [1.0; 3], |[x, ..]| x as f32 / 8.0);
     let before = scene(light);
     let mut after = before.clone();
     change(&mut after);

@@ -3,23 +3,17 @@
 use std::f64::consts::PI;
 
 use isolume::render::RAYS_PER_PIXEL;
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::{field, indexed_field};
 
 const SIZE: u32 = 48;
 
 /// The distance from the surface of a ball in voxels, 10 in its middle.
 fn ball() -> Volume {
-    const SIDE: u32 = 20;
-    let value = |i: u32| {
-        let voxel = [i % SIDE, i / SIDE % SIDE, i / (SIDE * SIDE)];
-        let square = |n: u32| (f64::from(n) + 0.5 - 0.5 * f64::from(SIDE)).powi(2);
-        (10.0 - voxel.map(square).iter().sum::<f64>().sqrt()) as f32
-    };
-    let values = (0..SIDE.pow(3)).map(value).collect();
-    Volume::from_values([SIDE; 3], [1.0; 3], Voxels::F32(values)).expect("a volume")
+    field([20; 3], [1.0; 3], |p| (10.0 - p.length()) as f32)
 }
 
 /// Its radiance is linear in direction: brightest above, almost black below.
@@ -187,10 +181,7 @@ fn more_rays_of_each_pixel_smooth_edges() {
 /// medium leaves some free, is too bright by up to a seventh.
 #[test]
 fn light_on_a_surface_beside_the_medium_is_that_of_nodes_with_memory() {
-    const SIDE: [u32; 3] = [32, 48, 48];
-    let values = (0..SIDE.iter().product()).map(|i: u32| (i % SIDE[0]) as f32);
-    let volume = Volume::from_values(SIDE, [1.0; 3], Voxels::F32(values.collect()));
-    let volume = volume.expect("a volume");
+    let volume = indexed_field([32, 48, 48], [1.0; 3], |[x, ..]| x as f32);
     let camera = Camera {
         eye: [60.0, 0.0, 0.0],
         target: [0.0; 3],

@@ -3,10 +3,11 @@
 
 use std::ops::Range;
 
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::indexed_field;
 use crate::support::small_scenes;
 
 /// A cube of side 16 of voxels of size 1, seen from a corner: three faces show.
@@ -30,13 +31,13 @@ pub fn full() -> Volume {
 /// The same cube with four empty voxels around it.
 fn padded() -> Volume {
     let is_inside = |i: u32| (4..20).contains(&i);
-    let value = |n: u32| {
-        [n % 24, n / 24 % 24, n / (24 * 24)]
-            .into_iter()
-            .all(is_inside)
-    };
-    let values = (0..24u32.pow(3)).map(|n| if value(n) { 1.0 } else { 0.0 });
-    Volume::from_values([24; 3], [1.0; 3], Voxels::F32(values.collect())).expect("a volume")
+    indexed_field([24; 3], [1.0; 3], |voxel| {
+        if voxel.into_iter().all(is_inside) {
+            1.0
+        } else {
+            0.0
+        }
+    })
 }
 
 pub fn sun(direction: [f64; 3]) -> DirectionalLight {

@@ -3,21 +3,20 @@
 use std::sync::atomic::AtomicBool;
 
 use isolume::render::{Film, Sums, Totals};
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::indexed_field;
 
 const SAMPLES: u32 = 64;
 
 /// Bumps of a few voxels, whose edges are most of a picture's noise.
 fn bumps() -> Volume {
-    const SIDE: usize = 24;
-    let at = |i: usize| [i % SIDE, i / SIDE % SIDE, i / SIDE / SIDE].map(|n| n as f32);
-    let value = |[x, y, z]: [f32; 3]| (1.1 * x).sin() + (0.9 * y + 1.0).sin() + (0.8 * z).cos();
-    let values = (0..SIDE.pow(3)).map(|i| value(at(i)));
-    Volume::from_values([SIDE as u32; 3], [1.0; 3], Voxels::F32(values.collect()))
-        .expect("a volume")
+    indexed_field([24; 3], [1.0; 3], |voxel| {
+        let [x, y, z] = voxel.map(|n| n as f32);
+        (1.1 * x).sin() + (0.9 * y + 1.0).sin() + (0.8 * z).cos()
+    })
 }
 
 /// Of the picture of samples that begin at `first`, all of which read the same cache, its own sums.

@@ -1,21 +1,10 @@
 //! Surfaces that stop light: no cell may carry it through a wall, and shadows keep their edges.
 
 use isolume::render::Film;
-use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::support::common::*;
-
-fn volume(dims: [u32; 3], value: impl Fn([f64; 3]) -> f32) -> Volume {
-    let [width, height, depth] = dims.map(|n| n as usize);
-    let values = (0..width * height * depth).map(|i| {
-        let at = [i % width, i / width % height, i / width / height];
-        value(std::array::from_fn(|a| {
-            at[a] as f64 + 0.5 - 0.5 * f64::from(dims[a])
-        }))
-    });
-    Volume::from_values(dims, [1.0; 3], Voxels::F32(values.collect())).expect("a volume")
-}
+use crate::support::fields::field;
 
 fn black(value: f64) -> Isosurface {
     Isosurface {
@@ -48,7 +37,7 @@ fn walled(x: f64) -> Scene {
 /// A wall one voxel thick: nothing of the light may reach the right.
 #[test]
 fn nothing_leaks_through_a_wall_thinner_than_a_cell() {
-    let volume = volume([32, 16, 16], |p| {
+    let volume = field([32, 16, 16], [1.0; 3], |p| {
         if (p[0] - 0.5).abs() < 0.5 { 2.0 } else { 1.0 }
     });
     let seen_from = |x: f64, scale: f64| {
@@ -69,7 +58,11 @@ fn nothing_leaks_through_a_wall_thinner_than_a_cell() {
 /// rest leaves the space between them to paths.
 #[test]
 fn in_motion_light_ends_at_a_wall() {
-    let volume = volume([32, 16, 16], |p| if p[0] < 0.0 { 1.0 } else { 2.0 });
+    let volume = field(
+        [32, 16, 16],
+        [1.0; 3],
+        |p| if p[0] < 0.0 { 1.0 } else { 2.0 },
+    );
     for scale in [1.0, 0.25] {
         let [left, right] = [-40.0, 40.0].map(|x| {
             let mut cache = cached(&walled(x), &volume, scale, CacheFormat::F16, 32, 1);
@@ -86,9 +79,7 @@ fn in_motion_light_ends_at_a_wall() {
 /// both sides, in motion as well.
 #[test]
 fn in_motion_a_surface_seen_from_within_has_the_light_around_it() {
-    let volume = volume([32, 32, 32], |p| {
-        16.0 - p.iter().map(|x| x * x).sum::<f64>().sqrt() as f32
-    });
+    let volume = field([32, 32, 32], [1.0; 3], |p| 16.0 - p.length() as f32);
     let camera = Camera {
         eye: [0.0; 3],
         target: [0.0, 0.0, 1.0],
@@ -115,9 +106,7 @@ fn in_motion_a_surface_seen_from_within_has_the_light_around_it() {
 #[test]
 fn a_surface_in_few_pixels_is_as_bright_as_in_all() {
     const MIDDLE: u32 = 32;
-    let volume = volume([8, 8, 8], |p| {
-        4.0 - p.iter().map(|x| x * x).sum::<f64>().sqrt() as f32
-    });
+    let volume = field([8, 8, 8], [1.0; 3], |p| 4.0 - p.length() as f32);
     // The middle of the picture, of as many pixels.
     let middle = |size: u32| {
         let camera = Camera {
@@ -152,7 +141,7 @@ fn a_surface_in_few_pixels_is_as_bright_as_in_all() {
 /// A ball above a layer of thin medium under a hard sun: the shadow's profile across the layer.
 #[test]
 fn a_hard_shadow_keeps_its_edge_and_its_depth() {
-    let volume = volume([48, 24, 48], |p| {
+    let volume = field([48, 24, 48], [1.0; 3], |p| {
         let ball = 4.0 - (p[0].powi(2) + (p[1] - 6.0).powi(2) + p[2].powi(2)).sqrt();
         let layer = if p[1] < -6.0 { 1.0 } else { 0.0 };
         if ball > -1.0 {

@@ -1,19 +1,19 @@
 //! Slices that are farther apart than their pixels, as in many a CT: between two nodes of the cache, a wall of medium shifts
 //! across by many pixels.
 
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::caching::rim::{measure, sum};
 use crate::support::common::*;
+use crate::support::fields::indexed_field;
 
 const DIMS: [u32; 3] = [128, 128, 16];
 const SPACING: [f64; 3] = [1.0, 1.0, 12.0];
 
 /// An ellipsoid of tissue under a skin, with a core of bone, in air; in Hounsfield units.
 fn head() -> Volume {
-    let value = |n: u32| {
-        let at = [n % 128, n / 128 % 128, n / (128 * 128)];
+    indexed_field(DIMS, SPACING, |at| {
         let share = |a: usize| (f64::from(at[a]) + 0.5) / f64::from(DIMS[a]) * 2.0 - 1.0;
         let distance = (0..3).map(|a| share(a).powi(2)).sum::<f64>().sqrt() / 0.9;
         match distance {
@@ -22,9 +22,7 @@ fn head() -> Volume {
             ..1.0 => -80.0,
             _ => -1000.0,
         }
-    };
-    let values = (0..DIMS.iter().product()).map(value).collect();
-    Volume::from_values(DIMS, SPACING, Voxels::F32(values)).expect("a volume")
+    })
 }
 
 /// A film where air becomes skin, which is dense and takes in a part of the light.

@@ -6,23 +6,20 @@ use isolume::scene::*;
 
 use crate::support::common::*;
 use crate::support::exact::expect;
+use crate::support::fields::voxels;
 
 /// Blobs in noise, in 16 bits as a scanner would give it.
 fn scan() -> Volume {
     const SIZE: u32 = 24;
     let mut noise = fastrand::Rng::with_seed(5);
-    let mut voxels = Vec::new();
-    for z in 0..SIZE {
-        for y in 0..SIZE {
-            for x in 0..SIZE {
-                let [x, y, z] = [x, y, z].map(|i| 0.5 * f64::from(i));
-                let blobs = x.sin() * y.cos() + (0.7 * z + x).sin() * y.sin();
-                voxels.push((2000.0 + 900.0 * blobs + 50.0 * noise.f64()) as u16);
-            }
-        }
-    }
+    let values = voxels([SIZE; 3]).map(|voxel| {
+        let [x, y, z] = voxel.map(|i| 0.5 * f64::from(i));
+        let blobs = x.sin() * y.cos() + (0.7 * z + x).sin() * y.sin();
+        (2000.0 + 900.0 * blobs + 50.0 * noise.f64()) as u16
+    });
+    let voxels = Voxels::U16(values.collect());
     let spacing = [1.0 / 24.0, 1.0 / 24.0, 1.5 / 24.0];
-    Volume::from_values([SIZE; 3], spacing, Voxels::U16(voxels)).expect("a volume")
+    Volume::from_values([SIZE; 3], spacing, voxels).expect("a volume")
 }
 
 fn furnace(size: u32) -> Scene {

@@ -4,11 +4,12 @@
 
 use std::f64::consts::PI;
 
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::support::common::*;
 use crate::support::exact::{Strips, expect, verdict};
+use crate::support::fields;
 
 /// Voxels along a side, and the sphere's radius in voxels.
 const SIZE: u32 = 64;
@@ -17,17 +18,7 @@ const RADIUS: f64 = 30.0;
 const EXCESS: f64 = 0.5;
 
 fn field() -> Volume {
-    let center = 0.5 * f64::from(SIZE - 1);
-    let square = |i: u32| (f64::from(i) - center).powi(2);
-    let mut voxels = Vec::new();
-    for z in 0..SIZE {
-        for y in 0..SIZE {
-            for x in 0..SIZE {
-                voxels.push(-(square(x) + square(y) + square(z)) as f32);
-            }
-        }
-    }
-    Volume::from_values([SIZE; 3], [1.0 / RADIUS; 3], Voxels::F32(voxels)).expect("a volume")
+    fields::field([SIZE; 3], [1.0 / RADIUS; 3], |p| -p.length_squared() as f32)
 }
 
 /// Value at a distance from the centre, in radii.

@@ -6,13 +6,12 @@ use isolume::scene::*;
 use crate::hard_cases::quadrature::*;
 use crate::hard_cases::transfer::absorbing;
 use crate::support::common::*;
+use crate::support::fields::indexed_field;
 
 /// Noise in [0, 1) in a box of the given shape.
 fn noise(dims: [u32; 3], spacing: [f64; 3]) -> Volume {
     let mut noise = fastrand::Rng::with_seed(7);
-    let count = dims.iter().product::<u32>();
-    let values = (0..count).map(|_| noise.f32()).collect();
-    Volume::from_values(dims, spacing, Voxels::F32(values)).expect("a volume")
+    indexed_field(dims, spacing, |_| noise.f32())
 }
 
 /// Opacity is the value; over `length`, about half an optical depth.

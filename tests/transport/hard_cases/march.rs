@@ -8,23 +8,17 @@ use isolume::scene::*;
 use crate::hard_cases::quadrature::*;
 use crate::hard_cases::transfer::absorbing;
 use crate::support::common::*;
+use crate::support::fields::{field, indexed_field, voxels};
 
 const DIMS: [u32; 3] = [24, 22, 20];
 const VOXEL: f64 = 0.05;
 
 /// A ball of radius 0.4 whose value falls from 100 to 0 within about two voxels, as a scanner shows the side of a thing.
 fn ball() -> Volume {
-    let value = |i: u32| {
-        let voxel = [i % DIMS[0], i / DIMS[0] % DIMS[1], i / (DIMS[0] * DIMS[1])];
-        let square = |a: usize| {
-            let centre = f64::from(DIMS[a] - 1) / 2.0;
-            ((f64::from(voxel[a]) - centre) * VOXEL).powi(2)
-        };
-        let r = (0..3).map(square).sum::<f64>().sqrt();
+    field(DIMS, [VOXEL; 3], |p| {
+        let r = (p * VOXEL).length();
         (100.0 / (1.0 + ((r - 0.4) / 0.03).exp())) as f32
-    };
-    let values = (0..DIMS.iter().product()).map(value).collect();
-    Volume::from_values(DIMS, [VOXEL; 3], Voxels::F32(values)).expect("a volume")
+    })
 }
 
 /// A tenth of a voxel of medium on the ball's side, with up to half a mean free path in a voxel.
@@ -73,8 +67,8 @@ fn a_film_thinner_than_a_voxel() {
 fn sheets_of_few_voxels_seen_from_aslant() {
     const DIMS: [u32; 3] = [24, 40, 40];
     for (filled, density) in [(8..9, 0.38), (8..11, 0.1)] {
-        let value = |i: u32| u8::from(filled.contains(&(i % DIMS[0])));
-        let values = (0..DIMS.iter().product()).map(value).collect();
+        let value = |[x, ..]: [u32; 3]| u8::from(filled.contains(&x));
+        let values = voxels(DIMS).map(value).collect();
         let volume = Volume::from_values(DIMS, [1.0; 3], Voxels::U8(values)).expect("a volume");
         for eye in [[30.0, 9.0, 6.0], [30.0, 3.0, 0.0], [29.0, 0.0, 30.0]] {
             let medium = absorbing(density, &[(0.0, 0.0), (1.0, 1.0)]);
@@ -152,26 +146,17 @@ fn a_narrow_tent_seen_aslant_through_noise() {
 fn many_steps_through_a_transfer_function_of_many_points() {
     const LENGTH: u32 = 1024;
     // Steps are as short as the densest voxels nearby ask for, an eighth of a voxel; no ray meets these.
-    let value = |i: u32| match (i % LENGTH % 8, i / LENGTH) {
-        (0, 0) => 255.0,
+    let volume = indexed_field([LENGTH, 8, 8], [1.0; 3], |[x, y, z]| match (x % 8, y, z) {
+        (0, 0, 0) => 255.0,
         _ => 100.0,
-    };
-    let values = (0..8 * 8 * LENGTH).map(value).collect();
-    let volume = Volume::from_values([LENGTH, 8, 8], [1.0; 3], Voxels::F32(values));
+    });
     let thin = 1.0 / (4.0 * f64::from(LENGTH));
     let points: Vec<(f64, f64)> = (0..250)
         .map(|n| (5.0 + f64::from(n), if n < 249 { thin } else { 1.0 }))
         .collect();
     let medium = absorbing(4.0, &points);
     let scene = absorbing_scene(medium, orthographic([2000.0, 0.0, 0.0], 2.0));
-    let mut cached = cached(
-        &scene,
-        &volume.expect("a volume"),
-        0.125,
-        CacheFormat::F16,
-        1,
-        1,
-    );
+    let mut cached = cached(&scene, &volume, 0.125, CacheFormat::F16, 1, 1);
     let exact = 1.0 - (-1f64).exp();
     let moving = error(&cached.march(), exact);
     let resting = error(&cached.at_rest(1, 1).mean, exact);
@@ -185,11 +170,9 @@ fn haze_beside_a_wall() {
     const LENGTH: u32 = 1024;
     const HAZE: f64 = 0.0005;
     const WALL: f64 = 200.0;
-    let value = |i: u32| if i % 16 >= 12 { 100.0 } else { 0.0 };
-    let values = (0..16 * LENGTH).map(value).collect();
-    let dims = [16, 1, LENGTH];
-    let volume =
-        Volume::from_values(dims, [1.0, 100.0, 1.0], Voxels::F32(values)).expect("a volume");
+    let volume = indexed_field([16, 1, LENGTH], [1.0, 100.0, 1.0], |[x, ..]| {
+        if x >= 12 { 100.0 } else { 0.0 }
+    });
     let o = HAZE / WALL;
     let medium = absorbing(WALL, &[(40.0, o), (60.0, 1.0)]);
     let camera = Camera {

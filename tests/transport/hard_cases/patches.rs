@@ -2,17 +2,18 @@
 //! (`glsl/patches.comp`): what they see is what rays through all of the box see.
 
 use isolume::gpu::Shaders;
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::indexed_field;
 
 /// Single voxels, far apart.
 fn specks() -> Volume {
     let mut places = fastrand::Rng::with_seed(3);
-    let value = |_| if places.u32(..4000) == 0 { 1.0 } else { 0.0 };
-    let values = (0..48 * 40 * 33).map(value).collect();
-    Volume::from_values([48, 40, 33], [0.02, 0.02, 0.03], Voxels::F32(values)).expect("a volume")
+    indexed_field([48, 40, 33], [0.02, 0.02, 0.03], |_| {
+        if places.u32(..4000) == 0 { 1.0 } else { 0.0 }
+    })
 }
 
 fn scene(camera: Camera) -> Scene {

@@ -1,18 +1,17 @@
 //! Rays that start or run where arithmetic has to choose sides.
 
-use isolume::scene::volume::{Volume, Voxels};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::hard_cases::quadrature::*;
 use crate::hard_cases::transfer::absorbing;
 use crate::support::common::*;
 use crate::support::exact::expect;
+use crate::support::fields::{field, indexed_field};
 
 /// Its mean is ½ along every axis-parallel line: a checkerboard.
 fn checkerboard() -> Volume {
-    let value = |i: u32| ((i ^ i >> 4 ^ i >> 8) & 1) as f32;
-    let values = (0..16 * 16 * 16).map(value).collect();
-    Volume::from_values([16; 3], [1.0; 3], Voxels::F32(values)).expect("a volume")
+    indexed_field([16; 3], [1.0; 3], |[x, y, z]| ((x + y + z) % 2) as f32)
 }
 
 fn ramp(density: f64) -> Medium {
@@ -104,10 +103,7 @@ fn camera_inside_the_medium() {
 /// V = z over the box; V ≥ 0 is solid. The eye is inside the solid, outside it, and on its surface.
 #[test]
 fn camera_inside_the_surface() {
-    let values = (0..16 * 16 * 16)
-        .map(|i: u32| (i / 256) as f32 - 7.5)
-        .collect();
-    let volume = Volume::from_values([16; 3], [1.0; 3], Voxels::F32(values)).expect("a volume");
+    let volume = field([16; 3], [1.0; 3], |p| p.z as f32);
     let see = |eye: [f64; 3], target: [f64; 3]| {
         let mut scene = empty_scene([16, 16], orthographic(eye, 4.0));
         scene.camera.target = target;
@@ -143,11 +139,8 @@ fn camera_inside_the_surface() {
 /// Boxes without medium lie between, before and behind those with it.
 #[test]
 fn majorants_of_zero() {
-    let mut values = vec![0.0; 40 * 8 * 8];
-    for (i, value) in values.iter_mut().enumerate() {
-        *value = [0.0, 0.0, 1.0, 0.0, 0.0, 0.6, 0.0, 0.0][i % 40 / 5];
-    }
-    let volume = Volume::from_values([40, 8, 8], [0.1; 3], Voxels::F32(values)).expect("a volume");
+    const ALONG_X: [f32; 8] = [0.0, 0.0, 1.0, 0.0, 0.0, 0.6, 0.0, 0.0];
+    let volume = indexed_field([40, 8, 8], [0.1; 3], |[x, ..]| ALONG_X[x as usize / 5]);
     for eye in [[9.0, 0.0, 0.0], [-5.0, 1.0, 0.5], [0.0, 0.0, 7.0]] {
         let scene = absorbing_scene(ramp(1.0), orthographic(eye, 0.5));
         expect_transmittance("gaps", &scene, &volume);

@@ -12,6 +12,7 @@ mod planned;
 mod real_devices;
 
 use crate::support::common;
+use crate::support::fields::voxels;
 use std::sync::Arc;
 
 use isolume::error::Result;
@@ -75,18 +76,11 @@ enum Kind {
 
 /// Voxels of 0 or 100.
 fn volume(dims: [u32; 3], kind: Kind, is_full: impl Fn([u32; 3]) -> bool) -> Volume {
-    let [width, height, depth] = dims;
-    let shares = (0..width * height * depth).map(|n| {
-        if is_full([n % width, n / width % height, n / (width * height)]) {
-            100
-        } else {
-            0
-        }
-    });
+    let values = voxels(dims).map(|voxel| if is_full(voxel) { 100 } else { 0 });
     let voxels = match kind {
-        Kind::U8 => Voxels::U8(shares.collect()),
-        Kind::U16 => Voxels::U16(shares.map(u16::from).collect()),
-        Kind::F32 => Voxels::F32(shares.map(f32::from).collect()),
+        Kind::U8 => Voxels::U8(values.collect()),
+        Kind::U16 => Voxels::U16(values.map(u16::from).collect()),
+        Kind::F32 => Voxels::F32(values.map(f32::from).collect()),
     };
     Volume::from_values(dims, [1.0; 3], voxels).expect("a volume")
 }

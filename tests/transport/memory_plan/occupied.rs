@@ -11,6 +11,7 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::memory_plan::{F32, Kind, empty, scene, volume};
+use crate::support::fields::{indexed_field, voxels};
 
 /// More than any volume here is long.
 const MOST_TEXELS: u32 = 2048;
@@ -18,16 +19,13 @@ const MOST_TEXELS: u32 = 2048;
 /// A rough ball in emptiness, with dimensions that nothing divides.
 fn random_volume(random: &mut Rng) -> Volume {
     let dims: [u32; 3] = std::array::from_fn(|_| random.u32(1..65));
-    let [width, height, depth] = dims;
     let centre = DVec3::from(dims.map(|n| random.f64() * f64::from(n)));
     let radius = 1.0 + 12.0 * random.f64();
-    let mut share = |n: u32| {
-        let at = UVec3::new(n % width, n / width % height, n / (width * height));
-        let depth = 1.0 - at.as_dvec3().distance(centre) / radius;
+    let shares = voxels(dims).map(|voxel| {
+        let depth = 1.0 - UVec3::from(voxel).as_dvec3().distance(centre) / radius;
         (depth * (0.7 + 0.3 * random.f64())).max(0.0)
-    };
-    let shares = (0..width * height * depth).map(&mut share);
-    let voxels = match width % 3 {
+    });
+    let voxels = match dims[0] % 3 {
         0 => Voxels::U8(shares.map(|s| (255.0 * s) as u8).collect()),
         1 => Voxels::U16(shares.map(|s| (65535.0 * s) as u16).collect()),
         _ => Voxels::F32(shares.map(|s| (40.0 * s - 7.0) as f32).collect()),
@@ -250,17 +248,15 @@ fn macrocell_ranges_are_those_of_all_corners() {
     let mut random = Rng::with_seed(2);
     for _ in 0..30 {
         let volume = random_volume(&mut random);
-        let [width, height, depth] = volume.dims;
         let [columns, rows, slices] = volume.dims.map(|n| n / MACROCELL + 1);
         let nothing = [f32::INFINITY, f32::NEG_INFINITY];
         let mut expected = vec![nothing; (columns * rows * slices) as usize];
-        for n in 0..width * height * depth {
+        for (n, voxel) in voxels(volume.dims).enumerate() {
             let value = match &*volume.voxels().expect("voxels") {
-                Voxels::U8(v) => f32::from(v[n as usize]),
-                Voxels::U16(v) => f32::from(v[n as usize]),
-                Voxels::F32(v) => v[n as usize],
+                Voxels::U8(v) => f32::from(v[n]),
+                Voxels::U16(v) => f32::from(v[n]),
+                Voxels::F32(v) => v[n],
             };
-            let voxel = [n % width, n / width % height, n / (width * height)];
             for corner in 0..8 {
                 let [x, y, z] = [0, 1, 2].map(|a| (voxel[a] + (corner >> a & 1)) / MACROCELL);
                 let [low, high] = &mut expected[((z * rows + y) * columns + x) as usize];
@@ -274,13 +270,10 @@ fn macrocell_ranges_are_those_of_all_corners() {
 /// Air in a CT has the lowest value exactly, and a ramp of opacity often begins there.
 #[test]
 fn a_background_at_which_a_ramp_begins_needs_no_memory() {
-    let dims = [64; 3];
-    let voxels = (0..64u32.pow(3)).map(|n| {
-        let is_inside = [n % 64, n / 64 % 64, n / 4096].iter().all(|&i| i < 16);
+    let volume = indexed_field([64; 3], [1.0; 3], |voxel| {
+        let is_inside = voxel.iter().all(|&i| i < 16);
         if is_inside { 300.0 } else { -1024.0 }
     });
-    let voxels = Voxels::F32(voxels.collect());
-    let volume = Volume::from_values(dims, [1.0; 3], voxels).expect("a volume");
     let mut scene = scene();
     let ramp = [(-1024.0, 0.0), (3000.0, 1.0)].map(|(value, opacity)| TransferPoint {
         value,

@@ -1,6 +1,7 @@
 //! Surfaces in both light models through whole pictures.
 
 use super::*;
+use crate::support::fields::field;
 use crate::support::oracle::render;
 use isolume::scene::DirectionalLight;
 use std::f64::consts::PI;
@@ -23,12 +24,7 @@ fn floor_and_sheet(floor: f64, sheet: f64, opacity: f64) -> Vec<Isosurface> {
 
 /// Distance from the centre: a ball whose inside is below the value.
 fn ball() -> Volume {
-    let at = |n: u32| n as f64 - 3.5;
-    let radius = |n: u32| {
-        let (x, y, z) = (at(n % 8), at(n / 8 % 8), at(n / 64));
-        (x * x + y * y + z * z).sqrt() as f32
-    };
-    volume([8; 3], [1.0; 3], (0..512).map(radius).collect())
+    field([8; 3], [1.0; 3], |p| p.length() as f32)
 }
 
 #[test]

@@ -13,15 +13,15 @@ use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
 use crate::support::common::*;
+use crate::support::fields::voxels;
 use crate::support::oracle::field::value_at;
 use crate::support::probe::NOTHING;
 
 /// Waves and noise, so that surfaces bend within cells and pass between them.
 fn volume(dims: [u32; 3], is_8_bit: bool) -> Volume {
     let mut random = Rng::with_seed(6);
-    let shares = (0..dims.iter().product::<u32>()).map(|n| {
-        let [x, y, z] =
-            [n % dims[0], n / dims[0] % dims[1], n / (dims[0] * dims[1])].map(f64::from);
+    let shares = voxels(dims).map(|voxel| {
+        let [x, y, z] = voxel.map(f64::from);
         let wave = (0.4 * x).sin() + (0.3 * y + 0.2 * z).cos();
         (0.5 + 0.2 * wave + 0.1 * random.f64()).clamp(0.0, 1.0)
     });
