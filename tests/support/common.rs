@@ -190,22 +190,10 @@ pub fn cached(
     updates: u32,
     seed: u32,
 ) -> Cached {
-    let mut cached = empty_cache(device(), &shaders(), scene, volume, scale, format, seed);
+    let scene = scene_with_cache(scene, volume, scale, format, seed);
+    let mut cached = empty_cache(device(), &shaders(), volume, scene);
     cached.fill(updates);
     cached
-}
-
-pub fn empty_cache(
-    device: Arc<Device>,
-    shaders: &Shaders,
-    scene: &Scene,
-    volume: &Volume,
-    scale: f64,
-    format: CacheFormat,
-    seed: u32,
-) -> Cached {
-    let scene = scene_with_cache(scene, volume, scale, format, seed);
-    empty_cache_of(device, shaders, volume, scene)
 }
 
 /// A scene in the variant with a cache.
@@ -223,7 +211,7 @@ pub fn scene_with_cache(
 }
 
 /// The cache of a scene in the variant with one.
-pub fn empty_cache_of(
+pub fn empty_cache(
     device: Arc<Device>,
     shaders: &Shaders,
     volume: &Volume,

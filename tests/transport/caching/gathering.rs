@@ -41,8 +41,9 @@ fn ball() -> Volume {
 }
 
 fn empty(shaders: &Shaders, seed: u32) -> Cached {
-    let format = CacheFormat::F16;
-    empty_cache(device(), shaders, &scene(), &ball(), 0.5, format, seed)
+    let volume = ball();
+    let scene = scene_with_cache(&scene(), &volume, 0.5, CacheFormat::F16, seed);
+    empty_cache(device(), shaders, &volume, scene)
 }
 
 fn filled(shaders: &Shaders, updates: u32, seed: u32) -> Cached {
@@ -66,7 +67,7 @@ pub fn empty_without_gathering(
         gathers: false,
         ..layout.clone()
     };
-    empty_cache_of(device(), &shaders(), volume, scene.with_cache(layout))
+    empty_cache(device(), &shaders(), volume, scene.with_cache(layout))
 }
 
 fn filled_without_gathering(updates: u32, seed: u32) -> Cached {

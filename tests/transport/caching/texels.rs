@@ -63,7 +63,9 @@ fn scene(g: f64, with_surface: bool) -> Scene {
 /// In motion and at rest.
 fn pictures(fetches: bool, scene: &Scene, format: CacheFormat) -> [Vec<[f32; 4]>; 2] {
     let device = device_that_fetches(fetches);
-    let mut cached = empty_cache(device, &shaders(), scene, &noise(), 0.5, format, 1);
+    let volume = noise();
+    let scene = scene_with_cache(scene, &volume, 0.5, format, 1);
+    let mut cached = empty_cache(device, &shaders(), &volume, scene);
     cached.fill(4);
     [cached.march(), cached.at_rest(2, 4).mean]
 }

@@ -76,7 +76,8 @@ fn orthographics() -> Vec<Camera> {
 /// Of each camera: red and coverage, without cached light.
 fn pictures(shaders: &Shaders, cameras: &[Camera]) -> Vec<Vec<[f32; 2]>> {
     let (scene, volume) = (scene(cameras[0]), specks());
-    let mut cached = empty_cache(device(), shaders, &scene, &volume, 0.5, CacheFormat::F16, 0);
+    let with_cache = scene_with_cache(&scene, &volume, 0.5, CacheFormat::F16, 0);
+    let mut cached = empty_cache(device(), shaders, &volume, with_cache);
     let pictures = cameras.iter().map(|camera| {
         let seen = Scene {
             camera: *camera,

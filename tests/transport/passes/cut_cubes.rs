@@ -227,9 +227,8 @@ fn every_cube_that_a_surface_cuts_is_marked_and_none_far_from_it() {
     ] {
         let volume = volume(dims, is_8_bit);
         let mut isovalues = vec![60.0, 171.5];
-        let scene = scene(&isovalues);
-        let format = CacheFormat::F32;
-        let mut cached = empty_cache(device(), &shaders, &scene, &volume, scale, format, 1);
+        let scene = scene_with_cache(&scene(&isovalues), &volume, scale, CacheFormat::F32, 1);
+        let mut cached = empty_cache(device(), &shaders, &volume, scene);
         let before = judge(&cached, &volume, &isovalues);
 
         isovalues[0] = 120.25;

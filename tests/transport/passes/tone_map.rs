@@ -171,15 +171,8 @@ fn a_march_is_shown_in_one_step_as_in_two() {
         .with_file("node_tracking.comp", NOTHING)
         .with_file("camera_march.comp", NOTHING);
     let device = device();
-    let mut cached = empty_cache(
-        device.clone(),
-        &shaders,
-        &scene,
-        &volume,
-        1.0,
-        CacheFormat::F32,
-        1,
-    );
+    let scene = scene_with_cache(&scene, &volume, 1.0, CacheFormat::F32, 1);
+    let mut cached = empty_cache(device.clone(), &shaders, &volume, scene);
     let memory = Memory::new(&device, 1 << 20).expect("memory");
     let [at_once, afterwards, samples] = [(); 3].map(|()| display(&memory, size));
     let push = push(size, size);
