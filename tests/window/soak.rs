@@ -17,7 +17,7 @@ fn soak_of_edits() {
         command.env_remove("ISOLUME_VALIDATION");
     }
     let mut window = Window::of(Program::start(&mut command), display, folder);
-    window.program.wait_for("picture finished");
+    window.program.wait_for("first picture");
     let mut hand = Hand::over_the_picture(21);
     let mut curve = Curve::begin("window", window.program.id());
     let mut done = 0;

@@ -97,8 +97,8 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
             (tiny, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs"),
             (minimum, For(NO_CACHE), Ok(NO_CACHE), "no cache fits"),
             // A cache would leave 64, and a pixel may read 90 at once.
-            (nvidia_8, Below(NO_CACHE), Ok(NO_CACHE), "with the volume in bricks, 80 of the 216 that matter"),
-            (lavapipe, Below(NO_CACHE), Ok(EIGHTH_F32), "with the volume in bricks, 100 of the 216 that matter"),
+            (nvidia_8, Below(NO_CACHE), Ok(NO_CACHE), "with the volume in bricks, 80 of the 216 needed ones"),
+            (lavapipe, Below(NO_CACHE), Ok(EIGHTH_F32), "with the volume in bricks, 100 of the 216 needed ones"),
         ],
     );
 }
@@ -164,7 +164,7 @@ fn heaps_decide_about_a_large_volume() {
     );
     assert_choices(
         (dense(257, Kind::U8), as_it_is),
-        &[(minimum, Heap, Ok(HALF_F32), "with the volume in bricks, 343 of the 729 that matter")],
+        &[(minimum, Heap, Ok(HALF_F32), "with the volume in bricks, 343 of the 729 needed ones")],
     );
 }
 
