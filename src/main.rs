@@ -21,11 +21,14 @@ fn main() -> ExitCode {
     }
 }
 
-/// A message in which control characters, which names of files may have, do not reach the terminal.
+/// A message without control characters, which names of files may have: they would reach the terminal.
 fn on_one_line(message: &str) -> String {
-    let escaped = |c: char| match c.is_control() {
-        true => c.escape_default().to_string(),
-        false => c.to_string(),
+    let escaped = |c: char| {
+        if c.is_control() {
+            c.escape_default().to_string()
+        } else {
+            c.to_string()
+        }
     };
     message.chars().map(escaped).collect()
 }
