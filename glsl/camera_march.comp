@@ -50,7 +50,7 @@ struct Front {
     float transmittance;
     float taken; // weight of all light taken from the cache
     vec4 picked_t; // four points, each picked in proportion to the light taken there
-    vec4 picked_suns; // and the suns' share that was taken there
+    vec4 picked_suns; // and the mean transmittance towards the suns that was read there
     mat4x3 picked_albedo; // and the albedo
     Tail tail;
 };

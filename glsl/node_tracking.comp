@@ -2,7 +2,7 @@
 //
 // A path begins at a node as if it had just collided there in an isotropic medium: with a shadow ray, and in a
 // direction that is uniform over the sphere. The path's light goes to the node's mean and flux; the light of the
-// first shadow ray, if it went to a sun, goes to the suns' share. Slots take parts of a node's paths from a queue
+// first shadow ray, if it went to a sun, goes to the suns' transmittance. Slots take parts of a node's paths from a queue
 // (slot_loop.glsl, turns.glsl); merge_parts.comp adds up the parts.
 //
 // The first paths of a node end where they can gather light that the cache holds so far (gathering.glsl), and the
@@ -79,7 +79,7 @@ bool end_in_cache(inout Path path, inout Random random) {
     }
     vec3 towards = -path.direction;
     vec3 scattered = scattered_light(light, towards);
-    // The cache holds one share of all suns' light, which does not tell which of them it is.
+    // The cache holds one transmittance for all suns, which does not tell which of them it is.
     if (!suns_differ) {
         scattered += light.suns * suns_scattered(towards);
     }
@@ -127,7 +127,7 @@ void ask_for_light(inout Path path, inout Random random) {
         radiance = vec3(channel_mean(light.radiance / scene.cache_unit) / scene.suns_grey);
     }
     slot_node.shadow_is_sun = is_sun ? 1u : 0u;
-    // Without roulette: the suns' share is estimated by this ray.
+    // Without roulette: the suns' transmittance is estimated by this ray.
     aim_shadow_ray(path, light.towards, radiance, NOTHING);
 }
 

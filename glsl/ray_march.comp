@@ -232,9 +232,9 @@ void main() {
     Front front;
     // Weights are added up while the ray is marched, and cannot be taken back: where bricks of the volume may be
     // missing, they are added in a second march, once all that the ray meets is known to be there.
-    uint looks = is_in_bricks && push.weighs != 0u ? 2u : 1u;
-    for (uint n = 0u; n < looks && !is_void; ++n) {
-        front = march_ray(ray, t_end, n + 1u == looks ? push.weighs : 0u);
+    uint marches = is_in_bricks && push.weighs != 0u ? 2u : 1u;
+    for (uint n = 0u; n < marches && !is_void; ++n) {
+        front = march_ray(ray, t_end, n + 1u == marches ? push.weighs : 0u);
     }
     report(index, is_void, !is_void);
     if (is_void) {

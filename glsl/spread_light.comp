@@ -30,8 +30,8 @@ bool may_be_old(ivec3 node) {
     return is_in_second_half && bricks.at[place_of(node / BRICK)].filled == FILLED_FIRST;
 }
 
-// `known` is false, and the light 0, where there is no node with memory on this side of the surfaces, or the node has
-// had no path.
+// `known` is false, and the light 0, where there is no node with memory on this side of the surfaces, or the node holds a
+// guess.
 Light light_of(ivec3 node, uint side) {
     const Light NONE = Light(vec4(0.0), mat3(0.0), false);
     bool is_node = all(greaterThanEqual(node, ivec3(0))) && all(lessThan(node, ivec3(scene.cache_nodes)));

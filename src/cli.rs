@@ -175,11 +175,11 @@ pub struct RenderArgs {
     pub restart: bool,
 
     /// Write statistics as JSON, and print where the time went.
-    #[arg(long, value_name = "FILE.json", value_parser = written)]
+    #[arg(long, value_name = "FILE.json", value_parser = written())]
     pub stats: Option<PathBuf>,
 
     /// Write a Chrome/Perfetto trace: GPU passes, CPU stages, memory; and print where the time went.
-    #[arg(long, value_name = "FILE.json", value_parser = written)]
+    #[arg(long, value_name = "FILE.json", value_parser = written())]
     pub profile: Option<PathBuf>,
 
     /// No progress and no notes; errors only.

@@ -15,22 +15,11 @@ fn main() -> ExitCode {
     match run(Cli::parse().command) {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
-            say(format!("isolume: {}", on_one_line(&error.to_string())));
+            // One sentence, whatever names of files have in them.
+            say(format!("isolume: {error}").replace('\n', "\\n"));
             ExitCode::from(interrupt::status_of(&error))
         }
     }
-}
-
-/// A message without control characters, which names of files may have: they would reach the terminal.
-fn on_one_line(message: &str) -> String {
-    let escaped = |c: char| {
-        if c.is_control() {
-            c.escape_default().to_string()
-        } else {
-            c.to_string()
-        }
-    };
-    message.chars().map(escaped).collect()
 }
 
 /// Returns the exit status.

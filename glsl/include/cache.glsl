@@ -94,7 +94,7 @@ TwoFluxes two_fluxes_at(ivec3 texel) {
 
 struct CachedLight {
     vec3 mean;  // radiance over all directions, without the suns' own, in cache_units
-    float suns; // share of the suns that arrives
+    float suns; // mean transmittance towards the suns
     mat3 flux;  // mean of that radiance times direction of travel, a column for each channel
     bool known; // false if it is a guess, in part
 };

@@ -1,5 +1,5 @@
 // Paths that end at a collision by reading the cache. Where the nodes around a cube do not tell the light in it
-// (cache.glsl), or have had no path since they are out of sight, a path scatters as if there were no cache.
+// (cache.glsl), or hold a guess since they are out of sight, a path scatters as if there were no cache.
 
 #include "scene.glsl"
 #include "cache.glsl"

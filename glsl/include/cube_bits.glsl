@@ -1,6 +1,6 @@
 // Sets a bit for some of the cache's cubes; all bits are zero before. A workgroup handles a brick, a thread a cube. A
 // shader that includes this file decides which bits are set: it defines `may_mark` and `marks_of`, and, before the include,
-// WORDS_A_BRICK. It can also compute a value for each node in `examine`; `keep` stores it, once no brick of the volume was
+// WORDS_A_BRICK. It can also compute a value for each node in `examine`; `keep` stores it once no brick of the volume is
 // missing.
 
 #include "scene.glsl"

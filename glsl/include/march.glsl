@@ -161,7 +161,8 @@ float straight_part(Classified begin, Classified end, float middle) {
 // it may lie in two; then the one at its end is read, and the field is taken as straight.) Where the field is not straight
 // enough, march.t becomes the end of the first part that is.
 //
-// Nothing here stands behind a branch: a CPU's driver runs both sides. A loop has a second iteration only where a lane needs it.
+// Nothing here stands behind a branch: a CPU's driver runs both sides. A loop has a second iteration only where a lane
+// needs it.
 Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March march) {
     vec3 end = ray.origin + march.t * ray.step;
     vec3 middle = ray.origin + 0.5 * (from + march.t) * ray.step;
@@ -240,8 +241,8 @@ vec4 position_in_part(float slope, vec4 share) {
     return 2.0 * share / (begins + sqrt(max(begins * begins + 4.0 * slope * share, 0.0)) + 1e-30);
 }
 
-// Distances of collisions in a step for four numbers in [0, 1): samples from the density T(x)·σt(x), by inversion of (1 −
-// exp(−τ(x))) / (1 − exp(−τ)) to second order in `alpha`.
+// Distances of collisions in a step for four numbers in [0, 1): samples from the density T(x)·σt(x). Inverts
+// (1 − exp(−τ(x))) / (1 − exp(−τ)) to second order in `alpha`.
 vec4 sample_collisions(MarchStep s, vec4 u) {
     vec4 share = u - s.alpha * u * (1.0 - u) * (0.5 + s.alpha * (1.0 / 12.0) * (1.0 + 4.0 * u));
     if (is_linear) {

@@ -5,6 +5,7 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use toml::Value;
@@ -148,11 +149,14 @@ pub(super) fn picture(text: &str) -> Result<PathBuf, String> {
 
 /// The name of a file to write that is no picture. Nothing is written to the standard output: it may be a pipe, and files
 /// appear whole.
-pub(super) fn written(text: &str) -> Result<PathBuf, String> {
-    match text {
-        "-" => Err("expected the name of a file".to_string()),
-        _ => Ok(PathBuf::from(text)),
-    }
+pub(super) fn written() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| {
+        if path.as_os_str() == "-" {
+            Err("expected the name of a file")
+        } else {
+            Ok(path)
+        }
+    })
 }
 
 pub(super) fn exr(text: &str) -> Result<PathBuf, String> {

@@ -29,7 +29,7 @@ pub struct ViewArgs {
     pub gpu: GpuArgs,
 
     /// Write statistics of the session as JSON when the window closes.
-    #[arg(long, value_name = "FILE.json", value_parser = written)]
+    #[arg(long, value_name = "FILE.json", value_parser = written())]
     pub stats: Option<PathBuf>,
 
     /// Say nothing on stderr but errors.

@@ -39,7 +39,7 @@ pub struct Filled {
     pub paths_per_pixel: f64,
 }
 
-/// Paths a node from which an error can be told, and how fast a cache fills.
+/// The fewest paths a node from which the cache's error can be told, and how fast it fills.
 pub(super) const FEWEST_UPDATES: u32 = 8;
 
 /// Paths for each node in the next batch; `None` once the picture needs samples more than the cache needs

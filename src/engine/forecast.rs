@@ -27,7 +27,7 @@ pub struct Forecast {
     pub cache: Option<FillForecast>,
 }
 
-/// How much less noise samples have because they are spread evenly.
+/// How much smaller the variance of a mean of low-discrepancy samples is than that of independent ones.
 #[derive(Debug, Clone, Copy)]
 pub struct VarianceReduction {
     /// The number of samples for which `ratio` is known.
@@ -124,8 +124,8 @@ impl Forecast {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// Seconds until all pictures have this relative error, if the cache is filled with so many equivalent paths; infinite if
-    /// that is too little.
+    /// Seconds until all pictures have this relative error, if the cache is filled with so many equivalent paths; infinite
+    /// if that is too little.
     fn seconds_with(&self, cache: &FillForecast, paths: f64, error: f64, pictures: u32) -> f64 {
         let left = error.powi(2) - cache.variance / paths;
         if left > 0.0 {
@@ -283,10 +283,10 @@ mod tests {
 
     #[test]
     fn even_samples_are_known_by_how_little_more_of_them_change() {
-        for left in [0.2, 1.0] {
+        for ratio in [0.2, 1.0] {
             let independent: f64 = 0.01;
-            let difference = (2.0 * left * independent).sqrt();
-            assert!((variance_ratio(independent, 0.5 * difference) - left).abs() < 1e-9);
+            let difference = (2.0 * ratio * independent).sqrt();
+            assert!((variance_ratio(independent, 0.5 * difference) - ratio).abs() < 1e-9);
         }
         let even = Forecast {
             reduction: VarianceReduction {
@@ -310,5 +310,21 @@ mod tests {
         };
         assert!((streamed.seconds_for(256.0) - 7.56).abs() < 1e-9);
         assert!((128.0..=256.0).contains(&streamed.samples_in(7.56)));
+    }
+
+    /// However noisy the cache is, there is time left for a sample.
+    #[test]
+    fn filling_never_takes_all_the_time() {
+        let noisy = Forecast {
+            cache: CACHED.cache.map(|cache| FillForecast {
+                variance: 10.0,
+                ..cache
+            }),
+            seconds_per_sample: 8.0,
+            variance: 1e-4,
+            ..CACHED
+        };
+        let left = 10.0 * (1.0 - noisy.best_share(10.0, 1));
+        assert!((8.0..8.5).contains(&left), "{left}");
     }
 }

@@ -212,8 +212,8 @@ struct TriedCache {
 }
 
 impl Subject<'_> {
-    /// Looks for the best of these caches that is better than none. Apart from compiling for them, caches that are tried share
-    /// a time that is short beside the work's. If that was in vain, `watch` has it as well.
+    /// Looks for the best of these caches that is better than none. Apart from compiling for them, caches that are tried
+    /// share a time that is short beside the work's. If that was in vain, `watch` has it as well.
     fn best_of(
         &self,
         caches: Vec<Choice>,

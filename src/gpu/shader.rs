@@ -169,7 +169,7 @@ impl Shaders {
         });
         let artifact = compiler()?
             .compile_into_spirv(&source, kind, &file, "main", Some(&options))
-            .map_err(|e| failed(e.to_string()))?;
+            .map_err(|e| failed(in_one_sentence(&e.to_string())))?;
         Ok(artifact.as_binary().to_vec())
     }
 
@@ -222,4 +222,10 @@ fn compiler() -> Result<&'static Compiler> {
 fn unfit(file: &str, problem: String) -> Error {
     let part = format!("shader {file}");
     DeviceError::Program { part, problem }.into()
+}
+
+/// What a compiler says on several lines.
+fn in_one_sentence(said: &str) -> String {
+    let lines: Vec<&str> = said.lines().map(str::trim).collect();
+    lines.join(" ").trim().to_string()
 }

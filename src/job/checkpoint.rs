@@ -161,7 +161,7 @@ impl<'a> Keeper<'a> {
     /// To be called when the filling of the cache has ended; `is_enough` says whether the cache is good enough.
     pub fn fill_ended(&mut self, engine: &mut Engine, is_enough: bool) -> Result<()> {
         if is_enough {
-            self.fill_state = FillState::Done { is_saved: true };
+            self.fill_state = FillState::Done { is_saved: false };
             let is_saved = noted(self.save_filled(engine))?;
             self.fill_state = FillState::Done { is_saved };
             if is_saved {

@@ -24,8 +24,17 @@ use crate::scene::Tone;
 pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
 pub use atomic::{Outputs, check_inputs_stay, check_writable, has_committed};
 
-/// Prints a line to stderr. Whoever reads it may be gone, which is no reason to stop.
+/// Prints a line to stderr, or several. Control characters, which names of files may have, are escaped, so that they do not
+/// reach a terminal. Whoever reads it may be gone, which is no reason to stop.
 pub fn say(line: impl std::fmt::Display) {
+    let escaped = |c: char| {
+        if c.is_control() && c != '\n' {
+            c.escape_default().to_string()
+        } else {
+            c.to_string()
+        }
+    };
+    let line: String = line.to_string().chars().map(escaped).collect();
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 

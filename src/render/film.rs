@@ -87,7 +87,8 @@ impl Renderer {
         self.upload(sums)
     }
 
-    /// Looks at how evenly samples are spread, if they are marched, whenever their number is a power of two.
+    /// Measures how much smaller the variance of the mean of marched samples is than that of independent ones, whenever
+    /// their number is a power of two.
     pub(super) fn update_halves(&mut self) -> Result<()> {
         let Totals { samples, units, .. } = self.totals;
         if !self.is_marched() || samples < Halves::LEAST || !samples.is_power_of_two() {

@@ -4,9 +4,9 @@
 //! independent ones: a quarter, say, after 64 samples of a picture whose noise is at edges. The spread between single
 //! samples, which is all that a march records for a pixel, does not show that. The two halves of 2ⁿ samples show most of
 //! it, since each half is such a point set itself. If their means A and B were independent with variance V, the mean (A +
-//! B)/2 would have the variance V/2, and V/2 is also the expectation of ((A − B)/2)², the square by which the second half
-//! changes the mean. In fact the halves complement each other, so the true variance is somewhat smaller ("The error that is
-//! reported" in tools/measurements/cache.md).
+//! B)/2 would have the variance V/2. That is also the expectation of ((A − B)/2)², the square of the change that the second
+//! half makes to the mean. In fact the halves complement each other, so the true variance is somewhat smaller ("The error
+//! that is reported" in tools/measurements/cache.md).
 //!
 //! One pixel's halves say little. So the variance that remains, as a share of that of independent samples, is estimated
 //! over all pixels in a square around a pixel; within the square it is divided as the spread between samples is.
@@ -179,6 +179,6 @@ mod tests {
     fn without_noise_nothing_is_known() {
         let black = || vec![[0.0; 4]; PIXELS];
         let halves = Halves::first(16, black()).doubled(black(), &[[0.0; 3]; PIXELS], SIZE[0]);
-        assert!(halves.variance_ratio.iter().all(|&left| left == 1.0));
+        assert!(halves.variance_ratio.iter().all(|&ratio| ratio == 1.0));
     }
 }

@@ -23,7 +23,7 @@ impl Sums {
     /// without a cache. Where it is infinite, so are the errors of all pixels that show anything but background.
     pub fn standard_error(&self, samples: u32, units: u32, cache_error: f64) -> Vec<[f32; 3]> {
         let shared = self.shared_error(cache_error);
-        let left = |pixel: usize| {
+        let ratio = |pixel: usize| {
             self.halves
                 .as_ref()
                 .map_or(1.0, |halves| halves.variance_ratio[pixel])
@@ -31,7 +31,7 @@ impl Sums {
         let variance = variance(&self.squares, samples, units);
         let pixels = variance.into_par_iter().zip(&self.mean).enumerate();
         let stderr = pixels.map(|(pixel, (variance, m))| {
-            std::array::from_fn(|c| match left(pixel) * variance[c] {
+            std::array::from_fn(|c| match ratio(pixel) * variance[c] {
                 own if m[3] == 0.0 => own.sqrt(),
                 _ if shared.is_infinite() => f32::INFINITY,
                 own => (own + (shared * m[c] * m[3]).powi(2)).sqrt(),

@@ -113,37 +113,41 @@ impl EnvironmentImage {
         let times = |texel: &[f32; 3]| -> [f32; 3] {
             std::array::from_fn(|c| (f64::from(texel[c]) * radiance[c]) as f32)
         };
-        let texels: Arc<[[f32; 3]]> = self.texels.iter().map(times).collect();
-        if texels
-            .as_flattened()
-            .iter()
-            .all(|x| f64::from(*x) <= *RADIANCES.end())
-        {
-            Ok(EnvironmentImage { texels, ..self })
+        let texels = self.texels.iter().map(times).collect();
+        let image = EnvironmentImage { texels, ..self };
+        image.check(&format!("radiance {radiance:?} times the image"))?;
+        Ok(image)
+    }
+
+    /// Fails if a texel is brighter than a light may be; `what` names the image.
+    fn check(&self, what: &str) -> Result<(), String> {
+        let brightest = self.texels.as_flattened().iter().copied();
+        let brightest = f64::from(brightest.fold(0.0, f32::max));
+        if brightest <= *RADIANCES.end() {
+            Ok(())
         } else {
+            let most = RADIANCES.end();
             Err(format!(
-                "radiance {radiance:?} times the image is beyond {:e}",
-                RADIANCES.end()
+                "{what} reaches {brightest:e}, expected at most {most:e}"
             ))
         }
     }
 
     /// The sum of two images on a grid as fine as the finer of the two, along each axis.
-    pub fn plus(&self, other: &EnvironmentImage) -> EnvironmentImage {
+    pub fn plus(&self, other: &EnvironmentImage) -> Result<EnvironmentImage, String> {
         let (width, height) = (self.width.max(other.width), self.height.max(other.height));
         let (a, b) = (
             self.resampled(width, height),
             other.resampled(width, height),
         );
-        // Two finite skies may still overflow together.
-        let add =
-            |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| (a[c] + b[c]).min(f32::MAX));
-        let texels = a.texels.iter().zip(b.texels.iter()).map(add).collect();
-        EnvironmentImage {
+        let add = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| a[c] + b[c]);
+        let sum = EnvironmentImage {
             width,
             height,
-            texels,
-        }
+            texels: a.texels.iter().zip(b.texels.iter()).map(add).collect(),
+        };
+        sum.check("the sum of the images")?;
+        Ok(sum)
     }
 
     fn resampled(&self, width: u32, height: u32) -> EnvironmentImage {

@@ -18,7 +18,7 @@ use crate::error::{Error, Place, Result};
 use crate::output::Outputs;
 use crate::render::CacheState;
 
-const MAGIC: &[u8] = b"isolume cache 2\n";
+const MAGIC: &[u8] = b"isolume cache 1\n";
 /// Bytes after the header: the header's length, and the fingerprint.
 const TAIL: u64 = 8 + 16;
 

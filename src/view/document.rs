@@ -23,7 +23,8 @@ pub struct Document {
 }
 
 impl Document {
-    /// The range of values in which the data lie, for plots and sliders: without outliers.
+    /// The range of values in which the data lie, without outliers: that of plots and sliders, and what presets and steps
+    /// of the wheel are shares of.
     pub fn range(&self) -> [f64; 2] {
         let [low, high] = self.opened.volume.range;
         // Bins of integers begin half a step below the smallest one.

@@ -73,10 +73,11 @@ fn wheel_steps(ui: &Ui) -> f64 {
 
 fn shift_isovalue(session: &mut Session, steps: f64) {
     let [low, high] = session.document.range();
+    let [least, most] = session.document.opened.volume.range;
     let index = session.chosen.surface;
     if let Some(surface) = session.scene.surfaces.iso.get_mut(index) {
         let value = surface.value + steps * ISOVALUE_STEP * (high - low);
-        surface.value = value.clamp(low, high);
+        surface.value = value.clamp(least, most);
     }
 }
 

@@ -143,6 +143,8 @@ fn wrong_usage_exits_with_2() {
         "--iso nan",
         "--preset mri",
         "--set medium.g",
+        "--stats -",
+        "--profile -",
         "--set =3",
         "-o a.jpg",
         "-o a",

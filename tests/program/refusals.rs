@@ -193,3 +193,35 @@ fn a_device_that_is_not_there_exits_with_5() {
     assert!(said.contains("nosuch"), "{said}");
     assert_eq!(said.lines().count(), 1, "{said}");
 }
+
+/// Whatever names have in them, a message is one line, and nothing in it steers the terminal.
+#[test]
+fn control_characters_are_escaped() {
+    let folder = Folder::new();
+    let output = folder.isolume("info").arg("a\nb\u{1b}[31m.nrrd").output();
+    let output = output.expect("the program starts");
+    assert_eq!(output.status.code(), Some(3));
+    let said = text(&output.stderr);
+    assert!(
+        said.starts_with("isolume: a\\nb\\u{1b}[31m.nrrd: "),
+        "{said:?}"
+    );
+    assert_eq!(said.lines().count(), 1, "{said:?}");
+}
+
+#[test]
+fn a_volume_that_is_named_is_the_one_that_is_shown() {
+    let folder = Folder::new();
+    let volume = "ball_16x16x16_uint8.raw";
+    for command in ["info", "render -o a.exr"] {
+        let said = refused(
+            &folder,
+            &format!("{command} {volume} --set volume.path=b.raw"),
+            2,
+        );
+        assert!(
+            said.contains("--set volume.path=b.raw: the volume is ball"),
+            "{said}"
+        );
+    }
+}

@@ -10,7 +10,7 @@ use crate::display::Display;
 use crate::folder::Folder;
 use crate::hand::back_to_first_size;
 use crate::program::SCENE;
-use crate::window::Window;
+use crate::window::{Window, value_of};
 
 #[test]
 fn edits_of_the_command_line_belong_to_its_scene_alone() {
@@ -48,12 +48,6 @@ impl Window {
         self.program.wait_for(what_was_said);
         self.saved(name)
     }
-}
-
-fn value_of<'a>(key: &str, scene: &'a str) -> &'a str {
-    let line = scene.lines().find_map(|line| line.strip_prefix(key));
-    let value = line.and_then(|line| line.split('#').next());
-    value.expect("the key").trim_matches([' ', '='])
 }
 
 fn exposure(scene: &str) -> f64 {

@@ -8,7 +8,7 @@ use crate::window::Window;
 use crate::{CONTROL, SHIFT};
 
 /// Panels take that much of the width.
-const PANELS: usize = 256;
+pub const PANELS: usize = 256;
 /// Keys of single letters: views, clip plane, variants, what is shown over the picture, back to the first view.
 const KEYS: &[u8] = b"123456crvpmh";
 /// Panels, on and off.

@@ -61,8 +61,8 @@ impl Window {
         self.shoot(name)
     }
 
-    /// The window once it stands still: what has been said is shown in a frame that follows, and on a busy machine input may
-    /// follow as well.
+    /// The window once it stands still: what has been said is shown in a frame that follows, and on a busy machine input
+    /// may follow as well.
     pub fn shoot(&self, name: &str) -> Shot {
         let mut shot = self.display.shoot(self.id);
         for _ in 0..20 {
@@ -95,4 +95,11 @@ impl Window {
         assert_eq!(memory["planned_bytes"], memory["peak_bytes"], "{memory}");
         stats
     }
+}
+
+/// The value of a key in a saved scene.
+pub fn value_of<'a>(key: &str, scene: &'a str) -> &'a str {
+    let line = scene.lines().find_map(|line| line.strip_prefix(key));
+    let value = line.and_then(|line| line.split('#').next());
+    value.expect("the key").trim_matches([' ', '='])
 }

@@ -19,7 +19,7 @@ use crate::render::shared::{
 
 /// The cache: its nodes' light, and where to find it.
 pub struct CacheMemory {
-    /// Light without the suns' own; in alpha, the suns' share.
+    /// Light without the suns' own; in alpha, the mean transmittance towards the suns.
     pub light: Image,
     /// Flux of the light; `None` in an isotropic medium without surfaces.
     pub flux: Option<Image>,

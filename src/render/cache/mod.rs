@@ -68,7 +68,7 @@ pub struct Cache {
     /// `None` where surfaces need no table of their reflectance.
     reflectance: Option<SurfaceReflectance>,
     pub(super) sight: Sight,
-    /// The texel that stands for the light of a node that has had no path.
+    /// The texel that stands for the light of a node that is neither traced nor interpolated yet.
     guess: [f32; 4],
     /// No batch has ended since the images were made: they hold no light of an older scene.
     pub(super) is_blank: bool,

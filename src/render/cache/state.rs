@@ -27,6 +27,7 @@ pub struct CacheState {
     work: FillingWork,
     is_wide: bool,
     all_from: Option<u32>,
+    #[serde(rename = "has_looked")]
     is_weighed: bool,
     bricks: usize,
     /// Pixels of the last measurement, and those of what a picture at rest takes.

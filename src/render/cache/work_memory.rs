@@ -1,5 +1,5 @@
-//! The memory of the work of a batch (`work_list.rs`), which is done in portions: as many parts of nodes' paths are traced at
-//! once as there is room for their sums.
+//! The memory of the work of a batch (`work_list.rs`), which is done in portions: as many parts of nodes' paths are traced
+//! at once as there is room for their sums.
 
 use std::sync::Arc;
 
@@ -17,6 +17,7 @@ pub const MOST_PARTS: u32 = 64;
 const MOST_TURNS: u32 = 65_535;
 
 pub struct WorkMemory {
+    slots: u32,
     /// The node that each slot is working on.
     pub slot_nodes: Buffer,
     /// The work that is under way.
@@ -39,6 +40,7 @@ impl WorkMemory {
         let on_device = |name, bytes| Buffer::new(memory, BufferDesc::device(name, bytes));
         let turns = BufferDesc::upload("cache: turns", turn_bytes(most_items));
         Ok(WorkMemory {
+            slots,
             slot_nodes: on_device("cache: nodes of slots", bytes_of::<SlotNode>(slots))?,
             turns: Buffer::new(memory, turns)?,
             parts: on_device("cache: parts", part_bytes(features, most_items))?,
@@ -54,6 +56,7 @@ impl WorkMemory {
         slots: u32,
         limits: &DeviceSummary,
     ) -> Result<()> {
+        self.slots = slots;
         self.most_items = most_items(slots, layout, features, limits);
         self.slot_nodes.resize(bytes_of::<SlotNode>(slots))?;
         self.turns.resize(turn_bytes(self.most_items))?;
@@ -61,7 +64,7 @@ impl WorkMemory {
     }
 
     pub fn slots(&self) -> u32 {
-        (self.slot_nodes.desc.bytes / bytes_of::<SlotNode>(1)) as u32
+        self.slots
     }
 
     /// The resources by which nodes get their paths.

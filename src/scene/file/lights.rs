@@ -166,7 +166,7 @@ impl SceneFile {
             sum = Some(match sum {
                 None => image,
                 Some(others) => {
-                    let added = others.plus(&image);
+                    let added = others.plus(&image).map_err(wrong)?;
                     if [&others, &image]
                         .iter()
                         .any(|one| one.size() != added.size())

@@ -41,8 +41,8 @@ impl Cursor for Nowhere {
 }
 
 impl Volume {
-    /// A volume of these dimensions, each ≥ 1, with voxels of size 1 and 16 bits, whose values may lie anywhere between the two
-    /// of `range`: for planning. Reading it fails.
+    /// A volume of these dimensions, each ≥ 1, with voxels of size 1 and 16 bits, whose values may lie anywhere between the
+    /// two of `range`: for planning. Reading it fails.
     pub fn outline(dims: [u32; 3], range: [f64; 2]) -> Volume {
         let stored = StoredType::U16;
         let conversion = Conversion::none(stored);

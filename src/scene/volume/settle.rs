@@ -42,7 +42,7 @@ pub(super) struct Settled {
     pub kept: Option<Voxels>,
 }
 
-/// The range of the values, and what had to be done to have one.
+/// The range of the stored values, and what conversion to float32 does to them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Extremes {
     pub range: [f32; 2],

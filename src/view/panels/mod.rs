@@ -81,7 +81,7 @@ fn section(ui: &mut Ui, title: &str, is_open: bool, contents: impl FnOnce(&mut U
 
 /// Moves the selected isovalue away from any equal one, since two surfaces of one value are an error in a scene.
 pub fn separate_isovalues(session: &mut Session) {
-    let [low, high] = session.document.range();
+    let [low, high] = session.document.opened.volume.range;
     let chosen = session.chosen.surface;
     let iso = &mut session.scene.surfaces.iso;
     let mut others: Vec<f64> = iso.iter().map(|s| s.value).collect();

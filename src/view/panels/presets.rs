@@ -126,7 +126,7 @@ impl Look {
         )
     }
 
-    /// `None` also where its value lies outside of the data's range: `render` would refuse a scene with it.
+    /// `None` also where its value lies outside of the range: it would show nothing.
     fn surface(&self, range: [f64; 2]) -> Option<Isosurface> {
         let (value, color) = self.surface?;
         let value = self.value(value, range);

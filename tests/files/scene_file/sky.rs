@@ -95,6 +95,34 @@ fn a_png_sky_is_srgb() {
     assert!((g - 0.215_86).abs() < 1e-5, "{g}");
 }
 
+/// No light is brighter than 1e15, of whatever it is made.
+#[test]
+fn a_sky_that_is_too_bright_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    write_image(folder.path(), "bright.exr", 2, 1, |_, _| 8e14);
+    let one = |radiance: &str| {
+        format!(
+            "[[light]]\ntype = \"environment\"\nimage = \"bright.exr\"\nradiance = {radiance}\n"
+        )
+    };
+    let full = "[1.0, 1.0, 1.0]";
+    let resolved = |text: String| {
+        let file = SceneFile::parse(&text, &folder.path().join("scene.toml"), &[]).unwrap();
+        resolve(&file, &volume(None))
+    };
+    assert!(resolved(one(full)).is_ok());
+    let doubled = message(resolved(one("[1.0, 2.0, 1.0]")));
+    assert!(
+        doubled.contains("light.0.image: radiance [1.0, 2.0, 1.0] times the image reaches 1.6"),
+        "{doubled}"
+    );
+    let together = message(resolved(one(full) + &one(full)));
+    assert!(
+        together.contains("light.1.image: the sum of the images reaches 1.6"),
+        "{together}"
+    );
+}
+
 #[test]
 fn bad_environment_images() {
     let folder = tempfile::tempdir().unwrap();

@@ -62,7 +62,7 @@ pub fn cache_header() -> Value {
         "state": {
             "updates": 4, "batches": 3, "paths": 100, "lookups": 1000, "relative_error": 0.1, "error_at_rest": 0.1,
             "took": { "secs": 1, "nanos": 0 }, "gathering": pace, "tracing": pace,
-            "is_wide": false, "all_from": null, "is_weighed": true, "bricks": 1, "shown": 6,
+            "is_wide": false, "all_from": null, "has_looked": true, "bricks": 1, "shown": 6,
             "shown_at_rest": 0,
         },
     })

@@ -6,7 +6,7 @@ use isolume::Stop;
 use isolume::shard::{Fingerprint, Found, Named};
 use isolume_fuzz::{folder, guard, shards, target};
 
-const MAGIC: &[u8] = b"isolume cache 2\n";
+const MAGIC: &[u8] = b"isolume cache 1\n";
 
 fn seeds() -> Vec<Vec<u8>> {
     let header = shards::cache_header().to_string().into_bytes();

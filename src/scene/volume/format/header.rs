@@ -89,9 +89,7 @@ impl Header {
             about: About::default(),
         }
     }
-}
 
-impl Header {
     /// The way from the source's numbers to what they mean.
     pub fn conversion(&self) -> Conversion {
         Conversion {

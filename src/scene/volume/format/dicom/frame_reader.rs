@@ -47,11 +47,11 @@ pub struct FrameReader {
 }
 
 impl FrameReader {
-    pub fn new(images: Vec<Image>, stack: &Stack, values: &Values) -> Parsed<FrameReader> {
+    pub fn new(images: Vec<Image>, stack: &mut Stack, values: &Values) -> Parsed<FrameReader> {
         let mut reader = FrameReader {
             fragments: images.iter().map(|_| OnceLock::new()).collect(),
             images,
-            frames: stack.frames.clone(),
+            frames: std::mem::take(&mut stack.frames),
             maps: values.maps.clone(),
             voxel_type: values.voxel_type,
             filler: 0.0,

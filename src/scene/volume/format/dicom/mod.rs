@@ -99,7 +99,8 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
         ..Storage::default()
     };
     if first.is_inverted {
-        notes.push("the files say that the lowest values are white: values are inverted, so that the highest are white".into());
+        let inverted = "the files say that the lowest values are white: values are inverted, so that the highest are white";
+        notes.push(inverted.into());
     }
     let quantity = quantity(first);
     let (dims, spacing, orientation) = (stack.dims, stack.spacing, stack.orientation);

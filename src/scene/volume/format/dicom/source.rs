@@ -21,8 +21,8 @@ pub struct StackSource {
 }
 
 impl StackSource {
-    pub fn new(images: Vec<Image>, stack: Stack, values: &Values) -> Parsed<StackSource> {
-        let reader = FrameReader::new(images, &stack, values)?;
+    pub fn new(images: Vec<Image>, mut stack: Stack, values: &Values) -> Parsed<StackSource> {
+        let reader = FrameReader::new(images, &mut stack, values)?;
         Ok(StackSource { reader, stack })
     }
 

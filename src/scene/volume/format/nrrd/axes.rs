@@ -1,7 +1,8 @@
 //! The axes of a NRRD: three are spatial, and the others are times or the channels of a voxel.
 //!
-//! `kinds` names what each axis is. In a file of four or more axes, one that is not named otherwise and has no space
-//! direction is not spatial. If more than three spatial axes are left, the surplus counts as times: first axes of length 1,
+//! `kinds` names what each axis is. Where four or more axes have `space directions`, one that is not named otherwise and
+//! whose direction is `none` is not spatial: the first axis holds channels, any other one times. If fewer than three are
+//! spatial then, axes of times count as spatial; of more than three, the surplus counts as times: first axes of length 1,
 //! then the slowest.
 
 use super::vectors::vectors;
