@@ -150,7 +150,7 @@ fn no_output_takes_the_place_of_what_is_read() {
         (format!("-o a.exr --profile {volume}"), volume),
     ] {
         let said = refused(&folder, &format!("{render} {flags}"), 2);
-        let expected = format!("{name}: the scene is read from this file");
+        let expected = format!("{name}: this file is read");
         assert!(said.contains(&expected), "{flags}: {said}");
     }
     assert!(["sky.exr", "ball.toml", volume].map(|name| folder.read(name)) == before);
@@ -168,7 +168,7 @@ fn no_output_takes_the_place_of_voxels() {
     let before = folder.read(voxels);
     let command = format!("render ball.nhdr -o a.exr --stats {voxels} --spp 1");
     let said = refused(&folder, &command, 2);
-    let expected = format!("{voxels}: the scene is read from this file");
+    let expected = format!("{voxels}: this file is read");
     assert!(said.contains(&expected), "{said}");
     assert!(folder.read(voxels) == before);
 }
