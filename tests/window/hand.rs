@@ -9,10 +9,12 @@ use crate::{CONTROL, SHIFT};
 
 /// Panels take that much of the width.
 pub const PANELS: usize = 256;
-/// Keys of single letters: views, clip plane, variants, what is shown over the picture, back to the first view.
-const KEYS: &[u8] = b"123456crvpmh";
+/// Keys of single letters: views, clip plane, what is shown over the picture, back to the first view.
+const KEYS: &[u8] = b"123456crpmh";
 /// Panels, on and off.
 const PANELS_KEY: u8 = b'u';
+/// The next variant. Drivers keep some of what they have compiled for each.
+const VARIANT_KEY: u8 = b'v';
 
 pub struct Hand {
     pub random: fastrand::Rng,
@@ -22,7 +24,7 @@ pub struct Hand {
 }
 
 impl Hand {
-    /// One that reaches the whole window.
+    /// One that reaches the whole window, and keeps the variant.
     pub fn seeded(seed: u64) -> Hand {
         Hand {
             random: fastrand::Rng::with_seed(seed),
@@ -31,12 +33,12 @@ impl Hand {
         }
     }
 
-    /// One that reaches the picture, and leaves the panels beside it alone.
+    /// One that reaches the picture, leaves the panels beside it alone, and changes the variant.
     pub fn over_the_picture(seed: u64) -> Hand {
         let [width, height] = WINDOW;
         Hand {
             reach: [width - PANELS, height].map(|n| n as i16),
-            keys: KEYS.to_vec(),
+            keys: [KEYS, &[VARIANT_KEY]].concat(),
             ..Hand::seeded(seed)
         }
     }
