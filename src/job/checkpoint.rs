@@ -26,7 +26,7 @@ pub struct KeptRender<'a> {
 /// A checkpoint and the state of keeping it.
 pub struct Keeper<'a> {
     path: &'a Path,
-    subject: KeptRender<'a>,
+    kept: KeptRender<'a>,
     found: Found,
     /// Paths of the cache that was restored.
     cache_paths: u64,
@@ -71,7 +71,7 @@ impl<'a> Keeper<'a> {
     /// If the checkpoint belongs to another render, or is damaged.
     pub fn begin(
         path: &'a Path,
-        subject: KeptRender<'a>,
+        kept: KeptRender<'a>,
         found: Found,
         engine: &mut Engine,
         volume: String,
@@ -81,7 +81,7 @@ impl<'a> Keeper<'a> {
             opened,
             views,
             ..
-        } = subject;
+        } = kept;
         let (identity, text) = identified(engine, opened, &opened.scene, &volume)?;
         let number = found.state().map_or(1, |state| state.picture);
         let view = views.get(number.saturating_sub(1) as usize);
@@ -115,7 +115,7 @@ impl<'a> Keeper<'a> {
             } else {
                 FillState::UnderWay
             },
-            subject,
+            kept,
             found,
             cache_paths,
             identity,
@@ -194,7 +194,7 @@ impl<'a> Keeper<'a> {
             .written
             .elapsed()
             .saturating_add(self.next_batch(engine));
-        let is_due = unwritten >= self.subject.args.checkpoint_every;
+        let is_due = unwritten >= self.kept.args.checkpoint_every;
         if self.obstacle().is_some() || !(is_asked || is_last || is_due) {
             return Ok(());
         }
@@ -208,7 +208,7 @@ impl<'a> Keeper<'a> {
 
     /// The moment at which the work is, if the render could not be continued from it.
     fn obstacle(&self) -> Option<&'static str> {
-        if self.subject.is_variant_open {
+        if self.kept.is_variant_open {
             Some("before it was known which variant is the fastest")
         } else if self.fill_state == FillState::Interrupted {
             Some("in the middle of a batch of the cache's paths")
@@ -240,7 +240,7 @@ impl<'a> Keeper<'a> {
         if self.fill_state != (FillState::Done { is_saved: true }) {
             self.stage_cache(engine, &mut outputs)?;
         }
-        let mut saved = Saved::of(engine, view, self.subject.opened, Some(&self.fingerprints))?;
+        let mut saved = Saved::of(engine, view, self.kept.opened, Some(&self.fingerprints))?;
         let Some((header, sums)) = saved.parts.take() else {
             return Ok(());
         };
@@ -248,12 +248,12 @@ impl<'a> Keeper<'a> {
             run.seconds = self.began.elapsed().as_secs_f64();
             run.samples = engine.totals().samples;
         }
-        let KeptRender { args, opened, .. } = &self.subject;
+        let KeptRender { args, opened, .. } = &self.kept;
         let state = State {
             header,
             settings: settings(engine),
             picture: view.number,
-            pictures: self.subject.views.len() as u32,
+            pictures: self.kept.views.len() as u32,
             goal: args.stop(opened.scene.render.variant).count(),
             seconds: watch.elapsed().as_secs_f64(),
             cpu_seconds: watch.cpu().as_secs_f64(),
@@ -280,7 +280,7 @@ impl<'a> Keeper<'a> {
 
     /// Says that no checkpoint was written because of the moment at which the work ended.
     fn tell_of_none(&self, moment: &str) {
-        if self.subject.args.quiet {
+        if self.kept.args.quiet {
             return;
         }
         let path = self.path.display();
@@ -301,7 +301,7 @@ impl<'a> Keeper<'a> {
 
     /// Writes the cache's state under a temporary name, and returns the fingerprint of its light; `None` without a cache.
     fn stage_cache(&self, engine: &mut Engine, outputs: &mut Outputs) -> Result<Option<String>> {
-        let opened = self.subject.opened;
+        let opened = self.kept.opened;
         let settings = settings(engine);
         CacheFile::stage(
             self.path,

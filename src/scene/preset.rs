@@ -98,7 +98,7 @@ fn ct(volume: &Volume) -> Look {
 /// Four classes: empty, thin, dense and densest. The medium begins with the thin class, the surface with the dense
 /// one.
 fn generic(volume: &Volume) -> Result<Look> {
-    let thresholds = volume.histogram_of_data(256)?.otsu();
+    let thresholds = volume.histogram_of_data()?.otsu();
     let (medium, dense) = match thresholds[..] {
         [thin, dense, ..] => {
             let width = dense - thin;

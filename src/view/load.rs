@@ -20,9 +20,6 @@ use crate::output::check_inputs_stay;
 use crate::scene::volume::{Preview, Reading, Volume};
 use crate::scene::{Edit, open};
 
-/// Bins of the transfer function's histogram.
-const BINS: usize = 256;
-
 /// Work under way.
 pub struct Load<T> {
     pub what: String,
@@ -117,7 +114,7 @@ pub fn open_document(
         })?;
         check_inputs_stay(&stats, &opened.inputs()?)?;
         Ok(Document {
-            histogram: opened.volume.histogram_of_data(BINS)?,
+            histogram: opened.volume.histogram_of_data()?,
             path,
             modified,
             edits,

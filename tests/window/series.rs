@@ -79,24 +79,8 @@ fn a_dropped_folder_lists_its_series_and_a_click_opens_one() {
         .program
         .wait_for("note: there are 2 volumes; this is number 1, CT, 40 slices");
     window.program.wait_for("showing");
-    // The list comes in its own time.
-    let has_list = |shot: &Shot| {
-        let shares = THUMBNAILS.each_ref().map(|area| bright(shot, area));
-        shares.iter().all(|share| (0.02..0.9).contains(share))
-    };
-    let shots = std::iter::repeat_with(|| {
-        std::thread::sleep(Duration::from_millis(500));
-        window.display.shoot(window.id)
-    });
-    let listed = shots.take(60).find(has_list);
-    listed.expect("two thumbnails").save("window_series.png");
-
-    window.display.point([500, 140]);
-    window.display.click(1);
-    window
-        .program
-        .wait_for("note: there are 2 volumes; this is number 2, MR, 24 slices");
-    window.program.wait_for("showing");
+    window.listed().save("window_series.png");
+    window.pick([500, 140], "number 2, MR, 24 slices");
 
     // A scene that is saved has the choice in it.
     let saved = window.saved("study.1.toml");
@@ -108,17 +92,8 @@ fn a_dropped_folder_lists_its_series_and_a_click_opens_one() {
         .program
         .wait_for("note: there are 2 volumes; this is number 2, MR, 24 slices");
     window.program.wait_for("showing");
-    let shots = std::iter::repeat_with(|| {
-        std::thread::sleep(Duration::from_millis(500));
-        window.display.shoot(window.id)
-    });
-    shots.take(60).find(has_list).expect("two thumbnails");
-    window.display.point([500, 82]);
-    window.display.click(1);
-    window
-        .program
-        .wait_for("note: there are 2 volumes; this is number 1, CT, 40 slices");
-    window.program.wait_for("showing");
+    window.listed();
+    window.pick([500, 82], "number 1, CT, 40 slices");
     window
         .folder
         .write("study.1.toml", format!("{saved}\n# edited\n").as_bytes());
@@ -126,4 +101,28 @@ fn a_dropped_folder_lists_its_series_and_a_click_opens_one() {
     let said = window.program.said().concat();
     assert!(!said.contains(SECRET), "{said}");
     window.close();
+}
+
+impl Window {
+    /// The window once it shows the list of series, which comes in its own time.
+    fn listed(&self) -> Shot {
+        let has_list = |shot: &Shot| {
+            let shares = THUMBNAILS.each_ref().map(|area| bright(shot, area));
+            shares.iter().all(|share| (0.02..0.9).contains(share))
+        };
+        let shots = std::iter::repeat_with(|| {
+            std::thread::sleep(Duration::from_millis(500));
+            self.display.shoot(self.id)
+        });
+        shots.take(60).find(has_list).expect("two thumbnails")
+    }
+
+    /// Picks the series at a place of the list, which is then shown.
+    fn pick(&mut self, at: [i16; 2], series: &str) {
+        self.display.point(at);
+        self.display.click(1);
+        let note = format!("note: there are 2 volumes; this is {series}");
+        self.program.wait_for(&note);
+        self.program.wait_for("showing");
+    }
 }

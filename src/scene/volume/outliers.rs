@@ -8,7 +8,9 @@ use super::Volume;
 use super::histogram::Histogram;
 use super::tally::Tally;
 use crate::error::Result;
+use crate::locked::locked;
 
+const BINS: usize = 256;
 /// At most this share of all voxels stands alone, and at most one in each macrocell, on average: a structure has more.
 const ALONE: f64 = 1e-3;
 /// Without them, the range is at most this share of what it was.
@@ -19,13 +21,21 @@ const LEAST_NONE: f64 = 998.0;
 const ROUNDS: usize = 8;
 
 impl Volume {
-    /// A histogram, with at most `most_bins` bins, of the range in which the data lie.
+    /// A histogram, with at most 256 bins, of the range in which the data lie; the first one is kept.
     ///
     /// # Errors
     ///
     /// The same as for [`Reader::read`](super::Reader::read).
-    pub fn histogram_of_data(&self, most_bins: usize) -> Result<Histogram> {
-        let whole = self.histogram(most_bins)?;
+    pub fn histogram_of_data(&self) -> Result<Histogram> {
+        let mut known = locked(&self.statistics.of_data);
+        match &*known {
+            Some(known) => Ok(known.clone()),
+            None => Ok(known.insert(self.find_data()?).clone()),
+        }
+    }
+
+    fn find_data(&self) -> Result<Histogram> {
+        let whole = self.histogram(BINS)?;
         if !self.may_have_outliers(&whole) {
             return Ok(whole);
         }
@@ -34,7 +44,7 @@ impl Volume {
             let Some(data) = self.data_in(&found) else {
                 break;
             };
-            found = self.count(Within::new(self.bins_between(data, most_bins)))?;
+            found = self.count(Within::new(self.bins_between(data, BINS)))?;
         }
         Ok(found.histogram)
     }
@@ -190,7 +200,7 @@ mod tests {
         values.iter_mut().enumerate().for_each(|(i, v)| edit(i, v));
         let dims = [SIDE as u32; 3];
         let volume = Volume::from_values(dims, [1.0; 3], Voxels::F32(values)).expect("a volume");
-        volume.histogram_of_data(256).expect("counted").otsu()
+        volume.histogram_of_data().expect("counted").otsu()
     }
 
     fn assert_close(found: &[f64], expected: &[f64]) {

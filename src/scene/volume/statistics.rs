@@ -16,6 +16,8 @@ pub(super) struct Statistics {
     pub counts: Vec<u64>,
     /// The last histogram of floats, for which the voxels were read again.
     histogram: Mutex<Option<Histogram>>,
+    /// The histogram of the range in which the data lie, once it was asked for: to find outliers, voxels are read again.
+    pub of_data: Mutex<Option<Histogram>>,
 }
 
 impl Statistics {
@@ -29,6 +31,7 @@ impl Statistics {
             macrocell_ranges,
             counts,
             histogram: Mutex::new(histogram),
+            of_data: Mutex::default(),
         }
     }
 
