@@ -16,7 +16,7 @@ use super::file::{
     IsoTable, LightKind, LightTable, MediumTable, SceneFile, ShadingModel, SurfacesTable,
     TransferTable,
 };
-use super::volume::{Axes, Quantity, Volume, VoxelType};
+use super::volume::{Axes, Quantity, Volume};
 use crate::error::{Error, Result};
 use crate::scene::Background;
 
@@ -52,7 +52,7 @@ impl Preset {
             let problem = format!("every voxel is {low}, so there is nothing to see");
             return Err(Error::input(path, problem));
         }
-        let integer = !matches!(volume.voxel_type, VoxelType::F32 | VoxelType::F64);
+        let integer = !volume.voxel_type.is_float();
         let is_hounsfield = match volume.quantity {
             Some(quantity) => quantity == Quantity::Hounsfield,
             None => integer && low <= -900.0,

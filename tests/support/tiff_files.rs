@@ -135,7 +135,7 @@ impl Tiff {
         let format = match page.voxel_type {
             VoxelType::U8 | VoxelType::U16 | VoxelType::U32 | VoxelType::U64 => 1,
             VoxelType::I8 | VoxelType::I16 | VoxelType::I32 | VoxelType::I64 => 2,
-            VoxelType::F32 | VoxelType::F64 => 3,
+            VoxelType::F16 | VoxelType::F32 | VoxelType::F64 => 3,
         };
         let (kind, wide) = if self.is_big { (16, 8) } else { (4, 4) };
         let offsets: Vec<u64> = places.iter().map(|place| place.0 as u64).collect();

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use bzip2::write::BzEncoder;
 use flate2::Compression;
 use flate2::write::{GzEncoder, ZlibEncoder};
+use half::f16;
 use isolume::scene::volume::{Endian, VoxelType};
 
 /// One array of voxels, to be dressed as any format.
@@ -42,6 +43,7 @@ impl Array {
             VoxelType::I32 => (*value as i32).to_le_bytes().to_vec(),
             VoxelType::U64 => (*value as u64).to_le_bytes().to_vec(),
             VoxelType::I64 => (*value as i64).to_le_bytes().to_vec(),
+            VoxelType::F16 => f16::from_f64(*value).to_le_bytes().to_vec(),
             VoxelType::F32 => (*value as f32).to_le_bytes().to_vec(),
             VoxelType::F64 => value.to_le_bytes().to_vec(),
         };
@@ -62,6 +64,7 @@ impl Array {
             Endian::Big => "big",
         };
         let name = match self.voxel_type {
+            VoxelType::F16 => panic!("NRRD has no floats of 16 bits"),
             VoxelType::F32 => "float".to_string(),
             VoxelType::F64 => "double".to_string(),
             integer => integer.to_string(),
@@ -99,6 +102,7 @@ impl Array {
             VoxelType::I32 => "MET_INT",
             VoxelType::U64 => "MET_ULONG_LONG",
             VoxelType::I64 => "MET_LONG_LONG",
+            VoxelType::F16 => panic!("MetaImage has no floats of 16 bits"),
             VoxelType::F32 => "MET_FLOAT",
             VoxelType::F64 => "MET_DOUBLE",
         };
@@ -135,6 +139,7 @@ impl Array {
             VoxelType::U8 => 2,
             VoxelType::I16 => 4,
             VoxelType::I32 => 8,
+            VoxelType::F16 => panic!("NIfTI has no floats of 16 bits"),
             VoxelType::F32 => 16,
             VoxelType::F64 => 64,
             VoxelType::I8 => 256,
@@ -186,7 +191,7 @@ impl Array {
         let kind = match self.voxel_type {
             VoxelType::U8 | VoxelType::U16 | VoxelType::U32 | VoxelType::U64 => 'u',
             VoxelType::I8 | VoxelType::I16 | VoxelType::I32 | VoxelType::I64 => 'i',
-            VoxelType::F32 | VoxelType::F64 => 'f',
+            VoxelType::F16 | VoxelType::F32 | VoxelType::F64 => 'f',
         };
         let size = self.voxel_type.bytes();
         let fortran = if fortran { "True" } else { "False" };
@@ -252,6 +257,7 @@ fn sample(voxel_type: VoxelType, n: usize) -> f64 {
         VoxelType::I16 => (-32768.0, 32767.0, 257.0),
         VoxelType::U32 | VoxelType::U64 => (0.0, 4294967040.0, 65536.0),
         VoxelType::I32 | VoxelType::I64 => (-2147483648.0, 2147483520.0, 65536.0),
+        VoxelType::F16 => (-65504.0, 3.25, 0.125),
         VoxelType::F32 | VoxelType::F64 => (-1.5e30, 3.25, 0.125),
     };
     match n {

@@ -5,6 +5,7 @@
 //! f32, and so do integers with a negative slope: stored values and values must have the same order.
 
 use bytemuck::{Pod, cast_slice, cast_slice_mut};
+use half::f16;
 
 use super::parsed::Parsed;
 use super::voxel_type::{Endian, VoxelType};
@@ -275,6 +276,9 @@ impl Conversion {
                     misfit.get_or_insert(value);
                 }
                 rescaled(value as f64)
+            }),
+            (VoxelType::F16, _) => each(bytes, stored, |bytes| {
+                rescaled(f16::from_bits(endian.u16(bytes)).into())
             }),
             (VoxelType::F32, _) if self.rescales() => each(bytes, stored, |bytes| {
                 rescaled(f32::from_bits(endian.u32(bytes)).into())

@@ -15,6 +15,7 @@ pub enum VoxelType {
     I32,
     U64,
     I64,
+    F16,
     F32,
     F64,
 }
@@ -65,7 +66,7 @@ impl Endian {
 }
 
 impl VoxelType {
-    const NAMES: [(VoxelType, &str); 10] = [
+    const NAMES: [(VoxelType, &str); 11] = [
         (VoxelType::U8, "uint8"),
         (VoxelType::I8, "int8"),
         (VoxelType::U16, "uint16"),
@@ -74,6 +75,7 @@ impl VoxelType {
         (VoxelType::I32, "int32"),
         (VoxelType::U64, "uint64"),
         (VoxelType::I64, "int64"),
+        (VoxelType::F16, "float16"),
         (VoxelType::F32, "float32"),
         (VoxelType::F64, "float64"),
     ];
@@ -96,14 +98,20 @@ impl VoxelType {
     /// The type of a floating-point number with `bits` bits.
     pub fn float(bits: u32) -> Option<VoxelType> {
         match bits {
+            16 => Some(VoxelType::F16),
             32 => Some(VoxelType::F32),
             64 => Some(VoxelType::F64),
             _ => None,
         }
     }
 
+    /// Whether it is a floating-point number.
+    pub fn is_float(self) -> bool {
+        matches!(self, VoxelType::F16 | VoxelType::F32 | VoxelType::F64)
+    }
+
     /// The names that [`numpy`](VoxelType::numpy) knows, for messages.
-    pub const NUMPY_NAMES: &str = "b1, u1, i1, u2, i2, u4, i4, u8, i8, f4 or f8";
+    pub const NUMPY_NAMES: &str = "b1, u1, i1, u2, i2, u4, i4, u8, i8, f2, f4 or f8";
 
     /// The type with NumPy's name, such as "<u2".
     pub fn numpy(name: &str) -> Option<(VoxelType, Endian)> {
@@ -122,6 +130,7 @@ impl VoxelType {
             "i4" => VoxelType::I32,
             "u8" => VoxelType::U64,
             "i8" => VoxelType::I64,
+            "f2" => VoxelType::F16,
             "f4" => VoxelType::F32,
             "f8" => VoxelType::F64,
             _ => return None,
@@ -133,7 +142,7 @@ impl VoxelType {
     pub fn bytes(self) -> usize {
         match self {
             VoxelType::U8 | VoxelType::I8 => 1,
-            VoxelType::U16 | VoxelType::I16 => 2,
+            VoxelType::U16 | VoxelType::I16 | VoxelType::F16 => 2,
             VoxelType::U32 | VoxelType::I32 | VoxelType::F32 => 4,
             VoxelType::U64 | VoxelType::I64 | VoxelType::F64 => 8,
         }

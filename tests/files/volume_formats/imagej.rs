@@ -109,9 +109,11 @@ fn imagej_calibrates_values() {
         assert_eq!(values(&volume), array.values);
         assert_eq!(volume.notes.len(), notes, "{:?}", volume.notes);
     }
-    let floats = textured([4, 3, 2], VoxelType::F32, Endian::Big);
-    let volume = opened(&floats, "cf=0\nc0=-32768.0\nc1=1.0\n");
-    assert_eq!(values(&volume), floats.values);
+    for voxel_type in [VoxelType::F16, VoxelType::F32] {
+        let floats = textured([4, 3, 2], voxel_type, Endian::Big);
+        let volume = opened(&floats, "cf=0\nc0=-32768.0\nc1=1.0\n");
+        assert_eq!(values(&volume), floats.values);
+    }
 }
 
 /// The file, with its pixels in place of those of a first page that are the only ones it had, in strips of 3 rows.

@@ -108,6 +108,41 @@ fn values_that_are_not_finite_become_the_smallest() {
     }
 }
 
+/// All that 16 bits can be: those with an exponent of 0 are subnormal, and those with the highest are not finite.
+#[test]
+fn floats_of_16_bits_are_read_exactly() {
+    let number = |bits: u16| {
+        let sign = if bits >> 15 == 0 { 1.0 } else { -1.0 };
+        let fraction = f64::from(bits & 0x3ff) / 1024.0;
+        match i32::from(bits >> 10 & 0x1f) {
+            0 => sign * fraction * f64::powi(2.0, -14),
+            0x1f => -65504.0,
+            exponent => sign * (1.0 + fraction) * f64::powi(2.0, exponent - 15),
+        }
+    };
+    let all = 0..=u16::MAX;
+    let expected: Vec<f64> = all.clone().map(number).collect();
+    for endian in [Endian::Little, Endian::Big] {
+        let bytes = all.clone().flat_map(|bits| match endian {
+            Endian::Little => bits.to_le_bytes(),
+            Endian::Big => bits.to_be_bytes(),
+        });
+        let folder = folder();
+        let name = "v_64x64x16_float16.raw";
+        let path = write(folder.path(), name, bytes.collect::<Vec<u8>>());
+        let overrides = VolumeOverrides {
+            endian: Some(endian),
+            ..Default::default()
+        };
+        let volume = Volume::load(&path, &overrides).unwrap();
+        assert!(values(&volume) == expected, "{endian:?}");
+        assert_eq!(volume.range, [-65504.0, 65504.0]);
+        let note =
+            "2048 voxels are not finite float32 numbers and became the smallest value, -65504";
+        assert_eq!(volume.notes, [note]);
+    }
+}
+
 #[test]
 fn rounding_to_float_is_noted() {
     let mut array = Array::new([2, 1, 1], VoxelType::I32, Endian::Little);

@@ -7,7 +7,7 @@ use isolume::scene::volume::{Endian, VolumeOverrides, VoxelType, Voxels};
 use serde_json::json;
 
 use crate::volume_files::Array;
-use crate::volume_formats::{DIMS, folder, plain, refusal, round_trip, values};
+use crate::volume_formats::{DIMS, folder, plain, refusal, round_trip_with_halves, values};
 use crate::zarr_files::blosc::{Blosc, Inner};
 use crate::zarr_files::{Codec, Zarr};
 
@@ -38,7 +38,7 @@ fn message_of(path: &Path, parts: &[&str]) {
 #[test]
 fn each_type_byte_order_and_version_round_trips() {
     for is_version_3 in [false, true] {
-        round_trip(|folder, array| {
+        round_trip_with_halves(|folder, array| {
             let zarr = Zarr::new(is_version_3, &[1, 2, 3], Codec::Gzip);
             zarr.write(&folder.join("v.zarr"), "zyx", &SHAPE, array)
         });
@@ -173,6 +173,41 @@ fn chunks_that_were_never_written_have_the_fill_value() {
         };
         let path = zarr.write(&folder.path().join("v"), "zyx", &[16, 18, 20], &array);
         assert_eq!(values(&plain(&path)), array.values);
+    }
+}
+
+/// As a number, as text, or as the bits of one. What is not finite becomes the smallest value.
+#[test]
+fn a_fill_value_is_any_number_of_16_bits() {
+    for (fill, expected) in [
+        (json!(-3.5), -3.5),
+        (json!("0xc300"), -3.5),
+        (json!("0x0001"), f64::powi(2.0, -24)),
+        (json!("0x7e00"), 1.0),
+        (json!("NaN"), 1.0),
+        (json!("-Infinity"), 1.0),
+    ] {
+        for (is_version_3, endian) in [
+            (false, Endian::Big),
+            (true, Endian::Big),
+            (true, Endian::Little),
+        ] {
+            let mut array = Array::new([2, 1, 2], VoxelType::F16, endian);
+            array.values = vec![1.0, 2.0, 0.0, 0.0];
+            let folder = folder();
+            let zarr = Zarr {
+                unwritten: Some(0.0),
+                fill: fill.clone(),
+                ..Zarr::new(is_version_3, &[1, 1, 2], Codec::Plain)
+            };
+            let path = zarr.write(&folder.path().join("v"), "zyx", &[2, 1, 2], &array);
+            let found = values(&plain(&path));
+            assert_eq!(
+                found,
+                [1.0, 2.0, expected, expected],
+                "{fill} {is_version_3} {endian:?}"
+            );
+        }
     }
 }
 

@@ -275,7 +275,7 @@ fn kind(voxel_type: VoxelType) -> &'static str {
     match voxel_type {
         VoxelType::U8 | VoxelType::U16 | VoxelType::U32 | VoxelType::U64 => "uint",
         VoxelType::I8 | VoxelType::I16 | VoxelType::I32 | VoxelType::I64 => "int",
-        VoxelType::F32 | VoxelType::F64 => "float",
+        VoxelType::F16 | VoxelType::F32 | VoxelType::F64 => "float",
     }
 }
 

@@ -44,7 +44,7 @@ pub fn meaning(
         ..Meaning::stack(pages, layout.samples)
     };
     // ImageJ calibrates integers of 8 and 16 bits only.
-    if layout.voxel_type.bytes() <= 2 {
+    if layout.voxel_type.bytes() <= 2 && !layout.voxel_type.is_float() {
         meaning.calibrate(description);
     }
     // Numbers that do not fit the file are those of a stack that was changed by another program.

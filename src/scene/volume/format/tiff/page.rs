@@ -236,13 +236,13 @@ impl Layout {
                 self.size[0], self.size[1], self.chunk[0], self.chunk[1]
             ));
         }
-        match (self.predictor, self.voxel_type) {
-            (Predictor::Float, VoxelType::F32 | VoxelType::F64) => Ok(()),
-            (Predictor::Float, other) => Err(format!(
-                "`Predictor` is 3, which is for floating-point numbers, but its pixels are {other}"
-            )),
-            _ => Ok(()),
+        if self.predictor == Predictor::Float && !self.voxel_type.is_float() {
+            return Err(format!(
+                "`Predictor` is 3, which is for floating-point numbers, but its pixels are {}",
+                self.voxel_type
+            ));
         }
+        Ok(())
     }
 
     /// Strips or tiles across and down.
@@ -363,7 +363,7 @@ fn voxel_type(directories: &Directories, directory: &Directory) -> Parsed<VoxelT
         };
         format!(
             "its pixels are {kind} of {} bits, expected integers of 8, 16, 32 or 64 bits or \
-             floating-point numbers of 32 or 64",
+             floating-point numbers of 16, 32 or 64",
             bits[0]
         )
     })

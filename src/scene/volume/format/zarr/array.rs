@@ -9,6 +9,7 @@
 
 use std::path::{Path, PathBuf};
 
+use half::f16;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -318,7 +319,7 @@ fn zarr_type(name: &str) -> Parsed<VoxelType> {
         ("float", bits) => VoxelType::float(bits),
         _ => None,
     };
-    let expected = "an integer of 8, 16, 32 or 64 bits, float32, float64 or bool";
+    let expected = "an integer of 8, 16, 32 or 64 bits, float16, float32, float64 or bool";
     known.ok_or_else(|| unexpected("data_type", name, expected))
 }
 
@@ -331,7 +332,6 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
             "a number of the array's type",
         )
     };
-    let is_float = matches!(voxel_type, VoxelType::F32 | VoxelType::F64);
     let size = voxel_type.bytes();
     // n5-zarr writes numbers as strings.
     let parsed = value
@@ -345,7 +345,7 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
         Value::String(text) if text.starts_with("0x") => {
             u64::from_str_radix(&text[2..], 16).map_err(|_| wrong())?
         }
-        Value::Number(number) if !is_float => {
+        Value::Number(number) if !voxel_type.is_float() => {
             let signed = number.as_i64().map(|number| number as u64);
             let whole = number.as_f64().filter(|number| number.fract() == 0.0);
             let bits = number
@@ -362,11 +362,8 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
                 Some("-Infinity") => Some(f64::NEG_INFINITY),
                 Some(_) => None,
             };
-            let number = number.filter(|_| is_float).ok_or_else(wrong)?;
-            match voxel_type {
-                VoxelType::F32 => u64::from((number as f32).to_bits()),
-                _ => number.to_bits(),
-            }
+            let number = number.filter(|_| voxel_type.is_float()).ok_or_else(wrong)?;
+            float_bits(number, voxel_type)
         }
         _ => return Err(wrong()),
     };
@@ -375,4 +372,13 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
         bytes.reverse();
     }
     Ok(bytes)
+}
+
+/// The bits of a number that is rounded to a floating-point type.
+fn float_bits(number: f64, voxel_type: VoxelType) -> u64 {
+    match voxel_type {
+        VoxelType::F16 => f16::from_f64(number).to_bits().into(),
+        VoxelType::F32 => (number as f32).to_bits().into(),
+        _ => number.to_bits(),
+    }
 }
