@@ -4,7 +4,6 @@
 
 use std::collections::BTreeMap;
 
-use exr::prelude::f16;
 use isolume::scene::volume::{Endian, VoxelType};
 
 use crate::volume_files::{Array, zlib};
@@ -135,6 +134,7 @@ impl Grid {
     fn write(&self, array: &Array, out: &mut Vec<u8>) {
         text(out, &self.name);
         let kind = self.kind.unwrap_or(match array.voxel_type {
+            VoxelType::F16 => "half",
             VoxelType::F64 => "double",
             VoxelType::I32 => "int32",
             VoxelType::I64 => "int64",
@@ -163,7 +163,7 @@ impl Grid {
     fn tree(&self, array: &Array, out: &mut Vec<u8>) -> usize {
         let slots = self.slots(array);
         out.extend(1_u32.to_le_bytes());
-        out.extend(self.alone(array, self.background));
+        out.extend(numbers(array.voxel_type, &[self.background]));
         let mut blocks: BTreeMap<Place, BTreeMap<Place, Slots>> = BTreeMap::new();
         for (low, slot) in slots {
             let of = |side: i64| low.map(|index| index.div_euclid(side) * side);
@@ -174,7 +174,7 @@ impl Grid {
         out.extend((blocks.len() as u32).to_le_bytes());
         if let Some((low, value, is_active)) = self.block {
             place(out, low);
-            out.extend(self.alone(array, value));
+            out.extend(numbers(array.voxel_type, &[value]));
             out.push(is_active.into());
         }
         for (low, block) in &mut blocks {
@@ -251,14 +251,6 @@ impl Grid {
         leaves.into_iter().map(slot_of).collect()
     }
 
-    /// A number that stands alone.
-    fn alone(&self, array: &Array, value: f64) -> Vec<u8> {
-        match self.kind {
-            Some("half") => half(&[value]),
-            _ => numbers(array.voxel_type, &[value]),
-        }
-    }
-
     /// The values of a node's slots.
     fn pack(
         &self,
@@ -292,7 +284,7 @@ impl Grid {
         };
         out.push(kind);
         for value in alone {
-            out.extend(self.alone(array, value));
+            out.extend(numbers(array.voxel_type, &[value]));
         }
         if let Some(second) = second {
             let chosen = values.iter().zip(active);
@@ -304,17 +296,18 @@ impl Grid {
         let is_stored = |slot: &usize| kind == 6 || active[*slot];
         let stored = (0..values.len()).filter(is_stored);
         let stored: Vec<f64> = stored.map(|slot| values[slot]).collect();
-        let is_real = matches!(array.voxel_type, VoxelType::F32 | VoxelType::F64);
-        let is_half = self.is_half && is_real || self.kind == Some("half");
-        let plain = if is_half {
-            half(&stored)
+        let is_converted =
+            self.is_half && matches!(array.voxel_type, VoxelType::F32 | VoxelType::F64);
+        let stored_type = if is_converted {
+            VoxelType::F16
         } else {
-            numbers(array.voxel_type, &stored)
+            array.voxel_type
         };
+        let plain = numbers(stored_type, &stored);
         let packed = match self.compression & (ZIP | BLOSC) {
             0 => return out.extend(plain),
             // OpenVDB leaves out empty arrays that it converts, and no others.
-            _ if self.is_half && is_real && plain.is_empty() => return,
+            _ if is_converted && plain.is_empty() => return,
             ZIP => zlib(&plain),
             _ => Blosc {
                 inner: Inner::Lz4,
@@ -353,11 +346,6 @@ fn numbers(voxel_type: VoxelType, values: &[f64]) -> Vec<u8> {
         values: values.to_vec(),
     }
     .bytes()
-}
-
-fn half(values: &[f64]) -> Vec<u8> {
-    let halves = values.iter().map(|value| f16::from_f64(*value));
-    halves.flat_map(f16::to_le_bytes).collect()
 }
 
 /// The slot of a place in a node with so many slots along each axis, each so many voxels long.

@@ -2,6 +2,7 @@
 //! one sentence what is wrong with a file that cannot be used.
 
 mod dicom;
+mod every_format;
 mod folders;
 mod imagej;
 mod metaimage;

@@ -4,7 +4,7 @@
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, SystemTime};
 
 use fastrand::Rng;
@@ -14,9 +14,10 @@ use isolume::scene::volume::{
     Endian, Region, StoredType, Volume, VolumeOverrides, VoxelType, Voxels,
 };
 
-use crate::tiff_files::{self, Tiff};
+use crate::tiff_files::Tiff;
 use crate::vdb_files::{self, Grid};
-use crate::volume_files::{Array, gzip, write};
+use crate::volume_files::{Array, write};
+use crate::volume_formats::every_format::in_every_format;
 use crate::volume_formats::{folder, load_bytes, plain, u8s, vdb};
 use crate::zarr_files::{Codec, Zarr};
 
@@ -82,59 +83,6 @@ fn reads_regions(volume: &Volume, whole: &[u8], count: usize) {
     }
 }
 
-fn in_every_format(folder: &Path, array: &Array) -> Vec<PathBuf> {
-    let [x, y, z] = array.dims;
-    let raw = format!("v_{x}x{y}x{z}_{}.raw", array.voxel_type);
-    write(folder, "detached.bin", array.bytes());
-    let strips = Tiff {
-        compression: tiff_files::LZW,
-        rows_per_strip: 4,
-        ..Tiff::default()
-    };
-    let tiles = Tiff {
-        compression: tiff_files::DEFLATE,
-        tile: Some([4, 4]),
-        ..Tiff::default()
-    };
-    let shape = [z, y, x].map(|size| size as usize);
-    let shards = Zarr {
-        shard: Some(vec![4, 4, 6]),
-        ..Zarr::new(true, &[2, 4, 3], Codec::Zstd)
-    };
-    let detached = array.nrrd_header("raw", "data file: detached.bin\n");
-    let mut paths = vec![
-        write(folder, "raw.nrrd", array.nrrd("raw", "")),
-        write(folder, "gzip.nrrd", array.nrrd("gzip", "")),
-        write(folder, "v.nhdr", detached),
-        write(folder, "raw.mha", array.mha("")),
-        write(folder, "zlib.mha", array.mha("CompressedData = True\n")),
-        write(folder, "v.nii", array.nifti().bytes),
-        write(folder, "v.nii.gz", gzip(&array.nifti().bytes)),
-        write(folder, "v.npy", array.npy(1, false)),
-        write(folder, &raw, array.bytes()),
-        write(folder, "bzip2.nrrd", array.nrrd("bzip2", "")),
-        write(folder, "v2.nii", array.nifti_2().bytes),
-        write(folder, "plain.tif", Tiff::default().write(array)),
-        write(folder, "strips.tif", strips.write(array)),
-        write(folder, "tiles.tif", tiles.write(array)),
-        Zarr::new(false, &[2, 4, 3], Codec::Gzip).write(
-            &folder.join("a.zarr"),
-            "zyx",
-            &shape,
-            array,
-        ),
-        shards.write(&folder.join("b.zarr"), "zyx", &shape, array),
-    ];
-    if matches!(array.voxel_type, VoxelType::F32 | VoxelType::F64) {
-        let grid = Grid {
-            low: [-3, 4090, 2],
-            ..Grid::default()
-        };
-        paths.push(write(folder, "v.vdb", vdb_files::write(&[(grid, array)])));
-    }
-    paths
-}
-
 /// Neither a chunk nor a region begins where a leaf does.
 #[test]
 fn regions_are_cut_from_many_leaves() {
@@ -150,7 +98,12 @@ fn regions_are_cut_from_many_leaves() {
 
 #[test]
 fn regions_are_cut_from_the_whole() {
-    for voxel_type in [VoxelType::U8, VoxelType::I16, VoxelType::F64] {
+    for voxel_type in [
+        VoxelType::U8,
+        VoxelType::I16,
+        VoxelType::F16,
+        VoxelType::F64,
+    ] {
         let folder = folder();
         let array = Array::new([7, 6, 5], voxel_type, Endian::Little);
         for path in in_every_format(folder.path(), &array) {
@@ -173,7 +126,12 @@ fn regions_are_cut_from_the_whole() {
 /// The same voxels are the same volume, whichever format they come in.
 #[test]
 fn every_format_is_one_volume() {
-    for voxel_type in [VoxelType::U16, VoxelType::I16, VoxelType::F32] {
+    for voxel_type in [
+        VoxelType::U16,
+        VoxelType::I16,
+        VoxelType::F16,
+        VoxelType::F32,
+    ] {
         let folder = folder();
         let array = Array::new([23, 18, 14], voxel_type, Endian::Little);
         for crop in [None, Some([[3, 0, 1], [20, 17, 12]])] {

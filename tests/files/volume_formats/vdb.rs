@@ -34,19 +34,19 @@ fn read(grid: Grid, array: &Array) -> Volume {
 fn each_number_and_compression_is_the_same_volume() {
     let codecs = [0, ZIP, BLOSC].map(|codec| [codec, codec | ACTIVE_MASK]);
     for compression in codecs.concat() {
-        for (voxel_type, kind, is_half) in [
-            (VoxelType::F32, None, false),
-            (VoxelType::F32, None, true),
-            (VoxelType::F32, Some("half"), false),
-            (VoxelType::F64, None, false),
-            (VoxelType::F64, None, true),
-            (VoxelType::I32, None, false),
-            (VoxelType::I32, None, true),
-            (VoxelType::I64, None, false),
+        for (voxel_type, is_half) in [
+            (VoxelType::F16, false),
+            (VoxelType::F16, true),
+            (VoxelType::F32, false),
+            (VoxelType::F32, true),
+            (VoxelType::F64, false),
+            (VoxelType::F64, true),
+            (VoxelType::I32, false),
+            (VoxelType::I32, true),
+            (VoxelType::I64, false),
         ] {
             let array = array(voxel_type);
             let grid = Grid {
-                kind,
                 is_half,
                 compression,
                 low: LOW,
@@ -54,7 +54,7 @@ fn each_number_and_compression_is_the_same_volume() {
                 ..Grid::default()
             };
             let volume = read(grid, &array);
-            let case = format!("{voxel_type} {kind:?} {is_half} {compression}");
+            let case = format!("{voxel_type} {is_half} {compression}");
             assert_eq!(volume.dims, DIMS, "{case}");
             assert!(values(&volume) == array.values, "{case}");
             assert_eq!(volume.voxel_type, voxel_type, "{case}");
@@ -82,7 +82,11 @@ fn inactive_voxels_have_their_own_values() {
             &[0.0, 3.0, -3.0],
             &[0.0, 3.0, -3.0, 7.0],
         ] {
-            for (voxel_type, has_tiles) in [(VoxelType::F32, false), (VoxelType::I32, true)] {
+            for (voxel_type, has_tiles) in [
+                (VoxelType::F16, true),
+                (VoxelType::F32, false),
+                (VoxelType::I32, true),
+            ] {
                 let array = array(voxel_type);
                 let grid = Grid {
                     low: LOW,

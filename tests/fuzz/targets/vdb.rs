@@ -12,6 +12,7 @@ const MOST_BYTES: usize = 16384;
 
 fn seeds() -> Vec<Vec<u8>> {
     let reals = Array::new([9, 6, 10], VoxelType::F32, Endian::Little);
+    let halves = Array::new([9, 6, 10], VoxelType::F16, Endian::Little);
     let mut whole = Array::new([17, 4, 9], VoxelType::I32, Endian::Little);
     whole.values[1..].fill(7.0);
     let masked = Grid {
@@ -26,10 +27,6 @@ fn seeds() -> Vec<Vec<u8>> {
         has_tiles: true,
         block: Some(([4096, 0, 0], 1.0, false)),
         transform: Transform::Vectors("UniformScaleTranslateMap", vec![[0.5; 3]; 6]),
-        ..Grid::default()
-    };
-    let half = Grid {
-        kind: Some("half"),
         ..Grid::default()
     };
     let saved_as_half = Grid {
@@ -50,7 +47,7 @@ fn seeds() -> Vec<Vec<u8>> {
     let files = [
         vdb_files::write(&[(masked.clone(), &reals)]),
         vdb_files::write(&[(tiled, &whole)]),
-        vdb_files::write(&[(half, &reals)]),
+        vdb_files::write(&[(Grid::default(), &halves)]),
         vdb_files::write(&[(saved_as_half, &reals)]),
         vdb_files::write(&[(vectors, &reals), (masked, &reals), (shown, &reals)]),
     ];

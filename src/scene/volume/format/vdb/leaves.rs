@@ -136,6 +136,7 @@ impl Chunks for Leaves {
                 Found::Leaf(number) => self.unpack(places[number])?,
             };
             match background.len() {
+                2 => self.put::<2>(&values, leaf, &mut chunk, low),
                 4 => self.put::<4>(&values, leaf, &mut chunk, low),
                 _ => self.put::<8>(&values, leaf, &mut chunk, low),
             }

@@ -1,6 +1,6 @@
 //! The numbers of a grid, and how they lie in the file.
 
-use exr::prelude::f16;
+use half::f16;
 
 use super::stream::Stream;
 use crate::scene::volume::parsed::Parsed;
@@ -10,16 +10,9 @@ use crate::scene::volume::voxel_type::VoxelType;
 pub struct Number {
     /// The type after reading.
     pub voxel_type: VoxelType,
-    halves: Halves,
-}
-
-/// Which numbers have 16 bits in the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Halves {
-    None,
-    /// Those in arrays, and not those that stand alone: backgrounds, and values of inactive slots.
-    InArrays,
-    All,
+    /// Whether numbers in arrays are floats of 16 bits in the file. Those that stand alone are not: backgrounds, and values
+    /// of inactive slots.
+    has_narrow_arrays: bool,
 }
 
 /// What the name of a grid's type ends with if its arrays were saved in 16 bits.
@@ -34,18 +27,18 @@ impl Number {
     /// The number in a grid of this type, such as "Tree_float_5_4_3_HalfFloat"; `None` if it is not a number, or the
     /// tree has another shape.
     pub fn of(grid_type: &str) -> Option<Number> {
-        let (voxel_type, halves) = match (Number::name(grid_type), grid_type.ends_with(HALF_FLOAT))
-        {
-            ("float", false) => (VoxelType::F32, Halves::None),
-            ("float", true) => (VoxelType::F32, Halves::InArrays),
-            ("double", false) => (VoxelType::F64, Halves::None),
-            ("double", true) => (VoxelType::F64, Halves::InArrays),
-            ("half", _) => (VoxelType::F32, Halves::All),
-            ("int32", _) => (VoxelType::I32, Halves::None),
-            ("int64", _) => (VoxelType::I64, Halves::None),
+        let (voxel_type, can_be_narrow) = match Number::name(grid_type) {
+            "half" => (VoxelType::F16, false),
+            "float" => (VoxelType::F32, true),
+            "double" => (VoxelType::F64, true),
+            "int32" => (VoxelType::I32, false),
+            "int64" => (VoxelType::I64, false),
             _ => return None,
         };
-        Some(Number { voxel_type, halves })
+        Some(Number {
+            voxel_type,
+            has_narrow_arrays: can_be_narrow && grid_type.ends_with(HALF_FLOAT),
+        })
     }
 
     /// What a tree holds: "float" of "Tree_float_5_4_3_HalfFloat". All of the type's name if the tree has another shape.
@@ -63,33 +56,30 @@ impl Number {
 
     /// Bytes of a number of an array in the file.
     pub fn bytes_in_arrays(self) -> usize {
-        match self.halves {
-            Halves::None => self.bytes(),
-            Halves::InArrays | Halves::All => 2,
+        if self.has_narrow_arrays {
+            VoxelType::F16.bytes()
+        } else {
+            self.bytes()
         }
     }
 
     /// Whether there is nothing, not even a size, in the place of an array without numbers: so OpenVDB writes arrays that
     /// it converts.
     pub fn leaves_out_empty(self) -> bool {
-        self.halves == Halves::InArrays
+        self.has_narrow_arrays
     }
 
     /// Reads a number that stands alone.
     pub fn read(self, stream: &mut Stream) -> Parsed<Vec<u8>> {
-        match self.halves {
-            Halves::All => stream.bytes(2).map(|half| self.widened(half)),
-            Halves::None | Halves::InArrays => {
-                stream.bytes(self.bytes() as u64).map(<[u8]>::to_vec)
-            }
-        }
+        stream.bytes(self.bytes() as u64).map(<[u8]>::to_vec)
     }
 
     /// An array's numbers, from their bytes in the file.
     pub fn array(self, bytes: Vec<u8>) -> Vec<u8> {
-        match self.halves {
-            Halves::None => bytes,
-            Halves::InArrays | Halves::All => self.widened(&bytes),
+        if self.has_narrow_arrays {
+            self.widened(&bytes)
+        } else {
+            bytes
         }
     }
 
@@ -109,7 +99,7 @@ impl Number {
     /// The number with the other sign.
     pub fn negated(self, number: &[u8]) -> Vec<u8> {
         let mut negated = number.to_vec();
-        if matches!(self.voxel_type, VoxelType::F32 | VoxelType::F64) {
+        if self.voxel_type.is_float() {
             if let Some(highest) = negated.last_mut() {
                 *highest ^= 0x80;
             }
