@@ -300,6 +300,17 @@ fn what_is_no_image_is_refused() {
     );
     message_of(&path, &["`axes` is `lambda`", "t, c, z, y, x"]);
 
+    let path = make("wide", &zarr);
+    change(
+        &path.join("s0/zarr.json"),
+        "\"fill_value\":0",
+        "\"fill_value\":\"0x10000\"",
+    );
+    message_of(
+        &path,
+        &["`fill_value` is `\"0x10000\"`", "of the array's type"],
+    );
+
     let path = make("outside", &zarr);
     change(&path.join("zarr.json"), "\"s0\"", "\"../s0\"");
     message_of(&path, &["`path` is `../s0`", "inside"]);

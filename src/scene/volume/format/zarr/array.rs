@@ -343,7 +343,9 @@ fn fill(value: &Value, voxel_type: VoxelType, endian: Endian) -> Parsed<Vec<u8>>
         Value::Null => 0,
         Value::Bool(is_set) => u64::from(*is_set),
         Value::String(text) if text.starts_with("0x") => {
-            u64::from_str_radix(&text[2..], 16).map_err(|_| wrong())?
+            let bits = u64::from_str_radix(&text[2..], 16).ok();
+            let fits = |bits: &u64| bits.leading_zeros() as usize >= 64 - 8 * size;
+            bits.filter(fits).ok_or_else(wrong)?
         }
         Value::Number(number) if !voxel_type.is_float() => {
             let signed = number.as_i64().map(|number| number as u64);
