@@ -11,6 +11,7 @@ fn seeds() -> Vec<Vec<u8>> {
         VoxelType::U8,
         VoxelType::I16,
         VoxelType::U64,
+        VoxelType::F16,
         VoxelType::F32,
         VoxelType::F64,
     ]

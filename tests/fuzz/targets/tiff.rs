@@ -31,6 +31,13 @@ fn seeds() -> Vec<Vec<u8>> {
         };
         seeds.push([&[0], &tiff.write(&array)[..]].concat());
     }
+    let halves = Tiff {
+        compression: DEFLATE,
+        predictor: 3,
+        ..Tiff::default()
+    };
+    let halves = halves.write(&Array::new([5, 4, 2], VoxelType::F16, Endian::Big));
+    seeds.push([&[0], &halves[..]].concat());
     let page = Tiff::default().write(&Array::new([3, 2, 1], VoxelType::U8, Endian::Little));
     let pages = ["1.tif", "2.tif", "10.tif"].map(|name| (name.to_string(), page.clone()));
     seeds.push([&[8], &archive::pack(&pages)[..]].concat());

@@ -39,13 +39,22 @@ fn seeds() -> Vec<Vec<u8>> {
         shards(Codec::Plain),
         shards(blosc(Inner::Lz4, 1)),
     ];
-    let seed = |zarr: Zarr| {
+    let seed = |zarr: &Zarr, array: &Array| {
         let files = archive::of(|folder| {
-            zarr.write(folder, "zyx", &[4, 5, 6], &array);
+            zarr.write(folder, "zyx", &[4, 5, 6], array);
         });
         [&[0], &files[..]].concat()
     };
-    written.map(seed).into()
+    let mut seeds: Vec<Vec<u8>> = written.iter().map(|zarr| seed(zarr, &array)).collect();
+    let mut halves = Array::new([6, 5, 4], VoxelType::F16, Endian::Big);
+    halves.values[60..].fill(3.0);
+    let half_written = Zarr {
+        fill: "NaN".into(),
+        unwritten: Some(3.0),
+        ..Zarr::new(true, &chunk, Codec::Plain)
+    };
+    seeds.push(seed(&half_written, &halves));
+    seeds
 }
 
 fn parse(bytes: &[u8]) {
