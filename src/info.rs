@@ -9,7 +9,7 @@ use crate::bytes::human;
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
 use crate::scene::volume::{Series, Storage, Volume};
-use crate::scene::{Edit, volume_overrides};
+use crate::scene::{Edit, bare_volume};
 
 /// Bars of the histogram.
 const BINS: usize = 16;
@@ -59,9 +59,10 @@ struct Bin {
 /// Describes the volume that `edits` pick, as text or JSON. If it cannot be loaded, the other volumes of its folder are listed
 /// all the same.
 pub fn volume(path: &Path, edits: &[Edit], json: bool) -> Result<Description> {
-    let overrides = volume_overrides(path, edits)?;
+    let bare = bare_volume(path, edits)?;
+    let overrides = bare.volume_overrides()?;
     let series = Volume::series(path)?;
-    let volume = match Volume::load(path, &overrides) {
+    let volume = match Volume::load(path, &overrides).map_err(|error| bare.at_its_key(error)) {
         Ok(volume) => volume,
         Err(fault) if series.is_empty() => return Err(fault),
         Err(fault) => {

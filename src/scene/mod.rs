@@ -20,7 +20,7 @@ pub use camera::{Camera, Projection, Side};
 pub use file::{Edit, SceneFile, describe, resolve};
 pub use light::*;
 pub use medium::{Medium, TransferPoint};
-pub use open::{Opened, is_scene, open, volume_overrides};
+pub use open::{Opened, bare_volume, is_scene, open};
 pub use surface::{Disney, Isosurface, LightModel, Normals, Shading, Surfaces};
 use words::words;
 

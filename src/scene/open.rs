@@ -14,8 +14,8 @@ pub fn is_scene(path: &Path) -> bool {
         .is_some_and(|e| e.eq_ignore_ascii_case("toml"))
 }
 
-/// What `edits` set of a bare volume; edits of anything else, and of its path, are refused.
-pub fn volume_overrides(volume: &Path, edits: &[Edit]) -> Result<VolumeOverrides> {
+/// A bare volume with what `edits` set of it; edits of anything else, and of its path, are refused.
+pub fn bare_volume(volume: &Path, edits: &[Edit]) -> Result<SceneFile> {
     if let Some(edit) = edits.iter().find(|edit| !edit.is_about_volume()) {
         return Err(Error::Usage(format!(
             "{}: only keys of the volume can be set here, such as volume.channel",
@@ -24,8 +24,8 @@ pub fn volume_overrides(volume: &Path, edits: &[Edit]) -> Result<VolumeOverrides
     }
     check_path_stays(volume, edits)?;
     match edits {
-        [] => Ok(VolumeOverrides::default()),
-        _ => SceneFile::bare(volume, edits)?.volume_overrides(),
+        [] => Ok(SceneFile::default()),
+        _ => SceneFile::bare(volume, edits),
     }
 }
 
@@ -72,12 +72,10 @@ pub fn open(
         let file = SceneFile::read(input, edits)?;
         file.check_images()?;
         let volume = load(&file.volume_path()?, &file.volume_overrides()?);
-        let named_here = |error: Error| {
-            if error.is_about_input() {
-                file.origins.error("volume.path", error)
-            } else {
-                error
-            }
+        let named_here = |error: Error| match &error {
+            Error::Input { place, .. } if place.key.is_some() => file.at_its_key(error),
+            _ if error.is_about_input() => file.origins.error("volume.path", error),
+            _ => error,
         };
         let volume = volume.map_err(named_here)?;
         (file, volume)
@@ -86,7 +84,8 @@ pub fn open(
         let (about_volume, rest): (Vec<Edit>, Vec<Edit>) =
             edits.iter().cloned().partition(Edit::is_about_volume);
         let bare = SceneFile::bare(input, &about_volume)?;
-        let volume = load(&bare.volume_path()?, &bare.volume_overrides()?)?;
+        let volume = load(&bare.volume_path()?, &bare.volume_overrides()?)
+            .map_err(|error| bare.at_its_key(error))?;
         let view = rest.iter().rev().find_map(Edit::named_view);
         let (name, mut scene) = preset.scene(input, &volume, view)?;
         scene.volume = bare.volume;

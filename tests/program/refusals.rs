@@ -72,6 +72,33 @@ fn mistakes_in_a_scene_are_named_by_file_line_and_key() {
     }
 }
 
+/// What a volume's file does not allow is the fault of whoever asks for it, and not of the path.
+#[test]
+fn settings_that_do_not_fit_the_volume_are_named_where_they_are_written() {
+    let folder = Folder::new();
+    let volume = "ball_16x16x16_uint8.raw";
+    for (key, value) in [
+        ("time", "99"),
+        ("series", "9"),
+        ("dims", "[17,16,16]"),
+        ("crop", "[[0,0,0],[17,16,16]]"),
+        ("spacing", "[1e20,1,1]"),
+    ] {
+        let setting = format!("--set volume.{key}={value}");
+        let expected = format!("isolume: {setting}: volume.{key}: {volume}: ");
+        for command in [
+            "scene ball.toml",
+            &format!("scene {volume}"),
+            &format!("info {volume}"),
+        ] {
+            let said = refused(&folder, &format!("{command} {setting}"), 3);
+            assert!(said.starts_with(&expected), "{said}\nis not\n{expected}");
+        }
+    }
+    let expected = format!("bad.toml:3: volume.time: {volume}: ");
+    bad_scene("path =", "time = 99\npath =", &expected);
+}
+
 #[test]
 fn a_medium_needs_points_that_show_something() {
     let folder = Folder::new();

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::SceneFile;
 use super::numbers::POSITIVE;
 use super::page::Page;
-use crate::error::Result;
+use crate::error::{Error, Place, Result};
 use crate::scene::volume::{Pick, Volume, VolumeOverrides};
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -75,6 +75,24 @@ impl SceneFile {
             series: table.series.clone(),
             fill_gaps: table.fill_gaps.unwrap_or(false),
         })
+    }
+
+    /// An error of loading the volume, told where the key was written that it is about, if it is about one.
+    pub(crate) fn at_its_key(&self, error: Error) -> Error {
+        match error {
+            Error::Input {
+                place:
+                    Place {
+                        origin,
+                        key: Some(key),
+                    },
+                problem,
+            } => {
+                let file = Place::from(origin);
+                self.origins.error(&key, format!("{file}{problem}"))
+            }
+            other => other,
+        }
     }
 }
 

@@ -11,7 +11,7 @@ use super::format::header::{Header, check_rescale};
 use super::grid::Grid;
 use super::orientation::{Axes, Orientation};
 use super::overrides::VolumeOverrides;
-use super::parsed::Parsed;
+use super::parsed::{Fault, Obeyed, Parsed};
 use super::reading::Reading;
 use super::region::Region;
 use super::series::{Preview, Series};
@@ -59,7 +59,7 @@ impl Volume {
                     Err(HAS_CHANGED.into())
                 }
             })
-            .map_err(|fault| Error::input(Place::file(&name), fault))
+            .map_err(|fault| fault.in_file(&name))
     }
 
     /// The volumes of a folder or file that may hold several; none for a format that holds one.
@@ -104,7 +104,8 @@ impl Volume {
             ..Header::of_source(source, dims, from, endian)
         };
         let (overrides, reading) = (VolumeOverrides::default(), Reading::default());
-        open(header, &overrides, "voxels in memory", &reading, None).map_err(Error::value)
+        open(header, &overrides, "voxels in memory", &reading, None)
+            .map_err(|fault| Error::value(fault.problem))
     }
 }
 
@@ -114,10 +115,13 @@ fn open(
     name: &str,
     reading: &Reading,
     stores: Option<(&Stores, &Path)>,
-) -> Parsed<Volume> {
+) -> Obeyed<Volume> {
     let region = Region::cropped(header.dims, overrides.crop)?;
     let (spacing, orientation) = geometry(&header, overrides)?;
-    check_spacing(spacing)?;
+    check_spacing(spacing).map_err(|problem| Fault {
+        key: overrides.spacing.map(|_| "spacing"),
+        problem,
+    })?;
     check_rescale(header.slope, header.intercept)?;
     let conversion = header.conversion();
     let is_mirrored = orientation.left_handed;

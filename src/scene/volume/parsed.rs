@@ -1,4 +1,44 @@
 //! The result of an operation that may find a fault in a file.
 
+use crate::error::{Error, Place};
+
 /// A fault is a sentence without the file's name, which is added once by the code that knows the path.
 pub type Parsed<T> = Result<T, String>;
+
+/// The result of an operation that follows the user's settings as well, which may be at fault instead of the file.
+pub type Obeyed<T> = Result<T, Fault>;
+
+/// A fault of a file, or of what the user has set for it.
+#[derive(Debug)]
+pub struct Fault {
+    /// The setting that is at fault: its key in the scene's `[volume]`.
+    pub key: Option<&'static str>,
+    pub problem: String,
+}
+
+impl Fault {
+    pub fn of(key: &'static str, problem: impl Into<String>) -> Fault {
+        Fault {
+            key: Some(key),
+            problem: problem.into(),
+        }
+    }
+
+    /// The error of the file with this name.
+    pub fn in_file(self, name: &str) -> Error {
+        let place = Place {
+            key: self.key.map(|key| format!("volume.{key}")),
+            ..Place::file(name)
+        };
+        Error::input(place, self.problem)
+    }
+}
+
+impl<T: Into<String>> From<T> for Fault {
+    fn from(problem: T) -> Fault {
+        Fault {
+            key: None,
+            problem: problem.into(),
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Boxes of voxels, the pieces into which they are cut, and the runs of a file in which they lie.
 
-use super::parsed::Parsed;
+use super::parsed::{Fault, Obeyed};
 
 /// The voxels from `low` up to, but not including, `low + dims` along x, y and z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,14 +17,15 @@ impl Region {
     }
 
     /// The voxels that a crop `[low, high)` leaves of a whole volume.
-    pub(super) fn cropped(whole: [u32; 3], crop: Option<[[u32; 3]; 2]>) -> Parsed<Region> {
+    pub(super) fn cropped(whole: [u32; 3], crop: Option<[[u32; 3]; 2]>) -> Obeyed<Region> {
         let [low, high] = crop.unwrap_or([[0; 3], whole]);
         if (0..3).any(|a| low[a] >= high[a] || high[a] > whole[a]) {
             let [x, y, z] = whole;
-            return Err(format!(
+            let problem = format!(
                 "crop {low:?} to {high:?} is empty or leaves the volume: expected low < high ≤ \
                  {x}×{y}×{z}"
-            ));
+            );
+            return Err(Fault::of("crop", problem));
         }
         Ok(Region {
             low,

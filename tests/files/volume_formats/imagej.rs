@@ -44,7 +44,7 @@ fn imagej_says_how_large_voxels_are() {
     };
     let message = refusal(&path, &overrides);
     assert!(
-        message.contains("`channel` is 3, expected 0 to 2"),
+        message.contains("volume.channel: found 3, expected 0 to 2"),
         "{message}"
     );
 }

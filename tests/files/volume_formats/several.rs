@@ -69,7 +69,7 @@ fn has_times(path: &Path, times: &[Array]) {
     let note = format!("time 1 of {count} is shown; `--set volume.time=N`");
     assert!(volume.notes[0].contains(&note), "{:?}", volume.notes);
     let message = refusal(path, &at(None, Some(count)));
-    let expected = format!("`time` is {count}, expected 0 to {}", count - 1);
+    let expected = format!("volume.time: found {count}, expected 0 to {}", count - 1);
     assert!(message.contains(&expected), "{message}");
     assert!(refusal(path, &at(Some(1), None)).contains("there is only one"));
 }

@@ -163,7 +163,7 @@ fn levels_have_their_own_size() {
         .collect();
     assert_eq!(dims, [[8, 6, 4], [4, 3, 4]]);
     assert_eq!(values(&plain(&path)), fine.values);
-    assert!(refusal(&path, &at(2)).contains("`level` is 2, expected 0 to 1"));
+    assert!(refusal(&path, &at(2)).contains("volume.level: found 2, expected 0 to 1"));
     // An array alone is a volume as well.
     assert_eq!(values(&plain(&path.join("1"))), coarse.values);
 }

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::scene::volume::orientation::Orientation;
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::parsed::{Fault, Obeyed, Parsed};
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
@@ -205,14 +205,18 @@ pub fn unexpected(key: &str, value: &str, expected: &str) -> String {
 }
 
 /// Index of the channel, time or level of `count` that the user wants: the first by default.
-pub fn pick(key: &str, wanted: Option<u32>, count: u32) -> Parsed<u32> {
+pub fn pick(key: &'static str, wanted: Option<u32>, count: u32) -> Obeyed<u32> {
     let wanted = wanted.unwrap_or(0);
     match (wanted < count, count) {
         (true, _) => Ok(wanted),
-        (false, 1) => Err(format!(
-            "`{key}` is {wanted}, expected 0: there is only one"
+        (false, 1) => Err(Fault::of(
+            key,
+            format!("found {wanted}, expected 0: there is only one"),
         )),
-        (false, _) => Err(format!("`{key}` is {wanted}, expected 0 to {}", count - 1)),
+        (false, _) => Err(Fault::of(
+            key,
+            format!("found {wanted}, expected 0 to {}", count - 1),
+        )),
     }
 }
 

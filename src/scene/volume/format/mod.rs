@@ -20,7 +20,7 @@ mod zarr;
 use std::path::Path;
 
 use super::overrides::VolumeOverrides;
-use super::parsed::Parsed;
+use super::parsed::{Fault, Obeyed, Parsed};
 use super::series::{Preview, Series};
 use header::Header;
 
@@ -28,17 +28,17 @@ enum Read {
     /// The file describes its voxels.
     Described(fn(&Path) -> Parsed<Header>),
     /// The file may hold several channels and times, of which the user picks one.
-    Several(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
+    Several(fn(&Path, &VolumeOverrides) -> Obeyed<Header>),
     /// It may also hold several resolutions.
-    Leveled(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
+    Leveled(fn(&Path, &VolumeOverrides) -> Obeyed<Header>),
     /// The file may hold several volumes; the second function lists them, and the third does so with pictures.
     Listed(
-        fn(&Path, &VolumeOverrides) -> Parsed<Header>,
+        fn(&Path, &VolumeOverrides) -> Obeyed<Header>,
         fn(&Path) -> Parsed<Vec<Series>>,
         fn(&Path) -> Parsed<Vec<Preview>>,
     ),
     /// The user describes the voxels.
-    Bare(fn(&Path, &VolumeOverrides) -> Parsed<Header>),
+    Bare(fn(&Path, &VolumeOverrides) -> Obeyed<Header>),
 }
 
 use Read::*;
@@ -74,7 +74,7 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
 ];
 
-pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
     if path.to_string_lossy().contains("://") {
         return Err(
             "is an address on the network, expected a file or folder on this machine; download it \
@@ -84,14 +84,12 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     }
     let (name, read) = format_of(path)?;
     check_keys(read, overrides)?;
-    let header = match read {
-        Described(read) => read(path),
-        Several(read) | Leveled(read) | Listed(read, ..) | Bare(read) => read(path, overrides),
+    let mut header = match read {
+        Described(read) => read(path)?,
+        Several(read) | Leveled(read) | Listed(read, ..) | Bare(read) => read(path, overrides)?,
     };
-    header.map(|mut header| {
-        header.storage.format = name;
-        header
-    })
+    header.storage.format = name;
+    Ok(header)
 }
 
 /// The volumes in a file or folder whose format may hold several; none for other formats.
@@ -149,7 +147,7 @@ fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
 }
 
 /// Fails for a key of the user that the format does not use.
-fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
+fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Obeyed<()> {
     for (key, is_given) in [
         ("dims", overrides.dims.is_some()),
         ("type", overrides.voxel_type.is_some()),
@@ -163,7 +161,8 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Parsed<()> {
     ] {
         if is_given && !read.keys().contains(&key) {
             let users = users(key);
-            return Err(format!("`{key}` is only for {users}; leave `{key}` out"));
+            let problem = format!("`{key}` is only for {users}; leave `{key}` out");
+            return Err(Fault::of(key, problem));
         }
     }
     Ok(())

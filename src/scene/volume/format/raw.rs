@@ -5,12 +5,12 @@ use std::path::Path;
 
 use super::header::Header;
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::parsed::{Fault, Obeyed};
 use crate::scene::volume::source::file::{shape, voxel_bytes};
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let dims = overrides.dims.or_else(|| stem.split('_').find_map(dims));
     let named_type = || {
@@ -23,19 +23,27 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
             "the {} of raw voxels is unknown: give `dims` and `type`, or name the file like \
              head_512x512x460_uint16.raw",
             if dims.is_none() { "size" } else { "type" }
-        ));
+        )
+        .into());
     };
     let endian = overrides.endian.unwrap_or(Endian::Little);
     // A byte too many is as telling as one too few: wrong dims show as a skewed picture at best.
     let (_, metadata) = open_file(path)?;
     let (found, expected) = (metadata.len(), voxel_bytes(dims, voxel_type)?);
     if found != expected {
-        return Err(format!(
-            "holds {found} bytes, expected {expected} for {}; check `dims` and `type`",
-            shape(dims, voxel_type)
-        ));
+        let given = [
+            ("dims", overrides.dims.is_some()),
+            ("type", overrides.voxel_type.is_some()),
+        ];
+        return Err(Fault {
+            key: given.iter().find(|(_, given)| *given).map(|(key, _)| *key),
+            problem: format!(
+                "holds {found} bytes, expected {expected} for {}; check `dims` and `type`",
+                shape(dims, voxel_type)
+            ),
+        });
     }
-    Header::bare(path, 0, dims, voxel_type, endian)
+    Ok(Header::bare(path, 0, dims, voxel_type, endian)?)
 }
 
 /// "512x512x460"

@@ -71,7 +71,7 @@ fn a_series_is_picked_by_its_number_or_its_uid() {
         .unwrap_err()
         .to_string();
     assert!(
-        message.contains("volume.series is 4, expected a number from 1 to 3"),
+        message.contains("volume.series: found 4, expected a number from 1 to 3"),
         "{message}"
     );
     let message = picked(folder.path(), Pick::Uid("9".into()))

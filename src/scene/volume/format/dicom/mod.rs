@@ -40,7 +40,7 @@ mod vector;
 use std::path::Path;
 
 use crate::scene::volume::overrides::{Pick, VolumeOverrides};
-use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::parsed::{Fault, Obeyed, Parsed};
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::series::{Preview, Series};
 use crate::scene::volume::storage::Storage;
@@ -69,7 +69,7 @@ pub fn is_dicom(path: &Path) -> bool {
 }
 
 /// The volume that the user has picked, or else the largest.
-pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
     let mut found = find(path)?;
     let groups = group(&found.images);
     let number = picked(&found, &groups, overrides.series.as_ref())?;
@@ -114,7 +114,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Parsed<Header> {
     source.compare_doubles(&remedy)?;
     match (gaps, overrides.fill_gaps) {
         (Some(gaps), true) => notes.push(format!("{gaps}; they are interpolated")),
-        (Some(gaps), false) => return Err(incomplete(&gaps, &found) + &remedy),
+        (Some(gaps), false) => return Err((incomplete(&gaps, &found) + &remedy).into()),
         (None, _) => {}
     }
     Ok(Header {
@@ -235,26 +235,30 @@ fn elsewhere(others: usize) -> String {
 }
 
 /// The index of the group that the user has picked, or of the largest.
-fn picked(found: &Found, groups: &[Group], pick: Option<&Pick>) -> Parsed<usize> {
+fn picked(found: &Found, groups: &[Group], pick: Option<&Pick>) -> Obeyed<usize> {
     if groups.is_empty() {
-        return Err(found.nothing());
+        return Err(found.nothing().into());
     }
     let count = groups.len();
     match pick {
         None => Ok(0),
         Some(Pick::Number(number)) => match (*number as usize).checked_sub(1) {
             Some(n) if n < count => Ok(n),
-            _ => Err(format!(
-                "volume.series is {number}, expected a number from 1 to {count}, as in `isolume info`"
+            _ => Err(Fault::of(
+                "series",
+                format!(
+                    "found {number}, expected a number from 1 to {count}, as in `isolume info`"
+                ),
             )),
         },
         Some(Pick::Uid(uid)) => {
             let is_it = |group: &Group| found.images[group.frames[0].image].series_uid == *uid;
             groups.iter().position(is_it).ok_or_else(|| {
-                format!(
-                    "volume.series is \"{uid}\", and none of the {count} volumes has that \
-                     SeriesInstanceUID; see `isolume info`"
-                )
+                let problem = format!(
+                    "found \"{uid}\", and none of the {count} volumes has that SeriesInstanceUID; \
+                     see `isolume info`"
+                );
+                Fault::of("series", problem)
             })
         }
     }
