@@ -295,7 +295,7 @@ impl<'a> Render<'a> {
             Some(volume) => Some(Fingerprints::of(&mut self.engine, volume)?),
             None => None,
         };
-        let mut outputs = Outputs::default();
+        let mut outputs = Outputs::independent();
         let mut taken: Vec<RenderedPicture<'a>> = Vec::new();
         for (index, view) in self.views.iter().enumerate() {
             // An orbit that is continued has its earlier pictures on disk.
@@ -321,7 +321,7 @@ impl<'a> Render<'a> {
             taken.push(RenderedPicture { view, outcome });
             self.stage(view, fingerprints.as_ref(), &mut outputs)?;
             if self.args.orbit.is_some() {
-                std::mem::take(&mut outputs).commit()?;
+                std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
             }
         }
         Ok((outputs, taken))

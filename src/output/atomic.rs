@@ -1,9 +1,10 @@
 //! Files that appear whole or not at all.
 //!
 //! Each output is first written to a temporary file next to its final name, because only a rename within one file
-//! system is atomic. All outputs of a run, or of one view of an orbit, are written before the first is renamed: a
-//! disk that fills up half way leaves none of them. Dropping [`Outputs`] removes those that were not committed. A
-//! process that is about to end without dropping them calls [`temporary::remove_all`].
+//! system is atomic. Outputs that belong together are all written before the first is renamed: a disk that fills up
+//! half way leaves none of them. Of outputs that are independent, those of a render, it leaves the others. Dropping
+//! [`Outputs`] removes those that were not committed. A process that is about to end without dropping them calls
+//! [`temporary::remove_all`].
 
 use std::collections::HashSet;
 use std::fs::{self, File};
@@ -13,7 +14,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
-use super::{Continuation, Provenance, exr, png};
+use super::{Continuation, Provenance, exr, png, say};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::scene::Tone;
@@ -33,6 +34,10 @@ pub fn has_committed() -> bool {
 #[derive(Default)]
 pub struct Outputs {
     staged: Vec<Staged>,
+    /// Whether each is worth having without the others.
+    are_independent: bool,
+    /// Why independent ones could not be written.
+    lost: Vec<Error>,
 }
 
 struct Staged {
@@ -50,6 +55,15 @@ enum Target {
 }
 
 impl Outputs {
+    /// Outputs each of which gets its name whatever becomes of the others: [`commit`](Outputs::commit) reports those that
+    /// could not be written.
+    pub fn independent() -> Outputs {
+        Outputs {
+            are_independent: true,
+            ..Outputs::default()
+        }
+    }
+
     pub fn exr(&mut self, path: &Path, picture: &Picture, provenance: &Provenance) -> Result<()> {
         self.stage(path, |file| exr::encode(file, picture, provenance, None))
     }
@@ -88,6 +102,41 @@ impl Outputs {
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
     ) -> Result<()> {
+        let staged = Staged::write(path, write).map(|staged| self.staged.push(staged));
+        self.settle(staged)
+    }
+
+    /// Gives every file its final name.
+    pub fn commit(mut self) -> Result<()> {
+        for staged in std::mem::take(&mut self.staged) {
+            let committed = staged.commit();
+            self.settle(committed)?;
+        }
+        let mut lost = self.lost.into_iter();
+        let first = lost.next();
+        for other in lost {
+            say(format!("note: {other}"));
+        }
+        first.map_or(Ok(()), Err)
+    }
+
+    /// Puts an error aside where the other outputs are independent of it.
+    fn settle(&mut self, done: Result<()>) -> Result<()> {
+        match done {
+            Err(error) if self.are_independent => {
+                self.lost.push(error);
+                Ok(())
+            }
+            done => done,
+        }
+    }
+}
+
+impl Staged {
+    fn write(
+        path: &Path,
+        write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+    ) -> Result<Staged> {
         let (target, mut temporary) = open(path)?;
         let mut file = BufWriter::new(temporary.file.as_file_mut());
         write(&mut file)
@@ -96,30 +145,23 @@ impl Outputs {
             .and_then(|()| file.get_ref().sync_all())
             .map_err(|error| Error::io(path, error))?;
         drop(file);
-        self.staged.push(Staged {
+        Ok(Staged {
             path: path.to_owned(),
             target,
             temporary,
-        });
-        Ok(())
+        })
     }
 
-    /// Gives every file its final name.
-    pub fn commit(self) -> Result<()> {
-        for Staged {
-            path,
-            target,
-            mut temporary,
-        } in self.staged
-        {
-            let (done, target) = match target {
-                Target::File(target) => (temporary.persist(&target), target),
-                Target::Stream(target) => (copy(temporary.file.as_file_mut(), &target), target),
-            };
-            done.map_err(|error| Error::io(&path, error))?;
-            HAS_COMMITTED.store(true, Ordering::Relaxed);
-            sync_folder(&target);
-        }
+    /// Gives the file its final name.
+    fn commit(self) -> Result<()> {
+        let mut temporary = self.temporary;
+        let (done, target) = match self.target {
+            Target::File(target) => (temporary.persist(&target), target),
+            Target::Stream(target) => (copy(temporary.file.as_file_mut(), &target), target),
+        };
+        done.map_err(|error| Error::io(&self.path, error))?;
+        HAS_COMMITTED.store(true, Ordering::Relaxed);
+        sync_folder(&target);
         Ok(())
     }
 }

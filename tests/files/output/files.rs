@@ -1,4 +1,4 @@
-//! Files appear whole, all together, or not at all.
+//! Files appear whole or not at all, and all together where they are not independent.
 
 use std::fs::{self, File};
 use std::io::{ErrorKind, Write};
@@ -54,6 +54,27 @@ fn a_failure_leaves_nothing_of_any_output() {
     }
     assert_eq!(names_in(&folder), ["old.json"]);
     assert_eq!(fs::read_to_string(at("old.json")).unwrap(), "old");
+}
+
+/// A disk that is full, or a folder that somebody has removed, costs only what would go there.
+#[test]
+fn independent_outputs_are_written_without_those_that_cannot_be() {
+    let folder = TempDir::new().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("gone")).unwrap();
+    let mut outputs = Outputs::independent();
+    outputs.text(&at("gone/a.md"), "A").unwrap();
+    outputs.text(&at("b.md"), "B").unwrap();
+    let full = |file: &mut std::io::BufWriter<&mut File>| {
+        file.write_all(b"half")?;
+        Err(ErrorKind::StorageFull.into())
+    };
+    outputs.stage(&at("c.md"), full).unwrap();
+    outputs.text(&at("d.md"), "D").unwrap();
+    fs::remove_dir_all(at("gone")).unwrap();
+    let message = outputs.commit().unwrap_err().to_string();
+    assert!(message.contains("c.md"), "{message}");
+    assert_eq!(names_in(&folder), ["b.md", "d.md"]);
 }
 
 #[test]
