@@ -12,7 +12,8 @@ pub use plan::{Choice, Plan};
 use std::sync::Arc;
 
 use super::gpu_scene::GpuScene;
-use crate::error::{Error, Result};
+use super::parts::transfer_extent;
+use crate::error::{Error, Place, Result};
 use crate::gpu::{Device, DeviceSummary};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, Variant};
@@ -50,6 +51,7 @@ impl<'a> Planner<'a> {
 
     /// The best variant that fits.
     pub fn choose(&self) -> Result<Choice> {
+        self.check_points()?;
         match self.choose_whole() {
             Err(Error::Memory(why)) if self.scene.render.variant != Variant::Published => {
                 let in_bricks = InBricks::new(self);
@@ -70,6 +72,23 @@ impl<'a> Planner<'a> {
             (None, Some(_)) => Ok(vec![chosen.clone()]),
             (None, None) => Ok(Vec::new()),
         }
+    }
+
+    /// Fails for a transfer function whose points are more than the device's images have columns, however much memory there is.
+    fn check_points(&self) -> Result<()> {
+        let points = self.uncached.parts.medium.transfer.len();
+        let [columns, _] = transfer_extent(points);
+        let (device, widest) = (&self.limits.name, self.limits.max_image_2d);
+        if columns <= widest {
+            return Ok(());
+        }
+        Err(Error::input(
+            Place::default().with_key("medium.transfer"),
+            format!(
+                "found {points} points, expected at most {}, since images on {device} are {widest} texels wide at most",
+                widest - 1
+            ),
+        ))
     }
 
     fn plan(&self, scene: &GpuScene) -> Result<Plan> {

@@ -265,6 +265,25 @@ fn limits_are_named() {
     );
 }
 
+/// Each point has a column of an image, and the last one two.
+#[test]
+fn a_transfer_function_has_no_more_points_than_an_image_columns() {
+    let mut scene = scene();
+    let transfer = &mut scene.medium.as_mut().expect("a medium").transfer;
+    transfer.resize(4096, transfer[1]);
+    let (device, volume, limits) = (
+        crate::support::common::device(),
+        dense(8, Kind::U8),
+        minimum(),
+    );
+    let choice = Planner::new(&device, &limits, 1 << 30, &volume, &scene).choose();
+    let said = choice.expect_err("a refusal").to_string();
+    assert!(
+        said.starts_with("medium.transfer: found 4096 points, expected at most 4095, "),
+        "{said}"
+    );
+}
+
 /// The cut cubes of 520³ nodes take more than the 16 MiB of the largest buffer that is not the cache's.
 #[test]
 fn the_cache_may_lack_a_buffer_of_its_own() {
