@@ -9,7 +9,7 @@ use toml::Value;
 use toml::de::DeTable;
 
 use super::edit::{Change, Edit};
-use super::origins::{Origins, line_at};
+use super::origins::{Origins, first_of_two, line_at};
 use super::{SceneFile, mismatch};
 use crate::error::{Error, Origin, Place, Result};
 
@@ -31,6 +31,9 @@ const TABLES: [&str; 5] = ["volume", "medium", "surfaces", "camera", "render"];
 /// The keys of which it has a list of tables.
 const LISTS: [&str; 4] = ["medium.transfer", "surfaces.iso", "light", "clip"];
 
+/// What the parser says of a key that it has seen before.
+const DUPLICATE: &str = "duplicate key";
+
 #[derive(Debug, Clone)]
 pub struct Document {
     root: Value,
@@ -47,13 +50,18 @@ impl Document {
     pub fn parse(text: &str, path: &Path) -> Result<Document> {
         let name = path.display().to_string();
         let syntax = |error: toml::de::Error| {
-            let line = line_at(text, error.span().map_or(0, |span| span.start));
+            let span = error.span().unwrap_or_default();
+            let (file, line) = (name.clone(), line_at(text, span.start));
+            let place = Place::from(Origin::Line { file, line });
             let problem = error.message().replace('\n', ", ");
-            let file = name.clone();
-            Error::input(
-                Origin::Line { file, line },
-                format!("not valid TOML: {problem}"),
-            )
+            let is_doubled = problem == DUPLICATE;
+            match is_doubled.then(|| first_of_two(text, span)).flatten() {
+                Some((key, first)) => Error::input(
+                    place.with_key(key),
+                    format!("found a second time, expected once; it is on line {first} as well"),
+                ),
+                None => Error::input(place, format!("not valid TOML: {problem}")),
+            }
         };
         let spanned = DeTable::parse(text).map_err(syntax)?;
         let root = text.parse().map(Value::Table).map_err(syntax)?;

@@ -4,6 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
@@ -77,6 +78,27 @@ fn join(prefix: &str, key: &str) -> String {
     match prefix {
         "" => key.to_string(),
         _ => format!("{prefix}.{key}"),
+    }
+}
+
+/// The dotted key of which the second of two names stands at `second`, and the line of the first.
+pub(super) fn first_of_two(text: &str, second: Range<usize>) -> Option<(String, usize)> {
+    // Under a name of its own, the second shows in which table both are.
+    const OTHER: &str = "the second of two";
+    let name = text.get(second.clone())?.trim_matches(['"', '\'']);
+    let renamed = format!(
+        "{}\"{OTHER}\"{}",
+        &text[..second.start],
+        &text[second.end..]
+    );
+    let (table, _) = DeTable::parse_recoverable(&renamed);
+    let mut origins = Origins::default();
+    origins.record_lines(&renamed, "", table.get_ref());
+    let mut keys = origins.places.keys();
+    let key = keys.find_map(|key| key.strip_suffix(OTHER))?.to_string() + name;
+    match origins.places.get(&key) {
+        Some(Origin::Line { line, .. }) => Some((key, *line)),
+        _ => None,
     }
 }
 

@@ -29,7 +29,10 @@ fn syntax_and_unknown_keys() {
     refused(
         r#"
         [volume] / path =                        => :2: not valid TOML:
-        [volume] / path = "a" / path = "b"       => :3: not valid TOML: duplicate key
+        [volume] / path = "a" / path = "b"       => :3: volume.path: found a second time, expected once; it is on line 2 as well
+        [volume] / path = "a" / [render] / [volume] / time = 1 => :4: volume: found a second time, expected once; it is on line 1
+        [[surfaces.iso]] / value = 1 / [[surfaces.iso]] / "value" = 2 / value = 3 => :5: surfaces.iso.1.value: found a second time, expected once; it is on line 4
+        render = { size = [1, 1], size = [2, 2] }  => :1: render.size: found a second time, expected once; it is on line 1
         g = 1 / [medum]                          => :1: g: unknown key; it can be volume,
         [render] / # / [medum]                     => :3: medum: unknown key; did you mean "medium"?
         [medium] / # / densty = 1                  => :3: medium.densty: unknown key; did you mean "density"?
