@@ -19,6 +19,7 @@ use std::num::NonZeroU32;
 use std::time::Duration;
 
 use super::sample_range::SampleRange;
+use crate::error::figure;
 use crate::render::Halves;
 
 /// When to stop: at whichever of these comes first.
@@ -109,7 +110,9 @@ impl std::fmt::Display for StopReason {
                 let most = SampleRange::MOST;
                 write!(f, "a picture has {most} samples per pixel at most")
             }
-            StopReason::RelativeError(goal) => write!(f, "the relative error is below {goal}"),
+            StopReason::RelativeError(goal) => {
+                write!(f, "the relative error is below {}", figure(*goal))
+            }
             StopReason::Time(time) => {
                 write!(f, "{} s of rendering are over", time.as_secs_f64())
             }
@@ -230,6 +233,14 @@ mod tests {
             took: Duration::from_secs_f64(seconds),
             seconds_per_sample: seconds / f64::from(samples.max(1)),
             relative_error,
+        }
+    }
+
+    #[test]
+    fn a_reason_states_its_number_as_one_would_type_it() {
+        for (goal, number) in [(0.02, "0.02"), (1e300, "1e300")] {
+            let said = StopReason::RelativeError(goal).to_string();
+            assert_eq!(said, format!("the relative error is below {number}"));
         }
     }
 

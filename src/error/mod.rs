@@ -151,6 +151,15 @@ impl Display for Place {
     }
 }
 
+/// A number as one would type it.
+pub(crate) fn figure(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite() {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}
+
 /// At most so many names, and how many more there are: "a.nii, b.nii and 4 more".
 pub(crate) fn first_of(names: &[impl AsRef<str>], most: usize) -> String {
     let shown = names.iter().take(most).map(AsRef::as_ref);

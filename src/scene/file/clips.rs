@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::SceneFile;
 use super::numbers::FINITE;
 use super::page::Page;
-use crate::error::Result;
+use crate::error::{Result, figure};
 use crate::scene::ClipPlane;
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,7 @@ impl SceneFile {
             self.number(&key, given, FINITE)?;
             let (normal, length) = self.direction(&format!("clip.{i}.normal"), table.normal)?;
             let offset = self.number(&key, given / length, FINITE).map_err(|_| {
+                let given = figure(given);
                 let found = format!("found {given} with a normal of length {length:e}");
                 let expected = format!("expected their quotient to be {}", FINITE.1);
                 self.origins.error(&key, format!("{found}, {expected}"))

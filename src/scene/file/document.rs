@@ -11,7 +11,7 @@ use toml::de::DeTable;
 use super::edit::{Change, Edit};
 use super::origins::{Origins, first_of_two, line_at};
 use super::{SceneFile, mismatch};
-use crate::error::{Error, Origin, Place, Result};
+use crate::error::{Error, Origin, Place, Result, figure};
 
 /// An upper bound of the names in a key: a document with a deeper one is dropped by recursion, for which the stack
 /// may be too small.
@@ -103,7 +103,8 @@ impl Document {
                 n => Err(Error::input(
                     Place::flag(&edit.flag),
                     format!(
-                        "the scene has {n} isosurfaces: choose one with --set surfaces.iso.0.value={value}"
+                        "the scene has {n} isosurfaces: choose one with --set surfaces.iso.0.value={}",
+                        figure(*value)
                     ),
                 )),
             },

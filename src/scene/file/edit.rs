@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use toml::Value;
 
+use crate::error::figure;
 use crate::scene::Side;
 
 /// A change that the command line makes to the scene.
@@ -33,7 +34,7 @@ impl Edit {
     }
 
     pub fn iso(value: f64) -> Edit {
-        let flag = format!("--iso {value}");
+        let flag = format!("--iso {}", figure(value));
         let change = Change::Iso(value);
         Edit { flag, change }
     }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::SceneFile;
 use super::numbers::{Expected, FINITE, NOT_NEGATIVE, UNIT};
 use super::page::Page;
-use crate::error::Result;
+use crate::error::{Result, figure};
 use crate::scene::{Medium, TransferPoint};
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -46,8 +46,9 @@ impl SceneFile {
                 && before.value > value
             {
                 let found = format!(
-                    "found {value} after {}, expected values that do not decrease",
-                    before.value
+                    "found {} after {}, expected values that do not decrease",
+                    figure(value),
+                    figure(before.value)
                 );
                 return Err(self.origins.error(&key("value"), found));
             }

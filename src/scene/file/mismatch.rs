@@ -64,6 +64,7 @@ pub fn shown(value: &Value) -> String {
     const LONGEST: usize = 60;
     let text = match value {
         Value::Table(_) => "a table".to_string(),
+        Value::Float(number) => format!("{number:?}"),
         other => other.to_string(),
     };
     match text.char_indices().nth(LONGEST) {

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use super::SceneFile;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, figure};
 use crate::scene::RADIANCES;
 
 /// A test of numbers, and the name of its range in messages. The GPU computes in single precision, so numbers that
@@ -78,14 +78,5 @@ impl SceneFile {
             word.parse().map_err(wrong)
         };
         word.as_ref().map(parse).transpose()
-    }
-}
-
-/// A number as one would type it.
-fn figure(value: f64) -> String {
-    if value == 0.0 || (1e-4..1e7).contains(&value.abs()) || !value.is_finite() {
-        value.to_string()
-    } else {
-        format!("{value:e}")
     }
 }

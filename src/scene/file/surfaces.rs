@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::SceneFile;
 use super::numbers::{FINITE, SHININESS, UNIT};
 use super::page::Page;
-use crate::error::Result;
+use crate::error::{Result, figure};
 use crate::scene::surface::{self, MOST_SURFACES};
 use crate::scene::volume::Volume;
 use crate::scene::words::words;
@@ -62,7 +62,7 @@ impl SceneFile {
             if let Some(same) = iso.iter().position(|other| other.value == surface.value) {
                 let found = format!(
                     "found {}, which surfaces.iso.{same} has as well; expected different values",
-                    surface.value
+                    figure(surface.value)
                 );
                 return Err(self
                     .origins

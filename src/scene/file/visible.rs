@@ -1,7 +1,7 @@
 //! Checks whether there is anything to see: an empty picture is a puzzle; a sentence about its cause is not.
 
 use super::SceneFile;
-use crate::error::Result;
+use crate::error::{Result, figure};
 use crate::scene::{Medium, Scene};
 
 impl SceneFile {
@@ -17,10 +17,12 @@ impl SceneFile {
         for (i, iso) in scene.surfaces.iso.iter().enumerate() {
             let key = format!("surfaces.iso.{i}.value");
             if !(low..=high).contains(&iso.value) {
-                let found = format!("found {}, but the data go from {low} to {high}", iso.value);
+                let [found, low, high] = [iso.value, low, high].map(figure);
+                let found = format!("found {found}, but the data go from {low} to {high}");
                 return Err(self.origins.error(&key, found));
             }
             if iso.value == low {
+                let low = figure(low);
                 let flat = format!("no voxel lies below {low}, so this isosurface is empty");
                 notes.push(self.origins.sentence(&key, flat));
             }
@@ -64,11 +66,12 @@ fn why_clear(medium: &Medium, [low, high]: [f64; 2]) -> Option<String> {
         .rposition(|p| p.opacity > 0.0)
         .unwrap_or(first);
     let end = points[(last + 1).min(points.len() - 1)].value;
+    let [from, to] = [low, high].map(figure);
     Some(if start >= high {
-        format!("opacity starts at {start}, the data end at {high}")
+        format!("opacity starts at {}, the data end at {to}", figure(start))
     } else if end <= low {
-        format!("opacity ends at {end}, the data start at {low}")
+        format!("opacity ends at {}, the data start at {from}", figure(end))
     } else {
-        format!("opacity is 0 everywhere from {low} to {high}, where the data are")
+        format!("opacity is 0 everywhere from {from} to {to}, where the data are")
     })
 }

@@ -104,6 +104,11 @@ fn iso_and_view_flags() {
     );
     let outside = resolve(&with(one, Edit::iso(999.0)).unwrap(), &volume(None));
     assert!(message(outside).starts_with("--iso 999: surfaces.iso.0.value: found 999"));
+    let huge = message(with(one, Edit::iso(1e300)));
+    assert!(
+        huge.starts_with("--iso 1e300: surfaces.iso.0.value: found 1e300"),
+        "{huge}"
+    );
 
     let view = isolume::scene::Side::MinusX;
     let placed = "[camera]\neye = [9, 9, 9]\nup = [1, 0, 0]\nfov_y = 30";

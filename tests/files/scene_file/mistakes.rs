@@ -68,6 +68,7 @@ fn wrong_kinds_of_value() {
         [render] / size = [512, -3]              => :2: render.size.1: found -3, expected a whole number
         [render] / size = 512                    => :2: render.size: found 512, expected two numbers
         [render] / max_bounces = 1.5             => :2: render.max_bounces: found 1.5, expected a whole number
+        [render] / max_bounces = 1e300           => :2: render.max_bounces: found 1e300, expected a whole number
         [render] / max_bounces = 5000000000      => :2: render.max_bounces: found 5000000000, expected a whole number from 0 to 4294967295
         [render] / cache_scale = 0.3             => :2: render.cache_scale: found 0.3, expected "auto", 1, 0.5
         [render] / background = "black"          => :2: render.background: found "black", expected "environment"
@@ -123,6 +124,10 @@ fn medium_values_out_of_range() {
     point(
         "value = 0.5",
         ":4: medium.transfer.1.value: found 0.5 after 1, expected",
+    );
+    point(
+        "value = -1e30",
+        ":4: medium.transfer.1.value: found -1e30 after 1, expected",
     );
     point(
         "value = 2 / opacity = 1.1",
