@@ -56,7 +56,12 @@ fn part(examination: &Examination) -> String {
     if let Some(fault) = &examination.fault {
         text += &format!("\nFAIL the examination ended early: {fault}\n");
     }
-    text + &verdict(examination)
+    let (left_out, is_usable) = (
+        examination.left_out.len(),
+        examination.device.lacks.is_empty(),
+    );
+    let verdict = verdict(examination.holds, is_usable, left_out);
+    text + &format!("\n{verdict}; {:.1} s\n", examination.seconds)
 }
 
 fn filters(examination: &Examination) -> String {
@@ -161,12 +166,35 @@ fn rates_table(rates: &PeakRates) -> String {
     .concat()
 }
 
-fn verdict(examination: &Examination) -> String {
-    let verdict = match (examination.holds, examination.device.lacks.is_empty()) {
-        (true, _) if !examination.left_out.is_empty() => "all that was tried holds",
+/// What it comes to. A check that was left out is no fault of the device, and nothing is known of it.
+fn verdict(holds: bool, is_usable: bool, left_out: usize) -> String {
+    let verdict = match (holds, is_usable) {
+        (true, _) if left_out > 0 => "all that was tried holds",
         (true, _) => "all holds",
         (false, true) => "something does not hold",
         (false, false) => "Isolume cannot use this device",
     };
-    format!("\n{verdict}; {:.1} s\n", examination.seconds)
+    match left_out {
+        0 => verdict.to_string(),
+        1 => format!("{verdict}, 1 check was left out for want of time"),
+        count => format!("{verdict}, {count} checks were left out for want of time"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_line_counts_what_was_left_out() {
+        assert_eq!(verdict(true, true, 0), "all holds");
+        assert_eq!(
+            verdict(true, true, 2),
+            "all that was tried holds, 2 checks were left out for want of time"
+        );
+        assert_eq!(
+            verdict(false, true, 1),
+            "something does not hold, 1 check was left out for want of time"
+        );
+    }
 }
