@@ -45,7 +45,7 @@ impl State {
     fn other_pictures(&self, stop: &Stop, pictures: usize) -> Option<String> {
         if self.pictures as usize != pictures || !(1..=self.pictures).contains(&self.picture) {
             return Some(format!(
-                "it is of {} pictures, not of {pictures}",
+                "it is of {} pictures, not of {pictures} (--orbit)",
                 self.pictures
             ));
         }
@@ -59,7 +59,10 @@ impl State {
         let had = self.header.samples.first()?;
         let asked = stop.first_sample();
         if had.first != asked || self.header.samples.len() > 1 {
-            return Some(format!("its first sample is {}, not {asked}", had.first));
+            return Some(format!(
+                "its first sample is {}, not {asked} (--samples)",
+                had.first
+            ));
         }
         None
     }

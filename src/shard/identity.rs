@@ -79,11 +79,6 @@ impl Named<'_> {
             let [width, height] = identity.size;
             format!("{width}x{height}")
         };
-        let scenes = if a.scene == b.scene {
-            None
-        } else {
-            Some(self.scene_difference(other)?)
-        };
         let differences = [
             (a.volume != b.volume).then(|| {
                 format!(
@@ -95,33 +90,53 @@ impl Named<'_> {
             both("seed", &a.seed.to_string(), &b.seed.to_string()),
             both("variant", &a.variant, &b.variant),
             both("version of the program", &a.transport, &b.transport),
-            scenes,
         ];
-        let found: Vec<String> = differences.into_iter().flatten().collect();
+        let mut found: Vec<String> = differences.into_iter().flatten().collect();
+        // Much of a scene follows from its volume, where it is not written.
+        if a.scene != b.scene && a.volume == b.volume {
+            found.extend(self.scene_difference(other, a.size != b.size)?);
+        }
         Ok((!found.is_empty()).then(|| found.join(", and ")))
     }
 
-    /// Names the first key that differs.
-    fn scene_difference(&self, other: &Named<'_>) -> Result<String> {
+    /// Names the first key that differs, if possible one that does not follow from others. `None` where all that differ may
+    /// follow from the size.
+    fn scene_difference(&self, other: &Named<'_>, has_other_size: bool) -> Result<Option<String>> {
         let [a, b] = [deciding_keys(self.scene)?, deciding_keys(other.scene)?];
         let said = |keys: &BTreeMap<String, String>, key: &str| {
             keys.get(key).cloned().unwrap_or("not set".into())
         };
         let differs = |key: &&String| a.get(*key) != b.get(*key);
-        Ok(match a.keys().chain(b.keys()).find(differs) {
-            Some(key) => format!(
-                "{key} is {} in {} and {} in {}",
+        let different = a.keys().chain(b.keys()).filter(differs);
+        let also = |key: &str| {
+            if follows_from_others(key) {
+                ", which --view and camera.view set as well,"
+            } else {
+                ""
+            }
+        };
+        Ok(match different.min_by_key(|key| follows_from_others(key)) {
+            Some(key) if has_other_size && follows_from_others(key) => None,
+            Some(key) => Some(format!(
+                "{key}{} is {} in {} and {} in {}",
+                also(key),
                 said(&a, key),
                 self.name,
                 said(&b, key),
                 other.name
-            ),
-            None => format!(
+            )),
+            None => Some(format!(
                 "the sky in {} has other texels than in {}",
                 self.name, other.name
-            ),
+            )),
         })
     }
+}
+
+/// Whether a key of a resolved scene may not have been written: where the camera is follows from the view, and from where it
+/// looks, how wide, and the picture's shape.
+fn follows_from_others(key: &str) -> bool {
+    key.starts_with("camera.eye") || key.starts_with("camera.up")
 }
 
 /// The keys of a resolved scene that decide the picture, and their values. The volume counts by its fingerprint, the

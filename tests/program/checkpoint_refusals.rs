@@ -15,9 +15,17 @@ fn a_checkpoint_of_something_else_is_refused() {
         ),
         (
             "--variant caching --spp 8 --size 8x8",
-            "the size is 24x16 in c.exr and 8x8",
+            "something else: the size is 24x16 in c.exr and 8x8 in this render; --restart",
         ),
-        ("--variant caching --spp 8 --view=-x", "camera.eye"),
+        (
+            "--variant caching --spp 8 --view=-x",
+            "something else: camera.eye.0, which --view and camera.view set as well, is ",
+        ),
+        // The eye moves back as well, so that the box fills the picture.
+        (
+            "--variant caching --spp 8 --set camera.fov_y=30",
+            "something else: camera.fov_y is 40.0 in c.exr and 30.0 in this render; --restart",
+        ),
         (
             "--variant non-caching --spp 8",
             "the variant is caching at scale",
@@ -25,11 +33,11 @@ fn a_checkpoint_of_something_else_is_refused() {
         ("--variant caching --spp 4", "it has 8 samples, more than 4"),
         (
             "--variant caching --samples 2..16",
-            "its first sample is 0, not 2",
+            "its first sample is 0, not 2 (--samples)",
         ),
         (
             "--variant caching --spp 8 --orbit 2",
-            "it is of 1 pictures, not of 2",
+            "it is of 1 pictures, not of 2 (--orbit)",
         ),
     ] {
         let said = refused(&folder, &format!("{render} {flags}"), 3);
