@@ -11,7 +11,7 @@ use super::format::header::{Header, check_rescale};
 use super::grid::Grid;
 use super::orientation::{Axes, Orientation};
 use super::overrides::VolumeOverrides;
-use super::parsed::{Fault, Obeyed, Parsed};
+use super::parsed::{Fault, Keyed, Parsed};
 use super::reading::Reading;
 use super::region::Region;
 use super::series::{Preview, Series};
@@ -115,7 +115,7 @@ fn open(
     name: &str,
     reading: &Reading,
     stores: Option<(&Stores, &Path)>,
-) -> Obeyed<Volume> {
+) -> Keyed<Volume> {
     let region = Region::cropped(header.dims, overrides.crop)?;
     let (spacing, orientation) = geometry(&header, overrides)?;
     check_spacing(spacing).map_err(|problem| Fault {

@@ -6,7 +6,7 @@ use crate::error::{Error, Place};
 pub type Parsed<T> = Result<T, String>;
 
 /// The result of an operation that follows the user's settings as well, which may be at fault instead of the file.
-pub type Obeyed<T> = Result<T, Fault>;
+pub type Keyed<T> = Result<T, Fault>;
 
 /// A fault of a file, or of what the user has set for it.
 #[derive(Debug)]

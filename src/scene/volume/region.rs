@@ -1,6 +1,6 @@
 //! Boxes of voxels, the pieces into which they are cut, and the runs of a file in which they lie.
 
-use super::parsed::{Fault, Obeyed};
+use super::parsed::{Fault, Keyed};
 
 /// The voxels from `low` up to, but not including, `low + dims` along x, y and z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,7 +17,7 @@ impl Region {
     }
 
     /// The voxels that a crop `[low, high)` leaves of a whole volume.
-    pub(super) fn cropped(whole: [u32; 3], crop: Option<[[u32; 3]; 2]>) -> Obeyed<Region> {
+    pub(super) fn cropped(whole: [u32; 3], crop: Option<[[u32; 3]; 2]>) -> Keyed<Region> {
         let [low, high] = crop.unwrap_or([[0; 3], whole]);
         if (0..3).any(|a| low[a] >= high[a] || high[a] > whole[a]) {
             let [x, y, z] = whole;

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::scene::volume::orientation::Orientation;
-use crate::scene::volume::parsed::{Fault, Obeyed, Parsed};
+use crate::scene::volume::parsed::{Fault, Keyed, Parsed};
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
@@ -205,7 +205,7 @@ pub fn unexpected(key: &str, value: &str, expected: &str) -> String {
 }
 
 /// Index of the channel, time or level of `count` that the user wants: the first by default.
-pub fn pick(key: &'static str, wanted: Option<u32>, count: u32) -> Obeyed<u32> {
+pub fn pick(key: &'static str, wanted: Option<u32>, count: u32) -> Keyed<u32> {
     let wanted = wanted.unwrap_or(0);
     match (wanted < count, count) {
         (true, _) => Ok(wanted),

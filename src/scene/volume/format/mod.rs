@@ -20,7 +20,7 @@ mod zarr;
 use std::path::Path;
 
 use super::overrides::VolumeOverrides;
-use super::parsed::{Fault, Obeyed, Parsed};
+use super::parsed::{Fault, Keyed, Parsed};
 use super::series::{Preview, Series};
 use header::Header;
 
@@ -28,17 +28,17 @@ enum Read {
     /// The file describes its voxels.
     Described(fn(&Path) -> Parsed<Header>),
     /// The file may hold several channels and times, of which the user picks one.
-    Several(fn(&Path, &VolumeOverrides) -> Obeyed<Header>),
+    Several(fn(&Path, &VolumeOverrides) -> Keyed<Header>),
     /// It may also hold several resolutions.
-    Leveled(fn(&Path, &VolumeOverrides) -> Obeyed<Header>),
+    Leveled(fn(&Path, &VolumeOverrides) -> Keyed<Header>),
     /// The file may hold several volumes; the second function lists them, and the third does so with pictures.
     Listed(
-        fn(&Path, &VolumeOverrides) -> Obeyed<Header>,
+        fn(&Path, &VolumeOverrides) -> Keyed<Header>,
         fn(&Path) -> Parsed<Vec<Series>>,
         fn(&Path) -> Parsed<Vec<Preview>>,
     ),
     /// The user describes the voxels.
-    Bare(fn(&Path, &VolumeOverrides) -> Obeyed<Header>),
+    Bare(fn(&Path, &VolumeOverrides) -> Keyed<Header>),
 }
 
 use Read::*;
@@ -74,7 +74,7 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
 ];
 
-pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     if path.to_string_lossy().contains("://") {
         return Err(
             "is an address on the network, expected a file or folder on this machine; download it \
@@ -147,7 +147,7 @@ fn file(path: &Path) -> Parsed<(&'static str, &'static Read)> {
 }
 
 /// Fails for a key of the user that the format does not use.
-fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Obeyed<()> {
+fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Keyed<()> {
     for (key, is_given) in [
         ("dims", overrides.dims.is_some()),
         ("type", overrides.voxel_type.is_some()),

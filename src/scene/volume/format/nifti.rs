@@ -14,7 +14,7 @@ use super::header::{About, Header, first_bytes, unexpected};
 use super::several::{Key, Several};
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::{Obeyed, Parsed};
+use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
@@ -84,7 +84,7 @@ const NIFTI_2: Places = Places {
 pub const HALF: &str = "is half of a .hdr/.img pair, expected one .nii file; join them first, in Python: \
                         `nibabel.save(nibabel.load(\"scan.hdr\"), \"scan.nii\")`";
 
-pub fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     // Programs that unpack a file do not always rename it.
     let encoding = match first_bytes(path, 2)?[..] {
         [0x1f, 0x8b] => Encoding::Gzip,

@@ -5,12 +5,12 @@ use std::path::Path;
 
 use super::header::Header;
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::{Fault, Obeyed};
+use crate::scene::volume::parsed::{Fault, Keyed};
 use crate::scene::volume::source::file::{shape, voxel_bytes};
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-pub fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let dims = overrides.dims.or_else(|| stem.split('_').find_map(dims));
     let named_type = || {

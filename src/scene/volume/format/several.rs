@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::header::pick;
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::Obeyed;
+use crate::scene::volume::parsed::Keyed;
 use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Part};
 use crate::scene::volume::source::interleaved::Interleaved;
@@ -45,7 +45,7 @@ impl Several {
         dims: [u32; 3],
         voxel_type: VoxelType,
         overrides: &VolumeOverrides,
-    ) -> Obeyed<(Box<dyn Source>, Storage)> {
+    ) -> Keyed<(Box<dyn Source>, Storage)> {
         let storage = self.storage(data.encoding, overrides)?;
         let index = |key| match key {
             Channel => storage.channel.unwrap_or(0),
@@ -77,7 +77,7 @@ impl Several {
     }
 
     /// The storage that users are told about, with the indices of the values that they want.
-    fn storage(&self, encoding: Encoding, overrides: &VolumeOverrides) -> Obeyed<Storage> {
+    fn storage(&self, encoding: Encoding, overrides: &VolumeOverrides) -> Keyed<Storage> {
         let count = |key| self.count(key).unwrap_or(1);
         let channel = pick("channel", overrides.channel, count(Channel))?;
         let time = pick("time", overrides.time, count(Time))?;

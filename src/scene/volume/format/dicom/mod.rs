@@ -40,7 +40,7 @@ mod vector;
 use std::path::Path;
 
 use crate::scene::volume::overrides::{Pick, VolumeOverrides};
-use crate::scene::volume::parsed::{Fault, Obeyed, Parsed};
+use crate::scene::volume::parsed::{Fault, Keyed, Parsed};
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::series::{Preview, Series};
 use crate::scene::volume::storage::Storage;
@@ -69,7 +69,7 @@ pub fn is_dicom(path: &Path) -> bool {
 }
 
 /// The volume that the user has picked, or else the largest.
-pub fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let mut found = find(path)?;
     let groups = group(&found.images);
     let number = picked(&found, &groups, overrides.series.as_ref())?;
@@ -235,7 +235,7 @@ fn elsewhere(others: usize) -> String {
 }
 
 /// The index of the group that the user has picked, or of the largest.
-fn picked(found: &Found, groups: &[Group], pick: Option<&Pick>) -> Obeyed<usize> {
+fn picked(found: &Found, groups: &[Group], pick: Option<&Pick>) -> Keyed<usize> {
     if groups.is_empty() {
         return Err(found.nothing().into());
     }

@@ -14,12 +14,12 @@ use super::header::{
 };
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::{Obeyed, Parsed};
+use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
-pub fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let bytes = first_bytes(path, TEXT_LIMIT)?;
     let (fields, end) = fields(&bytes)?;
     let voxel_type = voxel_type(fields.require("type")?)?;

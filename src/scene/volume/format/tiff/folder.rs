@@ -11,7 +11,7 @@ use super::page::{Layout, Page};
 use super::{Meaning, imagej, imagej_meaning, ome, stack};
 use crate::scene::volume::format::header::Header;
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::{Obeyed, Parsed};
+use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::watched::WatchedFile;
 
 /// Whether a file of a folder is a page by its name. Hidden files are not the user's: some systems put one beside each
@@ -22,7 +22,7 @@ pub fn is_page(path: &Path) -> bool {
     (lower.ends_with(".tif") || lower.ends_with(".tiff")) && !lower.starts_with('.')
 }
 
-pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let files = files(path)?;
     let pages = files.par_iter().map(|file| {
         let name = file.file_name().unwrap_or_default().to_string_lossy();

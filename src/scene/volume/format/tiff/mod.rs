@@ -32,7 +32,7 @@ use super::header::{Header, pick};
 use crate::scene::volume::Source;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::{Obeyed, Parsed};
+use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::chunked::Chunked;
 use crate::scene::volume::source::codec::{Codec, LARGEST_RATIO};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start, shape, voxel_bytes};
@@ -78,7 +78,7 @@ impl Meaning {
     }
 }
 
-pub fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let file = Arc::new(WatchedFile::open(path)?);
     let directories = Directories::new(&file)?;
     let full = directories.full_pages()?;
@@ -184,7 +184,7 @@ fn stack(
     sizes: Vec<[u32; 2]>,
     overrides: &VolumeOverrides,
     page: impl Fn(usize) -> Parsed<Page>,
-) -> Obeyed<Header> {
+) -> Keyed<Header> {
     if meaning.samples > 1 && overrides.channel.is_none() {
         return Err(format!(
             "is in colour: its pixels have {} values, expected 1; pick one with `--set \

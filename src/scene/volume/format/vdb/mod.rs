@@ -26,7 +26,7 @@ use tree::Tree;
 
 use super::header::{About, Header, pick};
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::Obeyed;
+use crate::scene::volume::parsed::Keyed;
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::source::chunked::Chunked;
 use crate::scene::volume::source::codec::LARGEST_RATIO;
@@ -40,7 +40,7 @@ const DENSITY: &str = "density";
 /// Voxels of a chunk along each axis: several leaves, since they need not begin where the volume does.
 const CHUNK: u32 = 64;
 
-pub fn read(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let file = WatchedFile::open(path)?;
     let archive = Archive::read(&file)?;
     let grids = &archive.scalar;

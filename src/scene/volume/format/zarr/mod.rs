@@ -23,7 +23,7 @@ use super::header::{Header, pick, unexpected};
 use super::several::MOST_NAMES;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
-use crate::scene::volume::parsed::{Obeyed, Parsed};
+use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::chunked::Chunked;
 use crate::scene::volume::source::codec::LARGEST_RATIO;
 use crate::scene::volume::source::file::{shape, voxel_bytes};
@@ -115,7 +115,7 @@ pub fn is_folder(path: &Path) -> bool {
     files.iter().any(|name| path.join(name).is_file())
 }
 
-pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Obeyed<Header> {
+pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let is_array = is_array(path);
     let (dimensions, resolutions, names) = if is_array {
         let array = Array::read(path)?;
@@ -248,7 +248,7 @@ fn volume(
     mut names: Vec<String>,
     metadata: Option<PathBuf>,
     overrides: &VolumeOverrides,
-) -> Obeyed<Header> {
+) -> Keyed<Header> {
     let level = pick("level", overrides.level, resolutions.len() as u32)?;
     let levels = resolutions
         .iter()
