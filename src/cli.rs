@@ -59,7 +59,7 @@ pub enum Command {
     Doctor(DoctorArgs),
     /// Describe the devices, or a volume.
     Info(InfoArgs),
-    /// Remove the copies of volumes that earlier runs have kept.
+    /// Remove the stores that earlier runs have kept of volumes.
     Clean(CleanArgs),
 }
 
@@ -72,7 +72,8 @@ pub struct SceneArgs {
     #[arg(value_name = "SCENE_OR_VOLUME")]
     pub input: PathBuf,
 
-    /// How to show a bare volume: auto, ct or generic.
+    /// How to show a bare volume: ct (bone as a surface in soft tissue), generic (thresholds from the histogram), or auto: ct
+    /// if its values are Hounsfield units.
     #[arg(long, default_value = "auto", value_parser = word::<Preset>)]
     pub preset: Preset,
 
@@ -84,11 +85,11 @@ pub struct SceneArgs {
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true, value_parser = iso)]
     pub iso: Option<Edit>,
 
-    /// Pixels of the picture.
+    /// Pixels of the picture; 1024x1024 if the scene does not say.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<Edit>,
 
-    /// auto, caching, non-caching or published.
+    /// How to render: auto (the default), caching, non-caching or published.
     #[arg(long, value_parser = variant)]
     pub variant: Option<Edit>,
 
@@ -96,7 +97,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "SCALE", value_parser = cache_scale)]
     pub cache_scale: Option<Edit>,
 
-    /// auto, f16 or f32.
+    /// The cache's numbers: auto, f16 or f32.
     #[arg(long, value_name = "FORMAT", value_parser = cache_format)]
     pub cache_format: Option<Edit>,
 
@@ -203,7 +204,7 @@ pub struct PlanArgs {
 /// The device, and how much of it may be used.
 #[derive(Debug, Args)]
 pub struct GpuArgs {
-    /// GPU memory to stay within: bytes, MB, MiB, GB, GiB, or % of the heap, as in 2GiB.
+    /// GPU memory to stay within: bytes, kB, KiB, MB, MiB, GB, GiB, or % of the device's memory, as in 2GiB.
     #[arg(long, value_name = "SIZE", value_parser = limit)]
     vram_budget: Option<Limit>,
 
@@ -291,7 +292,7 @@ pub struct CompareArgs {
     /// The picture that is compared with it.
     pub b: PathBuf,
 
-    /// The pictures A and B rendered again with other random numbers: adds how much A and B differ apart from
+    /// Two more pictures, of the same scenes as A and B, rendered with other seeds: adds how much A and B differ apart from
     /// their noise.
     #[arg(long, num_args = 2, value_names = ["A", "B"], action = ArgAction::Set)]
     pub again: Option<Vec<PathBuf>>,

@@ -31,8 +31,8 @@ pub struct BenchArgs {
           value_parser = seconds)]
     seconds: Vec<Duration>,
 
-    /// The converged picture; without it, non-caching renders one for four times the longest time. If a cache is measured, a
-    /// second one, with rays through the middle of each pixel, is rendered for as long in any case, to compare a march with.
+    /// A converged picture; without it, non-caching renders one for four times the longest time. If a cache is measured, a
+    /// second one is always rendered for as long, with rays through the middle of each pixel, as those of a march.
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 

@@ -11,8 +11,8 @@ use crate::scene::volume::{Copying, Stores};
 
 #[derive(Debug, Args)]
 pub struct CacheArgs {
-    /// The folder in which copies of compressed volumes are kept that do not fit the GPU; by default `isolume` in
-    /// $XDG_CACHE_HOME or ~/.cache.
+    /// The folder of stores: what is kept of volumes that do not fit the GPU, such as copies of compressed ones; by default
+    /// `isolume` in $XDG_CACHE_HOME or ~/.cache.
     #[arg(long, value_name = "DIR")]
     cache_dir: Option<PathBuf>,
 }
