@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use bytemuck::Zeroable;
 
-use super::bricks::{Items, Order};
+use super::bricks::{Admission, Items};
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use super::shared::{Counters, LAVAPIPE_ITERATIONS};
@@ -32,6 +32,8 @@ pub struct PathQueue {
     spent_ms: f64,
     /// Whether no dispatch has been made of the queue.
     is_new: bool,
+    /// The slots that may work, where the volume streams.
+    admission: Admission,
     /// The first item of the queue.
     first_item: u32,
     /// The counters as the last dispatch left them.
@@ -62,6 +64,7 @@ impl PathQueue {
             spent_iterations: 0,
             spent_ms: 0.0,
             is_new: true,
+            admission: Admission::of_slots(),
             first_item: 0,
             counted: Counters::zeroed(),
             reads_one_texel: passes.features.is_linear,
@@ -75,8 +78,9 @@ impl PathQueue {
         self.spent_iterations = 0;
         self.spent_ms = 0.0;
         self.is_new = true;
+        self.admission = Admission::of_slots();
         if let Some(bricks) = &r.bricks {
-            bricks.begin(frame, Order::Slots)?;
+            bricks.begin(frame)?;
             bricks.allow(items);
             self.first_item = items.first;
         }
@@ -113,7 +117,7 @@ impl PathQueue {
                 f.zero(&r.counters)?;
                 f.zero(&r.paths)?;
             }
-            r.record_reading(f, |f| record(f, self.iterations))?;
+            r.record_reading(f, &self.admission, |f| record(f, self.iterations))?;
             f.copy(&r.counters, &r.staging)
         })?;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
@@ -128,7 +132,7 @@ impl PathQueue {
         let unfinished = counted.unfinished.wrapping_sub(before.unfinished);
         let (mut waits, mut waiting, mut first_item) = (false, 0, 0);
         if let Some(bricks) = &r.bricks {
-            waits = bricks.serve(frame, &r.volume)?;
+            waits = bricks.serve(frame, &r.volume, &mut self.admission)?;
             let report = bricks.report();
             waiting = report.missed;
             first_item = report.oldest_item.min(self.first_item + counted.next);

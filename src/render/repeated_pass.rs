@@ -1,23 +1,24 @@
 //! Work that reads the volume, and passes that begin anew where they have missed a brick of it, in contrast to paths,
 //! which wait.
 
-use super::bricks::Order;
+use super::bricks::Admission;
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
 
 impl Resources {
-    /// Records work that reads the volume. Where that is in bricks, it is told before which of them are there, and reports
-    /// afterwards which it has missed.
+    /// Records work that reads the volume. Where that is in bricks, it is told before which of them are there and who may
+    /// work, and reports afterwards which it has missed.
     pub fn record_reading(
         &self,
         frame: &mut Frame,
+        admission: &Admission,
         work: impl FnOnce(&mut Frame) -> Result<()>,
     ) -> Result<()> {
         let Some(bricks) = &self.bricks else {
             return work(frame);
         };
-        bricks.record_state(frame)?;
+        bricks.record_state(frame, admission)?;
         work(frame)?;
         bricks.record_report(frame)
     }
@@ -36,17 +37,17 @@ impl Resources {
         let Some(bricks) = &self.bricks else {
             return frame.run_slice(pass, bindings, push, threads, slices);
         };
-        bricks.begin(frame, Order::Pixels)?;
-        let try_once = |frame: &mut Frame, slices: &mut Slices| -> Result<bool> {
-            frame.run(|f| bricks.record_state(f))?;
+        let mut admission = bricks.begin_pixels(frame)?;
+        let try_once = |frame: &mut Frame, admission: &_, slices: &mut _| -> Result<bool> {
+            frame.run(|f| bricks.record_state(f, admission))?;
             let is_last = frame.run_slice(pass, bindings, push, threads, slices)?;
             frame.run(|f| bricks.record_report(f))?;
             Ok(is_last)
         };
         let before = *slices;
-        let is_last = try_once(frame, slices)?;
-        while bricks.serve(frame, &self.volume)? {
-            try_once(frame, &mut before.clone())?;
+        let is_last = try_once(frame, &admission, slices)?;
+        while bricks.serve(frame, &self.volume, &mut admission)? {
+            try_once(frame, &admission, &mut before.clone())?;
         }
         Ok(is_last)
     }

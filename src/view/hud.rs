@@ -117,9 +117,11 @@ fn light(live: &Live) -> Option<String> {
 /// The share of a volume that does not fit which is on the device.
 fn streaming(live: &Live) -> Option<String> {
     let BrickFigures {
-        resident, needed, ..
+        resident, total, ..
     } = live.engine.brick_figures()?;
-    Some(format!("the volume streams: {resident} of {needed} bricks"))
+    Some(format!(
+        "the volume streams: {resident} of {total} bricks are on the device"
+    ))
 }
 
 /// The overlays that P, M and H open.

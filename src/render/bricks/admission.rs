@@ -8,7 +8,7 @@ use crate::render::shared::Streaming;
 
 /// What the invocations of a dispatch work on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Order {
+enum Order {
     /// Slots with a path each, which are not done before the queue is empty: any of them may make progress.
     Slots,
     /// Pixels or the like. Each is done in one dispatch, and neighbours need the same bricks, so the range moves
@@ -50,7 +50,8 @@ pub struct Loads {
 #[derive(Debug, PartialEq, Eq)]
 pub struct NoRoom;
 
-/// The invocations that are admitted: a range of their indices.
+/// The invocations that are admitted: a range of their indices. It belongs to a piece of work, since other work may come in
+/// between.
 #[derive(Debug)]
 pub struct Admission {
     order: Order,
@@ -59,34 +60,35 @@ pub struct Admission {
     pub count: u32,
     /// Dispatches without progress since the last progress, or since the range shrank.
     stalled: u32,
-    /// The count with which new work on pixels begins, adapted to the dispatches before.
-    enough: u32,
+    /// For pixels, the count with which the next work on them should begin.
+    pub enough: Option<u32>,
 }
 
-const ALL: u32 = u32::MAX;
+/// The count of all invocations, however many there are.
+pub const ALL: u32 = u32::MAX;
 /// Dispatches without progress after which fewer work: a path may need a few bricks at once.
 const PATIENCE: u32 = 2;
 
 impl Admission {
-    pub fn new() -> Admission {
+    /// To new work on slots: all of them.
+    pub fn of_slots() -> Admission {
         Admission {
             order: Order::Slots,
             first: 0,
             count: ALL,
             stalled: 0,
-            enough: ALL,
+            enough: None,
         }
     }
 
-    /// Admits invocations to new work of this order.
-    pub fn begin(&mut self, order: Order) {
-        self.order = order;
-        self.first = 0;
-        self.stalled = 0;
-        self.count = match order {
-            Order::Slots => ALL,
-            Order::Pixels => self.enough,
-        };
+    /// To new work on pixels or the like: the first `count`.
+    pub fn of_pixels(count: u32) -> Admission {
+        Admission {
+            order: Order::Pixels,
+            count,
+            enough: Some(count),
+            ..Admission::of_slots()
+        }
     }
 
     pub fn is_whole(&self) -> bool {
@@ -99,7 +101,7 @@ impl Admission {
             self.stalled = 0;
         }
         match (self.order, report.missed) {
-            (Order::Slots, 0) => self.begin(Order::Slots),
+            (Order::Slots, 0) => *self = Admission::of_slots(),
             (Order::Slots, _) => return self.follow_slots(report, loads),
             (Order::Pixels, 0) => self.pass(report),
             (Order::Pixels, _) => return self.follow_pixels(report, loads),
@@ -127,7 +129,7 @@ impl Admission {
             return Ok(());
         }
         self.shrink(report)?;
-        self.enough = self.count;
+        self.enough = Some(self.count);
         Ok(())
     }
 
@@ -140,7 +142,7 @@ impl Admission {
         }
         self.first = self.first.saturating_add(self.count);
         self.count = self.count.saturating_add((self.count / 4).max(1));
-        self.enough = self.count;
+        self.enough = Some(self.count);
     }
 
     fn shrink(&mut self, report: &Streaming) -> Result<(), NoRoom> {
@@ -183,8 +185,7 @@ mod tests {
 
     #[test]
     fn slots_work_all_at_once_until_none_comes_further() {
-        let mut admission = Admission::new();
-        admission.begin(Order::Slots);
+        let mut admission = Admission::of_slots();
         admission
             .follow(&report(100, 7, 3), NONE)
             .expect("progress");
@@ -199,8 +200,7 @@ mod tests {
 
     #[test]
     fn a_single_slot_without_room_is_an_error() {
-        let mut admission = Admission::new();
-        admission.begin(Order::Slots);
+        let mut admission = Admission::of_slots();
         let mut rounds = 0;
         while admission.follow(&report(100, 7, 0), NONE).is_ok() {
             rounds += 1;
@@ -211,22 +211,19 @@ mod tests {
 
     #[test]
     fn pixels_are_gone_through_in_order_as_many_at_once_as_find_their_bricks() {
-        let mut admission = Admission::new();
-        admission.begin(Order::Pixels);
+        let mut admission = Admission::of_pixels(ALL);
         admission.follow(&report(80, 20, 10), SOME).expect("room");
         assert_eq!((admission.first, admission.count), (20, 40));
         admission.follow(&report(0, ALL, 40), SOME).expect("room");
         assert_eq!((admission.first, admission.count), (60, 50));
         admission.follow(&report(0, ALL, 0), SOME).expect("room");
         assert!(admission.is_whole() && admission.first == 0);
-        admission.begin(Order::Pixels);
-        assert_eq!(admission.count, 50);
+        assert_eq!(admission.enough, Some(50));
     }
 
     #[test]
     fn a_range_of_one_pixel_grows_again() {
-        let mut admission = Admission::new();
-        admission.begin(Order::Pixels);
+        let mut admission = Admission::of_pixels(ALL);
         admission.follow(&report(3, 20, 1000), NONE).expect("room");
         assert_eq!((admission.first, admission.count), (20, 1));
         for _ in 0..12 {
@@ -237,8 +234,7 @@ mod tests {
 
     #[test]
     fn pixels_whose_bricks_are_late_are_no_fewer() {
-        let mut admission = Admission::new();
-        admission.begin(Order::Pixels);
+        let mut admission = Admission::of_pixels(ALL);
         admission.follow(&report(80, 20, 10), LATE).expect("room");
         assert!(admission.is_whole());
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use bytemuck::Zeroable;
 
-use super::admission::{Admission, Items, Order};
+use super::admission::{Admission, Items};
 use crate::error::Result;
 use crate::gpu::{Buffer, BufferDesc, Frame, Memory};
 use crate::render::layout::BrickLayout;
@@ -24,8 +24,7 @@ pub struct Exchange {
     streaming: Buffer,
     /// Whether `pages` has changes that the device does not know yet.
     pages_changed: bool,
-    pub admission: Admission,
-    items: Items,
+    pub items: Items,
     /// Whether invocations do without missing bricks instead of waiting for them.
     pub previews: bool,
     /// The value that a pixel or a brick of the cache gets in `done` once it is done in the work under way; 0 before any
@@ -52,7 +51,6 @@ impl Exchange {
             pages: buffer("volume pages, host", page_bytes(layout))?,
             streaming: buffer("streaming, host", size_of::<Streaming>() as u64)?,
             pages_changed: false,
-            admission: Admission::new(),
             items: Items::NONE,
             previews: false,
             done_mark: 0,
@@ -62,8 +60,7 @@ impl Exchange {
 
     /// Begins a piece of work, of which nothing is done. Returns whether older marks may be mistaken for those of this
     /// one, so that they have to be cleared.
-    pub fn begin(&mut self, order: Order) -> bool {
-        self.admission.begin(order);
+    pub fn begin(&mut self) -> bool {
         self.done_mark = self.done_mark.wrapping_add(1);
         let begins_anew = self.done_mark <= 1;
         self.done_mark = self.done_mark.max(1);
@@ -75,11 +72,6 @@ impl Exchange {
         self.done_mark = 0;
     }
 
-    pub fn allow(&mut self, items: Items) {
-        self.items = items;
-        self.write_state();
-    }
-
     /// The page table as the last dispatch has left it.
     pub fn pages(&self, layout: &BrickLayout) -> Vec<u32> {
         let bytes = page_bytes(layout) as usize;
@@ -87,19 +79,17 @@ impl Exchange {
         bytemuck::pod_collect_to_vec(&mapped[..bytes])
     }
 
-    /// Prepares what the next dispatch has to know: the page table, and which invocations may work.
+    /// Prepares the page table of the next dispatch.
     pub fn write(&mut self, pages: &[u32]) {
         self.pages.write(pages);
         self.pages_changed = true;
-        self.write_state();
     }
 
-    /// Prepares which invocations of the next dispatch may work.
-    pub fn write_state(&mut self) {
+    fn write_state(&mut self, admission: &Admission) {
         self.streaming.write(&[Streaming {
             first_missed: u32::MAX,
-            first: self.admission.first,
-            count: self.admission.count,
+            first: admission.first,
+            count: admission.count,
             done_mark: self.done_mark,
             units: self.items.units,
             first_item: self.items.first,
@@ -110,8 +100,14 @@ impl Exchange {
         }]);
     }
 
-    /// Records the copies that tell a dispatch its state.
-    pub fn record_state(&mut self, frame: &mut Frame, device: &DeviceSide) -> Result<()> {
+    /// Records the copies that tell a dispatch where bricks are and which invocations are admitted.
+    pub fn record_state(
+        &mut self,
+        frame: &mut Frame,
+        device: &DeviceSide,
+        admission: &Admission,
+    ) -> Result<()> {
+        self.write_state(admission);
         if std::mem::take(&mut self.pages_changed) {
             frame.copy(&self.pages, &device.pages)?;
         }

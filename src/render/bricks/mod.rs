@@ -15,7 +15,7 @@ mod needed;
 pub(super) mod place_bricks;
 mod places;
 
-pub use admission::{Items, Order};
+pub use admission::{Admission, Items};
 pub use needed::needed_bricks;
 
 use std::cell::RefCell;
@@ -29,7 +29,7 @@ use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};
 use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory};
 use crate::scene::volume::Volume;
-use admission::{Loads, NoRoom};
+use admission::{ALL, Loads, NoRoom};
 use exchange::{DeviceSide, Exchange};
 use host::HostBricks;
 use loader::Loader;
@@ -50,8 +50,8 @@ struct State {
     exchange: Exchange,
     places: Places,
     loader: Loader,
-    /// Bricks in which there was something to see at the beginning.
-    needed: u32,
+    /// Invocations that work on pixels mostly find their bricks if so many work at once.
+    pixels_at_once: u32,
     /// Time for which the device waited for bricks.
     waited: Duration,
 }
@@ -62,8 +62,6 @@ pub struct BrickFigures {
     /// Bricks of the whole volume, and those on the GPU.
     pub total: u32,
     pub resident: u32,
-    /// Bricks in which there was something to see at the beginning.
-    pub needed: u32,
     pub loads: u64,
     pub bytes_read: u64,
     /// Time for which the device waited for bricks.
@@ -104,7 +102,7 @@ impl VolumeBricks {
                 exchange: Exchange::allocate(memory, &layout)?,
                 places: Places::new(layout),
                 loader: Loader::allocate(memory, layout, scene.parts.field.stored.bytes())?,
-                needed: 0,
+                pixels_at_once: ALL,
                 waited: Duration::ZERO,
             }),
         }))
@@ -118,14 +116,13 @@ impl VolumeBricks {
     pub fn open(&mut self, frame: &mut Frame, volume: &Volume, scene: &GpuScene) -> Result<()> {
         let state = self.state.get_mut();
         let needed = which_are_needed(scene, volume, self.layout.side);
-        state.needed = needed.iter().filter(|&&needed| needed).count() as u32;
         state
             .loader
             .open(HostBricks::new(volume, self.layout, needed)?);
         let no_pages = vec![0; self.layout.total() as usize];
         state.exchange.write(&no_pages);
-        self.begin(frame, Order::Slots)?;
-        frame.run(|f| self.record_state(f))
+        self.begin(frame)?;
+        frame.run(|f| self.record_state(f, &Admission::of_slots()))
     }
 
     /// Makes room for pictures of another size.
@@ -164,7 +161,6 @@ impl VolumeBricks {
         BrickFigures {
             total: self.layout.total(),
             resident: state.places.resident(),
-            needed: state.needed,
             loads: state.loader.loads,
             bytes_read: state.loader.bytes_read(),
             waited: state.waited,
@@ -172,9 +168,9 @@ impl VolumeBricks {
     }
 
     /// Begins a new piece of work, of which nothing is done.
-    pub fn begin(&self, frame: &mut Frame, order: Order) -> Result<()> {
+    pub fn begin(&self, frame: &mut Frame) -> Result<()> {
         let mut state = self.state.borrow_mut();
-        let begins_anew = state.exchange.begin(order);
+        let begins_anew = state.exchange.begin();
         let mut pages = state.exchange.pages(&self.layout);
         state.places.take_reads(&mut pages);
         state.exchange.write(&pages);
@@ -183,6 +179,17 @@ impl VolumeBricks {
         } else {
             Ok(())
         }
+    }
+
+    /// Begins new work on pixels. Returns those that may do it first.
+    pub fn begin_pixels(&self, frame: &mut Frame) -> Result<Admission> {
+        self.begin(frame)?;
+        let state = self.state.borrow();
+        Ok(Admission::of_pixels(if state.exchange.previews {
+            ALL
+        } else {
+            state.pixels_at_once
+        }))
     }
 
     /// Sets the time that bringing bricks may take between two dispatches from now on.
@@ -205,7 +212,7 @@ impl VolumeBricks {
 
     /// Decides which items the next dispatch works on.
     pub fn allow(&self, items: Items) {
-        self.state.borrow_mut().exchange.allow(items);
+        self.state.borrow_mut().exchange.items = items;
     }
 
     /// The report of the last dispatch.
@@ -214,9 +221,9 @@ impl VolumeBricks {
     }
 
     /// Records, before a dispatch, the copies that tell it which bricks are there and which invocations may work.
-    pub fn record_state(&self, frame: &mut Frame) -> Result<()> {
+    pub fn record_state(&self, frame: &mut Frame, admission: &Admission) -> Result<()> {
         let mut state = self.state.borrow_mut();
-        state.exchange.record_state(frame, &self.device)
+        state.exchange.record_state(frame, &self.device, admission)
     }
 
     /// Records, after a dispatch, the copies that [`VolumeBricks::serve`] reads.
@@ -225,26 +232,32 @@ impl VolumeBricks {
         state.exchange.record_report(frame, &self.device)
     }
 
-    /// Brings bricks that the last dispatch has missed onto the GPU; [`VolumeBricks::record_report`] must have been
-    /// recorded after it. Returns whether the dispatch has to be repeated, because bricks were missed or because not
-    /// all invocations worked.
+    /// Brings bricks that the last dispatch has missed onto the GPU, and decides who may work in the next;
+    /// [`VolumeBricks::record_report`] must have been recorded after it. Returns whether the dispatch has to be repeated,
+    /// because bricks were missed or because not all invocations worked.
     ///
     /// # Errors
     ///
     /// If the volume cannot be read, or if a single invocation needs more bricks at once than there is room for.
-    pub fn serve(&self, frame: &mut Frame, image: &Image) -> Result<bool> {
+    pub fn serve(
+        &self,
+        frame: &mut Frame,
+        image: &Image,
+        admission: &mut Admission,
+    ) -> Result<bool> {
         let mut state = self.state.borrow_mut();
         state.exchange.read_report();
         let report = state.exchange.report;
-        let is_done = report.missed == 0 && state.exchange.admission.is_whole();
+        let is_done = report.missed == 0 && admission.is_whole();
         if state.exchange.previews || is_done {
-            state.exchange.write_state();
             return Ok(false);
         }
         let loads = state.load_missed(frame, image, &self.layout)?;
-        let followed = state.exchange.admission.follow(&report, loads);
+        let followed = admission.follow(&report, loads);
         followed.map_err(|NoRoom| no_room(&self.layout))?;
-        state.exchange.write_state();
+        if let Some(pixels) = admission.enough {
+            state.pixels_at_once = pixels;
+        }
         Ok(true)
     }
 }
