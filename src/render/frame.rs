@@ -69,6 +69,10 @@ impl Renderer {
     }
 
     fn begin_bundle(&mut self, samples: u32, units: u32) -> Result<BundleUnderWay> {
+        // A batch of the cache's paths under way would lose their memory to those of the samples.
+        if let Estimator::Caching(cache) = &mut self.estimator {
+            cache.abandon();
+        }
         let before = match units {
             1 => None,
             _ => Some(self.sums()?),

@@ -4,7 +4,7 @@ use super::Cache;
 use super::sight::ViewState;
 use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
-use crate::render::bricks::Order;
+use crate::render::bricks::Admission;
 use crate::render::bundle::BundleUnderWay;
 use crate::render::copy;
 use crate::render::resources::Resources;
@@ -38,8 +38,10 @@ impl Caching<'_> {
         }
     }
 
-    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended, and been measured.
+    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended, and been measured. A unit of
+    /// samples under way is lost.
     pub fn advance(&mut self, samples: u32) -> Result<bool> {
+        *self.under_way = None;
         self.cache.advance(self.frame, self.r, samples)
     }
 
@@ -124,12 +126,15 @@ impl Caching<'_> {
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         *self.under_way = None;
         let (r, cache, tone_map) = (&*self.r, &mut *self.cache, self.tone_map);
-        if let Some(bricks) = &r.bricks {
-            bricks.begin_preview();
-            bricks.begin(self.frame, Order::Slots)?;
-        }
+        let admission = match &r.bricks {
+            Some(bricks) => {
+                bricks.begin_preview();
+                bricks.begin_pixels(self.frame)?
+            }
+            None => Admission::of_slots(),
+        };
         let marched = self.frame.run(|f| {
-            r.record_reading(f, |f| cache.record_march(f, r))?;
+            r.record_reading(f, &admission, |f| cache.record_march(f, r))?;
             tone_map.record(f, &r.unit_sum, to, push)
         });
         let ended = match &r.bricks {
