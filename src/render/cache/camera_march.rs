@@ -21,15 +21,25 @@ shared! {
 pub struct CameraMarch {
     pass: Pass,
     /// `None` where no light can be left to paths.
-    tails: Option<TailTracking>,
-    /// The share of the cache's nodes near which light is left to them; 1 where there are surfaces.
-    left_share: f64,
+    tails: Option<Tails>,
     slices: Slices,
     /// Pixels, in the order of work, that have all of their units.
     pixels: u32,
-    /// Whether the pixels under way have been marched, and the light that was left to paths has been traced.
-    is_marched: bool,
-    is_traced: bool,
+    stage: Stage,
+}
+
+/// The light that is left to paths.
+struct Tails {
+    tracking: TailTracking,
+    /// The share of the cache's nodes near which light is left to them; 1 where there are surfaces.
+    left_share: f64,
+}
+
+/// What the pixels under way need next.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    March,
+    Tails,
 }
 
 impl CameraMarch {
@@ -47,28 +57,29 @@ impl CameraMarch {
         );
         Ok(CameraMarch {
             pass: pass?,
-            left_share: if passes.features.has_tails() {
-                1.0
-            } else {
-                0.0
-            },
-            tails: tails?,
+            tails: tails?.map(|tracking| Tails {
+                tracking,
+                left_share: 1.0,
+            }),
             slices: Slices::new(SLICE_MS),
             pixels: 0,
-            is_marched: false,
-            is_traced: false,
+            stage: Stage::March,
         })
     }
 
     /// Light is left to paths near this share of the cache's nodes from now on.
     pub fn set_left_share(&mut self, share: f64) {
-        self.left_share = share;
+        if let Some(tails) = &mut self.tails {
+            tails.left_share = share;
+        }
     }
 
     /// Whether next to no light is left to paths.
     pub fn leaves_next_to_nothing(&self) -> bool {
         const NEXT_TO_NOTHING: f64 = 0.02;
-        self.left_share < NEXT_TO_NOTHING
+        self.tails
+            .as_ref()
+            .is_none_or(|tails| tails.left_share < NEXT_TO_NOTHING)
     }
 
     /// Advances a bundle of units of one sample by a slice, or begins it: first as many pixels, with all of their
@@ -85,14 +96,16 @@ impl CameraMarch {
         }
         let items = bundle.items_from(self.pixels, r.size);
         let mut lookups = 0;
-        if !self.is_marched {
-            self.march(frame, r, cache, bundle.first_sample, items)?;
-        } else if let Some(tails) = &mut self.tails {
-            let progress = tails.advance(frame, r, cache, bundle.first_sample)?;
-            lookups = progress.lookups;
-            self.is_traced = !progress.under_way;
-        }
-        if self.is_marched && self.is_traced {
+        let are_done = match &mut self.tails {
+            Some(tails) if self.stage == Stage::Tails => {
+                let first_sample = bundle.first_sample;
+                let progress = tails.tracking.advance(frame, r, cache, first_sample)?;
+                lookups = progress.lookups;
+                !progress.under_way
+            }
+            _ => self.march(frame, r, cache, bundle.first_sample, items)?,
+        };
+        if are_done {
             self.begin_pixels(frame, items.end / bundle.units);
         }
         Ok(Sampled {
@@ -104,7 +117,7 @@ impl CameraMarch {
     /// Runs the pass that a first slice of a sample does not get to.
     pub fn warm_up(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         match &self.tails {
-            Some(tails) => tails.warm_up(frame, r, cache),
+            Some(tails) => tails.tracking.warm_up(frame, r, cache),
             None => Ok(()),
         }
     }
@@ -113,8 +126,7 @@ impl CameraMarch {
     fn begin_pixels(&mut self, frame: &Frame, pixels: u32) {
         self.pixels = pixels;
         self.slices.restart(frame.slice_ms);
-        self.is_marched = false;
-        self.is_traced = self.left_share == 0.0;
+        self.stage = Stage::March;
     }
 
     /// States the samples that its marches have taken since this was last done.
@@ -124,6 +136,8 @@ impl CameraMarch {
             .collect(frame, &r.staging, self.pass.name)
     }
 
+    /// Marches a slice of the pixels. Returns whether they have all of their light: the slice was the last, and no light is
+    /// left to paths.
     fn march(
         &mut self,
         frame: &mut Frame,
@@ -131,7 +145,7 @@ impl CameraMarch {
         cache: &CacheMemory,
         sample_index: u32,
         items: Items,
-    ) -> Result<()> {
+    ) -> Result<bool> {
         let push = CameraMarchPush { sample_index };
         let bindings = [
             &r.medium_bindings()[..],
@@ -149,19 +163,15 @@ impl CameraMarch {
         if let Some(bricks) = &r.bricks {
             bricks.allow(items);
         }
-        self.is_marched = r.run_slice(
-            frame,
-            &self.pass,
-            &bindings,
-            &push,
-            threads,
-            &mut self.slices,
-        )?;
+        let slices = &mut self.slices;
+        let is_last = r.run_slice(frame, &self.pass, &bindings, &push, threads, slices)?;
         match &mut self.tails {
-            Some(tails) if self.is_marched && self.left_share > 0.0 => {
-                tails.queue.restart(frame, r, items)
+            Some(tails) if is_last && tails.left_share > 0.0 => {
+                tails.tracking.queue.restart(frame, r, items)?;
+                self.stage = Stage::Tails;
+                Ok(false)
             }
-            _ => Ok(()),
+            _ => Ok(is_last),
         }
     }
 }

@@ -25,12 +25,30 @@ pub fn measured_stride(r: &Resources) -> u32 {
 }
 
 /// Pictures by which the error is measured, without the suns' light, which samples correct.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Measured {
     /// What the cache shows.
-    pub shown: Vec<[f32; 4]>,
-    /// What a picture at rest takes from it; empty where that is the same.
-    pub at_rest: Vec<[f32; 4]>,
+    shown: Vec<[f32; 4]>,
+    /// What a picture at rest takes from it; `None` where that is the same.
+    at_rest: Option<Vec<[f32; 4]>>,
+}
+
+impl Measured {
+    /// Both pictures as a file holds them, where one that is missing is empty.
+    pub fn pictures(measured: Option<&Measured>) -> [&[[f32; 4]]; 2] {
+        let at_rest = measured.and_then(|measured| measured.at_rest.as_ref());
+        [measured.map(|measured| &measured.shown), at_rest]
+            .map(|picture| picture.map_or(&[][..], Vec::as_slice))
+    }
+
+    /// The measurement of which a file holds these pictures, if it holds one.
+    pub fn from_pictures(pictures: [Vec<[f32; 4]>; 2]) -> Option<Measured> {
+        let [shown, at_rest] = pictures.map(|picture| (!picture.is_empty()).then_some(picture));
+        Some(Measured {
+            shown: shown?,
+            at_rest,
+        })
+    }
 }
 
 /// Measures with the cache as it is now; `unit_sum` is overwritten.
@@ -49,9 +67,9 @@ pub fn measure(
     Ok(Measured {
         shown: march(ray_march::for_error(stride))?,
         at_rest: if memory.features.leaves_cubes_to_paths() {
-            march(ray_march::for_error_at_rest(stride))?
+            Some(march(ray_march::for_error_at_rest(stride))?)
         } else {
-            Vec::new()
+            None
         },
     })
 }
@@ -61,13 +79,10 @@ pub fn measure(
 pub fn relative_errors(before: &Measured, now: &Measured, history: f64, batch: u32) -> [f64; 2] {
     let scale = (history / f64::from(batch)).sqrt();
     let shown = scale * relative_difference(&before.shown, &now.shown);
-    if now.at_rest.is_empty() {
-        return [shown; 2];
+    match (&before.at_rest, &now.at_rest) {
+        (Some(before), Some(now)) => [shown, scale * relative_difference(before, now)],
+        _ => [shown; 2],
     }
-    [
-        shown,
-        scale * relative_difference(&before.at_rest, &now.at_rest),
-    ]
 }
 
 /// rms(after − before) over RGB, relative to the mean of alpha, the whole picture's brightness.

@@ -166,7 +166,7 @@ impl Focus {
         young * u64::from(self.first_nodes) + old * u64::from(NODES)
     }
 
-    /// Paths that a node has had, on average.
+    /// Paths that a node that gets any has had, on average over the bricks.
     pub fn mean_paths(&self) -> f64 {
         let sum: f64 = self.had.iter().map(|&had| f64::from(had)).sum();
         sum / self.had.len().max(1) as f64

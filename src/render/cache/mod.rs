@@ -306,8 +306,9 @@ impl Cache {
         self.under_way = None;
         self.is_blank = false;
         let filling = &mut self.filling;
-        let before = &self.sight.view.measured;
-        if samples > 0 && !before.shown.is_empty() {
+        if let Some(before) = &self.sight.view.measured
+            && samples > 0
+        {
             let had = history(filling.updates, self.memory.layout.gathers);
             [filling.relative_error, filling.error_at_rest] =
                 relative_errors(before, &now, had, samples);
@@ -315,7 +316,7 @@ impl Cache {
         filling.updates += samples;
         self.work.batches += 1;
         self.sight.focus.reach(filling.updates);
-        self.sight.view.measured = now;
+        self.sight.view.measured = Some(now);
     }
 
     /// The picture that the cache shows now, into `unit_sum`, in a submission under way.

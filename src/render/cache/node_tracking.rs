@@ -32,10 +32,29 @@ pub struct NodeTracking {
     merge_parts: MergeParts,
     spread_light: SpreadLight,
     pub queue: PathQueue,
-    /// The half of the nodes that is under way (`gathering.glsl`), or both: where no node gathers, none waits for another.
-    half: u32,
+    half: Half,
     work_list: WorkList,
     portion: Portion,
+}
+
+/// The nodes that are under way (`gathering.glsl`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Half {
+    Even,
+    Odd,
+    /// Where no node gathers, none waits for another.
+    Both,
+}
+
+impl Half {
+    /// As shaders take it.
+    pub fn word(self) -> u32 {
+        match self {
+            Half::Even => 0,
+            Half::Odd => 1,
+            Half::Both => BOTH_HALVES,
+        }
+    }
 }
 
 impl NodeTracking {
@@ -45,7 +64,7 @@ impl NodeTracking {
             merge_parts: MergeParts::new(passes)?,
             spread_light: SpreadLight::new(passes)?,
             queue: PathQueue::new(passes),
-            half: 0,
+            half: Half::Even,
             work_list: WorkList::default(),
             portion: Portion::default(),
         })
@@ -62,9 +81,9 @@ impl NodeTracking {
     ) -> Result<()> {
         self.work_list = WorkList::new(cache, left);
         self.half = if self.work_list.gathers() {
-            0
+            Half::Even
         } else {
-            BOTH_HALVES
+            Half::Both
         };
         self.take_portion(cache);
         self.queue.restart(frame, r, Items::NONE)
@@ -72,8 +91,8 @@ impl NodeTracking {
 
     fn take_portion(&mut self, cache: &mut CacheMemory) {
         let fine_nodes = match self.half {
-            BOTH_HALVES => NODES,
-            _ => NODES / 2,
+            Half::Both => NODES,
+            Half::Even | Half::Odd => NODES / 2,
         };
         self.portion = self.work_list.next_portion(cache, fine_nodes);
     }
@@ -85,7 +104,7 @@ impl NodeTracking {
         r: &Resources,
         cache: &mut CacheMemory,
     ) -> Result<Advanced> {
-        let (pass, portion, nodes_half) = (&self.pass, self.portion, self.half);
+        let (pass, portion, nodes_half) = (&self.pass, self.portion, self.half.word());
         let mut progress = self
             .queue
             .advance(frame, r, pass, |frame, most_iterations| {
@@ -123,12 +142,12 @@ impl NodeTracking {
         r: &Resources,
         cache: &mut CacheMemory,
     ) -> Result<bool> {
-        let (portion, half) = (self.portion, self.half);
+        let (portion, half) = (self.portion, self.half.word());
         frame.run(|f| self.merge_parts.record(f, r, cache, portion, half))?;
         self.take_portion(cache);
-        if self.portion.turns == 0 && self.half == 0 {
+        if self.portion.turns == 0 && self.half == Half::Even {
             self.spread_light.run(frame, r, cache)?;
-            self.half = 1;
+            self.half = Half::Odd;
             self.work_list.begin_other_half();
             self.take_portion(cache);
         }

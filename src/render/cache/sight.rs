@@ -23,8 +23,8 @@ pub struct Sight {
 pub struct ViewState {
     /// Whether the bricks have been weighed.
     pub(super) is_weighed: bool,
-    /// The pictures by which the error was last measured.
-    pub(super) measured: Measured,
+    /// The pictures by which the error was last measured, if it was.
+    pub(super) measured: Option<Measured>,
 }
 
 impl Sight {

@@ -38,6 +38,8 @@ pub struct CacheState {
 impl Cache {
     fn state(&self) -> CacheState {
         let Sight { focus, view, .. } = &self.sight;
+        let measured = Measured::pictures(view.measured.as_ref());
+        let [shown, shown_at_rest] = measured.map(<[_]>::len);
         CacheState {
             filling: self.filling,
             work: self.work,
@@ -45,8 +47,8 @@ impl Cache {
             all_from: focus.all_from,
             is_weighed: view.is_weighed,
             bricks: focus.had.len(),
-            shown: view.measured.shown.len(),
-            shown_at_rest: view.measured.at_rest.len(),
+            shown,
+            shown_at_rest,
         }
     }
 
@@ -90,8 +92,9 @@ impl Caching<'_> {
         let Sight { focus, view, .. } = &self.cache.sight;
         sink(&focus.halvings)?;
         sink(bytemuck::cast_slice(&focus.had))?;
-        sink(bytemuck::cast_slice(&view.measured.shown))?;
-        sink(bytemuck::cast_slice(&view.measured.at_rest))?;
+        for picture in Measured::pictures(view.measured.as_ref()) {
+            sink(bytemuck::cast_slice(picture))?;
+        }
         Ok(self.cache.state())
     }
 
@@ -126,10 +129,7 @@ impl Caching<'_> {
             let mut texels = vec![<[f32; 4]>::zeroed(); pixels];
             source(bytemuck::cast_slice_mut(&mut texels)).map(|()| texels)
         };
-        let measured = Measured {
-            shown: picture(state.shown)?,
-            at_rest: picture(state.shown_at_rest)?,
-        };
+        let pictures = [picture(state.shown)?, picture(state.shown_at_rest)?];
         if !focus.is_possible(state.filling.updates) {
             return Err(Error::value(
                 "the cache's state is damaged: its numbers of paths are impossible",
@@ -143,7 +143,7 @@ impl Caching<'_> {
         cache.sight.focus = focus;
         cache.sight.view = ViewState {
             is_weighed: state.is_weighed,
-            measured,
+            measured: Measured::from_pictures(pictures),
         };
         Ok(())
     }
