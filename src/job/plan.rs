@@ -7,7 +7,7 @@ use crate::bytes::human;
 use crate::cli::PlanArgs;
 use crate::engine::Host;
 use crate::error::Result;
-use crate::info::to_json;
+use crate::output::to_json;
 use crate::render::{BrickLayout, Choice, GpuScene, Plan, needed_bricks};
 use crate::scene::Opened;
 
@@ -48,8 +48,7 @@ struct Bricks {
 
 impl Bricks {
     fn of(layout: &BrickLayout, needed: u32, voxel_bytes: usize, host_bytes: u64) -> Bricks {
-        let brick_bytes = voxel_bytes as u64 * u64::from(layout.pitch()).pow(3);
-        let first_read_bytes = u64::from(needed) * brick_bytes;
+        let first_read_bytes = u64::from(needed) * layout.brick_bytes(voxel_bytes);
         Bricks {
             side: layout.side,
             total: layout.total(),

@@ -152,7 +152,7 @@ impl HostBricks {
         let [width, height, _] = self.layout.bricks;
         let end = (x + self.together).min(width);
         let index = |x: u32| (z * height + y) * width + x;
-        let brick_bytes = self.layout.pitch().pow(3) as u64 * self.volume.stored.bytes() as u64;
+        let brick_bytes = self.layout.brick_bytes(self.volume.stored.bytes());
         let has_room = self.bytes + brick_bytes <= self.most_bytes;
         let is_of_use = |brick: &u32| {
             let needed = has_room && self.needed[*brick as usize];

@@ -39,8 +39,7 @@ impl Loader {
         layout: BrickLayout,
         voxel_bytes: usize,
     ) -> Result<Loader> {
-        let room = u64::from(layout.pitch()).pow(3) * voxel_bytes as u64;
-        let room = room.next_multiple_of(ALIGNMENT);
+        let room = layout.brick_bytes(voxel_bytes).next_multiple_of(ALIGNMENT);
         let quarter = u64::from(layout.capacity().div_ceil(4)) * room;
         let bytes = STAGING_BYTES.min(quarter).max(room);
         let desc = BufferDesc::readback("brick staging", bytes);
@@ -103,9 +102,8 @@ impl Loader {
 
     /// Copies bricks to their places, of which the staging buffer has room for all.
     fn bring(&mut self, frame: &mut Frame, image: &Image, loads: &[Load]) -> Result<()> {
-        let Some(host) = &mut self.host else {
-            return Ok(());
-        };
+        let host = self.host.as_mut();
+        let host = host.expect("the volume is open before its bricks are asked for");
         let bricks: Vec<u32> = loads.iter().map(|load| load.brick).collect();
         if let Some(mapped) = self.staging.mapped_mut() {
             host.fill(&bricks, mapped, self.room as usize)?;

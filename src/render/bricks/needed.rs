@@ -14,7 +14,8 @@ pub fn needed_bricks(scene: &GpuScene, volume: &Volume) -> u32 {
 /// For each brick of `side` voxels a side, x fastest, whether the medium scatters or a surface shows in it.
 pub fn which_are_needed(scene: &GpuScene, volume: &Volume, side: u32) -> Vec<bool> {
     let shown = Occupancy::with_surfaces(&scene.parts, volume);
-    let bricks = volume.dims.map(|n| n.div_ceil(side));
+    let bricks = BrickLayout::count(volume.dims, side);
+    // Voxel i is at i + 1 in grid space; a brick ends just before the first voxel behind it.
     let spans: [Vec<_>; 3] = std::array::from_fn(|a| {
         let low = |i: u32| (i * side) as f32;
         let high = |i: u32| (i * side + side) as f32;

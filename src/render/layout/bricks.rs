@@ -36,7 +36,7 @@ impl BrickLayout {
         places: u64,
         limits: &DeviceSummary,
     ) -> BrickLayout {
-        let bricks = dims.map(|n| n.div_ceil(side));
+        let bricks = BrickLayout::count(dims, side);
         let most = (limits.max_image_3d / (side + 1)).clamp(1, packed::MOST);
         let places = places.clamp(1, product(bricks));
         let width = ((places as f64).cbrt().ceil() as u32).min(most);
@@ -54,6 +54,16 @@ impl BrickLayout {
     /// This layout with `host_bytes` of bricks in the host's memory.
     pub fn with_host_bytes(self, host_bytes: u64) -> BrickLayout {
         BrickLayout { host_bytes, ..self }
+    }
+
+    /// Bricks of a volume along each axis.
+    pub fn count(dims: [u32; 3], side: u32) -> [u32; 3] {
+        dims.map(|n| n.div_ceil(side))
+    }
+
+    /// Bytes of a brick, with the voxels behind it.
+    pub fn brick_bytes(&self, voxel_bytes: usize) -> u64 {
+        u64::from(self.pitch()).pow(3) * voxel_bytes as u64
     }
 
     /// Number of bricks in the volume.

@@ -66,7 +66,7 @@ impl<'a> InBricks<'a> {
     /// What fits: the finest cache first, no cache last.
     fn plans(&self) -> impl Iterator<Item = Result<Plan>> {
         let planner = self.planner;
-        let rungs = planner.wants_cache().then(|| planner.rungs());
+        let rungs = planner.why_no_cache().is_none().then(|| planner.rungs());
         let layouts = rungs
             .into_iter()
             .flatten()
@@ -113,8 +113,7 @@ impl<'a> InBricks<'a> {
         let Some(layout) = smallest.bricks else {
             return Ok(None);
         };
-        let voxel_bytes = scene.parts.field.stored.bytes() as u64;
-        let brick_bytes = voxel_bytes * u64::from(layout.pitch()).pow(3);
+        let brick_bytes = layout.brick_bytes(scene.parts.field.stored.bytes());
         let left = self.planner.budget.saturating_sub(smallest.bytes());
         let most_image = self.planner.limits.max_allocation_bytes / brick_bytes;
         let mut places = (1 + left / brick_bytes)

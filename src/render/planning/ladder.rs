@@ -58,18 +58,20 @@ impl Planner<'_> {
         Some(layout.active_nodes()).filter(|&nodes| limits_nodes && nodes > FEW_NODES.max(pixels))
     }
 
-    /// Whether a cache is looked for.
-    pub(super) fn wants_cache(&self) -> bool {
+    /// Why no cache is looked for, and what the next better variant is then said to be; `None` where one is looked for.
+    pub(super) fn why_no_cache(&self) -> Option<[&'static str; 2]> {
         match self.scene.render.variant {
-            Variant::Caching => true,
-            Variant::Auto => useless(self.scene).is_none(),
-            Variant::NonCaching | Variant::Published => false,
+            Variant::Caching => None,
+            Variant::Auto => useless(self.scene).map(|why| [why, "none is of use here"]),
+            Variant::NonCaching | Variant::Published => {
+                Some(["it was asked for", "not looked for"])
+            }
         }
     }
 }
 
 /// The reason why a cache is of no use to the scene, if there is one.
-pub fn useless(scene: &Scene) -> Option<&'static str> {
+fn useless(scene: &Scene) -> Option<&'static str> {
     let medium = scene.medium.as_ref();
     if scene.render.max_bounces > 0 {
         Some("render.max_bounces is set, and a cache holds light after any number of bounces")

@@ -17,7 +17,7 @@ impl InBricks<'_> {
         let Some(without_cache) = self.smallest_of_both(&planner.uncached)? else {
             return Ok(None);
         };
-        let rungs = planner.wants_cache().then(|| planner.rungs());
+        let rungs = planner.why_no_cache().is_none().then(|| planner.rungs());
         let coarsest = rungs.into_iter().flatten().last();
         let cached = match coarsest.and_then(|rung| rung.layout.ok()) {
             Some(layout) => self.smallest_of_both(&planner.uncached.clone().with_cache(layout))?,

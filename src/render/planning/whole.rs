@@ -1,6 +1,5 @@
 //! The choice where the whole volume is on the device.
 
-use super::ladder::useless;
 use super::refusal::{needs, no_cache, too_small, with_remedy};
 use super::{Choice, Plan, Planner};
 use crate::bytes::human;
@@ -11,52 +10,43 @@ use crate::scene::Variant;
 impl Planner<'_> {
     /// The best variant that fits with the volume whole.
     pub(super) fn choose_whole(&self) -> Result<Choice> {
-        let wanted = self.scene.render.variant;
-        match (wanted, useless(self.scene)) {
-            (Variant::NonCaching | Variant::Published, _) => {
-                return self.without_cache("it was asked for", "not looked for");
-            }
-            (Variant::Auto, Some(why)) => {
-                return self.without_cache(why, "none is of use here");
-            }
-            _ => {}
+        if let Some([why, next_better]) = self.why_no_cache() {
+            return Ok(Choice {
+                plan: self.fitting_without_cache(None)?,
+                reason: why.into(),
+                next_better: next_better.into(),
+            });
         }
-        let mut better = Vec::new();
+        let wanted = self.scene.render.variant;
+        // The last of the better caches, and what is in its way.
+        let mut better = None;
         for rung in self.rungs() {
             let name = describe_cache(rung.scale, rung.format);
             let layout = rung.layout.map_err(Error::from);
             let cached = layout.map(|layout| self.uncached.clone().with_cache(layout));
             let planned = cached.and_then(|cached| self.plan(&cached));
             match self.why_not(&planned) {
-                Some(why) => better.push(format!("{name} {why}")),
+                Some(why) => better = Some(format!("{name} {why}")),
                 None => {
                     let plan = planned?;
                     return Ok(Choice {
-                        reason: reason(&plan, wanted, &better),
-                        next_better: better.pop().unwrap_or("there is none".into()),
+                        reason: reason(&plan, wanted, better.as_deref()),
+                        next_better: better.unwrap_or("there is none".into()),
                         plan,
                     });
                 }
             }
         }
         if wanted == Variant::Caching {
-            let without = self.fitting_without_cache(better.last().cloned())?;
-            let smallest_cache = better.pop().unwrap_or_default();
+            let without = self.fitting_without_cache(better.clone())?;
+            let smallest_cache = better.unwrap_or_default();
             return Err(no_cache(&without, self.budget, smallest_cache).into());
         }
-        let next_better = better.pop().unwrap_or_default();
+        let next_better = better.unwrap_or_default();
         Ok(Choice {
             plan: self.fitting_without_cache(Some(next_better.clone()))?,
             reason: format!("no cache fits: {next_better}"),
             next_better,
-        })
-    }
-
-    fn without_cache(&self, reason: &str, next_better: &str) -> Result<Choice> {
-        Ok(Choice {
-            plan: self.fitting_without_cache(None)?,
-            reason: reason.into(),
-            next_better: next_better.into(),
         })
     }
 
@@ -86,7 +76,7 @@ impl Planner<'_> {
     }
 }
 
-fn reason(plan: &Plan, wanted: Variant, better: &[String]) -> String {
+fn reason(plan: &Plan, wanted: Variant, better: Option<&str>) -> String {
     let asked = match wanted {
         Variant::Caching => "it was asked for, and ",
         _ => "",
@@ -96,7 +86,7 @@ fn reason(plan: &Plan, wanted: Variant, better: &[String]) -> String {
         plan.variant.description(),
         human(plan.bytes())
     );
-    match better.last() {
+    match better {
         None => format!("{asked}nothing better is needed: {fits}"),
         Some(why) => format!("{asked}it is the best that fits: {fits}, while {why}"),
     }
