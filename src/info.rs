@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::bytes::human;
 use crate::error::{Error, Result};
 use crate::gpu::{DeviceSummary, list_devices};
+use crate::output::to_json;
 use crate::scene::volume::{Series, Storage, Volume};
 use crate::scene::{Edit, bare_volume};
 
@@ -190,8 +191,4 @@ fn device_table(device: &DeviceSummary) -> String {
         human(device.max_storage_buffer_bytes),
         human(device.max_allocation_bytes),
     )
-}
-
-pub fn to_json(value: &impl Serialize) -> Result<String> {
-    serde_json::to_string_pretty(value).map_err(|e| Error::value(format!("JSON: {e}")))
 }

@@ -101,11 +101,7 @@ impl Examination {
     fn fill(&mut self, validation: bool, until: Instant) -> Result<()> {
         let choice = DeviceChoice {
             wanted: Some(self.device.index.to_string()),
-            validation: if validation {
-                Validation::On
-            } else {
-                Validation::Off
-            },
+            validation: Validation::when(validation),
             ..DeviceChoice::default()
         };
         let device = Device::open(&choice)?;

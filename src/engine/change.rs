@@ -24,7 +24,7 @@ pub enum Changed {
 
 impl Changed {
     /// For edits that need neither other passes nor other memory: fails if this one does.
-    pub fn in_any_case(self) -> Result<()> {
+    pub fn must_be_possible(self) -> Result<()> {
         match self {
             Changed::Impossible => Err(Error::value(
                 "the engine cannot show the edited scene with the passes and the memory that it has",

@@ -43,7 +43,8 @@ pub struct CacheStats {
     pub bytes: u64,
     pub cells: u64,
     pub active_cells: u64,
-    /// Paths that a cell has had, on average over all active ones.
+    /// Paths that a cell has had, on average over the bricks; while a brick is young, only every eighth of its cells has had
+    /// them.
     pub updates_per_cell: f64,
     /// Relative error of the picture that the cache shows; not finite while it is unknown.
     pub relative_error: f64,

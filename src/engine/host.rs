@@ -36,7 +36,7 @@ impl Host {
     /// Fails where there is no usable Vulkan device.
     pub fn open(options: &HostOptions) -> Result<Host> {
         Ok(Host::with_device(
-            Device::open(&options.choice())?,
+            Device::open(&options.device_choice())?,
             options.vram_budget,
             options.ram_budget,
         ))
@@ -127,14 +127,10 @@ impl Host {
 }
 
 impl HostOptions {
-    pub(crate) fn choice(&self) -> DeviceChoice {
+    pub(crate) fn device_choice(&self) -> DeviceChoice {
         DeviceChoice {
             wanted: self.device.clone(),
-            validation: if self.validation {
-                Validation::On
-            } else {
-                Validation::Off
-            },
+            validation: Validation::when(self.validation),
             ..DeviceChoice::default()
         }
     }

@@ -69,14 +69,14 @@ fn relative(mean_square: f64, rgb: &[[f32; 3]]) -> f64 {
 
 /// RGB of each texel. Where samples correct light that was read from a cache, their mean may be below 0 by its noise or by
 /// rounding.
-fn radiance(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
+pub(super) fn radiance(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
     let positive = |v: f32| if v < 0.0 { 0.0 } else { v };
     let texel = |&[r, g, b, _]: &[f32; 4]| [r, g, b].map(positive);
     texels.iter().map(texel).collect()
 }
 
 /// The first three channels of each texel.
-pub(super) fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
+fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
     texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
 }
 

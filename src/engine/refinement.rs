@@ -38,7 +38,7 @@ impl Refinement {
 
     /// Whether there are so many more samples that it is worth comparing them again.
     pub fn is_due(&self, samples: u32) -> bool {
-        samples >= 2 * self.samples.max(1) || self.samples == 0
+        samples >= 2 * self.samples
     }
 
     /// Compares the march with `mean`, that of so many samples, if there are twice as many as the last time.

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::Engine;
 use super::batches::{Filled, next_batch};
-use super::picture::{relative_error, rgb};
+use super::picture::{radiance, relative_error};
 use super::schedule::{
     Done, Stop, StopReason, next_unit, reason_to_stop, units_together, with_delay,
 };
@@ -314,7 +314,7 @@ impl Engine {
 
 /// rms(standard error) / mean(RGB) of a picture of several units.
 pub fn relative_error_of(film: &Film) -> f64 {
-    relative_error(&rgb(&film.mean), &film.stderr)
+    relative_error(&radiance(&film.mean), &film.stderr)
 }
 
 impl Run<'_> {

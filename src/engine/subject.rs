@@ -1,4 +1,4 @@
-//! What an engine is made for.
+//! What is rendered, and where: what an engine is made for.
 
 use super::{Engine, Host};
 use crate::error::Result;

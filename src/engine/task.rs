@@ -1,4 +1,4 @@
-//! What an engine is made for, as far as it is known beforehand.
+//! The pictures that a renderer is to make, as far as they are known beforehand.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;

@@ -22,6 +22,16 @@ pub enum Validation {
     On,
 }
 
+impl Validation {
+    pub fn when(is_wanted: bool) -> Validation {
+        if is_wanted {
+            Validation::On
+        } else {
+            Validation::Off
+        }
+    }
+}
+
 /// Messages of the validation layers, in order of arrival.
 type Messages = Mutex<Vec<String>>;
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::shards::{Fingerprints, to_json};
+use super::shards::{Fingerprints, header_json};
 use super::views::{Saved, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stopwatch};
@@ -193,7 +193,7 @@ impl<'a> Keeper<'a> {
         let unwritten = self
             .written
             .elapsed()
-            .saturating_add(self.next_batch(engine));
+            .saturating_add(self.time_of_next_batch(engine));
         let is_due = unwritten >= self.kept.args.checkpoint_every;
         if self.obstacle().is_some() || !(is_asked || is_last || is_due) {
             return Ok(());
@@ -218,7 +218,7 @@ impl<'a> Keeper<'a> {
     }
 
     /// The time that the cache's next batch is expected to take, during which nothing can be written.
-    fn next_batch(&self, engine: &Engine) -> Duration {
+    fn time_of_next_batch(&self, engine: &Engine) -> Duration {
         let is_under_way = self.fill_state == FillState::UnderWay;
         let cache = engine.cache().filter(|_| is_under_way);
         let seconds = cache.map_or(0.0, |cache| {
@@ -260,7 +260,7 @@ impl<'a> Keeper<'a> {
             runs: self.runs.clone(),
         };
         let parts = Continuation {
-            header: &to_json(&state)?,
+            header: &header_json(&state)?,
             sums: &sums,
             is_quick: true,
         };

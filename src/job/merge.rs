@@ -6,7 +6,7 @@ use crate::interrupt;
 use crate::output::{Continuation, Outputs, Provenance, check_inputs_stay, check_writable, say};
 use crate::shard;
 
-use super::shards::to_json;
+use super::shards::header_json;
 use super::summary::error_in_words;
 
 pub fn merge(args: &MergeArgs) -> Result<u8> {
@@ -27,7 +27,7 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
         header.devices.join("; "),
     );
     let parts = Continuation {
-        header: &to_json(header)?,
+        header: &header_json(header)?,
         sums: &merged.sums,
         is_quick: false,
     };

@@ -21,7 +21,7 @@ use crate::error::{DEVICE_STATUS, DeviceError, Error, Result};
 use crate::gpu::list_devices;
 use crate::info;
 use crate::interrupt::is_interrupted;
-use crate::output::say;
+use crate::output::{say, to_json};
 use crate::scene::Opened;
 use crate::scene::volume::{self, Reading, Volume, VolumeOverrides};
 use crate::scene::{describe, open};
@@ -77,7 +77,7 @@ pub fn compare(args: &CompareArgs) -> Result<u8> {
     });
     let compared = compare::compare([&args.a, &args.b], again, args.exposure)?;
     if args.json {
-        print(&info::to_json(&compared)?)
+        print(&to_json(&compared)?)
     } else {
         print(&compared.table())
     }
@@ -91,7 +91,7 @@ pub fn doctor(args: &DoctorArgs) -> Result<u8> {
     }
     let examinations = doctor::examine_all(devices, wants_validation());
     if args.json {
-        print(&info::to_json(&examinations)?)?
+        print(&to_json(&examinations)?)?
     } else {
         print(&doctor::page(&examinations))?
     };

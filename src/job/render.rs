@@ -334,7 +334,7 @@ impl<'a> Render<'a> {
         if index > 0 {
             let scene = &self.views[index].scene;
             let changed = clock.time("look from elsewhere", || engine.change_in_place(scene))?;
-            changed.in_any_case()?;
+            changed.must_be_possible()?;
         }
         let taken_up = self.keeper.as_ref().filter(|_| index == self.first);
         if index > 0 || self.first > 0 {

@@ -62,6 +62,6 @@ pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
 }
 
 /// A header as JSON.
-pub fn to_json(header: &impl Serialize) -> Result<String> {
+pub fn header_json(header: &impl Serialize) -> Result<String> {
     serde_json::to_string(header).map_err(|error| Error::value(format!("a header: {error}")))
 }

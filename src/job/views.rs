@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::shards::{Fingerprints, to_json};
+use super::shards::{Fingerprints, header_json};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Picture};
 use crate::error::Result;
@@ -96,7 +96,7 @@ impl Saved {
                 Format::Exr => match parts {
                     Some((header, sums)) => {
                         let parts = Continuation {
-                            header: &to_json(header)?,
+                            header: &header_json(header)?,
                             sums,
                             is_quick: false,
                         };

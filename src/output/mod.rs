@@ -16,6 +16,8 @@ pub mod trace;
 use std::io::Write;
 use std::path::Path;
 
+use serde::Serialize;
+
 use crate::engine::Picture;
 use crate::error::{Error, Result};
 use crate::render::Sums;
@@ -23,6 +25,11 @@ use crate::scene::Tone;
 
 pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
 pub use atomic::{Outputs, check_inputs_stay, check_writable, has_committed};
+
+/// A result as JSON that people can read.
+pub fn to_json(value: &impl Serialize) -> Result<String> {
+    serde_json::to_string_pretty(value).map_err(|e| Error::value(format!("JSON: {e}")))
+}
 
 /// Prints a line to stderr, or several. Control characters, which names of files may have, are escaped, so that they do not
 /// reach a terminal. Whoever reads it may be gone, which is no reason to stop.

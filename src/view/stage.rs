@@ -79,7 +79,7 @@ impl Stage {
         let window = Arc::new(window.map_err(|e| failed(&e))?);
         let display = window.display_handle().map_err(|e| failed(&e))?.as_raw();
         let options = args.gpu.host_options();
-        let device = Device::open_for_display(&options.choice(), display)?;
+        let device = Device::open_for_display(&options.device_choice(), display)?;
         let host = Host::with_device(device.clone(), options.vram_budget, options.ram_budget);
         let memory = host.memory()?;
         let surface = Surface::new(&device, window.clone())?;
@@ -142,7 +142,7 @@ impl Stage {
     fn planned_bytes(&self, window: Shape, picture: [u32; 2]) -> Result<u64> {
         let dry_run = Memory::dry_run(self.device(), self.device().summary.clone());
         WindowImages::allocate(&dry_run, &self.surface, window, picture)?;
-        Ok(dry_run.resources_at_peak().iter().map(|r| r.bytes).sum())
+        Ok(dry_run.peak())
     }
 
     /// Makes the window's images anew, at its current size.

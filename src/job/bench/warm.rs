@@ -199,7 +199,7 @@ impl EntrantRun<'_> {
 
     /// Marches an edited scene through the existing cache.
     fn show_at_once(&mut self, scene: &Scene) -> Result<()> {
-        self.engine.change_in_place(scene)?.in_any_case()?;
+        self.engine.change_in_place(scene)?.must_be_possible()?;
         match self.engine.caching() {
             Some(mut caching) => caching.march_in_place(),
             None => Ok(()),
