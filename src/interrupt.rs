@@ -74,7 +74,7 @@ pub fn status_of(error: &Error) -> u8 {
 pub fn run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
     Run {
         stop,
-        interrupt: &INTERRUPTED,
+        interrupt: Some(&INTERRUPTED),
         progress,
         waits: false,
         between: None,

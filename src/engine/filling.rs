@@ -1,13 +1,17 @@
-//! How far a cache is filled before samples are taken.
+//! Filling a cache before samples are taken, batch after batch, and how far.
 //!
 //! The cache's error is the same in all samples, while the noise of samples falls with their number. So the time is divided
 //! between filling and sampling by what each gains from it (`forecast.rs`). Gathering takes little time and is always worth
 //! it. Before nodes trace whole paths, a trial with few pixels measures the noise and the time of samples.
 
+use std::time::Duration;
+
 use super::Engine;
-use super::batches::{cache_goal, cache_share_of_time};
+use super::batches::{Filled, cache_goal, cache_share_of_time, next_batch};
 use super::forecast::{FillForecast, Forecast};
-use super::schedule::Stop;
+use super::run::{Progress, Run};
+use super::schedule::{Stop, with_delay};
+use super::stopwatch::after;
 use crate::error::Result;
 use crate::render::shared::GATHERED;
 use crate::render::{Cache, Until, equivalent_paths};
@@ -19,6 +23,72 @@ const UNSEEN_WHILE_GATHERING: f64 = 5.0;
 const SHARE_OF_PIXELS: f64 = 0.125;
 
 impl Engine {
+    /// Fills the cache, batch after batch, until it is good enough for the run's `pictures` pictures. Returns whether
+    /// it is; if not, an interruption or the run's time has ended it in the middle of a batch.
+    pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<bool> {
+        let spent = self
+            .renderer
+            .cache()
+            .map_or(Duration::ZERO, |cache| cache.filling.took);
+        let [deadline, latest] = [run.stop.time, run.stop.time.map(with_delay)]
+            .map(|time| time.and_then(|time| after(time.saturating_sub(spent))));
+        let is_caught_up = |engine: &Engine| {
+            let cache = engine.renderer.cache();
+            cache.is_some_and(|cache| cache.filling.updates == 0 || cache.is_caught_up())
+        };
+        let mut is_of_another_view = !is_caught_up(self);
+        loop {
+            let updates = self.updates();
+            is_of_another_view &= !is_caught_up(self);
+            let until = Until {
+                interrupt: run.interrupt,
+                deadline: match updates {
+                    0 if run.waits => None,
+                    0 => latest,
+                    // What has come in sight has had no path, and time that earlier views took does not count.
+                    _ if is_of_another_view => run.stop.time.map(with_delay).and_then(after),
+                    _ => deadline,
+                },
+            };
+            let mut next = self.next_batch(&run.stop, pictures);
+            if next.is_some() && self.try_samples_ahead(&run.stop, until)? {
+                next = self.next_batch(&run.stop, pictures);
+            }
+            let Some((samples, mut caching)) = next.zip(self.renderer.caching()) else {
+                return Ok(true);
+            };
+            if !caching.batch(samples, until)? {
+                return Ok(false);
+            }
+            if let Some(cache) = self.renderer.cache().filter(|_| samples > 0) {
+                (run.progress)(Progress::Filled {
+                    updates: cache.filling.updates,
+                    relative_error: cache.filling.relative_error,
+                });
+            }
+            run.pause(self)?;
+        }
+    }
+
+    /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none. 0: nodes
+    /// that have come in sight catch up with what they lack.
+    fn next_batch(&self, stop: &Stop, pictures: u32) -> Option<u32> {
+        let cache = self.renderer.cache()?;
+        if cache.filling.updates > 0 && !cache.is_caught_up() {
+            return Some(0);
+        }
+        let pixels = self.pixels() * f64::from(pictures);
+        let filled = Filled {
+            updates: cache.filling.updates,
+            took: cache.filling.took,
+            is_good: self.is_filled_for(self.ahead(), stop, pictures),
+            share_of_time: self.share_of_time(stop, pictures),
+            seconds_per_update: cache.seconds_per_update(),
+            paths_per_pixel: cache.paths_in_light() as f64 / pixels,
+        };
+        next_batch(stop, &filled)
+    }
+
     /// Paths that the nodes in sight have had; 0 without a cache.
     pub(super) fn updates(&self) -> u32 {
         let cache = self.renderer.cache();

@@ -1,11 +1,10 @@
-//! The loops of a render: batches of paths for the cache, then unit after unit of samples for the picture, until its
-//! stop is reached.
+//! A render: a cache is filled (`filling.rs`), and then unit after unit of samples is taken for the picture, until its stop is
+//! reached.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::Engine;
-use super::batches::{Filled, next_batch};
 use super::picture::{radiance, relative_error};
 use super::schedule::{
     Done, Stop, StopReason, next_unit, reason_to_stop, units_together, with_delay,
@@ -19,9 +18,6 @@ use crate::render::{Film, Until};
 const TIME_TO_LOOK: Duration = Duration::from_millis(500);
 const LOOKS_TO_WAIT: u32 = 20;
 
-/// The flag of work that an interruption has to wait for; it is never set.
-static UNSTOPPABLE: AtomicBool = AtomicBool::new(false);
-
 /// A function that is called between two pieces of work.
 pub type Between<'a> = &'a mut dyn FnMut(&mut Engine) -> Result<()>;
 
@@ -29,7 +25,7 @@ pub type Between<'a> = &'a mut dyn FnMut(&mut Engine) -> Result<()>;
 pub struct Run<'a> {
     pub stop: Stop,
     /// Setting this flag ends the render at the end of the dispatch under way.
-    pub interrupt: &'a AtomicBool,
+    pub interrupt: Option<&'a AtomicBool>,
     pub progress: &'a mut dyn FnMut(Progress),
     /// Whether to wait for the first picture, however late it is; otherwise a time that is too short for one is an
     /// error.
@@ -80,10 +76,9 @@ impl Engine {
     /// reached; with another range of samples than before, the picture is begun anew. An empty stop, or one that is never
     /// reached, goes on for ever.
     pub fn render(&mut self, stop: Stop) -> Result<Outcome> {
-        let never = AtomicBool::new(false);
         let mut run = Run {
             stop,
-            interrupt: &never,
+            interrupt: None,
             progress: &mut |_| {},
             waits: false,
             between: None,
@@ -97,72 +92,6 @@ impl Engine {
         let watch = Stopwatch::started();
         self.fill(&mut run, 1)?;
         self.sample(&mut run, &watch)
-    }
-
-    /// Fills the cache, batch after batch, until it is good enough for the run's `pictures` pictures. Returns whether
-    /// it is; if not, an interruption or the run's time has ended it in the middle of a batch.
-    pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<bool> {
-        let spent = self
-            .renderer
-            .cache()
-            .map_or(Duration::ZERO, |cache| cache.filling.took);
-        let [deadline, latest] = [run.stop.time, run.stop.time.map(with_delay)]
-            .map(|time| time.and_then(|time| after(time.saturating_sub(spent))));
-        let is_caught_up = |engine: &Engine| {
-            let cache = engine.renderer.cache();
-            cache.is_some_and(|cache| cache.filling.updates == 0 || cache.is_caught_up())
-        };
-        let mut is_of_another_view = !is_caught_up(self);
-        loop {
-            let updates = self.updates();
-            is_of_another_view &= !is_caught_up(self);
-            let until = Until {
-                interrupt: run.interrupt,
-                deadline: match updates {
-                    0 if run.waits => None,
-                    0 => latest,
-                    // What has come in sight has had no path, and time that earlier views took does not count.
-                    _ if is_of_another_view => run.stop.time.map(with_delay).and_then(after),
-                    _ => deadline,
-                },
-            };
-            let mut next = self.next_batch(&run.stop, pictures);
-            if next.is_some() && self.try_samples_ahead(&run.stop, until)? {
-                next = self.next_batch(&run.stop, pictures);
-            }
-            let Some((samples, mut caching)) = next.zip(self.renderer.caching()) else {
-                return Ok(true);
-            };
-            if !caching.batch(samples, until)? {
-                return Ok(false);
-            }
-            if let Some(cache) = self.renderer.cache().filter(|_| samples > 0) {
-                (run.progress)(Progress::Filled {
-                    updates: cache.filling.updates,
-                    relative_error: cache.filling.relative_error,
-                });
-            }
-            run.pause(self)?;
-        }
-    }
-
-    /// Paths for each node in sight in the next batch; `None` if the cache is good enough, or there is none. 0: nodes
-    /// that have come in sight catch up with what they lack.
-    fn next_batch(&self, stop: &Stop, pictures: u32) -> Option<u32> {
-        let cache = self.renderer.cache()?;
-        if cache.filling.updates > 0 && !cache.is_caught_up() {
-            return Some(0);
-        }
-        let pixels = self.pixels() * f64::from(pictures);
-        let filled = Filled {
-            updates: cache.filling.updates,
-            took: cache.filling.took,
-            is_good: self.is_filled_for(self.ahead(), stop, pictures),
-            share_of_time: self.share_of_time(stop, pictures),
-            seconds_per_update: cache.seconds_per_update(),
-            paths_per_pixel: cache.paths_in_light() as f64 / pixels,
-        };
-        next_batch(stop, &filled)
     }
 
     /// Takes unit after unit of samples, in addition to those that the picture has already, until the run's stop or
@@ -275,11 +204,7 @@ impl Engine {
         // An interruption while the cache is filled still lets the first unit end: the picture that the cache shows.
         let has_light = self.updates() > 0;
         Until {
-            interrupt: if has_light && is_first {
-                &UNSTOPPABLE
-            } else {
-                run.interrupt
-            },
+            interrupt: run.interrupt.filter(|_| !(has_light && is_first)),
             deadline: time.and_then(|time| after(time.saturating_sub(watch.elapsed()))),
         }
     }
@@ -318,7 +243,7 @@ pub fn relative_error_of(film: &Film) -> f64 {
 }
 
 impl Run<'_> {
-    fn pause(&mut self, engine: &mut Engine) -> Result<()> {
+    pub(super) fn pause(&mut self, engine: &mut Engine) -> Result<()> {
         match &mut self.between {
             Some(between) => between(engine),
             None => Ok(()),
@@ -326,6 +251,7 @@ impl Run<'_> {
     }
 
     pub fn is_interrupted(&self) -> bool {
-        self.interrupt.load(Ordering::Relaxed)
+        self.interrupt
+            .is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }

@@ -34,7 +34,7 @@ impl<'a> Task<'a> {
     /// Until the interruption, or until so much time is over.
     pub(super) fn until(&self, time: Option<Duration>) -> Until<'a> {
         Until {
-            interrupt: self.interrupt,
+            interrupt: Some(self.interrupt),
             deadline: time.and_then(after),
         }
     }

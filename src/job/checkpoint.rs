@@ -36,8 +36,8 @@ pub struct Keeper<'a> {
     fill_state: FillState,
     runs: Vec<RunOf>,
     began: Instant,
-    /// When the checkpoint was last written.
-    written: Instant,
+    /// When a checkpoint was last due, whether it could be written or not; at first, when the work began.
+    last_due: Instant,
 }
 
 /// What earlier runs have done for the picture under way.
@@ -121,7 +121,7 @@ impl<'a> Keeper<'a> {
             identity,
             runs,
             began: Instant::now(),
-            written: Instant::now(),
+            last_due: Instant::now(),
         })
     }
 
@@ -191,7 +191,7 @@ impl<'a> Keeper<'a> {
         let is_asked = interrupt::takes_request();
         let is_last = self.fill_state == FillState::UnderWay && interrupt::is_interrupted();
         let unwritten = self
-            .written
+            .last_due
             .elapsed()
             .saturating_add(self.time_of_next_batch(engine));
         let is_due = unwritten >= self.kept.args.checkpoint_every;
@@ -202,7 +202,7 @@ impl<'a> Keeper<'a> {
         if is_written && is_last {
             self.fill_state = FillState::Kept;
         }
-        self.written = Instant::now();
+        self.last_due = Instant::now();
         Ok(())
     }
 

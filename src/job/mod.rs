@@ -5,6 +5,7 @@ mod checkpoint;
 mod clock;
 mod merge;
 mod plan;
+mod preparation;
 mod render;
 mod shards;
 mod summary;

@@ -6,13 +6,21 @@ use std::time::Instant;
 /// Work ends with the dispatch under way once a flag is raised or a moment has come.
 #[derive(Debug, Clone, Copy)]
 pub struct Until<'a> {
-    pub interrupt: &'a AtomicBool,
+    /// `None` for work that an interruption has to wait for.
+    pub interrupt: Option<&'a AtomicBool>,
     pub deadline: Option<Instant>,
 }
 
 impl Until<'_> {
+    /// Work goes on to its end.
+    pub const NEVER: Until<'static> = Until {
+        interrupt: None,
+        deadline: None,
+    };
+
     pub fn is_over(&self) -> bool {
-        self.interrupt.load(Ordering::Relaxed)
+        self.interrupt
+            .is_some_and(|flag| flag.load(Ordering::Relaxed))
             || self.deadline.is_some_and(|at| Instant::now() >= at)
     }
 }
@@ -20,7 +28,7 @@ impl Until<'_> {
 impl<'a> From<&'a AtomicBool> for Until<'a> {
     fn from(interrupt: &'a AtomicBool) -> Until<'a> {
         Until {
-            interrupt,
+            interrupt: Some(interrupt),
             deadline: None,
         }
     }

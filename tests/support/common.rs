@@ -1,12 +1,12 @@
 //! Renders in process, with core and synchronization validation on: any message is a failure.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use isolume::engine::{Host, HostOptions};
 use isolume::gpu::{Device, DeviceChoice, Memory, Shaders, Validation};
 use isolume::render::{
-    Cache, CacheLayout, Caching, Film, FirstHits, GpuScene, Renderer, next_batch_size, shared,
+    Cache, CacheLayout, Caching, Film, FirstHits, GpuScene, Renderer, Until, next_batch_size,
+    shared,
 };
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
@@ -62,8 +62,7 @@ pub fn render_with_shaders(
     let scene = GpuScene::new(scene, volume, seed);
     let mut renderer = Renderer::with_shaders(&memory, shaders, volume, scene).expect("a renderer");
     for _ in 0..units {
-        let stop = AtomicBool::new(false);
-        assert!(renderer.unit(samples, &stop).expect("a unit"));
+        assert!(renderer.unit(samples, Until::NEVER).expect("a unit"));
     }
     let film = renderer.film().expect("a film");
     assert_silent(&device);
@@ -83,8 +82,7 @@ pub fn render_seeds(
     let mut renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
     let film = |seed| {
         reseed(&mut renderer, seed);
-        let stop = AtomicBool::new(false);
-        assert!(renderer.unit(samples, &stop).expect("a unit"));
+        assert!(renderer.unit(samples, Until::NEVER).expect("a unit"));
         renderer.film().expect("a film")
     };
     let films = seeds.into_iter().map(film).collect();
@@ -245,18 +243,16 @@ impl Cached {
     }
 
     pub fn fill(&mut self, updates: u32) {
-        let stop = AtomicBool::new(false);
         while self.updates() < updates {
             let batch = next_batch_size(self.updates());
-            assert!(self.caching().batch(batch, &stop).expect("a batch"));
+            assert!(self.caching().batch(batch, Until::NEVER).expect("a batch"));
         }
     }
 
     /// The picture at rest, after `units` units of `samples` samples each.
     pub fn at_rest(&mut self, units: u32, samples: u32) -> Film {
         for _ in 0..units {
-            let stop = AtomicBool::new(false);
-            assert!(self.renderer.unit(samples, &stop).expect("a unit"));
+            assert!(self.renderer.unit(samples, Until::NEVER).expect("a unit"));
         }
         let film = self.renderer.film().expect("a film");
         assert_silent(&self.device);

@@ -2,10 +2,9 @@
 //! small enough for a comparison to mean something, and only then compared.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use isolume::gpu::{Device, Memory};
-use isolume::render::{GpuScene, Renderer};
+use isolume::render::{GpuScene, Renderer, Until};
 use isolume::scene::Scene;
 use isolume::scene::volume::Volume;
 
@@ -90,8 +89,11 @@ impl Strips {
     }
 
     fn add_unit(&mut self) {
-        let stop = AtomicBool::new(false);
-        assert!(self.renderer.unit(self.samples, &stop).expect("a unit"));
+        assert!(
+            self.renderer
+                .unit(self.samples, Until::NEVER)
+                .expect("a unit")
+        );
         let film = self.renderer.film().expect("a film");
         let n = (self.units.len() + 1) as f64;
         let mut means = vec![[0.0; 3]; self.strips];

@@ -1,7 +1,6 @@
 //! A volume of which the device holds a few bricks at a time makes the same picture as a whole one, to the last bit: in
 //! every variant, in both light models, whatever has to wait for what.
 
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use isolume::gpu::Memory;
@@ -109,20 +108,19 @@ fn pictures(scene: &Scene, cache_scale: Option<f64>, places: Option<u64>) -> Pic
     }
     let mut renderer =
         Renderer::with_shaders(&memory, &shaders(), &volume, gpu_scene).expect("a renderer");
-    let stop = AtomicBool::new(false);
     let mut marched = Vec::new();
     for updates in [0, 1, 2] {
         if let Some(mut caching) = renderer.caching() {
             assert!(
                 caching
-                    .batch(next_batch_size(updates), &stop)
+                    .batch(next_batch_size(updates), Until::NEVER)
                     .expect("a batch")
             );
             marched = caching.march().expect("a picture");
         }
     }
     for _ in 0..2 {
-        assert!(renderer.unit(1, &stop).expect("a unit"));
+        assert!(renderer.unit(1, Until::NEVER).expect("a unit"));
     }
     let film = renderer.film().expect("a film");
     let hits = renderer.first_hits().expect("hits");
@@ -202,7 +200,7 @@ fn a_pass_places_bricks_of_voxels_of_every_size() {
             let scene = GpuScene::new(&scene, &volume, 1).with_bricks(layout);
             let mut renderer =
                 Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
-            assert!(renderer.unit(2, &AtomicBool::new(false)).expect("a unit"));
+            assert!(renderer.unit(2, Until::NEVER).expect("a unit"));
             let placed = renderer.timings().total("place_bricks").is_some();
             assert_eq!(placed, places.is_some());
             renderer.film().expect("a film").mean
@@ -225,9 +223,8 @@ fn sixteen_units(
     let scene = scene.with_bricks(layout);
     let mut renderer =
         Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
-    let stop = AtomicBool::new(false);
     for _ in 0..16 / together {
-        assert!(renderer.units(1, together, &stop).expect("units"));
+        assert!(renderer.units(1, together, Until::NEVER).expect("units"));
     }
     let film = renderer.film().expect("a film");
     let loads = renderer.brick_figures().map_or(0, |figures| figures.loads);
@@ -271,12 +268,11 @@ fn interrupted_units_leave_the_picture_as_it_was() {
     let scene = scene.with_bricks(Some(layout));
     let mut renderer =
         Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer");
-    let never = AtomicBool::new(false);
-    assert!(renderer.units(1, 2, &never).expect("units"));
+    assert!(renderer.units(1, 2, Until::NEVER).expect("units"));
     let before = renderer.sums().expect("sums");
     let until = |ms| Until {
-        interrupt: &never,
         deadline: Some(Instant::now() + Duration::from_millis(ms)),
+        ..Until::NEVER
     };
     let mut dropped = 0;
     for ms in (0..16).map(|n| 1 << n) {
@@ -304,7 +300,6 @@ fn mean_on_device(renderer: &mut Renderer) -> Vec<[f32; 4]> {
 #[test]
 fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
     let (device, volume) = (device(), waves());
-    let stop = AtomicBool::new(false);
     let renderer = |layout| {
         let memory = Memory::new(&device, BUDGET).expect("memory");
         let scene = GpuScene::new(&scene(0.0, None), &volume, 1);
@@ -312,7 +307,7 @@ fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
         Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("a renderer")
     };
     let mut whole = renderer(None);
-    assert!(whole.unit(1, &stop).expect("a unit"));
+    assert!(whole.unit(1, Until::NEVER).expect("a unit"));
     let exact = whole.sums().expect("sums").mean;
 
     let layout = BrickLayout::with_side(8, volume.dims, 4000, &device.summary);
@@ -330,7 +325,7 @@ fn previews_wait_for_nothing_and_end_as_the_exact_picture() {
     assert!(loads.len() > 3, "they were all brought at once");
     assert!(means[0] != exact);
     assert!(means[means.len() - 1] == exact);
-    assert!(streamed.unit(1, &stop).expect("a unit"));
+    assert!(streamed.unit(1, Until::NEVER).expect("a unit"));
     assert!(streamed.sums().expect("sums").mean == exact);
     assert_silent(&device);
 }
@@ -344,8 +339,10 @@ fn too_few_bricks_for_a_ray_are_an_error() {
     let scene = GpuScene::new(&scene, &volume, 1);
     let scene = scene.with_bricks(Some(layout));
     let mut renderer = Renderer::with_shaders(&memory, &shaders(), &volume, scene).expect("begun");
-    let stop = AtomicBool::new(false);
-    let error = renderer.unit(1, &stop).expect_err("no room").to_string();
+    let error = renderer
+        .unit(1, Until::NEVER)
+        .expect_err("no room")
+        .to_string();
     assert!(
         error.contains("than the 1 that there is room for"),
         "{error}"

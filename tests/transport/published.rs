@@ -1,10 +1,8 @@
 //! The published baseline (`src/render/published`): where its choices do not matter it agrees with
 //! what is known, and it takes the memory that the paper says.
 
-use std::sync::atomic::AtomicBool;
-
 use isolume::gpu::Memory;
-use isolume::render::{GpuScene, Plan, Renderer};
+use isolume::render::{GpuScene, Plan, Renderer, Until};
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -49,8 +47,7 @@ fn publish_after(
     let mut renderer = Renderer::new(&memory, volume, scene).expect("a renderer");
     prepare(&mut renderer);
     while renderer.totals().samples < updates {
-        let stop = AtomicBool::new(false);
-        assert!(renderer.unit(1, &stop).expect("a round"));
+        assert!(renderer.unit(1, Until::NEVER).expect("a round"));
     }
     let film = renderer.film().expect("a film");
     assert_silent(&device);

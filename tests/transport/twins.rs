@@ -1,12 +1,10 @@
 //! Rules that stand in Rust and in GLSL, held against each other over their whole range.
 
-use std::sync::atomic::AtomicBool;
-
 use fastrand::Rng;
 use isolume::gpu::*;
 use isolume::output::display::display_value;
 use isolume::render::shared::{self, BRICK, GATHERED, MACROCELL};
-use isolume::render::{GpuScene, Renderer, ToneMapPush, batch_gathers};
+use isolume::render::{GpuScene, Renderer, ToneMapPush, Until, batch_gathers};
 use isolume::scene::*;
 
 use crate::support::common::*;
@@ -186,14 +184,18 @@ fn host_and_shader_agree_on_when_nodes_gather() {
     let volume = constant_field(1.0, [SIDE; 3], [1.0 / f64::from(SIDE); 3]);
     let mut cached = cached(&scene, &volume, 1.0, CacheFormat::F32, 0, 1);
     cached.caching().widen_focus();
-    let stop = AtomicBool::new(false);
     for samples in [1, 1, 2, 4, 8, 15, 1, 1, GATHERED, 8] {
         let before = (
             cached.cache().work.paths,
             cached.cache().work.lookups,
             cached.updates(),
         );
-        assert!(cached.caching().batch(samples, &stop).expect("a batch"));
+        assert!(
+            cached
+                .caching()
+                .batch(samples, Until::NEVER)
+                .expect("a batch")
+        );
         let paths = cached.cache().work.paths - before.0;
         let lookups_per_path = (cached.cache().work.lookups - before.1) as f64 / paths as f64;
         let gathers = batch_gathers(before.2, samples);

@@ -1,7 +1,6 @@
 //! Cells in sight get most paths: that pays, and whoever looks from elsewhere is not left behind.
 
-use std::sync::atomic::AtomicBool;
-
+use isolume::render::Until;
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -41,8 +40,7 @@ fn look_from_everywhere(cached: &mut Cached) {
 
 /// All that is in sight gets the paths that it lacks.
 fn catch_up(cached: &mut Cached) {
-    let stop = AtomicBool::new(false);
-    assert!(cached.caching().batch(0, &stop).expect("a batch"));
+    assert!(cached.caching().batch(0, Until::NEVER).expect("a batch"));
 }
 
 /// Seen from the other side from now on.

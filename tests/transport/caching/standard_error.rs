@@ -1,8 +1,6 @@
 //! The standard error of marched samples, which are spread evenly, is the one that they have.
 
-use std::sync::atomic::AtomicBool;
-
-use isolume::render::{Film, Sums, Totals};
+use isolume::render::{Film, Sums, Totals, Until};
 use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
@@ -22,8 +20,7 @@ fn bumps() -> Volume {
 /// Of the picture of samples that begin at `first`, all of which read the same cache, its own sums.
 fn sums(cache: &mut Cached, first: u32) -> (Sums, Totals) {
     cache.renderer.begin_at_sample(first);
-    let never = AtomicBool::new(false);
-    assert!(cache.renderer.unit(SAMPLES, &never).expect("a unit"));
+    assert!(cache.renderer.unit(SAMPLES, Until::NEVER).expect("a unit"));
     let sums = cache.renderer.sums().expect("sums");
     (sums, cache.renderer.totals())
 }

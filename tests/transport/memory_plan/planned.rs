@@ -1,10 +1,9 @@
 //! A render takes what its plan says: to the byte, and not a byte less.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use isolume::gpu::{Device, Memory};
-use isolume::render::{GpuScene, Renderer};
+use isolume::render::{GpuScene, Renderer, Until};
 use isolume::scene::*;
 
 use crate::memory_plan::{F16, F32, Kind, Rung, clay, name, plan, scene, sparse};
@@ -26,11 +25,10 @@ fn assert_exact(device: &Arc<Device>, surfaces: Option<LightModel>, g: f64, rung
 
     let memory = Memory::new(device, plan.bytes()).expect("memory");
     let mut renderer = Renderer::new(&memory, &volume, scene.clone()).expect(&what);
-    let stop = AtomicBool::new(false);
     if let Some(mut caching) = renderer.caching() {
-        assert!(caching.batch(1, &stop).expect(&what), "{what}");
+        assert!(caching.batch(1, Until::NEVER).expect(&what), "{what}");
     }
-    assert!(renderer.unit(1, &stop).expect(&what), "{what}");
+    assert!(renderer.unit(1, Until::NEVER).expect(&what), "{what}");
     renderer.film().expect(&what);
     renderer.first_hits().expect(&what);
     drop(renderer);
