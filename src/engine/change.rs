@@ -3,7 +3,7 @@
 use super::Engine;
 use super::host::check;
 use crate::error::{Error, Result, unless_refused};
-use crate::render::{Derived, GpuScene, Plan, Variant};
+use crate::render::{Changes, Derived, GpuScene, Plan, Variant};
 use crate::scene::Scene;
 
 /// How much of the work done so far outlives an edit.
@@ -50,35 +50,39 @@ impl Engine {
                 Changed::Nothing
             });
         }
-        if changes.invalidates(Derived::Plan) {
-            return Ok(Changed::Impossible);
+        match self.fitted(next, changes)? {
+            Some(next) if self.make_room_for(&next)? => self.adopt(scene, next),
+            _ => Ok(Changed::Impossible),
         }
+    }
+
+    /// The next scene with a layout of the cache that fits it; `None` if the passes that there are cannot show it.
+    fn fitted(&self, next: GpuScene, changes: Changes) -> Result<Option<GpuScene>> {
         // The baseline's cells and their majorant are made for one medium under one light.
         let is_published = self.full.variant == Variant::Published;
-        if is_published && changes.invalidates(Derived::NodePaths) {
-            return Ok(Changed::Impossible);
+        if changes.invalidates(Derived::Plan)
+            || is_published && changes.invalidates(Derived::NodePaths)
+        {
+            return Ok(None);
         }
         let next = if changes.invalidates(Derived::CacheLayout) {
             unless_refused(next.refitted(&self.volume, self.host.summary().max_image_3d))?
         } else {
             Some(next)
         };
-        let Some(next) = next else {
-            return Ok(Changed::Impossible);
-        };
-        if !self.full.passes_serve(&next) || !self.make_room_for(&next)? {
-            return Ok(Changed::Impossible);
-        }
-        let has_new_size = next.parts.view.size != self.full.parts.view.size;
+        Ok(next.filter(|next| self.full.passes_serve(next)))
+    }
+
+    /// Goes on with a scene for which there are passes and memory.
+    fn adopt(&mut self, scene: &Scene, next: GpuScene) -> Result<Changed> {
         let has_new_layout = next.variant != self.full.variant;
-        let size = if has_new_size {
-            next.parts.view.size
-        } else {
+        // A picture that is smaller than the scene's for a while stays so.
+        let size = if next.parts.view.size == self.full.parts.view.size {
             self.renderer.size()
+        } else {
+            self.renderer.resize(next.parts.view.size)?;
+            next.parts.view.size
         };
-        if has_new_size {
-            self.renderer.resize(size)?;
-        }
         self.scene = scene.clone();
         self.full = next;
         self.samples_ahead = None;

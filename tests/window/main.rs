@@ -116,7 +116,9 @@ fn memory_stays_flat_under_random_input() {
     }
     let resizes = &window.close()["resizes"];
     println!("{actions} actions, {resizes} resizes, resident KiB: {resident:?}");
-    let (early, late) = resident.split_at(resident.len() / 2);
+    // In the first half, the window reaches what it needs: with other tests beside it, that takes longer.
+    let (_, flat) = resident.split_at(resident.len() / 2);
+    let (third, last) = flat.split_at(flat.len() / 2);
     let highest = |all: &[u64]| all.iter().copied().max().unwrap_or(0) as f64;
-    assert!(highest(late) < 1.1 * highest(early), "{resident:?}");
+    assert!(highest(last) < 1.05 * highest(third), "{resident:?}");
 }
