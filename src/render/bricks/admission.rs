@@ -70,7 +70,7 @@ pub const ALL: u32 = u32::MAX;
 const PATIENCE: u32 = 2;
 
 impl Admission {
-    /// To new work on slots: all of them.
+    /// Admits all slots, to new work on them.
     pub fn of_slots() -> Admission {
         Admission {
             order: Order::Slots,
@@ -81,7 +81,7 @@ impl Admission {
         }
     }
 
-    /// To new work on pixels or the like: the first `count`.
+    /// Admits the first `count` pixels, or the like, to new work on them.
     pub fn of_pixels(count: u32) -> Admission {
         Admission {
             order: Order::Pixels,
