@@ -99,6 +99,7 @@ impl Report {
 
     pub fn built(&mut self, live: &Live) {
         self.builds += 1;
+        self.planned(live.planned_bytes());
         self.say(&format!(
             "showing: {}, because {}",
             live.engine.choice().plan.variant.description(),

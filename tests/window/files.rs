@@ -126,6 +126,17 @@ fn a_window_that_becomes_too_large_can_be_made_smaller_again() {
     );
 }
 
+/// The renderer is taken as it was built, which takes what was planned for that size, and then made smaller.
+#[test]
+fn a_window_made_smaller_while_a_scene_is_prepared_has_planned_for_both_sizes() {
+    let mut window = Window::open("scene.toml --spp 2");
+    window.program.wait_for("picture: ");
+    window.resize(400, 300);
+    window.program.wait_for("showing");
+    window.program.wait_for("picture finished");
+    window.close();
+}
+
 /// A renderer's plan leaves no room for another one, which may still be on its way to the GPU.
 #[test]
 fn a_scene_dropped_while_another_is_prepared_waits_for_its_memory() {
