@@ -3,7 +3,7 @@
 //
 // The ray carries its side of every surface as a bit, and a crossing is a change of truth against that bit. A sign
 // lost to rounding at a cell's border is found in the next cell, so no ray slips through, and no epsilon is needed to
-// leave a surface: its root there is divided out.
+// leave a surface: its root there is divided out, and where the field goes from there tells the side.
 
 #include "scene.glsl"
 #include "cubic.glsl"
@@ -79,12 +79,20 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
     vec3 a = local_position(ray, passage.t0, vec3(passage.cell));
     vec4 c = cell_cubic(relative, a, ray.step * (passage.t1 - passage.t0));
     bool starts_here = int(surface) == passage.start_surface;
-    if (starts_here) {
-        c = vec4(c.yzw, 0.0);
-    } else if (passage.fresh) {
+    if (passage.fresh && !starts_here) {
         inside = c.x >= 0.0 ? inside | bit : inside & ~bit;
     }
     bool is_inside = (inside & bit) != 0u;
+    // Where a ray has just crossed one surface and is on the wrong side of another, both are at one place, as far as 32 bits
+    // tell. If the side alone decided, the ray might cross them in turns without end.
+    bool is_same_place = !starts_here && passage.start_surface >= 0 && (c.x >= 0.0) != is_inside;
+    if (is_same_place && (c.y >= 0.0) != is_inside) {
+        return 0.0;
+    }
+    starts_here = starts_here || is_same_place;
+    if (starts_here) {
+        c = vec4(c.yzw, 0.0);
+    }
     vec2 range = corner_range(passage.corners);
     if (!starts_here && (range.x >= value || range.y < value)) {
         return (range.x >= value) != is_inside ? 0.0 : 2.0;
