@@ -1,5 +1,5 @@
-// Unbiased volumetric path tracing from the camera (the `non-caching` variant): free flights end at
-// collisions, and nothing but the sky and absorption ends a path.
+// Unbiased volumetric path tracing from the camera (the `non-caching` variant): free flights end at collisions, and a path
+// goes on until it leaves the volume, roulette ends it, or it has had as many bounces as the scene allows.
 
 #version 460
 #include "scene.glsl"

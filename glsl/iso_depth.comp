@@ -38,7 +38,7 @@ void main() {
     vec4 normal = vec4(0.0, 0.0, 0.0, uintBitsToFloat(0x7f800000u));
     vec4 color = vec4(0.0);
     if (crossing.surface >= 0) {
-        normal = vec4(hit_at(ray, crossing).shading, entry + crossing.t);
+        normal = vec4(hit_at(ray, crossing).shading_normal, entry + crossing.t);
         color = vec4(surface_at(uint(crossing.surface)).color, 1.0);
     }
     report(index, is_void, !is_void);

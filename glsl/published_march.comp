@@ -46,8 +46,8 @@ vec3 shade(Ray ray, float t) {
         towards_light = -sun_at(0u).direction;
         irradiance = sun_at(0u).irradiance;
     }
-    vec3 f = brdf_value(make_material(0u), hit.shading, -ray.direction, towards_light);
-    return f * max(0.0, dot(hit.shading, towards_light)) * irradiance;
+    vec3 f = brdf_value(make_material(0u), hit.shading_normal, -ray.direction, towards_light);
+    return f * max(0.0, dot(hit.shading_normal, towards_light)) * irradiance;
 }
 
 void main() {

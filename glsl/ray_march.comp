@@ -109,7 +109,7 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
                 }
             }
             Cube cube = cube_taken(taken, ray);
-            // A loop in place of an `if`, for which lavapipe makes slower code.
+            // This loop has at most one turn. In place of an `if`, lavapipe makes faster code of it.
             for (uint k = 0u; k < weighs; ++k) {
                 weigh(cube, taken.weight);
             }
@@ -117,7 +117,7 @@ void march_segment(Ray ray, float t, float t_end, uint side, uint weighs, inout 
             vec3 albedo = albedo_taken(taken);
             vec3 scattered = albedo * scattered_back(light, ray);
             front.from_cache += scattered;
-            // A loop for the same reason.
+            // So does this one.
             for (uint k = MARCH_CACHED; k < push.wanted; ++k) {
                 front.from_cache -= is_left_to_paths(cube) ? scattered : vec3(0.0);
             }
@@ -170,8 +170,8 @@ vec3 shade(Ray ray, Crossing crossing, uint weighs) {
     Hit hit = hit_at(ray, crossing);
     Material material = make_material(uint(crossing.surface));
     vec3 g = ray.origin + crossing.t * ray.step;
-    CachedLight light = light_on(g, hit.geometric, side_of_surfaces(crossing.inside), weighs);
-    vec3 reflected = reflected_light(uint(crossing.surface), material, hit.shading, -ray.direction, light);
+    CachedLight light = light_on(g, hit.geometric_normal, side_of_surfaces(crossing.inside), weighs);
+    vec3 reflected = reflected_light(uint(crossing.surface), material, hit.shading_normal, -ray.direction, light);
     return reflected * scene.cache_unit + sunlight_reflected(ray, crossing, hit, material, OPAQUE_BELOW);
 }
 

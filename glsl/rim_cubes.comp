@@ -44,19 +44,6 @@ float side_at_end(Span span) {
     return side;
 }
 
-// The smallest and the largest extinction between two stored values. Unlike `sigma_t_range`, it reads only the points of
-// the transfer function between them, since it runs for each pair of neighbouring voxels.
-vec2 sigma_t_between(float a, float b) {
-    vec2 opacity = vec2(transfer_opacity(a), transfer_opacity(b));
-    opacity = vec2(min(opacity.x, opacity.y), max(opacity.x, opacity.y));
-    int last = is_linear ? 0 : transfer_point(max(a, b));
-    for (int i = is_linear ? 1 : transfer_point(min(a, b)) + 1; i <= last; ++i) {
-        float between = transfer_values(i).z;
-        opacity = vec2(min(opacity.x, between), max(opacity.y, between));
-    }
-    return scene.density * opacity;
-}
-
 // Whether extinction differs by more than `most` on the way from one of the voxels to a neighbour: a narrow tent of the
 // transfer function may lie between their values.
 bool has_jump(Voxels voxels, float most) {
@@ -69,7 +56,7 @@ bool has_jump(Voxels voxels, float most) {
                 float last = volume_voxel(voxel);
                 for (++voxel[axes.x]; voxel[axes.x] <= voxels.high[axes.x]; ++voxel[axes.x]) {
                     float value = volume_voxel(voxel);
-                    vec2 sigma_t = sigma_t_between(last, value);
+                    vec2 sigma_t = sigma_t_between(min(last, value), max(last, value));
                     if (sigma_t.y - sigma_t.x > most) {
                         return true;
                     }

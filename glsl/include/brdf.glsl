@@ -149,7 +149,7 @@ float brdf_pdf(Material m, vec3 n, vec3 v, vec3 l) {
 vec3 brdf_sample(Material m, vec3 n, vec3 v, vec3 u) {
     if (has_phong && m.surface.shading == SHADING_PHONG && u.z >= m.diffuse_share) {
         // 1 − cosine, of which the power is uniform.
-        float x = one_minus_exp(-log(1.0 - u.x) / (m.surface.shininess + 1.0));
+        float x = one_minus_exp(max(0.0, -log(1.0 - u.x)) / (m.surface.shininess + 1.0)); // a device's log may err
         return direction_at(reflect(-v, n), 1.0 - x, sqrt(x * (2.0 - x)), u.y);
     }
     if (has_disney && m.surface.shading == SHADING_DISNEY && u.z >= m.diffuse_share) {

@@ -1,4 +1,5 @@
-// Loops, and how much of them a thread has run.
+// Loops, and how much of them a thread has run. Short loops whose turns are known, such as those over suns or over the voxels
+// of a cell, are plain `for` loops and are not counted.
 
 // Iterations of this thread's loops so far. They bound a dispatch, since they determine its time and lavapipe silently ends
 // every loop of a thread group after LAVAPIPE_ITERATIONS of them. Work that takes as long as several iterations, such as a

@@ -7,7 +7,7 @@
 // in the field, the mean is exact. (Steps of equal length across cells have a bias, and one sample at a random
 // point in each step has much noise: `transport hard_cases::march`.)
 //
-// Near a place that is very dense (`is_dense`), a step is a quarter of a voxel long, and undone if its own optical
+// Near a place that is very dense (`is_dense`), a step is a quarter or half of a voxel long, and undone if its own optical
 // depth turns out to be too large. Otherwise rays that pass such a place would make hundreds of steps in each voxel, and
 // more in all than a CPU's driver lets them (`iterations` in loop.glsl).
 
@@ -53,7 +53,7 @@ struct March {
 const uint BLOCKS_PER_STRETCH = 8u;
 
 ivec3 step_cells() {
-    return ivec3(vec3(scene.dims) / step_scale) + 1;
+    return ivec3(ceil((vec3(scene.dims) + 0.5) / step_scale)); // as far as the box's high faces
 }
 
 // Goes on to the next stretch, if there is one.

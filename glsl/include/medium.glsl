@@ -35,13 +35,18 @@ int transfer_point(float v) {
     return point;
 }
 
-float transfer_opacity(float v) {
+// Opacity at v, whose `transfer_point` is known.
+float opacity_from(int point, float v) {
     if (is_linear) {
         vec3 line = scene.linear_opacity;
         return max(0.0, line.y + (v - line.x) * line.z); // rounding may leave the range
     }
-    vec4 p = transfer_values(transfer_point(v));
+    vec4 p = transfer_values(point);
     return mix(p.z, p.w, clamp((v - p.x) * p.y, 0.0, 1.0));
+}
+
+float transfer_opacity(float v) {
+    return opacity_from(is_linear ? 0 : transfer_point(v), v);
 }
 
 // Colour and, in a, opacity.
@@ -142,22 +147,26 @@ vec3 albedo_of(float v) {
     return has_one_color ? scene.color : transfer_at(v).rgb;
 }
 
-// The smallest and the largest extinction over a range of stored values. They are exact for non-monotone transfer
+// The smallest and the largest extinction between two stored values, low ≤ high. They are exact for non-monotone transfer
 // functions, too: a piecewise-linear function has its extrema at its points or at the ends of the range.
+vec2 sigma_t_between(float low, float high) {
+    int first = is_linear ? 0 : transfer_point(low);
+    int last = is_linear ? 0 : transfer_point(high);
+    vec2 ends = vec2(opacity_from(first, low), opacity_from(last, high));
+    vec2 opacity = vec2(min(ends.x, ends.y), max(ends.x, ends.y));
+    for (int i = first + 1; i <= last; ++i) {
+        float at_point = transfer_values(i).z;
+        opacity = vec2(min(opacity.x, at_point), max(opacity.y, at_point));
+    }
+    return scene.density * opacity;
+}
+
+// The same for all values that interpolation can give where voxels are in a range.
 vec2 sigma_t_range(vec2 range) {
     // Where all voxels are equal there is nothing to interpolate, and a background at which a ramp of opacity begins is
     // empty.
     float rounding = range.x < range.y ? INTERPOLATION_ROUNDING * max(abs(range.x), abs(range.y)) : 0.0;
-    range += vec2(-rounding, rounding);
-    vec2 ends = vec2(transfer_opacity(range.x), transfer_opacity(range.y));
-    vec2 opacity = vec2(min(ends.x, ends.y), max(ends.x, ends.y));
-    for (int i = 0; i <= int(scene.transfer_segments); ++i) {
-        vec4 point = transfer_values(i);
-        if (point.x >= range.x && point.x <= range.y) {
-            opacity = vec2(min(opacity.x, point.z), max(opacity.y, point.z));
-        }
-    }
-    return scene.density * opacity;
+    return sigma_t_between(range.x - rounding, range.y + rounding);
 }
 
 float largest_sigma_t(vec2 range) {

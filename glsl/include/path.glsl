@@ -175,9 +175,9 @@ struct Response {
 
 Response response_of(Scatterer s, vec3 direction) {
     if (s.is_surface) {
-        return Response(brdf_value(s.material, s.hit.shading, -s.arriving, direction)
+        return Response(brdf_value(s.material, s.hit.shading_normal, -s.arriving, direction)
                             * cosine_towards(s.hit, direction),
-                        brdf_pdf(s.material, s.hit.shading, -s.arriving, direction));
+                        brdf_pdf(s.material, s.hit.shading_normal, -s.arriving, direction));
     }
     float phase = phase_function(s.arriving, direction);
     return Response(vec3(phase), phase);
@@ -186,7 +186,7 @@ Response response_of(Scatterer s, vec3 direction) {
 // The path's next direction, with throughput and pdf; a throughput of 0 if it cannot go on.
 vec3 sample_direction(inout Path path, Scatterer s, vec3 u) {
     if (s.is_surface) {
-        vec3 direction = brdf_sample(s.material, s.hit.shading, -s.arriving, u);
+        vec3 direction = brdf_sample(s.material, s.hit.shading_normal, -s.arriving, u);
         Response response = response_of(s, direction);
         path.pdf = response.pdf;
         // A pdf of 0 is a lobe's edge, lost to rounding.

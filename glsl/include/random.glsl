@@ -70,7 +70,8 @@ uvec2 sobol_pair(Random random, uint pair) {
     // A hash's high bits are its best; scrambling begins with a seed's lowest.
     uvec4 seeds = bitfieldReverse(random_words(of_pair));
     uint index = bitfieldReverse(scrambled_upwards(bitfieldReverse(random.sample_index), seeds.x));
-    // Pascal's triangle modulo 2, Sobol's second matrix, is a sum over supersets of each bit's index.
+    // Sobol's second matrix is Pascal's triangle modulo 2: bit i of y is the parity of those bits j of the index for which j
+    // has every binary digit that i has.
     uint y = index;
     y ^= y >> 16u;
     y ^= y >> 8u & 0x00FF00FFu;

@@ -35,7 +35,7 @@ vec3 sunlight_reflected(Ray ray, Crossing crossing, Hit hit, Material material, 
         vec3 l = -sun.direction;
         float cosine = cosine_towards(hit, l);
         if (cosine > 0.0) {
-            vec3 f = brdf_value(material, hit.shading, -ray.direction, l);
+            vec3 f = brdf_value(material, hit.shading_normal, -ray.direction, l);
             radiance += f * cosine * sun_reaching(g, crossing, l, least) * sun.irradiance;
         }
     }

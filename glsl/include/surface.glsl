@@ -285,14 +285,14 @@ float surface_transmittance(Ray ray, float t, float t_end, int start_surface, ui
 }
 
 struct Hit {
-    vec3 geometric; // unit, facing the arriving ray
-    vec3 shading;   // unit, facing the arriving ray
+    vec3 geometric_normal; // unit, facing the arriving ray
+    vec3 shading_normal;   // unit, facing the arriving ray
 };
 
 // The cosine by which a surface takes light from a direction: none from behind the surface itself, whatever its shading
 // normal.
 float cosine_towards(Hit hit, vec3 direction) {
-    return dot(hit.geometric, direction) > 0.0 ? max(0.0, dot(hit.shading, direction)) : 0.0;
+    return dot(hit.geometric_normal, direction) > 0.0 ? max(0.0, dot(hit.shading_normal, direction)) : 0.0;
 }
 
 // Normals at a crossing of surface s. They point to where the ray came from: down the gradient if it
@@ -300,18 +300,18 @@ float cosine_towards(Hit hit, vec3 direction) {
 Hit hit_at(Ray ray, Crossing crossing) {
     vec3 g = ray.origin + crossing.t * ray.step;
     bool from_inside = (crossing.inside >> crossing.surface & 1u) != 0u;
-    float sign = from_inside ? 1.0 : -1.0;
-    vec3 gradient = in_own_unit(sign * volume_gradient(g));
+    float towards_ray = from_inside ? 1.0 : -1.0;
+    vec3 gradient = in_own_unit(towards_ray * volume_gradient(g));
     float size = length(gradient);
     Hit hit;
-    hit.geometric = size > 0.0 ? gradient / size : -ray.direction;
-    hit.shading = hit.geometric;
+    hit.geometric_normal = size > 0.0 ? gradient / size : -ray.direction;
+    hit.shading_normal = hit.geometric_normal;
     if (!analytic_normals) {
         iterations += 8u;
-        vec3 smoothed = in_own_unit(sign * volume_smooth_gradient(g));
+        vec3 smoothed = in_own_unit(towards_ray * volume_smooth_gradient(g));
         float smooth_size = length(smoothed);
         if (smooth_size > 0.0 && dot(smoothed, ray.direction) < 0.0) {
-            hit.shading = smoothed / smooth_size;
+            hit.shading_normal = smoothed / smooth_size;
         }
     }
     return hit;

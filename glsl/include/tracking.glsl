@@ -80,7 +80,7 @@ bool next_tentative(inout Tracking tracking, float optical_depth) {
     return false;
 }
 
-// Reads of the volume by tracking.
+// Reads of the volume by tracking and by marches.
 uint lookups = 0u;
 
 Corners corners_read(ivec3 cell) {

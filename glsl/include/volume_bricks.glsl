@@ -35,13 +35,16 @@ bool is_needed() {
     return asks_ahead || !is_void;
 }
 
-void ask_for(uint brick) {
-    if (streaming.now.previews != 0u) {
+// So many requests are as good as more, and a count never looks like a page.
+const uint MOST_REQUESTS = 1u << 20;
+
+void ask_for(uint brick, uint requests) {
+    bool is_preview = streaming.now.previews != 0u;
+    if ((is_preview || is_needed()) && requests < MOST_REQUESTS) {
         atomicAdd(volume_pages.at[brick], 1u);
-        return;
     }
-    if (is_needed()) {
-        atomicAdd(volume_pages.at[brick], 1u);
+    if (is_preview) {
+        return;
     }
     first_missing = is_void ? first_missing : brick + 1u;
     is_void = true;
@@ -53,7 +56,7 @@ ivec3 to_texel(ivec3 voxel) {
     uint brick = (position.z * scene.volume_bricks.y + position.y) * scene.volume_bricks.x + position.x;
     uint page = volume_pages.at[brick];
     if ((page & PAGE_RESIDENT) == 0u) {
-        ask_for(brick);
+        ask_for(brick, page);
         page = 0u;
     } else if ((page & PAGE_READ) == 0u && is_needed()) {
         atomicOr(volume_pages.at[brick], PAGE_READ);

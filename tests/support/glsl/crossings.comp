@@ -23,7 +23,7 @@ void main() {
         Found found = Found(crossing.t, crossing.surface, crossing.inside, vec3(0.0), vec3(0.0));
         if (crossing.surface >= 0) {
             found.position = ray.origin + crossing.t * ray.step;
-            found.geometric = hit_at(ray, crossing).geometric;
+            found.geometric = hit_at(ray, crossing).geometric_normal;
             pass_through(ray, crossing, search);
         }
         outputs.at[id * push.crossings + i] = found;
