@@ -168,9 +168,9 @@ ivec3 macrocell_at(Ray ray, float t) {
     return cell_at(ray, t, float(MACROCELL), ivec3(scene.macrocells));
 }
 
-// `inside` matters for the surface on which the ray starts alone: the search finds it for all others.
+// A ray that starts on a surface has its sides of all surfaces in `inside`. Of any other the search finds them.
 Search begin_search(Ray ray, float t, int start_surface, uint inside) {
-    return Search(t, macrocell_at(ray, t), start_surface, true, inside);
+    return Search(t, macrocell_at(ray, t), start_surface, start_surface < 0, inside);
 }
 
 // Whether a ray crosses a surface between search.t and t_end, and in which passage first. Cells without a crossing are

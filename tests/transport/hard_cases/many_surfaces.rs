@@ -76,3 +76,36 @@ fn a_thousand_thin_layers_under_a_sun() {
         }
     }
 }
+
+/// Of two surfaces whose isovalues are next to each other in 32 bits, or that are one value in them, each reflects and stops
+/// its share of the light, as of two that are further apart.
+#[test]
+fn surfaces_at_one_place_share_the_light() {
+    let ball = |[x, y, z]: [u32; 3]| {
+        let from_middle = [x, y, z].map(|i| (f64::from(i) - 7.6).powi(2));
+        (1.0 / (0.2 + 0.1 * from_middle.iter().sum::<f64>())) as f32
+    };
+    let voxels = (0..16 * 16 * 16).map(|i| ball([i % 16, i / 16 % 16, i / 256]));
+    let volume = Volume::from_values([16; 3], [1.0; 3], Voxels::F32(voxels.collect()));
+    let volume = volume.expect("a volume");
+    let mean = |second: f64| {
+        let mut scene = empty_scene([16, 16], orthographic([0.0, 0.0, 40.0], 3.0));
+        scene.surfaces.light = LightModel::Full;
+        scene.surfaces.iso = [0.5, second]
+            .map(|value| Isosurface {
+                value,
+                opacity: 0.5,
+                shading: Shading::Lambert,
+                color: [COLOR; 3],
+            })
+            .to_vec();
+        scene.lights.environment.radiance = [1.0; 3];
+        mean_red(&render(&scene, &volume, 1, 64, 1).mean)
+    };
+    let apart = mean(0.50001);
+    for second in [f64::from(0.5_f32.next_up()), 0.5 + 1e-12] {
+        let together = mean(second);
+        let error = together / apart - 1.0;
+        assert!(error.abs() < 1e-3, "{second}: {error:+.5}");
+    }
+}
