@@ -3,7 +3,8 @@
 //! Dropping one removes it. A process that ends without dropping anything calls [`remove_all`] first. What a process
 //! leaves that is killed is removed by a later one: a file is locked as long as somebody writes it, so that one
 //! without a lock is abandoned. Not every file system has locks; where there are none, nobody takes a file for
-//! abandoned.
+//! abandoned. Some network file systems have locks that other machines do not see: so a name ends with that of the machine,
+//! and a process judges those of its own machine alone.
 
 use std::fs::{self, File};
 use std::io;
@@ -74,7 +75,8 @@ impl Temporary {
     }
 }
 
-/// Removes what killed processes have left under names that begin with `prefix`. What cannot be removed stays.
+/// Removes what killed processes of this machine have left under names that begin with `prefix`. What cannot be removed
+/// stays.
 pub fn remove_abandoned(folder: &Path, prefix: &str) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_string_lossy().starts_with(prefix)
@@ -85,16 +87,26 @@ pub fn remove_abandoned(folder: &Path, prefix: &str) {
     }
 }
 
-/// The lock of a temporary file that nobody writes any more, to be held until the file is removed: whoever has just made it
-/// waits for the lock, and then makes another one.
+/// The lock of a temporary file of this machine that nobody writes any more, to be held until the file is removed: whoever has
+/// just made it waits for the lock, and then makes another one.
 pub fn abandoned(path: &Path) -> Option<File> {
-    let file = File::open(path).ok()?;
+    let is_of_this_machine = path.to_string_lossy().ends_with(&suffix());
+    // NFS locks only what is open for writing.
+    let open = || File::options().write(true).open(path).ok();
+    let file = is_of_this_machine.then(open).flatten()?;
     file.try_lock().is_ok().then_some(file)
+}
+
+/// How temporary names end on this machine.
+fn suffix() -> String {
+    let host = sysinfo::System::host_name().unwrap_or_default();
+    format!(".{}", host.replace(['/', '.'], "-"))
 }
 
 fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<Temporary> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(prefix);
+    let suffix = suffix();
+    builder.prefix(prefix).suffix(&suffix);
     // Temporary files are private by default; these have the permissions of any new file.
     #[cfg(unix)]
     {
@@ -110,4 +122,24 @@ fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<Temporary> {
         file,
         _listed: Listed(path),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_of_this_machine_that_nobody_writes_are_abandoned() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let prefix = ".isolume-test-";
+        let written = create(folder.path(), prefix).expect("a file");
+        let [left, other] = [suffix(), ".another-machine".into()]
+            .map(|suffix| folder.path().join(format!("{prefix}left{suffix}")));
+        for path in [&left, &other] {
+            fs::write(path, "half").expect("a file");
+        }
+        remove_abandoned(folder.path(), prefix);
+        assert!(written.file.path().exists() && other.exists());
+        assert!(!left.exists());
+    }
 }

@@ -108,9 +108,13 @@ impl Shard {
             },
         };
         if checksum(&sums) != header.checksum {
-            return Err(wrong(
-                "it is damaged: its pixels are not those that were written",
-            ));
+            let now = read_header::<Header>(path);
+            let has_changed = now.is_ok_and(|(now, _)| now.checksum != header.checksum);
+            return Err(wrong(if has_changed {
+                "it was written anew while it was read; try again"
+            } else {
+                "it is damaged: its pixels are not those that were written"
+            }));
         }
         let picture = Picture {
             width,

@@ -266,8 +266,8 @@ fn notes(header: &Header) -> Vec<String> {
     }
     if header.fills.len() > 1 {
         notes.push(format!(
-            "the shards read {} fillings of the cache, which share their seed: what they are wrong by is counted as \
-             common to all samples",
+            "the shards read {} fillings of the cache, which share their seed: so their errors count as common to all \
+             samples",
             header.fills.len()
         ));
     }
