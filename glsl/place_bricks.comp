@@ -11,13 +11,18 @@ layout(scalar) readonly buffer StagingBlock { uint words[]; } staging;
 layout(scalar) readonly buffer PieceBlock { BrickPiece at[]; } pieces;
 layout(VOLUME_FORMAT) writeonly uniform image3D volume;
 
+// What a store makes n of in an image of normalised integers, whether the device rounds to the nearest or cuts off.
+float normalised(uint n, uint largest) {
+    return min((float(n) + 0.25) / float(largest), 1.0);
+}
+
 // The texel of the voxel at this byte of the buffer.
 float voxel_at(uint byte) {
     uint word = staging.words[byte / 4u] >> 8u * (byte % 4u);
     if (push.voxel_bytes == 1u) {
-        return unpackUnorm4x8(word).x;
+        return normalised(word & 0xFFu, 0xFFu);
     }
-    return push.voxel_bytes == 2u ? unpackUnorm2x16(word).x : uintBitsToFloat(word);
+    return push.voxel_bytes == 2u ? normalised(word & 0xFFFFu, 0xFFFFu) : uintBitsToFloat(word);
 }
 
 void main() {

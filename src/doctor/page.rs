@@ -113,7 +113,7 @@ fn closed_forms(examination: &Examination) -> String {
         );
     }
     if examination.closed_forms.iter().any(|form| !form.decided) {
-        text += "  ? too few samples in the time to say more than that nothing contradicts it\n";
+        text += "  ? means that nothing contradicts the exact value, but there was time for too few samples to confirm it\n";
     }
     for name in &examination.left_out {
         text += &format!("  left out, since the device is slow: {name}\n");

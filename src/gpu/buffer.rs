@@ -41,10 +41,11 @@ impl BufferDesc {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Placement {
     Device,
-    /// Mapped, and in the device's own memory where the host can write there. The host only writes: reading takes it very
-    /// long on a GPU.
+    /// The host writes and the device reads. It lies in the device's memory if the host can write to that; on a GPU, reading
+    /// from there takes the host very long.
     Upload,
-    /// Mapped, in the host's memory and caches. Both sides read and write; a GPU does so over the bus.
+    /// In the host's memory, and in its caches if the device has such memory. Both sides read and write; a GPU does so over the
+    /// bus.
     Readback,
 }
 
@@ -152,7 +153,7 @@ impl Buffer {
     }
 
     fn destroy(&mut self) {
-        // SAFETY: frames wait for their work before they return, so nothing uses the buffer.
+        // SAFETY: a frame waits for its work before it returns, and no caller drops a buffer while it records: so nothing uses it.
         unsafe { self.holding.device().raw.destroy_buffer(self.raw, None) };
         self.raw = vk::Buffer::null();
         self.desc.bytes = 0;

@@ -46,7 +46,7 @@ pub struct Device {
     /// The stages whose work a barrier has to wait for.
     pub(super) work_stages: vk::PipelineStageFlags2,
     /// Whether submissions are timed by the host's clock: where the queue writes no timestamps, and where a window is
-    /// drawn by Mesa's CPU driver, which then writes them when it draws next, not where they were recorded.
+    /// drawn by a CPU: Mesa's driver then writes them when it draws next, not where they were recorded.
     pub(super) timed_by_host: bool,
     /// Whether the queue writes timestamps.
     pub writes_timestamps: bool,
@@ -63,7 +63,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// Opens the wanted device, or the best: discrete before integrated before CPU.
+    /// Opens the wanted device, or the best by its [`DeviceKind`](super::DeviceKind).
     pub fn open(choice: &DeviceChoice) -> Result<Arc<Device>> {
         let instance = Instance::new(choice.validation, &[])?;
         Device::open_from(instance, choice, false)
@@ -261,6 +261,10 @@ fn logical_device(
     }
     if has_memory_budget {
         extensions.push(ext::memory_budget::NAME.as_ptr());
+    }
+    // A driver that has it demands it.
+    if instance.has_extension(physical, khr::portability_subset::NAME) {
+        extensions.push(khr::portability_subset::NAME.as_ptr());
     }
     let features =
         vk::PhysicalDeviceFeatures::default().shader_storage_image_extended_formats(true);

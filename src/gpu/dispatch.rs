@@ -8,38 +8,8 @@ use super::frame::Frame;
 use super::image::Image;
 use super::pass::{Binding, Pass};
 use super::reflection::Resource;
+use super::slices::{SLICE_MS, Slices};
 use crate::error::Result;
-
-/// Time that a slice of work should take where no frame of a window is due, in milliseconds.
-pub const SLICE_MS: f64 = 50.0;
-
-/// Progress of a pass that runs in slices.
-#[derive(Debug, Clone, Copy)]
-pub struct Slices {
-    /// Time that a slice should take.
-    target_ms: f64,
-    begin: u32,
-    /// Workgroups in the next slice along the axis of the slices.
-    count: u32,
-}
-
-impl Slices {
-    pub fn new(target_ms: f64) -> Slices {
-        Slices {
-            target_ms,
-            begin: 0,
-            count: 1,
-        }
-    }
-
-    /// Starts over with the first slice. It is as long as the next one would have been, scaled to the new
-    /// `target_ms`.
-    pub fn restart(&mut self, target_ms: f64) {
-        self.count = (self.count as f64 * target_ms / self.target_ms).ceil() as u32;
-        self.target_ms = target_ms;
-        self.begin = 0;
-    }
-}
 
 impl Frame {
     /// Runs `pass` over at least `threads` threads along x, y and z; the shader drops the excess.
@@ -80,15 +50,30 @@ impl Frame {
                 .iter()
                 .find(|(name, _)| *name == declared.name)
                 .ok_or_else(|| pass.unfit(format!("{} is not bound", declared.name)))?;
-            match bound {
-                Binding::Buffer(b) => buffers.push((
+            match (declared.kind, bound) {
+                (vk::DescriptorType::STORAGE_BUFFER, Binding::Buffer(b)) => buffers.push((
                     declared,
                     [vk::DescriptorBufferInfo::default()
                         .buffer(b.raw)
                         .range(vk::WHOLE_SIZE)],
                 )),
-                Binding::Image(i) => images.push((declared, [info(i, self.device.nearest)])),
-                Binding::Filtered(i) => images.push((declared, [info(i, self.device.linear)])),
+                (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i))
+                    if i.desc.written || self.device.loads_texels =>
+                {
+                    images.push((declared, [info(i, self.device.nearest)]))
+                }
+                (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Image(i)) => {
+                    images.push((declared, [info(i, self.device.nearest)]))
+                }
+                (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Filtered(i)) => {
+                    images.push((declared, [info(i, self.device.linear)]))
+                }
+                (kind, _) => {
+                    return Err(pass.unfit(format!(
+                        "{} is declared as {kind:?}, and something else is bound to it",
+                        declared.name
+                    )));
+                }
             }
         }
         let write = |declared: &Resource| {
@@ -105,7 +90,7 @@ impl Frame {
         let mut writes: Vec<_> = buffers.chain(images).collect();
         let point = vk::PipelineBindPoint::COMPUTE;
         self.bind_resources(point, &pass.pipeline, &mut writes)
-            .map_err(|e| self.lost(e))
+            .map_err(|e| self.failed(e))
     }
 
     /// Records `count` workgroups from workgroup `begin` on.
@@ -198,14 +183,10 @@ impl Frame {
         let groups = pass.groups(threads);
         let axis = if groups[2] > 1 { 2 } else { 1 };
         let (mut begin, mut count) = ([0; 3], groups);
-        begin[axis] = slices.begin;
-        count[axis] = slices.count.min(groups[axis] - slices.begin);
+        (begin[axis], count[axis]) = slices.next(groups[axis]);
         let began = Instant::now();
         self.run(|f| f.run_groups(pass, bindings, push, begin, count))?;
-        let took_ms = began.elapsed().as_secs_f64() * 1e3;
-        let growth = (slices.target_ms / took_ms).clamp(0.5, 8.0);
-        slices.begin += count[axis];
-        slices.count = (count[axis] as f64 * growth).ceil() as u32;
-        Ok(slices.begin == groups[axis])
+        slices.took(count[axis], began.elapsed());
+        Ok(begin[axis] + count[axis] == groups[axis])
     }
 }

@@ -11,9 +11,9 @@ use ash::vk;
 
 use super::descriptors::DescriptorSets;
 use super::device::Device;
-use super::dispatch::SLICE_MS;
 use super::failure::failure;
 use super::queue::submit_to_queue;
+use super::slices::SLICE_MS;
 use super::timing::{Span, Timings, Work};
 use crate::error::{DeviceError, Error, Result};
 
@@ -60,7 +60,7 @@ impl Frame {
             timings: Timings::default(),
             slice_ms: SLICE_MS,
         };
-        frame.fill().map_err(|e| frame.lost(e))?;
+        frame.fill().map_err(|e| frame.failed(e))?;
         Ok(frame)
     }
 
@@ -92,9 +92,9 @@ impl Frame {
 
     /// Records, submits and waits. An error while recording submits nothing.
     pub fn run(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<()> {
-        self.begin().map_err(|e| self.lost(e))?;
+        self.begin().map_err(|e| self.failed(e))?;
         let done =
-            record(self).and_then(|()| self.submit().map_err(|e| self.lost_in(self.main(), e)));
+            record(self).and_then(|()| self.submit().map_err(|e| self.failed_in(self.main(), e)));
         for is_new in self.begun.drain(..) {
             is_new.store(done.is_err(), Ordering::Relaxed);
         }
@@ -132,6 +132,7 @@ impl Frame {
             submit_to_queue(&self.device, &submit, self.fence)?;
             let waited = raw.wait_for_fences(&[self.fence], true, u64::MAX);
             if waited.is_err() {
+                let _queue = self.device.queue();
                 let _ = raw.device_wait_idle();
             }
             waited?;
@@ -195,17 +196,17 @@ impl Frame {
     }
 
     /// An error while recording, naming the last command.
-    pub(super) fn lost(&self, error: vk::Result) -> Error {
-        self.lost_in(self.recorded.last(), error)
+    pub(super) fn failed(&self, error: vk::Result) -> Error {
+        self.failed_in(self.recorded.last(), error)
     }
 
-    fn lost_in(&self, recorded: Option<&Recorded>, error: vk::Result) -> Error {
+    fn failed_in(&self, recorded: Option<&Recorded>, error: vk::Result) -> Error {
         let place = recorded.map_or(String::new(), |r| format!(" in pass {}", r.name));
         failure(error, format!("{} failed{place}", self.device.summary.name))
     }
 
     /// Makes the effects of everything before visible to the commands that follow at `stage`. A test leaves barriers
-    /// out, to see that validation misses them.
+    /// out, to see that validation reports them.
     fn barrier(&self, stage: vk::PipelineStageFlags2, access: vk::AccessFlags2) {
         if self.leave_out_barriers {
             return;
@@ -387,7 +388,7 @@ mod tests {
 
     /// All other tests take its silence for correct barriers.
     #[test]
-    fn validation_misses_a_barrier() {
+    fn validation_reports_a_missing_barrier() {
         assert_eq!(messages(false), [""; 0]);
         let hazards = messages(true);
         let names_it = |m: &String| m.contains("SYNC-HAZARD-READ-AFTER-WRITE");

@@ -8,7 +8,7 @@ use std::ffi::{CStr, c_char, c_void};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 
 use super::failure::failure;
 use crate::error::{DeviceError, Result};
@@ -56,9 +56,16 @@ pub(super) fn one_at_a_time() -> MutexGuard<'static, ()> {
     locked(&LIFETIMES)
 }
 
+/// Whether the loader has an extension for instances.
+fn offers(entry: &ash::Entry, name: &CStr) -> bool {
+    // SAFETY: the loader is alive.
+    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) };
+    extensions.is_ok_and(|all| all.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
+}
+
 impl Instance {
-    /// `extensions` are names that live as long as the program, as those of a window system do.
-    pub fn new(validation: Validation, extensions: &[*const c_char]) -> Result<Instance> {
+    /// `extensions` are those that a window system needs.
+    pub fn new(validation: Validation, extensions: &[&'static CStr]) -> Result<Instance> {
         // SAFETY: the loader is only used through this entry, which the instance keeps alive.
         let entry =
             unsafe { ash::Entry::load() }.map_err(|e| DeviceError::NoLoader(e.to_string()))?;
@@ -66,15 +73,23 @@ impl Instance {
             .application_name(c"isolume")
             .api_version(vk::API_VERSION_1_3);
         let mut layers = Vec::new();
-        let mut extensions = extensions.to_vec();
+        let mut extensions: Vec<*const c_char> =
+            extensions.iter().map(|name| name.as_ptr()).collect();
         if validation == Validation::On {
             layers.push(VALIDATION_LAYER.as_ptr());
             extensions.push(ext::debug_utils::NAME.as_ptr());
+        }
+        // Without this, loaders leave out drivers that stand on another interface, as MoltenVK stands on Metal.
+        let mut flags = vk::InstanceCreateFlags::empty();
+        if offers(&entry, khr::portability_enumeration::NAME) {
+            extensions.push(khr::portability_enumeration::NAME.as_ptr());
+            flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
         }
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features =
             vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
         let mut info = vk::InstanceCreateInfo::default()
+            .flags(flags)
             .application_info(&application)
             .enabled_layer_names(&layers)
             .enabled_extension_names(&extensions);
@@ -137,7 +152,7 @@ impl Instance {
                 vk::DebugUtilsMessageSeverityFlagsEXT::ERROR
                     | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
             )
-            // Not PERFORMANCE: images stay in one layout on purpose.
+            // Warnings about performance are left out, since they would complain of images that stay in one layout.
             .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
             .pfn_user_callback(Some(keep_message))
             .user_data(&raw const *self.messages as *mut c_void);

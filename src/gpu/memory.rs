@@ -29,13 +29,14 @@ pub struct ResourceBytes {
 }
 
 pub struct Memory {
-    pub(super) device: Arc<Device>,
     /// The limits of the device, or of the one that a plan is made for.
     pub limits: DeviceSummary,
     pub budget: u64,
     ledger: Mutex<Ledger>,
     /// `None` in a dry run.
     allocator: Option<Mutex<Allocator>>,
+    // Last: the device goes after the allocator.
+    pub(super) device: Arc<Device>,
 }
 
 #[derive(Default)]

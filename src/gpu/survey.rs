@@ -166,8 +166,7 @@ pub(super) fn compute_queue(
     Some(index)
 }
 
-/// The wanted device, by an index that there is or by a part of a name, or the best: discrete before integrated before
-/// CPU.
+/// The wanted device, by an index that there is or by a part of a name, or the best by its [`DeviceKind`].
 pub(super) fn choose<'a>(
     all: &'a [DeviceSummary],
     wanted: Option<&str>,

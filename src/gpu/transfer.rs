@@ -6,7 +6,7 @@ use super::buffer::{Buffer, Placement};
 use super::frame::Frame;
 use super::image::{COLOR, COLOR_LAYER, Image};
 use super::timing::Work;
-use crate::error::Result;
+use crate::error::{DeviceError, Result};
 
 /// A box [`low`, `low` + `extent`) of texels, and its offset in a buffer, x fastest.
 #[derive(Debug, Clone, Copy)]
@@ -110,6 +110,9 @@ impl Frame {
 
     /// Copies texels from several places in the buffer into a box each; the boxes do not overlap.
     pub fn upload_pieces(&mut self, from: &Buffer, to: &Image, pieces: &[Piece]) -> Result<()> {
+        for piece in pieces {
+            check_piece(to, from, piece)?;
+        }
         self.begin_images(std::iter::once(to))?;
         let regions: Vec<_> = pieces
             .iter()
@@ -123,7 +126,7 @@ impl Frame {
             .map(|piece| to.desc.bytes_of(piece.extent))
             .sum();
         self.transfer("upload", Work::copy(bytes), |raw, commands| {
-            // SAFETY: the command buffer is recording; the boxes lie inside the image.
+            // SAFETY: the command buffer is recording; the boxes lie inside the image and the buffer.
             unsafe {
                 raw.cmd_copy_buffer_to_image(
                     commands,
@@ -144,10 +147,16 @@ impl Frame {
         low: [u32; 3],
         extent: [u32; 3],
     ) -> Result<()> {
+        let piece = Piece {
+            offset: 0,
+            low,
+            extent,
+        };
+        check_piece(from, to, &piece)?;
         self.begin_images(std::iter::once(from))?;
         let work = Work::copy(from.desc.bytes_of(extent));
         self.transfer("download", work, |raw, commands| {
-            // SAFETY: the command buffer is recording; the box lies inside the image.
+            // SAFETY: the command buffer is recording; the box lies inside the image and the buffer.
             unsafe {
                 raw.cmd_copy_image_to_buffer(
                     commands,
@@ -174,7 +183,7 @@ impl Frame {
         })
     }
 
-    /// Sets every byte of the buffer to zero.
+    /// Sets every whole word of the buffer to zero.
     pub fn zero(&mut self, buffer: &Buffer) -> Result<()> {
         let work = Work::fill(buffer.desc.bytes);
         self.transfer("clear", work, |raw, commands| {
@@ -196,6 +205,26 @@ impl Frame {
             Ok(())
         })
     }
+}
+
+/// Fails for a box that does not lie inside the image, or whose texels do not lie inside the buffer.
+fn check_piece(image: &Image, buffer: &Buffer, piece: &Piece) -> Result<()> {
+    let is_inside = |a: usize| {
+        let end = piece.low[a].checked_add(piece.extent[a]);
+        end.is_some_and(|end| end <= image.desc.extent[a])
+    };
+    let end = piece.offset + image.desc.bytes_of(piece.extent);
+    if (0..3).all(is_inside) && end <= buffer.desc.bytes {
+        return Ok(());
+    }
+    Err(DeviceError::Program {
+        part: format!("copy between {} and {}", image.desc.name, buffer.desc.name),
+        problem: format!(
+            "{piece:?} does not lie inside {:?} texels and {} bytes",
+            image.desc.extent, buffer.desc.bytes
+        ),
+    }
+    .into())
 }
 
 fn region([x, y, z]: [u32; 3], [width, height, depth]: [u32; 3]) -> vk::BufferImageCopy {

@@ -188,7 +188,8 @@ fn pipeline(device: &Arc<Device>, format: vk::Format) -> Result<Pipeline> {
         let mut build = || {
             for code in &stages {
                 let info = vk::ShaderModuleCreateInfo::default().code(code);
-                // SAFETY: the code is SPIR-V from the compiler; destroyed below.
+                // SAFETY: the code is SPIR-V of the compiler, perhaps kept by an earlier run under a checksum; destroyed
+                // below.
                 modules.push(unsafe { device.raw.create_shader_module(&info, None) }?);
             }
             graphics_pipeline(device, layout, &modules, format)
@@ -312,7 +313,7 @@ impl Frame {
             }
         });
         self.bind_resources(vk::PipelineBindPoint::GRAPHICS, pipeline, &mut writes)
-            .map_err(|e| self.lost(e))
+            .map_err(|e| self.failed(e))
     }
 
     fn record_draws(&self, canvas: &Canvas, pipeline: &Pipeline, target: &Target) {

@@ -5,6 +5,7 @@
 //! that images of that kind take.
 
 use std::any::Any;
+use std::ffi::CStr;
 use std::fmt::Display;
 use std::sync::Arc;
 
@@ -32,7 +33,12 @@ impl Device {
         let extensions = ash_window::enumerate_required_extensions(display).map_err(|e| {
             DeviceError::Display(format!("Vulkan knows no way to draw on this display: {e}"))
         })?;
-        let instance = Instance::new(choice.validation, extensions)?;
+        // SAFETY: these are names of extensions as constants of the library have them.
+        let extensions: Vec<&'static CStr> = extensions
+            .iter()
+            .map(|&name| unsafe { CStr::from_ptr(name) })
+            .collect();
+        let instance = Instance::new(choice.validation, &extensions)?;
         Device::open_from(instance, choice, true)
     }
 }
@@ -64,7 +70,7 @@ impl Surface {
         let mut surface = Surface {
             device: device.clone(),
             loader: khr::surface::Instance::new(&instance.entry, &instance.raw),
-            raw: raw.map_err(|e| lost(device, e))?,
+            raw: raw.map_err(|e| failed(device, e))?,
             format: vk::SurfaceFormatKHR::default(),
             _window: window,
         };
@@ -83,7 +89,7 @@ impl Surface {
                 loader.get_physical_device_surface_formats(physical, self.raw),
             )
         };
-        if !shows.map_err(|e| lost(&self.device, e))? {
+        if !shows.map_err(|e| failed(&self.device, e))? {
             let why = "its compute queue does not reach this display; choose another --device";
             return Err(shows_nothing(&self.device, why));
         }
@@ -92,7 +98,7 @@ impl Surface {
             let why = "its images cannot be both copied to and drawn on";
             return Err(shows_nothing(&self.device, why));
         }
-        let formats = formats.map_err(|e| lost(&self.device, e))?;
+        let formats = formats.map_err(|e| failed(&self.device, e))?;
         let found = formats.iter().find(|f| FORMATS.contains(&f.format));
         found
             .copied()
@@ -127,7 +133,7 @@ impl Surface {
             self.loader
                 .get_physical_device_surface_capabilities(self.device.physical, self.raw)
         };
-        capabilities.map_err(|e| lost(&self.device, e))
+        capabilities.map_err(|e| failed(&self.device, e))
     }
 }
 
@@ -199,7 +205,7 @@ impl Swapchain {
             .composite_alpha(shape.alpha)
             .present_mode(vk::PresentModeKHR::FIFO)
             .clipped(true);
-        swapchain.create(&info).map_err(|e| lost(device, e))?;
+        swapchain.create(&info).map_err(|e| failed(device, e))?;
         swapchain.shape.images = swapchain.images.len() as u32;
         if swapchain.shape.images != shape.images {
             swapchain.holding.release();
@@ -275,7 +281,7 @@ impl Swapchain {
             Err(
                 vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::TIMEOUT | vk::Result::NOT_READY,
             ) => return Ok(None),
-            Err(e) => return Err(lost(&device, e)),
+            Err(e) => return Err(failed(&device, e)),
         };
         // SAFETY: the acquisition signals the fence.
         unsafe {
@@ -284,7 +290,7 @@ impl Swapchain {
                 .wait_for_fences(&[self.acquired], true, u64::MAX)
                 .and_then(|()| device.raw.reset_fences(&[self.acquired]))
         }
-        .map_err(|e| lost(&device, e))?;
+        .map_err(|e| failed(&device, e))?;
         Ok(Some(Target {
             index,
             image: self.images[index as usize],
@@ -293,7 +299,7 @@ impl Swapchain {
         }))
     }
 
-    /// Shows an image that was acquired and drawn on. False if the window has changed since.
+    /// Shows an image that was acquired and drawn on. False if the window has another shape by now.
     pub fn present(&mut self, target: Target) -> Result<bool> {
         let device = &self.surface.device;
         let (swapchains, indices) = ([self.raw], [target.index]);
@@ -303,9 +309,14 @@ impl Swapchain {
         let queue = device.queue();
         // SAFETY: the image was acquired, and what drew on it has been waited for.
         match unsafe { self.loader.queue_present(*queue, &info) } {
-            Ok(suboptimal) => Ok(!suboptimal),
+            Ok(false) => Ok(true),
+            // Some drivers say so of each image, also of new ones of the right shape.
+            Ok(true) => {
+                let now = self.surface.shape(self.shape.extent)?;
+                Ok(now.extent == self.shape.extent && now.transform == self.shape.transform)
+            }
             Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(false),
-            Err(e) => Err(lost(device, e)),
+            Err(e) => Err(failed(device, e)),
         }
     }
 }
@@ -370,7 +381,7 @@ fn shows_nothing(device: &Device, why: impl Display) -> Error {
     .into()
 }
 
-fn lost(device: &Device, error: vk::Result) -> Error {
+fn failed(device: &Device, error: vk::Result) -> Error {
     failure(
         error,
         format!("{} failed at the window", device.summary.name),
