@@ -29,9 +29,6 @@ pub struct CacheMemory {
     pub pages: Image,
     /// The brick in each place.
     bricks: Buffer,
-    /// The places in an order in which bricks that follow one another lie close to each other; empty in a dry run, which
-    /// only counts.
-    pub(super) along_curve: Vec<u32>,
     pub layout: CacheLayout,
     /// For each place, a bit a cube: whether a surface cuts it; and two bits a node: on which side of the surfaces it is.
     /// `None` where no surface stops light.
@@ -73,17 +70,12 @@ impl CacheMemory {
         };
         let angles = features.surface_count * REFLECTANCE_ANGLES;
         let flux = flux_extent(layout, &features).map(|extent| nodes("cache: flux", extent));
-        let bricks = brick_buffer(memory, layout)?;
         Ok(CacheMemory {
             light: nodes("cache: light", layout.extent())?,
             flux: flux.transpose()?,
             features,
             pages: Image::new(memory, pages_desc(layout))?,
-            along_curve: match bricks.mapped() {
-                Some(_) => layout.along_curve(),
-                None => Vec::new(),
-            },
-            bricks,
+            bricks: brick_buffer(memory, layout)?,
             layout: layout.clone(),
             cuts: if_needed(
                 is_full_light,
@@ -120,7 +112,6 @@ impl CacheMemory {
         }
         self.pages.resize(pages_desc(layout).extent)?;
         self.bricks.rewrite(&bricks(layout))?;
-        self.along_curve = layout.along_curve();
         if let Some(cuts) = &mut self.cuts {
             cuts.resize(bytes_of_words(layout, CUT_WORDS))?;
         }

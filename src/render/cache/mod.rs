@@ -83,7 +83,12 @@ impl Cache {
         // Compiling is most of a start, and these are the largest shaders.
         let (at_rest, (tracking, ray_march)) = rayon::join(
             || AtRest::new(passes),
-            || rayon::join(|| NodeTracking::new(passes), || RayMarch::new(passes)),
+            || {
+                rayon::join(
+                    || NodeTracking::new(passes, &memory.layout),
+                    || RayMarch::new(passes),
+                )
+            },
         );
         Ok(Cache {
             sight: Sight::new(scene, &memory.layout),
@@ -168,6 +173,7 @@ impl Cache {
         layout: &CacheLayout,
     ) -> Result<()> {
         self.memory.lay_out(layout)?;
+        self.tracking.lay_out(layout);
         self.is_blank = true;
         if let Some(bricks) = &mut r.bricks {
             bricks.resize_cache(layout.active.len())?;

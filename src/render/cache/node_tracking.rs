@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{Binding, Frame, Pass};
 use crate::render::bricks::Items;
+use crate::render::layout::CacheLayout;
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::path_queue::{Advanced, PathQueue};
 use crate::render::resources::Resources;
@@ -32,6 +33,8 @@ pub struct NodeTracking {
     merge_parts: MergeParts,
     spread_light: SpreadLight,
     pub queue: PathQueue,
+    /// The places in the order in which their bricks are worked on.
+    order: Vec<u32>,
     half: Half,
     work_list: WorkList,
     portion: Portion,
@@ -58,16 +61,22 @@ impl Half {
 }
 
 impl NodeTracking {
-    pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
+    pub fn new(passes: &PassCompiler<'_>, layout: &CacheLayout) -> Result<Self> {
         Ok(NodeTracking {
             pass: passes.compile::<NodePush>("node_tracking")?,
             merge_parts: MergeParts::new(passes)?,
             spread_light: SpreadLight::new(passes)?,
             queue: PathQueue::new(passes),
+            order: layout.along_curve(),
             half: Half::Even,
             work_list: WorkList::default(),
             portion: Portion::default(),
         })
+    }
+
+    /// Adapts to another layout of the cache.
+    pub fn lay_out(&mut self, layout: &CacheLayout) {
+        self.order = layout.along_curve();
     }
 
     /// Forgets all paths and begins a batch. `left` says for each brick how many paths its nodes get, and how many they
@@ -79,7 +88,7 @@ impl NodeTracking {
         cache: &mut CacheMemory,
         left: impl Iterator<Item = [u32; 2]>,
     ) -> Result<()> {
-        self.work_list = WorkList::new(cache, left);
+        self.work_list = WorkList::new(cache, &self.order, left);
         self.half = if self.work_list.gathers() {
             Half::Even
         } else {

@@ -44,16 +44,20 @@ pub struct Portion {
 }
 
 impl WorkList {
-    /// The work of a batch that gives the nodes of each brick the first number of paths in `left`, after the second.
-    /// Bricks that lie close to one another come one after another: their paths read the same voxels.
-    pub fn new(cache: &mut CacheMemory, left: impl Iterator<Item = [u32; 2]>) -> WorkList {
+    /// The work of a batch that gives the nodes of each brick the first number of paths in `left`, after the second. `order`:
+    /// the places, those of bricks that lie close to one another one after another, since their paths read the same voxels.
+    pub fn new(
+        cache: &mut CacheMemory,
+        order: &[u32],
+        left: impl Iterator<Item = [u32; 2]>,
+    ) -> WorkList {
         let (gathers, begins_coarse) = (cache.layout.gathers, cache.layout.begins_coarse());
         let left: Vec<[u32; 2]> = left.collect();
         let mut jobs = Vec::new();
-        for at in 0..cache.along_curve.len() {
-            let place = cache.along_curve[at];
+        let bricks = cache.bricks_mut();
+        for &place in order {
             let [samples, had] = left[place as usize];
-            let brick = &mut cache.bricks_mut()[place as usize];
+            let brick = &mut bricks[place as usize];
             let gathers = gathers && samples > 0 && had + samples <= GATHERED;
             let is_coarse = gathers && begins_coarse;
             brick.filled = match had {
