@@ -17,8 +17,6 @@ use crate::render::shared::{BRICK, COARSE_NODES, GATHERED, NODES};
 
 /// log2 of the largest share to the smallest of bricks in sight.
 const MOST_HALVINGS: u8 = 4;
-/// In place of a number of halvings: the brick is out of sight.
-const OUT_OF_SIGHT: u8 = u8::MAX;
 /// An upper bound of a node's paths; twice the number still fits into 32 bits.
 const MOST_UPDATES: u32 = 1 << 30;
 
@@ -39,10 +37,39 @@ pub fn longest_stride(scene: &GpuScene) -> Option<u32> {
     Some((brick / pixel) as u32).filter(|&stride| stride > 0)
 }
 
+/// The share of paths that a brick gets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Share {
+    /// The full share, halved so often.
+    Halved(u8),
+    /// None, or one path (`Focus::all_from`).
+    OutOfSight,
+}
+
+impl Share {
+    const FULL: Share = Share::Halved(0);
+
+    /// As a file holds it.
+    pub fn byte(self) -> u8 {
+        match self {
+            Share::Halved(times) => times,
+            Share::OutOfSight => u8::MAX,
+        }
+    }
+
+    /// The share that a file holds as this byte; `None` if there is none such.
+    fn of_byte(byte: u8) -> Option<Share> {
+        match byte {
+            0..=MOST_HALVINGS => Some(Share::Halved(byte)),
+            u8::MAX => Some(Share::OutOfSight),
+            _ => None,
+        }
+    }
+}
+
 /// The share of paths that each brick gets, in the order of the bricks' places.
 pub struct Focus {
-    /// How often the full share is halved, or [`OUT_OF_SIGHT`].
-    pub(super) halvings: Vec<u8>,
+    pub(super) shares: Vec<Share>,
     /// Paths that each of a brick's nodes has had.
     pub(super) had: Vec<u32>,
     /// From so many paths of those in sight on, the others get one as well. `None`: they get none.
@@ -64,25 +91,29 @@ impl Focus {
 
     fn of(bricks: usize, first_nodes: u32) -> Focus {
         Focus {
-            halvings: vec![0; bricks],
+            shares: vec![Share::FULL; bricks],
             had: vec![0; bricks],
             all_from: None,
             first_nodes,
         }
     }
 
-    /// Gives all bricks the same share from now on.
-    pub fn widen(&mut self) {
-        self.halvings.fill(0);
+    /// This focus with the shares and the numbers of paths that a file holds; `None` if filling a cache with `updates` paths
+    /// cannot lead to them.
+    pub fn restored(self, shares: &[u8], had: Vec<u32>, updates: u32) -> Option<Focus> {
+        let is_possible = updates <= MOST_UPDATES && had.iter().all(|&had| had <= updates);
+        let shares = shares.iter().map(|&byte| Share::of_byte(byte));
+        let shares = shares.collect::<Option<_>>()?;
+        is_possible.then_some(Focus {
+            shares,
+            had,
+            ..self
+        })
     }
 
-    /// Whether filling a cache with `updates` paths can lead to this state; a file may say anything.
-    pub fn is_possible(&self, updates: u32) -> bool {
-        let is_share = |&h: &u8| h <= MOST_HALVINGS || h == OUT_OF_SIGHT;
-        let has_had = |&had: &u32| had <= updates;
-        updates <= MOST_UPDATES
-            && self.halvings.iter().all(is_share)
-            && self.had.iter().all(has_had)
+    /// Gives all bricks the same share from now on.
+    pub fn widen(&mut self) {
+        self.shares.fill(Share::FULL);
     }
 
     /// Sets the shares for a view. `weights`: Σw² of each brick, in any unit. `in_sight`: bricks that may be read; they
@@ -96,12 +127,12 @@ impl Focus {
         }
         // A hair less: where all weigh the same, rounding must not halve their share.
         let typical = 0.999 * squares / sum;
-        for ((halvings, weight), in_sight) in self.halvings.iter_mut().zip(weights).zip(in_sight) {
+        for ((share, weight), in_sight) in self.shares.iter_mut().zip(weights).zip(in_sight) {
             let wanted = (typical / weight).log2().ceil();
-            *halvings = if *in_sight {
-                wanted.clamp(0.0, f64::from(MOST_HALVINGS)) as u8
+            *share = if *in_sight {
+                Share::Halved(wanted.clamp(0.0, f64::from(MOST_HALVINGS)) as u8)
             } else {
-                OUT_OF_SIGHT
+                Share::OutOfSight
             };
         }
     }
@@ -109,21 +140,22 @@ impl Focus {
     /// For each brick, how many paths its nodes get next where the full share is `goal`, and how many they have had: what
     /// they lack, but no batch goes past `GATHERED`, so that none is gathered in part.
     pub fn left(&self, goal: u32) -> impl Iterator<Item = [u32; 2]> {
-        let left = move |(&halvings, &had): (&u8, &u32)| {
-            let share = match self.share(goal, halvings) {
-                share if had < GATHERED => share.min(GATHERED),
-                share => share,
+        let left = move |(&share, &had): (&Share, &u32)| {
+            let paths = match self.paths_in(share, goal) {
+                paths if had < GATHERED => paths.min(GATHERED),
+                paths => paths,
             };
-            [share.saturating_sub(had), had]
+            [paths.saturating_sub(had), had]
         };
-        self.halvings.iter().zip(&self.had).map(left)
+        self.shares.iter().zip(&self.had).map(left)
     }
 
-    /// Paths of a brick whose share of `goal` has been halved so often: at least one, unless the goal is none.
-    fn share(&self, goal: u32, halvings: u8) -> u32 {
-        match halvings {
-            OUT_OF_SIGHT => u32::from(self.all_from.is_some_and(|first| goal >= first)),
-            _ => (goal >> halvings).max(goal.min(1)),
+    /// Paths of a node whose brick has this share, where the full share is `goal`: in sight at least one, unless the goal is
+    /// none.
+    fn paths_in(&self, share: Share, goal: u32) -> u32 {
+        match share {
+            Share::Halved(times) => (goal >> times).max(goal.min(1)),
+            Share::OutOfSight => u32::from(self.all_from.is_some_and(|first| goal >= first)),
         }
     }
 
@@ -136,10 +168,10 @@ impl Focus {
 
     /// Paths that all nodes get together in all batches until the full share is `goal`.
     pub fn paths_in_batches_to(&self, goal: u32) -> u64 {
-        let left = |(&halvings, &had): (&u8, &u32)| {
-            self.paths_of(self.share(goal, halvings).max(had)) - self.paths_of(had)
+        let left = |(&share, &had): (&Share, &u32)| {
+            self.paths_of(self.paths_in(share, goal).max(had)) - self.paths_of(had)
         };
-        self.halvings.iter().zip(&self.had).map(left).sum()
+        self.shares.iter().zip(&self.had).map(left).sum()
     }
 
     /// Paths that all nodes have had.
@@ -251,5 +283,25 @@ mod tests {
         focus.narrow([0, 0].into_iter(), &[true; 2]);
         fill(&mut focus, 8);
         assert_eq!(focus.had, [8, 8]);
+    }
+
+    #[test]
+    fn a_file_holds_what_was_there_or_is_refused() {
+        let mut focus = Focus::of(3, COARSE_NODES);
+        focus.narrow([100, 1, 0].into_iter(), &[true, true, false]);
+        fill(&mut focus, 8);
+        let bytes: Vec<u8> = focus.shares.iter().map(|share| share.byte()).collect();
+        assert_eq!(bytes, [0, 4, 255]);
+        let restored = |bytes: &[u8], updates| {
+            Focus::of(3, COARSE_NODES).restored(bytes, focus.had.clone(), updates)
+        };
+        let same = restored(&bytes, 8).expect("a focus");
+        assert_eq!(
+            (same.shares, same.had),
+            (focus.shares.clone(), focus.had.clone())
+        );
+        assert!(restored(&[0, 5, 255], 8).is_none());
+        assert!(restored(&bytes, 7).is_none());
+        assert!(restored(&bytes, MOST_UPDATES + 1).is_none());
     }
 }

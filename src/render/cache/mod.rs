@@ -48,7 +48,6 @@ use crate::gpu::{Frame, Slices};
 use at_rest::AtRest;
 use cut_cubes::CutCubes;
 use error::{Measured, measure, measured_stride, relative_errors};
-use focus::Focus;
 use node_tracking::NodeTracking;
 use pace::history;
 use ray_march::RayMarch;
@@ -283,7 +282,6 @@ impl Cache {
             return Ok(());
         }
         if self.filling.updates == 0 {
-            self.sight.focus = Focus::everywhere(&self.memory.layout);
             // The light of an older scene is not marked as a guess, and must not be read.
             self.sight.focus.all_from = if !self.is_blank {
                 Some(1)

@@ -90,7 +90,8 @@ impl Caching<'_> {
     /// Streams what follows the light in the cache's state. The cache must not be in the middle of a batch.
     pub fn save_rest(&mut self, sink: &mut Sink<'_>) -> Result<CacheState> {
         let Sight { focus, view, .. } = &self.cache.sight;
-        sink(&focus.halvings)?;
+        let shares: Vec<u8> = focus.shares.iter().map(|share| share.byte()).collect();
+        sink(&shares)?;
         sink(bytemuck::cast_slice(&focus.had))?;
         for picture in Measured::pictures(view.measured.as_ref()) {
             sink(bytemuck::cast_slice(picture))?;
@@ -121,20 +122,21 @@ impl Caching<'_> {
             let extent = image.desc.extent;
             copy::upload_pieces(self.frame, &mut self.r.staging, image, extent, source)?;
         }
-        let mut focus = Focus::everywhere(&self.cache.memory.layout);
-        focus.all_from = state.all_from;
-        source(&mut focus.halvings)?;
-        source(bytemuck::cast_slice_mut(&mut focus.had))?;
+        let (mut shares, mut had) = (vec![0; state.bricks], vec![0u32; state.bricks]);
+        source(&mut shares)?;
+        source(bytemuck::cast_slice_mut(&mut had))?;
         let mut picture = |pixels| {
             let mut texels = vec![<[f32; 4]>::zeroed(); pixels];
             source(bytemuck::cast_slice_mut(&mut texels)).map(|()| texels)
         };
         let pictures = [picture(state.shown)?, picture(state.shown_at_rest)?];
-        if !focus.is_possible(state.filling.updates) {
+        let mut focus = Focus::everywhere(&self.cache.memory.layout);
+        focus.all_from = state.all_from;
+        let Some(focus) = focus.restored(&shares, had, state.filling.updates) else {
             return Err(Error::value(
                 "the cache's state is damaged: its numbers of paths are impossible",
             ));
-        }
+        };
         let cache = &mut *self.cache;
         cache.is_blank = false;
         cache.filling = state.filling;
