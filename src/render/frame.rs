@@ -16,6 +16,7 @@ use super::estimator::Estimator;
 use super::parts::{Changes, Derived};
 use super::renderer::Renderer;
 use super::tone_map::ToneMapPush;
+use super::under_way::UnderWay;
 use crate::error::Result;
 use crate::gpu::Image;
 
@@ -42,9 +43,9 @@ impl Renderer {
     /// Goes on with a bundle of units for a slice of time, or begins one. Returns whether it has ended.
     pub(super) fn advance_units(&mut self, samples: u32, units: u32) -> Result<bool> {
         self.clear_if_stale()?;
-        let mut under_way = match self.under_way.take() {
-            Some(under_way) => under_way,
-            None => self.begin_bundle(samples, units)?,
+        let mut under_way = match std::mem::take(&mut self.under_way) {
+            UnderWay::Units(under_way) => under_way,
+            UnderWay::Rays(_) | UnderWay::Nothing => self.begin_bundle(samples, units)?,
         };
         let (frame, r) = (&mut self.frame, &self.resources);
         let bundle = under_way.bundle;
@@ -60,7 +61,7 @@ impl Renderer {
         under_way.lookups += u64::from(sampled.lookups);
         self.accumulate(&mut under_way, sampled.pixels)?;
         if sampled.pixels < self.pixels() {
-            self.under_way = Some(under_way);
+            self.under_way = UnderWay::Units(under_way);
             return Ok(false);
         }
         self.totals.count(&under_way, sampled.pixels);

@@ -101,6 +101,7 @@ pub mod shared;
 mod sums;
 mod tone_map;
 mod totals;
+mod under_way;
 mod units;
 mod until;
 mod upload;

@@ -7,7 +7,6 @@ use std::time::Duration;
 use super::accumulate::AccumulatePush;
 use super::allocation::Allocation;
 use super::bricks::{BrickFigures, VolumeBricks};
-use super::bundle::BundleUnderWay;
 use super::cache::{Cache, Caching};
 use super::estimator::Estimator;
 use super::gpu_scene::GpuScene;
@@ -19,6 +18,7 @@ use super::published::PublishedCells;
 use super::resources::Resources;
 use super::shared;
 use super::totals::Totals;
+use super::under_way::UnderWay;
 use super::upload;
 use super::variant::Variant;
 use crate::error::Result;
@@ -35,7 +35,7 @@ pub struct Renderer {
     pub(super) totals: Totals,
     /// What is known of how evenly the picture's samples are spread.
     pub(super) halves: Option<Arc<Halves>>,
-    pub(super) under_way: Option<BundleUnderWay>,
+    pub(super) under_way: UnderWay,
     /// Whether `mean` and `squares` hold an earlier picture, and have to be cleared before anything is added.
     pub(super) is_stale: bool,
     compiling: Duration,
@@ -82,7 +82,7 @@ impl Renderer {
             passes,
             totals: Totals::default(),
             halves: None,
-            under_way: None,
+            under_way: UnderWay::Nothing,
             is_stale: false,
             compiling: Duration::ZERO,
             scene,
@@ -227,7 +227,7 @@ impl Renderer {
         self.totals.seen_since = None;
         self.totals.paths_before = self.totals.paths;
         self.totals.lookups_before = self.totals.lookups;
-        self.under_way = None;
+        self.under_way = UnderWay::Nothing;
         self.halves = None;
         self.is_stale = true;
     }

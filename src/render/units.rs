@@ -3,8 +3,9 @@
 //! Pictures are only taken at the end of a unit: stopping a pixel in the middle of its work would favour its short
 //! paths.
 
-use super::bundle::most_together;
+use super::bundle::{BundleUnderWay, most_together};
 use super::renderer::Renderer;
+use super::under_way::UnderWay;
 use super::until::Until;
 use crate::error::Result;
 
@@ -87,10 +88,11 @@ impl Renderer {
 
     /// Drops the units under way.
     fn abandon(&mut self) -> Result<()> {
-        let dropped = self.under_way.take();
-        match dropped.and_then(|dropped| dropped.before) {
-            Some(sums) => self.upload(&sums),
-            None => Ok(()),
+        match std::mem::take(&mut self.under_way) {
+            UnderWay::Units(BundleUnderWay {
+                before: Some(sums), ..
+            }) => self.upload(&sums),
+            _ => Ok(()),
         }
     }
 

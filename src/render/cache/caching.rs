@@ -5,10 +5,10 @@ use super::sight::ViewState;
 use crate::error::Result;
 use crate::gpu::{Frame, Image, SLICE_MS, Slices};
 use crate::render::bricks::Admission;
-use crate::render::bundle::BundleUnderWay;
 use crate::render::copy;
 use crate::render::resources::Resources;
 use crate::render::tone_map::{ToneMap, ToneMapPush};
+use crate::render::under_way::UnderWay;
 use crate::render::until::Until;
 
 /// A renderer of the caching variant, borrowed for its cache.
@@ -17,8 +17,7 @@ pub struct Caching<'a> {
     pub(in crate::render) frame: &'a mut Frame,
     pub(in crate::render) r: &'a mut Resources,
     pub(in crate::render) tone_map: &'a ToneMap,
-    /// The unit of samples under way, which a march overwrites.
-    pub(in crate::render) under_way: &'a mut Option<BundleUnderWay>,
+    pub(in crate::render) under_way: &'a mut UnderWay,
 }
 
 impl Caching<'_> {
@@ -38,10 +37,10 @@ impl Caching<'_> {
         }
     }
 
-    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended, and been measured. A unit of
-    /// samples under way is lost.
+    /// Goes on with a batch for a slice of time, or begins one. Returns whether it has ended, and been measured. The
+    /// picture under way is lost.
     pub fn advance(&mut self, samples: u32) -> Result<bool> {
-        *self.under_way = None;
+        *self.under_way = UnderWay::Nothing;
         self.cache.advance(self.frame, self.r, samples)
     }
 
@@ -99,7 +98,7 @@ impl Caching<'_> {
 
     /// Marches that picture and leaves it on the GPU.
     pub fn march_in_place(&mut self) -> Result<()> {
-        self.cache.ray_march.rays = 0;
+        *self.under_way = UnderWay::Nothing;
         self.march_another_ray()
     }
 
@@ -112,20 +111,26 @@ impl Caching<'_> {
 
     /// Number of rays of each pixel whose mean has been marched in this view.
     pub fn rays(&self) -> u32 {
-        self.cache.ray_march.rays
+        match *self.under_way {
+            UnderWay::Rays(rays) => rays,
+            UnderWay::Units(_) | UnderWay::Nothing => 0,
+        }
     }
 
     /// Marches a slice of another ray of each pixel, and adds it to the mean of those before. Returns whether the slice
     /// was the last. A unit of samples under way is lost.
     pub fn advance_march(&mut self, slices: &mut Slices) -> Result<bool> {
-        *self.under_way = None;
-        self.cache.march(self.frame, self.r, slices)
+        let rays = self.rays();
+        *self.under_way = UnderWay::Rays(rays);
+        let has_ended = self.cache.march(self.frame, self.r, rays, slices)?;
+        *self.under_way = UnderWay::Rays(rays + u32::from(has_ended));
+        Ok(has_ended)
     }
 
     /// Marches all of it in one piece of work and encodes it for display: for pictures of few pixels.
     pub fn march_at_once(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
-        *self.under_way = None;
-        let (r, cache, tone_map) = (&*self.r, &mut *self.cache, self.tone_map);
+        *self.under_way = UnderWay::Nothing;
+        let (r, cache, tone_map) = (&*self.r, &*self.cache, self.tone_map);
         let admission = match &r.bricks {
             Some(bricks) => {
                 bricks.begin_preview();
@@ -152,8 +157,7 @@ impl Caching<'_> {
         to: &Image,
         push: &ToneMapPush,
     ) -> Result<()> {
-        *self.under_way = None;
-        self.cache.ray_march.rays = 0;
+        *self.under_way = UnderWay::Nothing;
         let texels = bytemuck::cast_slice(picture);
         let r = &mut *self.r;
         let [width, height] = r.size;

@@ -56,7 +56,7 @@ pub fn measure(
     frame: &mut Frame,
     r: &Resources,
     memory: &CacheMemory,
-    ray_march: &mut RayMarch,
+    ray_march: &RayMarch,
 ) -> Result<Measured> {
     let stride = measured_stride(r);
     let [width, height] = r.size.map(|n| n.div_ceil(stride));

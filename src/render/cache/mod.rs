@@ -59,7 +59,7 @@ pub struct Cache {
     pub memory: CacheMemory,
     at_rest: AtRest,
     tracking: NodeTracking,
-    pub(super) ray_march: RayMarch,
+    ray_march: RayMarch,
     /// `None` where no surface stops light.
     cut_cubes: Option<CutCubes>,
     /// `None` where no cube can be at the rim.
@@ -127,7 +127,6 @@ impl Cache {
         changes: Changes,
     ) -> Result<()> {
         self.sight.change_view(scene);
-        self.ray_march.rays = 0;
         self.guess = scene.guessed_light();
         if changes.invalidates(Derived::NodePaths) {
             self.abandon();
@@ -200,7 +199,6 @@ impl Cache {
 
     /// Goes on with a bundle of units of the picture at rest, or begins one.
     pub fn sample(&mut self, frame: &mut Frame, r: &Resources, bundle: Bundle) -> Result<Sampled> {
-        self.ray_march.rays = 0;
         self.at_rest.advance(frame, r, &self.memory, bundle)
     }
 
@@ -252,7 +250,7 @@ impl Cache {
         self.work.lookups += u64::from(progress.lookups);
         self.work.paths += finished;
         if !progress.under_way {
-            let now = measure(frame, r, &self.memory, &mut self.ray_march)?;
+            let now = measure(frame, r, &self.memory, &self.ray_march)?;
             self.end_batch(samples, now);
         }
         let took = began.elapsed();
@@ -324,13 +322,19 @@ impl Cache {
     }
 
     /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
-    pub fn record_march(&mut self, frame: &mut Frame, r: &Resources) -> Result<()> {
+    pub fn record_march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
         self.ray_march.record(frame, r, &self.memory)
     }
 
-    /// The next slice of the picture that the cache shows now, added to the mean in `unit_sum`. Returns whether it was
-    /// the last.
-    pub fn march(&mut self, frame: &mut Frame, r: &Resources, slices: &mut Slices) -> Result<bool> {
-        self.ray_march.advance(frame, r, &self.memory, slices)
+    /// The next slice of the picture that the cache shows now, added to the mean of `rays` rays in `unit_sum`. Returns
+    /// whether it was the last.
+    pub fn march(
+        &self,
+        frame: &mut Frame,
+        r: &Resources,
+        rays: u32,
+        slices: &mut Slices,
+    ) -> Result<bool> {
+        self.ray_march.advance(frame, r, &self.memory, rays, slices)
     }
 }

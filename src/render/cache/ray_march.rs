@@ -43,21 +43,17 @@ fn point_in_pixel(ray: u32) -> vec2 {
 
 pub struct RayMarch {
     pass: Pass,
-    /// Rays of each pixel whose mean `unit_sum` holds.
-    pub rays: u32,
 }
 
 impl RayMarch {
     pub fn new(passes: &PassCompiler<'_>) -> Result<Self> {
         Ok(RayMarch {
             pass: passes.compile::<MarchPush>("ray_march")?,
-            rays: 0,
         })
     }
 
     /// Marches a picture of few pixels into `unit_sum`, in a submission under way. Rays take longer steps.
-    pub fn record(&mut self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
-        self.rays = 0;
+    pub fn record(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         let [width, height] = r.size;
         let push = MarchPush {
             step_scale: STEP_SCALE,
@@ -68,34 +64,32 @@ impl RayMarch {
         cache.marched.begin(frame)
     }
 
-    /// Marches the next slice of the picture, and adds it to the mean of those before. Returns whether it was the last.
+    /// Marches the next slice of the picture, and adds it to the mean of `rays_before` rays. Returns whether it was the last.
     pub fn advance(
-        &mut self,
+        &self,
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheMemory,
+        rays_before: u32,
         slices: &mut Slices,
     ) -> Result<bool> {
         let push = MarchPush {
-            point: point_in_pixel(self.rays),
-            rays_before: self.rays,
+            point: point_in_pixel(rays_before),
+            rays_before,
             ..push(1)
         };
-        let has_ended = self.slice(frame, r, cache, &push, slices)?;
-        self.rays += u32::from(has_ended);
-        Ok(has_ended)
+        self.slice(frame, r, cache, &push, slices)
     }
 
     /// Marches every `stride`-th pixel for `request` (`for_error`, `for_weights`); the answer is in the corner of
     /// `unit_sum`, or in the bricks.
     pub fn march_for(
-        &mut self,
+        &self,
         frame: &mut Frame,
         r: &Resources,
         cache: &CacheMemory,
         request: MarchPush,
     ) -> Result<()> {
-        self.rays = 0;
         let mut slices = Slices::new(SLICE_MS);
         while !self.slice(frame, r, cache, &request, &mut slices)? {}
         Ok(())
