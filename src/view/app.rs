@@ -164,7 +164,7 @@ impl<'a> App<'a> {
         };
         stage.fit_window()?;
         if let Some(live) = self.session.as_mut().and_then(|s| s.live.as_mut()) {
-            live.engine.reserve(stage.bytes_now()?);
+            live.reserve(stage.bytes_now()?);
         }
         Ok(())
     }
@@ -201,7 +201,6 @@ impl<'a> App<'a> {
         };
         let was_finished = live.picture.is_finished();
         let changed = live.advance(stage.shown())?;
-        self.report.planned(live.planned_bytes());
         self.report.take_times(live.engine.timings_mut());
         if live.picture.is_finished() && !was_finished {
             self.report.finished(live);

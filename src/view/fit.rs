@@ -101,7 +101,6 @@ impl App<'_> {
                 Err(Error::Memory(_)) => false,
                 fits => fits?,
             };
-            self.report.planned(live.planned_bytes());
             if !fits {
                 session.drop_live();
             }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::document::Document;
 use super::picture::Picture;
+use super::planned::Planned;
 use crate::engine::{Changed, Engine, Host, KeptLight};
 use crate::error::{Error, MemoryError, Place, Result};
 use crate::gpu::{Image, Memory};
@@ -14,6 +15,7 @@ pub struct BuildOrder {
     pub host: Host,
     /// The memory gate, which the window's own images use as well.
     pub memory: Arc<Memory>,
+    pub planned: Planned,
     /// Its size is that of the picture.
     pub scene: Scene,
     pub seed: u32,
@@ -28,6 +30,7 @@ pub struct BuildOrder {
 pub struct Live {
     pub engine: Engine,
     pub picture: Picture,
+    planned: Planned,
 }
 
 /// What happened to the cache when the scene changed.
@@ -45,6 +48,7 @@ impl Live {
         let BuildOrder {
             host,
             memory,
+            planned,
             scene,
             seed,
             samples,
@@ -64,6 +68,7 @@ impl Live {
             .plan_beside(volume, &scene, for_window)
             .map_err(|error| beside_window(error, for_window))?;
         document.check_wanted()?;
+        planned.note(choice.plan.bytes() + for_window);
         let mut engine = Engine::in_memory(&host, &memory, volume, &scene, choice, seed)?;
         engine.reserve(for_window);
         if let Some(mut caching) = engine.caching() {
@@ -76,12 +81,13 @@ impl Live {
         Ok(Live {
             picture: Picture::new(&engine, samples),
             engine,
+            planned,
         })
     }
 
     /// Brings the engine up to date with `scene`, whose picture has the current size.
     pub fn follow(&mut self, scene: &Scene) -> Result<Followed> {
-        Ok(match self.engine.change_in_place(scene)? {
+        Ok(match self.change_in_place(scene)? {
             Changed::Impossible => Followed::Impossible,
             Changed::Nothing => Followed::Kept,
             Changed::Display => {
@@ -102,10 +108,10 @@ impl Live {
     /// Makes pictures of another size from now on, if the budget allows it beside the bytes that the window needs
     /// then.
     pub fn resize(&mut self, size: [u32; 2], for_window: u64) -> Result<bool> {
-        self.engine.reserve(for_window);
+        self.reserve(for_window);
         let mut scene = self.engine.scene().clone();
         scene.render.size = size;
-        let changed = self.engine.change_in_place(&scene)?;
+        let changed = self.change_in_place(&scene)?;
         self.picture.restart();
         Ok(changed != Changed::Impossible)
     }
@@ -113,6 +119,23 @@ impl Live {
     /// Spends a slice of time on the picture. Returns whether `shown` has changed.
     pub fn advance(&mut self, shown: &Image) -> Result<bool> {
         self.picture.advance(&mut self.engine, shown)
+    }
+
+    /// Sets aside the bytes that the window needs from now on.
+    pub fn reserve(&mut self, for_window: u64) {
+        self.engine.reserve(for_window);
+        self.note_plan();
+    }
+
+    /// What was planned counts also where the change stops half way.
+    fn change_in_place(&mut self, scene: &Scene) -> Result<Changed> {
+        let changed = self.engine.change_in_place(scene);
+        self.note_plan();
+        changed
+    }
+
+    fn note_plan(&self) {
+        self.planned.note(self.planned_bytes());
     }
 
     /// Bytes planned for everything, the window included.

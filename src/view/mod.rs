@@ -23,6 +23,7 @@ mod load;
 mod opening;
 mod panels;
 mod picture;
+mod planned;
 mod pointer;
 mod recent;
 mod report;

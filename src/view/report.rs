@@ -30,8 +30,6 @@ pub struct Report {
     builds: u32,
     resizes: u32,
     pictures_finished: u32,
-    /// The most bytes that were planned at any time.
-    planned: u64,
 }
 
 /// The contents of the `--stats` file.
@@ -83,7 +81,6 @@ impl Report {
             builds: 0,
             resizes: 0,
             pictures_finished: 0,
-            planned: 0,
         }
     }
 
@@ -99,7 +96,6 @@ impl Report {
 
     pub fn built(&mut self, live: &Live) {
         self.builds += 1;
-        self.planned(live.planned_bytes());
         self.say(&format!(
             "showing: {}, because {}",
             live.engine.choice().plan.variant.description(),
@@ -124,10 +120,6 @@ impl Report {
             live.engine.totals().samples,
             live.picture.relative_error
         ));
-    }
-
-    pub fn planned(&mut self, bytes: u64) {
-        self.planned = self.planned.max(bytes);
     }
 
     /// Notes that a frame was presented.
@@ -196,7 +188,7 @@ impl Report {
             pictures_finished: self.pictures_finished,
             relative_error: live.map_or(f64::NAN, |live| live.picture.relative_error),
             passes: self.passes.iter().map(pass_stats).collect(),
-            memory: figures::memory(&stage.memory, self.planned),
+            memory: figures::memory(&stage.memory, stage.planned.most_bytes()),
             cache: live.and_then(|live| live.engine.cache_stats(CACHE_ERROR)),
         }
     }

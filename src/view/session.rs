@@ -194,6 +194,7 @@ impl Session {
         let order = BuildOrder {
             host: stage.host.clone(),
             memory: stage.memory.clone(),
+            planned: stage.planned.clone(),
             scene: self.scene.clone(),
             seed: args.seed,
             samples: args.spp.get(),

@@ -10,6 +10,7 @@ use winit::event_loop::ActiveEventLoop;
 use winit::raw_window_handle::HasDisplayHandle;
 use winit::window::Window;
 
+use super::planned::Planned;
 use super::textures::Textures;
 use crate::cli::ViewArgs;
 use crate::engine::Host;
@@ -30,6 +31,7 @@ pub struct Stage {
     pub window: Arc<Window>,
     pub host: Host,
     pub memory: Arc<Memory>,
+    pub planned: Planned,
     pub frame: Frame,
     pub egui: Context,
     surface: Arc<Surface>,
@@ -102,6 +104,7 @@ impl Stage {
             window,
             host,
             memory,
+            planned: Planned::default(),
             frame,
             egui,
             surface,
