@@ -23,10 +23,8 @@ pub struct Session {
     /// The scene to show; panels change it as they like.
     pub scene: Scene,
     pub live: Option<Live>,
-    building: Option<Build>,
-    /// The build of the document before. Nobody wants its result, but until it has ended there may be no memory for
-    /// another one.
-    ending: Option<Load<Live>>,
+    /// There is one at a time, since its plan counts on all memory that the window leaves.
+    build: Option<Build>,
     /// The list of `series` while it is being made.
     pub listing: Option<Load<Vec<Preview>>>,
     /// The volumes of the document's folder, if there are several.
@@ -42,9 +40,10 @@ pub struct Session {
     pub chosen: Chosen,
 }
 
-/// A renderer under way, and the scene that it is for.
+/// A renderer under way.
 struct Build {
-    scene: Scene,
+    /// `None`: it was ordered for the document before, and nobody wants it any more.
+    scene: Option<Scene>,
     load: Load<Live>,
 }
 
@@ -64,7 +63,7 @@ pub struct Chosen {
 impl Session {
     /// Opens a document in the place of the one before, whose renderer goes first to make room.
     pub fn new(document: Document, before: Option<Session>) -> Session {
-        let (mut ending, mut series) = (None, Vec::new());
+        let (mut build, mut series) = (None, Vec::new());
         let mut scene = document.opened.scene.clone();
         let home = scene.camera;
         if let Some(before) = before {
@@ -72,7 +71,10 @@ impl Session {
             if document.is_edit_of(&before.document) {
                 scene.camera = before.scene.camera;
             }
-            ending = before.building.map(|build| build.load).or(before.ending);
+            build = before.build.map(|build| Build {
+                scene: None,
+                ..build
+            });
             // The list of volumes stays until the same folder's new list is there, so that the panel does not jump
             // when the user picks from it.
             if before.document.path == document.path {
@@ -86,8 +88,7 @@ impl Session {
             scene,
             document: Arc::new(document),
             live: None,
-            building: None,
-            ending,
+            build,
             listing: None,
             series,
             shown: None,
@@ -137,8 +138,8 @@ impl Session {
                 // The old renderer is dropped first to make room.
                 self.live = None;
                 self.shown = before.or(self.shown.take());
-                self.building = Some(Build {
-                    scene: self.scene.clone(),
+                self.build = Some(Build {
+                    scene: Some(self.scene.clone()),
                     load: self.begin_build(stage, proxy, args, light)?,
                 });
             }
@@ -169,19 +170,17 @@ impl Session {
         }
     }
 
-    /// The build under way, wanted or not: there is one at a time, since its plan counts on all memory that the
-    /// window leaves.
+    /// The build under way, wanted or not.
     pub fn build_under_way(&self) -> Option<&Load<Live>> {
-        let building = self.building.as_ref().map(|build| &build.load);
-        building.or(self.ending.as_ref())
+        self.build.as_ref().map(|build| &build.load)
     }
 
     /// Ends a build under way and waits for it: a process that ends while its driver compiles may crash.
     pub fn end_build(&mut self) {
         self.document.close();
-        let building = self.building.take().map(|build| build.load);
-        let builds = [building, self.ending.take()];
-        builds.into_iter().flatten().for_each(Load::join);
+        if let Some(build) = self.build.take() {
+            build.load.join();
+        }
     }
 
     fn begin_build(
@@ -212,11 +211,12 @@ impl Session {
     /// If nothing of this document has been shown yet, or what was shown cannot be shown any more, if only for the picture's
     /// size, or the device is lost.
     pub fn take_built(&mut self, report: &mut Report) -> Result<Option<Error>> {
-        self.ending.take_if(|load| load.result().is_some());
-        let Some(result) = self.building.as_ref().and_then(|build| build.load.result()) else {
+        let Some(result) = self.build_under_way().and_then(Load::result) else {
             return Ok(None);
         };
-        let ordered = self.building.take().map(|build| build.scene);
+        let Some(ordered) = self.build.take().and_then(|build| build.scene) else {
+            return Ok(None);
+        };
         match result {
             Ok(live) => {
                 report.built(&live);
@@ -227,11 +227,10 @@ impl Session {
             Err(error) => {
                 let is_another = |shown: &mut Scene| like(shown, &self.scene) != self.scene;
                 let Some(shown) = self.shown.take_if(is_another) else {
-                    self.failed = ordered;
+                    self.failed = Some(ordered);
                     return Err(error);
                 };
-                let is_as_ordered = ordered.is_some_and(|o| like(&o, &self.scene) == self.scene);
-                if !is_as_ordered {
+                if like(&ordered, &self.scene) != self.scene {
                     self.shown = Some(shown);
                     return Ok(None);
                 }
