@@ -12,8 +12,20 @@ pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[
     upload_corner(frame, staging, image, image.desc.extent, texels)
 }
 
+/// Fills the picture of that size in an image's upper left corner, row 0 on top.
+pub fn upload_picture(
+    frame: &mut Frame,
+    staging: &mut Buffer,
+    image: &Image,
+    [width, height]: [u32; 2],
+    texels: &[[f32; 4]],
+) -> Result<()> {
+    let texels = bytemuck::cast_slice(texels);
+    upload_corner(frame, staging, image, [width, height, 1], texels)
+}
+
 /// Fills the box of size `extent` at an image's lowest corner with texels in x, y, z order.
-pub fn upload_corner(
+fn upload_corner(
     frame: &mut Frame,
     staging: &mut Buffer,
     image: &Image,
@@ -65,20 +77,15 @@ pub fn download_pieces(
     Ok(())
 }
 
-/// All texels of an RGBA32F image, in x, y, z order.
-pub fn download(frame: &mut Frame, staging: &Buffer, image: &Image) -> Result<Vec<[f32; 4]>> {
-    download_corner(frame, staging, image, image.desc.extent)
-}
-
-/// The texels of an RGBA32F image in the box of size `extent` at its lowest corner, in x, y, z order.
-pub fn download_corner(
+/// The picture of that size in an image's upper left corner, row 0 on top.
+pub fn download_picture(
     frame: &mut Frame,
     staging: &Buffer,
     image: &Image,
-    extent: [u32; 3],
+    [width, height]: [u32; 2],
 ) -> Result<Vec<[f32; 4]>> {
-    let mut all = Vec::with_capacity(extent.iter().product::<u32>() as usize);
-    download_pieces(frame, staging, image, extent, &mut |bytes| {
+    let mut all = Vec::with_capacity(width as usize * height as usize);
+    download_pieces(frame, staging, image, [width, height, 1], &mut |bytes| {
         all.extend_from_slice(bytemuck::cast_slice(bytes));
         Ok(())
     })?;

@@ -59,16 +59,15 @@ impl Renderer {
     pub fn sums(&mut self) -> Result<Sums> {
         self.complete_mean()?;
         let (frame, r) = (&mut self.frame, &self.resources);
-        let [width, height] = r.size;
         Ok(Sums {
-            mean: copy::download_corner(frame, &r.staging, &r.mean, [width, height, 1])?,
-            squares: copy::download_corner(frame, &r.staging, &r.squares, [width, height, 1])?,
+            mean: copy::download_picture(frame, &r.staging, &r.mean, r.size)?,
+            squares: copy::download_picture(frame, &r.staging, &r.squares, r.size)?,
             halves: self.halves.clone(),
         })
     }
 
-    /// Continues a picture of the current size from sums that a renderer of the same scene had after `totals`; fails if they are
-    /// of another size.
+    /// Continues a picture of the current size from sums that a renderer of the same scene had after `totals`; fails if they
+    /// are of another size.
     pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
         let pixels = self.pixels() as usize;
         if [&sums.mean, &sums.squares]
@@ -109,34 +108,29 @@ impl Renderer {
 
     pub(super) fn upload(&mut self, sums: &Sums) -> Result<()> {
         let r = &mut self.resources;
-        let [width, height] = r.size;
         for (image, texels) in [(&r.mean, &sums.mean), (&r.squares, &sums.squares)] {
-            let texels = bytemuck::cast_slice(texels);
-            let corner = [width, height, 1];
-            copy::upload_corner(&mut self.frame, &mut r.staging, image, corner, texels)?;
+            copy::upload_picture(&mut self.frame, &mut r.staging, image, r.size, texels)?;
         }
         Ok(())
     }
 
     pub fn first_hits(&mut self) -> Result<FirstHits> {
         self.see_first_surfaces()?;
-        let r = &self.resources;
-        let [width, height] = r.size;
-        let pixels = width as usize * height as usize;
         let Some(pass) = &self.passes.iso_depth else {
+            let pixels = self.pixels() as usize;
             return Ok(FirstHits {
                 normal_depth: vec![[0.0, 0.0, 0.0, f32::INFINITY]; pixels],
                 albedo: vec![[0.0; 4]; pixels],
             });
         };
-        let (frame, staging) = (&mut self.frame, &r.staging);
+        let (frame, r) = (&mut self.frame, &self.resources);
         let FirstSurface {
             normal_depth,
             albedo,
         } = &pass.memory;
         Ok(FirstHits {
-            normal_depth: copy::download(frame, staging, normal_depth)?,
-            albedo: copy::download(frame, staging, albedo)?,
+            normal_depth: copy::download_picture(frame, &r.staging, normal_depth, r.size)?,
+            albedo: copy::download_picture(frame, &r.staging, albedo, r.size)?,
         })
     }
 }

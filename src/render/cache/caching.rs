@@ -87,13 +87,8 @@ impl Caching<'_> {
 
     /// The picture that has just been marched.
     pub fn marched(&mut self) -> Result<Vec<[f32; 4]>> {
-        let [width, height] = self.r.size;
-        copy::download_corner(
-            self.frame,
-            &self.r.staging,
-            &self.r.unit_sum,
-            [width, height, 1],
-        )
+        let r = &*self.r;
+        copy::download_picture(self.frame, &r.staging, &r.unit_sum, r.size)
     }
 
     /// Marches that picture and leaves it on the GPU.
@@ -158,11 +153,8 @@ impl Caching<'_> {
         push: &ToneMapPush,
     ) -> Result<()> {
         *self.under_way = UnderWay::Nothing;
-        let texels = bytemuck::cast_slice(picture);
         let r = &mut *self.r;
-        let [width, height] = r.size;
-        let corner = [width, height, 1];
-        copy::upload_corner(self.frame, &mut r.staging, &r.unit_sum, corner, texels)?;
+        copy::upload_picture(self.frame, &mut r.staging, &r.unit_sum, r.size, picture)?;
         self.tone_map(to, push)
     }
 

@@ -59,10 +59,10 @@ pub fn measure(
     ray_march: &RayMarch,
 ) -> Result<Measured> {
     let stride = measured_stride(r);
-    let [width, height] = r.size.map(|n| n.div_ceil(stride));
+    let measured = r.size.map(|n| n.div_ceil(stride));
     let mut march = |request| {
         ray_march.march_for(frame, r, memory, request)?;
-        copy::download_corner(frame, &r.staging, &r.unit_sum, [width, height, 1])
+        copy::download_picture(frame, &r.staging, &r.unit_sum, measured)
     };
     Ok(Measured {
         shown: march(ray_march::for_error(stride))?,
