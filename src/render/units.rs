@@ -30,10 +30,10 @@ impl Renderer {
         self.abandon()?;
         // In a march the units are single samples, since it knows the spread between these; how evenly they are spread is known
         // from all of them (`halves.rs`).
-        let (samples, units) = if self.is_marched() {
-            (1, samples * units)
+        let units = if self.is_marched() {
+            samples * units
         } else {
-            (samples, units)
+            units
         };
         let most = match &self.resources.bricks {
             Some(_) => most_together(self.pixels()),

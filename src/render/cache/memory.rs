@@ -62,7 +62,6 @@ impl CacheMemory {
             let desc = ImageDesc::volumetric(name, extent, format);
             Image::new(memory, desc.written().zeroed())
         };
-        let is_full_light = scene.parts.surfaces.is_full_light();
         let slots = slots(&memory.limits, scene);
         let if_needed = |is_needed: bool, name, bytes| {
             let buffer = || Buffer::new(memory, BufferDesc::device(name, bytes));
@@ -78,7 +77,7 @@ impl CacheMemory {
             bricks: brick_buffer(memory, layout)?,
             layout: layout.clone(),
             cuts: if_needed(
-                is_full_light,
+                features.full_light,
                 "cache: cuts",
                 bytes_of_words(layout, CUT_WORDS),
             )?,

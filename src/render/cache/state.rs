@@ -18,6 +18,9 @@ use super::sight::{Sight, ViewState};
 use crate::error::{Error, Result};
 use crate::render::copy::{self, Sink, Source};
 
+/// Bytes that a file holds of each brick: its share, and the paths that its nodes have had.
+const BRICK_BYTES: u64 = (size_of::<u8>() + size_of::<u32>()) as u64;
+
 /// What a file keeps of a cache besides its light.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CacheState {
@@ -66,9 +69,9 @@ impl CacheState {
 
     /// Bytes that stream, in a cache with `light` bytes of light.
     fn bytes(&self, light: u64) -> Option<u64> {
-        let bricks = (self.bricks as u64).checked_mul(5)?;
+        let bricks = (self.bricks as u64).checked_mul(BRICK_BYTES)?;
         let measured = (self.shown as u64).checked_add(self.shown_at_rest as u64)?;
-        let measured = measured.checked_mul(16)?;
+        let measured = measured.checked_mul(size_of::<[f32; 4]>() as u64)?;
         light.checked_add(bricks)?.checked_add(measured)
     }
 }
