@@ -6,6 +6,7 @@
 
 mod choices;
 mod devices;
+mod in_bricks;
 mod ladder;
 mod occupied;
 mod planned;

@@ -1,0 +1,80 @@
+//! What is chosen where the volume does not fit whole: how much of the memory a cache leaves to its bricks.
+
+use isolume::render::{Choice, Planner};
+use isolume::scene::*;
+
+use crate::memory_plan::devices::nvidia_8;
+use crate::memory_plan::{F32, Kind, dense, plan, scene};
+
+/// Rays to suns would need bricks as well.
+fn without_suns() -> Scene {
+    let mut scene = scene();
+    scene.lights.suns.clear();
+    scene
+}
+
+/// The caches among which a trial decides.
+fn scales_and_bricks(budget: u64) -> Vec<(f64, u32)> {
+    let device = crate::support::common::device();
+    let (volume, limits, scene) = (dense(192, Kind::U8), nvidia_8(), without_suns());
+    let planner = Planner::new(&device, &limits, budget, &volume, &scene);
+    let choice = planner.choose().expect("a plan");
+    let caches = planner.caches(&choice).expect("plans");
+    let look = |Choice { plan, .. }: Choice| {
+        let scale = plan.variant.cache().expect("a cache").scale;
+        (scale, plan.bricks.map_or(0, |bricks| bricks.capacity()))
+    };
+    caches.into_iter().map(look).collect()
+}
+
+#[test]
+fn a_coarser_cache_is_tried_where_it_leaves_room_for_more_bricks() {
+    let device = crate::support::common::device();
+    let bytes = |rung| {
+        let scene = without_suns();
+        let plan = plan(&device, &nvidia_8(), &dense(192, Kind::U8), &scene, rung);
+        plan.expect("a plan").bytes()
+    };
+    // With the volume whole, it is the finest that fits.
+    assert_eq!(scales_and_bricks(bytes(Some((0.5, F32)))), [(0.5, 0)]);
+    let tried = scales_and_bricks(bytes(None) - 1);
+    assert!(tried.len() > 1, "{tried:?}");
+    for pair in tried.windows(2) {
+        let [(fine, few), (coarse, more)] = [pair[0], pair[1]];
+        assert!(coarse <= fine && more > few, "{tried:?}");
+    }
+}
+
+/// A march reads along rays to suns from every surface that lets light through, and begins anew when a brick is missing: the
+/// bricks of all of these rays are there at once, or there is no march.
+#[test]
+fn a_march_in_bricks_has_room_for_all_that_a_pixel_reads() {
+    let device = crate::support::common::device();
+    let mut scene = scene();
+    scene.surfaces.iso = vec![Isosurface {
+        value: 100.0,
+        opacity: 0.5,
+        color: [0.8; 3],
+        shading: Shading::Lambert,
+    }];
+    scene.lights.suns = vec![DirectionalLight {
+        direction: [0.3, -1.0, -0.4],
+        irradiance: [3.0; 3],
+    }];
+    let volume = dense(128, Kind::F32);
+    let mut plans_in_bricks = 0;
+    for budget in (6_000_000..14_000_000).step_by(500_000) {
+        let planner = Planner::new(&device, &device.summary, budget, &volume, &scene);
+        let Ok(choice) = planner.choose() else {
+            continue;
+        };
+        let Some(bricks) = choice.plan.bricks else {
+            continue;
+        };
+        plans_in_bricks += 1;
+        let has_all = bricks.capacity() >= bricks.total();
+        let is_marched = choice.plan.variant.cache().is_some();
+        assert!(has_all || !is_marched, "{budget}: {}", choice.reason);
+    }
+    assert!(plans_in_bricks > 3);
+}
