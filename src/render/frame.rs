@@ -1,7 +1,7 @@
 //! A frame, from top to bottom.
 //!
-//! 1. [`prepare`](Renderer::prepare): what a change of the scene has invalidated is computed again, from majorants to the marks of
-//!    the cache's cubes.
+//! 1. [`prepare`](Renderer::prepare): what a change of the scene has invalidated is computed again, from majorants to the
+//!    marks of the cache's cubes.
 //! 2. [`Caching::advance`](super::Caching::advance): where there is a cache, a slice of a batch of paths from its nodes.
 //! 3. [`advance_units`](Renderer::advance_units): a slice of a unit of samples, by the estimator of the variant.
 //! 4. [`accumulate`](Renderer::accumulate): units that have ended are folded into the mean.

@@ -172,6 +172,7 @@ impl Cache {
     ) -> Result<()> {
         self.memory.lay_out(layout)?;
         self.tracking.lay_out(layout);
+        self.clear();
         self.is_blank = true;
         if let Some(bricks) = &mut r.bricks {
             bricks.resize_cache(layout.active.len())?;

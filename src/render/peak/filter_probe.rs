@@ -3,8 +3,8 @@
 //! The field is *defined* as the trilinear interpolant, and filters differ from it: lavapipe interpolates 8-bit texels in
 //! 8 bits, and GPUs round positions to 1/256 of a voxel. What a narrow transfer function makes of that can be seen: an H100
 //! took 4 to 16 % of the light behind a tent whose width is a fiftieth of a voxel's step (`transport hard_cases`). And the
-//! picture of a volume in bricks would be another than that of a whole one. So shaders interpolate between eight texels everywhere. Only the
-//! variant `published` reads its cells through the filter, as its paper has it.
+//! picture of a volume in bricks would be another than that of a whole one. So shaders interpolate between eight texels
+//! everywhere. Only the variant `published` reads its cells through the filter, as its paper has it.
 
 use std::sync::Arc;
 

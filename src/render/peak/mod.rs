@@ -5,8 +5,8 @@
 //! the time that the pass took. Only counted work ([`Work`]) enters: reads of the volume by tracking and by
 //! marches, texels of a picture that a pass reads and writes once each, bytes that are copied or cleared. Of a pass that
 //! makes a table, a list or a layer of the picture, it is the texels that it reads or writes at the least. Random numbers,
-//! walks through cells, reads of the cache and shading do not enter, so a share below 1 is not all waste. Rates are those of a volume that
-//! fits the caches: what a larger one costs in locality counts as the pass's loss.
+//! walks through cells, reads of the cache and shading do not enter, so a share below 1 is not all waste. Rates are those
+//! of a volume that fits the caches: what a larger one costs in locality counts as the pass's loss.
 
 mod filter_probe;
 mod peak_rate;
