@@ -9,6 +9,7 @@ use super::fit::Fit;
 use super::hud::{Hud, MemoryNow, Message};
 use super::interface::{Asked, Interface};
 use super::keys::Action;
+use super::live::Live;
 use super::load::Load;
 use super::report::Report;
 use super::session::Session;
@@ -218,22 +219,25 @@ impl<'a> App<'a> {
         if !is_presented {
             return Ok(());
         }
-        let live = self.session.as_ref().and_then(|s| s.live.as_ref());
-        let is_moving = has_picture && live.is_some_and(|live| live.picture.is_moving());
+        let is_moving = has_picture && self.live().is_some_and(|live| live.picture.is_moving());
         self.report.frame(is_moving, has_picture);
         Ok(())
     }
 
+    /// What is on the GPU of the open scene.
+    fn live(&self) -> Option<&Live> {
+        self.session.as_ref()?.live.as_ref()
+    }
+
     /// Whether a picture at rest is shown that is not finished.
     fn is_improving(&self) -> bool {
-        let live = self.session.as_ref().and_then(|s| s.live.as_ref());
-        live.is_some_and(|live| !live.picture.is_moving() && !live.picture.is_finished())
+        self.live()
+            .is_some_and(|live| !live.picture.is_moving() && !live.picture.is_finished())
     }
 
     /// Whether there is something to do without waiting for an event.
     pub(super) fn is_busy(&self) -> bool {
-        let live = self.session.as_ref().and_then(|s| s.live.as_ref());
-        live.is_some_and(|live| !live.picture.is_finished()) || self.has_old_images()
+        self.live().is_some_and(|live| !live.picture.is_finished()) || self.has_old_images()
     }
 
     /// Whether figures, bars or messages on the screen change without an event.
@@ -277,9 +281,8 @@ impl<'a> App<'a> {
         };
         stage.host.check_validation()?;
         if let Some(path) = &self.args.stats {
-            let live = self.session.as_ref().and_then(|s| s.live.as_ref());
             let mut outputs = Outputs::default();
-            outputs.json(path, &self.report.stats(stage, live))?;
+            outputs.json(path, &self.report.stats(stage, self.live()))?;
             outputs.commit()?;
         }
         Ok(0)
