@@ -66,15 +66,15 @@ pub struct Cache {
     rim_cubes: Option<RimCubes>,
     /// `None` where surfaces need no table of their reflectance.
     reflectance: Option<SurfaceReflectance>,
-    pub(super) sight: Sight,
+    sight: Sight,
     /// The texel that stands for the light of a node that is neither traced nor interpolated yet.
     guess: [f32; 4],
     /// No batch has ended since the images were made: they hold no light of an older scene.
-    pub(super) is_blank: bool,
+    is_blank: bool,
     pub filling: Filling,
     pub work: FillingWork,
     /// Paths that the nodes in sight get in the batch under way.
-    pub(super) under_way: Option<u32>,
+    under_way: Option<u32>,
 }
 
 impl Cache {
@@ -134,12 +134,7 @@ impl Cache {
         if let Some(pass) = &self.reflectance
             && changes.invalidates(Derived::Reflectance)
         {
-            pass.run(
-                frame,
-                r,
-                &self.memory,
-                scene.parts.surfaces.iso.len() as u32,
-            )?;
+            pass.run(frame, r, &self.memory)?;
         }
         if !changes.invalidates(Derived::CachedLight) {
             return Ok(());

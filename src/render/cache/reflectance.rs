@@ -14,13 +14,7 @@ impl SurfaceReflectance {
         Ok(SurfaceReflectance(passes.compile::<()>("reflectance")?))
     }
 
-    pub fn run(
-        &self,
-        frame: &mut Frame,
-        r: &Resources,
-        cache: &CacheMemory,
-        surfaces: u32,
-    ) -> Result<()> {
+    pub fn run(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
         let bindings = [
             &[
                 ("scene_block", Binding::Buffer(&r.scene)),
@@ -31,7 +25,7 @@ impl SurfaceReflectance {
             &r.surface_bindings(),
         ]
         .concat();
-        let threads = [surfaces * REFLECTANCE_ANGLES, 1, 1];
+        let threads = [cache.features.surface_count * REFLECTANCE_ANGLES, 1, 1];
         let work = Work::fill(bytes_of::<Reflectance>(threads[0]));
         frame.run(|f| {
             f.pass(&self.0, &bindings, &(), threads)?;
