@@ -1,5 +1,5 @@
-//! The command line: what the user typed, as typed values. It knows how a scene is named, and
-//! nothing of how it is rendered.
+//! The command line: what the user typed, as typed values, and what is said about an error. It knows how a scene is named,
+//! and nothing of how it is rendered.
 //!
 //! Scene keys that have a flag of their own become [`Edit`]s, the same as `--set`: there is one way
 //! into a scene. Words such as `non-caching` are read by the scene's own types, so that a flag and
@@ -7,6 +7,7 @@
 
 mod bench;
 mod cache;
+mod message;
 mod values;
 #[cfg(feature = "window")]
 mod view;
@@ -23,6 +24,7 @@ use crate::scene::preset::Preset;
 use crate::scene::{Edit, Variant};
 pub use bench::{BenchArgs, BenchVariant};
 pub use cache::{CacheArgs, CleanArgs};
+pub use message::message;
 use values::{
     cache_format, cache_scale, device, exposure, exr, iso, limit, picture, positive, samples,
     seconds, size, spp, variant, view, views, word, written,

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use isolume::cli::{Cli, Command};
+use isolume::cli::{Cli, Command, message};
 use isolume::error::Result;
 use isolume::output::say;
 #[cfg(feature = "window")]
@@ -16,7 +16,7 @@ fn main() -> ExitCode {
         Ok(status) => ExitCode::from(status),
         Err(error) => {
             // One sentence, whatever names of files have in them.
-            say(format!("isolume: {error}").replace('\n', "\\n"));
+            say(format!("isolume: {}", message(&error)).replace('\n', "\\n"));
             ExitCode::from(interrupt::status_of(&error))
         }
     }

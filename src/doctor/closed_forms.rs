@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use serde::Serialize;
 
 use crate::engine::{Engine, Host, Picture, Stop};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::volume::{Volume, Voxels};
 use crate::scene::{EnvironmentImage, Scene, SceneFile, resolve};
 
@@ -72,12 +72,25 @@ pub fn check_all(
             left_out.push(name);
             continue;
         }
-        let measured = check(host, name)?;
+        let measured = unless_too_slow(check(host, name))?;
         slowest = slowest.max(began.elapsed());
-        let seconds = began.elapsed().as_secs_f64() / measured.len() as f64;
-        forms.extend(measured.into_iter().map(|m| m.judged(seconds)));
+        match measured {
+            Some(measured) => {
+                let seconds = began.elapsed().as_secs_f64() / measured.len() as f64;
+                forms.extend(measured.into_iter().map(|m| m.judged(seconds)));
+            }
+            None => left_out.push(name),
+        }
     }
     Ok(())
+}
+
+/// `None` where the device was too slow for the check's first sample.
+fn unless_too_slow(checked: Result<Vec<Measured>>) -> Result<Option<Vec<Measured>>> {
+    match checked {
+        Err(Error::TooShort { .. }) => Ok(None),
+        checked => checked.map(Some),
+    }
 }
 
 struct Measured {
@@ -348,4 +361,22 @@ fn lit_surface(host: &Host, name: &'static str) -> Result<Vec<Measured>> {
     let picture = render(host, &volume, &scene, 9)?;
     let measured = Measured::radiance(name, &picture, LIT_SURFACE);
     Ok(vec![measured])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Lacking;
+
+    /// Other checks go on; what else fails ends them.
+    #[test]
+    fn a_check_without_a_first_sample_is_left_out() {
+        let too_short = Error::TooShort {
+            time: TIME,
+            spent: TIME,
+            lacking: Lacking::Sample,
+        };
+        assert!(matches!(unless_too_slow(Err(too_short)), Ok(None)));
+        assert!(unless_too_slow(Err(Error::value("wrong"))).is_err());
+    }
 }

@@ -10,7 +10,7 @@ use super::schedule::{
     Done, Stop, StopReason, next_unit, reason_to_stop, units_together, with_delay,
 };
 use super::stopwatch::{Stopwatch, after};
-use crate::error::{Error, Place, Result};
+use crate::error::{Error, Lacking, Result};
 use crate::render::{Film, Until};
 
 /// The least time between two looks at the error for progress alone, where no stop depends on it, and that time as a
@@ -96,7 +96,7 @@ impl Engine {
 
     /// Takes unit after unit of samples, in addition to those that the picture has already, until the run's stop or
     /// its interruption. Time is measured by `watch`; a unit that is under way when the time is over is dropped.
-    /// Fails with [`Error::Interrupted`] if there is no picture yet, and with [`Error::Input`] if the time is too
+    /// Fails with [`Error::Interrupted`] if there is no picture yet, and with [`Error::TooShort`] if the time is too
     /// short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
         let totals = self.renderer.totals();
@@ -210,22 +210,15 @@ impl Engine {
     }
 
     fn too_short(&self, stop: &Stop, watch: &Stopwatch) -> Error {
-        let lacking = match self.renderer.cache() {
-            None => {
-                "not every pixel has had its first sample; give it more time or fewer pixels, or shorten paths by \
-                 render.max_bounces or by a lower medium.density"
-            }
-            Some(cache) if cache.filling.updates == 0 => {
-                "the cache's nodes have not had their first paths; give it more time, a coarser cache (--cache-scale), or \
-                 none (--variant non-caching)"
-            }
-            Some(_) => {
-                "not every pixel has had its first sample; give it more time or fewer pixels"
-            }
-        };
-        let time = stop.time.unwrap_or_default().as_secs_f64();
-        let problem = format!("after {:.1} s {lacking}", watch.elapsed().as_secs_f64());
-        Error::input(Place::flag(format!("--time {time}")), problem)
+        Error::TooShort {
+            time: stop.time.unwrap_or_default(),
+            spent: watch.elapsed(),
+            lacking: match self.renderer.cache() {
+                None => Lacking::Sample,
+                Some(cache) if cache.filling.updates == 0 => Lacking::CachePaths,
+                Some(_) => Lacking::SampleThroughCache,
+            },
+        }
     }
 
     /// Relative error of the picture so far; infinite while a single unit of samples says nothing about it.

@@ -18,10 +18,10 @@ pub enum DeviceError {
     )]
     NoneUsable { found: String },
     /// There is no device of this name or number.
-    #[error("--device {wanted}: no such Vulkan device; {found}")]
+    #[error("{wanted}: no such Vulkan device; {found}")]
     NotFound { wanted: String, found: String },
     /// The device that was asked for cannot be used.
-    #[error("--device {wanted}: {device} lacks {}", .lacks.join(", "))]
+    #[error("{wanted}: {device} lacks {}", .lacks.join(", "))]
     Lacks {
         wanted: String,
         device: String,

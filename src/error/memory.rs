@@ -7,8 +7,7 @@ use crate::bytes::human;
 pub enum MemoryError {
     /// No plan stays within the budget.
     #[error(
-        "the budget is {budget} bytes, but {variant}{} needs {} ({needed} bytes), {} of it for the {largest}{}: raise \
-         --vram-budget, or {remedy}",
+        "the budget is {budget} bytes, but {variant}{} needs {} ({needed} bytes), {} of it for the {largest}{}",
         if *.is_in_bricks { " with the volume in bricks" } else { "" },
         human(*.needed), human(*.largest_bytes), after_semicolon(.smallest_cache)
     )]
@@ -23,33 +22,23 @@ pub enum MemoryError {
         largest_bytes: u64,
         /// What the smallest cache needs, where one was considered.
         smallest_cache: Option<String>,
-        /// What makes the largest resource smaller.
-        remedy: &'static str,
     },
     /// A cache was asked for by name, and only a picture without one fits.
     #[error(
         "no cache that was asked for fits into the budget of {budget} bytes: {smallest_cache}, non-caching only {} \
-         ({non_caching} bytes): raise --vram-budget, allow a smaller --cache-scale or --cache-format, or choose \
-         --variant auto", human(*.non_caching)
+         ({non_caching} bytes)", human(*.non_caching)
     )]
     Cache {
         budget: u64,
         smallest_cache: String,
         non_caching: u64,
     },
-    /// The device is too small for the picture, the volume or the sky, even without a cache.
-    #[error("{why}: {remedy}")]
-    Scene {
-        why: Box<MemoryError>,
-        remedy: &'static str,
-    },
     /// What the window leaves of the budget is too little.
     #[error("beside {} of the window itself, {why}", human(*.window))]
     BesideWindow { window: u64, why: Box<MemoryError> },
     /// A resource is more than what is left of the budget.
     #[error(
-        "{resource} needs {}, but {} of the budget of {} are in use: raise --vram-budget, or crop the volume or shrink \
-         the picture", human(*.bytes), human(*.used), human(*.budget)
+        "{resource} needs {}, but {} of the budget of {} are in use", human(*.bytes), human(*.used), human(*.budget)
     )]
     Budget {
         resource: String,
@@ -91,12 +80,11 @@ pub enum MemoryError {
     CacheBricks { bricks: usize, texels: u32 },
     /// The volume streams, and there is too little room for what one ray needs.
     #[error(
-        "a single ray needs more bricks of the volume at once than the {room} that there is room for: raise \
-         --vram-budget or lower --size"
+        "a single ray needs more bricks of the volume at once than the {room} that there is room for"
     )]
     VolumeBricks { room: u32 },
     /// The driver had no memory although the plan was within its limits.
-    #[error("{resource} ({}) could not be allocated on {device}: {why}; lower --vram-budget", human(*.bytes))]
+    #[error("{resource} ({}) could not be allocated on {device} ({why})", human(*.bytes))]
     Refused {
         resource: String,
         bytes: u64,
@@ -104,29 +92,11 @@ pub enum MemoryError {
         why: String,
     },
     /// The device ran out of memory.
-    #[error(
-        "{what}: the device has no memory left; lower --vram-budget, or close what else uses the device"
-    )]
+    #[error("the device has no memory left ({what})")]
     Device { what: String },
     /// The machine ran out of memory.
-    #[error(
-        "{what}: the machine has no memory left; close what else uses it, or lower --ram-budget"
-    )]
+    #[error("the machine has no memory left ({what})")]
     Host { what: String },
-}
-
-impl MemoryError {
-    /// The resource that is too large, where it is one.
-    pub fn resource(&self) -> Option<&str> {
-        match self {
-            MemoryError::Budget { resource, .. }
-            | MemoryError::Allocation { resource, .. }
-            | MemoryError::Buffer { resource, .. }
-            | MemoryError::Image { resource, .. }
-            | MemoryError::Refused { resource, .. } => Some(resource),
-            _ => None,
-        }
-    }
 }
 
 fn after_semicolon(text: &Option<String>) -> String {

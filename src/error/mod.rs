@@ -1,7 +1,8 @@
 //! The errors, sorted by whom they concern: each kind has its exit status.
 //!
 //! Every error holds the facts that its message is made of, so that a program which embeds the engine need not read
-//! sentences. The message is one clear sentence that names the file, key or flag, what was found and what was expected.
+//! sentences. The message is one clear sentence that names the file, key or flag, what was found and what was expected. What
+//! the command line's user can do about memory, time and devices is worded there, with the flags (`cli/message.rs`).
 
 mod device;
 mod memory;
@@ -9,6 +10,7 @@ mod memory;
 use std::fmt::{self, Display, Formatter};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 pub use device::DeviceError;
 pub use memory::{MemoryError, unless_refused};
@@ -34,6 +36,14 @@ pub enum Error {
     /// A file's content, a scene or a value in it cannot be used.
     #[error("{place}{problem}")]
     Input { place: Place, problem: String },
+    /// The time for a picture was over before there was one.
+    #[error("after {:.1} s {lacking}", .spent.as_secs_f64())]
+    TooShort {
+        time: Duration,
+        /// A little more than `time`, since a picture that is a little late is better than none.
+        spent: Duration,
+        lacking: Lacking,
+    },
     /// Out of memory, or over the budget.
     #[error(transparent)]
     Memory(#[from] MemoryError),
@@ -43,6 +53,28 @@ pub enum Error {
     /// Ctrl-C or SIGTERM before there was anything to write.
     #[error("interrupted before there was a picture to write: nothing was written")]
     Interrupted,
+}
+
+/// What a picture has lacked when its time was over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lacking {
+    /// Paths for all nodes of the cache.
+    CachePaths,
+    /// A sample of every pixel, by paths from the camera.
+    Sample,
+    /// A sample of every pixel, through the cache.
+    SampleThroughCache,
+}
+
+impl Display for Lacking {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Lacking::CachePaths => "the cache's nodes have not had their first paths",
+            Lacking::Sample | Lacking::SampleThroughCache => {
+                "not every pixel has had its first sample"
+            }
+        })
+    }
 }
 
 /// Where input that cannot be used comes from.
@@ -72,7 +104,7 @@ impl Error {
     pub fn exit_status(&self) -> u8 {
         match self {
             Error::Usage(_) => 2,
-            Error::File { .. } | Error::Input { .. } => 3,
+            Error::File { .. } | Error::Input { .. } | Error::TooShort { .. } => 3,
             Error::Memory(_) => 4,
             Error::Device(_) => DEVICE_STATUS,
             Error::Interrupted => INTERRUPTED_STATUS,

@@ -228,7 +228,7 @@ fn usable_queue(
     let unable = |problem: &str| DeviceError::Unable {
         device: summary.name.clone(),
         problem: if draws {
-            format!("{problem}, which a window needs; choose another --device")
+            format!("{problem}, which a window needs; choose another device")
         } else {
             problem.into()
         },

@@ -15,7 +15,7 @@ use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
 use super::watch::Watch;
-use crate::cli::ViewArgs;
+use crate::cli::{ViewArgs, message};
 use crate::error::{Error, Result};
 use crate::output::Outputs;
 
@@ -259,8 +259,9 @@ impl<'a> App<'a> {
     }
 
     pub(super) fn complain(&mut self, error: Error) {
-        self.report.say(&format!("error: {error}"));
-        self.message = Some(Message::new(error.to_string(), true));
+        let said = message(&error);
+        self.report.say(&format!("error: {said}"));
+        self.message = Some(Message::new(said, true));
         self.interface_due = Some(Instant::now());
     }
 

@@ -90,7 +90,7 @@ impl Surface {
             )
         };
         if !shows.map_err(|e| failed(&self.device, e))? {
-            let why = "its compute queue does not reach this display; choose another --device";
+            let why = "its compute queue does not reach this display; choose another device";
             return Err(shows_nothing(&self.device, why));
         }
         let usage = self.capabilities()?.supported_usage_flags;

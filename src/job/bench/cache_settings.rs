@@ -8,7 +8,7 @@ use super::entrants::{Entrant, Subject};
 use super::measure::voxels;
 use super::report::{CacheSetting, RunReport};
 use super::{Bench, patient_run};
-use crate::cli::BenchVariant;
+use crate::cli::{BenchVariant, message};
 use crate::compare::{LinearImage, measure as compare, without_noise};
 use crate::engine::{Engine, Stop};
 use crate::error::{Error, Result};
@@ -34,7 +34,7 @@ pub fn measure(
     skipped: &mut Vec<String>,
 ) -> Result<Vec<CacheSetting>> {
     let whole = match subject.entrant(&bench.host, bench.volume, &WHOLE) {
-        Err(Error::Memory(why)) => Err(why.to_string()),
+        Err(why @ Error::Memory(_)) => Err(message(&why)),
         Err(other) => return Err(other),
         Ok(whole) => bench.in_time(&whole, runs).map(|()| whole),
     };

@@ -1,6 +1,6 @@
 //! The subjects of a bench: each shading model of the scene, and for each the variants that are possible.
 
-use crate::cli::{BenchArgs, BenchVariant};
+use crate::cli::{BenchArgs, BenchVariant, message};
 use crate::engine::{Engine, Host};
 use crate::error::{Error, Place, Result};
 use crate::render::{self, Choice};
@@ -96,7 +96,9 @@ impl Subject {
                 Err(error) if !named.is_empty() || variant.variant == Variant::NonCaching => {
                     return Err(error);
                 }
-                Err(why) => subject.skipped.push(format!("{variant}: {why}")),
+                Err(why) => subject
+                    .skipped
+                    .push(format!("{variant}: {}", message(&why))),
             }
         }
         // Non-caching comes first, since the others are compared with its pictures.

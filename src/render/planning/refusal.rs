@@ -1,12 +1,10 @@
-//! The sentences about what does not fit: what it needs, what would fit, and what makes it smaller.
+//! The sentences about what does not fit: what it needs, and what would fit.
 
 use super::in_bricks::InBricks;
 use super::{Plan, Planner};
 use crate::bytes::human;
-use crate::error::{Error, MemoryError, Result, unless_refused};
+use crate::error::{MemoryError, Result, unless_refused};
 use crate::render::gpu_scene::GpuScene;
-use crate::render::light_memory::ENVIRONMENT_IMAGE;
-use crate::render::resources::{TRANSFER_FUNCTION, UNIT_SUM, VOLUME};
 use crate::scene::Variant;
 
 impl InBricks<'_> {
@@ -73,29 +71,6 @@ pub(super) fn needs(bytes: u64) -> String {
     format!("{} ({bytes} bytes)", human(bytes))
 }
 
-/// Adds the remedy to the error of a device that is too small even without a cache.
-pub(super) fn with_remedy(error: Error) -> Error {
-    match error {
-        Error::Memory(why) => MemoryError::Scene {
-            remedy: remedy(why.resource().unwrap_or_default()),
-            why: Box::new(why),
-        }
-        .into(),
-        other => other,
-    }
-}
-
-/// What makes a resource smaller, as the end of a sentence.
-fn remedy(resource: &str) -> &'static str {
-    match resource {
-        ENVIRONMENT_IMAGE => "make the environment's image smaller",
-        TRANSFER_FUNCTION => "give medium.transfer fewer points",
-        VOLUME => "set volume.crop",
-        UNIT_SUM => "lower --size",
-        _ => "lower --size, or set volume.crop",
-    }
-}
-
 /// The error for a scene that asks for a cache where only the variant without one fits.
 pub(super) fn no_cache(without: &Plan, budget: u64, smallest_cache: String) -> MemoryError {
     MemoryError::Cache {
@@ -121,6 +96,5 @@ pub(super) fn too_small(
         largest: largest.name.into(),
         largest_bytes: largest.bytes,
         smallest_cache,
-        remedy: remedy(largest.name),
     }
 }

@@ -1,6 +1,6 @@
 //! The choice where the whole volume is on the device.
 
-use super::refusal::{needs, no_cache, too_small, with_remedy};
+use super::refusal::{needs, no_cache, too_small};
 use super::{Choice, Plan, Planner};
 use crate::bytes::human;
 use crate::error::{Error, Result};
@@ -51,7 +51,7 @@ impl Planner<'_> {
     }
 
     fn fitting_without_cache(&self, smallest_cache: Option<String>) -> Result<Plan> {
-        let plan = self.plan(&self.uncached).map_err(with_remedy)?;
+        let plan = self.plan(&self.uncached)?;
         if plan.bytes() <= self.budget {
             Ok(plan)
         } else {

@@ -1,5 +1,6 @@
 //! Which variant a device, a budget and a scene get, row by row.
 
+use isolume::cli::message;
 use isolume::gpu::DeviceSummary;
 use isolume::render::Planner;
 use isolume::scene::volume::Volume;
@@ -60,7 +61,7 @@ fn assert_choices((volume, change): Case, rows: &[Row]) {
         let choice = Planner::new(&device, &limits, budget, &volume, &scene).choose();
         let (found, said) = match choice {
             Ok(choice) => (choice.plan.variant.description(), choice.reason),
-            Err(error) if error.exit_status() == 4 => ("nothing".into(), error.to_string()),
+            Err(error) if error.exit_status() == 4 => ("nothing".into(), message(&error)),
             Err(other) => panic!("row {n}: {other}"),
         };
         let expected = expected.map_or("nothing".into(), name);

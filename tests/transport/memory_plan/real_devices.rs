@@ -1,6 +1,7 @@
 //! Volumes of 16 bits from 256³ to 2048³, at 1024², on devices with the limits that they report: each plan keeps to all of
 //! them. A volume is whole where it can be and else in bricks, or it is refused in one sentence.
 
+use isolume::cli::message;
 use isolume::gpu::DeviceSummary;
 use isolume::render::shared::BRICK;
 use isolume::render::{Choice, Planner};
@@ -64,7 +65,7 @@ fn assert_within_limits(limits: &DeviceSummary, budget: u64, volume: &Volume, ch
 }
 
 fn assert_refused_well(what: &str, error: &isolume::Error) {
-    let said = error.to_string();
+    let said = message(error);
     assert_eq!(error.exit_status(), 4, "{what}: {said}");
     let remedies = ["--vram-budget", "--size", "volume.crop"];
     assert!(remedies.iter().any(|r| said.contains(r)), "{what}: {said}");
