@@ -1,4 +1,4 @@
-//! The command line: what the user typed, as typed values, and what is said about an error. It knows how a scene is named,
+//! The command line: what the user typed, as typed values, and what is said about errors and ends. It knows how a scene is named,
 //! and nothing of how it is rendered.
 //!
 //! Scene keys that have a flag of their own become [`Edit`]s, the same as `--set`: there is one way
@@ -24,7 +24,7 @@ use crate::scene::preset::Preset;
 use crate::scene::{Edit, Variant};
 pub use bench::{BenchArgs, BenchVariant};
 pub use cache::{CacheArgs, CleanArgs};
-pub use message::message;
+pub use message::{budget_source, message, why_stopped};
 use values::{
     cache_format, cache_scale, device, exposure, exr, iso, limit, picture, positive, samples,
     seconds, size, spp, variant, view, views, word, written,

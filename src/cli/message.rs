@@ -1,5 +1,7 @@
-//! What the command line says about an error: the library's facts, and the flags by which the user can change them.
+//! What the command line says about errors, budgets and ends of renders: the library's facts, in terms of the flags by which
+//! the user sets them.
 
+use crate::engine::{BudgetSource, Limit, StopReason};
 use crate::error::{DeviceError, Error, Lacking, MemoryError};
 use crate::render::{ENVIRONMENT_IMAGE, TRANSFER_FUNCTION, UNIT_SUM, VOLUME};
 
@@ -21,6 +23,28 @@ pub fn message(error: &Error) -> String {
             )
         }
         other => other.to_string(),
+    }
+}
+
+/// Why a render has stopped, as the end of the sentence "stopped because …".
+pub fn why_stopped(reason: &StopReason) -> String {
+    match reason {
+        StopReason::Spp(count) => format!("--spp {count} is reached"),
+        StopReason::Samples(range) => format!("--samples {range} are done"),
+        other => other.to_string(),
+    }
+}
+
+/// Where a budget comes from, as the end of a sentence.
+pub fn budget_source(source: BudgetSource) -> String {
+    let flag = |limit| match limit {
+        Limit::Bytes(_) => "--vram-budget".to_string(),
+        Limit::Percent(share) => format!("--vram-budget, {share} % of the heap"),
+    };
+    match source {
+        BudgetSource::Driver(source) => source.into(),
+        BudgetSource::Limit(limit) => flag(limit),
+        BudgetSource::Heap(limit) => format!("the heap, which is smaller than {}", flag(limit)),
     }
 }
 

@@ -1,7 +1,5 @@
 //! The GPU memory that may be used, and the source of that limit.
 
-use serde::Serialize;
-
 use crate::gpu::Device;
 
 /// A limit as set by a user.
@@ -13,11 +11,21 @@ pub enum Limit {
 }
 
 /// A limit in bytes.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Budget {
     pub bytes: u64,
-    /// The source of the number, as the end of a sentence.
-    pub source: String,
+    pub source: BudgetSource,
+}
+
+/// Where a budget comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BudgetSource {
+    /// What the driver says, in its words, as the end of a sentence.
+    Driver(&'static str),
+    /// The limit that the user has set.
+    Limit(Limit),
+    /// The heap, which is smaller than that limit.
+    Heap(Limit),
 }
 
 /// Bytes of the host's memory that a user allows; without a limit, half of what is free.
@@ -38,30 +46,28 @@ impl Budget {
     /// The budget that the user allows, but never more than the device's heap holds; without a limit, what the driver
     /// grants.
     pub(crate) fn of(device: &Device, asked: Option<Limit>) -> Budget {
+        let Some(limit) = asked else {
+            let (bytes, source) = device.default_budget();
+            return Budget {
+                bytes,
+                source: BudgetSource::Driver(source),
+            };
+        };
         let heap = device.summary.device_local_bytes;
-        let (bytes, source) = match asked {
-            None => return Budget::of_driver(device),
-            Some(Limit::Bytes(bytes)) => (bytes, "--vram-budget".to_string()),
-            Some(Limit::Percent(share)) => (
-                (heap as f64 * share / 100.0) as u64,
-                format!("--vram-budget, {share} % of the heap"),
-            ),
+        let bytes = match limit {
+            Limit::Bytes(bytes) => bytes,
+            Limit::Percent(share) => (heap as f64 * share / 100.0) as u64,
         };
         if bytes <= heap {
-            Budget { bytes, source }
+            Budget {
+                bytes,
+                source: BudgetSource::Limit(limit),
+            }
         } else {
             Budget {
                 bytes: heap,
-                source: format!("the heap, which is smaller than {source}"),
+                source: BudgetSource::Heap(limit),
             }
-        }
-    }
-
-    fn of_driver(device: &Device) -> Budget {
-        let (bytes, source) = device.default_budget();
-        Budget {
-            bytes,
-            source: source.into(),
         }
     }
 }

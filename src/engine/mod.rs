@@ -33,7 +33,7 @@ use crate::scene::volume::Volume;
 use figures::{BrickStats, CacheStats, MemoryStats};
 use forecast::Forecast;
 
-pub use budget::{Budget, Limit};
+pub use budget::{Budget, BudgetSource, Limit};
 pub use change::Changed;
 pub use host::{Host, HostOptions};
 pub use kept_light::KeptLight;

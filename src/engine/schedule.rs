@@ -104,8 +104,8 @@ pub enum StopReason {
 impl std::fmt::Display for StopReason {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            StopReason::Spp(count) => write!(f, "--spp {count} is reached"),
-            StopReason::Samples(range) => write!(f, "--samples {range} are done"),
+            StopReason::Spp(count) => write!(f, "it has {count} samples per pixel"),
+            StopReason::Samples(range) => write!(f, "samples {range} are done"),
             StopReason::MostSamples => {
                 let most = SampleRange::MOST;
                 write!(f, "a picture has {most} samples per pixel at most")

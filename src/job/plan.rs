@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{open_scene, print};
 use crate::bytes::human;
-use crate::cli::PlanArgs;
+use crate::cli::{PlanArgs, budget_source};
 use crate::engine::Host;
 use crate::error::Result;
 use crate::output::to_json;
@@ -17,7 +17,7 @@ struct Printed<'a> {
     reason: &'a str,
     device: &'a str,
     budget_bytes: u64,
-    budget_source: &'a str,
+    budget_source: String,
     planned_bytes: u64,
     #[serde(flatten)]
     plan: &'a Plan,
@@ -86,7 +86,7 @@ pub fn plan(args: &PlanArgs) -> Result<u8> {
         reason: &reason,
         device: &host.summary().name,
         budget_bytes: budget.bytes,
-        budget_source: &budget.source,
+        budget_source: budget_source(budget.source),
         planned_bytes: plan.bytes(),
         plan: &plan,
         next_better: &next_better,

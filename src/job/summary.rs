@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::checkpoint::Earlier;
 use super::clock::{self, Clock};
 use super::views::View;
-use crate::cli::RenderArgs;
+use crate::cli::{RenderArgs, why_stopped};
 use crate::engine::batches::cache_goal;
 use crate::engine::{Engine, Host, Outcome, Stop, StopReason, figures};
 use crate::error::Result;
@@ -82,12 +82,12 @@ impl<'a> Summary<'a> {
             say(time_table::text(&self.stats, paths).trim_end());
         }
         let seconds = self.stats.wall_s + self.earlier.took.as_secs_f64();
-        let why_stopped = if is_interrupted() {
+        let why = if is_interrupted() {
             interrupt::reason().into()
         } else {
-            self.stopped.to_string()
+            why_stopped(&self.stopped)
         };
-        let line = last_line(&self.stats, seconds, &self.files, &why_stopped);
+        let line = last_line(&self.stats, seconds, &self.files, &why);
         say(format!(
             "{line}{}",
             why_variant(self.asked, &self.stats.reason)

@@ -12,6 +12,7 @@ use super::report::Report;
 use super::session::Session;
 use super::stage::Stage;
 use crate::bytes::human;
+use crate::cli::budget_source;
 use crate::gpu::Memory;
 use crate::render::{BrickFigures, Choice};
 
@@ -195,7 +196,7 @@ impl MemoryNow {
             used: memory.used(),
             peak: memory.peak(),
             budget: memory.budget,
-            source: stage.host.budget().source.clone(),
+            source: budget_source(stage.host.budget().source),
             resources: memory.resources().into_iter().map(row).collect(),
         }
     }
