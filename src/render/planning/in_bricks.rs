@@ -6,7 +6,6 @@
 //! (`engine/trial.rs`), it compares the caches on the device.
 
 use super::{Choice, Plan, Planner};
-use crate::bytes::human;
 use crate::error::{Error, Result};
 use crate::render::bricks::needed_bricks;
 use crate::render::gpu_scene::GpuScene;
@@ -86,9 +85,8 @@ impl<'a> InBricks<'a> {
     fn choice(&self, plan: Plan, next_better: &str) -> Choice {
         Choice {
             reason: format!(
-                "{} takes {} with the volume in bricks, {} of the {} needed ones at a time: the whole volume does not fit",
+                "{} fits with the volume in bricks, {} of the {} needed ones at a time: the whole volume does not",
                 plan.variant.description(),
-                human(plan.bytes()),
                 capacity(&plan).min(self.needed),
                 self.needed,
             ),

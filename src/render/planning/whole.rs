@@ -76,18 +76,15 @@ impl Planner<'_> {
     }
 }
 
+/// What the chosen variant takes stands in the plan, which an edit may replace while the choice stays.
 fn reason(plan: &Plan, wanted: Variant, better: Option<&str>) -> String {
     let asked = match wanted {
         Variant::Caching => "it was asked for, and ",
         _ => "",
     };
-    let fits = format!(
-        "{} takes {}",
-        plan.variant.description(),
-        human(plan.bytes())
-    );
+    let chosen = plan.variant.description();
     match better {
-        None => format!("{asked}nothing better is needed: {fits}"),
-        Some(why) => format!("{asked}it is the best that fits: {fits}, while {why}"),
+        None => format!("{asked}nothing better is needed than {chosen}"),
+        Some(why) => format!("{asked}it is the best that fits: {chosen}, while {why}"),
     }
 }

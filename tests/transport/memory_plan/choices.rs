@@ -68,6 +68,8 @@ fn assert_choices((volume, change): Case, rows: &[Row]) {
         let row = format!("row {n}: {} with {budget} bytes", limits.name);
         assert_eq!(found, expected, "{row}: {said}");
         assert!(said.contains(piece), "{row}: {said}\nlacks\n{piece}");
+        // An edit in place replaces the plan and keeps the reason, which must not have the plan's figures.
+        assert!(!said.contains(&format!("{found} takes")), "{row}: {said}");
     }
     crate::support::common::assert_silent(&device);
 }
