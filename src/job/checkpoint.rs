@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use super::shards::{Fingerprints, header_json};
-use super::views::{Saved, View};
+use super::views::{Saved, ShardParts, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stopwatch};
 use crate::error::Result;
@@ -195,7 +195,8 @@ impl<'a> Keeper<'a> {
             .elapsed()
             .saturating_add(self.time_of_next_batch(engine));
         let is_due = unwritten >= self.kept.args.checkpoint_every;
-        if self.obstacle().is_some() || !(is_asked || is_last || is_due) {
+        let can_write = self.obstacle().is_none() && self.fill_state != FillState::Kept;
+        if !can_write || !(is_asked || is_last || is_due) {
             return Ok(());
         }
         let is_written = noted(self.write(engine, view, watch))?;
@@ -227,23 +228,25 @@ impl<'a> Keeper<'a> {
         Duration::try_from_secs_f64(seconds).unwrap_or_default()
     }
 
-    /// Writes the state of the render, unless it cannot be continued.
-    pub fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
-        if let Some(moment) = self.obstacle() {
-            self.tell_of_none(moment);
-            return Ok(());
+    /// To be called when the work has ended: writes the checkpoint, unless the render could not be continued from it or it is
+    /// written already.
+    pub fn end(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
+        match self.obstacle() {
+            Some(moment) => self.tell_of_none(moment),
+            None if self.fill_state == FillState::Kept => {}
+            None => self.write(engine, view, watch)?,
         }
-        if self.fill_state == FillState::Kept {
-            return Ok(());
-        }
+        Ok(())
+    }
+
+    /// Writes the state of the render.
+    fn write(&mut self, engine: &mut Engine, view: &View, watch: &Stopwatch) -> Result<()> {
         let mut outputs = Outputs::default();
         if self.fill_state != (FillState::Done { is_saved: true }) {
             self.stage_cache(engine, &mut outputs)?;
         }
-        let mut saved = Saved::of(engine, view, self.kept.opened, Some(&self.fingerprints))?;
-        let Some((header, sums)) = saved.parts.take() else {
-            return Ok(());
-        };
+        let (saved, ShardParts { header, sums }) =
+            Saved::with_parts(engine, view, self.kept.opened, &self.fingerprints)?;
         if let Some(run) = self.runs.last_mut() {
             run.seconds = self.began.elapsed().as_secs_f64();
             run.samples = engine.totals().samples;

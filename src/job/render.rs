@@ -292,8 +292,12 @@ impl<'a> Render<'a> {
         let Render { engine, opened, .. } = self;
         let kept = self.keeper.as_ref().filter(|_| self.args.samples.is_some());
         let fingerprints = fingerprints.or(kept.map(|keeper| &keeper.fingerprints));
-        self.clock.time("save the pictures", || {
-            Saved::of(engine, view, opened, fingerprints)?.stage(outputs, view, opened)
+        self.clock.time("save the pictures", || match fingerprints {
+            Some(fingerprints) => {
+                let (saved, parts) = Saved::with_parts(engine, view, opened, fingerprints)?;
+                saved.stage(outputs, view, opened, Some(&parts))
+            }
+            None => Saved::of(engine, view, opened)?.stage(outputs, view, opened, None),
         })
     }
 
@@ -301,7 +305,7 @@ impl<'a> Render<'a> {
     fn keep(&mut self) -> Result<()> {
         match &mut self.keeper {
             Some(keeper) if self.last >= self.first => {
-                keeper.write(&mut self.engine, &self.views[self.last], &self.watch)
+                keeper.end(&mut self.engine, &self.views[self.last], &self.watch)
             }
             _ => Ok(()),
         }

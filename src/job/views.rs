@@ -52,49 +52,60 @@ pub fn views(files: Vec<Vec<PathBuf>>, args: &RenderArgs, opened: &Opened) -> Ve
     (1..).zip(files).map(view).collect()
 }
 
-/// A picture with the data for its EXR.
+/// A picture as its files hold it.
 pub struct Saved {
     pub picture: Picture,
     pub provenance: Provenance,
-    /// Header and sums of a shard.
-    pub parts: Option<(Header, Sums)>,
+}
+
+/// What the EXR of a shard or of a checkpoint holds beside the picture.
+pub struct ShardParts {
+    pub header: Header,
+    pub sums: Sums,
 }
 
 impl Saved {
-    pub fn of(
-        engine: &mut Engine,
-        view: &View,
-        opened: &Opened,
-        fingerprints: Option<&Fingerprints>,
-    ) -> Result<Saved> {
+    pub fn of(engine: &mut Engine, view: &View, opened: &Opened) -> Result<Saved> {
         let text = describe(&opened.file, &opened.volume, &view.scene);
-        let (picture, parts) = match fingerprints {
-            Some(fingerprints) => {
-                let (picture, sums) = engine.picture_with_sums()?;
-                let header = fingerprints.header(engine, &view.scene, &text, &sums)?;
-                (picture, Some((header, sums)))
-            }
-            None => (engine.picture()?, None),
-        };
         Ok(Saved {
-            picture,
-            provenance: Provenance::new(text, engine.seed(), engine.host().summary().name.clone()),
-            parts,
+            picture: engine.picture()?,
+            provenance: provenance(engine, text),
         })
     }
 
-    /// Writes the view's files, still under temporary names.
-    pub fn stage(&self, outputs: &mut Outputs, view: &View, opened: &Opened) -> Result<()> {
+    pub fn with_parts(
+        engine: &mut Engine,
+        view: &View,
+        opened: &Opened,
+        fingerprints: &Fingerprints,
+    ) -> Result<(Saved, ShardParts)> {
+        let text = describe(&opened.file, &opened.volume, &view.scene);
+        let (picture, sums) = engine.picture_with_sums()?;
+        let header = fingerprints.header(engine, &view.scene, &text, &sums)?;
+        let saved = Saved {
+            picture,
+            provenance: provenance(engine, text),
+        };
+        Ok((saved, ShardParts { header, sums }))
+    }
+
+    /// Writes the view's files, still under temporary names; `parts`, where the picture is a shard.
+    pub fn stage(
+        &self,
+        outputs: &mut Outputs,
+        view: &View,
+        opened: &Opened,
+        parts: Option<&ShardParts>,
+    ) -> Result<()> {
         let Saved {
             picture,
             provenance,
-            parts,
         } = self;
         for file in &view.files {
             let path: &Path = file;
             match Format::of(path)? {
                 Format::Exr => match parts {
-                    Some((header, sums)) => {
+                    Some(ShardParts { header, sums }) => {
                         let parts = Continuation {
                             header: &header_json(header)?,
                             sums,
@@ -112,4 +123,8 @@ impl Saved {
         }
         Ok(())
     }
+}
+
+fn provenance(engine: &Engine, text: String) -> Provenance {
+    Provenance::new(text, engine.seed(), engine.host().summary().name.clone())
 }
