@@ -28,8 +28,8 @@ pub struct Keeper<'a> {
     path: &'a Path,
     kept: KeptRender<'a>,
     found: Found,
-    /// Paths of the cache that was restored.
-    cache_paths: u64,
+    /// Paths of earlier runs, for the cache and for the picture that have been restored.
+    restored_paths: u64,
     pub fingerprints: Fingerprints,
     /// Identity of the scene as it was opened; an orbit's pictures have other cameras.
     identity: Identity,
@@ -40,13 +40,11 @@ pub struct Keeper<'a> {
     last_due: Instant,
 }
 
-/// What earlier runs have done for the picture under way.
+/// The time that earlier runs have spent on the picture under way.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Earlier {
     pub took: Duration,
     pub cpu: Duration,
-    /// Paths from the camera and for the cache.
-    pub paths: u64,
 }
 
 /// The state of the cache's filling; a variant without a cache needs none.
@@ -101,7 +99,7 @@ impl<'a> Keeper<'a> {
         )?;
         let paths_before = engine.paths();
         found.restore_cache(engine)?;
-        let cache_paths = engine.paths().saturating_sub(paths_before);
+        let restored_paths = engine.paths().saturating_sub(paths_before);
         let mut runs = found.state().map_or(Vec::new(), |state| state.runs.clone());
         runs.push(RunOf::begun_now(engine));
         Ok(Keeper {
@@ -117,7 +115,7 @@ impl<'a> Keeper<'a> {
             },
             kept,
             found,
-            cache_paths,
+            restored_paths,
             identity,
             runs,
             began: Instant::now(),
@@ -131,7 +129,7 @@ impl<'a> Keeper<'a> {
         number.saturating_sub(1) as usize
     }
 
-    /// What has been done for the picture under way.
+    /// The time that has been spent on the picture under way.
     pub fn earlier(&self) -> Earlier {
         let state = self.found.state();
         let time = |seconds: fn(&State) -> f64| {
@@ -145,8 +143,11 @@ impl<'a> Keeper<'a> {
         Earlier {
             took: time(|state| state.seconds).max(filling),
             cpu: time(|state| state.cpu_seconds),
-            paths: self.cache_paths + state.map_or(0, |state| state.header.paths),
         }
+    }
+
+    pub fn restored_paths(&self) -> u64 {
+        self.restored_paths
     }
 
     pub fn is_filled(&self) -> bool {
@@ -154,8 +155,11 @@ impl<'a> Keeper<'a> {
     }
 
     /// Restores the picture under way. The engine's scene must be that of the picture.
-    pub fn restore_picture(&self, engine: &mut Engine) -> Result<()> {
-        self.found.restore_picture(engine)
+    pub fn restore_picture(&mut self, engine: &mut Engine) -> Result<()> {
+        let before = engine.paths();
+        self.found.restore_picture(engine)?;
+        self.restored_paths += engine.paths() - before;
+        Ok(())
     }
 
     /// To be called when the filling of the cache has ended; `is_enough` says whether the cache is good enough.

@@ -1,6 +1,8 @@
 //! `isolume render`: opens, plans, renders until the stop is reached, and writes.
 
+use std::cmp::Ordering;
 use std::num::NonZeroU32;
+use std::time::Duration;
 
 use super::checkpoint::{Earlier, Keeper, KeptRender};
 use super::clock::Clock;
@@ -50,19 +52,14 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let Render {
         clock,
         engine,
-        earlier,
-        first,
+        keeper,
         stop,
         progress,
         ..
     } = render;
     progress.finish();
-    // A view before the one under way has been rendered again from its first sample on.
-    let is_taken_up = taken
-        .last()
-        .is_some_and(|last| last.view.number as usize > first);
-    let earlier = Some(earlier).filter(|_| is_taken_up).unwrap_or_default();
-    let mut summary = Summary::of(args, &clock, engine, earlier, &taken, &stop);
+    let restored_paths = keeper.as_ref().map_or(0, Keeper::restored_paths);
+    let mut summary = Summary::of(args, &clock, engine, restored_paths, &taken, &stop);
     summary.stage(&mut outputs, &host, &clock)?;
     outputs.commit()?;
     kept?;
@@ -81,18 +78,30 @@ struct Render<'a> {
     clock: Clock,
     progress: ProgressLine,
     engine: Engine,
-    /// Time spent on the picture under way; for the first picture it includes the filling of the cache.
+    /// Time spent on the picture under way, by earlier runs as well; for the first picture it includes the filling of the
+    /// cache.
     watch: Stopwatch,
     /// `Some` with `--checkpoint`.
     keeper: Option<Keeper<'a>>,
     /// Fingerprint of the volume, for shards without a checkpoint.
     volume: Option<String>,
-    /// What earlier runs have done, according to the checkpoint.
-    earlier: Earlier,
-    /// Index of the first picture to render; not 0 where a checkpoint of an orbit is continued.
-    first: usize,
-    /// Index of the picture that was begun last.
-    last: usize,
+    /// The time that earlier runs have spent on the picture under way, according to the checkpoint.
+    earlier: Duration,
+    /// Index of the picture under way: at first that of the checkpoint.
+    under_way: usize,
+    /// How the last picture was begun.
+    beginning: Beginning,
+}
+
+/// How a picture is begun.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Beginning {
+    /// It was done before, and a file of it is gone. Meanwhile the checkpoint stays that of the picture under way.
+    Again,
+    /// As the picture under way: where the checkpoint ends, or else with what the cache was filled for it.
+    UnderWay,
+    /// As the next one, with its first sample.
+    Next,
 }
 
 impl<'a> Render<'a> {
@@ -143,7 +152,6 @@ impl<'a> Render<'a> {
             }
             _ => None,
         };
-        let first = keeper.as_ref().map_or(0, Keeper::picture);
         let earlier = keeper.as_ref().map_or(Earlier::default(), Keeper::earlier);
         watch.add(earlier.took, earlier.cpu);
         watch.go_on();
@@ -157,10 +165,10 @@ impl<'a> Render<'a> {
             engine,
             watch,
             volume: fingerprint.filter(|_| keeper.is_none()),
+            earlier: earlier.took,
+            under_way: keeper.as_ref().map_or(0, Keeper::picture),
+            beginning: Beginning::UnderWay,
             keeper,
-            earlier,
-            first,
-            last: first,
         })
     }
 
@@ -176,7 +184,7 @@ impl<'a> Render<'a> {
             progress,
             ..
         } = self;
-        let view = &self.views[self.first];
+        let view = &self.views[self.under_way];
         let mut between = |engine: &mut Engine| match keeper {
             Some(keeper) => keeper.step(engine, view, watch),
             None => Ok(()),
@@ -208,17 +216,18 @@ impl<'a> Render<'a> {
         let mut outputs = Outputs::independent();
         let mut taken: Vec<RenderedPicture<'a>> = Vec::new();
         for (index, view) in self.views.iter().enumerate() {
-            // An orbit that is continued has its earlier pictures on disk.
-            if index < self.first && view.files.iter().all(|file| file.exists()) {
+            let beginning = self.beginning_of(index);
+            if beginning == Beginning::Again && view.files.iter().all(|file| file.exists()) {
                 continue;
             }
             let outcome = if is_interrupted() && !taken.is_empty() {
                 Err(Error::Interrupted)
             } else {
-                self.look_from(index).and_then(|()| self.take_picture(view))
+                self.begin_picture(index, beginning)
+                    .and_then(|()| self.take_picture(view))
             };
-            // An earlier picture that is rendered again must not be half as good as the others: no checkpoint would tell.
-            let outcome = if index < self.first && is_interrupted() {
+            // One that is made again must not be half as good as the others: no checkpoint would tell.
+            let outcome = if beginning == Beginning::Again && is_interrupted() {
                 Err(Error::Interrupted)
             } else {
                 outcome
@@ -228,7 +237,15 @@ impl<'a> Render<'a> {
                 Err(Error::Interrupted) if !taken.is_empty() => break,
                 outcome => outcome?,
             };
-            taken.push(RenderedPicture { view, outcome });
+            let earlier = match beginning {
+                Beginning::UnderWay => self.earlier,
+                Beginning::Again | Beginning::Next => Duration::ZERO,
+            };
+            taken.push(RenderedPicture {
+                view,
+                outcome,
+                earlier,
+            });
             self.stage(view, fingerprints.as_ref(), &mut outputs)?;
             if self.args.orbit.is_some() {
                 std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
@@ -237,27 +254,38 @@ impl<'a> Render<'a> {
         Ok((outputs, taken))
     }
 
-    /// Begins the picture with this index, or continues it.
-    fn look_from(&mut self, index: usize) -> Result<()> {
+    fn beginning_of(&self, index: usize) -> Beginning {
+        match index.cmp(&self.under_way) {
+            Ordering::Less => Beginning::Again,
+            Ordering::Equal => Beginning::UnderWay,
+            Ordering::Greater => Beginning::Next,
+        }
+    }
+
+    /// Turns to the picture with this index.
+    fn begin_picture(&mut self, index: usize, beginning: Beginning) -> Result<()> {
         let Render { engine, clock, .. } = self;
-        self.last = index;
+        self.beginning = beginning;
+        self.watch.pause();
         if index > 0 {
             let scene = &self.views[index].scene;
             let changed = clock.time("look from elsewhere", || engine.change_in_place(scene))?;
             changed.must_be_possible()?;
         }
-        let taken_up = self.keeper.as_ref().filter(|_| index == self.first);
-        if index > 0 || self.first > 0 {
-            self.watch = Stopwatch::paused();
-            if taken_up.is_some() {
-                self.watch.add(self.earlier.took, self.earlier.cpu);
+        match beginning {
+            Beginning::Again => {}
+            Beginning::UnderWay => {
+                self.watch.go_on();
+                if let Some(keeper) = &mut self.keeper {
+                    clock.time("open the checkpoint", || keeper.restore_picture(engine))?;
+                }
             }
-            self.watch.go_on();
+            Beginning::Next => {
+                self.under_way = index;
+                self.watch = Stopwatch::started();
+            }
         }
-        match taken_up {
-            Some(keeper) => clock.time("open the checkpoint", || keeper.restore_picture(engine)),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     fn take_picture(&mut self, view: &View) -> Result<Outcome> {
@@ -269,10 +297,14 @@ impl<'a> Render<'a> {
             ..
         } = self;
         progress.begin_picture();
-        let is_kept = self.last >= self.first;
-        let mut between = |engine: &mut Engine| match keeper {
-            Some(keeper) if is_kept => keeper.step(engine, view, watch),
-            _ => Ok(()),
+        let mut own_watch = Stopwatch::started();
+        let (mut keeper, watch) = match self.beginning {
+            Beginning::Again => (None, &mut own_watch),
+            Beginning::UnderWay | Beginning::Next => (keeper.as_mut(), watch),
+        };
+        let mut between = |engine: &mut Engine| match &mut keeper {
+            Some(keeper) => keeper.step(engine, view, watch),
+            None => Ok(()),
         };
         let mut show = |step| progress.show(step);
         let mut run = Run {
@@ -301,13 +333,13 @@ impl<'a> Render<'a> {
         })
     }
 
-    /// Writes the checkpoint of the last picture.
+    /// Writes the checkpoint at the end.
     fn keep(&mut self) -> Result<()> {
-        match &mut self.keeper {
-            Some(keeper) if self.last >= self.first => {
-                keeper.end(&mut self.engine, &self.views[self.last], &self.watch)
+        match (&mut self.keeper, self.beginning) {
+            (None, _) | (_, Beginning::Again) => Ok(()),
+            (Some(keeper), Beginning::UnderWay | Beginning::Next) => {
+                keeper.end(&mut self.engine, &self.views[self.under_way], &self.watch)
             }
-            _ => Ok(()),
         }
     }
 }

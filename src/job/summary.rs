@@ -1,8 +1,7 @@
 //! The report of a render at its end: the files of `--stats` and `--profile`, and the last line.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use super::checkpoint::Earlier;
 use super::clock::{self, Clock};
 use super::views::View;
 use crate::cli::{RenderArgs, why_stopped};
@@ -19,6 +18,8 @@ use crate::scene::Variant;
 pub struct RenderedPicture<'a> {
     pub view: &'a View,
     pub outcome: Outcome,
+    /// The time that runs before this one have spent on it.
+    pub earlier: Duration,
 }
 
 pub struct Summary<'a> {
@@ -28,8 +29,12 @@ pub struct Summary<'a> {
     /// The variant that the user asked for.
     asked: Variant,
     stats: Stats,
-    /// What runs before this one have done for the last picture.
-    earlier: Earlier,
+    /// The number of the last picture.
+    last: u32,
+    /// The time that runs before this one have spent on these pictures.
+    earlier: Duration,
+    /// Paths of runs before this one, which `stats` counts as well.
+    restored_paths: u64,
     timings: Timings,
     /// Device memory taken, by time.
     memory: Vec<(Instant, u64)>,
@@ -42,7 +47,7 @@ impl<'a> Summary<'a> {
         args: &'a RenderArgs,
         clock: &Clock,
         engine: Engine,
-        earlier: Earlier,
+        restored_paths: u64,
         taken: &[RenderedPicture<'_>],
         stop: &Stop,
     ) -> Summary<'a> {
@@ -52,7 +57,9 @@ impl<'a> Summary<'a> {
             files: names(first.view, last.view),
             asked: engine.scene().render.variant,
             stats: stats(args, clock, &engine, taken, cache_goal(stop)),
-            earlier,
+            last: last.view.number,
+            earlier: taken.iter().map(|picture| picture.earlier).sum(),
+            restored_paths,
             memory: engine.memory_history(),
             stopped: last.outcome.stopped.clone(),
             timings: engine.into_timings(),
@@ -78,12 +85,12 @@ impl<'a> Summary<'a> {
     /// The table of passes, if files were asked for, and the last line.
     pub fn print(&self) {
         if self.is_asked_for() {
-            let paths = self.stats.paths.saturating_sub(self.earlier.paths);
+            let paths = self.stats.paths.saturating_sub(self.restored_paths);
             say(time_table::text(&self.stats, paths).trim_end());
         }
-        let seconds = self.stats.wall_s + self.earlier.took.as_secs_f64();
+        let seconds = self.stats.wall_s + self.earlier.as_secs_f64();
         let why = if is_interrupted() {
-            interrupt::reason().into()
+            self.why_interrupted()
         } else {
             why_stopped(&self.stopped)
         };
@@ -92,6 +99,17 @@ impl<'a> Summary<'a> {
             "{line}{}",
             why_variant(self.asked, &self.stats.reason)
         ));
+    }
+
+    /// The signal, and the first picture of an orbit that is missing because of it.
+    fn why_interrupted(&self) -> String {
+        let signal = interrupt::reason();
+        match self.args.orbit {
+            Some(pictures) if self.last < pictures.get() => {
+                format!("{signal} before picture {} of {pictures}", self.last + 1)
+            }
+            _ => signal.into(),
+        }
     }
 
     fn is_asked_for(&self) -> bool {

@@ -81,7 +81,14 @@ impl Renderer {
         }
         self.begin_picture();
         self.is_stale = false;
-        self.totals = totals;
+        let before = self.totals;
+        self.totals = Totals {
+            paths: before.paths + totals.paths,
+            lookups: before.lookups + totals.lookups,
+            paths_before: before.paths + totals.paths_before,
+            lookups_before: before.lookups + totals.lookups_before,
+            ..totals
+        };
         self.halves.clone_from(&sums.halves);
         self.upload(sums)
     }

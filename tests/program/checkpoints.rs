@@ -88,7 +88,7 @@ fn an_orbit_goes_on_where_it_was() {
 fn orbit_that_was_killed(variant: &str) {
     let folder = Folder::new();
     let orbit = format!("render ball.toml {variant} --size 96x64 --spp 64 --orbit 3");
-    let whole = folder.succeed(&format!("{orbit} -o whole.exr"));
+    let whole = folder.succeed(&format!("{orbit} -o whole.exr --stats whole.json"));
     let mut child = started(&folder, &format!("{orbit} -o turn.exr {OFTEN}"));
     let second = folder.path("turn.0002.exr");
     wait_until(&mut child, "a second picture", || second.exists());
@@ -106,6 +106,16 @@ fn orbit_that_was_killed(variant: &str) {
     }
     let still = modified("turn.0001.exr").expect("a time");
     assert_eq!(first, still, "the first picture was rendered again");
+
+    std::fs::remove_file(folder.path("turn.0001.exr")).expect("it was there");
+    folder.succeed(&format!(
+        "{orbit} -o turn.exr --checkpoint c.exr --stats again.json"
+    ));
+    assert!(folder.read("turn.0001.exr") == folder.read("whole.0001.exr"));
+    let paths = |stats| folder.json(stats)["paths"].as_u64().expect("a count");
+    let of_a_picture = 96 * 64 * 64;
+    // Of the pictures, the first one is made again, and the last one restored.
+    assert_eq!(paths("again.json") + of_a_picture, paths("whole.json"));
 }
 
 /// The size of the cache stays what it was, even if other programs left less memory then than now.

@@ -82,6 +82,8 @@ fn ctrl_c_ends_an_orbit_with_what_is_done() {
     let is_there = |number: &u32| folder.path(&format!("turn.{number:04}.exr")).exists();
     let pictures = (1..=24).filter(is_there).count();
     assert_eq!(stats["views"].as_array().map(Vec::len), Some(pictures));
+    let missing = format!("before picture {} of 24", pictures + 1);
+    assert!(last.contains(&missing), "{rest}");
     let output = folder.succeed(orbit);
     assert!((1..=24).all(|number| is_there(&number)));
     assert!(
