@@ -12,6 +12,7 @@ use crate::gpu::Timings;
 use crate::interrupt::{self, is_interrupted};
 use crate::output::stats::{Stats, ViewStats};
 use crate::output::{Outputs, say, time_table};
+use crate::render;
 use crate::scene::Variant;
 
 /// A picture that has samples, and how it ended.
@@ -29,6 +30,8 @@ pub struct Summary<'a> {
     /// The variant that the user asked for.
     asked: Variant,
     stats: Stats,
+    /// What counts of the last picture.
+    counted: &'static str,
     /// The number of the last picture.
     last: u32,
     /// The time that runs before this one have spent on these pictures.
@@ -57,6 +60,10 @@ impl<'a> Summary<'a> {
             files: names(first.view, last.view),
             asked: engine.scene().render.variant,
             stats: stats(args, clock, &engine, taken, cache_goal(stop)),
+            counted: match engine.choice().plan.variant {
+                render::Variant::Published => "updates per cell",
+                render::Variant::Caching(_) | render::Variant::NonCaching => "samples per pixel",
+            },
             last: last.view.number,
             earlier: taken.iter().map(|picture| picture.earlier).sum(),
             restored_paths,
@@ -88,17 +95,30 @@ impl<'a> Summary<'a> {
             let paths = self.stats.paths.saturating_sub(self.restored_paths);
             say(time_table::text(&self.stats, paths).trim_end());
         }
-        let seconds = self.stats.wall_s + self.earlier.as_secs_f64();
+        say(self.last_line());
+    }
+
+    fn last_line(&self) -> String {
+        let Summary {
+            stats,
+            files,
+            counted,
+            ..
+        } = self;
+        let seconds = stats.wall_s + self.earlier.as_secs_f64();
+        let error = error_in_words(stats.relative_error);
         let why = if is_interrupted() {
             self.why_interrupted()
         } else {
             why_stopped(&self.stopped)
         };
-        let line = last_line(&self.stats, seconds, &self.files, &why);
-        say(format!(
-            "{line}{}",
-            why_variant(self.asked, &self.stats.reason)
-        ));
+        format!(
+            "{files}: {} {counted} in {seconds:.1} s, relative error {error}, stopped because {why}; {} on {}{}",
+            stats.spp,
+            stats.variant,
+            stats.device,
+            why_variant(self.asked, &stats.reason),
+        )
     }
 
     /// The signal, and the first picture of an orbit that is missing because of it.
@@ -170,19 +190,6 @@ fn names(first: &View, last: &View) -> String {
         }
     });
     names.collect::<Vec<_>>().join(", ")
-}
-
-/// The last line of output. `seconds`: what this run and those before it have taken.
-fn last_line(stats: &Stats, seconds: f64, files: &str, why_stopped: &str) -> String {
-    let samples = match stats.variant.as_str() {
-        "published" => "updates per cell",
-        _ => "samples per pixel",
-    };
-    let error = error_in_words(stats.relative_error);
-    format!(
-        "{files}: {} {samples} in {seconds:.1} s, relative error {error}, stopped because {why_stopped}; {} on {}",
-        stats.spp, stats.variant, stats.device,
-    )
 }
 
 /// A relative error, which a single unit of samples does not tell.

@@ -45,12 +45,7 @@ pub fn measure(
             return Ok(Vec::new());
         }
     };
-    let exposure = whole.scene.render.exposure;
-    let settings = Settings {
-        bench,
-        subject,
-        exposure,
-    };
+    let settings = Settings { bench, subject };
     let mut found = Vec::new();
     match settings.measure(&whole, &mut found) {
         Ok(()) | Err(Error::Interrupted) => Ok(found),
@@ -61,7 +56,6 @@ pub fn measure(
 struct Settings<'a> {
     bench: &'a Bench<'a>,
     subject: &'a Subject,
-    exposure: f64,
 }
 
 /// The picture that a cache shows, and the cache's figures.
@@ -84,7 +78,7 @@ impl Settings<'_> {
             let without_noise = without_noise(
                 [&whole.image, &whole_again.image],
                 [&coarse.image, &coarse_again.image],
-                self.exposure,
+                self.bench.exposure,
             )?;
             found.push(CacheSetting {
                 without_noise: Some(without_noise),
@@ -95,7 +89,7 @@ impl Settings<'_> {
     }
 
     fn compared(&self, whole: &LinearImage, shown: Shown) -> Result<CacheSetting> {
-        let alike = compare(whole, &shown.image, self.exposure)?;
+        let alike = compare(whole, &shown.image, self.bench.exposure)?;
         Ok(CacheSetting {
             psnr: Some(alike.psnr),
             ssim: alike.ssim,
@@ -161,10 +155,10 @@ fn setting(variant: &str, engine: &Engine, voxels: f64) -> CacheSetting {
     }
 }
 
-/// Fills the cache for its share of a render of that length, however good it gets.
+/// Fills the cache for its share of a render of that length, however good it gets: none is without an error.
 fn fill_for(time: Duration, engine: &mut Engine) -> Result<()> {
     let stop = Stop {
-        relative_error: Some(f64::MIN_POSITIVE),
+        relative_error: Some(0.0),
         ..Stop::after(time)
     };
     let mut silent = |_| {};

@@ -94,9 +94,8 @@ impl EntrantRun<'_> {
         asked: Duration,
         file: Option<String>,
     ) -> Result<(Point, Snapshot)> {
-        let exposure = self.entrant.scene.render.exposure;
         let image = LinearImage::from_picture(&self.prefix, picture);
-        let error = compare(&self.references.picture.image, &image, exposure)?;
+        let error = compare(&self.references.picture.image, &image, bench.exposure)?;
         if let Some(name) = &file {
             let device = bench.host.summary().name.clone();
             let from = Provenance::new(self.entrant.text.clone(), bench.args.seed, device);

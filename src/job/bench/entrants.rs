@@ -121,10 +121,6 @@ impl Subject {
         })
     }
 
-    pub fn exposure(&self) -> f64 {
-        self.file.render.exposure.unwrap_or(0.0)
-    }
-
     pub fn has_cache(&self) -> bool {
         let cells = |e: &Entrant| e.choice.plan.variant.cache().map(|c| c.active_nodes());
         self.entrants.iter().any(|e| cells(e) > Some(0))

@@ -83,8 +83,8 @@ pub fn voxels(bench: &Bench<'_>) -> f64 {
 
 /// How alike the pictures of two runs are at the same times.
 pub fn similarity(
+    bench: &Bench<'_>,
     entrant: &Entrant,
-    subject: &Subject,
     uncached: &[Snapshot],
     snapshots: &[Snapshot],
 ) -> Result<Similarity> {
@@ -92,7 +92,7 @@ pub fn similarity(
     for snapshot in snapshots.iter().filter(|snapshot| !snapshot.is_late) {
         let same_time = |other: &&Snapshot| other.asked == snapshot.asked && !other.is_late;
         if let Some(other) = uncached.iter().find(same_time) {
-            let alike = compare(&other.image, &snapshot.image, subject.exposure())?;
+            let alike = compare(&other.image, &snapshot.image, bench.exposure)?;
             points.push(SimilarityPoint {
                 asked_s: snapshot.asked.as_secs_f64(),
                 psnr: alike.psnr,

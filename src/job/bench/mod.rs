@@ -52,6 +52,8 @@ struct Bench<'a> {
     /// The device's peak rates; `None` if they cannot be measured.
     peak: Option<Peak>,
     volume: &'a Volume,
+    /// Stops by which pictures are brightened before they are compared.
+    exposure: f64,
     folder: Folder,
     /// Files that are read, and stay.
     inputs: Vec<PathBuf>,
@@ -80,6 +82,7 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
         peak: host.peak().ok(),
         host,
         volume: &opened.volume,
+        exposure: opened.scene.render.exposure,
         folder,
         inputs: opened
             .inputs()?
@@ -155,7 +158,7 @@ impl Bench<'_> {
     /// All variants of one subject.
     fn measure(&mut self, subject: &Subject, given: Option<&LinearImage>) -> Result<SubjectReport> {
         let reference = match given {
-            Some(image) => Reference::given(image, self.args, subject)?,
+            Some(image) => Reference::given(image, self)?,
             None => Reference::render(self, subject, Rays::Anywhere)?,
         };
         let centres = if subject.has_cache() && !is_interrupted() {
@@ -189,9 +192,7 @@ impl Bench<'_> {
             if entrant.is_non_caching() {
                 uncached = snapshots;
             } else if !uncached.is_empty() {
-                similarity.push(measure::similarity(
-                    entrant, subject, &uncached, &snapshots,
-                )?);
+                similarity.push(measure::similarity(self, entrant, &uncached, &snapshots)?);
             }
             runs.push(run);
         }

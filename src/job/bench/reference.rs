@@ -7,7 +7,7 @@ use super::apart::{Seen, seen};
 use super::entrants::Subject;
 use super::report::ReferenceReport;
 use super::{Bench, patient_run};
-use crate::cli::{BenchArgs, BenchVariant};
+use crate::cli::BenchVariant;
 use crate::compare::{Comparison, LinearImage, measure};
 use crate::engine::{Engine, Outcome, Stop, Stopwatch};
 use crate::error::{Error, Place, Result};
@@ -49,9 +49,8 @@ pub fn check_size(given: &LinearImage, scene: &Scene) -> Result<()> {
 }
 
 impl Reference {
-    pub fn given(image: &LinearImage, args: &BenchArgs, subject: &Subject) -> Result<Reference> {
-        let path = args.reference.as_ref().expect("it was read");
-        let exposure = subject.exposure();
+    pub fn given(image: &LinearImage, bench: &Bench<'_>) -> Result<Reference> {
+        let path = bench.args.reference.as_ref().expect("it was read");
         Ok(Reference {
             image: image.clone(),
             seen: None,
@@ -59,7 +58,7 @@ impl Reference {
                 file: path.display().to_string(),
                 seconds: None,
                 samples: None,
-                noise: own_noise(image, exposure)?,
+                noise: own_noise(image, bench.exposure)?,
             },
         })
     }
@@ -97,7 +96,7 @@ impl Reference {
                 file: name,
                 seconds: Some(outcome.took.as_secs_f64()),
                 samples: Some(outcome.samples),
-                noise: own_noise(&image, entrant.scene.render.exposure)?,
+                noise: own_noise(&image, bench.exposure)?,
             },
             image,
             seen,

@@ -85,9 +85,9 @@ impl EntrantRun<'_> {
         let Some((marched, points)) = self.come_back(bench, Some(name))? else {
             return Ok(NewView::default());
         };
-        let exposure = self.entrant.scene.render.exposure;
         let centres = self.references.centres;
-        let same_rays = centres.map(|centres| compare(&centres.image, &marched.image, exposure));
+        let same_rays =
+            centres.map(|centres| compare(&centres.image, &marched.image, bench.exposure));
         let seen = centres.and_then(|centres| Some((&centres.image, centres.seen.as_deref()?)));
         Ok(NewView {
             points,
