@@ -89,12 +89,6 @@ impl Engine {
         next_batch(stop, &filled)
     }
 
-    /// Paths that the nodes in sight have had; 0 without a cache.
-    pub(super) fn updates(&self) -> u32 {
-        let cache = self.renderer.cache();
-        cache.map_or(0, |cache| cache.filling.updates)
-    }
-
     /// Takes a few samples through the cache and forgets them, if the time or the error is limited, nodes have gathered, and
     /// it is not known yet what samples take. Where the volume streams, few pixels would need as many bricks as all of them.
     /// Returns whether more is known now.

@@ -53,15 +53,6 @@ impl Engine {
         }
     }
 
-    pub(super) fn streams(&self) -> bool {
-        self.renderer.brick_figures().is_some()
-    }
-
-    pub(super) fn pixels(&self) -> f64 {
-        let [width, height] = self.scene.render.size.map(f64::from);
-        width * height
-    }
-
     pub(super) fn pixels_to_try(&self) -> f64 {
         if self.host.summary().kind.is_software() {
             PIXELS_CPU

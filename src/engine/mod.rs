@@ -150,6 +150,23 @@ impl Engine {
         self.renderer.lookups()
     }
 
+    /// Pixels of the whole picture.
+    fn pixels(&self) -> f64 {
+        let [width, height] = self.scene.render.size.map(f64::from);
+        width * height
+    }
+
+    /// Whether the volume is on the device in bricks, some of them at a time.
+    fn streams(&self) -> bool {
+        self.renderer.brick_figures().is_some()
+    }
+
+    /// Paths that the nodes in sight have had; 0 without a cache.
+    fn updates(&self) -> u32 {
+        let cache = self.renderer.cache();
+        cache.map_or(0, |cache| cache.filling.updates)
+    }
+
     /// The time that compiling all passes took.
     pub fn compiling(&self) -> Duration {
         self.renderer.compiling()
