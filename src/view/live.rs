@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::document::Document;
-use super::picture::Picture;
+use super::picture::ProgressivePicture;
 use super::planned::Planned;
 use crate::engine::{Changed, Engine, Host, KeptLight};
 use crate::error::{Error, MemoryError, Place, Result};
@@ -29,7 +29,7 @@ pub struct BuildOrder {
 
 pub struct Live {
     pub engine: Engine,
-    pub picture: Picture,
+    pub picture: ProgressivePicture,
     planned: Planned,
 }
 
@@ -79,7 +79,7 @@ impl Live {
             engine.adopt_light(&light)?;
         }
         Ok(Live {
-            picture: Picture::new(&engine, samples),
+            picture: ProgressivePicture::new(&engine, samples),
             engine,
             planned,
         })

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::light;
 use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
-use crate::engine::{self, Engine, Refinement, relative_error_of};
+use crate::engine::{Engine, Picture, Refinement, relative_error_of};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};
 use crate::render::{Film, RAYS_PER_PIXEL, ToneMapPush};
@@ -32,7 +32,8 @@ const MARCH_SHARE: f64 = 3.0;
 /// The picture counts as finished at this relative error, or when it has had all its samples.
 const PICTURE_ERROR: f64 = 0.01;
 
-pub struct Picture {
+/// The picture in the window: what is shown of it, and what is done for it next.
+pub struct ProgressivePicture {
     doing: Doing,
     /// Pixels along an axis while moving, as a share of those at rest.
     pub scale: f64,
@@ -65,14 +66,14 @@ enum Doing {
     Nothing,
 }
 
-impl Picture {
+impl ProgressivePicture {
     /// The first frame has few pixels: it is not known yet how long they take, and a fast device soon has all of them.
-    pub fn new(engine: &Engine, most_samples: u32) -> Picture {
+    pub fn new(engine: &Engine, most_samples: u32) -> ProgressivePicture {
         let scale = match engine.cache() {
             Some(_) => 0.35,
             None => 0.25,
         };
-        Picture {
+        ProgressivePicture {
             doing: Doing::Moving,
             scale,
             last_motion: Instant::now(),
@@ -124,7 +125,7 @@ impl Picture {
     }
 }
 
-impl Picture {
+impl ProgressivePicture {
     /// Spends a slice of time on the picture. Returns whether `shown` has changed.
     pub fn advance(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
         if std::mem::take(&mut self.is_toned_otherwise) && self.tone_again(engine, shown)? {
@@ -180,7 +181,7 @@ impl Picture {
 
     /// Makes a whole picture: a march, or a sample for each pixel.
     fn make_whole(&mut self, engine: &mut Engine, shown: &Image) -> Result<()> {
-        let push = Picture::tone_map_push(engine, shown);
+        let push = ProgressivePicture::tone_map_push(engine, shown);
         if let Some(mut caching) = engine.caching() {
             return caching.march_at_once(shown, &push);
         }
@@ -295,7 +296,7 @@ impl Picture {
     /// `film`: that of the samples so far, if they refine a march.
     fn show_film(&mut self, engine: &mut Engine, shown: &Image, film: Option<Film>) -> Result<()> {
         let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
-        let push = Picture::tone_map_push(engine, shown);
+        let push = ProgressivePicture::tone_map_push(engine, shown);
         let samples = engine.totals().samples;
         if let Some(picture) = film.and_then(|film| self.refined(samples, &film.mean))
             && let Some(mut caching) = engine.caching()
@@ -309,7 +310,7 @@ impl Picture {
     }
 
     /// The picture as it is now, for a file.
-    pub fn taken(&mut self, engine: &mut Engine) -> Result<engine::Picture> {
+    pub fn taken(&mut self, engine: &mut Engine) -> Result<Picture> {
         let mut picture = engine.picture()?;
         // Without samples that was a march, which has taken the place of one under way.
         if let Doing::Marching { .. } = self.doing {
