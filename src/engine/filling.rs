@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::Engine;
 use super::batches::{Filled, cache_goal, cache_share_of_time, next_batch};
-use super::forecast::{FillForecast, Forecast};
+use super::forecast::{CachedForecast, FillForecast};
 use super::run::{Progress, Run};
 use super::schedule::{Stop, with_delay};
 use super::stopwatch::after;
@@ -121,7 +121,7 @@ impl Engine {
     /// says; where either is missing, whether it has converged.
     pub(super) fn is_filled_for(
         &self,
-        ahead: Option<Forecast>,
+        ahead: Option<CachedForecast>,
         stop: &Stop,
         pictures: u32,
     ) -> bool {
@@ -133,10 +133,10 @@ impl Engine {
     }
 
     /// What pictures through the cache are expected to take, if that is known.
-    pub(super) fn ahead(&self) -> Option<Forecast> {
-        self.samples_ahead.map(|samples| Forecast {
-            cache: self.filling(),
-            ..samples
+    pub(super) fn ahead(&self) -> Option<CachedForecast> {
+        Some(CachedForecast {
+            samples: self.samples_ahead?,
+            fill: self.filling()?,
         })
     }
 

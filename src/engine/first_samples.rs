@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::Engine;
-use super::forecast::{Forecast, VarianceReduction, variance_ratio};
+use super::forecast::{SampleForecast, VarianceReduction, variance_ratio};
 use super::picture::relative_change;
 use super::schedule::MOST_AT_ONCE;
 use super::task::Task;
@@ -45,7 +45,7 @@ impl Engine {
         task: &Task<'_>,
         short: f64,
         until: Until<'_>,
-    ) -> Result<Option<Forecast>> {
+    ) -> Result<Option<SampleForecast>> {
         if self.streams() || self.pixels() <= FEW * self.pixels_to_try() {
             self.try_whole_picture(task, short, until)
         } else {
@@ -66,7 +66,7 @@ impl Engine {
         task: &Task<'_>,
         short: f64,
         until: Until<'_>,
-    ) -> Result<Option<Forecast>> {
+    ) -> Result<Option<SampleForecast>> {
         if self.take(1, 1, task.until_late())?.is_none() {
             return Ok(None);
         }
@@ -96,7 +96,7 @@ impl Engine {
         &mut self,
         pixels: f64,
         until: Until<'_>,
-    ) -> Result<Option<Forecast>> {
+    ) -> Result<Option<SampleForecast>> {
         let size = self.scene.render.size;
         let scale = (pixels / self.pixels()).sqrt();
         let small = size.map(|n| ((f64::from(n) * scale) as u32).max(1));
@@ -109,13 +109,13 @@ impl Engine {
         }
         self.begin_picture();
         let share = small.map(f64::from).iter().product::<f64>() / self.pixels();
-        Ok(tried.map(|small| Forecast {
+        Ok(tried.map(|small| SampleForecast {
             seconds_per_sample: small.seconds_per_sample / share,
             ..small
         }))
     }
 
-    fn try_small_picture(&mut self, until: Until<'_>) -> Result<Option<Forecast>> {
+    fn try_small_picture(&mut self, until: Until<'_>) -> Result<Option<SampleForecast>> {
         self.take(1, 1, until)?;
         self.begin_picture();
         let samples = if self.renderer.is_marched() {
@@ -138,7 +138,7 @@ impl Engine {
         in_unit: u32,
         variance: f64,
         until: Until<'_>,
-    ) -> Result<Option<Forecast>> {
+    ) -> Result<Option<SampleForecast>> {
         let samples = self.totals().samples;
         let before = self.renderer.film()?.mean;
         let Some(cost) = self.take(in_unit, samples / in_unit, until)? else {
@@ -167,26 +167,28 @@ impl Engine {
     }
 
     /// `variance`: that of one sample.
-    fn forecast(&self, cost: &UnitsCost, variance: f64, reduction: VarianceReduction) -> Forecast {
+    fn forecast(
+        &self,
+        cost: &UnitsCost,
+        variance: f64,
+        reduction: VarianceReduction,
+    ) -> SampleForecast {
         let samples = f64::from(cost.samples);
-        let forecast = Forecast {
-            seconds_per_sample: (cost.seconds - cost.waited) / samples,
-            seconds_per_bundle: cost.waited,
-            variance,
-            reduction,
-            cache: None,
-        };
         if self.renderer.is_marched() {
-            Forecast {
+            SampleForecast {
                 // One after another, samples wait for the same bricks again.
                 seconds_per_sample: cost.seconds / samples,
                 seconds_per_bundle: 0.0,
                 variance: VARIANCE_RATIO_MARCHED * variance,
                 reduction: VarianceReduction::NONE,
-                ..forecast
             }
         } else {
-            forecast
+            SampleForecast {
+                seconds_per_sample: (cost.seconds - cost.waited) / samples,
+                seconds_per_bundle: cost.waited,
+                variance,
+                reduction,
+            }
         }
     }
 

@@ -14,9 +14,16 @@ const WORTH_FILLING: f64 = 1.2;
 /// Shares of the time that are compared are multiples of one part in so many.
 const SHARES: u32 = 40;
 
-/// What a variant is expected to take for a picture.
+/// What a variant is expected to take for its pictures.
 #[derive(Debug, Clone, Copy)]
-pub struct Forecast {
+pub enum Forecast {
+    Uncached(SampleForecast),
+    Cached(CachedForecast),
+}
+
+/// What samples of a picture are expected to take, apart from any filling.
+#[derive(Debug, Clone, Copy)]
+pub struct SampleForecast {
     /// Seconds that a sample of every pixel takes.
     pub seconds_per_sample: f64,
     /// Seconds that bringing bricks takes for units that are done together; 0 where the volume is whole.
@@ -24,7 +31,13 @@ pub struct Forecast {
     /// Square of the relative error after one sample.
     pub variance: f64,
     pub reduction: VarianceReduction,
-    pub cache: Option<FillForecast>,
+}
+
+/// What a cache and samples through it are expected to take.
+#[derive(Debug, Clone, Copy)]
+pub struct CachedForecast {
+    pub samples: SampleForecast,
+    pub fill: FillForecast,
 }
 
 /// How much smaller the variance of a mean of low-discrepancy samples is than that of independent ones.
@@ -78,6 +91,26 @@ impl FillForecast {
 }
 
 impl Forecast {
+    /// Seconds until all pictures have this relative error.
+    pub fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
+        match self {
+            Forecast::Uncached(samples) => samples.seconds_to(error, pictures),
+            Forecast::Cached(cached) => cached.seconds_to(error, pictures),
+        }
+    }
+
+    /// The relative error of pictures that take so many seconds each.
+    pub fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
+        match self {
+            Forecast::Uncached(samples) => {
+                samples.variance_after(samples.samples_in(seconds)).sqrt()
+            }
+            Forecast::Cached(cached) => cached.error_after(seconds, pictures),
+        }
+    }
+}
+
+impl SampleForecast {
     /// Square of the relative error that is reported after so many samples; infinite below one, which makes no picture.
     /// Samples come in units of a sixteenth of their number, and the reported error accounts for their even spread only
     /// within a unit.
@@ -111,40 +144,11 @@ impl Forecast {
         left / self.seconds_per_sample
     }
 
-    /// Seconds until all pictures have this relative error.
-    pub fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
-        let Some(cache) = self.cache else {
-            return f64::from(pictures) * self.seconds_for(self.samples_to(error));
-        };
-        // Filling ends with a batch, which doubles what there is.
-        let fills = (0..DOUBLINGS)
-            .map(|n| cache.paths.max(equivalent_paths(GATHERED)) * f64::from(n).exp2());
-        fills
-            .map(|paths| self.seconds_with(&cache, paths, error, pictures))
-            .fold(f64::INFINITY, f64::min)
+    fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
+        f64::from(pictures) * self.seconds_for(self.samples_to(error))
     }
 
-    /// Seconds until all pictures have this relative error, if the cache is filled with so many equivalent paths; infinite
-    /// if that is too little.
-    fn seconds_with(&self, cache: &FillForecast, paths: f64, error: f64, pictures: u32) -> f64 {
-        let left = error.powi(2) - cache.variance / paths;
-        if left > 0.0 {
-            let samples = self.samples_to(left.sqrt());
-            cache.seconds_to(paths) + f64::from(pictures) * self.seconds_for(samples)
-        } else {
-            f64::INFINITY
-        }
-    }
-
-    /// Whether pictures have a relative error soonest, or hardly later, if the cache is filled no further.
-    pub fn is_filled_for(&self, error: f64, pictures: u32) -> bool {
-        self.cache.is_some_and(|cache| {
-            let seconds = self.seconds_with(&cache, cache.paths, error, pictures);
-            seconds.is_finite() && seconds <= WORTH_FILLING * self.seconds_to(error, pictures)
-        })
-    }
-
-    /// Seconds until the task is done or its time is over.
+    /// Seconds until the task is done without filling anything or its time is over.
     pub fn seconds_of(&self, task: &Task<'_>) -> f64 {
         let to_error = task
             .stop
@@ -152,13 +156,38 @@ impl Forecast {
             .map(|error| self.seconds_to(error, task.pictures));
         to_error.unwrap_or(f64::INFINITY).min(task.seconds())
     }
+}
 
-    /// The relative error of pictures that take so many seconds each.
+impl CachedForecast {
+    pub fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
+        // Filling ends with a batch, which doubles what there is.
+        let paths = self.fill.paths.max(equivalent_paths(GATHERED));
+        let fills = (0..DOUBLINGS).map(|n| paths * f64::from(n).exp2());
+        fills
+            .map(|paths| self.seconds_with(paths, error, pictures))
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// Seconds until all pictures have this relative error, if the cache is filled with so many equivalent paths; infinite
+    /// if that is too little.
+    fn seconds_with(&self, paths: f64, error: f64, pictures: u32) -> f64 {
+        let CachedForecast { samples, fill } = self;
+        let left = error.powi(2) - fill.variance / paths;
+        if left > 0.0 {
+            fill.seconds_to(paths) + samples.seconds_to(left.sqrt(), pictures)
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    /// Whether pictures have a relative error soonest, or hardly later, if the cache is filled no further.
+    pub fn is_filled_for(&self, error: f64, pictures: u32) -> bool {
+        let seconds = self.seconds_with(self.fill.paths, error, pictures);
+        seconds.is_finite() && seconds <= WORTH_FILLING * self.seconds_to(error, pictures)
+    }
+
     pub fn error_after(&self, seconds: f64, pictures: u32) -> f64 {
-        let share = match self.cache {
-            Some(_) => self.best_share(seconds, pictures),
-            None => 0.0,
-        };
+        let share = self.best_share(seconds, pictures);
         self.variance_with(share, seconds, pictures).sqrt()
     }
 
@@ -173,12 +202,11 @@ impl Forecast {
 
     /// Mean square of the pictures' relative errors, if filling takes this share of the first one's seconds.
     fn variance_with(&self, share: f64, seconds: f64, pictures: u32) -> f64 {
-        let fill = share * seconds;
-        let cached = self
-            .cache
-            .map_or(0.0, |cache| cache.variance / cache.paths_after(fill));
-        let [first, other] =
-            [seconds - fill, seconds].map(|left| self.variance_after(self.samples_in(left)));
+        let CachedForecast { samples, fill } = self;
+        let filling = share * seconds;
+        let cached = fill.variance / fill.paths_after(filling);
+        let [first, other] = [seconds - filling, seconds]
+            .map(|left| samples.variance_after(samples.samples_in(left)));
         cached + other + (first - other) / f64::from(pictures)
     }
 }
@@ -207,24 +235,23 @@ pub fn variance_ratio(independent: f64, change: f64) -> f64 {
 pub(super) mod examples {
     use super::*;
 
-    pub const UNCACHED: Forecast = Forecast {
+    pub const UNCACHED: SampleForecast = SampleForecast {
         seconds_per_sample: 0.1,
         seconds_per_bundle: 0.0,
         variance: 1.0,
         reduction: VarianceReduction::NONE,
-        cache: None,
     };
-    pub const CACHED: Forecast = Forecast {
-        seconds_per_sample: 0.1,
-        seconds_per_bundle: 0.0,
-        variance: 0.04,
-        reduction: VarianceReduction::NONE,
-        cache: Some(FillForecast {
+    pub const CACHED: CachedForecast = CachedForecast {
+        samples: SampleForecast {
+            variance: 0.04,
+            ..UNCACHED
+        },
+        fill: FillForecast {
             gathering: 1.0,
             per_traced_path: 0.1,
             paths: 4.0,
             variance: 1e-4,
-        }),
+        },
     };
 }
 
@@ -238,21 +265,18 @@ mod tests {
     #[test]
     fn time_goes_to_what_it_makes_better() {
         let share = |variance: f64| {
-            let cache = FillForecast {
+            let fill = FillForecast {
                 paths: 0.0,
                 gathering: 0.0,
                 per_traced_path: 0.1,
                 variance,
             };
-            let forecast = Forecast {
-                cache: Some(cache),
-                ..CACHED
-            };
+            let forecast = CachedForecast { fill, ..CACHED };
             [1, 4].map(|pictures| forecast.best_share(1e4, pictures))
         };
         let expected = |ratio: f64| ratio.sqrt() / (1.0 + ratio.sqrt());
         for ratio in [0.01, 0.25, 1.0, 9.0] {
-            let found = share(ratio * CACHED.variance);
+            let found = share(ratio * CACHED.samples.variance);
             let expected = [expected(ratio), expected(4.0 * ratio)];
             for (found, expected) in found.into_iter().zip(expected) {
                 assert!((found - expected).abs() < 0.02, "{ratio}: {found}");
@@ -264,8 +288,11 @@ mod tests {
     /// A cache is not filled to less than the picture needs, nor further where samples are sooner done.
     #[test]
     fn filling_ends_where_samples_gain_more() {
-        let after = |paths: f64| Forecast {
-            cache: CACHED.cache.map(|cache| FillForecast { paths, ..cache }),
+        let after = |paths: f64| CachedForecast {
+            fill: FillForecast {
+                paths,
+                ..CACHED.fill
+            },
             ..CACHED
         };
         // The variance of a cache of 4 equivalent paths is 2.5e-5.
@@ -288,7 +315,7 @@ mod tests {
             let difference = (2.0 * ratio * independent).sqrt();
             assert!((variance_ratio(independent, 0.5 * difference) - ratio).abs() < 1e-9);
         }
-        let even = Forecast {
+        let even = SampleForecast {
             reduction: VarianceReduction {
                 samples: 8,
                 ratio: 0.25,
@@ -303,7 +330,7 @@ mod tests {
     /// Where the volume streams, what bricks take is paid a few times a picture, not for each sample.
     #[test]
     fn bricks_are_brought_for_all_units_that_are_done_together() {
-        let streamed = Forecast {
+        let streamed = SampleForecast {
             seconds_per_sample: 0.01,
             seconds_per_bundle: 1.0,
             ..UNCACHED
@@ -315,14 +342,16 @@ mod tests {
     /// However noisy the cache is, there is time left for a sample.
     #[test]
     fn filling_never_takes_all_the_time() {
-        let noisy = Forecast {
-            cache: CACHED.cache.map(|cache| FillForecast {
+        let noisy = CachedForecast {
+            samples: SampleForecast {
+                seconds_per_sample: 8.0,
+                variance: 1e-4,
+                ..CACHED.samples
+            },
+            fill: FillForecast {
                 variance: 10.0,
-                ..cache
-            }),
-            seconds_per_sample: 8.0,
-            variance: 1e-4,
-            ..CACHED
+                ..CACHED.fill
+            },
         };
         let left = 10.0 * (1.0 - noisy.best_share(10.0, 1));
         assert!((8.0..8.5).contains(&left), "{left}");

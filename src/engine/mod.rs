@@ -31,7 +31,7 @@ use crate::render::{Choice, Film, GpuScene, Renderer, Sums, Totals, needed_brick
 use crate::scene::Scene;
 use crate::scene::volume::Volume;
 use figures::{BrickStats, CacheStats, MemoryStats};
-use forecast::Forecast;
+use forecast::SampleForecast;
 
 pub use budget::{Budget, BudgetSource, Limit};
 pub use change::Changed;
@@ -61,7 +61,7 @@ pub struct Engine {
     /// Bytes of the budget that are set aside for something else.
     reserved: u64,
     /// What samples through the cache have taken on trial.
-    samples_ahead: Option<Forecast>,
+    samples_ahead: Option<SampleForecast>,
     /// Seconds that a sample of every pixel took last; infinite while it is unknown.
     seconds_per_sample: f64,
     memory: Arc<Memory>,

@@ -13,7 +13,7 @@
 use std::time::{Duration, Instant};
 
 use super::batches::FEWEST_UPDATES;
-use super::forecast::Forecast;
+use super::forecast::{CachedForecast, Forecast, SampleForecast};
 use super::subject::Subject;
 use super::task::Task;
 use super::verdict::verdict;
@@ -207,7 +207,7 @@ enum Contest {
 
 /// What a trial has found out about a cache.
 struct TriedCache {
-    forecast: Forecast,
+    forecast: CachedForecast,
     is_better: bool,
 }
 
@@ -217,30 +217,33 @@ impl Subject<'_> {
     fn best_of(
         &self,
         caches: Vec<Choice>,
-        uncached: &Forecast,
+        uncached: &SampleForecast,
         task: &Task<'_>,
         to_go_back: f64,
         watch: &mut Stopwatch,
     ) -> Result<Contest> {
         let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(task);
-        let mut best: Option<(Choice, Forecast)> = None;
+        let uncached = Forecast::Uncached(*uncached);
+        let mut best: Option<(Choice, CachedForecast)> = None;
         let mut why = TOO_SHORT.to_string();
         let last = caches.len() - 1;
         for (n, mut choice) in caches.into_iter().enumerate() {
             let mut engine = self.engine(choice.clone())?;
             // Some drivers compile a pass when it first runs, which tells nothing of how long it takes.
             engine.warm_up()?;
-            let rival = best.as_ref().map_or(uncached, |(_, forecast)| forecast);
+            let rival = best
+                .as_ref()
+                .map_or(uncached, |(_, best)| Forecast::Cached(*best));
             let mut filling = Stopwatch::paused();
             let left = (end - watch.elapsed().as_secs_f64()).max(0.0);
             let until = task.until(Duration::try_from_secs_f64(left).ok());
             watch.go_on();
-            let tried = engine.try_cache(rival, task, to_go_back, until, &mut filling)?;
+            let tried = engine.try_cache(&rival, task, to_go_back, until, &mut filling)?;
             watch.pause();
             let Some(tried) = tried else {
                 break;
             };
-            let said = verdict(uncached, &tried.forecast, task, 0.0).said;
+            let said = verdict(&uncached, &tried.forecast, task, 0.0).said;
             if tried.is_better {
                 choice.reason = format!("{said}; {}", choice.reason);
                 if n == last {
@@ -283,7 +286,7 @@ impl Engine {
         if task.pictures > 1 {
             self.look_from_everywhere();
         }
-        while self.renderer.cache().is_some() && self.updates() < FEWEST_UPDATES {
+        while self.updates() < FEWEST_UPDATES {
             if !self.fill_on(until, watch)? {
                 return Ok(None);
             }
@@ -293,9 +296,9 @@ impl Engine {
         };
         self.begin_picture();
         loop {
-            let cached = Forecast {
-                cache: self.filling(),
-                ..samples
+            let cached = CachedForecast {
+                samples,
+                fill: self.filling().expect("only caches are tried"),
             };
             let head_start = to_go_back + self.seconds_filled();
             let is_better = verdict(rival, &cached, task, head_start).cache_is_better;

@@ -1,6 +1,6 @@
 //! Whether a cache is worth its filling, by two forecasts.
 
-use super::forecast::Forecast;
+use super::forecast::{CachedForecast, Forecast};
 use super::task::Task;
 
 /// With a cache, an error is reached later than forecast: whether the cache is good enough is checked only when its paths
@@ -19,10 +19,16 @@ pub struct Verdict {
 /// Compares a cache with no cache, or with another cache: `rival` is the forecast of that. `head_start` is what going on
 /// with the cache saves, in seconds: the time that its filling has taken so far, and the time that returning to the rival
 /// would take.
-pub fn verdict(rival: &Forecast, cached: &Forecast, task: &Task<'_>, head_start: f64) -> Verdict {
+pub fn verdict(
+    rival: &Forecast,
+    cached: &CachedForecast,
+    task: &Task<'_>,
+    head_start: f64,
+) -> Verdict {
     let Task { stop, pictures, .. } = *task;
     if let Some(error) = stop.relative_error {
-        let [without, with] = [rival, cached].map(|f| f.seconds_to(error, pictures));
+        let without = rival.seconds_to(error, pictures);
+        let with = cached.seconds_to(error, pictures);
         if without.min(with) <= task.seconds() {
             let said = format!(
                 "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
@@ -50,19 +56,20 @@ mod tests {
     use std::sync::atomic::AtomicBool;
     use std::time::Duration;
 
+    use super::super::forecast::SampleForecast;
     use super::super::forecast::examples::{CACHED, UNCACHED};
     use super::super::schedule::Stop;
     use super::*;
 
     static GOES_ON: AtomicBool = AtomicBool::new(false);
 
-    fn is_chosen(cached: Forecast, stop: Stop, pictures: u32, head_start: f64) -> bool {
+    fn is_chosen(cached: CachedForecast, stop: Stop, pictures: u32, head_start: f64) -> bool {
         let task = Task {
             stop,
             pictures,
             interrupt: &GOES_ON,
         };
-        verdict(&UNCACHED, &cached, &task, head_start).cache_is_better
+        verdict(&Forecast::Uncached(UNCACHED), &cached, &task, head_start).cache_is_better
     }
 
     fn is_cached(stop: Stop, pictures: u32) -> bool {
@@ -85,9 +92,12 @@ mod tests {
     /// A cache through which the first sample would be too late is of no use, however good it would be.
     #[test]
     fn filling_leaves_time_for_a_sample() {
-        let late = Forecast {
-            seconds_per_sample: 8.0,
-            variance: 1e-4,
+        let late = CachedForecast {
+            samples: SampleForecast {
+                seconds_per_sample: 8.0,
+                variance: 1e-4,
+                ..CACHED.samples
+            },
             ..CACHED
         };
         assert!(!is_chosen(
@@ -111,8 +121,11 @@ mod tests {
             ..Stop::after(Duration::from_secs(seconds))
         };
         assert!(is_cached(both(60), 1));
-        let slow = Forecast {
-            seconds_per_sample: 3.0,
+        let slow = CachedForecast {
+            samples: SampleForecast {
+                seconds_per_sample: 3.0,
+                ..CACHED.samples
+            },
             ..CACHED
         };
         assert!(!is_chosen(slow, both(60), 1, 0.0));
