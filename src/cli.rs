@@ -1,4 +1,4 @@
-//! The command line: what the user typed, as typed values, and what is said about errors and ends. It knows how a scene is named,
+//! The command line: what the user typed, as typed values, and what is said in terms of it. It knows how a scene is named,
 //! and nothing of how it is rendered.
 //!
 //! Scene keys that have a flag of their own become [`Edit`]s, the same as `--set`: there is one way

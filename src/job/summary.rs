@@ -30,7 +30,7 @@ pub struct Summary<'a> {
     /// The variant that the user asked for.
     asked: Variant,
     stats: Stats,
-    /// What counts of the last picture.
+    /// What there is so many of in the last picture, as its statistics say.
     counted: &'static str,
     /// The number of the last picture.
     last: u32,
