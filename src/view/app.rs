@@ -113,7 +113,7 @@ impl<'a> App<'a> {
             }
             problem => problem?,
         };
-        self.outlives_errors |= session.live.is_some();
+        self.outlives_errors |= session.live().is_some();
         if was_building && session.build_under_way().is_none() {
             self.interface_due = Some(Instant::now());
         }
@@ -164,7 +164,7 @@ impl<'a> App<'a> {
             return Ok(());
         };
         stage.fit_window()?;
-        if let Some(live) = self.session.as_mut().and_then(|s| s.live.as_mut()) {
+        if let Some(live) = self.session.as_mut().and_then(Session::live_mut) {
             live.reserve(stage.bytes_now()?);
         }
         Ok(())
@@ -197,7 +197,7 @@ impl<'a> App<'a> {
         let (Some(stage), Some(session)) = (&self.stage, &mut self.session) else {
             return Ok(false);
         };
-        let Some(live) = &mut session.live else {
+        let Some(live) = session.live_mut() else {
             return Ok(false);
         };
         let was_finished = live.picture.is_finished();
@@ -226,7 +226,7 @@ impl<'a> App<'a> {
 
     /// What is on the GPU of the open scene.
     fn live(&self) -> Option<&Live> {
-        self.session.as_ref()?.live.as_ref()
+        self.session.as_ref().and_then(Session::live)
     }
 
     /// Whether a picture at rest is shown that is not finished.

@@ -75,7 +75,7 @@ impl App<'_> {
         let is_settled = room == self.fit.room
             && before == self.fit.size()
             && !stage.is_outdated()
-            && session.live.as_ref().is_none_or(is_right);
+            && session.live().is_none_or(is_right);
         if is_settled {
             session.scene.render.size = before;
             return Ok(());
@@ -84,16 +84,16 @@ impl App<'_> {
             self.fit = Fit { room, divisor: 1 };
         }
         let smallest = room.map(|n| n.div_ceil(LAST_DIVISOR));
-        if !has_room(stage, session.live.as_ref(), smallest)? {
+        if !has_room(stage, session.live(), smallest)? {
             session.drop_live();
         }
-        self.fit.resize_picture(stage, session.live.as_ref())?;
+        self.fit.resize_picture(stage, session.live())?;
         let size = stage.picture_size();
         if size != before {
             self.report.resized(size);
         }
         session.scene.render.size = size;
-        if let Some(live) = &mut session.live
+        if let Some(live) = session.live_mut()
             && (size != before || !is_right(live) || stage.is_outdated())
         {
             let fits = match live.resize(size, stage.bytes_now()?) {

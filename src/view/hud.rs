@@ -54,7 +54,7 @@ impl Message {
 /// Frames a second, the picture's state, and the variant, in the upper left corner.
 pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &MemoryNow) {
     let mut lines = Vec::new();
-    if let Some(live) = &session.live {
+    if let Some(live) = session.live() {
         lines.push(headline(live, report));
         lines.extend(light(live));
         lines.extend(streaming(live));
@@ -71,7 +71,7 @@ pub fn status(ui: &Ui, rect: Rect, session: &Session, report: &Report, memory: &
             let text = RichText::new(line).size(11.0);
             ui.label(if i == 0 { text.strong() } else { text });
         }
-        if let Some(live) = &session.live {
+        if let Some(live) = session.live() {
             let why = format!("because {}", live.engine.choice().reason);
             ui.response().on_hover_text(why);
         }

@@ -72,7 +72,7 @@ impl Interface<'_> {
         panels::separate_isovalues(session);
         gizmo::draw(ui, rect, &session.scene.camera, axes);
         hud::status(ui, rect, session, self.report, &self.memory);
-        let live = session.live.as_ref();
+        let live = session.live();
         hud::windows(ui, self.hud, self.report, live, &self.memory);
         if !ui.input(|i| i.pointer.any_down()) {
             session.history.settle(&session.scene);

@@ -9,10 +9,10 @@ use crate::output::{Outputs, Provenance, stem};
 /// Writes the picture as it is now, as PNG and EXR, and returns the PNG's name.
 pub fn image(session: &mut Session, seed: u32) -> Result<PathBuf> {
     let path = free_name(&session.document.path, ["png", "exr"])?;
-    let live = session.live.as_ref();
+    let live = session.live();
     let live = live.filter(|live| live.engine.has_picture());
     let scene = live.map(|live| session.describe(live.engine.scene()));
-    let (Some(scene), Some(live)) = (scene, &mut session.live) else {
+    let (Some(scene), Some(live)) = (scene, session.live_mut()) else {
         return Err(Error::value(
             "there is no picture of all pixels to save yet",
         ));

@@ -22,9 +22,7 @@ pub struct Session {
     file: SceneFile,
     /// The scene to show; panels change it as they like.
     pub scene: Scene,
-    pub live: Option<Live>,
-    /// There is one at a time, since its plan counts on all memory that the window leaves.
-    build: Option<Build>,
+    on_gpu: OnGpu,
     /// The list of `series` while it is being made.
     pub listing: Option<Load<Vec<Preview>>>,
     /// The volumes of the document's folder, if there are several.
@@ -34,16 +32,26 @@ pub struct Session {
     pub home: Camera,
     /// The last scene that was shown before the build under way.
     shown: Option<Scene>,
-    /// The scene that could not be built, with nothing to show in its place.
-    failed: Option<Scene>,
     /// The selected item in each list of the panels.
     pub chosen: Chosen,
 }
 
-/// A renderer under way.
+/// What the GPU has of the scene.
+enum OnGpu {
+    Nothing,
+    /// The build of the document before. Nobody wants its result, but until it has ended there may be no memory for
+    /// another one.
+    Ending(Load<Live>),
+    Building(Build),
+    Live(Box<Live>),
+    /// Nothing, since this scene could not be built, with nothing to show in its place.
+    Failed(Scene),
+}
+
+/// A renderer under way, and the scene that it is for. There is one at a time, since its plan counts on all memory that the
+/// window leaves.
 struct Build {
-    /// `None`: it was ordered for the document before, and nobody wants it any more.
-    scene: Option<Scene>,
+    scene: Scene,
     load: Load<Live>,
 }
 
@@ -63,7 +71,7 @@ pub struct Chosen {
 impl Session {
     /// Opens a document in the place of the one before, whose renderer goes first to make room.
     pub fn new(document: Document, before: Option<Session>) -> Session {
-        let (mut build, mut series) = (None, Vec::new());
+        let (mut on_gpu, mut series) = (OnGpu::Nothing, Vec::new());
         let mut scene = document.opened.scene.clone();
         let home = scene.camera;
         if let Some(before) = before {
@@ -71,10 +79,9 @@ impl Session {
             if document.is_edit_of(&before.document) {
                 scene.camera = before.scene.camera;
             }
-            build = before.build.map(|build| Build {
-                scene: None,
-                ..build
-            });
+            if let OnGpu::Building(Build { load, .. }) | OnGpu::Ending(load) = before.on_gpu {
+                on_gpu = OnGpu::Ending(load);
+            }
             // The list of volumes stays until the same folder's new list is there, so that the panel does not jump
             // when the user picks from it.
             if before.document.path == document.path {
@@ -87,12 +94,10 @@ impl Session {
             file: document.opened.file.clone(),
             scene,
             document: Arc::new(document),
-            live: None,
-            build,
+            on_gpu,
             listing: None,
             series,
             shown: None,
-            failed: None,
             chosen: Chosen::default(),
         }
     }
@@ -106,80 +111,82 @@ impl Session {
         args: &ViewArgs,
         report: &mut Report,
     ) -> Result<bool> {
-        let waits = self.build_under_way().is_some() || self.has_failed();
-        if self
-            .live
-            .as_ref()
-            .is_some_and(|live| *live.engine.scene() == self.scene)
-        {
-            return Ok(false);
-        }
-        // A change that fails may have stopped half way.
-        let before = self.live.as_ref().map(|live| live.engine.scene().clone());
         let mut light = None;
-        let followed = match &mut self.live {
-            Some(live) => match live.follow(&self.scene) {
-                Err(Error::Device(why)) => return Err(Error::Device(why)),
-                // If a new renderer fails for the same reason, that is reported.
-                Err(_) => Followed::Impossible,
-                Ok(Followed::Impossible) => {
-                    light = live.engine.light_for(&self.scene)?;
-                    Followed::Impossible
+        match &mut self.on_gpu {
+            OnGpu::Live(live) if *live.engine.scene() == self.scene => return Ok(false),
+            OnGpu::Live(live) => {
+                // A change that fails may have stopped half way.
+                let before = live.engine.scene().clone();
+                match live.follow(&self.scene) {
+                    Ok(Followed::Kept) => return Ok(true),
+                    Ok(Followed::Cleared) => {
+                        report.cache_cleared();
+                        return Ok(true);
+                    }
+                    Ok(Followed::Impossible) => light = live.engine.light_for(&self.scene)?,
+                    Err(Error::Device(why)) => return Err(Error::Device(why)),
+                    // If a new renderer fails for the same reason, that is reported.
+                    Err(_) => {}
                 }
-                Ok(followed) => followed,
-            },
-            None if waits => return Ok(false),
-            None => Followed::Impossible,
-        };
-        match followed {
-            Followed::Kept => {}
-            Followed::Cleared => report.cache_cleared(),
-            Followed::Impossible => {
-                // The old renderer is dropped first to make room.
-                self.live = None;
-                self.shown = before.or(self.shown.take());
-                self.build = Some(Build {
-                    scene: Some(self.scene.clone()),
-                    load: self.begin_build(stage, proxy, args, light)?,
-                });
+                self.shown = Some(before);
             }
+            OnGpu::Ending(_) | OnGpu::Building(_) => return Ok(false),
+            OnGpu::Failed(failed) if is_same_but_for_camera(failed, &self.scene) => {
+                return Ok(false);
+            }
+            OnGpu::Failed(_) | OnGpu::Nothing => {}
         }
-        Ok(followed != Followed::Impossible)
+        // The old renderer is dropped first to make room.
+        self.on_gpu = OnGpu::Nothing;
+        self.on_gpu = OnGpu::Building(Build {
+            scene: self.scene.clone(),
+            load: self.begin_build(stage, proxy, args, light)?,
+        });
+        Ok(false)
     }
 
-    /// Whether building the scene, from whatever side it is seen, has failed for good.
-    fn has_failed(&self) -> bool {
-        self.failed.as_ref().is_some_and(|failed| {
-            let camera = self.scene.camera;
-            Scene {
-                camera,
-                ..failed.clone()
-            } == self.scene
-        })
+    /// The renderer of the scene, or of the one before the last changes.
+    pub fn live(&self) -> Option<&Live> {
+        match &self.on_gpu {
+            OnGpu::Live(live) => Some(live),
+            _ => None,
+        }
+    }
+
+    pub fn live_mut(&mut self) -> Option<&mut Live> {
+        match &mut self.on_gpu {
+            OnGpu::Live(live) => Some(live),
+            _ => None,
+        }
     }
 
     /// Whether something of this document has been shown.
     pub fn has_been_shown(&self) -> bool {
-        self.live.is_some() || self.shown.is_some()
+        self.live().is_some() || self.shown.is_some()
     }
 
     /// Drops the renderer to make room, and remembers what it showed.
     pub fn drop_live(&mut self) {
-        if let Some(live) = self.live.take() {
+        if let Some(live) = self.live() {
             self.shown = Some(live.engine.scene().clone());
+            self.on_gpu = OnGpu::Nothing;
         }
     }
 
     /// The build under way, wanted or not.
     pub fn build_under_way(&self) -> Option<&Load<Live>> {
-        self.build.as_ref().map(|build| &build.load)
+        match &self.on_gpu {
+            OnGpu::Building(Build { load, .. }) | OnGpu::Ending(load) => Some(load),
+            _ => None,
+        }
     }
 
     /// Ends a build under way and waits for it: a process that ends while its driver compiles may crash.
     pub fn end_build(&mut self) {
         self.document.close();
-        if let Some(build) = self.build.take() {
-            build.load.join();
+        match std::mem::replace(&mut self.on_gpu, OnGpu::Nothing) {
+            OnGpu::Building(Build { load, .. }) | OnGpu::Ending(load) => load.join(),
+            other => self.on_gpu = other,
         }
     }
 
@@ -214,20 +221,22 @@ impl Session {
         let Some(result) = self.build_under_way().and_then(Load::result) else {
             return Ok(None);
         };
-        let Some(ordered) = self.build.take().and_then(|build| build.scene) else {
+        let ended = std::mem::replace(&mut self.on_gpu, OnGpu::Nothing);
+        let OnGpu::Building(Build { scene: ordered, .. }) = ended else {
+            // It was the build of the document before.
             return Ok(None);
         };
         match result {
             Ok(live) => {
                 report.built(&live);
-                self.live = Some(live);
+                self.on_gpu = OnGpu::Live(Box::new(live));
                 Ok(None)
             }
             Err(Error::Device(why)) => Err(Error::Device(why)),
             Err(error) => {
                 let is_another = |shown: &mut Scene| like(shown, &self.scene) != self.scene;
                 let Some(shown) = self.shown.take_if(is_another) else {
-                    self.failed = Some(ordered);
+                    self.on_gpu = OnGpu::Failed(ordered);
                     return Err(error);
                 };
                 if like(&ordered, &self.scene) != self.scene {
@@ -252,4 +261,13 @@ impl Session {
     pub fn describe(&self, scene: &Scene) -> String {
         describe(&self.file, &self.document.opened.volume, scene)
     }
+}
+
+/// Whether what cannot be built of one scene cannot be built of the other either.
+fn is_same_but_for_camera(a: &Scene, b: &Scene) -> bool {
+    let camera = b.camera;
+    Scene {
+        camera,
+        ..a.clone()
+    } == *b
 }
