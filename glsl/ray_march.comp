@@ -52,7 +52,7 @@ ivec3 nearest_brick(Cube cube) {
     return min(node, ivec3(scene.cache_nodes) - 1) / BRICK;
 }
 
-// Adds the square of a read's weight, divided by the number of rays, to `Brick.weight` of the nearest node's brick. It is
+// Adds the square of a read's weight, divided by the number of rays, to `Brick.squared_weight` of the nearest node's brick. It is
 // rounded at random, so that many small terms are not lost, and never to 0: all bricks of a thin medium have small weights,
 // and a brick of weight 0 may count as out of sight.
 void weigh(Cube cube, float weight) {
@@ -61,7 +61,7 @@ void weigh(Cube cube, float weight) {
         uvec2 count = rays();
         float share = weight * weight / float(count.x * count.y);
         uint rounded = max(uint(share * exp2(31.0) + number_at(weight)), uint(weight > 0.0));
-        atomicAdd(bricks.at[place_of(brick)].weight, rounded);
+        atomicAdd(bricks.at[place_of(brick)].squared_weight, rounded);
     }
 }
 
@@ -69,7 +69,7 @@ void weigh(Cube cube, float weight) {
 void note_reading(Cube cube) {
     ivec3 brick = nearest_brick(cube);
     if (page_of(brick) != NO_PLACE) {
-        atomicMax(bricks.at[place_of(brick)].weight, 1u);
+        atomicMax(bricks.at[place_of(brick)].squared_weight, 1u);
     }
 }
 

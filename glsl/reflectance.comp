@@ -27,10 +27,10 @@ void main() {
         vec3 l = brdf_sample(material, n, v, u);
         float pdf = brdf_pdf(material, n, v, l);
         vec3 share = pdf > 0.0 ? brdf_value(material, n, v, l) * max(0.0, l.z) / pdf : vec3(0.0);
-        sum.mean += share;
+        sum.albedo += share;
         sum.along_normal += share * l.z;
         sum.along_tangent += share * l.x;
     }
     const float EACH = 1.0 / float(DIRECTIONS);
-    reflectances.at[index] = Reflectance(EACH * sum.mean, EACH * sum.along_normal, EACH * sum.along_tangent);
+    reflectances.at[index] = Reflectance(EACH * sum.albedo, EACH * sum.along_normal, EACH * sum.along_tangent);
 }

@@ -104,7 +104,7 @@ Reflectance reflectance_of(uint surface, Material material, float n_v) {
     Reflectance a = reflectances.at[surface * REFLECTANCE_ANGLES + low];
     Reflectance b = reflectances.at[surface * REFLECTANCE_ANGLES + low + 1u];
     float t = at - float(low);
-    return Reflectance(mix(a.mean, b.mean, t), mix(a.along_normal, b.along_normal, t),
+    return Reflectance(mix(a.albedo, b.albedo, t), mix(a.along_normal, b.along_normal, t),
                        mix(a.along_tangent, b.along_tangent, t));
 }
 
@@ -116,5 +116,5 @@ vec3 reflected_light(uint surface, Material material, vec3 n, vec3 v, CachedLigh
     float sine = length(across);
     vec3 tangent = sine > 0.0 ? across / sine : vec3(0.0);
     vec3 turned = n * light.flux * reflectance.along_normal + tangent * light.flux * reflectance.along_tangent;
-    return max(vec3(0.0), light.mean * reflectance.mean - 3.0 * turned);
+    return max(vec3(0.0), light.mean * reflectance.albedo - 3.0 * turned);
 }

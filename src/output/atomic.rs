@@ -264,8 +264,8 @@ fn open(path: &Path) -> Result<(Target, Temporary)> {
     Ok((target, temporary))
 }
 
-/// Where symbolic links without a file behind them lead; other paths lead to themselves.
-fn target_of(path: &Path) -> PathBuf {
+/// Where a symbolic link leads in the end, whether there is a file or not; other paths lead to themselves.
+pub fn target_of(path: &Path) -> PathBuf {
     const MOST_LINKS: usize = 40;
     let mut target = path.to_owned();
     for _ in 0..MOST_LINKS {

@@ -24,7 +24,7 @@ use crate::render::Sums;
 use crate::scene::Tone;
 
 pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
-pub use atomic::{Outputs, check_inputs_stay, check_writable, has_committed};
+pub use atomic::{Outputs, check_inputs_stay, check_writable, has_committed, target_of};
 
 /// A result as JSON that people can read.
 pub fn to_json(value: &impl Serialize) -> Result<String> {

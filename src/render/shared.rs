@@ -120,7 +120,7 @@ shared! {
     /// Integrals of a BRDF over the directions of light (`glsl/include/reflectance.glsl`).
     pub struct Reflectance {
         /// ρ₀, the directional albedo.
-        pub mean: vec3,
+        pub albedo: vec3,
         /// ρₙ.
         pub along_normal: vec3,
         /// ρₜ.
@@ -230,7 +230,7 @@ shared! {
         pub filled: uint,
         /// Sum of w² over a ray's reads of the brick's light, averaged over the rays of a picture, times 2³¹, with w
         /// the weight of one read in the ray's colour.
-        pub weight: uint,
+        pub squared_weight: uint,
     }
 
     /// A part of the paths that each node of a brick gets in a batch.

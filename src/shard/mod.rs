@@ -16,6 +16,8 @@ mod settings;
 
 use std::path::{Path, PathBuf};
 
+use crate::output::target_of;
+
 pub use cache_file::{About, CacheFile};
 pub use checkpoint::{Found, RunOf, State};
 pub use file::{Shard, read_header};
@@ -30,10 +32,27 @@ pub fn side_files(checkpoint: &Path) -> [PathBuf; 2] {
     ["cache", "lock"].map(|extension| beside(checkpoint, extension))
 }
 
-/// The file of this kind beside a checkpoint: `FILE.exr.cache`.
+/// The file of this kind beside a checkpoint: `FILE.exr.cache`. A checkpoint that is named through a symbolic link is the
+/// file behind it.
 fn beside(checkpoint: &Path, extension: &str) -> PathBuf {
-    let mut name = checkpoint.as_os_str().to_owned();
+    let mut name = target_of(checkpoint).into_os_string();
     name.push(".");
     name.push(extension);
     name.into()
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_to_a_checkpoint_has_its_lock() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [file, link] = ["c.exr", "link.exr"].map(|name| folder.path().join(name));
+        std::os::unix::fs::symlink("c.exr", &link).expect("a link");
+        for exists in [false, true] {
+            assert_eq!(beside(&link, "lock"), beside(&file, "lock"), "{exists}");
+            std::fs::write(&file, "").expect("a file");
+        }
+    }
 }

@@ -289,11 +289,16 @@ impl Cache {
             return Ok(());
         };
         let bricks = self.memory.bricks_mut().iter_mut();
-        bricks.for_each(|brick| brick.weight = 0);
+        bricks.for_each(|brick| brick.squared_weight = 0);
         let stride = measured_stride(r).min(longest);
         let request = ray_march::for_weights(stride);
         self.ray_march.march_for(frame, r, &self.memory, request)?;
-        let weights = || self.memory.bricks().iter().map(|brick| brick.weight);
+        let weights = || {
+            self.memory
+                .bricks()
+                .iter()
+                .map(|brick| brick.squared_weight)
+        };
         let read: Vec<bool> = weights().map(|weight| weight > 0).collect();
         let in_sight = self.memory.layout.with_neighbours(&read);
         self.sight.focus.narrow(weights(), &in_sight);

@@ -45,7 +45,7 @@ impl Planner<'_> {
         let next_better = better.unwrap_or_default();
         Ok(Choice {
             plan: self.fitting_without_cache(Some(next_better.clone()))?,
-            reason: format!("no cache fits: {next_better}"),
+            reason: format!("no cache fits beside the whole volume: {next_better}"),
             next_better,
         })
     }

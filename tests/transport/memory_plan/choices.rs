@@ -97,7 +97,7 @@ fn each_rung_is_taken_by_the_budget_that_just_holds_it() {
             (lavapipe, For(EIGHTH_F32), Ok(EIGHTH_F32), "the best that fits"),
             (intel, Below(EIGHTH_F32), Ok(EIGHTH_F16), "while caching at scale 0.125 in f32 needs"),
             (apple, For(EIGHTH_F16), Ok(EIGHTH_F16), "the best that fits"),
-            (tiny, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs"),
+            (tiny, Below(EIGHTH_F16), Ok(NO_CACHE), "no cache fits beside the whole volume: caching at scale 0.125 in f16 needs"),
             (minimum, For(NO_CACHE), Ok(NO_CACHE), "no cache fits"),
             // A cache would leave 64, and a pixel may read 90 at once.
             (nvidia_8, Below(NO_CACHE), Ok(NO_CACHE), "with the volume in bricks, 80 of the 216 needed ones"),
@@ -156,7 +156,7 @@ fn a_large_picture_takes_what_a_cache_would_have() {
     // Where the medium is dense at the box's faces, a cache leaves 16 bytes a pixel of light to paths.
     assert_choices(
         (dense(256, Kind::U8), large),
-        &[(amd_4, Below(ONE_F16), Ok(NO_CACHE), "no cache fits: caching at scale 0.125 in f16 needs")],
+        &[(amd_4, Below(ONE_F16), Ok(NO_CACHE), "no cache fits beside the whole volume: caching at scale 0.125 in f16 needs")],
     );
     let absurd = |scene: &mut Scene| scene.render.size = [1 << 20, 1 << 20];
     assert_choices(
