@@ -185,4 +185,22 @@ fn nifti_refuses_what_is_no_scalar_volume() {
     let mut early = u8s().nifti();
     early.floats(108, &[12.0]);
     refuses("v.nii", early.bytes, &["`vox_offset` is `12`"]);
+    let mut late = u8s().nifti();
+    late.floats(108, &[33554432.0]);
+    refuses("v.nii", late.bytes, &["holds 0 bytes of voxels"]);
+}
+
+/// Some programs fill the last block of a file with zeros.
+#[test]
+fn zeros_behind_gzip_are_ignored() {
+    let plain = u8s().nifti().bytes;
+    let packed = gzip(&plain);
+    let (first, second) = plain.split_at(360);
+    let members = [gzip(first), gzip(second)].concat();
+    for whole in [&packed, &members] {
+        let padded = [&whole[..], &[0; 40_000]].concat();
+        assert_eq!(values(&load_bytes("v.nii.gz", padded)), u8s().values);
+        let more = [&whole[..], &[0; 40_000], b"more"].concat();
+        refuses("v.nii.gz", more, &["the file is damaged"]);
+    }
 }

@@ -8,14 +8,13 @@
 use std::io::{self, ErrorKind, Read};
 use std::path::Path;
 
-use flate2::read::MultiGzDecoder;
-
 use super::header::{About, Header, first_bytes, unexpected};
 use super::several::{Key, Several};
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
+use crate::scene::volume::source::gzip::Members;
 use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
@@ -143,7 +142,7 @@ impl Fields {
         let (file, _) = open_file(path)?;
         let mut file: Box<dyn Read> = match encoding {
             Encoding::Raw => Box::new(file),
-            _ => Box::new(MultiGzDecoder::new(file)),
+            _ => Box::new(Members::new(file)),
         };
         let mut bytes = vec![0; NIFTI_1.size];
         file.read_exact(&mut bytes)
@@ -207,28 +206,21 @@ impl Fields {
     fn first_voxel(&self) -> Parsed<u64> {
         let place = self.places.vox_offset;
         let least = self.places.size as u64 + 4;
-        let wrong = |found: String| {
-            let expected = format!("0 or a whole number from {least} up");
-            unexpected("vox_offset", &found, &expected)
-        };
-        // In NIfTI-1 it is a float: beyond 2^24 it could not even name every byte.
+        // Beyond any file, and small enough to be exact.
+        const MOST: f64 = 1e15;
         let offset = match self.places.real {
             4 => self.float(place),
             _ => self.int(place, 8) as f64,
-        };
-        let most = if self.places.real == 4 {
-            16777216.0
-        } else {
-            1e15
         };
         // Left at 0 it means that the voxels follow the header.
         if offset == 0.0 {
             return Ok(least);
         }
-        if offset.fract() == 0.0 && (least as f64..=most).contains(&offset) {
+        if offset.fract() == 0.0 && (least as f64..=MOST).contains(&offset) {
             Ok(offset as u64)
         } else {
-            Err(wrong(offset.to_string()))
+            let expected = format!("0 or a whole number from {least} to {MOST}");
+            Err(unexpected("vox_offset", &offset.to_string(), &expected))
         }
     }
 

@@ -15,8 +15,9 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use bzip2::read::MultiBzDecoder;
-use flate2::read::{MultiGzDecoder, ZlibDecoder};
+use flate2::read::ZlibDecoder;
 
+use super::gzip::Members;
 use super::watched::{HAS_CHANGED, Version, open_file, read_at, version};
 use super::{Cursor, Source};
 use crate::scene::volume::parsed::Parsed;
@@ -223,7 +224,7 @@ impl DataFile {
         };
         match self.encoding {
             Encoding::Raw => Stream::Plain(file),
-            Encoding::Gzip => Stream::Inflated(Box::new(MultiGzDecoder::new(file))),
+            Encoding::Gzip => Stream::Inflated(Box::new(Members::new(file))),
             Encoding::Bzip2 => Stream::Inflated(Box::new(MultiBzDecoder::new(file))),
             Encoding::Zlib => Stream::Inflated(Box::new(ZlibDecoder::new(file))),
         }

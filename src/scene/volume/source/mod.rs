@@ -3,6 +3,7 @@
 pub mod chunked;
 pub mod codec;
 pub mod file;
+pub mod gzip;
 pub mod interleaved;
 pub mod memory;
 pub mod spool;
