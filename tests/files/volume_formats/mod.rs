@@ -17,6 +17,7 @@ mod values;
 mod vdb;
 mod zarr;
 mod zarr_axes;
+mod zarr_refusals;
 
 use std::path::{Path, PathBuf};
 

@@ -137,6 +137,58 @@ fn an_array_of_zarr_2_has_the_axes_that_its_attributes_name() {
     }
 }
 
+/// An axis is what its type says; keys without a value may be there as `null`.
+#[test]
+fn axes_are_known_by_their_type() {
+    let folder = folder();
+    let array = textured([5, 4, 3], VoxelType::U8);
+    let zarr = Zarr::new(false, &[2, 2, 2], Codec::Gzip);
+    let path = zarr.write(&folder.path().join("v"), "cyx", &[3, 4, 5], &array);
+    let image = json!({"multiscales": [{
+        "axes": [
+            {"name": "channel", "type": "channel", "unit": null},
+            {"name": "Y", "type": null},
+            {"name": "x", "type": "space", "unit": "micrometer"},
+        ],
+        "datasets": [{"path": "s0", "coordinateTransformations": null}],
+        "coordinateTransformations": null,
+        "name": null,
+    }], "omero": null});
+    fs::write(path.join(".zattrs"), image.to_string()).unwrap();
+    let second = VolumeOverrides {
+        channel: Some(1),
+        ..Default::default()
+    };
+    let volume = Volume::load(&path, &second).unwrap();
+    assert_eq!(values(&volume), array.values[20..40]);
+    assert_eq!(volume.spacing, [1.0; 3]);
+}
+
+#[test]
+fn a_transposition_may_have_a_name() {
+    let folder = folder();
+    let array = textured([5, 4, 3], VoxelType::U8);
+    let zarr = Zarr {
+        order: vec![2, 1, 0],
+        ..Zarr::new(true, &[2, 2, 2], Codec::Gzip)
+    };
+    let path = zarr.write_array(&folder.path().join("v"), &[3, 4, 5], &array);
+    let metadata = path.join("zarr.json");
+    let text = fs::read_to_string(&metadata).unwrap();
+    let named = |name: &str| text.replace("\"order\":[2,1,0]", &format!("\"order\":{name}"));
+    fs::write(&metadata, named("\"F\"")).unwrap();
+    assert_eq!(values(&plain(&path)), array.values);
+    fs::write(&metadata, named("\"K\"")).unwrap();
+    let message = refusal(&path, &VolumeOverrides::default());
+    assert!(
+        message.contains("`order` is `K`, expected a list of axes"),
+        "{message}"
+    );
+    fs::write(&metadata, named("{}")).unwrap();
+    let message = refusal(&path, &VolumeOverrides::default());
+    assert!(message.contains("zarr.json: a codec, a grid"), "{message}");
+}
+
 #[test]
 fn levels_have_their_own_size() {
     let folder = folder();

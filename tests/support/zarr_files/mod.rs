@@ -8,10 +8,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use isolume::scene::volume::{Endian, VoxelType};
+use lz4_flex::compress_prepend_size;
 use ruzstd::encoding::{CompressionLevel, compress_to_vec};
 use serde_json::{Value, json};
 
-use crate::volume_files::{Array, gzip, zlib};
+use crate::volume_files::{Array, bzip2, gzip, zlib};
 use blosc::Blosc;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +21,8 @@ pub enum Codec {
     Gzip,
     Zlib,
     Zstd,
+    Bzip2,
+    Lz4,
     Blosc(Blosc),
 }
 
@@ -138,6 +141,8 @@ impl Zarr {
             Codec::Gzip => json!({"id": "gzip", "level": 5}),
             Codec::Zlib => json!({"id": "zlib", "level": 5}),
             Codec::Zstd => json!({"id": "zstd", "level": 5}),
+            Codec::Bzip2 => json!({"id": "bz2", "level": 1}),
+            Codec::Lz4 => json!({"id": "lz4", "acceleration": 1}),
             Codec::Blosc(blosc) => json!({"id": "blosc", "cname": blosc.inner.name(), "clevel": 5}),
         };
         let (kind, size) = (kind(array.voxel_type), array.voxel_type.bytes());
@@ -165,6 +170,8 @@ impl Zarr {
             Codec::Gzip => codecs.push(json!({"name": "gzip", "configuration": {"level": 5}})),
             Codec::Zlib => codecs.push(json!("numcodecs.zlib")),
             Codec::Zstd => codecs.push(json!({"name": "zstd", "configuration": {"level": 5}})),
+            Codec::Bzip2 => codecs.push(json!("numcodecs.bz2")),
+            Codec::Lz4 => codecs.push(json!({"name": "numcodecs.lz4", "configuration": null})),
             Codec::Blosc(blosc) => {
                 let configuration = json!({"cname": blosc.inner.name(), "clevel": 5});
                 codecs.push(json!({"name": "blosc", "configuration": configuration}));
@@ -224,6 +231,8 @@ impl Zarr {
             Codec::Gzip => gzip(&bytes),
             Codec::Zlib => zlib(&bytes),
             Codec::Zstd => zstd(&bytes),
+            Codec::Bzip2 => bzip2(&bytes),
+            Codec::Lz4 => compress_prepend_size(&bytes),
             Codec::Blosc(blosc) => blosc.packed(&bytes, array.voxel_type.bytes()),
         };
         if self.has_checksum {

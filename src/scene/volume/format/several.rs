@@ -4,6 +4,7 @@
 //! They follow one another as whole volumes, or side by side as the values of one voxel. One of them is the volume; of
 //! whole volumes, only that one's bytes are read.
 
+use std::iter::repeat;
 use std::path::Path;
 
 use super::header::pick;
@@ -33,8 +34,15 @@ pub struct Several {
     pub beyond: Vec<(Key, u32)>,
 }
 
-/// The most channels for which names are kept.
-pub const MOST_NAMES: u32 = 1 << 16;
+/// The most channels for which names are kept: a few bytes of a file can promise billions.
+const MOST_NAMES: u32 = 1 << 16;
+
+/// A name for each of `count` channels, or "" for those that have none.
+pub fn channel_names(names: impl IntoIterator<Item = String>, count: u32) -> Vec<String> {
+    let unnamed = repeat(String::new());
+    let names = names.into_iter().chain(unnamed);
+    names.take(count.min(MOST_NAMES) as usize).collect()
+}
 
 impl Several {
     /// Opens the one that the user wants. `data` is where all of them are.
@@ -81,9 +89,8 @@ impl Several {
         let count = |key| self.count(key).unwrap_or(1);
         let channel = pick("channel", overrides.channel, count(Channel))?;
         let time = pick("time", overrides.time, count(Time))?;
-        let names = self.count(Channel).unwrap_or(0).min(MOST_NAMES);
         Ok(Storage {
-            channels: vec![String::new(); names as usize],
+            channels: channel_names([], self.count(Channel).unwrap_or(0)),
             channel: self.count(Channel).map(|_| channel),
             times: self.count(Time).unwrap_or(0),
             time: self.count(Time).map(|_| time),

@@ -24,11 +24,30 @@ const MOST_AT_ONCE: usize = 4096;
 /// Decoded bytes that are kept for later. A volume that is no larger is kept whole.
 const KEPT: usize = 32 << 20;
 
+/// The voxels of a chunk.
+#[derive(Debug)]
+pub enum Content {
+    /// x fastest, in rows as long as a chunk's, and at least those within the volume.
+    Voxels(Vec<u8>),
+    /// All are this one.
+    Uniform(Vec<u8>),
+}
+
+impl Content {
+    /// Bytes that are taken while it is kept.
+    fn bytes(&self) -> usize {
+        /// Of the place where it is kept.
+        const PLACE: usize = 128;
+        match self {
+            Content::Voxels(bytes) | Content::Uniform(bytes) => PLACE + bytes.len(),
+        }
+    }
+}
+
 /// Access to single chunks.
 pub trait Chunks: fmt::Debug + Send + Sync {
-    /// The voxels of the chunk at `at`, counted in chunks along x, y and z. They are x fastest, in rows as long as a
-    /// chunk's, and include at least those within the volume.
-    fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>>;
+    /// The chunk at `at`, counted in chunks along x, y and z.
+    fn decode(&self, at: [u32; 3]) -> Parsed<Content>;
 
     /// All files that chunks are read from.
     fn files(&self) -> Vec<PathBuf>;
@@ -143,14 +162,14 @@ impl Chunked {
         };
         let is_kept = self.is_small() || !inside.lies_inside(&wanted);
         let known = self.kept().chunks.get(&at).cloned();
-        let voxels = match known {
-            Some(voxels) => voxels,
+        let content = match known {
+            Some(content) => content,
             None => {
-                let voxels = Arc::new(self.decoded(at, inside)?);
+                let content = Arc::new(self.decoded(at, inside)?);
                 if is_kept {
-                    self.kept().keep(at, voxels.clone());
+                    self.kept().keep(at, content.clone());
                 }
-                voxels
+                content
             }
         };
         Ok(Chunk {
@@ -158,17 +177,20 @@ impl Chunked {
             row_bytes: self.chunk[0] as usize * self.voxel_bytes,
             rows: self.chunk[1] as usize,
             voxel_bytes: self.voxel_bytes,
-            voxels,
+            content,
         })
     }
 
-    fn decoded(&self, at: [u32; 3], inside: Region) -> Parsed<Vec<u8>> {
-        let voxels = self.chunks.decode(at)?;
+    fn decoded(&self, at: [u32; 3], inside: Region) -> Parsed<Content> {
+        let content = self.chunks.decode(at)?;
+        let Content::Voxels(voxels) = &content else {
+            return Ok(content);
+        };
         let [x, y, z] = inside.dims.map(|size| size as usize);
         let [width, height, _] = self.chunk.map(|size| size as usize);
         let last = ((z - 1) * height + y - 1) * width + x;
         if voxels.len() >= last * self.voxel_bytes {
-            Ok(voxels)
+            Ok(content)
         } else {
             Err(format!(
                 "a part of it decodes to {} bytes, expected {}: the file is damaged",
@@ -219,16 +241,16 @@ impl Cursor for &Chunked {
 /// Chunks that were decoded lately; the oldest are removed first.
 #[derive(Debug, Default)]
 struct Kept {
-    chunks: HashMap<[u32; 3], Arc<Vec<u8>>>,
+    chunks: HashMap<[u32; 3], Arc<Content>>,
     order: VecDeque<[u32; 3]>,
     bytes: usize,
 }
 
 impl Kept {
-    fn keep(&mut self, at: [u32; 3], voxels: Arc<Vec<u8>>) {
-        self.bytes += voxels.len();
-        match self.chunks.insert(at, voxels) {
-            Some(same) => self.bytes -= same.len(),
+    fn keep(&mut self, at: [u32; 3], content: Arc<Content>) {
+        self.bytes += content.bytes();
+        match self.chunks.insert(at, content) {
+            Some(same) => self.bytes -= same.bytes(),
             None => self.order.push_back(at),
         }
         while self.bytes > KEPT
@@ -236,7 +258,7 @@ impl Kept {
             && let Some(oldest) = self.order.pop_front()
         {
             let oldest = self.chunks.remove(&oldest);
-            self.bytes -= oldest.map_or(0, |voxels| voxels.len());
+            self.bytes -= oldest.map_or(0, |content| content.bytes());
         }
     }
 }
@@ -248,7 +270,7 @@ struct Chunk {
     /// Rows of a slice, those outside of the volume included.
     rows: usize,
     voxel_bytes: usize,
-    voxels: Arc<Vec<u8>>,
+    content: Arc<Content>,
 }
 
 /// Copies the parts of a region from chunks to their places, a slice of the region on each core.
@@ -302,9 +324,14 @@ impl Chunk {
             begin..end
         });
         let first_row = (k - self.inside.low[2]) as usize * self.rows;
+        let uniform = match &*self.content {
+            Content::Voxels(_) => Vec::new(),
+            Content::Uniform(voxel) => voxel.repeat(x.len()),
+        };
         // Rows that follow one another in both places are one run.
-        let is_row =
-            x.len() as u32 == region.dims[0] && x.len() * self.voxel_bytes == self.row_bytes;
+        let is_row = uniform.is_empty()
+            && x.len() as u32 == region.dims[0]
+            && x.len() * self.voxel_bytes == self.row_bytes;
         let (rows, width) = if is_row {
             (y.start..y.start + 1, x.len() * y.len())
         } else {
@@ -317,10 +344,11 @@ impl Chunk {
             let from = row * self.row_bytes + column * self.voxel_bytes;
             let to = (j - region.low[1]) as usize * region.dims[0] as usize
                 + (x.start - region.low[0]) as usize;
-            let loss = place(
-                &self.voxels[from..from + width * self.voxel_bytes],
-                &mut slice[to * placed_bytes..][..width * placed_bytes],
-            )?;
+            let run = match &*self.content {
+                Content::Voxels(voxels) => &voxels[from..from + width * self.voxel_bytes],
+                Content::Uniform(_) => &uniform[..],
+            };
+            let loss = place(run, &mut slice[to * placed_bytes..][..width * placed_bytes])?;
             largest = largest.max(loss);
         }
         Ok(largest)

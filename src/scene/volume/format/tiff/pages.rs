@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::page::Page;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::chunked::Chunks;
+use crate::scene::volume::source::chunked::{Chunks, Content};
 
 /// A page with its file's name, for messages.
 pub fn named(page: &Page, z: usize, depth: usize) -> String {
@@ -35,7 +35,7 @@ impl Chunks for Pages {
         paths
     }
 
-    fn decode(&self, [column, row, z]: [u32; 3]) -> Parsed<Vec<u8>> {
+    fn decode(&self, [column, row, z]: [u32; 3]) -> Parsed<Content> {
         let page = &self.pages[z as usize];
         let decoded = if self.is_alike {
             page.decode([column, row], self.sample)
@@ -48,11 +48,11 @@ impl Chunks for Pages {
             (false, count) => format!("page {} of {count}: {fault}", z + 1),
         })?;
         let first = &self.pages[0].layout;
-        Ok(if page.layout.endian == first.endian {
+        Ok(Content::Voxels(if page.layout.endian == first.endian {
             pixels
         } else {
             swapped(pixels, first.voxel_type.bytes())
-        })
+        }))
     }
 }
 

@@ -9,7 +9,7 @@ use super::packed::Packed;
 use super::stream::{BLOCK, Stream};
 use super::tree::{Found, LEAF_SIDE, LEAF_VOXELS, Tree};
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::chunked::Chunks;
+use crate::scene::volume::source::chunked::{Chunks, Content};
 use crate::scene::volume::source::watched::WatchedFile;
 
 #[derive(Debug)]
@@ -114,7 +114,7 @@ impl Chunks for Leaves {
         vec![self.file.path().to_path_buf()]
     }
 
-    fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>> {
+    fn decode(&self, at: [u32; 3]) -> Parsed<Content> {
         let places = self.places()?;
         let [first, end] = self.tree.active();
         let side = |a: usize| i64::from(self.chunk[a]);
@@ -141,6 +141,6 @@ impl Chunks for Leaves {
                 _ => self.put::<8>(&values, leaf, &mut chunk, low),
             }
         }
-        Ok(chunk)
+        Ok(Content::Voxels(chunk))
     }
 }

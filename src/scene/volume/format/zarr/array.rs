@@ -13,8 +13,9 @@ use half::f16;
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::keys::Keys;
 use super::metadata::json;
-use super::pipeline::{Named, Pipeline, Shard, codec, in_words, separator, sharding};
+use super::pipeline::{Named, Pipeline, SHARDING, Shard, codec, in_words, separator, sharding};
 use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::codec::Codec;
@@ -45,13 +46,6 @@ pub struct Array {
     pub keys: Keys,
     /// The compression's name, for users.
     pub compression: Option<String>,
-}
-
-/// How the name of a file is made from the position of its chunk.
-#[derive(Debug)]
-pub struct Keys {
-    pub prefix: &'static str,
-    pub separator: char,
 }
 
 pub fn is_array(folder: &Path) -> bool {
@@ -90,13 +84,17 @@ impl Array {
         self.chunk.iter().product::<u64>() * self.voxel_type.bytes() as u64
     }
 
+    /// The box of voxels that a file holds: that of a chunk, or of a shard.
+    pub fn file_shape(&self) -> &[u64] {
+        match &self.shard {
+            None => &self.chunk,
+            Some(shard) => &shard.shape,
+        }
+    }
+
     /// Bytes of all chunks that a file holds, decoded.
     pub fn file_bytes(&self) -> u64 {
-        let sides = self
-            .shard
-            .as_ref()
-            .map_or(&self.chunk, |shard| &shard.shape);
-        sides.iter().product::<u64>() * self.voxel_type.bytes() as u64
+        self.file_shape().iter().product::<u64>() * self.voxel_type.bytes() as u64
     }
 
     fn check(&self) -> Parsed<()> {
@@ -107,15 +105,18 @@ impl Array {
                 .try_fold(size, |bytes, side| bytes.checked_mul(*side));
             bytes.is_some_and(|bytes| (1..=LARGEST_CHUNK).contains(&bytes))
         };
-        let outer = self
-            .shard
-            .as_ref()
-            .map_or(&self.chunk, |shard| &shard.shape);
+        let outer = self.file_shape();
         if self.shape.is_empty() || self.chunk.len() != self.shape.len() {
             return Err(format!(
                 "the array has {} axes and its chunks {}, expected as many and at least one",
                 self.shape.len(),
                 self.chunk.len()
+            ));
+        }
+        if self.shape.contains(&0) {
+            return Err(format!(
+                "the array is {:?} voxels, expected at least 1 along each axis",
+                self.shape
             ));
         }
         if outer.len() != self.shape.len() || !fits(&self.chunk) || !fits(outer) {
@@ -297,8 +298,13 @@ fn unsharded(
     mut codecs: Vec<Named>,
     shape: Vec<u64>,
 ) -> Parsed<(Vec<u64>, Option<Shard>, Vec<Named>)> {
-    if !matches!(&codecs[..], [only] if only.name() == "sharding_indexed") {
+    if !codecs.iter().any(|codec| codec.name() == SHARDING) {
         return Ok((shape, None, codecs));
+    }
+    if codecs.len() > 1 {
+        let names: Vec<&str> = codecs.iter().map(Named::name).collect();
+        let expected = format!("{SHARDING} alone; write the array again with all others inside it");
+        return Err(unexpected("codecs", &names.join(", "), &expected));
     }
     let (_, configuration) = codecs.remove(0).parts();
     let (chunk, shard, codecs) = sharding(configuration, shape)?;

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use super::array::Array;
@@ -10,7 +10,7 @@ use super::crc32c;
 use super::pipeline::Shard;
 use crate::locked::locked;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::chunked::Chunks;
+use crate::scene::volume::source::chunked::{Chunks, Content};
 use crate::scene::volume::source::watched::{HAS_CHANGED, Version, WatchedFile};
 
 /// The index entry of a chunk that was never written.
@@ -60,7 +60,7 @@ impl ArrayChunks {
     /// The bytes of a chunk as they were written, without their checksum; `None` if it was never written.
     fn packed(&self, chunk: &[u64]) -> Parsed<Option<Vec<u8>>> {
         let packed = match &self.array.shard {
-            None => match self.open(&self.key(chunk))? {
+            None => match self.open(&self.array.keys.key(chunk))? {
                 Some(file) => Some(file.read(0, file.bytes())?),
                 None => None,
             },
@@ -79,7 +79,7 @@ impl ArrayChunks {
         let sides = shard.shape.iter().zip(&self.array.chunk);
         let sides: Vec<u64> = sides.map(|(shard, chunk)| shard / chunk).collect();
         let outer: Vec<u64> = chunk.iter().zip(&sides).map(|(n, side)| n / side).collect();
-        let key = self.key(&outer);
+        let key = self.array.keys.key(&outer);
         let Some(file) = self.open(&key)? else {
             return Ok(None);
         };
@@ -125,22 +125,9 @@ impl ArrayChunks {
         Ok(index)
     }
 
-    fn key(&self, place: &[u64]) -> String {
-        let keys = &self.array.keys;
-        let separator = keys.separator.to_string();
-        let prefix = (!keys.prefix.is_empty()).then(|| keys.prefix.to_string());
-        let numbers = place.iter().map(u64::to_string);
-        let parts: Vec<String> = prefix.into_iter().chain(numbers).collect();
-        parts.join(&separator)
-    }
-
-    fn path(&self, key: &str) -> PathBuf {
-        self.array.folder.join(key)
-    }
-
     /// The file of a chunk, if there is one; it must not have changed since it was first read.
     fn open(&self, key: &str) -> Parsed<Option<WatchedFile>> {
-        let path = self.path(key);
+        let path = self.array.folder.join(key);
         let is_missing =
             std::fs::metadata(&path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
         let file = if is_missing {
@@ -193,11 +180,12 @@ impl ArrayChunks {
 
 impl Chunks for ArrayChunks {
     fn files(&self) -> Vec<PathBuf> {
-        let metadata = self.metadata.iter().cloned();
-        metadata.chain(files_in(&self.array.folder)).collect()
+        let mut files: Vec<PathBuf> = self.array.files().collect();
+        files.sort();
+        self.metadata.iter().cloned().chain(files).collect()
     }
 
-    fn decode(&self, at: [u32; 3]) -> Parsed<Vec<u8>> {
+    fn decode(&self, at: [u32; 3]) -> Parsed<Content> {
         let along = self.axes.iter().zip(&self.array.chunk);
         let chunk: Vec<u64> = along
             .map(|(axis, size)| match axis {
@@ -210,28 +198,30 @@ impl Chunks for ArrayChunks {
             Some(packed) => {
                 let expected = self.array.chunk_bytes() as usize;
                 let decoded = self.array.codec.decode(packed, expected);
-                decoded.map(|chunk| self.taken(&chunk)).map_err(named)
+                let decoded = decoded.map_err(named)?;
+                Ok(Content::Voxels(self.taken(&decoded)))
             }
-            None => {
-                let voxels = self.dims.iter().map(|side| *side as usize).product();
-                Ok(self.array.fill.repeat(voxels))
-            }
+            // Its size is only a promise of the metadata, so it takes no memory.
+            None => Ok(Content::Uniform(self.array.fill.clone())),
         }
     }
 }
 
-/// All files in a folder and in the folders in it.
-fn files_in(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    let mut folders = vec![folder.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-            match entry.file_type() {
-                Ok(kind) if kind.is_dir() => folders.push(entry.path()),
-                _ => files.push(entry.path()),
-            }
-        }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chunk of 64 GiB.
+    #[test]
+    fn a_chunk_that_was_never_written_takes_no_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let metadata = r#"{"shape": [4096, 4096, 4096], "chunks": [4096, 4096, 4096], "dtype": "|u1", "fill_value": 7,
+                           "order": "C", "compressor": null}"#;
+        std::fs::write(folder.path().join(".zarray"), metadata).unwrap();
+        let array = Array::read(folder.path()).unwrap();
+        let axes = [2, 1, 0].map(Axis::Space).to_vec();
+        let chunks = ArrayChunks::new(array, axes, None, [4096; 3]);
+        let content = chunks.decode([0; 3]).unwrap();
+        assert!(matches!(content, Content::Uniform(voxel) if voxel == [7]));
     }
-    files.sort();
-    files
 }

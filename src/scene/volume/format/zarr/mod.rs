@@ -8,9 +8,11 @@
 mod array;
 mod chunks;
 mod crc32c;
+mod keys;
 mod metadata;
 mod pipeline;
 
+use std::collections::HashSet;
 use std::path::{Component, Path, PathBuf};
 
 use serde::Deserialize;
@@ -20,7 +22,7 @@ use chunks::{ArrayChunks, Axis};
 use metadata::json;
 
 use super::header::{Header, pick, unexpected};
-use super::several::MOST_NAMES;
+use super::several::channel_names;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::{Keyed, Parsed};
@@ -32,8 +34,8 @@ use crate::scene::volume::storage::{Level, Storage, in_one_unit, symbol};
 /// A volume may be so many times larger than the chunks that there are: those that have the fill value everywhere need
 /// not be written.
 const MOST_EMPTY: u64 = 32 << 10;
-/// The deepest nesting of folders within the array's: one for each axis and a prefix.
-const MOST_NESTED: usize = 8;
+/// The most resolutions, each of which is usually half as large as the one before.
+const MOST_LEVELS: usize = 64;
 
 #[derive(Deserialize)]
 struct Attributes {
@@ -59,17 +61,22 @@ struct InGroup {
 struct Multiscale {
     axes: Option<Vec<AxisEntry>>,
     datasets: Vec<Dataset>,
-    #[serde(rename = "coordinateTransformations", default)]
-    transforms: Vec<Transform>,
+    #[serde(rename = "coordinateTransformations")]
+    transforms: Option<Vec<Transform>>,
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "one of `axes` is none of OME-Zarr, expected its `name`, `type` and `unit`"
+)]
 enum AxisEntry {
     /// As in version 0.3.
     Name(String),
     Described {
         name: String,
+        #[serde(rename = "type")]
+        kind: Option<String>,
         unit: Option<String>,
     },
 }
@@ -77,8 +84,8 @@ enum AxisEntry {
 #[derive(Deserialize)]
 struct Dataset {
     path: String,
-    #[serde(rename = "coordinateTransformations", default)]
-    transforms: Vec<Transform>,
+    #[serde(rename = "coordinateTransformations")]
+    transforms: Option<Vec<Transform>>,
 }
 
 #[derive(Deserialize)]
@@ -100,8 +107,21 @@ struct Channel {
 
 /// An axis that all of an image's arrays have.
 struct Dimension {
+    /// x, y, z, c or t, in lower case, or another name.
     name: String,
     unit: Option<String>,
+}
+
+impl Dimension {
+    /// Channels and times may have any name where their type says what they are.
+    fn new(name: &str, kind: Option<&str>, unit: Option<String>) -> Dimension {
+        let name = match kind {
+            Some("channel") => "c".into(),
+            Some("time") => "t".into(),
+            _ => name.to_lowercase(),
+        };
+        Dimension { name, unit }
+    }
 }
 
 /// One resolution: an array, and its voxel size along each axis.
@@ -149,12 +169,13 @@ fn dimensions_of(array: &Array) -> Parsed<Vec<Dimension>> {
         Some(names) => names,
         None => {
             let unnamed = usual.len().checked_sub(count);
-            let names = &usual[unnamed.ok_or("has more than 5 axes")?..];
+            let many = || format!("has {count} axes, expected at most 5: t, c, z, y and x");
+            let names = &usual[unnamed.ok_or_else(many)?..];
             names.iter().map(|name| name.to_string()).collect()
         }
     };
-    let dimension = |name| Dimension { name, unit: None };
-    Ok(names.into_iter().map(dimension).collect())
+    let dimension = |name: &String| Dimension::new(name, None, None);
+    Ok(names.iter().map(dimension).collect())
 }
 
 /// The file in which a group describes its arrays.
@@ -195,12 +216,13 @@ fn image(path: &Path) -> Parsed<(Vec<Dimension>, Vec<Resolution>, Vec<String>)> 
         .axes
         .ok_or("`multiscales` has no `axes`: it is older than OME-Zarr 0.3")?;
     let dimensions = axes.into_iter().map(|axis| match axis {
-        AxisEntry::Name(name) => Dimension { name, unit: None },
-        AxisEntry::Described { name, unit } => Dimension { name, unit },
+        AxisEntry::Name(name) => Dimension::new(&name, None, None),
+        AxisEntry::Described { name, kind, unit } => Dimension::new(&name, kind.as_deref(), unit),
     });
     let dimensions: Vec<Dimension> = dimensions.collect();
+    check_datasets(&image.datasets)?;
     let resolutions = image.datasets.iter().map(|dataset| {
-        let transforms = dataset.transforms.iter().chain(&image.transforms);
+        let transforms = dataset.transforms.iter().chain(&image.transforms).flatten();
         resolution(path, &dataset.path, transforms, dimensions.len())
     });
     let resolutions = resolutions.collect::<Parsed<_>>()?;
@@ -208,6 +230,29 @@ fn image(path: &Path) -> Parsed<(Vec<Dimension>, Vec<Resolution>, Vec<String>)> 
     let names = channels.into_iter().flatten();
     let names = names.map(|channel| channel.label.unwrap_or_default());
     Ok((dimensions, resolutions, names.collect()))
+}
+
+fn check_axes(dimensions: &[Dimension]) -> Parsed<()> {
+    let count = |wanted: &str| dimensions.iter().filter(|it| it.name == wanted).count();
+    let are_distinct = dimensions.iter().all(|it| count(&it.name) == 1);
+    if are_distinct && count("x") == 1 && count("y") == 1 {
+        return Ok(());
+    }
+    let names: Vec<&str> = dimensions.iter().map(|it| it.name.as_str()).collect();
+    let expected = "x and y, at least, and each axis once";
+    Err(unexpected("axes", &names.join(", "), expected))
+}
+
+fn check_datasets(datasets: &[Dataset]) -> Parsed<()> {
+    let distinct: HashSet<&str> = datasets.iter().map(|it| it.path.as_str()).collect();
+    let count = datasets.len();
+    if (1..=MOST_LEVELS).contains(&count) && distinct.len() == count {
+        return Ok(());
+    }
+    Err(format!(
+        "`datasets` has {count} entries with {} paths, expected 1 to {MOST_LEVELS} resolutions, each with a path of its own",
+        distinct.len()
+    ))
 }
 
 /// The array in a folder of the image's, and the product of its scales along so many axes.
@@ -245,10 +290,11 @@ fn resolution<'a>(
 fn volume(
     dimensions: &[Dimension],
     mut resolutions: Vec<Resolution>,
-    mut names: Vec<String>,
+    names: Vec<String>,
     metadata: Option<PathBuf>,
     overrides: &VolumeOverrides,
 ) -> Keyed<Header> {
+    check_axes(dimensions)?;
     let level = pick("level", overrides.level, resolutions.len() as u32)?;
     let levels = resolutions
         .iter()
@@ -257,18 +303,17 @@ fn volume(
     let Resolution { array, .. } = resolutions.swap_remove(level as usize);
     let length = |name: &str| {
         let mut lengths = dimensions.iter().zip(&array.shape);
-        let found = lengths.find(|(dimension, _)| dimension.name.eq_ignore_ascii_case(name));
+        let found = lengths.find(|(dimension, _)| dimension.name == name);
         found.map_or(1, |(_, length)| u32::try_from(*length).unwrap_or(u32::MAX))
     };
     let channel = pick("channel", overrides.channel, length("c"))?;
     let time = pick("time", overrides.time, length("t"))?;
     let axes = axes(dimensions, &array.shape, channel, time)?;
-    names.resize(length("c").min(MOST_NAMES) as usize, String::new());
     let Level { dims, spacing } = levels[level as usize].clone();
     let storage = Storage {
         compression: array.compression.clone(),
         unit: unit(dimensions, "x").map(symbol),
-        channels: names,
+        channels: channel_names(names, length("c")),
         times: length("t"),
         levels,
         channel: Some(channel),
@@ -298,8 +343,8 @@ fn volume(
 /// What each of an array's axes is for one channel at one time.
 fn axes(dimensions: &[Dimension], shape: &[u64], channel: u32, time: u32) -> Parsed<Vec<Axis>> {
     let axis = |(dimension, length): (&Dimension, &u64)| {
-        let name = dimension.name.to_lowercase();
-        match (space(&name), name.as_str(), length) {
+        let name = dimension.name.as_str();
+        match (space(name), name, length) {
             (Some(a), ..) => Ok(Axis::Space(a)),
             (None, "c", _) => Ok(Axis::Fixed(channel.into())),
             (None, "t", _) => Ok(Axis::Fixed(time.into())),
@@ -314,38 +359,29 @@ fn axes(dimensions: &[Dimension], shape: &[u64], channel: u32, time: u32) -> Par
 }
 
 fn space(name: &str) -> Option<usize> {
-    ["x", "y", "z"]
-        .iter()
-        .position(|axis| name.eq_ignore_ascii_case(axis))
+    ["x", "y", "z"].iter().position(|axis| *axis == name)
 }
 
 fn unit<'a>(dimensions: &'a [Dimension], axis: &str) -> Option<&'a str> {
-    let found = dimensions
-        .iter()
-        .find(|dimension| dimension.name.eq_ignore_ascii_case(axis));
+    let found = dimensions.iter().find(|dimension| dimension.name == axis);
     found.and_then(|dimension| dimension.unit.as_deref())
 }
 
 fn level_of(dimensions: &[Dimension], resolution: &Resolution) -> Parsed<Level> {
     let mut dims = [1; 3];
     let mut spacing = [1.0; 3];
-    let mut seen = [false; 3];
     for (n, dimension) in dimensions.iter().enumerate() {
         if let Some(a) = space(&dimension.name) {
             let size = resolution.array.shape[n];
-            dims[a] = u32::try_from(size)
-                .map_err(|_| format!("its axis {} is {size} long", dimension.name))?;
+            dims[a] = u32::try_from(size).map_err(|_| {
+                let most = u32::MAX;
+                format!(
+                    "its axis {} is {size} long, expected at most {most}",
+                    dimension.name
+                )
+            })?;
             spacing[a] = resolution.scale[n];
-            seen[a] = !seen[a];
         }
-    }
-    if !seen[0] || !seen[1] {
-        let names: Vec<&str> = dimensions.iter().map(|it| it.name.as_str()).collect();
-        return Err(unexpected(
-            "axes",
-            &names.join(", "),
-            "x and y, each once, at least",
-        ));
     }
     let units = ["x", "y", "z"].map(|axis| unit(dimensions, axis));
     Ok(Level {
@@ -357,7 +393,7 @@ fn level_of(dimensions: &[Dimension], resolution: &Resolution) -> Parsed<Level> 
 /// Refuses an array that promises far more than its files hold, which would take a walk through nothing.
 fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
     let enough = expected / MOST_EMPTY + 1;
-    let found = bytes_within(&array.folder, array.file_bytes(), enough, MOST_NESTED);
+    let found = array.promised_bytes(LARGEST_RATIO, enough);
     if found >= enough {
         Ok(())
     } else {
@@ -367,27 +403,4 @@ fn check_promise(array: &Array, expected: u64, dims: [u32; 3]) -> Parsed<()> {
             shape(dims, array.voxel_type)
         ))
     }
-}
-
-/// Bytes to which the files in a folder may decode, each to at most `of_file`; counting stops at `enough`.
-fn bytes_within(folder: &Path, of_file: u64, enough: u64, nested: usize) -> u64 {
-    let mut bytes: u64 = 0;
-    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let is_metadata = name.to_string_lossy().starts_with('.') || name == "zarr.json";
-        let found = match entry.metadata() {
-            Ok(metadata) if metadata.is_file() && !is_metadata => {
-                metadata.len().saturating_mul(LARGEST_RATIO).min(of_file)
-            }
-            Ok(metadata) if metadata.is_dir() && nested > 0 => {
-                bytes_within(&entry.path(), of_file, enough - bytes, nested - 1)
-            }
-            _ => 0,
-        };
-        bytes = bytes.saturating_add(found);
-        if bytes >= enough {
-            return bytes;
-        }
-    }
-    bytes
 }

@@ -16,16 +16,29 @@ pub struct Shard {
     pub is_index_at_end: bool,
 }
 
+/// The codec whose chunks are files of chunks.
+pub const SHARDING: &str = "sharding_indexed";
+
 /// A name and its settings. A name alone may be written as a string.
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "a codec, a grid or a key encoding is none of Zarr 3, expected its name and `configuration`"
+)]
 pub enum Named {
     Name(String),
     Configured {
         name: String,
-        #[serde(default)]
-        configuration: Configuration,
+        configuration: Option<Configuration>,
     },
+}
+
+/// The axes of a transposition. Its first drafts had names for two orders.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Order {
+    Axes(Vec<usize>),
+    Name(String),
 }
 
 /// The settings of all codecs, grids and encodings below.
@@ -34,7 +47,7 @@ pub struct Configuration {
     pub chunk_shape: Option<Vec<u64>>,
     pub separator: Option<String>,
     endian: Option<String>,
-    order: Option<Vec<usize>>,
+    order: Option<Order>,
     cname: Option<String>,
     codecs: Option<Vec<Named>>,
     index_codecs: Option<Vec<Named>>,
@@ -54,7 +67,7 @@ impl Named {
             Named::Configured {
                 name,
                 configuration,
-            } => (name, configuration),
+            } => (name, configuration.unwrap_or_default()),
         }
     }
 }
@@ -124,7 +137,7 @@ impl Pipeline {
             }
             stage = next;
             match next {
-                0 => pipeline.transpose(configuration.order.unwrap_or_default())?,
+                0 => pipeline.transpose(configuration.order)?,
                 1 => {
                     pipeline.endian = match configuration.endian.as_deref() {
                         None => None,
@@ -143,7 +156,17 @@ impl Pipeline {
         Ok(pipeline)
     }
 
-    fn transpose(&mut self, order: Vec<usize>) -> Parsed<()> {
+    fn transpose(&mut self, order: Option<Order>) -> Parsed<()> {
+        let axes = 0..self.order.len();
+        let order = match order {
+            Some(Order::Axes(axes)) => axes,
+            Some(Order::Name(name)) if name == "C" => axes.collect(),
+            Some(Order::Name(name)) if name == "F" => axes.rev().collect(),
+            Some(Order::Name(name)) => {
+                return Err(unexpected("order", &name, "a list of axes, C or F"));
+            }
+            None => return Err("`transpose` has no `order`, expected a list of axes".into()),
+        };
         let mut sorted = order.clone();
         sorted.sort_unstable();
         if !sorted.into_iter().eq(0..self.order.len()) {
@@ -161,11 +184,13 @@ pub fn codec(name: &str) -> Parsed<Codec> {
         "zstd" | "numcodecs.zstd" => Ok(Codec::Zstd),
         "gzip" | "numcodecs.gzip" => Ok(Codec::Gzip),
         "zlib" | "numcodecs.zlib" => Ok(Codec::Zlib),
-        "sharding_indexed" => Err(
+        "lz4" | "numcodecs.lz4" => Ok(Codec::Lz4),
+        "bz2" | "numcodecs.bz2" => Ok(Codec::Bzip2),
+        SHARDING => Err(
             "its shards hold shards, which are not read; write the array again without the inner ones".into(),
         ),
         other => {
-            let expected = "blosc, zstd, gzip or zlib; write the array again with one of them";
+            let expected = "blosc, zstd, gzip, zlib, lz4 or bz2; write the array again with one of them";
             Err(unexpected("compressor", other, expected))
         }
     }

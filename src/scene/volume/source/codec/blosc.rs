@@ -65,7 +65,9 @@ impl<'a> Buffer<'a> {
             ));
         };
         if version > 2 {
-            return Err(format!("it is Blosc of version {version}, expected 1 or 2"));
+            return Err(format!(
+                "its header says version {version} of Blosc, expected 1 or 2; write it again with Blosc 1"
+            ));
         }
         let buffer = Buffer {
             bytes,
@@ -75,7 +77,9 @@ impl<'a> Buffer<'a> {
             block: word(bytes, 8)?,
         };
         match buffer.block {
-            0 if buffer.length > 0 => Err("its blocks are 0 bytes long".into()),
+            0 if buffer.length > 0 => {
+                Err("its header says blocks of 0 bytes, expected at least 1".into())
+            }
             _ => Ok(buffer),
         }
     }
@@ -83,10 +87,10 @@ impl<'a> Buffer<'a> {
     /// The bytes of block `n`, still shuffled.
     fn block(&self, n: usize, length: usize) -> Parsed<Vec<u8>> {
         let begin = word(self.bytes, HEADER + 4 * n)?;
-        let mut rest = self
-            .bytes
-            .get(begin..)
-            .ok_or("a block begins after its end")?;
+        let mut rest = self.bytes.get(begin..).ok_or_else(|| {
+            let all = self.bytes.len();
+            format!("block {n} begins at byte {begin}, expected within its {all} bytes")
+        })?;
         let is_split = self.flags & IS_NOT_SPLIT == 0
             && self.element <= MOST_STREAMS
             && self.block / self.element >= LEAST_STREAM
@@ -95,10 +99,13 @@ impl<'a> Buffer<'a> {
         let mut block = Vec::new();
         for _ in 0..streams {
             let packed = word(rest, 0)?;
-            let packed = rest
-                .get(4..4 + packed)
-                .ok_or("a block ends after its end")?;
-            rest = &rest[4 + packed.len()..];
+            let (packed, after) = rest[4..].split_at_checked(packed).ok_or_else(|| {
+                let left = rest.len() - 4;
+                format!(
+                    "block {n} is {packed} bytes long, expected at most the {left} that are left"
+                )
+            })?;
+            rest = after;
             let expected = length / streams;
             if packed.len() == expected {
                 block.extend_from_slice(packed)
@@ -119,16 +126,16 @@ impl<'a> Buffer<'a> {
     fn stream(&self, packed: &[u8], expected: usize) -> Parsed<Vec<u8>> {
         match self.flags >> 5 {
             0 => blosclz::decode(packed, expected),
-            1 => {
-                let fits = packed.len().saturating_mul(256) >= expected;
-                fits.then_some(())
-                    .ok_or("a block is longer than LZ4 can make it")?;
-                lz4_flex::block::decompress(packed, expected).map_err(|e| e.to_string())
-            }
+            1 => super::lz4(packed, expected),
             3 => Codec::Zlib.unpack(packed, expected),
             4 => Codec::Zstd.unpack(packed, expected),
-            2 => Err("it is compressed with Snappy, expected blosclz, lz4, zlib or zstd".into()),
-            other => Err(format!("its codec is number {other}, expected 0 to 4")),
+            2 => Err(
+                "it is compressed with Snappy, expected blosclz, lz4, zlib or zstd; write it again with one of them"
+                    .into(),
+            ),
+            other => Err(format!(
+                "its header names codec {other}, expected 0, 1, 3 or 4: blosclz, lz4, zlib or zstd"
+            )),
         }
     }
 }

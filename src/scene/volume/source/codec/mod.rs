@@ -11,13 +11,14 @@ mod packbits;
 
 use std::io::Read;
 
-use flate2::read::MultiGzDecoder;
+use bzip2::read::MultiBzDecoder;
 use ruzstd::decoding::StreamingDecoder;
 use zune_inflate::errors::DecodeErrorStatus;
 use zune_inflate::{DeflateDecoder, DeflateOptions};
 
 use crate::fence::fenced;
 use crate::scene::volume::parsed::Parsed;
+use crate::scene::volume::source::gzip::Members;
 
 /// The largest possible ratio of a part's bytes to its compressed bytes: Zstandard repeats one byte 128 Ki times in a
 /// block of 4 bytes. Headers that promise more are refused before anything is decoded.
@@ -32,6 +33,9 @@ pub enum Codec {
     Zlib,
     Gzip,
     Zstd,
+    Bzip2,
+    /// A block of LZ4 behind its decoded length, as Zarr has it.
+    Lz4,
     Blosc,
     /// In TIFF's variant: the high bits first, and codes that grow one step early.
     Lzw,
@@ -46,6 +50,8 @@ impl Codec {
             Codec::Zlib => "deflate",
             Codec::Gzip => "gzip",
             Codec::Zstd => "zstd",
+            Codec::Bzip2 => "bzip2",
+            Codec::Lz4 => "LZ4",
             Codec::Blosc => "blosc",
             Codec::Lzw => "LZW",
             Codec::PackBits => "PackBits",
@@ -80,16 +86,35 @@ impl Codec {
         match self {
             Codec::Plain => Ok(packed.to_vec()),
             Codec::Zlib => inflate(packed, expected),
-            Codec::Gzip => all_of(MultiGzDecoder::new(packed), packed, expected),
+            Codec::Gzip => all_of(Members::new(packed), packed, expected),
             Codec::Zstd => {
                 let decoder = StreamingDecoder::new(packed).map_err(|e| e.to_string())?;
                 all_of(decoder, packed, expected)
+            }
+            Codec::Bzip2 => all_of(MultiBzDecoder::new(packed), packed, expected),
+            Codec::Lz4 => {
+                let block = packed
+                    .get(4..)
+                    .ok_or("it is shorter than its header of 4 bytes")?;
+                lz4(block, expected)
             }
             Codec::Blosc => blosc::decode(packed, expected),
             Codec::Lzw => lzw::decode(packed, expected),
             Codec::PackBits => Ok(packbits::decode(packed, expected)),
         }
     }
+}
+
+/// A block of LZ4. Its decoder needs all its place beforehand, so a promise that no block can keep is refused.
+fn lz4(block: &[u8], expected: usize) -> Parsed<Vec<u8>> {
+    const LARGEST_LZ4_RATIO: usize = 256;
+    if block.len().saturating_mul(LARGEST_LZ4_RATIO) < expected {
+        return Err(format!(
+            "{} bytes of LZ4 cannot hold the {expected} expected",
+            block.len()
+        ));
+    }
+    lz4_flex::block::decompress(block, expected).map_err(|e| e.to_string())
 }
 
 fn reserved(packed: &[u8], expected: usize) -> Vec<u8> {
