@@ -28,6 +28,8 @@ pub struct Tiff {
     pub rows_per_strip: u32,
     /// Whether the last strip is as long as the others.
     pub pads_strips: bool,
+    /// What a pixel's values are: 1 is grey, 2 red, green and blue.
+    pub photometric: u16,
     /// Of the first page.
     pub description: String,
     /// Pixels in a unit of length.
@@ -45,6 +47,7 @@ impl Default for Tiff {
             tile: None,
             rows_per_strip: 2,
             pads_strips: false,
+            photometric: 1,
             description: String::new(),
             resolution: None,
             more: Vec::new(),
@@ -150,7 +153,7 @@ impl Tiff {
             long(257, height),
             short(258, 8 * page.voxel_type.bytes() as u32),
             short(259, self.compression.into()),
-            short(262, 1),
+            short(262, self.photometric.into()),
             entry(at, kind, wide, &offsets, endian),
             entry(length, kind, wide, &counts, endian),
             short(317, self.predictor.into()),

@@ -62,6 +62,29 @@ fn imagej_may_measure_depth_in_another_unit() {
     assert_eq!(volume.spacing, [0.25, 0.5, 0.05]);
 }
 
+/// Without a unit in the description, as tifffile writes it, TIFF's own tag says what pixels are counted in.
+#[test]
+fn imagej_takes_the_unit_of_tiff() {
+    let array = textured([4, 3, 2], VoxelType::U8, Endian::Big);
+    for (unit, pixels, spacing, named) in [
+        (Some(1), 2, [0.5, 0.5, 2.0], None),
+        (Some(2), 4, [0.25, 0.25, 2.0], Some("inch")),
+        (Some(2), 72, [1.0, 1.0, 2.0], None),
+        (Some(3), 4, [0.25, 0.25, 2.0], Some("cm")),
+        (None, 4, [1.0, 1.0, 2.0], None),
+    ] {
+        let tiff = Tiff {
+            description: "ImageJ=1.11a\nimages=2\nslices=2\nspacing=2.0\n".into(),
+            resolution: Some([pixels; 2]),
+            more: unit.map(|unit| (296, unit)).into_iter().collect(),
+            ..Tiff::default()
+        };
+        let volume = load_bytes("v.tif", tiff.write(&array));
+        assert_eq!(volume.spacing, spacing, "{unit:?}");
+        assert_eq!(volume.storage.unit.as_deref(), named, "{unit:?}");
+    }
+}
+
 /// As it saves a stack as a sequence of images: each has the calibration, and none the distance to the next.
 #[test]
 fn a_folder_of_imagej_pages_is_calibrated() {

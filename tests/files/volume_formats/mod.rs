@@ -12,6 +12,7 @@ mod refusals;
 mod regions;
 mod several;
 mod tiff;
+mod tiff_channels;
 mod tiff_pages;
 mod values;
 mod vdb;

@@ -28,6 +28,7 @@ pub enum Tag {
     XResolution = 282,
     YResolution = 283,
     PlanarConfiguration = 284,
+    ResolutionUnit = 296,
     Predictor = 317,
     TileWidth = 322,
     TileLength = 323,
@@ -37,6 +38,9 @@ pub enum Tag {
     SampleFormat = 339,
     ImageDepth = 32997,
 }
+
+/// The most coarser copies of a page, each of which is usually half as large as the one before.
+const MOST_COPIES: u64 = 64;
 
 /// The tags of one page, and the offset of the next page's directory; 0 if there is none.
 #[derive(Debug)]
@@ -139,6 +143,20 @@ impl<'a> Directories<'a> {
         Ok(full)
     }
 
+    /// Offsets of the directories of a page's coarser copies.
+    pub fn coarser(&self, page: &Directory) -> Parsed<Vec<u64>> {
+        let copies = self.first_numbers(page, Tag::SubIfds, MOST_COPIES + 1)?;
+        let copies = copies.unwrap_or_default();
+        let distinct: HashSet<&u64> = copies.iter().collect();
+        if copies.len() as u64 <= MOST_COPIES && distinct.len() == copies.len() {
+            Ok(copies)
+        } else {
+            Err(format!(
+                "`SubIfds` names more than {MOST_COPIES} coarser copies of a page, or one of them twice: the file is damaged"
+            ))
+        }
+    }
+
     /// The directory at an offset of the file.
     pub fn read(&self, at: u64) -> Parsed<Directory> {
         let (head, size, inline) = if self.is_big { (8, 20, 8) } else { (2, 12, 4) };
@@ -172,21 +190,32 @@ impl<'a> Directories<'a> {
 
     /// Whole numbers; `None` if there is no such tag.
     pub fn numbers(&self, directory: &Directory, tag: Tag) -> Parsed<Option<Vec<u64>>> {
-        let Some(field) = directory.fields.get(&(tag as u16)) else {
+        self.first_numbers(directory, tag, u64::MAX)
+    }
+
+    /// The first `most` of them. Many directories can share one long list, so none is read further than is needed.
+    pub fn first_numbers(
+        &self,
+        directory: &Directory,
+        tag: Tag,
+        most: u64,
+    ) -> Parsed<Option<Vec<u64>>> {
+        let Some(mut field) = directory.fields.get(&(tag as u16)).copied() else {
             return Ok(None);
         };
+        field.count = field.count.min(most);
         let size = match field.kind {
             1 | 3 | 4 | 13 | 16 | 18 => field.size().unwrap_or(1),
             kind => return Err(format!("`{tag:?}` has type {kind}, expected whole numbers")),
         };
-        let bytes = self.value(field, tag, size)?;
+        let bytes = self.value(&field, tag, size)?;
         let numbers = bytes.chunks_exact(size as usize);
         Ok(Some(numbers.map(|n| self.endian.number(n)).collect()))
     }
 
     /// One whole number.
     pub fn number(&self, directory: &Directory, tag: Tag) -> Parsed<Option<u64>> {
-        let numbers = self.numbers(directory, tag)?;
+        let numbers = self.first_numbers(directory, tag, 1)?;
         Ok(numbers.and_then(|numbers| numbers.first().copied()))
     }
 

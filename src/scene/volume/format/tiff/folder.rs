@@ -26,7 +26,7 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let files = files(path)?;
     let pages = files.par_iter().map(|file| {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
-        page(file).map_err(|fault| format!("{name} {fault}"))
+        page(file).map_err(|fault| format!("{name}: {fault}"))
     });
     // All results are collected, so that the first fault is always the one that is reported.
     let pages: Vec<Parsed<Page>> = pages.collect();
@@ -34,7 +34,7 @@ pub fn read_folder(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let layout = pages[0].layout;
     let name = files[0].file_name().unwrap_or_default().to_string_lossy();
     let mut meaning =
-        meaning(&files[0], pages.len(), &layout).map_err(|fault| format!("{name} {fault}"))?;
+        meaning(&files[0], pages.len(), &layout).map_err(|fault| format!("{name}: {fault}"))?;
     let stems = files.iter().filter_map(|file| file.file_stem());
     let stems: Vec<_> = stems.map(|stem| stem.to_string_lossy()).collect();
     meaning.notes.extend(doubt(&stems));

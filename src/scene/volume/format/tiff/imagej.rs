@@ -16,12 +16,38 @@ pub fn images(description: &str) -> Parsed<u64> {
     count(description, "images")
 }
 
-/// `resolution`: pixels per unit of length along x and y.
+/// How many pixels along x and y are as long as a unit, by the tags that every TIFF file may have.
+pub struct Resolution {
+    pub pixels: [Option<f64>; 2],
+    /// 1 is a unit without a name, 2 are inches and 3 centimetres.
+    pub unit: Option<u64>,
+}
+
+/// The dots of an inch that programs write which know no size.
+const NO_SIZE: f64 = 72.0;
+
+impl Resolution {
+    /// The lengths of a pixel and their unit, for a description that names no unit.
+    fn undescribed(&self) -> ([Option<f64>; 2], Option<&'static str>) {
+        let unit = match self.unit {
+            Some(1) => None,
+            Some(2) if self.pixels[0] != Some(NO_SIZE) => Some("inch"),
+            Some(3) => Some("cm"),
+            _ => return ([None; 2], None),
+        };
+        (self.lengths(), unit)
+    }
+
+    fn lengths(&self) -> [Option<f64>; 2] {
+        self.pixels.map(|pixels| pixels.map(|n| 1.0 / n))
+    }
+}
+
 pub fn meaning(
     description: &str,
     pages: usize,
     layout: &Layout,
-    resolution: [Option<f64>; 2],
+    resolution: &Resolution,
 ) -> Parsed<Meaning> {
     let [channels, slices, frames] =
         ["channels", "slices", "frames"].map(|key| count(description, key));
@@ -33,12 +59,14 @@ pub fn meaning(
     let depth = depth.or((images(description)? > 1).then_some(1.0));
     // Units of y and z stand there only if they differ from that of x.
     let [unit, of_y, of_z] = ["unit", "yunit", "zunit"].map(|key| unit(description, key));
-    // Without a unit lengths are counted in pixels.
-    let units = match unit {
-        Some(_) => [unit, of_y.or(unit), of_z.or(unit)],
-        None => [None; 3],
+    let (lengths, units) = match unit {
+        Some(_) => (resolution.lengths(), [unit, of_y.or(unit), of_z.or(unit)]),
+        None => {
+            let (lengths, unit) = resolution.undescribed();
+            (lengths, [unit; 3])
+        }
     };
-    let [x, y] = resolution.map(|pixels| pixels.filter(|_| unit.is_some()).map(|n| 1.0 / n));
+    let [x, y] = lengths;
     let mut meaning = Meaning {
         size: VoxelSize::new("ImageJ", [x, y, depth], units, 1.0),
         ..Meaning::stack(pages, layout.samples)
@@ -49,7 +77,7 @@ pub fn meaning(
     }
     // Numbers that do not fit the file are those of a stack that was changed by another program.
     if planes == pages as u64 && layout.samples == 1 && channels * frames > 1 {
-        meaning.channels = vec![String::new(); channels as usize];
+        meaning.channels = channels as u32;
         meaning.times = frames as u32;
         meaning.depth = slices as usize;
         meaning.order = [1, channels as usize, (channels * slices) as usize];

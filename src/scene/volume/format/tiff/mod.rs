@@ -29,6 +29,7 @@ use voxel_size::VoxelSize;
 pub use folder::{is_page, read_folder};
 
 use super::header::{Header, pick};
+use super::several::channel_names;
 use crate::scene::volume::Source;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::overrides::VolumeOverrides;
@@ -47,8 +48,10 @@ struct Meaning {
     intercept: f64,
     /// Slices of each channel at each time.
     depth: usize,
-    /// The channels' names, or "". The samples of one pixel are channels, too.
-    channels: Vec<String>,
+    /// The samples of one pixel are channels, too.
+    channels: u32,
+    /// The names of the first channels, or "".
+    names: Vec<String>,
     times: u32,
     /// Distance, in planes, to the next channel, slice and time.
     order: [usize; 3],
@@ -68,7 +71,8 @@ impl Meaning {
             slope: 1.0,
             intercept: 0.0,
             depth: pages,
-            channels: vec![String::new(); samples as usize],
+            channels: samples,
+            names: Vec::new(),
             times: 1,
             order: [0, 1, 0],
             places: (0..pages).collect(),
@@ -85,9 +89,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let first = full.first().ok_or("has no page in full resolution")?;
     let description = directories.text(first, Tag::ImageDescription)?;
     let level = overrides.level.unwrap_or(0);
-    let coarser = directories
-        .numbers(first, Tag::SubIfds)?
-        .unwrap_or_default();
+    let coarser = directories.coarser(first)?;
     let page = |n: usize| {
         let page = directories
             .at_level(&full[n], level)
@@ -160,7 +162,11 @@ fn imagej_meaning(
     let description = directories.text(first, Tag::ImageDescription)?;
     let resolution = [Tag::XResolution, Tag::YResolution];
     let [x, y] = resolution.map(|tag| directories.fraction(first, tag));
-    imagej::meaning(&description, pages, layout, [x?, y?])
+    let resolution = imagej::Resolution {
+        pixels: [x?, y?],
+        unit: directories.number(first, Tag::ResolutionUnit)?,
+    };
+    imagej::meaning(&description, pages, layout, &resolution)
 }
 
 impl Directories<'_> {
@@ -169,8 +175,7 @@ impl Directories<'_> {
         if level == 0 {
             return Ok(None);
         }
-        let levels = self.numbers(directory, Tag::SubIfds)?.unwrap_or_default();
-        match levels.get(level as usize - 1) {
+        match self.coarser(directory)?.get(level as usize - 1) {
             Some(at) => self.read(*at).map(Some),
             None => Err(format!("has no level {level}")),
         }
@@ -185,20 +190,19 @@ fn stack(
     overrides: &VolumeOverrides,
     page: impl Fn(usize) -> Parsed<Page>,
 ) -> Keyed<Header> {
-    if meaning.samples > 1 && overrides.channel.is_none() {
-        return Err(format!(
-            "is in colour: its pixels have {} values, expected 1; pick one with `--set \
-             volume.channel=0`",
-            meaning.samples
-        )
-        .into());
-    }
-    let channels = meaning.channels.len() as u32;
-    let channel = pick("channel", overrides.channel, channels)?;
+    let channel = pick("channel", overrides.channel, meaning.channels)?;
     let time = pick("time", overrides.time, meaning.times)?;
     let level = pick("level", overrides.level, sizes.len() as u32)?;
     let pages = pages_of(&meaning, channel, time, page)?;
     let layout = pages[0].layout;
+    if layout.samples > 1 && !layout.is_grey && overrides.channel.is_none() {
+        return Err(format!(
+            "is in colour: its pixels have {} values, expected 1; pick one with `--set \
+             volume.channel=0`",
+            layout.samples
+        )
+        .into());
+    }
     let dims = [layout.size[0], layout.size[1], pages.len() as u32];
     check_promise(&pages, layout, dims)?;
     let levels = levels(&meaning, &sizes);
@@ -210,7 +214,7 @@ fn stack(
     let storage = Storage {
         compression: (layout.codec != Codec::Plain).then(|| layout.codec.name().to_string()),
         unit: meaning.size.unit,
-        channels: meaning.channels,
+        channels: channel_names(meaning.names, meaning.channels),
         times: meaning.times,
         levels,
         channel: Some(channel),

@@ -3,11 +3,14 @@
 //!
 //! Only sizes, units and the order of pages are read. The author and the subject of the image are not.
 
+use std::iter::{once, repeat_n};
+
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::Meaning;
 use super::voxel_size::VoxelSize;
 use crate::scene::volume::format::header::unexpected;
+use crate::scene::volume::format::several::channel_names;
 use crate::scene::volume::parsed::Parsed;
 
 /// Nodes for each page of the file, and for everything that is not about pages.
@@ -73,17 +76,17 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
              files, or were never written; write the set as one file"
         ));
     }
-    let mut names: Vec<String> = Vec::new();
-    for channel in pixels.children().filter(|node| is(node, "Channel")) {
+    let described = pixels.children().filter(|node| is(node, "Channel"));
+    let names = described.flat_map(|channel| {
         let name = channel.attribute("Name").unwrap_or_default().to_string();
-        let samples = match channel.attribute("SamplesPerPixel") {
-            Some(_) => samples,
-            None => 1,
+        let others = match channel.attribute("SamplesPerPixel") {
+            Some(_) => samples as usize - 1,
+            None => 0,
         };
-        let left = (channels as usize).saturating_sub(names.len());
-        names.extend(std::iter::repeat_n(name, left.min(samples as usize)));
-    }
-    names.resize(channels as usize, String::new());
+        // A name for each sample would be as many copies of it as a file likes.
+        once(name).chain(repeat_n(String::new(), others))
+    });
+    let names = channel_names(names, channels);
     let sizes = [channels / samples, depth, times].map(|size| size as usize);
     let order = order(pixels.attribute("DimensionOrder").unwrap_or("XYZCT"), sizes)?;
     let places = places(&pixels, order, planes as usize, pages)?;
@@ -91,7 +94,8 @@ pub fn meaning(description: &str, pages: usize, samples: u32) -> Parsed<Meaning>
         size,
         notes,
         depth: depth as usize,
-        channels: names,
+        channels,
+        names,
         times,
         order,
         places,

@@ -28,6 +28,8 @@ pub struct Layout {
     pub is_tiled: bool,
     pub codec: Codec,
     predictor: Predictor,
+    /// Whether a pixel's values, each by itself, are shades of grey.
+    pub is_grey: bool,
     /// Whether small values are displayed bright.
     pub is_white_zero: bool,
 }
@@ -75,9 +77,10 @@ impl Page {
         };
         let samples = number(Tag::SamplesPerPixel)?.unwrap_or(1);
         let samples = within(Tag::SamplesPerPixel, samples, MOST_SAMPLES)?;
+        let shades = number(Tag::PhotometricInterpretation)?;
         let layout = Layout {
             size,
-            voxel_type: voxel_type(directories, directory)?,
+            voxel_type: voxel_type(directories, directory, samples)?,
             endian: directories.endian,
             samples,
             is_planar: samples > 1 && number(Tag::PlanarConfiguration)? == Some(2),
@@ -85,7 +88,8 @@ impl Page {
             is_tiled,
             codec: codec(number(Tag::Compression)?.unwrap_or(1))?,
             predictor: predictor(number(Tag::Predictor)?.unwrap_or(1))?,
-            is_white_zero: number(Tag::PhotometricInterpretation)? == Some(0),
+            is_grey: matches!(shades, None | Some(0 | 1)),
+            is_white_zero: shades == Some(0),
         };
         layout.check()?;
         Ok(Page {
@@ -202,8 +206,8 @@ fn places(
     } else {
         Tag::StripByteCounts
     };
-    let lengths = directories.numbers(directory, lengths)?;
     let offsets = offsets.ok_or("has neither `StripOffsets` nor `TileOffsets`")?;
+    let lengths = directories.first_numbers(directory, lengths, offsets.len() as u64 + 1)?;
     // Without compression it is known how long they are, and some programs write nothing or nonsense.
     let lengths = match (lengths, layout.codec) {
         (Some(lengths), _) if lengths.len() == offsets.len() => lengths,
@@ -335,16 +339,19 @@ fn join_bytes(row: &mut [u8], size: usize, endian: Endian) {
     }
 }
 
-fn voxel_type(directories: &Directories, directory: &Directory) -> Parsed<VoxelType> {
-    let bits = directories.numbers(directory, Tag::BitsPerSample)?;
+fn voxel_type(directories: &Directories, directory: &Directory, samples: u32) -> Parsed<VoxelType> {
+    let of_samples = |tag| directories.first_numbers(directory, tag, samples.into());
+    let bits = of_samples(Tag::BitsPerSample)?;
     let bits = bits.filter(|bits| !bits.is_empty()).unwrap_or(vec![1]);
-    let formats = directories.numbers(directory, Tag::SampleFormat)?;
+    let formats = of_samples(Tag::SampleFormat)?;
     let formats = formats
         .filter(|formats| !formats.is_empty())
         .unwrap_or(vec![1]);
     let is_even = |numbers: &[u64]| numbers.iter().all(|number| *number == numbers[0]);
     if !is_even(&bits) || !is_even(&formats) {
-        return Err("has samples of several types, expected one".into());
+        return Err(
+            "its pixels have values of several types, expected one; write it again with one type for all".into(),
+        );
     }
     let known = u32::try_from(bits[0])
         .ok()
