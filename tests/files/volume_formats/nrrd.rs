@@ -227,3 +227,9 @@ fn nrrd_axes_from_a_minimum_to_a_maximum_have_a_spacing() {
     let about_ends = |note: &String| note.contains("axis mins");
     assert!(!volume.notes.iter().any(about_ends), "{:?}", volume.notes);
 }
+
+#[test]
+fn a_negative_spacing_is_as_long() {
+    let volume = load_bytes("v.nrrd", u8s().nrrd("raw", "spacings: 0.5 -1 -2\n"));
+    assert_eq!(volume.spacing, [0.5, 1.0, 2.0]);
+}

@@ -137,7 +137,7 @@ fn geometry(
         Some(sizes) => {
             let sizes: Vec<f64> = sizes;
             let why = "a `spacings` of NaN means";
-            (axes.spatial.map(|axis| sizes[axis]), why)
+            (axes.spatial.map(|axis| sizes[axis].abs()), why)
         }
         None => {
             let why = "`axis mins` and `axis maxs` without an extent mean";
