@@ -6,6 +6,7 @@ use super::packed::Compression;
 use super::stream::Stream;
 use super::transform::{self, Geometry};
 use crate::error::first_of;
+use crate::scene::volume::format::header::unexpected;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::watched::WatchedFile;
 
@@ -162,7 +163,14 @@ impl GridHead {
     fn read(file: &WatchedFile, listed: &Listed) -> Parsed<GridHead> {
         let mut stream = Stream::new(file, listed.at, HEAD);
         Ok(GridHead {
-            number: listed.number.ok_or("it has no numbers")?,
+            number: listed.number.ok_or_else(|| {
+                let found = &listed.grid_type;
+                unexpected(
+                    "grid type",
+                    found,
+                    "one of numbers, such as Tree_float_5_4_3",
+                )
+            })?,
             compression: Compression::read(&mut stream)?,
             class: metadata(&mut stream, Some("class"))?,
             geometry: transform::read(&mut stream)?,

@@ -2,7 +2,8 @@
 //! 16³ slots of 8³ voxels, and leaves with 8³ voxels (`openvdb/tree`). A slot holds a node, or one value for all of its
 //! voxels. In every array z is the fastest index.
 //!
-//! Nodes are kept about as compact as they are in the file, since a file may consist of little else.
+//! A file may consist of little else than nodes, so a node whose slots all have one value keeps that value alone. Any other keeps
+//! all of its slots' values, which is up to about 30 times what the file needs for them.
 
 use std::collections::BTreeMap;
 
@@ -127,12 +128,16 @@ impl Tree {
     pub fn dims(&self) -> Parsed<[u32; 3]> {
         let [low, high] = self.active;
         if low[0] > high[0] {
-            return Err("it has no active voxel".into());
+            let none = "it has no active voxel, expected at least one; pick another grid, or write this one with voxels in it";
+            return Err(none.into());
         }
         let mut dims = [0; 3];
         for a in 0..3 {
             let size = high[a] - low[a];
-            dims[a] = u32::try_from(size).map_err(|_| format!("it is {size} voxels long"))?;
+            dims[a] = u32::try_from(size).map_err(|_| {
+                let (axis, most) = (["x", "y", "z"][a], u32::MAX);
+                format!("its active voxels take {size} places along {axis}, expected at most {most}; write a part of it")
+            })?;
         }
         Ok(dims)
     }
