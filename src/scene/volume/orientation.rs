@@ -7,6 +7,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use glam::{DMat3, DVec3};
+
 use crate::error::{Error, Result};
 
 /// The anatomical directions in which i, j and k grow.
@@ -167,7 +169,7 @@ impl Orientation {
         steps: [[f64; 3]; 3],
         frame: Coordinates,
     ) -> std::result::Result<([f64; 3], Orientation), String> {
-        let spacing = steps.map(|step| dot(step, step).sqrt());
+        let spacing = steps.map(|step| DVec3::from(step).length());
         for a in 0..3 {
             if !spacing[a].is_normal() {
                 return Err(format!(
@@ -179,7 +181,7 @@ impl Orientation {
         }
         let units: [[f64; 3]; 3] = std::array::from_fn(|a| steps[a].map(|x| x / spacing[a]));
         for (a, b, names) in [(0, 1, "i and j"), (0, 2, "i and k"), (1, 2, "j and k")] {
-            check_right_angle(names, dot(units[a], units[b]))?;
+            check_right_angle(names, DVec3::from(units[a]).dot(units[b].into()))?;
         }
         let left_handed = (determinant(units) < 0.0) != frame.left_handed();
         let axes = match frame {
@@ -237,15 +239,6 @@ fn nearest(units: [[f64; 3]; 3], world: Axes, left_handed: bool) -> Axes {
         .unwrap_or(world)
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 fn determinant([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    let cross = [
-        b[1] * c[2] - b[2] * c[1],
-        b[2] * c[0] - b[0] * c[2],
-        b[0] * c[1] - b[1] * c[0],
-    ];
-    dot(a, cross)
+    DMat3::from_cols_array_2d(&[a, b, c]).determinant()
 }
