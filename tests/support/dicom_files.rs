@@ -16,7 +16,7 @@ enum Value {
     Text(String),
     Words(Vec<u16>),
     Long(u32),
-    Double(f64),
+    Doubles(Vec<f64>),
     Items(Vec<Object>),
 }
 
@@ -45,8 +45,12 @@ impl Object {
         self
     }
 
-    pub fn double(mut self, tag: Tag, double: f64) -> Object {
-        self.0.insert(tag, ("FD", Value::Double(double)));
+    pub fn double(self, tag: Tag, double: f64) -> Object {
+        self.doubles(tag, &[double])
+    }
+
+    pub fn doubles(mut self, tag: Tag, doubles: &[f64]) -> Object {
+        self.0.insert(tag, ("FD", Value::Doubles(doubles.to_vec())));
         self
     }
 
@@ -79,13 +83,15 @@ impl Object {
                     to.element(*tag, vr, 4, bytes);
                     bytes.extend(to.u32(*long));
                 }
-                Value::Double(double) => {
-                    to.element(*tag, vr, 8, bytes);
-                    let mut double = double.to_le_bytes();
-                    if to.is_big {
-                        double.reverse();
+                Value::Doubles(doubles) => {
+                    to.element(*tag, vr, 8 * doubles.len() as u32, bytes);
+                    for double in doubles {
+                        let mut double = double.to_le_bytes();
+                        if to.is_big {
+                            double.reverse();
+                        }
+                        bytes.extend(double);
                     }
-                    bytes.extend(double);
                 }
                 Value::Items(items) => {
                     // Without a length where types are written, and with one where they are not.

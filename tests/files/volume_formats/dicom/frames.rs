@@ -91,3 +91,43 @@ fn images_without_a_place_beside_slices_are_passed_over_and_told() {
     assert_eq!(values(&volume), hounsfield());
     has(&volume.notes, "1 × image without a place in the patient");
 }
+
+/// Enhanced ultrasound has axes of its own, which nobody knows in the patient.
+#[test]
+fn slices_of_ultrasound_lie_in_their_own_axes() {
+    let scan = Scan::ct();
+    let directions = Object::default().doubles((0x20, 0x9302), &[0.0, 1.0, 0.0, -1.0, 0.0, 0.0]);
+    let bytes = scan.enhanced_with(Syntax::Implicit, |n, group| {
+        let place = Object::default().doubles((0x20, 0x9301), &[5.0, 6.0, 0.75 * n as f64]);
+        group
+            .without((0x20, 0x9113))
+            .items((0x20, 0x930e), vec![place])
+            .items((0x20, 0x930f), vec![directions.clone()])
+    });
+    let folder = folder();
+    let volume = plain(&write(folder.path(), "us.dcm", bytes));
+    assert_eq!(volume.spacing, [0.5, 0.75, 0.75]);
+    assert_eq!(volume.axes, None);
+    assert_eq!(values(&volume), hounsfield());
+}
+
+/// What is said of a size that is not stated is untrue where the user states it.
+#[test]
+fn an_unknown_size_of_pixels_is_told() {
+    let folder = folder();
+    let scan = Scan::ct();
+    for n in 0..SLICES {
+        let header = scan.header(n).without((0x28, 0x30));
+        let words = [scan.slices[n].words.clone()];
+        let bytes = file(&header, Syntax::Explicit, Pixels::Words(&words), COLUMNS);
+        write(folder.path(), &n.to_string(), bytes);
+    }
+    let told = "the size of its pixels is not known and taken as 1 mm";
+    has(&plain(folder.path()).notes, told);
+    let spacing = VolumeOverrides {
+        spacing: Some([0.5, 0.5, 2.0]),
+        ..VolumeOverrides::default()
+    };
+    let volume = Volume::load(folder.path(), &spacing).unwrap();
+    assert!(volume.notes.iter().all(|note| !note.contains(told)));
+}

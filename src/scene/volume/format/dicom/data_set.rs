@@ -132,6 +132,13 @@ impl DataSet {
         }
     }
 
+    /// Exactly so many finite doubles.
+    pub fn doubles<const N: usize>(&self, tag: Tag) -> Option<[f64; N]> {
+        let numbers: Vec<f64> = self.longs(tag).into_iter().map(f64::from_bits).collect();
+        let numbers: [f64; N] = numbers.try_into().ok()?;
+        numbers.iter().all(|n| n.is_finite()).then_some(numbers)
+    }
+
     /// Numbers of 64 bits.
     pub fn longs(&self, tag: Tag) -> Vec<u64> {
         let Some((bytes, syntax)) = self.plain(tag) else {

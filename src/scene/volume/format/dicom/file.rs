@@ -14,7 +14,7 @@ use super::data_set::{DataSet, numeric};
 use super::elements::{self, Pixels};
 use super::stream::Stream;
 use super::syntax::{
-    EXPLICIT_LITTLE, GDCMCONV, IMPLICIT_LITTLE, Syntax, TransferSyntax, transfer_syntax,
+    EXPLICIT_LITTLE, GDCMCONV, IMPLICIT_LITTLE, PLAIN, Syntax, TransferSyntax, transfer_syntax,
 };
 use super::tags;
 use crate::scene::volume::parsed::Parsed;
@@ -93,10 +93,7 @@ fn parse_open(
     let length = metadata.len();
     let (begin, transfer) = match beginning(stream, length)? {
         Beginning::Other => return Ok(None),
-        Beginning::Bare(syntax) => {
-            let plain = transfer_syntax(EXPLICIT_LITTLE).ok_or("no syntax")?;
-            (0, TransferSyntax { syntax, ..plain })
-        }
+        Beginning::Bare(syntax) => (0, TransferSyntax { syntax, ..PLAIN }),
         Beginning::Meta(at) => {
             let (meta, end) = elements::read_group(stream, at, 2)?;
             (end, transfer_of(&meta, stream, end)?)

@@ -4,11 +4,12 @@
 //! all of them; all other elements are in the object itself. Looking a value up in that order turns both kinds into a
 //! list of the same frames.
 
+use glam::DVec3;
+
 use crate::scene::volume::parsed::Parsed;
 
 use super::data_set::DataSet;
 use super::tags::{self, Tag};
-use super::vector::{self, Vector};
 
 /// One picture.
 #[derive(Debug, Clone)]
@@ -24,17 +25,32 @@ pub struct Frame {
     pub intercept: f64,
     pub image_type: String,
     pub acquisition: String,
-    /// All other properties that distinguish frames at one place: echo, time, b-value, stack, energy window.
-    pub kind: String,
+    pub kind: Kind,
 }
 
-/// Where a slice lies in the patient: x to the left, y to the back, z to the head, in millimetres.
+/// All other properties that distinguish frames at one place.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Kind {
+    echo: Option<String>,
+    time: Option<String>,
+    time_index: Option<u32>,
+    /// The bits of a number.
+    b_value: Option<u64>,
+    stack: Option<String>,
+    /// The frame's number in each of [`tags::VECTORS`].
+    numbers: Vec<Option<u16>>,
+}
+
+/// Where a slice lies, in millimetres.
 #[derive(Debug, Clone, Copy)]
 pub struct Plane {
     /// The centre of the first voxel.
-    pub position: Vector,
+    pub position: DVec3,
     /// Unit vectors along a row and along a column.
-    pub along: [Vector; 2],
+    pub along: [DVec3; 2],
+    /// Whether x grows to the patient's left, y to the back and z to the head. The volumes of ultrasound have axes of
+    /// their own.
+    pub is_in_patient: bool,
 }
 
 /// The data sets that describe a frame: what the first of them says counts.
@@ -93,31 +109,50 @@ impl<'a> Places<'a> {
         }
     }
 
+    fn doubles<const N: usize>(&self, sequence: Tag, tag: Tag) -> Option<[f64; N]> {
+        let mut holders = self.holders(sequence);
+        holders.find_map(|holder| holder.doubles(tag))
+    }
+
     fn plane(&self) -> Parsed<Option<Plane>> {
+        let name = "ImageOrientationPatient";
         let position =
             self.decimals(tags::PLANE_POSITION, tags::POSITION, "ImagePositionPatient")?;
-        let orientation = self.decimals(
-            tags::PLANE_ORIENTATION,
-            tags::ORIENTATION,
-            "ImageOrientationPatient",
-        )?;
-        let (Some(position), Some([a, b, c, d, e, f])) = (position, orientation) else {
+        let orientation = self.decimals(tags::PLANE_ORIENTATION, tags::ORIENTATION, name)?;
+        if let (Some(position), Some(orientation)) = (position, orientation) {
+            return plane(position, orientation, name).map(Some);
+        }
+        let position = self.doubles(tags::PLANE_VOLUME_POSITION, tags::VOLUME_POSITION);
+        let orientation = self.doubles(tags::PLANE_VOLUME_ORIENTATION, tags::VOLUME_ORIENTATION);
+        let (Some(position), Some(orientation)) = (position, orientation) else {
             return Ok(None);
         };
-        let along = [[a, b, c], [d, e, f]].map(vector::unit);
-        match along {
-            [Some(row), Some(column)] if vector::unit(vector::cross(row, column)).is_some() => {
-                Ok(Some(Plane {
-                    position,
-                    along: [row, column],
-                }))
-            }
-            _ => Err(format!(
-                "its ImageOrientationPatient is {a}\\{b}\\{c}\\{d}\\{e}\\{f}, expected two directions that \
-                 differ"
-            )),
-        }
+        Ok(Some(Plane {
+            is_in_patient: false,
+            ..plane(position, orientation, "ImageOrientationVolume")?
+        }))
     }
+}
+
+/// A plane in the patient; `name` is that of the element with its directions.
+fn plane(position: [f64; 3], [a, b, c, d, e, f]: [f64; 6], name: &str) -> Parsed<Plane> {
+    let along = [DVec3::new(a, b, c), DVec3::new(d, e, f)].map(unit);
+    match along {
+        [Some(row), Some(column)] if unit(row.cross(column)).is_some() => Ok(Plane {
+            position: position.into(),
+            along: [row, column],
+            is_in_patient: true,
+        }),
+        _ => Err(format!(
+            "its {name} is {a}\\{b}\\{c}\\{d}\\{e}\\{f}, expected two directions that differ"
+        )),
+    }
+}
+
+/// The direction of a vector, if it has one.
+pub fn unit(vector: DVec3) -> Option<DVec3> {
+    let length = vector.length();
+    (length.is_finite() && length > 1e-6).then(|| length.recip() * vector)
 }
 
 /// Whether an image says where its first frame lies in the patient, and how large its pixels are.
@@ -139,8 +174,7 @@ pub fn frames(data: &DataSet, frame_count: u32, file_bytes: u64) -> Parsed<Vec<F
     }
     if !each.is_empty() {
         return Err(format!(
-            "it has {} frames and describes {} of them",
-            frame_count,
+            "it has {frame_count} frames and describes {} of them, expected all: the file is damaged",
             each.len()
         ));
     }
@@ -153,16 +187,19 @@ pub fn frames(data: &DataSet, frame_count: u32, file_bytes: u64) -> Parsed<Vec<F
         return Ok(Vec::new());
     };
     let vectors = tags::VECTORS.map(|tag| data.words(tag));
-    let normal = vector::cross(plane.along[0], plane.along[1]);
+    let normal = plane.along[0].cross(plane.along[1]);
     let at = |(index, offset): (u32, &f64)| {
-        let numbers = vectors.iter().map(|vector| vector.get(index as usize));
+        let number = |vector: &Vec<u16>| vector.get(index as usize).copied();
         Frame {
             index,
             plane: Some(Plane {
-                position: vector::moved(plane.position, normal, offset - offsets[0]),
+                position: plane.position + (offset - offsets[0]) * normal,
                 ..plane
             }),
-            kind: format!("{} {:?}", first.kind, numbers.collect::<Vec<_>>()),
+            kind: Kind {
+                numbers: vectors.iter().map(number).collect(),
+                ..first.kind.clone()
+            },
             ..first.clone()
         }
     };
@@ -222,13 +259,15 @@ fn frame(places: &Places, index: u32) -> Parsed<Frame> {
         intercept: intercept.unwrap_or(0.0),
         image_type: frame_type.unwrap_or_default(),
         acquisition: acquisition.unwrap_or_default(),
-        kind: format!(
-            "{:?} {:?} {:?} {:?} {:?}",
-            places.text(content, tags::ECHO),
-            places.text(content, tags::TEMPORAL_POSITION),
-            places.whole(content, tags::TEMPORAL_INDEX),
-            places.double(tags::MR_DIFFUSION, tags::B_VALUE),
-            places.text(content, tags::STACK),
-        ),
+        kind: Kind {
+            echo: places.text(content, tags::ECHO),
+            time: places.text(content, tags::TEMPORAL_POSITION),
+            time_index: places.whole(content, tags::TEMPORAL_INDEX),
+            b_value: places
+                .double(tags::MR_DIFFUSION, tags::B_VALUE)
+                .map(f64::to_bits),
+            stack: places.text(content, tags::STACK),
+            numbers: Vec::new(),
+        },
     })
 }

@@ -26,6 +26,8 @@ use super::values::{FrameConversion, Map, Values, joined};
 
 /// Bytes of frames that are kept.
 const MOST_KEPT: usize = 32 << 20;
+/// Frames that are kept, however small they are: they are searched one by one.
+const MOST_FRAMES: usize = 256;
 
 /// The numbers of a whole frame, or the reason why they cannot be read.
 type Numbers = Parsed<Arc<Vec<u8>>>;
@@ -154,7 +156,9 @@ impl FrameReader {
             return place.clone();
         }
         let size = self.image(n).frame_pixels() as usize * self.voxel_type.bytes();
-        let most = (MOST_KEPT / size).max(2 * rayon::current_num_threads());
+        let most = (MOST_KEPT / size)
+            .min(MOST_FRAMES)
+            .max(2 * rayon::current_num_threads());
         while kept.len() >= most {
             kept.pop_front();
         }

@@ -35,7 +35,6 @@ mod tags;
 mod thumbnail;
 mod unpack;
 mod values;
-mod vector;
 
 use std::path::Path;
 
@@ -78,6 +77,8 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let group = &groups[number];
     check_whole(&found, group)?;
     let stack = Stack::new(&found.images, group)?;
+    let guess = stack.guess.clone();
+    notes.extend(guess.filter(|_| overrides.spacing.is_none()));
     notes.extend(stack.notes.iter().cloned());
     let pairs: Vec<_> = (stack.frames.iter())
         .map(|at| (&found.images[at.image], frame(&found.images, *at)))
@@ -204,6 +205,7 @@ fn describe(images: &[Image], group: &Group, number: u32) -> (Series, Vec<At>) {
             series.dims = stack.dims;
             series.spacing = stack.spacing;
             series.slices = stack.frames.len() as u32;
+            series.notes.extend(stack.guess);
             series.notes.extend(stack.notes);
             series.notes.extend(stack.gaps);
             (series, stack.frames)

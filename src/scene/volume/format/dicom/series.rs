@@ -16,7 +16,7 @@
 
 use std::collections::HashMap;
 
-use super::frame::Frame;
+use super::frame::{Frame, Kind};
 use super::group::{At, Group, frame};
 use super::image::Image;
 use super::stack::{at_each_place, is_continued, is_even};
@@ -39,7 +39,7 @@ struct Key<'a> {
     series: &'a str,
     modality: &'a str,
     size: [u32; 2],
-    kind: Option<[&'a str; 2]>,
+    kind: Option<(&'a str, &'a Kind)>,
     acquisition: Option<&'a str>,
     /// Set for a frame without a position in the patient, which belongs to no other frames.
     alone: Option<(usize, usize)>,
@@ -134,7 +134,7 @@ fn split(images: &[Image], frames: Vec<At>, tell: Tell) -> Vec<Group> {
             series: &image.series_uid,
             modality: &image.modality,
             size: [image.columns, image.rows],
-            kind: (tell == Tell::Kind).then_some([&this.image_type, &this.kind]),
+            kind: (tell == Tell::Kind).then_some((this.image_type.as_str(), &this.kind)),
             acquisition: (tell == Tell::Acquisition).then_some(&this.acquisition),
             alone: this.plane.is_none().then_some((at.image, at.frame)),
         };
@@ -160,10 +160,9 @@ fn are_alike(a: &Frame, b: &Frame) -> bool {
     };
     let has_same_directions = match (&a.plane, &b.plane) {
         (Some(a), Some(b)) => {
-            let components = a.along.as_flattened().iter().zip(b.along.as_flattened());
-            components
-                .into_iter()
-                .all(|(a, b)| (a - b).abs() <= ROUNDING)
+            let mut directions = a.along.iter().zip(b.along);
+            a.is_in_patient == b.is_in_patient
+                && directions.all(|(a, b)| (a - b).abs().max_element() <= ROUNDING)
         }
         (None, None) => true,
         _ => false,

@@ -18,12 +18,17 @@ use super::values::Values;
 pub struct StackSource {
     reader: FrameReader,
     stack: Stack,
+    is_sheared: bool,
 }
 
 impl StackSource {
     pub fn new(images: Vec<Image>, mut stack: Stack, values: &Values) -> Parsed<StackSource> {
         let reader = FrameReader::new(images, &mut stack, values)?;
-        Ok(StackSource { reader, stack })
+        Ok(StackSource {
+            reader,
+            is_sheared: stack.is_sheared(),
+            stack,
+        })
     }
 
     /// Fails unless frames at one place are the same. `remedy` is the end of the sentence.
@@ -33,7 +38,7 @@ impl StackSource {
 
     /// Reads the part of one slice that lies in a region.
     fn read_slice(&self, slice: Slice, region: Region, bytes: &mut [u8]) -> Parsed<()> {
-        if slice.share != 0.0 || self.stack.is_sheared() {
+        if slice.share != 0.0 || self.is_sheared {
             interpolate(&self.reader, &self.stack.shifts, slice, region, bytes)
         } else {
             self.reader.read(slice.below, region, bytes)

@@ -11,14 +11,15 @@
 
 use std::collections::HashSet;
 
+use glam::DVec3;
+
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation, SHEAR, check_right_angle};
 use crate::scene::volume::parsed::Parsed;
 
-use super::frame::Plane;
+use super::frame::{Plane, unit};
 use super::group::{At, Group, frame};
 use super::image::Image;
 use super::slices::{EXACT, EvenSlices, MOST_INVENTED, Slice, median};
-use super::vector::{cross, difference, dot, scaled, unit};
 
 /// Voxels by which the last slice of an upright stack may lie beside the first: positions are rounded.
 const STRAIGHT: f64 = 0.1;
@@ -43,6 +44,8 @@ pub struct Stack {
     pub doubles: Vec<(At, At)>,
     /// A sentence about missing slices.
     pub gaps: Option<String>,
+    /// A sentence about a size of pixels that is not stated.
+    pub guess: Option<String>,
     /// The steps that make a grid, one sentence each.
     pub notes: Vec<String>,
 }
@@ -57,13 +60,13 @@ impl Stack {
         picture: At,
         dims: [u32; 3],
         spacing: [f64; 3],
-        mut notes: Vec<String>,
+        guess: Option<String>,
     ) -> Stack {
-        notes.push(
+        let notes = vec![
             "the file does not say where its picture lies in the patient: several such files cannot be put in order, unless \
              they are converted to a TIFF stack"
                 .into(),
-        );
+        ];
         Stack {
             dims,
             spacing,
@@ -73,6 +76,7 @@ impl Stack {
             slices: vec![Slice::exact(0)],
             doubles: Vec::new(),
             gaps: None,
+            guess,
             notes,
         }
     }
@@ -81,16 +85,16 @@ impl Stack {
         let first = group.frames[0];
         let image = &images[first.image];
         let mut notes = Vec::new();
-        let pixel_spacing = frame(images, first).pixel_spacing.unwrap_or_else(|| {
-            notes.push("the size of its pixels is not known and taken as 1 mm".to_string());
-            [1.0; 2]
+        let pixel_spacing = frame(images, first).pixel_spacing;
+        let guess = pixel_spacing.is_none().then(|| {
+            "the size of its pixels is not known and taken as 1 mm; set volume.spacing".to_string()
         });
-        let [between_rows, between_columns] = pixel_spacing;
+        let [between_rows, between_columns] = pixel_spacing.unwrap_or([1.0; 2]);
         let thickness = frame(images, first).thickness.unwrap_or(1.0);
         let Some(plane) = frame(images, first).plane else {
             let dims = [image.columns, image.rows, 1];
             let spacing = [between_columns, between_rows, thickness];
-            return Ok(Stack::of_one_picture(first, dims, spacing, notes));
+            return Ok(Stack::of_one_picture(first, dims, spacing, guess));
         };
         let placed = Placed::in_order(images, group, plane);
         let distances = placed.distances();
@@ -105,12 +109,16 @@ impl Stack {
         }
         let [row, column] = plane.along;
         let steps = [
-            scaled(row, between_columns),
-            scaled(column, between_rows),
-            scaled(placed.normal, even.spacing),
+            between_columns * row,
+            between_rows * column,
+            even.spacing * placed.normal,
         ];
-        let (spacing, orientation) =
-            Orientation::from_steps(steps, Coordinates::Anatomical(Axes::LPS))?;
+        let coordinates = if plane.is_in_patient {
+            Coordinates::Anatomical(Axes::LPS)
+        } else {
+            Coordinates::RightHanded
+        };
+        let (spacing, orientation) = Orientation::from_steps(steps.map(Into::into), coordinates)?;
         notes.extend(told_doubles(placed.doubles.len()));
         Ok(Stack {
             dims: [
@@ -125,6 +133,7 @@ impl Stack {
             slices: even.slices,
             doubles: placed.doubles,
             gaps: even.gaps,
+            guess,
             notes,
         })
     }
@@ -199,16 +208,16 @@ struct Placed {
     planes: Vec<Plane>,
     /// Millimetres along the normal, ascending.
     places: Vec<f64>,
-    normal: [f64; 3],
+    normal: DVec3,
     doubles: Vec<(At, At)>,
 }
 
 impl Placed {
     fn in_order(images: &[Image], group: &Group, plane: Plane) -> Placed {
         // Directions of one group differ by no more than rounding, so that there is a normal.
-        let normal = unit(cross(plane.along[0], plane.along[1])).unwrap_or([0.0, 0.0, 1.0]);
+        let normal = unit(plane.along[0].cross(plane.along[1])).unwrap_or(DVec3::Z);
         let plane_of = |at: &At| frame(images, *at).plane.unwrap_or(plane);
-        let place = |at: &At| dot(normal, plane_of(at).position);
+        let place = |at: &At| normal.dot(plane_of(at).position);
         let mut all: Vec<(f64, At)> = group.frames.iter().map(|at| (place(at), *at)).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         let near = EXACT * usual_distance(&all);
@@ -261,8 +270,8 @@ impl Placed {
         let (first, last) = (self.planes[0], self.planes[count - 1]);
         let length = self.places[count - 1] - self.places[0];
         let [row, column] = first.along;
-        let drift = |direction, size: f64| {
-            let drift = dot(direction, difference(last.position, first.position));
+        let drift = |direction: DVec3, size: f64| {
+            let drift = direction.dot(last.position - first.position);
             if length > 0.0 && drift.abs() > STRAIGHT * size {
                 drift / length
             } else {
@@ -275,7 +284,7 @@ impl Placed {
         ] {
             for (n, plane) in self.planes.iter().enumerate() {
                 let expected = drift(direction, size) * (self.places[n] - self.places[0]);
-                let found = dot(direction, difference(plane.position, first.position));
+                let found = direction.dot(plane.position - first.position);
                 if (found - expected).abs() > ASTRAY * size {
                     return Err(format!(
                         "{} lies {:.3} mm along its {name}s beside the line of the others, \
@@ -295,7 +304,7 @@ impl Placed {
             "the gantry was tilted by {:.2} degrees, which is sheared out",
             drift(column, between_rows).atan().to_degrees().abs()
         ));
-        let below = |plane: &Plane| dot(column, plane.position) / between_rows;
+        let below = |plane: &Plane| column.dot(plane.position) / between_rows;
         let lows: Vec<f64> = self.planes.iter().map(below).collect();
         let [highest, lowest] =
             [f64::min, f64::max].map(|of| lows.iter().copied().reduce(of).unwrap_or(0.0));

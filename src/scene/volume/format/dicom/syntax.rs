@@ -45,7 +45,8 @@ pub struct TransferSyntax {
     pub packing: Result<Packing, &'static str>,
 }
 
-const PLAIN: TransferSyntax = TransferSyntax {
+/// Explicit little-endian elements, and pixels that are not packed.
+pub const PLAIN: TransferSyntax = TransferSyntax {
     name: "none",
     syntax: Syntax::EXPLICIT,
     is_deflated: false,
