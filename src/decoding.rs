@@ -4,7 +4,7 @@
 //! decoder panics on damaged data, that is an error like any other. OpenEXR is therefore decoded by the thread that asks: a
 //! panic on a thread of a pool would end the process.
 
-use std::fs;
+use std::io::BufReader;
 use std::path::Path;
 
 use exr::compression::Compression;
@@ -18,6 +18,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb, Rgb32FIma
 
 use crate::error::first_of;
 use crate::fence::fenced;
+use crate::scene::volume::open_file;
 
 /// Bytes of pixels that a byte of an OpenEXR file becomes at most: Deflate makes 1032 bytes of one, and PXR24 leaves out one
 /// byte of four before that.
@@ -41,7 +42,7 @@ const MOST_NAMED: usize = 8;
 ///
 /// The file cannot be read, is not OpenEXR, or claims more pixels than it can hold.
 pub fn exr_meta_data(path: &Path) -> Result<MetaData, String> {
-    let bytes = length(path)?;
+    let bytes = open_file(path)?.1.len();
     let meta = fenced(|| {
         MetaData::read_from_file(path, false)
             .map_err(|error| format!("not readable as OpenEXR: {error}"))
@@ -171,8 +172,9 @@ fn check_claim([width, height]: [usize; 2], most: u64, bytes: u64) -> Result<(),
 ///
 /// The file cannot be read, is no picture, or claims more pixels than it can hold.
 pub fn read_image(path: &Path, format: Option<ImageFormat>) -> Result<DynamicImage, String> {
-    let bytes = length(path)?;
-    let mut reader = ImageReader::open(path).map_err(|error| error.to_string())?;
+    let (file, metadata) = open_file(path)?;
+    let bytes = metadata.len();
+    let mut reader = ImageReader::new(BufReader::new(file));
     match format {
         Some(format) => reader.set_format(format),
         None => {
@@ -207,11 +209,6 @@ fn unopened(error: ImageError) -> String {
     }
 }
 
-fn length(path: &Path) -> Result<u64, String> {
-    let metadata = fs::metadata(path).map_err(|error| error.to_string())?;
-    Ok(metadata.len())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -229,7 +226,7 @@ mod tests {
 
     fn read(bytes: &[u8]) -> Result<DynamicImage, String> {
         let file = tempfile::NamedTempFile::new().expect("a file");
-        fs::write(&file, bytes).expect("a file");
+        std::fs::write(&file, bytes).expect("a file");
         read_image(file.path(), None)
     }
 

@@ -10,6 +10,7 @@ use super::SceneFile;
 use super::numbers::LIGHT;
 use super::page::Page;
 use crate::error::Result;
+use crate::scene::volume::open_file;
 use crate::scene::{DirectionalLight, Environment, EnvironmentFile, EnvironmentImage, Lights};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -101,7 +102,7 @@ impl SceneFile {
     /// Fails if an image cannot be opened: a mistake in its name is found before the volume is read.
     pub(in crate::scene) fn check_images(&self) -> Result<()> {
         for (i, path) in self.numbered_images() {
-            std::fs::File::open(&path).map_err(|why| {
+            open_file(&path).map_err(|why| {
                 let problem = format!("{}: {why}", path.display());
                 self.origins.error(&format!("light.{i}.image"), problem)
             })?;

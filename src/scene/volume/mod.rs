@@ -46,6 +46,7 @@ pub use region::Region;
 pub use series::{Preview, Series};
 use source::Source;
 use source::spool::Spool;
+pub(crate) use source::watched::open_file;
 use statistics::Statistics;
 pub use storage::{Level, Storage};
 use store::Keeping;

@@ -40,6 +40,22 @@ fn a_missing_image_is_found_before_the_volume_is_read() {
     );
 }
 
+/// Reading a pipe or a device could wait for ever.
+#[test]
+fn an_image_is_a_regular_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.toml");
+    std::fs::create_dir(folder.path().join("sky.exr")).unwrap();
+    let text =
+        "[volume]\npath = \"v.nrrd\"\n[[light]]\ntype = \"environment\"\nimage = \"sky.exr\"";
+    std::fs::write(&path, text).unwrap();
+    let opened = open(&path, Preset::Auto, &[], |_, _| {
+        panic!("the volume was read")
+    });
+    let error = opened.expect_err("no image").to_string();
+    assert!(error.contains("sky.exr: is not a regular file"), "{error}");
+}
+
 #[test]
 fn environment_images_are_scaled_and_added() {
     let folder = tempfile::tempdir().unwrap();
