@@ -18,20 +18,15 @@ pub fn explain<'a>(
     });
     let key = steps.collect::<Vec<_>>().join(".");
     let message = error.inner().message();
-    // serde quotes names, and nothing else, in backticks.
-    let names: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
+    let (name, known) = quoted(message);
     if message.starts_with("unknown field") {
-        let known = &names[1..];
-        (key, format!("unknown key{}", suggestion(names[0], known)))
+        (key, format!("unknown key{}", suggestion(name, &known)))
     } else if message.starts_with("missing field") {
-        let key = format!("{key}.{}", names[0]);
+        let key = format!("{key}.{name}");
         (key, "missing, and it has no default".to_string())
     } else if message.starts_with("unknown variant") {
-        let known = &names[1..];
-        (
-            key,
-            format!("found \"{}\"{}", names[0], suggestion(names[0], known)),
-        )
+        let suggestion = suggestion(name, &known);
+        (key, format!("found \"{name}\"{suggestion}"))
     } else {
         let expected = message
             .rsplit_once("expected ")
@@ -42,6 +37,16 @@ pub fn explain<'a>(
             format!("found {found}, expected {}", in_words(expected)),
         )
     }
+}
+
+/// The name that a message is about, which is quoted in backticks and may have others in it, and the known names that
+/// it lists.
+fn quoted(message: &str) -> (&str, Vec<&str>) {
+    let (about, list) = message
+        .rsplit_once("`, expected ")
+        .unwrap_or((message.trim_end_matches('`'), ""));
+    let name = about.split_once('`').map_or("", |(_, name)| name);
+    (name, list.split('`').skip(1).step_by(2).collect())
 }
 
 /// The known name that is most similar to the one found, if any is similar, and all known names.

@@ -36,6 +36,7 @@ fn syntax_and_unknown_keys() {
         g = 1 / [medum]                          => :1: g: unknown key; it can be volume,
         [render] / # / [medum]                     => :3: medum: unknown key; did you mean "medium"?
         [medium] / # / densty = 1                  => :3: medium.densty: unknown key; did you mean "density"?
+        [medium] / "den`sity" = 1                => :2: medium.den`sity: unknown key; did you mean "density"? It can be density,
         [medium] / origins = 1                   => :2: medium.origins: unknown key
         [[surfaces.iso]] / colour = [1, 1, 1]    => :2: surfaces.iso.0.colour: unknown key; did you mean "color"?
         [[light]] / directon = [1, 1, 1]         => :2: light.0.directon: unknown key; did you mean "direction"?
@@ -58,6 +59,7 @@ fn wrong_kinds_of_value() {
         [medium] / g = "abc"                     => :2: medium.g: found "abc", expected a number
         [medium] / [[medium.transfer]] / opacity = 1 => :2: medium.transfer.0.value: missing
         [[light]] / direction = [0, 1, 0]        => :1: light.0.type: missing
+        [[light]] / type = "environ`"            => :2: light.0.type: found "environ`"; did you mean "environment"? It can be directional, environment
         [[light]] / type = "directional"         => :1: light.0.direction: missing
         [[light]] / type = "directionl"          => :2: light.0.type: found "directionl"; did you mean "directional"?
         [[clip]] / offset = 1                    => :1: clip.0.normal: missing
