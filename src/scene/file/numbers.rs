@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::SceneFile;
 use crate::error::{Error, Result, figure};
 use crate::scene::RADIANCES;
+use crate::scene::volume::VOXEL_SIZES;
 
 /// A test of numbers, and the name of its range in messages. The GPU computes in single precision, so numbers that
 /// overflow there are wrong everywhere.
@@ -16,6 +17,11 @@ pub type Expected = (fn(f64) -> bool, &'static str);
 pub(super) const FINITE: Expected = (|_| true, "a finite number within ±3e38");
 pub(super) const UNIT: Expected = (|x| (0.0..=1.0).contains(&x), "a number from 0 to 1");
 pub(super) const NOT_NEGATIVE: Expected = (|x| x >= 0.0, "a finite number from 0 to 3e38");
+/// Of a voxel's sides.
+pub(super) const VOXEL_SIZE: Expected = (
+    |x| VOXEL_SIZES.contains(&x),
+    "a number from 1e-15 to 1e15, if need be in another unit of length",
+);
 /// Of light.
 pub(super) const LIGHT: Expected = (
     |x| x == 0.0 || RADIANCES.contains(&x),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::SceneFile;
-use super::numbers::POSITIVE;
+use super::numbers::VOXEL_SIZE;
 use super::page::Page;
 use crate::error::{Error, Place, Result};
 use crate::scene::volume::{Pick, Volume, VolumeOverrides};
@@ -51,7 +51,7 @@ impl SceneFile {
             return Err(self.origins.error("volume.dims", found));
         }
         if let Some(spacing) = table.spacing {
-            self.triple("volume.spacing", spacing, POSITIVE)?;
+            self.triple("volume.spacing", spacing, VOXEL_SIZE)?;
         }
         if let Some([low, high]) = table.crop
             && (0..3).any(|axis| low[axis] >= high[axis])

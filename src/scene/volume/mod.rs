@@ -38,6 +38,7 @@ use grid::Grid;
 pub use grid::Reader;
 pub use histogram::Histogram;
 pub use macrocells::MACROCELL;
+pub(crate) use open::VOXEL_SIZES;
 pub use orientation::{Anatomical, Axes};
 pub use overrides::{Pick, VolumeOverrides};
 pub use quantity::Quantity;

@@ -224,7 +224,7 @@ fn geometry(header: &Header, overrides: &VolumeOverrides) -> Parsed<([f64; 3], O
 }
 
 /// Voxel sizes with which the GPU can calculate: squares of lengths in world units must be within its floats of 32 bits.
-const VOXEL_SIZES: RangeInclusive<f64> = 1e-15..=1e15;
+pub const VOXEL_SIZES: RangeInclusive<f64> = 1e-15..=1e15;
 
 fn check_spacing(spacing: [f64; 3]) -> Parsed<()> {
     for (axis, size) in ["x", "y", "z"].iter().zip(spacing) {

@@ -89,6 +89,7 @@ fn volume_values_out_of_range() {
         [volume] / dims = [1, 0, 1]              => :2: volume.dims: found [1, 0, 1], expected
         [volume] / spacing = [1, 0, 1]           => :2: volume.spacing: found [1.0, 0.0, 1.0], expected
         [volume] / spacing = [1, -1, 1]          => :2: volume.spacing: found
+        [volume] / spacing = [1, 1e16, 1]        => :2: volume.spacing: found [1.0, 1e16, 1.0], expected each to be a number from 1e-15 to 1e15
         [volume] / spacing = [1, inf, 1]         => :2: volume.spacing: found
         [volume] / crop = [[0, 0, 5], [9, 9, 5]] => :2: volume.crop: found [[0, 0, 5], [9, 9, 5]], expected
         "#,
