@@ -27,7 +27,8 @@ pub(super) const LIGHT: Expected = (
     |x| x == 0.0 || RADIANCES.contains(&x),
     "0 or a number from 1e-15 to 1e15, if need be in another unit of light",
 );
-/// Of a lobe. Next to a larger exponent the last bits of a cosine decide, and the lobe goes missing.
+/// The exponent of a Phong lobe. With a larger one the lobe is so narrow that rounding of the cosine decides whether a
+/// direction lies in it, and it goes missing.
 pub(super) const SHININESS: Expected = (|x| (0.0..=1e12).contains(&x), "a number from 0 to 1e12");
 pub(super) const POSITIVE: Expected = (|x| x > 0.0, "a finite number > 0, up to 3e38");
 

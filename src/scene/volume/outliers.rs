@@ -11,7 +11,8 @@ use crate::error::Result;
 use crate::locked::locked;
 
 const BINS: usize = 256;
-/// At most this share of all voxels stands alone, and at most one in each macrocell, on average: a structure has more.
+/// Voxels stand alone if they are at most this share of all, and at most one in each macrocell that has any of them, on
+/// average. A structure has more.
 const ALONE: f64 = 1e-3;
 /// Without them, the range is at most this share of what it was.
 const FAR: f64 = 0.5;
@@ -66,7 +67,7 @@ impl Volume {
 
     /// The bins without those at one end whose voxels stand alone; `None` if there are no such voxels.
     fn not_alone(&self, histogram: &Histogram) -> Option<Range<usize>> {
-        // Of few volumes is it worth a walk through the macrocells, which may be millions.
+        // There may be millions of macrocells, and few volumes have an end for which a walk through them is worth it.
         if !has_thin_end(&histogram.counts) {
             return None;
         }

@@ -1,4 +1,4 @@
-//! How a file stores a volume, as information for users: nothing depends on it.
+//! How a file stores a volume, and which part of it is shown, as users are told it.
 
 use serde::Serialize;
 

@@ -204,7 +204,7 @@ pub fn unexpected(key: &str, value: &str, expected: &str) -> String {
     format!("`{key}` is `{shown}{more}`, expected {expected}")
 }
 
-/// Index of the channel, time or level of `count` that the user wants: the first by default.
+/// Index of the channel, time or level of `count`, which is ≥ 1, that the user wants: the first by default.
 pub fn pick(key: &'static str, wanted: Option<u32>, count: u32) -> Keyed<u32> {
     let wanted = wanted.unwrap_or(0);
     match (wanted < count, count) {
@@ -226,7 +226,7 @@ pub fn beside(header: &Path, name: &str) -> PathBuf {
 }
 
 /// Whether a header names several data files: by a list that follows, or by a pattern and the numbers to put into it, as in
-/// "slice%03d.raw 1 9 1". What is a file's name is no pattern.
+/// "slice%03d.raw 1 9 1". A file that has this name, per cent signs and all, is meant as one file.
 pub fn names_several_files(header: &Path, name: &str) -> bool {
     let mut words = name.split_whitespace();
     let first = words.next().unwrap_or_default();

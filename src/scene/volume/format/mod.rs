@@ -152,7 +152,7 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Keyed<()> {
         ("dims", overrides.dims.is_some()),
         ("type", overrides.voxel_type.is_some()),
         ("endian", overrides.endian.is_some()),
-        // 0 is what a file has that holds no several.
+        // A file with one channel, time and level has number 0 of each, so that it may be given for any file.
         ("channel", overrides.channel > Some(0)),
         ("time", overrides.time > Some(0)),
         ("level", overrides.level > Some(0)),
