@@ -66,15 +66,17 @@ fn imagej_may_measure_depth_in_another_unit() {
 #[test]
 fn imagej_takes_the_unit_of_tiff() {
     let array = textured([4, 3, 2], VoxelType::U8, Endian::Big);
-    for (unit, pixels, spacing, named) in [
-        (Some(1), 2, [0.5, 0.5, 2.0], None),
-        (Some(2), 4, [0.25, 0.25, 2.0], Some("inch")),
-        (Some(2), 72, [1.0, 1.0, 2.0], None),
-        (Some(3), 4, [0.25, 0.25, 2.0], Some("cm")),
-        (None, 4, [1.0, 1.0, 2.0], None),
+    for (unit, pixels, described, spacing, named) in [
+        (Some(1), 2, "", [0.5, 0.5, 2.0], None),
+        (Some(2), 4, "", [0.25, 0.25, 2.0], Some("inch")),
+        (Some(2), 72, "", [1.0, 1.0, 2.0], None),
+        (Some(2), 300, "unit=pixel\n", [1.0, 1.0, 2.0], None),
+        (Some(3), 4, "", [0.25, 0.25, 2.0], Some("cm")),
+        (Some(3), 100_000, "unit=um\n", [0.1, 0.1, 2.0], Some("µm")),
+        (None, 4, "", [1.0, 1.0, 2.0], None),
     ] {
         let tiff = Tiff {
-            description: "ImageJ=1.11a\nimages=2\nslices=2\nspacing=2.0\n".into(),
+            description: format!("ImageJ=1.11a\nimages=2\nslices=2\nspacing=2.0\n{described}"),
             resolution: Some([pixels; 2]),
             more: unit.map(|unit| (296, unit)).into_iter().collect(),
             ..Tiff::default()

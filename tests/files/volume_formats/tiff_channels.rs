@@ -59,6 +59,30 @@ fn channels_beyond_all_names_are_counted() {
 }
 
 #[test]
+fn pages_with_other_numbers_of_values_are_refused() {
+    let wide = textured([12, 3, 2], VoxelType::U8, Endian::Little);
+    let tiff = Tiff {
+        description: ome("XYZCT", [1, 6, 1], "<TiffData/>"),
+        ..Tiff::default()
+    };
+    let mut bytes = side_by_side(&tiff, &wide, 3);
+    let three = [0x15, 1, 4, 0, 1, 0, 0, 0, 3];
+    let last = bytes.windows(three.len()).rposition(|bytes| bytes == three);
+    bytes[last.expect("a second page") + 8] = 1;
+    let folder = folder();
+    let path = write(folder.path(), "v.tif", bytes);
+    let overrides = VolumeOverrides {
+        channel: Some(5),
+        ..Default::default()
+    };
+    let message = refusal(&path, &overrides);
+    assert!(
+        message.contains("has 1 values in each pixel, expected 3 like the file's first page"),
+        "{message}"
+    );
+}
+
+#[test]
 fn a_channel_of_a_picture_in_colour_is_asked_for() {
     let wide = textured([12, 3, 1], VoxelType::U8, Endian::Little);
     let colour = Tiff {

@@ -260,9 +260,14 @@ fn files_may_be_links() {
     assert_eq!(values(&volume), array.values);
     let count = |path: &Path| plain(path).files.len();
     assert_eq!(count(&links), count(&real));
-    // In a circle.
-    std::os::unix::fs::symlink(&links, links.join("c/0/0/round")).unwrap();
+    // In circles.
+    for name in ["c/0/0/round", "c/0/0/9"] {
+        std::os::unix::fs::symlink(&links, links.join(name)).unwrap();
+    }
     assert_eq!(values(&plain(&links)), array.values);
+    // What a link leads to may not be there.
+    fs::rename(real.join("c/0/0/1"), real.join("away")).unwrap();
+    message_of(&links, &["chunk [0, 0, 1]", "No such file"]);
 }
 
 /// An image of version 2, in a folder that is removed when it is dropped.

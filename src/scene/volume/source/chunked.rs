@@ -34,12 +34,11 @@ pub enum Content {
 }
 
 impl Content {
-    /// Bytes that are taken while it is kept.
+    /// Bytes that are taken while it is kept, approximately: at least those of its place.
     fn bytes(&self) -> usize {
-        /// Of the place where it is kept.
         const PLACE: usize = 128;
         match self {
-            Content::Voxels(bytes) | Content::Uniform(bytes) => PLACE + bytes.len(),
+            Content::Voxels(bytes) | Content::Uniform(bytes) => bytes.len().max(PLACE),
         }
     }
 }

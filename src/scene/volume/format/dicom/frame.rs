@@ -1,4 +1,4 @@
-//! A frame and its place in the patient.
+//! A frame and its place.
 //!
 //! A classic file holds one slice. An enhanced one holds many, with groups of elements that belong to one frame or to
 //! all of them; all other elements are in the object itself. Looking a value up in that order turns both kinds into a
@@ -120,28 +120,30 @@ impl<'a> Places<'a> {
             self.decimals(tags::PLANE_POSITION, tags::POSITION, "ImagePositionPatient")?;
         let orientation = self.decimals(tags::PLANE_ORIENTATION, tags::ORIENTATION, name)?;
         if let (Some(position), Some(orientation)) = (position, orientation) {
-            return plane(position, orientation, name).map(Some);
+            return plane(position, orientation, name, true).map(Some);
         }
         let position = self.doubles(tags::PLANE_VOLUME_POSITION, tags::VOLUME_POSITION);
         let orientation = self.doubles(tags::PLANE_VOLUME_ORIENTATION, tags::VOLUME_ORIENTATION);
         let (Some(position), Some(orientation)) = (position, orientation) else {
             return Ok(None);
         };
-        Ok(Some(Plane {
-            is_in_patient: false,
-            ..plane(position, orientation, "ImageOrientationVolume")?
-        }))
+        plane(position, orientation, "ImageOrientationVolume", false).map(Some)
     }
 }
 
-/// A plane in the patient; `name` is that of the element with its directions.
-fn plane(position: [f64; 3], [a, b, c, d, e, f]: [f64; 6], name: &str) -> Parsed<Plane> {
+/// A plane; `name` is that of the element with its directions.
+fn plane(
+    position: [f64; 3],
+    [a, b, c, d, e, f]: [f64; 6],
+    name: &str,
+    is_in_patient: bool,
+) -> Parsed<Plane> {
     let along = [DVec3::new(a, b, c), DVec3::new(d, e, f)].map(unit);
     match along {
         [Some(row), Some(column)] if unit(row.cross(column)).is_some() => Ok(Plane {
             position: position.into(),
             along: [row, column],
-            is_in_patient: true,
+            is_in_patient,
         }),
         _ => Err(format!(
             "its {name} is {a}\\{b}\\{c}\\{d}\\{e}\\{f}, expected two directions that differ"
@@ -155,7 +157,7 @@ pub fn unit(vector: DVec3) -> Option<DVec3> {
     (length.is_finite() && length > 1e-6).then(|| length.recip() * vector)
 }
 
-/// Whether an image says where its first frame lies in the patient, and how large its pixels are.
+/// Whether an image says where its first frame lies, and how large its pixels are.
 pub fn has_geometry(data: &DataSet) -> bool {
     let places = Places::new(data.item(tags::FRAME_GROUPS), data);
     let geometry = (places.plane(), places.pixel_spacing());

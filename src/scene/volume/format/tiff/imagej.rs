@@ -31,7 +31,7 @@ impl Resolution {
     fn undescribed(&self) -> ([Option<f64>; 2], Option<&'static str>) {
         let unit = match self.unit {
             Some(1) => None,
-            Some(2) if self.pixels[0] != Some(NO_SIZE) => Some("inch"),
+            Some(2) if self.pixels[0].is_some_and(|n| n != NO_SIZE) => Some("inch"),
             Some(3) => Some("cm"),
             _ => return ([None; 2], None),
         };
@@ -40,6 +40,18 @@ impl Resolution {
 
     fn lengths(&self) -> [Option<f64>; 2] {
         self.pixels.map(|pixels| pixels.map(|n| 1.0 / n))
+    }
+
+    /// The lengths of a pixel in the unit that a description names. Some microscopes' programs count pixels in a
+    /// centimetre, as the tag says, and name micrometres; ImageJ knows that.
+    fn lengths_in(&self, unit: &str) -> [Option<f64>; 2] {
+        const MICROMETRES: f64 = 1e4;
+        let scale = if unit == "um" && self.unit == Some(3) {
+            MICROMETRES
+        } else {
+            1.0
+        };
+        self.lengths().map(|length| length.map(|n| scale * n))
     }
 }
 
@@ -59,8 +71,14 @@ pub fn meaning(
     let depth = depth.or((images(description)? > 1).then_some(1.0));
     // Units of y and z stand there only if they differ from that of x.
     let [unit, of_y, of_z] = ["unit", "yunit", "zunit"].map(|key| unit(description, key));
+    let named = value(description, "unit");
     let (lengths, units) = match unit {
-        Some(_) => (resolution.lengths(), [unit, of_y.or(unit), of_z.or(unit)]),
+        Some(_) => (
+            resolution.lengths_in(named.unwrap_or_default()),
+            [unit, of_y.or(unit), of_z.or(unit)],
+        ),
+        // It counts in pixels.
+        None if named.is_some() => ([None; 2], [None; 3]),
         None => {
             let (lengths, unit) = resolution.undescribed();
             (lengths, [unit; 3])

@@ -255,6 +255,14 @@ fn pages_of(
         if chunks > next.file.bytes() && z > 0 && Arc::ptr_eq(&pages[0].file, &next.file) {
             return Err("has more strips and tiles than bytes: the file is damaged".into());
         }
+        if next.layout.samples != meaning.samples {
+            return Err(format!(
+                "{} has {} values in each pixel, expected {} like the file's first page",
+                named(&next, z, meaning.depth),
+                next.layout.samples,
+                meaning.samples
+            ));
+        }
         if let Some(first) = pages.first() {
             check_alike(&first.layout, &next, z, meaning.depth)?;
         }

@@ -23,6 +23,8 @@ use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 /// An upper bound of the bytes of a chunk, which no file exceeds.
 const LARGEST_CHUNK: u64 = 1 << 40;
+/// An image has five.
+const MOST_AXES: usize = 32;
 
 #[derive(Debug)]
 pub struct Array {
@@ -97,6 +99,17 @@ impl Array {
         self.file_shape().iter().product::<u64>() * self.voxel_type.bytes() as u64
     }
 
+    /// Fails for an array without voxels, as one may be to which nothing has been appended yet.
+    pub fn check_voxels(&self) -> Parsed<()> {
+        if self.shape.contains(&0) {
+            return Err(format!(
+                "the array is {:?} voxels, expected at least 1 along each axis",
+                self.shape
+            ));
+        }
+        Ok(())
+    }
+
     fn check(&self) -> Parsed<()> {
         let size = self.voxel_type.bytes() as u64;
         let fits = |shape: &[u64]| {
@@ -113,10 +126,10 @@ impl Array {
                 self.chunk.len()
             ));
         }
-        if self.shape.contains(&0) {
+        if self.shape.len() > MOST_AXES {
             return Err(format!(
-                "the array is {:?} voxels, expected at least 1 along each axis",
-                self.shape
+                "the array has {} axes, expected at most {MOST_AXES}",
+                self.shape.len()
             ));
         }
         if outer.len() != self.shape.len() || !fits(&self.chunk) || !fits(outer) {

@@ -128,8 +128,9 @@ impl ArrayChunks {
     /// The file of a chunk, if there is one; it must not have changed since it was first read.
     fn open(&self, key: &str) -> Parsed<Option<WatchedFile>> {
         let path = self.array.folder.join(key);
-        let is_missing =
-            std::fs::metadata(&path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+        // A link to nothing was written, and its contents are elsewhere, as in git-annex.
+        let found = std::fs::symlink_metadata(&path);
+        let is_missing = found.is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
         let file = if is_missing {
             None
         } else {

@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 
 use super::array::Array;
 
+/// Links to folders that are followed: they may lead round in circles.
+const MOST_LINKS: usize = 1 << 16;
+
 /// How the name of a file is made from the position of its chunk.
 #[derive(Debug)]
 pub struct Keys {
@@ -34,21 +37,30 @@ impl Keys {
 }
 
 impl Array {
-    /// All files in the array's folder, and in those in it where chunks lie in folders. Links are followed; they may
-    /// lead round in a circle, but no chunk lies deeper than a folder for each axis and one for the prefix.
+    /// All files in the array's folder, and in those in it where chunks lie in folders: one for each axis, and one for the
+    /// prefix. A file or a folder of a key may be a link.
     pub fn files(&self) -> impl Iterator<Item = PathBuf> + use<> {
-        let depth = match self.keys.separator {
+        let full = match self.keys.separator {
             '/' => self.shape.len() + 1,
             _ => 1,
         };
-        let mut left = vec![(self.folder.clone(), depth)];
+        let prefix = self.keys.prefix;
+        let mut links_left = MOST_LINKS;
+        let mut may_follow = move |path: &Path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let is_of_key = name == prefix || name.bytes().all(|byte| byte.is_ascii_digit());
+            links_left = links_left.saturating_sub(usize::from(is_of_key));
+            is_of_key && links_left > 0
+        };
+        let mut left = vec![(self.folder.clone(), full)];
         std::iter::from_fn(move || {
             loop {
                 let (path, depth) = left.pop()?;
                 if !path.is_dir() {
                     return Some(path);
                 }
-                if depth > 0 {
+                let is_link = depth < full && path.is_symlink();
+                if depth > 0 && (!is_link || may_follow(&path)) {
                     let entries = std::fs::read_dir(&path).into_iter().flatten().flatten();
                     left.extend(entries.map(|entry| (entry.path(), depth - 1)));
                 }

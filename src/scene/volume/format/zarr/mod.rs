@@ -301,6 +301,7 @@ fn volume(
         .map(|resolution| level_of(dimensions, resolution))
         .collect::<Parsed<Vec<Level>>>()?;
     let Resolution { array, .. } = resolutions.swap_remove(level as usize);
+    array.check_voxels()?;
     let length = |name: &str| {
         let mut lengths = dimensions.iter().zip(&array.shape);
         let found = lengths.find(|(dimension, _)| dimension.name == name);

@@ -20,8 +20,8 @@ use crate::fence::fenced;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::source::gzip::Members;
 
-/// The largest possible ratio of a part's bytes to its compressed bytes: Zstandard repeats one byte 128 Ki times in a
-/// block of 4 bytes. Headers that promise more are refused before anything is decoded.
+/// The largest ratio of a part's bytes to its compressed bytes that is believed: Zstandard repeats one byte 128 Ki times in
+/// a block of 4 bytes; bzip2 alone could pack more. Headers that promise more are refused before anything is decoded.
 pub const LARGEST_RATIO: u64 = 32 << 10;
 /// Bytes that are reserved for each compressed one. Parts that need more grow on the way.
 const RESERVED: usize = 8;
