@@ -4,16 +4,19 @@
 //! leaves that is killed is removed by a later one: a file is locked as long as somebody writes it, so that one
 //! without a lock is abandoned. Not every file system has locks; where there are none, nobody takes a file for
 //! abandoned. Some network file systems have locks that other machines do not see: so a name ends with that of the machine,
-//! and a process judges those of its own machine alone.
+//! and a file of another machine is abandoned only if it has not been written for a week.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
 use crate::locked::locked;
+
+const WEEK: Duration = Duration::from_secs(7 * 24 * 3600);
 
 /// Files under temporary names that may be there now.
 static NAMES: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -75,8 +78,7 @@ impl Temporary {
     }
 }
 
-/// Removes what killed processes of this machine have left under names that begin with `prefix`. What cannot be removed
-/// stays.
+/// Removes what killed processes have left under names that begin with `prefix`. What cannot be removed stays.
 pub fn remove_abandoned(folder: &Path, prefix: &str) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         if entry.file_name().to_string_lossy().starts_with(prefix)
@@ -87,14 +89,20 @@ pub fn remove_abandoned(folder: &Path, prefix: &str) {
     }
 }
 
-/// The lock of a temporary file of this machine that nobody writes any more, to be held until the file is removed: whoever has
-/// just made it waits for the lock, and then makes another one.
+/// The lock of a temporary file that nobody writes any more, to be held until the file is removed: whoever has just made it
+/// waits for the lock, and then makes another one.
 pub fn abandoned(path: &Path) -> Option<File> {
-    let is_of_this_machine = path.to_string_lossy().ends_with(&suffix());
     // NFS locks only what is open for writing.
-    let open = || File::options().write(true).open(path).ok();
-    let file = is_of_this_machine.then(open).flatten()?;
-    file.try_lock().is_ok().then_some(file)
+    let file = File::options().write(true).open(path).ok()?;
+    let shows_its_lock = path.to_string_lossy().ends_with(&suffix()) || is_old(&file);
+    (shows_its_lock && file.try_lock().is_ok()).then_some(file)
+}
+
+/// Whether a file has not been written for so long that nobody writes it any more, on whatever machine.
+fn is_old(file: &File) -> bool {
+    let written = file.metadata().and_then(|metadata| metadata.modified());
+    let age = written.ok().and_then(|written| written.elapsed().ok());
+    age.is_some_and(|age| age > WEEK)
 }
 
 /// How temporary names end on this machine.
@@ -129,17 +137,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_files_of_this_machine_that_nobody_writes_are_abandoned() {
+    fn what_nobody_writes_is_abandoned_on_other_machines_after_a_week() {
         let folder = tempfile::tempdir().expect("a folder");
         let prefix = ".isolume-test-";
         let written = create(folder.path(), prefix).expect("a file");
-        let [left, other] = [suffix(), ".another-machine".into()]
-            .map(|suffix| folder.path().join(format!("{prefix}left{suffix}")));
-        for path in [&left, &other] {
+        let [left, other, old] = ["", ".another-machine", ".an-old-machine"].map(|host| {
+            let host = if host.is_empty() {
+                suffix()
+            } else {
+                host.into()
+            };
+            folder.path().join(format!("{prefix}left{host}"))
+        });
+        for path in [&left, &other, &old] {
             fs::write(path, "half").expect("a file");
         }
+        let before = std::time::SystemTime::now() - 2 * WEEK;
+        let file = File::options().write(true).open(&old).expect("a file");
+        file.set_modified(before).expect("another time");
         remove_abandoned(folder.path(), prefix);
         assert!(written.file.path().exists() && other.exists());
-        assert!(!left.exists());
+        assert!(!left.exists() && !old.exists());
     }
 }

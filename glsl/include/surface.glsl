@@ -66,7 +66,7 @@ struct Passage {
     ivec3 cell;
     float t0, t1;
     int start_surface; // on which the ray starts at t0, or NOTHING
-    bool fresh; // the sides are not known yet
+    bool fresh; // the sides are not known yet, which a ray that starts on a surface does know
 };
 
 // The first u ∈ [0, 1] of a passage at which it crosses the surface; > 1 if there is none. Unless `exactly`, the
@@ -79,7 +79,7 @@ float change_of(Ray ray, Passage passage, uint surface, bool exactly, inout uint
     vec3 a = local_position(ray, passage.t0, vec3(passage.cell));
     vec4 c = cell_cubic(relative, a, ray.step * (passage.t1 - passage.t0));
     bool starts_here = int(surface) == passage.start_surface;
-    if (passage.fresh && !starts_here) {
+    if (passage.fresh) {
         inside = c.x >= 0.0 ? inside | bit : inside & ~bit;
     }
     bool is_inside = (inside & bit) != 0u;

@@ -35,13 +35,19 @@ bool is_needed() {
     return asks_ahead || !is_void;
 }
 
-// So many requests are as good as more, and a count never looks like a page.
-const uint MOST_REQUESTS = 1u << 20;
+// Counts another request for a brick that has had so many. A million are as good as more, and a count must not look like a
+// page.
+void request(uint brick, uint requests) {
+    const uint MOST = 1u << 20;
+    if (requests < MOST) {
+        atomicAdd(volume_pages.at[brick], 1u);
+    }
+}
 
 void ask_for(uint brick, uint requests) {
     bool is_preview = streaming.now.previews != 0u;
-    if ((is_preview || is_needed()) && requests < MOST_REQUESTS) {
-        atomicAdd(volume_pages.at[brick], 1u);
+    if (is_preview || is_needed()) {
+        request(brick, requests);
     }
     if (is_preview) {
         return;
@@ -74,10 +80,14 @@ void clear_void() {
 
 // Whether a brick that an invocation has missed, counted from 1, is still missing. It is then asked for again.
 bool still_misses(uint missing) {
-    if (missing == 0u || (volume_pages.at[missing - 1u] & PAGE_RESIDENT) != 0u) {
+    if (missing == 0u) {
         return false;
     }
-    atomicAdd(volume_pages.at[missing - 1u], 1u);
+    uint page = volume_pages.at[missing - 1u];
+    if ((page & PAGE_RESIDENT) != 0u) {
+        return false;
+    }
+    request(missing - 1u, page);
     return true;
 }
 

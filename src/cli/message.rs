@@ -15,6 +15,9 @@ pub fn message(error: &Error) -> String {
         Error::Device(why @ (DeviceError::NotFound { .. } | DeviceError::Lacks { .. })) => {
             format!("--device {why}")
         }
+        Error::Device(why @ DeviceError::ShowsNothing { .. }) => {
+            format!("{why}; choose another --device")
+        }
         Error::TooShort { time, lacking, .. } => {
             let time = time.as_secs_f64();
             format!(

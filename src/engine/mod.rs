@@ -241,7 +241,8 @@ impl Engine {
         self.renderer.sums()
     }
 
-    /// Continues a picture from sums that an engine for the same scene had after `totals`.
+    /// Continues a picture from sums that another engine for the same scene had after `totals`, which are added to what this
+    /// one has done.
     pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
         self.reduce_to(self.scene.render.size)?;
         self.renderer.resume(sums, totals)

@@ -30,6 +30,9 @@ pub enum DeviceError {
     /// The device cannot do what this scene or program needs.
     #[error("{device} {problem}")]
     Unable { device: String, problem: String },
+    /// The device cannot show pictures in a window.
+    #[error("{device} {problem}")]
+    ShowsNothing { device: String, problem: String },
     /// There is no display, or nothing can be drawn on it.
     #[error("{0}")]
     Display(String),

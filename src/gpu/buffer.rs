@@ -153,7 +153,7 @@ impl Buffer {
     }
 
     fn destroy(&mut self) {
-        // SAFETY: a frame waits for its work before it returns, and no caller drops a buffer while it records: so nothing uses it.
+        // SAFETY: frames wait for their work before they return, and nothing is dropped while a frame records.
         unsafe { self.holding.device().raw.destroy_buffer(self.raw, None) };
         self.raw = vk::Buffer::null();
         self.desc.bytes = 0;

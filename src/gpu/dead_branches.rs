@@ -7,9 +7,9 @@
 //! A selection whose condition is known becomes a jump. A block to which nothing jumps any more stays where it is,
 //! but leads nowhere: drivers follow the jumps from the entry and never see it. Only where a loop would be left
 //! without its continue target, that block still leads to the loop's head, as SPIR-V demands (2.11, "Structured
-//! Control Flow"). A condition is known if it is a constant, one of the few
-//! operations of [`Walk::fold`] on known values, or a phi of known values: `&&` and `||` are compiled to phis. Blocks are visited in the order in which the compiler wrote them: jumps lead ahead,
-//! apart from those to the heads of loops. A module in any other order is left as it is.
+//! Control Flow"). A condition is known if it is a constant, one of the few operations of [`Walk::fold`] on known values,
+//! or a phi of known values: `&&` and `||` are compiled to phis. Blocks are visited in the order in which the compiler
+//! wrote them: jumps lead ahead, apart from those to the heads of loops. A module in any other order is left as it is.
 
 use std::collections::{HashMap, HashSet};
 

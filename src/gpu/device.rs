@@ -225,13 +225,15 @@ fn usable_queue(
     summary: &DeviceSummary,
     draws: bool,
 ) -> Result<u32> {
-    let unable = |problem: &str| DeviceError::Unable {
-        device: summary.name.clone(),
-        problem: if draws {
-            format!("{problem}, which a window needs; choose another device")
+    let unable = |problem: &str| {
+        let device = summary.name.clone();
+        if draws {
+            let problem = format!("{problem}, which a window needs");
+            DeviceError::ShowsNothing { device, problem }
         } else {
-            problem.into()
-        },
+            let problem = problem.into();
+            DeviceError::Unable { device, problem }
+        }
     };
     if draws && !instance.has_extension(physical, khr::swapchain::NAME) {
         return Err(unable("lacks VK_KHR_swapchain").into());

@@ -68,6 +68,12 @@ impl Frame {
                 (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Filtered(i)) => {
                     images.push((declared, [info(i, self.device.linear)]))
                 }
+                (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i)) => {
+                    return Err(pass.unfit(format!(
+                        "{} is written, but the image {} is not made for that",
+                        declared.name, i.desc.name
+                    )));
+                }
                 (kind, _) => {
                     return Err(pass.unfit(format!(
                         "{} is declared as {kind:?}, and something else is bound to it",

@@ -237,7 +237,7 @@ impl Image {
 
     fn destroy(&mut self) {
         let device = &self.holding.device().raw;
-        // SAFETY: a frame waits for its work before it returns, and no caller drops a image while it records: so nothing uses it.
+        // SAFETY: frames wait for their work before they return, and nothing is dropped while a frame records.
         unsafe {
             device.destroy_image_view(self.view, None);
             device.destroy_image(self.raw, None);

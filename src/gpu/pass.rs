@@ -144,7 +144,7 @@ fn compute_pipeline(
     specialization: &[u32],
 ) -> Result<vk::Pipeline, vk::Result> {
     let module = vk::ShaderModuleCreateInfo::default().code(code);
-    // SAFETY: the code is SPIR-V of the compiler, perhaps kept by an earlier run under a checksum, whose branches were removed by
+    // SAFETY: the code is SPIR-V of the compiler, perhaps kept by an earlier run under a checksum; branches were removed by
     // the rules of SPIR-V. The module is destroyed below.
     let module = unsafe { device.raw.create_shader_module(&module, None) }?;
     let entries: Vec<_> = (0..specialization.len() as u32)

@@ -62,7 +62,7 @@ impl Pipeline {
 impl Drop for Pipeline {
     fn drop(&mut self) {
         let raw = &self.device.raw;
-        // SAFETY: a frame waits for its work before it returns, and no caller drops a pipeline while it records: so nothing uses it.
+        // SAFETY: frames wait for their work before they return, and nothing is dropped while a frame records.
         unsafe {
             raw.destroy_pipeline(self.raw, None);
             raw.destroy_pipeline_layout(self.layout, None);

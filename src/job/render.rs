@@ -47,7 +47,11 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         Ok(_) | Err(Error::File { .. }) => render.keep(),
         Err(_) => Ok(()),
     };
-    let (mut outputs, taken) = pictures?;
+    let Pictures {
+        mut outputs,
+        taken,
+        missing,
+    } = pictures?;
     host.check_validation()?;
     let Render {
         clock,
@@ -60,6 +64,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     progress.finish();
     let restored_paths = keeper.as_ref().map_or(0, Keeper::restored_paths);
     let mut summary = Summary::of(args, &clock, engine, restored_paths, &taken, &stop);
+    summary.missing = missing;
     summary.stage(&mut outputs, &host, &clock)?;
     outputs.commit()?;
     kept?;
@@ -91,6 +96,14 @@ struct Render<'a> {
     under_way: usize,
     /// How the last picture was begun.
     beginning: Beginning,
+}
+
+/// The pictures that a render has taken.
+struct Pictures<'a> {
+    outputs: Outputs,
+    taken: Vec<RenderedPicture<'a>>,
+    /// The number of the first picture of an orbit that an interruption has prevented.
+    missing: Option<u32>,
 }
 
 /// How a picture is begun.
@@ -208,13 +221,14 @@ impl<'a> Render<'a> {
 
     /// Takes one picture after another, until all are done or an interruption has come. An orbit's files have their
     /// final names then; those of a single picture still have temporary ones.
-    fn take_pictures(&mut self) -> Result<(Outputs, Vec<RenderedPicture<'a>>)> {
+    fn take_pictures(&mut self) -> Result<Pictures<'a>> {
         let fingerprints = match self.volume.take() {
             Some(volume) => Some(Fingerprints::of(&mut self.engine, volume)?),
             None => None,
         };
         let mut outputs = Outputs::independent();
         let mut taken: Vec<RenderedPicture<'a>> = Vec::new();
+        let mut missing = None;
         for (index, view) in self.views.iter().enumerate() {
             let beginning = self.beginning_of(index);
             if beginning == Beginning::Again && view.files.iter().all(|file| file.exists()) {
@@ -234,7 +248,10 @@ impl<'a> Render<'a> {
             };
             let outcome = match outcome {
                 // The pictures before it are there all the same.
-                Err(Error::Interrupted) if !taken.is_empty() => break,
+                Err(Error::Interrupted) if !taken.is_empty() => {
+                    missing = Some(view.number);
+                    break;
+                }
                 outcome => outcome?,
             };
             let earlier = match beginning {
@@ -251,7 +268,11 @@ impl<'a> Render<'a> {
                 std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
             }
         }
-        Ok((outputs, taken))
+        Ok(Pictures {
+            outputs,
+            taken,
+            missing,
+        })
     }
 
     fn beginning_of(&self, index: usize) -> Beginning {

@@ -32,8 +32,8 @@ pub struct Summary<'a> {
     stats: Stats,
     /// What there is so many of in the last picture, as its statistics say.
     counted: &'static str,
-    /// The number of the last picture.
-    last: u32,
+    /// The number of the first picture of an orbit that an interruption has prevented.
+    pub missing: Option<u32>,
     /// The time that runs before this one have spent on these pictures.
     earlier: Duration,
     /// Paths of runs before this one, which `stats` counts as well.
@@ -64,7 +64,7 @@ impl<'a> Summary<'a> {
                 render::Variant::Published => "updates per cell",
                 render::Variant::Caching(_) | render::Variant::NonCaching => "samples per pixel",
             },
-            last: last.view.number,
+            missing: None,
             earlier: taken.iter().map(|picture| picture.earlier).sum(),
             restored_paths,
             memory: engine.memory_history(),
@@ -124,10 +124,8 @@ impl<'a> Summary<'a> {
     /// The signal, and the first picture of an orbit that is missing because of it.
     fn why_interrupted(&self) -> String {
         let signal = interrupt::reason();
-        match self.args.orbit {
-            Some(pictures) if self.last < pictures.get() => {
-                format!("{signal} before picture {} of {pictures}", self.last + 1)
-            }
+        match (self.missing, self.args.orbit) {
+            (Some(number), Some(all)) => format!("{signal} before picture {number} of {all}"),
             _ => signal.into(),
         }
     }

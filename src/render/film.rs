@@ -66,8 +66,8 @@ impl Renderer {
         })
     }
 
-    /// Continues a picture of the current size from sums that a renderer of the same scene had after `totals`; fails if they
-    /// are of another size.
+    /// Continues a picture of the current size from sums that another renderer of the same scene had after `totals`, which are
+    /// added to what this one has done; fails if they are of another size.
     pub fn resume(&mut self, sums: &Sums, totals: Totals) -> Result<()> {
         let pixels = self.pixels() as usize;
         if [&sums.mean, &sums.squares]
@@ -83,9 +83,9 @@ impl Renderer {
         self.is_stale = false;
         let before = self.totals;
         self.totals = Totals {
-            paths: before.paths + totals.paths,
+            paths: before.paths.saturating_add(totals.paths),
             lookups: before.lookups + totals.lookups,
-            paths_before: before.paths + totals.paths_before,
+            paths_before: before.paths.saturating_add(totals.paths_before),
             lookups_before: before.lookups + totals.lookups_before,
             ..totals
         };

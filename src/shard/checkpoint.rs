@@ -19,6 +19,7 @@ use super::lock::Lock;
 use super::settings::Settings;
 use crate::engine::{Engine, SampleRange, Stop};
 use crate::error::{Error, Place, Result};
+use crate::output::target_of;
 use crate::render::Totals;
 
 /// The header of a checkpoint.
@@ -153,7 +154,8 @@ impl Found {
         if !self.is_ignored {
             return Ok(());
         }
-        for file in [self.path.clone(), super::beside(&self.path, "cache")] {
+        let checkpoint = target_of(&self.path);
+        for file in [super::beside(&checkpoint, "cache"), checkpoint] {
             match fs::remove_file(&file) {
                 Err(error) if error.kind() != ErrorKind::NotFound => {
                     return Err(Error::io(&file, error));

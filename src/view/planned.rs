@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct Planned(Arc<AtomicU64>);
 
 impl Planned {
-    /// Notes a plan for everything, the window included, before its memory is taken.
+    /// Notes a plan for everything, the window included.
     pub fn note(&self, bytes: u64) {
         self.0.fetch_max(bytes, Ordering::Relaxed);
     }

@@ -158,6 +158,16 @@ fn a_restart_that_fails_costs_nothing() {
     folder.succeed(&format!("{uncached} --restart"));
     assert!(!folder.path("c.exr.cache").exists());
     folder.succeed(&uncached);
+    // A link to a checkpoint stays one.
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("c.exr", folder.path("link.exr")).expect("a link");
+        let linked = "render ball.toml --spp 8 -o a.exr --checkpoint link.exr --variant caching";
+        folder.succeed(&format!("{linked} --restart"));
+        assert!(folder.path("link.exr").is_symlink());
+        assert!(folder.path("c.exr.cache").exists());
+        folder.succeed(linked);
+    }
 }
 
 /// A medium that begins beyond the volume's values leaves the cache without a node.

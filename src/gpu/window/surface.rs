@@ -90,7 +90,7 @@ impl Surface {
             )
         };
         if !shows.map_err(|e| failed(&self.device, e))? {
-            let why = "its compute queue does not reach this display; choose another device";
+            let why = "its compute queue does not reach this display";
             return Err(shows_nothing(&self.device, why));
         }
         let usage = self.capabilities()?.supported_usage_flags;
@@ -374,7 +374,7 @@ fn composite_alpha(supported: vk::CompositeAlphaFlagsKHR) -> vk::CompositeAlphaF
 
 fn shows_nothing(device: &Device, why: impl Display) -> Error {
     let problem = format!("cannot show anything in a window: {why}");
-    DeviceError::Unable {
+    DeviceError::ShowsNothing {
         device: device.summary.name.clone(),
         problem,
     }

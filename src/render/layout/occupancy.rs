@@ -97,11 +97,15 @@ fn scatters(range: [f32; 2], medium: &Medium) -> bool {
         0.0
     };
     let [low, high] = [range[0] - rounding, range[1] + rounding];
-    let within = |p: &&TransferPoint| p.value >= low && p.value <= high;
+    let first = transfer.partition_point(|p| p.value <= low);
+    let within = |p: &&TransferPoint| p.value <= high;
     !medium.is_vacuum()
         && (opacity(low, transfer) > 0.0
             || opacity(high, transfer) > 0.0
-            || transfer.iter().filter(within).any(|p| p.opacity > 0.0))
+            || transfer[first..]
+                .iter()
+                .take_while(within)
+                .any(|p| p.opacity > 0.0))
 }
 
 fn opacity(value: f32, transfer: &[TransferPoint]) -> f32 {
