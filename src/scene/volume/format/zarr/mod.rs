@@ -8,6 +8,7 @@
 mod array;
 mod chunks;
 mod crc32c;
+mod files;
 mod keys;
 mod metadata;
 mod pipeline;
