@@ -155,7 +155,8 @@ impl Found {
             return Ok(());
         }
         let checkpoint = target_of(&self.path);
-        for file in [super::beside(&checkpoint, "cache"), checkpoint] {
+        let cache = super::beside(&self.path, "cache");
+        for file in [checkpoint, cache] {
             match fs::remove_file(&file) {
                 Err(error) if error.kind() != ErrorKind::NotFound => {
                     return Err(Error::io(&file, error));
