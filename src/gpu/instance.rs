@@ -56,11 +56,9 @@ pub(super) fn one_at_a_time() -> MutexGuard<'static, ()> {
     locked(&LIFETIMES)
 }
 
-/// Whether the loader has an extension for instances.
-fn offers(entry: &ash::Entry, name: &CStr) -> bool {
-    // SAFETY: the loader is alive.
-    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) };
-    extensions.is_ok_and(|all| all.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
+/// Whether a list of extensions, if there is one, has this name.
+fn has_name(all: ash::prelude::VkResult<Vec<vk::ExtensionProperties>>, name: &CStr) -> bool {
+    all.is_ok_and(|all| all.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
 }
 
 impl Instance {
@@ -81,7 +79,9 @@ impl Instance {
         }
         // Without this, loaders leave out drivers that stand on another interface, as MoltenVK stands on Metal.
         let mut flags = vk::InstanceCreateFlags::empty();
-        if offers(&entry, khr::portability_enumeration::NAME) {
+        // SAFETY: the loader is alive.
+        let offered = unsafe { entry.enumerate_instance_extension_properties(None) };
+        if has_name(offered, khr::portability_enumeration::NAME) {
             extensions.push(khr::portability_enumeration::NAME.as_ptr());
             flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
         }
@@ -130,8 +130,8 @@ impl Instance {
 
     pub fn has_extension(&self, physical: vk::PhysicalDevice, name: &CStr) -> bool {
         // SAFETY: `physical` belongs to this live instance.
-        let extensions = unsafe { self.raw.enumerate_device_extension_properties(physical) };
-        extensions.is_ok_and(|all| all.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
+        let offered = unsafe { self.raw.enumerate_device_extension_properties(physical) };
+        has_name(offered, name)
     }
 
     pub fn watches(&self) -> bool {
