@@ -8,7 +8,7 @@ use super::checkpoint::{Earlier, Keeper, KeptRender};
 use super::clock::Clock;
 use super::preparation::{choose, open, prepare, try_variants};
 use super::shards::Fingerprints;
-use super::summary::{RenderedPicture, Summary};
+use super::summary::{RenderedPicture, Summary, Taken};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Subject, Task, Tried};
@@ -47,11 +47,7 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
         Ok(_) | Err(Error::File { .. }) => render.keep(),
         Err(_) => Ok(()),
     };
-    let Pictures {
-        mut outputs,
-        taken,
-        missing,
-    } = pictures?;
+    let (mut outputs, taken) = pictures?;
     host.check_validation()?;
     let Render {
         clock,
@@ -64,7 +60,6 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     progress.finish();
     let restored_paths = keeper.as_ref().map_or(0, Keeper::restored_paths);
     let mut summary = Summary::of(args, &clock, engine, restored_paths, &taken, &stop);
-    summary.missing = missing;
     summary.stage(&mut outputs, &host, &clock)?;
     outputs.commit()?;
     kept?;
@@ -96,14 +91,6 @@ struct Render<'a> {
     under_way: usize,
     /// How the last picture was begun.
     beginning: Beginning,
-}
-
-/// The pictures that a render has taken.
-struct Pictures<'a> {
-    outputs: Outputs,
-    taken: Vec<RenderedPicture<'a>>,
-    /// The number of the first picture of an orbit that an interruption has prevented.
-    missing: Option<u32>,
 }
 
 /// How a picture is begun.
@@ -221,20 +208,19 @@ impl<'a> Render<'a> {
 
     /// Takes one picture after another, until all are done or an interruption has come. An orbit's files have their
     /// final names then; those of a single picture still have temporary ones.
-    fn take_pictures(&mut self) -> Result<Pictures<'a>> {
+    fn take_pictures(&mut self) -> Result<(Outputs, Taken<'a>)> {
         let fingerprints = match self.volume.take() {
             Some(volume) => Some(Fingerprints::of(&mut self.engine, volume)?),
             None => None,
         };
         let mut outputs = Outputs::independent();
-        let mut taken: Vec<RenderedPicture<'a>> = Vec::new();
-        let mut missing = None;
+        let (mut pictures, mut missing) = (Vec::new(), None);
         for (index, view) in self.views.iter().enumerate() {
             let beginning = self.beginning_of(index);
             if beginning == Beginning::Again && view.files.iter().all(|file| file.exists()) {
                 continue;
             }
-            let outcome = if is_interrupted() && !taken.is_empty() {
+            let outcome = if is_interrupted() && !pictures.is_empty() {
                 Err(Error::Interrupted)
             } else {
                 self.begin_picture(index, beginning)
@@ -248,7 +234,7 @@ impl<'a> Render<'a> {
             };
             let outcome = match outcome {
                 // The pictures before it are there all the same.
-                Err(Error::Interrupted) if !taken.is_empty() => {
+                Err(Error::Interrupted) if !pictures.is_empty() => {
                     missing = Some(view.number);
                     break;
                 }
@@ -258,7 +244,7 @@ impl<'a> Render<'a> {
                 Beginning::UnderWay => self.earlier,
                 Beginning::Again | Beginning::Next => Duration::ZERO,
             };
-            taken.push(RenderedPicture {
+            pictures.push(RenderedPicture {
                 view,
                 outcome,
                 earlier,
@@ -268,11 +254,7 @@ impl<'a> Render<'a> {
                 std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
             }
         }
-        Ok(Pictures {
-            outputs,
-            taken,
-            missing,
-        })
+        Ok((outputs, Taken { pictures, missing }))
     }
 
     fn beginning_of(&self, index: usize) -> Beginning {

@@ -23,6 +23,13 @@ pub struct RenderedPicture<'a> {
     pub earlier: Duration,
 }
 
+/// The pictures of a render that have samples.
+pub struct Taken<'a> {
+    pub pictures: Vec<RenderedPicture<'a>>,
+    /// The number of the first picture of an orbit that an interruption has prevented.
+    pub missing: Option<u32>,
+}
+
 pub struct Summary<'a> {
     args: &'a RenderArgs,
     /// The names of the pictures' files.
@@ -32,8 +39,8 @@ pub struct Summary<'a> {
     stats: Stats,
     /// What there is so many of in the last picture, as its statistics say.
     counted: &'static str,
-    /// The number of the first picture of an orbit that an interruption has prevented.
-    pub missing: Option<u32>,
+    /// As in [`Taken`].
+    missing: Option<u32>,
     /// The time that runs before this one have spent on these pictures.
     earlier: Duration,
     /// Paths of runs before this one, which `stats` counts as well.
@@ -51,21 +58,22 @@ impl<'a> Summary<'a> {
         clock: &Clock,
         engine: Engine,
         restored_paths: u64,
-        taken: &[RenderedPicture<'_>],
+        taken: &Taken<'_>,
         stop: &Stop,
     ) -> Summary<'a> {
-        let (first, last) = (&taken[0], &taken[taken.len() - 1]);
+        let Taken { pictures, missing } = taken;
+        let (first, last) = (&pictures[0], &pictures[pictures.len() - 1]);
         Summary {
             args,
             files: names(first.view, last.view),
             asked: engine.scene().render.variant,
-            stats: stats(args, clock, &engine, taken, cache_goal(stop)),
+            stats: stats(args, clock, &engine, pictures, cache_goal(stop)),
             counted: match engine.choice().plan.variant {
                 render::Variant::Published => "updates per cell",
                 render::Variant::Caching(_) | render::Variant::NonCaching => "samples per pixel",
             },
-            missing: None,
-            earlier: taken.iter().map(|picture| picture.earlier).sum(),
+            missing: *missing,
+            earlier: pictures.iter().map(|picture| picture.earlier).sum(),
             restored_paths,
             memory: engine.memory_history(),
             stopped: last.outcome.stopped.clone(),
