@@ -18,7 +18,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Rgb, Rgb32FIma
 
 use crate::error::first_of;
 use crate::fence::fenced;
-use crate::scene::volume::open_file;
+use crate::regular_file::open_file;
 
 /// Bytes of pixels that a byte of an OpenEXR file becomes at most: Deflate makes 1032 bytes of one, and PXR24 leaves out one
 /// byte of four before that.
@@ -42,9 +42,10 @@ const MOST_NAMED: usize = 8;
 ///
 /// The file cannot be read, is not OpenEXR, or claims more pixels than it can hold.
 pub fn exr_meta_data(path: &Path) -> Result<MetaData, String> {
-    let bytes = open_file(path)?.1.len();
+    let (file, metadata) = open_file(path)?;
+    let bytes = metadata.len();
     let meta = fenced(|| {
-        MetaData::read_from_file(path, false)
+        MetaData::read_from_buffered(BufReader::new(file), false)
             .map_err(|error| format!("not readable as OpenEXR: {error}"))
     })?;
     for header in &meta.headers {

@@ -56,6 +56,7 @@ pub mod interrupt;
 pub mod job;
 mod locked;
 pub mod output;
+mod regular_file;
 pub mod render;
 pub mod scene;
 pub mod shard;

@@ -10,7 +10,7 @@ use super::SceneFile;
 use super::numbers::LIGHT;
 use super::page::Page;
 use crate::error::Result;
-use crate::scene::volume::open_file;
+use crate::regular_file::open_file;
 use crate::scene::{DirectionalLight, Environment, EnvironmentFile, EnvironmentImage, Lights};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

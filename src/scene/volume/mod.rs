@@ -47,7 +47,6 @@ pub use region::Region;
 pub use series::{Preview, Series};
 use source::Source;
 use source::spool::Spool;
-pub(crate) use source::watched::open_file;
 use statistics::Statistics;
 pub use storage::{Level, Storage};
 use store::Keeping;

@@ -22,18 +22,22 @@ pub fn write_image(
     path
 }
 
-/// A volume may take minutes to read.
-#[test]
-fn a_missing_image_is_found_before_the_volume_is_read() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
+/// Why a scene in this folder whose sky is `sky.exr` is refused before its volume is read, which may take minutes.
+fn refused_sky(folder: &Path) -> String {
+    let path = folder.join("scene.toml");
     let text =
         "[volume]\npath = \"v.nrrd\"\n[[light]]\ntype = \"environment\"\nimage = \"sky.exr\"";
     std::fs::write(&path, text).unwrap();
     let opened = open(&path, Preset::Auto, &[], |_, _| {
         panic!("the volume was read")
     });
-    let error = opened.expect_err("no image").to_string();
+    opened.expect_err("no image").to_string()
+}
+
+#[test]
+fn a_missing_image_is_found_before_the_volume_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let error = refused_sky(folder.path());
     assert!(
         error.contains("scene.toml:5: light.0.image: ") && error.contains("sky.exr: No such file"),
         "{error}"
@@ -44,15 +48,8 @@ fn a_missing_image_is_found_before_the_volume_is_read() {
 #[test]
 fn an_image_is_a_regular_file() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("scene.toml");
     std::fs::create_dir(folder.path().join("sky.exr")).unwrap();
-    let text =
-        "[volume]\npath = \"v.nrrd\"\n[[light]]\ntype = \"environment\"\nimage = \"sky.exr\"";
-    std::fs::write(&path, text).unwrap();
-    let opened = open(&path, Preset::Auto, &[], |_, _| {
-        panic!("the volume was read")
-    });
-    let error = opened.expect_err("no image").to_string();
+    let error = refused_sky(folder.path());
     assert!(error.contains("sky.exr: is not a regular file"), "{error}");
 }
 

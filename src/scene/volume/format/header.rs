@@ -11,12 +11,12 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use crate::regular_file::open_file;
 use crate::scene::volume::orientation::Orientation;
 use crate::scene::volume::parsed::{Fault, Keyed, Parsed};
 use crate::scene::volume::quantity::Quantity;
 use crate::scene::volume::source::Source;
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
-use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::stored::Conversion;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};

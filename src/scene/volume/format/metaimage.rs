@@ -6,11 +6,12 @@ use super::header::{
     About, Fields, Header, TEXT_LIMIT, beside, first_bytes, lines, names_several_files, unexpected,
 };
 use super::several::{Key, Several};
+use crate::regular_file::open_file;
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
-use crate::scene::volume::source::watched::{open_file, read_at};
+use crate::scene::volume::source::watched::read_at;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {

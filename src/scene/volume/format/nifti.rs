@@ -10,12 +10,12 @@ use std::path::Path;
 
 use super::header::{About, Header, first_bytes, unexpected};
 use super::several::{Key, Several};
+use crate::regular_file::open_file;
 use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
 use crate::scene::volume::source::gzip::Members;
-use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::storage::Storage;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 

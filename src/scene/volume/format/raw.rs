@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use super::header::Header;
+use crate::regular_file::open_file;
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::{Fault, Keyed};
 use crate::scene::volume::source::file::{shape, voxel_bytes};
-use crate::scene::volume::source::watched::open_file;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {

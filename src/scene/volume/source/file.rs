@@ -18,8 +18,9 @@ use bzip2::read::MultiBzDecoder;
 use flate2::read::ZlibDecoder;
 
 use super::gzip::Members;
-use super::watched::{HAS_CHANGED, Version, open_file, read_at, version};
+use super::watched::{HAS_CHANGED, Version, read_at, version};
 use super::{Cursor, Source};
+use crate::regular_file::open_file;
 use crate::scene::volume::parsed::Parsed;
 use crate::scene::volume::region::Region;
 use crate::scene::volume::storage::Storage;

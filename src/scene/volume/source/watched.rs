@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use crate::regular_file::open_file;
 use crate::scene::volume::parsed::Parsed;
 
 /// Length and time of modification, by which a change of a file is noticed. The time is `None` where the system keeps
@@ -23,17 +24,6 @@ pub fn version_at(path: &Path) -> Option<Version> {
 }
 
 pub const HAS_CHANGED: &str = "the file has changed since it was opened; open it again";
-
-/// Opens a file, and returns its metadata with it. Anything but a regular file is refused: a header may name a pipe or
-/// a device, and reading that could wait for ever.
-pub fn open_file(path: &Path) -> Parsed<(File, Metadata)> {
-    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
-    if !metadata.is_file() {
-        return Err("is not a regular file".into());
-    }
-    let file = File::open(path).map_err(|e| e.to_string())?;
-    Ok((file, metadata))
-}
 
 /// A file that is read by several threads at once.
 #[derive(Debug)]

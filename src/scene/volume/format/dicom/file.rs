@@ -17,8 +17,9 @@ use super::syntax::{
     EXPLICIT_LITTLE, GDCMCONV, IMPLICIT_LITTLE, PLAIN, Syntax, TransferSyntax, transfer_syntax,
 };
 use super::tags;
+use crate::regular_file::open_file;
 use crate::scene::volume::parsed::Parsed;
-use crate::scene::volume::source::watched::{HAS_CHANGED, open_file};
+use crate::scene::volume::source::watched::HAS_CHANGED;
 
 const PREAMBLE: u64 = 128;
 const MAGIC: &[u8] = b"DICM";
