@@ -1,5 +1,6 @@
-//! The GPU memory that may be used, and the source of that limit.
+//! The memory that may be used, on the GPU and on the host, and the source of that limit.
 
+use super::host_memory;
 use crate::gpu::Device;
 
 /// A limit as set by a user.
@@ -26,32 +27,29 @@ pub enum BudgetSource {
     Limit(Limit),
     /// The heap, which is smaller than that limit.
     Heap(Limit),
+    /// Half of what the host has free: on a CPU, the device's memory is the host's, which has to hold the rest as well.
+    Host,
 }
 
-/// Bytes of the host's memory that a user allows; without a limit, half of what is free.
-pub(crate) fn of_host(asked: Option<Limit>) -> u64 {
-    let free = || {
-        let mut system = sysinfo::System::new();
-        system.refresh_memory();
-        system.available_memory()
-    };
+/// Bytes of the host's memory that a user allows; without a limit, half of what is free beside the device's budget, if that
+/// is in the host's memory as well.
+pub(crate) fn of_host(asked: Option<Limit>, device: &Device, budget: &Budget) -> u64 {
     match asked {
         Some(Limit::Bytes(bytes)) => bytes,
-        Some(Limit::Percent(share)) => (free() as f64 * share / 100.0) as u64,
-        None => free() / 2,
+        Some(Limit::Percent(share)) => (host_memory::free() as f64 * share / 100.0) as u64,
+        None if device.summary.kind.is_software() => {
+            host_memory::free().saturating_sub(budget.bytes) / 2
+        }
+        None => host_memory::free() / 2,
     }
 }
 
 impl Budget {
     /// The budget that the user allows, but never more than the device's heap holds; without a limit, what the driver
-    /// grants.
+    /// grants, but no more than the host can give where the device is a CPU.
     pub(crate) fn of(device: &Device, asked: Option<Limit>) -> Budget {
         let Some(limit) = asked else {
-            let (bytes, source) = device.default_budget();
-            return Budget {
-                bytes,
-                source: BudgetSource::Driver(source),
-            };
+            return Budget::by_default(device);
         };
         let heap = device.summary.device_local_bytes;
         let bytes = match limit {
@@ -68,6 +66,26 @@ impl Budget {
                 bytes: heap,
                 source: BudgetSource::Heap(limit),
             }
+        }
+    }
+
+    fn by_default(device: &Device) -> Budget {
+        let (bytes, driver) = device.default_budget();
+        let granted = Budget {
+            bytes,
+            source: BudgetSource::Driver(driver),
+        };
+        if !device.summary.kind.is_software() {
+            return granted;
+        }
+        let of_host = Budget {
+            bytes: host_memory::free() / 2,
+            source: BudgetSource::Host,
+        };
+        if of_host.bytes < granted.bytes {
+            of_host
+        } else {
+            granted
         }
     }
 }

@@ -16,7 +16,8 @@ pub struct HostOptions {
     /// The device's name, a part of it, or its index in `isolume info`.
     pub device: Option<String>,
     pub vram_budget: Option<Limit>,
-    /// The most host memory for voxels where the volume streams; by default half of what is free.
+    /// The most host memory for voxels where the volume streams; by default half of what is free
+    /// beside the budget of a device that is a CPU.
     pub ram_budget: Option<Limit>,
     /// Whether Vulkan's validation layers watch; [`Host::check_validation`] returns what they have found.
     pub validation: bool,
@@ -47,9 +48,10 @@ impl Host {
         vram_budget: Option<Limit>,
         ram_budget: Option<Limit>,
     ) -> Host {
+        let budget = Budget::of(&device, vram_budget);
         Host {
-            budget: Budget::of(&device, vram_budget),
-            ram_budget: budget::of_host(ram_budget),
+            ram_budget: budget::of_host(ram_budget, &device, &budget),
+            budget,
             device,
         }
     }

@@ -9,6 +9,7 @@ mod filling;
 mod first_samples;
 mod forecast;
 mod host;
+mod host_memory;
 mod kept_light;
 mod picture;
 mod refinement;
