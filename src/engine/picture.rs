@@ -23,27 +23,30 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// Takes the texels, whose memory it uses where it can: large pictures are most of what a host has to hold.
     pub(super) fn new(film: Film, hits: FirstHits, settings: &RenderSettings) -> Picture {
-        let last = |texels: &[[f32; 4]]| texels.iter().map(|t| t[3]).collect();
         let [width, height] = settings.size;
         let is_transparent = settings.background == Background::Transparent;
+        let alpha = is_transparent.then(|| last(&film.mean));
+        let rgb = radiance(film.mean);
+        let depth = last(&hits.normal_depth);
         Picture {
             width,
             height,
-            rgb: radiance(&film.mean),
-            alpha: is_transparent.then(|| last(&film.mean)),
+            rgb,
+            alpha,
             stderr: film.stderr,
-            albedo: rgb(&hits.albedo),
-            normal: rgb(&hits.normal_depth),
-            depth: last(&hits.normal_depth),
+            albedo: first_three(hits.albedo),
+            normal: first_three(hits.normal_depth),
+            depth,
         }
     }
 
     /// Shows other texels, of RGB and coverage.
     pub fn show(&mut self, texels: &[[f32; 4]]) {
-        self.rgb = radiance(texels);
+        self.rgb = radiance(texels.iter().copied());
         if let Some(alpha) = &mut self.alpha {
-            *alpha = texels.iter().map(|t| t[3]).collect();
+            *alpha = last(texels);
         }
     }
 
@@ -69,18 +72,27 @@ fn relative(mean_square: f64, rgb: &[[f32; 3]]) -> f64 {
 
 /// RGB of each texel. Where samples correct light that was read from a cache, their mean may be below 0 by its noise or by
 /// rounding.
-pub(super) fn radiance(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
+pub(super) fn radiance(texels: impl IntoIterator<Item = [f32; 4]>) -> Vec<[f32; 3]> {
     let positive = |v: f32| if v < 0.0 { 0.0 } else { v };
-    let texel = |&[r, g, b, _]: &[f32; 4]| [r, g, b].map(positive);
-    texels.iter().map(texel).collect()
+    let texel = |[r, g, b, _]: [f32; 4]| [r, g, b].map(positive);
+    texels.into_iter().map(texel).collect()
 }
 
 /// The first three channels of each texel.
-fn rgb(texels: &[[f32; 4]]) -> Vec<[f32; 3]> {
-    texels.iter().map(|&[r, g, b, _]| [r, g, b]).collect()
+fn first_three(texels: impl IntoIterator<Item = [f32; 4]>) -> Vec<[f32; 3]> {
+    let texel = |[x, y, z, _]: [f32; 4]| [x, y, z];
+    texels.into_iter().map(texel).collect()
+}
+
+/// The fourth channel of each texel.
+fn last(texels: &[[f32; 4]]) -> Vec<f32> {
+    texels.iter().map(|texel| texel[3]).collect()
 }
 
 /// rms(after − before) / mean(after) of two pictures of RGB and coverage.
 pub(super) fn relative_change(before: &[[f32; 4]], after: &[[f32; 4]]) -> f64 {
-    relative(mean_square(before, after), &rgb(after))
+    relative(
+        mean_square(before, after),
+        &first_three(after.iter().copied()),
+    )
 }

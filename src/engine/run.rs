@@ -232,7 +232,7 @@ impl Engine {
 
 /// rms(standard error) / mean(RGB) of a picture of several units.
 pub fn relative_error_of(film: &Film) -> f64 {
-    relative_error(&radiance(&film.mean), &film.stderr)
+    relative_error(&radiance(film.mean.iter().copied()), &film.stderr)
 }
 
 impl Run<'_> {

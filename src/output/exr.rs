@@ -5,6 +5,11 @@
 
 use std::io::{self, Seek, Write};
 
+use ::exr::block::lines::LineRefMut;
+use ::exr::image::write::samples::{SamplesWriter, WritableSamples};
+use ::exr::math::RoundingMode;
+use ::exr::meta::attribute::{LevelMode, SampleType};
+use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 
 use super::{Continuation, Provenance};
@@ -69,7 +74,7 @@ pub(super) fn encode(
         })
 }
 
-fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
+fn channels(picture: &Picture) -> SmallVec<[AnyChannel<Component<'_>>; 4]> {
     let layers = [
         (["R", "G", "B"], &picture.rgb),
         (["stderr.R", "stderr.G", "stderr.B"], &picture.stderr),
@@ -78,39 +83,92 @@ fn channels(picture: &Picture) -> SmallVec<[AnyChannel<FlatSamples>; 4]> {
     ];
     let mut channels = SmallVec::new();
     for (names, pixels) in layers {
-        for (component, name) in names.into_iter().enumerate() {
-            let samples = pixels.iter().map(|pixel| pixel[component]).collect();
-            channels.push(AnyChannel::new(name, FlatSamples::F32(samples)));
-        }
+        channels.extend(layer(names, pixels));
     }
-    channels.push(AnyChannel::new(
-        "depth.Z",
-        FlatSamples::F32(picture.depth.clone()),
-    ));
+    channels.push(AnyChannel::new("depth.Z", Component::alone(&picture.depth)));
     if let Some(alpha) = &picture.alpha {
-        channels.push(AnyChannel::new("A", FlatSamples::F32(alpha.clone())));
+        channels.push(AnyChannel::new("A", Component::alone(alpha)));
     }
     channels
 }
 
 /// Channels for the sums behind the picture, except its mean.
-fn sums(sums: &Sums) -> Vec<AnyChannel<FlatSamples>> {
-    let channel = |name, samples| AnyChannel::new(name, FlatSamples::F32(samples));
-    let component = |texels: &[[f32; 4]], c: usize| texels.iter().map(|texel| texel[c]).collect();
-    let layer = |names: [&'static str; 4], texels: &[[f32; 4]]| {
-        [0, 1, 2, 3].map(|c| channel(names[c], component(texels, c)))
-    };
+fn sums(sums: &Sums) -> Vec<AnyChannel<Component<'_>>> {
     let squares = ["squares.R", "squares.G", "squares.B", "squares.A"];
     let mut channels = layer(squares, &sums.squares).to_vec();
-    channels.push(channel("coverage", component(&sums.mean, 3)));
+    channels.push(AnyChannel::new("coverage", Component::of(&sums.mean, 3)));
     if let Some(halves) = &sums.halves {
         channels.extend(layer(
             ["halves.R", "halves.G", "halves.B", "halves.A"],
             &halves.mean,
         ));
-        channels.push(channel("halves.left", halves.variance_ratio.clone()));
+        let left = Component::alone(&halves.variance_ratio);
+        channels.push(AnyChannel::new("halves.left", left));
     }
     channels
+}
+
+/// A channel for each component of these texels.
+fn layer<'a, const N: usize>(
+    names: [&'static str; N],
+    texels: &'a [[f32; N]],
+) -> [AnyChannel<Component<'a>>; N] {
+    std::array::from_fn(|c| AnyChannel::new(names[c], Component::of(texels, c)))
+}
+
+/// One component of all texels, where it lies: every `stride`-th of these numbers, from the first. A copy of each would take
+/// as much of the host's memory as the whole picture.
+#[derive(Clone)]
+struct Component<'a> {
+    numbers: &'a [f32],
+    stride: usize,
+}
+
+impl<'a> Component<'a> {
+    fn of<const N: usize>(texels: &'a [[f32; N]], component: usize) -> Self {
+        Component {
+            numbers: &texels.as_flattened()[component..],
+            stride: N,
+        }
+    }
+
+    fn alone(numbers: &'a [f32]) -> Self {
+        Component { numbers, stride: 1 }
+    }
+}
+
+/// Writes a component line by line.
+struct Lines<'a> {
+    component: Component<'a>,
+    width: usize,
+}
+
+impl<'a> WritableSamples<'_> for Component<'a> {
+    type Writer = Lines<'a>;
+
+    fn sample_type(&self) -> SampleType {
+        SampleType::F32
+    }
+
+    fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
+        (LevelMode::Singular, RoundingMode::Down)
+    }
+
+    fn create_samples_writer(&self, header: &Header) -> Lines<'a> {
+        Lines {
+            component: self.clone(),
+            width: header.layer_size.width(),
+        }
+    }
+}
+
+impl SamplesWriter for Lines<'_> {
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        let Component { numbers, stride } = self.component;
+        let first = line.location.position.y() * self.width + line.location.position.x();
+        line.write_samples(|sample| numbers[(first + sample) * stride])
+            .expect("a line has room for its samples");
+    }
 }
 
 /// The crate's own conversions panic beyond Latin-1, but header text is UTF-8 by custom: a scene may name its volume
