@@ -1,5 +1,16 @@
 //! Buffers: on the device, or mapped for the host to write or read.
+//!
+//! **Why mapped memory is never seen while the device changes it.** The device uses a buffer only inside of [`Frame::run`],
+//! for which the buffer is borrowed (`recording.rs`). References into mapped memory are only handed out for a buffer that is
+//! borrowed exclusively, so none exists then. What a shared buffer offers is copies into it and out of it, as [`Cell`] does.
+//! They cannot fall into a `run` either: it blocks its thread until the device has finished, and like a [`Cell`], a buffer is
+//! not [`Sync`], so that no other thread has it. All mapped memory is coherent.
+//!
+//! [`Frame::run`]: super::Frame::run
 
+use std::cell::Cell;
+use std::marker::PhantomData;
+use std::ptr;
 use std::sync::Arc;
 
 use ash::vk;
@@ -51,7 +62,8 @@ pub enum Placement {
 
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
-    pub desc: BufferDesc,
+    pub(super) desc: BufferDesc,
+    not_sync: PhantomData<Cell<u8>>,
     // Last: the memory goes after the buffer.
     holding: Holding,
 }
@@ -88,6 +100,7 @@ impl Buffer {
         let mut buffer = Buffer {
             raw: vk::Buffer::null(),
             desc,
+            not_sync: PhantomData,
             holding: memory.reserve(desc.name, &requirements)?,
         };
         if memory.is_dry_run() {
@@ -135,9 +148,13 @@ impl Buffer {
             bytes: bytes_for(data),
             placement,
         };
-        let mut buffer = Buffer::new(memory, desc)?;
+        let buffer = Buffer::new(memory, desc)?;
         buffer.write(data);
         Ok(buffer)
+    }
+
+    pub fn desc(&self) -> &BufferDesc {
+        &self.desc
     }
 
     /// Changes the size; the contents are lost. The old memory is freed first, so that both together are never
@@ -153,7 +170,7 @@ impl Buffer {
     }
 
     fn destroy(&mut self) {
-        // SAFETY: frames wait for their work before they return, and nothing is dropped while a frame records.
+        // SAFETY: a recording borrows the buffer until its work has ended, so nothing uses it.
         unsafe { self.holding.device().raw.destroy_buffer(self.raw, None) };
         self.raw = vk::Buffer::null();
         self.desc.bytes = 0;
@@ -168,33 +185,55 @@ impl Buffer {
     }
 
     /// Writes from the buffer's start. Does nothing in a dry run.
-    pub fn write<T: bytemuck::NoUninit>(&mut self, data: &[T]) {
+    pub fn write<T: bytemuck::NoUninit>(&self, data: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        if let Some(mapped) = self.mapped_mut() {
-            mapped[..bytes.len()].copy_from_slice(bytes);
+        if let Some(mapped) = self.mapped(bytes.len()) {
+            // SAFETY: so many bytes are mapped. Nothing else accesses them now: the module says why.
+            unsafe { ptr::copy_nonoverlapping(bytes.as_ptr(), mapped, bytes.len()) };
         }
     }
 
-    /// The mapped bytes; `None` in a dry run. Panics if the buffer is on the device.
-    pub fn mapped(&self) -> Option<&[u8]> {
+    /// Reads from the buffer's start as much as `data` has room for. Does nothing in a dry run.
+    pub fn read_into<T: bytemuck::Pod>(&self, data: &mut [T]) {
+        let bytes: &mut [u8] = bytemuck::cast_slice_mut(data);
+        if let Some(mapped) = self.mapped(bytes.len()) {
+            // SAFETY: so many bytes are mapped. Nothing else accesses them now: the module says why.
+            unsafe { ptr::copy_nonoverlapping(mapped, bytes.as_mut_ptr(), bytes.len()) };
+        }
+    }
+
+    /// The value at the buffer's start; zeros in a dry run.
+    pub fn read<T: bytemuck::Pod>(&self) -> T {
+        let mut value = T::zeroed();
+        self.read_into(std::slice::from_mut(&mut value));
+        value
+    }
+
+    /// The first `count` values; zeros in a dry run.
+    pub fn read_vec<T: bytemuck::Pod>(&self, count: usize) -> Vec<T> {
+        let mut values = vec![T::zeroed(); count];
+        self.read_into(&mut values);
+        values
+    }
+
+    /// The mapped bytes, of which at least `needed` are there; `None` in a dry run. Panics if the buffer is on the device or
+    /// is smaller.
+    fn mapped(&self, needed: usize) -> Option<*mut u8> {
+        let (name, bytes) = (self.holding.name(), self.desc.bytes);
         let allocation = self.holding.allocation()?;
-        let mapped = allocation.mapped_slice();
-        let mapped = mapped.unwrap_or_else(|| panic!("{} is not mapped", self.holding.name()));
-        Some(&mapped[..self.desc.bytes as usize])
-    }
-
-    /// The value at the buffer's start, which must be mapped. There is none in a dry run.
-    pub fn read<T: bytemuck::AnyBitPattern>(&self) -> T {
-        bytemuck::pod_read_unaligned(&self.mapped().unwrap_or_default()[..size_of::<T>()])
-    }
-
-    pub fn mapped_mut(&mut self) -> Option<&mut [u8]> {
-        let name = self.holding.name();
-        let bytes = self.desc.bytes as usize;
-        let allocation = self.holding.allocation_mut()?;
-        let mapped = allocation.mapped_slice_mut();
+        let mapped = allocation.mapped_ptr();
         let mapped = mapped.unwrap_or_else(|| panic!("{name} is not mapped"));
-        Some(&mut mapped[..bytes])
+        assert!(needed as u64 <= bytes, "{name} has only {bytes} bytes");
+        Some(mapped.as_ptr().cast())
+    }
+
+    /// The mapped bytes; `None` in a dry run. Panics if the buffer is on the device.
+    pub fn mapped_mut(&mut self) -> Option<&mut [u8]> {
+        let bytes = self.desc.bytes as usize;
+        let mapped = self.mapped(bytes)?;
+        // SAFETY: so many bytes are mapped, as long as the buffer is not resized, for which it would have to be borrowed again.
+        // Nothing else accesses them meanwhile: the module says why.
+        Some(unsafe { std::slice::from_raw_parts_mut(mapped, bytes) })
     }
 }
 
@@ -223,7 +262,7 @@ mod tests {
         assert!(buffer.resize(2 << 20).is_err());
         assert_eq!((buffer.desc.bytes, memory.used()), (0, 0));
         buffer.resize(4096).expect("a buffer");
-        assert_eq!(buffer.mapped().map(<[u8]>::len), Some(4096));
+        assert_eq!(buffer.mapped_mut().map(|mapped| mapped.len()), Some(4096));
         buffer.resize(16).expect("a buffer");
         let desc = ImageDesc::flat("texels", [16, 16], Format::R8G8B8A8_UNORM).zeroed();
         let mut image = Image::new(&memory, desc).expect("an image");

@@ -7,23 +7,24 @@ use ash::vk;
 use super::frame::Frame;
 use super::image::Image;
 use super::pass::{Binding, Pass};
+use super::recording::Recording;
 use super::reflection::Resource;
 use super::slices::{SLICE_MS, Slices};
 use crate::error::Result;
 
-impl Frame {
+impl<'r> Recording<'_, 'r> {
     /// Runs `pass` over at least `threads` threads along x, y and z; the shader drops the excess.
-    pub fn pass<P: bytemuck::NoUninit>(
+    pub fn dispatch<P: bytemuck::NoUninit>(
         &mut self,
-        pass: &Pass,
-        bindings: &[(&str, Binding<'_>)],
+        pass: &'r Pass,
+        bindings: &[(&str, Binding<'r>)],
         push: &P,
         threads: [u32; 3],
     ) -> Result<()> {
-        self.run_groups(pass, bindings, push, [0; 3], pass.groups(threads))
+        self.dispatch_groups(pass, bindings, push, [0; 3], pass.groups(threads))
     }
 
-    fn bind(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
+    fn bind(&mut self, pass: &'r Pass, bindings: &[(&str, Binding<'r>)]) -> Result<()> {
         if let Some((name, _)) = bindings
             .iter()
             .find(|(name, _)| !pass.resources.iter().any(|declared| declared.name == *name))
@@ -43,6 +44,7 @@ impl Frame {
                 .image_view(image.view)
                 .image_layout(vk::ImageLayout::GENERAL)
         };
+        let device = &self.frame.device;
         let mut buffers = Vec::with_capacity(pass.resources.len());
         let mut images = Vec::with_capacity(pass.resources.len());
         for declared in &pass.resources {
@@ -58,15 +60,15 @@ impl Frame {
                         .range(vk::WHOLE_SIZE)],
                 )),
                 (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i))
-                    if i.desc.written || self.device.loads_texels =>
+                    if i.desc.written || device.loads_texels =>
                 {
-                    images.push((declared, [info(i, self.device.nearest)]))
+                    images.push((declared, [info(i, device.nearest)]))
                 }
                 (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Image(i)) => {
-                    images.push((declared, [info(i, self.device.nearest)]))
+                    images.push((declared, [info(i, device.nearest)]))
                 }
                 (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Filtered(i)) => {
-                    images.push((declared, [info(i, self.device.linear)]))
+                    images.push((declared, [info(i, device.linear)]))
                 }
                 (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i)) => {
                     return Err(pass.unfit(format!(
@@ -100,7 +102,13 @@ impl Frame {
     }
 
     /// Records `count` workgroups from workgroup `begin` on.
-    fn dispatch(&self, pass: &Pass, push: &[u8], begin: [u32; 3], count: [u32; 3]) -> Result<()> {
+    fn record_groups(
+        &self,
+        pass: &Pass,
+        push: &[u8],
+        begin: [u32; 3],
+        count: [u32; 3],
+    ) -> Result<()> {
         if push.len() != pass.push_bytes as usize {
             return Err(pass.unfit(format!(
                 "it takes {} bytes of push constants, not {}",
@@ -108,24 +116,23 @@ impl Frame {
                 push.len()
             )));
         }
-        let most = self.device.most_groups;
+        let Frame {
+            device, commands, ..
+        } = &*self.frame;
+        let most = device.most_groups;
         if (0..3).any(|a| begin[a] + count[a] > most[a]) {
             return Err(pass.unfit(format!(
                 "it needs {count:?} workgroups from {begin:?} on, but {} runs at most {most:?}",
-                self.device.summary.name
+                device.summary.name
             )));
         }
-        let raw = &self.device.raw;
-        // SAFETY: the command buffer is recording, and the pipeline and its layout are alive.
+        let raw = &device.raw;
+        // SAFETY: the command buffer is recording, and the pipeline and its layout are borrowed until its work has ended.
         unsafe {
-            raw.cmd_bind_pipeline(
-                self.commands,
-                vk::PipelineBindPoint::COMPUTE,
-                pass.pipeline.raw,
-            );
+            raw.cmd_bind_pipeline(*commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline.raw);
             if !push.is_empty() {
                 raw.cmd_push_constants(
-                    self.commands,
+                    *commands,
                     pass.pipeline.layout,
                     vk::ShaderStageFlags::COMPUTE,
                     0,
@@ -135,18 +142,18 @@ impl Frame {
             let [x, y, z] = count;
             match begin {
                 // Synchronization validation (1.3.239) does not see `cmd_dispatch_base`.
-                [0, 0, 0] => raw.cmd_dispatch(self.commands, x, y, z),
-                [i, j, k] => raw.cmd_dispatch_base(self.commands, i, j, k, x, y, z),
+                [0, 0, 0] => raw.cmd_dispatch(*commands, x, y, z),
+                [i, j, k] => raw.cmd_dispatch_base(*commands, i, j, k, x, y, z),
             }
         }
         Ok(())
     }
 
-    /// Runs `count` workgroups of `pass` from `begin` on, in a submission under way.
-    fn run_groups<P: bytemuck::NoUninit>(
+    /// Runs `count` workgroups of `pass` from `begin` on.
+    fn dispatch_groups<P: bytemuck::NoUninit>(
         &mut self,
-        pass: &Pass,
-        bindings: &[(&str, Binding<'_>)],
+        pass: &'r Pass,
+        bindings: &[(&str, Binding<'r>)],
         push: &P,
         begin: [u32; 3],
         count: [u32; 3],
@@ -155,13 +162,15 @@ impl Frame {
         self.timed(
             pass.name,
             vk::PipelineStageFlags2::COMPUTE_SHADER,
-            |frame| {
-                frame.bind(pass, bindings)?;
-                frame.dispatch(pass, bytemuck::bytes_of(push), begin, count)
+            |recording| {
+                recording.bind(pass, bindings)?;
+                recording.record_groups(pass, bytemuck::bytes_of(push), begin, count)
             },
         )
     }
+}
 
+impl Frame {
     /// Runs `pass` over at least `threads` threads in submissions of its own, slice after slice along
     /// the last axis, so that none of them takes much longer than [`SLICE_MS`] whatever the device:
     /// Windows resets a GPU that is busy for two seconds.
@@ -191,7 +200,7 @@ impl Frame {
         let (mut begin, mut count) = ([0; 3], groups);
         (begin[axis], count[axis]) = slices.next(groups[axis]);
         let began = Instant::now();
-        self.run(|f| f.run_groups(pass, bindings, push, begin, count))?;
+        self.run(|recording| recording.dispatch_groups(pass, bindings, push, begin, count))?;
         slices.took(count[axis], began.elapsed());
         Ok(begin[axis] + count[axis] == groups[axis])
     }

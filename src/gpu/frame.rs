@@ -1,11 +1,8 @@
-//! The recording scope: the commands recorded in one [`Frame::run`] are one submission; `dispatch.rs` and
-//! `transfer.rs` have the commands.
+//! A command buffer at rest, and its submission: what one [`Frame::run`] records is one submission, which it waits for.
 //!
-//! Recording a command gives it its barrier, its label and its timestamps. Barriers are global and sit in front of
-//! every command, because images stay in one layout and passes run one after another.
+//! `recording.rs` is the command buffer while it is recorded; the times of what was recorded are read here.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use ash::vk;
 
@@ -13,19 +10,10 @@ use super::descriptors::DescriptorSets;
 use super::device::Device;
 use super::failure::failure;
 use super::queue::submit_to_queue;
+use super::recording::{MOST_PASSES, Recorded, Recording};
 use super::slices::SLICE_MS;
-use super::timing::{Span, Timings, Work};
-use crate::error::{DeviceError, Error, Result};
-
-const MOST_PASSES: u32 = 64;
-
-/// A command of the submission under way.
-struct Recorded {
-    name: &'static str,
-    work: Work,
-    /// Whether it copies or clears, and is no pass.
-    is_copy: bool,
-}
+use super::timing::{Span, Timings};
+use crate::error::{Error, Result};
 
 /// A command buffer, its fence and its queries, used again and again.
 pub struct Frame {
@@ -33,12 +21,11 @@ pub struct Frame {
     pool: vk::CommandPool,
     pub(super) commands: vk::CommandBuffer,
     fence: vk::Fence,
-    queries: vk::QueryPool,
+    pub(super) queries: vk::QueryPool,
     pub(super) sets: DescriptorSets,
-    recorded: Vec<Recorded>,
-    /// Marks of the images that the submission under way begins.
-    pub(super) begun: Vec<Arc<AtomicBool>>,
-    leave_out_barriers: bool,
+    /// The commands of the recording under way, or of the last one.
+    pub(super) recorded: Vec<Recorded>,
+    pub(super) leave_out_barriers: bool,
     pub timings: Timings,
     /// Time that a slice of work should take, in milliseconds: a window sets less than [`SLICE_MS`] while its next frame is
     /// due.
@@ -55,7 +42,6 @@ impl Frame {
             queries: vk::QueryPool::null(),
             sets: DescriptorSets::new(device),
             recorded: Vec::new(),
-            begun: Vec::new(),
             leave_out_barriers: false,
             timings: Timings::default(),
             slice_ms: SLICE_MS,
@@ -90,44 +76,31 @@ impl Frame {
         self.device.clone()
     }
 
-    /// Records, submits and waits. An error while recording submits nothing.
-    pub fn run(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<()> {
-        self.begin().map_err(|e| self.failed(e))?;
-        let done =
-            record(self).and_then(|()| self.submit().map_err(|e| self.failed_in(self.main(), e)));
-        for is_new in self.begun.drain(..) {
-            is_new.store(done.is_err(), Ordering::Relaxed);
-        }
-        done
-    }
-
-    fn begin(&mut self) -> Result<(), vk::Result> {
-        self.recorded.clear();
-        self.sets.reset()?;
-        let raw = &self.device.raw;
-        let once = vk::CommandBufferBeginInfo::default()
-            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the previous submission has been waited for, so nothing is in use; the reset also
-        // drops what an error left half recorded.
-        unsafe {
-            raw.reset_command_buffer(self.commands, vk::CommandBufferResetFlags::empty())?;
-            raw.begin_command_buffer(self.commands, &once)?;
-            raw.cmd_reset_query_pool(self.commands, self.queries, 0, 2 * MOST_PASSES);
-        }
+    /// Records, submits and waits. An error while recording submits nothing. The resources that are recorded are borrowed
+    /// for `'r`, which lasts until this has returned, and with it the device's work on them.
+    pub fn run<'r>(
+        &mut self,
+        record: impl FnOnce(&mut Recording<'_, 'r>) -> Result<()>,
+    ) -> Result<()> {
+        let mut recording = Recording::begin(self)?;
+        record(&mut recording)?;
+        let begun = recording
+            .end()
+            .and_then(|begun| self.submit().map(|()| begun))
+            .map_err(|e| self.failed_in(self.main(), e))?;
+        begun.iter().for_each(|image| image.note_begun());
         Ok(())
     }
 
     fn submit(&mut self) -> Result<(), vk::Result> {
-        self.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
         let raw = &self.device.raw;
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         let submitted_us = self.timings.began.elapsed().as_secs_f64() * 1e6;
-        // SAFETY: recording has begun and ends here. Nothing waits for the fence any more, as the previous submission has
-        // ended. Where waiting for this one fails, so that its objects might be destroyed while the device still works on
-        // them, the device is waited for instead.
+        // SAFETY: the recording has ended. Nothing waits for the fence any more, as the previous submission has ended. Where
+        // waiting for this one fails, so that its objects might be destroyed while the device still works on them, the device
+        // is waited for instead.
         unsafe {
-            raw.end_command_buffer(self.commands)?;
             raw.reset_fences(&[self.fence])?;
             submit_to_queue(&self.device, &submit, self.fence)?;
             let waited = raw.wait_for_fences(&[self.fence], true, u64::MAX);
@@ -204,108 +177,6 @@ impl Frame {
         let place = recorded.map_or(String::new(), |r| format!(" in pass {}", r.name));
         failure(error, format!("{} failed{place}", self.device.summary.name))
     }
-
-    /// Makes the effects of everything before visible to the commands that follow at `stage`. A test leaves barriers
-    /// out, to see that validation reports them.
-    fn barrier(&self, stage: vk::PipelineStageFlags2, access: vk::AccessFlags2) {
-        if self.leave_out_barriers {
-            return;
-        }
-        let barriers = [vk::MemoryBarrier2::default()
-            .src_stage_mask(self.device.work_stages)
-            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE | vk::AccessFlags2::MEMORY_READ)
-            .dst_stage_mask(stage)
-            .dst_access_mask(access)];
-        let info = vk::DependencyInfo::default().memory_barriers(&barriers);
-        // SAFETY: the command buffer is recording.
-        unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
-    }
-
-    /// Records a command with its barrier, label and timestamps.
-    pub(super) fn timed(
-        &mut self,
-        name: &'static str,
-        stage: vk::PipelineStageFlags2,
-        commands: impl FnOnce(&mut Frame) -> Result<()>,
-    ) -> Result<()> {
-        if self.recorded.len() as u32 == MOST_PASSES {
-            return Err(DeviceError::Program {
-                part: format!("pass {name}"),
-                problem: format!("a frame records at most {MOST_PASSES} passes"),
-            }
-            .into());
-        }
-        let query = 2 * self.recorded.len() as u32;
-        self.recorded.push(Recorded {
-            name,
-            work: Work::default(),
-            is_copy: false,
-        });
-        self.barrier(
-            stage,
-            vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
-        );
-        self.open_label(name);
-        self.timestamp(query);
-        commands(self)?;
-        self.timestamp(query + 1);
-        self.close_label();
-        Ok(())
-    }
-
-    /// Sets the work of the command that was recorded last.
-    pub fn state_work(&mut self, work: Work) {
-        if let Some(recorded) = self.recorded.last_mut() {
-            recorded.work = work;
-        }
-    }
-
-    /// Records a command that copies or clears.
-    pub(super) fn copied(
-        &mut self,
-        name: &'static str,
-        stage: vk::PipelineStageFlags2,
-        commands: impl FnOnce(&mut Frame) -> Result<()>,
-    ) -> Result<()> {
-        self.timed(name, stage, |frame| {
-            if let Some(recorded) = frame.recorded.last_mut() {
-                recorded.is_copy = true;
-            }
-            commands(frame)
-        })
-    }
-
-    fn timestamp(&self, query: u32) {
-        if self.device.timed_by_host {
-            return;
-        }
-        // SAFETY: the command buffer is recording; the query was reset and is written once.
-        unsafe {
-            self.device.raw.cmd_write_timestamp2(
-                self.commands,
-                vk::PipelineStageFlags2::ALL_COMMANDS,
-                self.queries,
-                query,
-            )
-        };
-    }
-
-    fn open_label(&self, name: &'static str) {
-        let Some(labels) = &self.device.labels else {
-            return;
-        };
-        let name = std::ffi::CString::new(name).unwrap_or_default();
-        let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
-        // SAFETY: the command buffer is recording, and the name outlives the call.
-        unsafe { labels.cmd_begin_debug_utils_label(self.commands, &label) };
-    }
-
-    fn close_label(&self) {
-        if let Some(labels) = &self.device.labels {
-            // SAFETY: a label was opened by `open_label`.
-            unsafe { labels.cmd_end_debug_utils_label(self.commands) };
-        }
-    }
 }
 
 /// The ticks from one timestamp to the next, of which the bits in `mask` count: 36 bits wrap around after an hour or
@@ -365,12 +236,14 @@ mod tests {
         });
         let mut frame = Frame::new(&device).expect("a frame");
         frame.leave_out_barriers = leave_out_barriers;
-        let relay = |frame: &mut Frame, from, to| {
-            let bindings = [("from", Binding::Buffer(from)), ("to", Binding::Buffer(to))];
-            frame.pass(&pass, &bindings, &(), [1; 3])
-        };
+        let relays = [(&a, &b), (&b, &c)];
         frame
-            .run(|f| relay(f, &a, &b).and_then(|()| relay(f, &b, &c)))
+            .run(|recording| {
+                relays.into_iter().try_for_each(|(from, to)| {
+                    let bindings = [("from", Binding::Buffer(from)), ("to", Binding::Buffer(to))];
+                    recording.dispatch(&pass, &bindings, &(), [1; 3])
+                })
+            })
             .expect("a run");
         device.validation_messages()
     }

@@ -3,8 +3,8 @@
 //! A new image is in the layout UNDEFINED, and so are its texels. The first command that uses it brings it into the GENERAL
 //! layout and, where its description says so, clears it: there is no list of images to begin.
 
+use std::cell::Cell;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -29,14 +29,13 @@ pub struct ImageDesc {
 }
 
 /// An image that can be a sampled image and source and destination of copies, and also a storage image if it is
-/// `written` or if the device reads images in that way.
+/// `written` or if the device reads images in that way. One thread at a time uses it.
 pub struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
-    pub desc: ImageDesc,
-    /// Whether no command has used it yet. The mark is shared with the frame that begins the image, which restores it
-    /// if its submission fails.
-    is_new: Arc<AtomicBool>,
+    pub(super) desc: ImageDesc,
+    /// Whether no submission that has ended well has used it.
+    is_new: Cell<bool>,
     // Last: the memory goes after the image.
     holding: Holding,
 }
@@ -177,7 +176,7 @@ impl Image {
             raw: vk::Image::null(),
             view: vk::ImageView::null(),
             desc,
-            is_new: Arc::new(AtomicBool::new(true)),
+            is_new: Cell::new(true),
             holding: memory.reserve(desc.name, &requirements)?,
         };
         if memory.is_dry_run() {
@@ -224,10 +223,18 @@ impl Image {
         Ok(())
     }
 
-    /// Marks a new image as begun; returns the mark if it was new, for a submission that fails.
-    pub(super) fn begin(&self) -> Option<Arc<AtomicBool>> {
-        let was_new = self.is_new.swap(false, Ordering::Relaxed);
-        was_new.then(|| self.is_new.clone())
+    /// Whether its layout and its texels are still undefined.
+    pub(super) fn is_new(&self) -> bool {
+        self.is_new.get()
+    }
+
+    /// Notes that a submission has begun it.
+    pub(super) fn note_begun(&self) {
+        self.is_new.set(false);
+    }
+
+    pub fn desc(&self) -> &ImageDesc {
+        &self.desc
     }
 
     /// The limits of the device that the image is on.
@@ -237,7 +244,7 @@ impl Image {
 
     fn destroy(&mut self) {
         let device = &self.holding.device().raw;
-        // SAFETY: frames wait for their work before they return, and nothing is dropped while a frame records.
+        // SAFETY: a recording borrows the image until its work has ended, so nothing uses it.
         unsafe {
             device.destroy_image_view(self.view, None);
             device.destroy_image(self.raw, None);

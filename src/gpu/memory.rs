@@ -235,10 +235,6 @@ impl Holding {
         self.allocation.as_ref()
     }
 
-    pub fn allocation_mut(&mut self) -> Option<&mut Allocation> {
-        self.allocation.as_mut()
-    }
-
     pub fn device(&self) -> &Arc<Device> {
         &self.memory.device
     }

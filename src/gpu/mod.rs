@@ -1,10 +1,12 @@
 //! The only module that talks to Vulkan, and the only one with `unsafe`. It knows nothing of volumes: it offers a
-//! device, memory within a budget, images, buffers, shaders, passes and a frame that records them.
+//! device, memory within a budget, images, buffers, shaders, passes and a frame, whose [`Recording`] takes the commands.
 //!
 //! Ownership is RAII throughout: a handle is null until it is filled, and `Drop` accepts null, so that every `?` on
-//! the way cleans up. Images live in the GENERAL layout from their first use, and barriers are global: a frame puts
-//! one between any two passes.
+//! the way cleans up. What is recorded is borrowed until the device has finished with it (`recording.rs`), and the host
+//! never sees memory that the device may change meanwhile (`buffer.rs`). Images live in the GENERAL layout from their first
+//! use, and barriers are global: there is one between any two passes.
 
+mod bindings;
 mod buffer;
 mod compiled;
 mod dead_branches;
@@ -13,7 +15,6 @@ mod device;
 mod dispatch;
 mod failure;
 mod frame;
-mod frame_bindings;
 mod image;
 mod instance;
 mod memory;
@@ -22,6 +23,7 @@ mod pass;
 mod pipeline;
 mod pipeline_cache;
 mod queue;
+mod recording;
 mod reflection;
 mod shader;
 mod shared;
@@ -41,6 +43,7 @@ pub use instance::Validation;
 pub use memory::{Memory, ResourceBytes};
 pub use needs::Need;
 pub use pass::{Binding, Pass};
+pub use recording::Recording;
 pub use shader::{PassDesc, Shaders};
 pub use shared::{Shared, Specialization, Word, types};
 pub use slices::{SLICE_MS, Slices};

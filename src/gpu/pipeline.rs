@@ -1,4 +1,4 @@
-//! A pipeline and the layouts that it was made for; `frame_bindings.rs` binds its resources.
+//! A pipeline and the layouts that it was made for; `bindings.rs` binds its resources.
 
 use std::sync::Arc;
 
@@ -62,7 +62,7 @@ impl Pipeline {
 impl Drop for Pipeline {
     fn drop(&mut self) {
         let raw = &self.device.raw;
-        // SAFETY: frames wait for their work before they return, and nothing is dropped while a frame records.
+        // SAFETY: a recording borrows the pipeline until its work has ended, so nothing uses it.
         unsafe {
             raw.destroy_pipeline(self.raw, None);
             raw.destroy_pipeline_layout(self.layout, None);

@@ -5,6 +5,7 @@ use ash::vk;
 use super::buffer::{Buffer, Placement};
 use super::frame::Frame;
 use super::image::{COLOR, COLOR_LAYER, Image};
+use super::recording::Recording;
 use super::timing::Work;
 use crate::error::{DeviceError, Result};
 
@@ -16,52 +17,60 @@ pub struct Piece {
     pub extent: [u32; 3],
 }
 
-impl Frame {
+impl<'r> Recording<'_, 'r> {
     /// Brings those images that no command has used yet into the GENERAL layout, and clears those that begin with
     /// zeros.
-    pub(super) fn begin_images<'a>(
-        &mut self,
-        images: impl Iterator<Item = &'a Image>,
-    ) -> Result<()> {
+    pub(super) fn begin_images(&mut self, images: impl Iterator<Item = &'r Image>) -> Result<()> {
         let mut new = Vec::new();
         for image in images {
-            if let Some(mark) = image.begin() {
-                self.begun.push(mark);
+            if image.is_new() && !self.begun.iter().any(|begun| std::ptr::eq(*begun, image)) {
+                self.begun.push(image);
                 new.push(image);
             }
         }
         if new.is_empty() {
             return Ok(());
         }
-        self.copied("begin", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
-            frame.to_general(&new);
-            new.retain(|image| image.desc.zeroed);
-            frame.fill_images(&new, [0.0; 4]);
-            Ok(())
-        })
+        self.copied(
+            "begin",
+            vk::PipelineStageFlags2::ALL_TRANSFER,
+            |recording| {
+                recording.to_general(&new);
+                new.retain(|image| image.desc.zeroed);
+                recording.fill_images(&new, [0.0; 4]);
+                Ok(())
+            },
+        )
     }
 
     /// Sets all texels of the images to zero.
-    pub fn clear(&mut self, images: &[&Image]) -> Result<()> {
+    pub fn clear(&mut self, images: &[&'r Image]) -> Result<()> {
         self.clear_to(images, [0.0; 4])
     }
 
     /// Sets all texels of the images to `texel`.
-    pub fn clear_to(&mut self, images: &[&Image], texel: [f32; 4]) -> Result<()> {
+    pub fn clear_to(&mut self, images: &[&'r Image], texel: [f32; 4]) -> Result<()> {
         self.begin_images(images.iter().copied())?;
-        self.copied("clear", vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
-            frame.fill_images(images, texel);
-            Ok(())
-        })
+        self.copied(
+            "clear",
+            vk::PipelineStageFlags2::ALL_TRANSFER,
+            |recording| {
+                recording.fill_images(images, texel);
+                Ok(())
+            },
+        )
     }
 
-    fn fill_images(&mut self, images: &[&Image], texel: [f32; 4]) {
+    fn fill_images(&mut self, images: &[&'r Image], texel: [f32; 4]) {
+        let Frame {
+            device, commands, ..
+        } = &*self.frame;
         let color = vk::ClearColorValue { float32: texel };
         for image in images {
-            // SAFETY: the command buffer is recording, and the image outlives the submission.
+            // SAFETY: the command buffer is recording, and the image is borrowed until its work has ended.
             unsafe {
-                self.device.raw.cmd_clear_color_image(
-                    self.commands,
+                device.raw.cmd_clear_color_image(
+                    *commands,
                     image.raw,
                     vk::ImageLayout::GENERAL,
                     &color,
@@ -73,7 +82,7 @@ impl Frame {
         self.state_work(Work::fill(bytes));
     }
 
-    fn to_general(&self, images: &[&Image]) {
+    fn to_general(&self, images: &[&'r Image]) {
         let barriers: Vec<_> = images
             .iter()
             .map(|image| {
@@ -88,15 +97,18 @@ impl Frame {
             })
             .collect();
         let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the command buffer is recording, and the images outlive the submission.
-        unsafe { self.device.raw.cmd_pipeline_barrier2(self.commands, &info) };
+        let Frame {
+            device, commands, ..
+        } = &*self.frame;
+        // SAFETY: the command buffer is recording, and the images are borrowed until its work has ended.
+        unsafe { device.raw.cmd_pipeline_barrier2(*commands, &info) };
     }
 
     /// Copies texels from the buffer's start into the box [`low`, `low` + `extent`).
     pub fn upload(
         &mut self,
-        from: &Buffer,
-        to: &Image,
+        from: &'r Buffer,
+        to: &'r Image,
         low: [u32; 3],
         extent: [u32; 3],
     ) -> Result<()> {
@@ -109,7 +121,12 @@ impl Frame {
     }
 
     /// Copies texels from several places in the buffer into a box each; the boxes do not overlap.
-    pub fn upload_pieces(&mut self, from: &Buffer, to: &Image, pieces: &[Piece]) -> Result<()> {
+    pub fn upload_pieces(
+        &mut self,
+        from: &'r Buffer,
+        to: &'r Image,
+        pieces: &[Piece],
+    ) -> Result<()> {
         for piece in pieces {
             check_piece(to, from, piece)?;
         }
@@ -126,7 +143,8 @@ impl Frame {
             .map(|piece| to.desc.bytes_of(piece.extent))
             .sum();
         self.transfer("upload", Work::copy(bytes), |raw, commands| {
-            // SAFETY: the command buffer is recording; the boxes lie inside the image and the buffer.
+            // SAFETY: the command buffer is recording; the boxes lie inside the image and the buffer, which are
+            // borrowed until its work has ended.
             unsafe {
                 raw.cmd_copy_buffer_to_image(
                     commands,
@@ -142,8 +160,8 @@ impl Frame {
     /// Copies the box [`low`, `low` + `extent`) to the buffer's start.
     pub fn download(
         &mut self,
-        from: &Image,
-        to: &Buffer,
+        from: &'r Image,
+        to: &'r Buffer,
         low: [u32; 3],
         extent: [u32; 3],
     ) -> Result<()> {
@@ -156,7 +174,8 @@ impl Frame {
         self.begin_images(std::iter::once(from))?;
         let work = Work::copy(from.desc.bytes_of(extent));
         self.transfer("download", work, |raw, commands| {
-            // SAFETY: the command buffer is recording; the box lies inside the image and the buffer.
+            // SAFETY: the command buffer is recording; the box lies inside the image and the buffer, which are
+            // borrowed until its work has ended.
             unsafe {
                 raw.cmd_copy_image_to_buffer(
                     commands,
@@ -170,7 +189,7 @@ impl Frame {
     }
 
     /// Copies bytes from the start of `from` to the start of `to`, as many as both have.
-    pub fn copy(&mut self, from: &Buffer, to: &Buffer) -> Result<()> {
+    pub fn copy(&mut self, from: &'r Buffer, to: &'r Buffer) -> Result<()> {
         let bytes = from.desc.bytes.min(to.desc.bytes);
         let name = match to.desc.placement {
             Placement::Device => "upload",
@@ -178,16 +197,16 @@ impl Frame {
         };
         self.transfer(name, Work::copy(bytes), |raw, commands| {
             let region = vk::BufferCopy::default().size(bytes);
-            // SAFETY: the command buffer is recording, and the buffers outlive the submission.
+            // SAFETY: the command buffer is recording, and the buffers are borrowed until its work has ended.
             unsafe { raw.cmd_copy_buffer(commands, from.raw, to.raw, &[region]) };
         })
     }
 
     /// Sets every whole word of the buffer to zero.
-    pub fn zero(&mut self, buffer: &Buffer) -> Result<()> {
+    pub fn zero(&mut self, buffer: &'r Buffer) -> Result<()> {
         let work = Work::fill(buffer.desc.bytes);
         self.transfer("clear", work, |raw, commands| {
-            // SAFETY: the command buffer is recording, and the buffer outlives the submission.
+            // SAFETY: the command buffer is recording, and the buffer is borrowed until its work has ended.
             unsafe { raw.cmd_fill_buffer(commands, buffer.raw, 0, vk::WHOLE_SIZE, 0) };
         })
     }
@@ -199,9 +218,9 @@ impl Frame {
         work: Work,
         record: impl FnOnce(&ash::Device, vk::CommandBuffer),
     ) -> Result<()> {
-        self.copied(name, vk::PipelineStageFlags2::ALL_TRANSFER, |frame| {
-            record(&frame.device.raw, frame.commands);
-            frame.state_work(work);
+        self.copied(name, vk::PipelineStageFlags2::ALL_TRANSFER, |recording| {
+            record(&recording.frame.device.raw, recording.frame.commands);
+            recording.state_work(work);
             Ok(())
         })
     }

@@ -5,7 +5,7 @@ use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, Work};
+use crate::gpu::{Binding, Pass, Recording, Work};
 use crate::shared;
 
 shared! {
@@ -27,10 +27,10 @@ impl Accumulate {
     }
 
     /// Folds the `units` units of the pixels that `push` names.
-    pub fn record(
-        &self,
-        frame: &mut Frame,
-        r: &Resources,
+    pub fn record<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
+        r: &'r Resources,
         units: u32,
         push: &AccumulatePush,
     ) -> Result<()> {
@@ -43,7 +43,7 @@ impl Accumulate {
         ];
         let bindings: Vec<_> = bindings.into_iter().chain(streaming).collect();
         let pixels = push.end - push.first;
-        frame.pass(
+        recording.dispatch(
             &self.0,
             &bindings,
             push,
@@ -51,7 +51,7 @@ impl Accumulate {
         )?;
         let pixels = u64::from(pixels);
         let reads = (2 + u64::from(units)) * pixels;
-        frame.state_work(Work::texels(reads, 2 * pixels));
+        recording.state_work(Work::texels(reads, 2 * pixels));
         Ok(())
     }
 }

@@ -9,7 +9,7 @@ pub type Source<'a> = dyn FnMut(&mut [u8]) -> Result<()> + 'a;
 
 /// Fills an image with texels in x, y, z order.
 pub fn upload(frame: &mut Frame, staging: &mut Buffer, image: &Image, texels: &[u8]) -> Result<()> {
-    upload_corner(frame, staging, image, image.desc.extent, texels)
+    upload_corner(frame, staging, image, image.desc().extent, texels)
 }
 
 /// Fills the picture of that size in an image's upper left corner, row 0 on top.
@@ -49,13 +49,13 @@ pub fn upload_pieces(
     extent: [u32; 3],
     source: &mut Source<'_>,
 ) -> Result<()> {
-    let texel = image.desc.texel_bytes();
-    for (low, extent) in pieces(extent, texel, staging.desc.bytes) {
+    let texel = image.desc().texel_bytes();
+    for (low, extent) in pieces(extent, texel, staging.desc().bytes) {
         let bytes = extent.iter().product::<u32>() as usize * texel;
         if let Some(mapped) = staging.mapped_mut() {
             source(&mut mapped[..bytes])?;
         }
-        frame.run(|f| f.upload(staging, image, low, extent))?;
+        frame.run(|recording| recording.upload(staging, image, low, extent))?;
     }
     Ok(())
 }
@@ -63,16 +63,16 @@ pub fn upload_pieces(
 /// Passes the bytes of the box of size `extent` at an image's lowest corner to `sink`, in x, y, z order.
 pub fn download_pieces(
     frame: &mut Frame,
-    staging: &Buffer,
+    staging: &mut Buffer,
     image: &Image,
     extent: [u32; 3],
     sink: &mut Sink<'_>,
 ) -> Result<()> {
-    let texel = image.desc.texel_bytes();
-    for (low, extent) in pieces(extent, texel, staging.desc.bytes) {
-        frame.run(|f| f.download(image, staging, low, extent))?;
+    let texel = image.desc().texel_bytes();
+    for (low, extent) in pieces(extent, texel, staging.desc().bytes) {
+        frame.run(|recording| recording.download(image, staging, low, extent))?;
         let bytes = extent.iter().product::<u32>() as usize * texel;
-        sink(&staging.mapped().unwrap_or_default()[..bytes])?;
+        sink(&staging.mapped_mut().unwrap_or_default()[..bytes])?;
     }
     Ok(())
 }
@@ -84,11 +84,13 @@ pub fn download_picture(
     image: &Image,
     [width, height]: [u32; 2],
 ) -> Result<Vec<[f32; 4]>> {
-    let mut all = Vec::with_capacity(width as usize * height as usize);
-    download_pieces(frame, staging, image, [width, height, 1], &mut |bytes| {
-        all.extend_from_slice(bytemuck::cast_slice(bytes));
-        Ok(())
-    })?;
+    let mut all = vec![[0.0; 4]; width as usize * height as usize];
+    let (mut rest, texel) = (&mut all[..], image.desc().texel_bytes());
+    for (low, extent) in pieces([width, height, 1], texel, staging.desc().bytes) {
+        frame.run(|recording| recording.download(image, staging, low, extent))?;
+        let texels = extent.iter().product::<u32>() as usize;
+        staging.read_into(rest.split_off_mut(..texels).unwrap_or_default());
+    }
     Ok(all)
 }
 

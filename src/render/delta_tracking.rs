@@ -64,7 +64,7 @@ impl DeltaTracking {
             ..
         } = bundle;
         let DeltaTracking { pass, queue } = self;
-        let progress = queue.advance(frame, r, pass, |frame, most_iterations| {
+        let progress = queue.advance(frame, r, pass, |recording, most_iterations| {
             let push = TrackPush {
                 samples,
                 first_sample,
@@ -82,7 +82,7 @@ impl DeltaTracking {
                 ],
             ]
             .concat();
-            frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
+            recording.dispatch(pass, &bindings, &push, [push.slots, 1, 1])
         })?;
         let all = r.size[0] * r.size[1];
         let pixels = match &r.bricks {

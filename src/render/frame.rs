@@ -107,7 +107,7 @@ impl Renderer {
         };
         let r = &self.resources;
         self.frame
-            .run(|f| self.passes.accumulate.record(f, r, units, &push))?;
+            .run(|recording| self.passes.accumulate.record(recording, r, units, &push))?;
         under_way.folded = pixels;
         Ok(())
     }
@@ -115,7 +115,8 @@ impl Renderer {
     fn clear_if_stale(&mut self) -> Result<()> {
         let r = &self.resources;
         if std::mem::take(&mut self.is_stale) {
-            self.frame.run(|f| f.clear(&[&r.mean, &r.squares]))
+            self.frame
+                .run(|recording| recording.clear(&[&r.mean, &r.squares]))
         } else {
             Ok(())
         }
@@ -143,6 +144,7 @@ impl Renderer {
     /// Encodes the mean so far for display.
     pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         let (r, tone_map) = (&self.resources, &self.passes.tone_map);
-        self.frame.run(|f| tone_map.record(f, &r.mean, to, push))
+        self.frame
+            .run(|recording| tone_map.record(recording, &r.mean, to, push))
     }
 }

@@ -55,8 +55,8 @@ impl IsoDepth {
             ("albedo", Binding::Image(albedo)),
         ];
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
-        r.run_in_slices(frame, &self.pass, &bindings, &(), albedo.desc.extent)?;
-        let work = Work::texels(0, 2 * albedo.desc.texels());
+        r.run_in_slices(frame, &self.pass, &bindings, &(), albedo.desc().extent)?;
+        let work = Work::texels(0, 2 * albedo.desc().texels());
         frame.timings.state_work(self.pass.name, work);
         Ok(())
     }

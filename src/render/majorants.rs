@@ -23,7 +23,7 @@ impl Majorants {
         ];
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
         frame.run_in_slices(&self.0, &bindings, &(), blocks)?;
-        let work = Work::texels(r.ranges.desc.texels(), r.majorants.desc.texels());
+        let work = Work::texels(r.ranges.desc().texels(), r.majorants.desc().texels());
         frame.timings.state_work(self.0.name, work);
         Ok(())
     }

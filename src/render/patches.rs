@@ -25,10 +25,10 @@ impl Patches {
             ("patches", Binding::Image(&r.patches)),
         ];
         let bindings = [&r.volume_bindings()[..], &bindings].concat();
-        frame.run(|f| {
-            f.clear(&[&r.patches])?;
-            f.pass(&self.0, &bindings, &(), blocks)?;
-            f.state_work(Work::texels(r.majorants.desc.texels(), 0));
+        frame.run(|recording| {
+            recording.clear(&[&r.patches])?;
+            recording.dispatch(&self.0, &bindings, &(), blocks)?;
+            recording.state_work(Work::texels(r.majorants.desc().texels(), 0));
             Ok(())
         })
     }

@@ -14,7 +14,7 @@ use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use super::shared::{Counters, LAVAPIPE_ITERATIONS};
 use crate::error::Result;
-use crate::gpu::{Frame, Pass, Work};
+use crate::gpu::{Frame, Pass, Recording, Work};
 
 const LEAST_ITERATIONS: u32 = 16;
 /// The most iterations of a slot in a dispatch: half of a thread's share of LAVAPIPE_ITERATIONS, which eight threads have
@@ -103,22 +103,24 @@ impl PathQueue {
     }
 
     /// Advances all paths by the dispatch of `pass` that `record` records, given the number of iterations.
-    pub fn advance(
+    pub fn advance<'r>(
         &mut self,
         frame: &mut Frame,
-        r: &Resources,
-        pass: &Pass,
-        record: impl FnOnce(&mut Frame, u32) -> Result<()>,
+        r: &'r Resources,
+        pass: &'r Pass,
+        record: impl FnOnce(&mut Recording<'_, 'r>, u32) -> Result<()>,
     ) -> Result<Advanced> {
         let began = Instant::now();
         let is_new = std::mem::take(&mut self.is_new);
-        frame.run(|f| {
+        frame.run(|recording| {
             if is_new {
-                f.zero(&r.counters)?;
-                f.zero(&r.paths)?;
+                recording.zero(&r.counters)?;
+                recording.zero(&r.paths)?;
             }
-            r.record_reading(f, &self.admission, |f| record(f, self.iterations))?;
-            f.copy(&r.counters, &r.staging)
+            r.record_reading(recording, &self.admission, |recording| {
+                record(recording, self.iterations)
+            })?;
+            recording.copy(&r.counters, &r.staging)
         })?;
         let took_ms = began.elapsed().as_secs_f64() * 1e3;
         self.spent_iterations = self.spent_iterations.saturating_add(self.iterations);

@@ -193,7 +193,7 @@ impl Renderer {
             first: 0,
             end: r.size[0] * r.size[1],
         };
-        frame.run(|f| self.passes.accumulate.record(f, r, 1, &push))?;
+        frame.run(|recording| self.passes.accumulate.record(recording, r, 1, &push))?;
         self.begin_picture();
         Ok(())
     }

@@ -4,23 +4,23 @@
 use super::bricks::Admission;
 use super::resources::Resources;
 use crate::error::Result;
-use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
+use crate::gpu::{Binding, Frame, Pass, Recording, SLICE_MS, Slices};
 
 impl Resources {
     /// Records work that reads the volume. Where that is in bricks, it is told before which of them are there and who may
     /// work, and reports afterwards which it has missed.
-    pub fn record_reading(
-        &self,
-        frame: &mut Frame,
+    pub fn record_reading<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
         admission: &Admission,
-        work: impl FnOnce(&mut Frame) -> Result<()>,
+        work: impl FnOnce(&mut Recording<'_, 'r>) -> Result<()>,
     ) -> Result<()> {
         let Some(bricks) = &self.bricks else {
-            return work(frame);
+            return work(recording);
         };
-        bricks.record_state(frame, admission)?;
-        work(frame)?;
-        bricks.record_report(frame)
+        bricks.record_state(recording, admission)?;
+        work(recording)?;
+        bricks.record_report(recording)
     }
 
     /// Runs the next slice of a pass that reads the volume: again and again, until none of its invocations has missed
@@ -39,9 +39,9 @@ impl Resources {
         };
         let mut admission = bricks.begin_pixels(frame)?;
         let try_once = |frame: &mut Frame, admission: &_, slices: &mut _| -> Result<bool> {
-            frame.run(|f| bricks.record_state(f, admission))?;
+            frame.run(|recording| bricks.record_state(recording, admission))?;
             let is_last = frame.run_slice(pass, bindings, push, threads, slices)?;
-            frame.run(|f| bricks.record_report(f))?;
+            frame.run(|recording| bricks.record_report(recording))?;
             Ok(is_last)
         };
         let before = *slices;

@@ -190,7 +190,7 @@ impl Resources {
 
     /// Paths in flight at once.
     pub fn slots(&self) -> u32 {
-        (self.paths.desc.bytes / bytes_of::<Path>(1)) as u32
+        (self.paths.desc().bytes / bytes_of::<Path>(1)) as u32
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Device, Frame, Image, Pass, PassDesc, Shaders, Shared, Work};
+use crate::gpu::{Binding, Device, Image, Pass, PassDesc, Recording, Shaders, Shared, Work};
 use crate::shared;
 
 shared! {
@@ -34,19 +34,19 @@ impl ToneMap {
         Ok(ToneMap(Pass::new(device, shaders, &desc)?))
     }
 
-    pub fn record(
-        &self,
-        frame: &mut Frame,
-        picture: &Image,
-        shown: &Image,
+    pub fn record<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
+        picture: &'r Image,
+        shown: &'r Image,
         push: &ToneMapPush,
     ) -> Result<()> {
         let bindings = [
             ("picture", Binding::Image(picture)),
             ("shown", Binding::Image(shown)),
         ];
-        frame.pass(&self.0, &bindings, push, [push.size[0], push.size[1], 1])?;
-        frame.state_work(Work::texels(picture.desc.texels(), 0));
+        recording.dispatch(&self.0, &bindings, push, [push.size[0], push.size[1], 1])?;
+        recording.state_work(Work::texels(picture.desc().texels(), 0));
         Ok(())
     }
 }

@@ -30,12 +30,12 @@ pub fn load(frame: &mut Frame, r: &mut Resources, volume: &Volume, scene: &GpuSc
 /// once.
 fn upload_voxels(frame: &mut Frame, r: &mut Resources, volume: &Volume) -> Result<()> {
     let mut reader = volume.reader();
-    for piece in volume.pieces(r.staging.desc.bytes) {
+    for piece in volume.pieces(r.staging.desc().bytes) {
         let bytes = piece.voxels() * volume.stored.bytes();
         if let Some(staging) = r.staging.mapped_mut() {
             reader.read(piece, &mut staging[..bytes])?;
         }
-        frame.run(|f| f.upload(&r.staging, &r.volume, piece.low, piece.dims))?;
+        frame.run(|recording| recording.upload(&r.staging, &r.volume, piece.low, piece.dims))?;
     }
     Ok(())
 }
@@ -45,7 +45,7 @@ pub fn upload_transfer(frame: &mut Frame, r: &mut Resources, scene: &GpuScene) -
     if texels.is_empty() {
         return Ok(());
     }
-    if r.transfer.desc.bytes() != size_of_val(&texels[..]) as u64 {
+    if r.transfer.desc().bytes() != size_of_val(&texels[..]) as u64 {
         r.resize_transfer(scene.parts.medium.transfer.len())?;
     }
     let texels = bytemuck::cast_slice(&texels);

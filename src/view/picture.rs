@@ -339,7 +339,7 @@ impl ProgressivePicture {
     }
 
     fn tone_map_push(engine: &Engine, shown: &Image) -> ToneMapPush {
-        let [width, height, _] = shown.desc.extent;
+        let [width, height, _] = shown.desc().extent;
         let render = &engine.scene().render;
         ToneMapPush {
             source: engine.rendered_size(),

@@ -121,7 +121,7 @@ impl Stage {
 
     /// Size in pixels of the picture as it is shown.
     pub fn picture_size(&self) -> [u32; 2] {
-        let [width, height, _] = self.images.shown.desc.extent;
+        let [width, height, _] = self.images.shown.desc().extent;
         [width, height]
     }
 
@@ -133,13 +133,13 @@ impl Stage {
     pub fn bytes_ahead(&self, picture: [u32; 2]) -> Result<u64> {
         let size = self.size()?;
         let mut shape = self.surface.shape(size)?;
-        shape.images = self.images.swapchain.shape.images;
+        shape.images = self.images.swapchain.shape().images;
         self.planned_bytes(shape, picture)
     }
 
     /// Bytes that the window needs as it is: its size may have changed between a plan and its images.
     pub fn bytes_now(&self) -> Result<u64> {
-        self.planned_bytes(self.images.swapchain.shape, self.picture_size())
+        self.planned_bytes(self.images.swapchain.shape(), self.picture_size())
     }
 
     fn planned_bytes(&self, window: Shape, picture: [u32; 2]) -> Result<u64> {
@@ -242,7 +242,7 @@ impl Stage {
             id => Some(self.textures.get(id)?),
         };
         let clip = primitive.clip_rect;
-        let size = self.images.swapchain.shape.extent;
+        let size = self.images.swapchain.shape().extent;
         let pixel = |x: f32, a: usize| ((x * scale).round().max(0.0) as u32).min(size[a]);
         let corner = |p: egui::Pos2| [pixel(p.x, 0), pixel(p.y, 1)];
         let texel = |uv: [f32; 2]| match texture {
@@ -274,17 +274,17 @@ impl Stage {
             return Ok(false);
         };
         let high = std::array::from_fn(|a| high[a].min(target.extent[a]));
-        let [width, height, _] = shown.desc.extent;
-        self.frame.run(|f| {
-            f.open_target(&target, BACKGROUND)?;
+        let [width, height, _] = shown.desc().extent;
+        self.frame.run(|recording| {
+            recording.open_target(&target, BACKGROUND)?;
             if (0..2).all(|a| low[a] < high[a]) {
-                f.stretch_into(shown, [width, height], &target, [low, high])?;
+                recording.stretch_into(shown, [width, height], &target, [low, high])?;
             }
-            f.draw(canvas, &target)?;
-            f.close_target(&target);
+            recording.draw(canvas, &target)?;
+            recording.close_target(&target);
             Ok(())
         })?;
-        self.is_outdated |= !swapchain.present(target)?;
+        self.is_outdated |= !target.present()?;
         Ok(true)
     }
 

@@ -90,12 +90,10 @@ impl Probe {
         bindings.push(("inputs", Binding::Buffer(&inputs)));
         bindings.push(("outputs", Binding::Buffer(&results)));
         frame
-            .run(|f| f.pass(pass, &bindings, push, [threads as u32, 1, 1]))
+            .run(|recording| recording.dispatch(pass, &bindings, push, [threads as u32, 1, 1]))
             .expect("a run");
         assert_silent(&self.device);
-        let mapped = results.mapped().expect("outputs are mapped");
-        let bytes = &mapped[..outputs * size_of::<O>()];
-        bytemuck::pod_collect_to_vec(bytes)
+        results.read_vec(outputs)
     }
 }
 

@@ -290,10 +290,10 @@ fn interrupted_units_leave_the_picture_as_it_was() {
 fn mean_on_device(renderer: &mut Renderer) -> Vec<[f32; 4]> {
     let (frame, r) = renderer.probed();
     let [width, height] = r.size;
-    let run = frame.run(|f| f.download(&r.mean, &r.staging, [0; 3], [width, height, 1]));
+    let run =
+        frame.run(|recording| recording.download(&r.mean, &r.staging, [0; 3], [width, height, 1]));
     run.expect("a download");
-    let mapped = r.staging.mapped().expect("staging is mapped");
-    bytemuck::cast_slice(mapped)[..(width * height) as usize].to_vec()
+    r.staging.read_vec((width * height) as usize)
 }
 
 /// Some bricks are brought after each preview. Once all are there, a preview is as good as a sample, but counts for nothing.

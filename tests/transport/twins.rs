@@ -44,23 +44,19 @@ fn shown(radiances: &[f32], exposure: f64, tone: Tone) -> Vec<u8> {
     };
     let (low, extent) = ([0; 3], [SIDE, SIDE, 1]);
     let mut frame = Frame::new(&device).expect("a frame");
-    let run = frame.run(|f| {
-        f.upload(&staging, &picture, low, extent)?;
+    let run = frame.run(|recording| {
+        recording.upload(&staging, &picture, low, extent)?;
         let bindings = [
             ("picture", Binding::Image(&picture)),
             ("shown", Binding::Image(&to)),
         ];
-        f.pass(&pass, &bindings, &push, extent)?;
-        f.download(&to, &staging, low, extent)
+        recording.dispatch(&pass, &bindings, &push, extent)?;
+        recording.download(&to, &staging, low, extent)
     });
     run.expect("a run");
     assert_silent(&device);
-    let bytes = staging.mapped().expect("staging is mapped");
-    bytes
-        .chunks(4)
-        .map(|texel| texel[0])
-        .take(radiances.len())
-        .collect()
+    let texels = staging.read_vec::<[u8; 4]>(radiances.len());
+    texels.into_iter().map(|texel| texel[0]).collect()
 }
 
 /// From 2⁻²⁰ to 2¹², and what no picture should hold.
@@ -91,11 +87,11 @@ fn a_display_shows_what_a_png_holds() {
 /// The majorants of all macrocells, as the GPU has them.
 fn majorants(renderer: &mut Renderer) -> Vec<f32> {
     let (frame, r) = renderer.probed();
-    let [x, y, z] = r.majorants.desc.extent;
-    let run = frame.run(|f| f.download(&r.majorants, &r.staging, [0; 3], [x, y, z]));
+    let [x, y, z] = r.majorants.desc().extent;
+    let run =
+        frame.run(|recording| recording.download(&r.majorants, &r.staging, [0; 3], [x, y, z]));
     run.expect("a download");
-    let mapped = r.staging.mapped().expect("staging is mapped");
-    bytemuck::cast_slice(mapped)[..(x * y * z) as usize].to_vec()
+    r.staging.read_vec((x * y * z) as usize)
 }
 
 /// Large parts of a scan have exactly this value.

@@ -15,10 +15,12 @@ use super::super::frame::Frame;
 use super::super::image::{Image, ImageDesc};
 use super::super::memory::Memory;
 use super::super::pipeline::Pipeline;
+use super::super::recording::Recording;
 use super::super::shader::Shaders;
 use super::super::shared::Shared;
 use super::super::types::*;
-use super::surface::{Surface, Target};
+use super::surface::Surface;
+use super::target::Target;
 use crate::error::Result;
 use crate::shared;
 
@@ -121,8 +123,8 @@ impl Canvas {
         texels: &[u8],
     ) -> Result<()> {
         self.staging.write(texels);
-        frame.run(|f| {
-            f.upload(
+        frame.run(|recording| {
+            recording.upload(
                 &self.staging,
                 &self.atlas,
                 [low[0], low[1], 0],
@@ -275,32 +277,32 @@ fn rectangle([low, high]: [[u32; 2]; 2]) -> vk::Rect2D {
     }
 }
 
-impl Frame {
+impl<'r> Recording<'_, 'r> {
     /// Draws the canvas's triangles over the target.
-    pub fn draw(&mut self, canvas: &Canvas, target: &Target) -> Result<()> {
+    pub fn draw(&mut self, canvas: &'r Canvas, target: &'r Target<'_>) -> Result<()> {
         self.begin_images(std::iter::once(&canvas.atlas))?;
         self.timed(
             "interface",
             vk::PipelineStageFlags2::ALL_COMMANDS,
-            |frame| {
+            |recording| {
                 let Some(pipeline) = &canvas.pipeline else {
                     return Ok(());
                 };
-                frame.bind_canvas(canvas, pipeline)?;
-                frame.record_draws(canvas, pipeline, target);
+                recording.bind_canvas(canvas, pipeline)?;
+                recording.record_draws(canvas, pipeline, target);
                 Ok(())
             },
         )
     }
 
-    fn bind_canvas(&mut self, canvas: &Canvas, pipeline: &Pipeline) -> Result<()> {
+    fn bind_canvas(&mut self, canvas: &'r Canvas, pipeline: &'r Pipeline) -> Result<()> {
         let buffers = [&canvas.vertices, &canvas.indices].map(|buffer| {
             [vk::DescriptorBufferInfo::default()
                 .buffer(buffer.raw)
                 .range(vk::WHOLE_SIZE)]
         });
         let texture = [vk::DescriptorImageInfo::default()
-            .sampler(self.device.linear)
+            .sampler(self.frame.device.linear)
             .image_view(canvas.atlas.view)
             .image_layout(vk::ImageLayout::GENERAL)];
         let mut writes = bindings().map(|(binding, kind)| {
@@ -316,7 +318,7 @@ impl Frame {
             .map_err(|e| self.failed(e))
     }
 
-    fn record_draws(&self, canvas: &Canvas, pipeline: &Pipeline, target: &Target) {
+    fn record_draws(&self, canvas: &'r Canvas, pipeline: &'r Pipeline, target: &'r Target<'_>) {
         let [width, height] = target.extent;
         let whole = rectangle([[0, 0], target.extent]);
         let attachments = [vk::RenderingAttachmentInfo::default()
@@ -338,9 +340,8 @@ impl Frame {
             size: target.extent.map(|n| n as f32),
             texel: ATLAS.map(|n| 1.0 / n as f32),
         };
-        let (raw, commands) = (&self.device.raw, self.commands);
-        // SAFETY: the command buffer is recording, and everything outlives the submission, which
-        // `run` waits for.
+        let (raw, commands) = (&self.frame.device.raw, self.frame.commands);
+        // SAFETY: the command buffer is recording, and everything is borrowed until its work has ended.
         unsafe {
             raw.cmd_begin_rendering(commands, &rendering);
             raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, pipeline.raw);

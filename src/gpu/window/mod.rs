@@ -5,4 +5,5 @@ mod surface;
 mod target;
 
 pub use canvas::{ATLAS_SIDE, Canvas, CanvasMesh, CanvasVertex, SLOT_SIDE, SLOTS, slot_corner};
-pub use surface::{Shape, Surface, Swapchain, Target};
+pub use surface::{Shape, Surface, Swapchain};
+pub use target::Target;

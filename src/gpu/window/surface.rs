@@ -17,6 +17,7 @@ use super::super::failure::failure;
 use super::super::image::COLOR;
 use super::super::instance::Instance;
 use super::super::memory::{Holding, Memory};
+use super::target::Target;
 use crate::error::{DeviceError, Error, Result};
 
 /// Eight bits for each channel, already encoded for display when they are written.
@@ -151,29 +152,20 @@ pub struct Shape {
     pub extent: [u32; 2],
     /// Number of images: first as many as are asked for, then as many as the driver has made.
     pub images: u32,
-    transform: vk::SurfaceTransformFlagsKHR,
+    pub(super) transform: vk::SurfaceTransformFlagsKHR,
     alpha: vk::CompositeAlphaFlagsKHR,
 }
 
 /// The images of a window at one size.
 pub struct Swapchain {
-    surface: Arc<Surface>,
-    loader: khr::swapchain::Device,
-    raw: vk::SwapchainKHR,
-    images: Vec<vk::Image>,
-    views: Vec<vk::ImageView>,
+    pub(super) surface: Arc<Surface>,
+    pub(super) loader: khr::swapchain::Device,
+    pub(super) raw: vk::SwapchainKHR,
+    pub(super) images: Vec<vk::Image>,
+    pub(super) views: Vec<vk::ImageView>,
     acquired: vk::Fence,
-    pub shape: Shape,
+    pub(super) shape: Shape,
     holding: Holding,
-}
-
-/// An image of the window, to be drawn on and then shown.
-#[derive(Clone, Copy)]
-pub struct Target {
-    index: u32,
-    pub(in crate::gpu) image: vk::Image,
-    pub(in crate::gpu) view: vk::ImageView,
-    pub extent: [u32; 2],
 }
 
 impl Swapchain {
@@ -213,6 +205,10 @@ impl Swapchain {
         }
         swapchain.holding.note_allocated();
         Ok(swapchain)
+    }
+
+    pub fn shape(&self) -> Shape {
+        self.shape
     }
 
     /// Adapts to the window's current size. The old images go first.
@@ -265,7 +261,7 @@ impl Swapchain {
     }
 
     /// The next image to draw on; `None` if the window has changed, or shows nothing for now.
-    pub fn acquire(&mut self) -> Result<Option<Target>> {
+    pub fn acquire(&mut self) -> Result<Option<Target<'_>>> {
         let device = self.surface.device.clone();
         // SAFETY: the fence is unsignalled and waited for here.
         let acquired = unsafe {
@@ -291,33 +287,7 @@ impl Swapchain {
                 .and_then(|()| device.raw.reset_fences(&[self.acquired]))
         }
         .map_err(|e| failed(&device, e))?;
-        Ok(Some(Target {
-            index,
-            image: self.images[index as usize],
-            view: self.views[index as usize],
-            extent: self.shape.extent,
-        }))
-    }
-
-    /// Shows an image that was acquired and drawn on. False if the window has another shape by now.
-    pub fn present(&mut self, target: Target) -> Result<bool> {
-        let device = &self.surface.device;
-        let (swapchains, indices) = ([self.raw], [target.index]);
-        let info = vk::PresentInfoKHR::default()
-            .swapchains(&swapchains)
-            .image_indices(&indices);
-        let queue = device.queue();
-        // SAFETY: the image was acquired, and what drew on it has been waited for.
-        match unsafe { self.loader.queue_present(*queue, &info) } {
-            Ok(false) => Ok(true),
-            // Some drivers say so of each image, also of new ones of the right shape.
-            Ok(true) => {
-                let now = self.surface.shape(self.shape.extent)?;
-                Ok(now.extent == self.shape.extent && now.transform == self.shape.transform)
-            }
-            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(false),
-            Err(e) => Err(failed(device, e)),
-        }
+        Ok(Some(Target::new(self, index)))
     }
 }
 
@@ -381,7 +351,7 @@ fn shows_nothing(device: &Device, why: impl Display) -> Error {
     .into()
 }
 
-fn failed(device: &Device, error: vk::Result) -> Error {
+pub(super) fn failed(device: &Device, error: vk::Result) -> Error {
     failure(
         error,
         format!("{} failed at the window", device.summary.name),

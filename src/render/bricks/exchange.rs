@@ -7,7 +7,7 @@ use bytemuck::Zeroable;
 
 use super::admission::{Admission, Items};
 use crate::error::Result;
-use crate::gpu::{Buffer, BufferDesc, Frame, Memory};
+use crate::gpu::{Buffer, BufferDesc, Memory, Recording};
 use crate::render::layout::BrickLayout;
 use crate::render::shared::Streaming;
 
@@ -18,11 +18,15 @@ pub struct DeviceSide {
     pub streaming: Buffer,
 }
 
-/// The host's copies of these, and what the next dispatch will be told.
-pub struct Exchange {
+/// The host's copies of these.
+pub struct HostSide {
     pages: Buffer,
     streaming: Buffer,
-    /// Whether `pages` has changes that the device does not know yet.
+}
+
+/// What the next dispatch will be told, and what the last one has reported.
+pub struct Exchange {
+    /// Whether the host's page table has changes that the device does not know yet.
     pages_changed: bool,
     pub items: Items,
     /// Whether invocations do without missing bricks instead of waiting for them.
@@ -44,18 +48,40 @@ impl DeviceSide {
     }
 }
 
-impl Exchange {
-    pub fn allocate(memory: &Arc<Memory>, layout: &BrickLayout) -> Result<Exchange> {
+impl HostSide {
+    pub fn allocate(memory: &Arc<Memory>, layout: &BrickLayout) -> Result<HostSide> {
         let buffer = |name, bytes| Buffer::new(memory, BufferDesc::readback(name, bytes));
-        Ok(Exchange {
+        Ok(HostSide {
             pages: buffer("volume pages, host", page_bytes(layout))?,
             streaming: buffer("streaming, host", size_of::<Streaming>() as u64)?,
+        })
+    }
+
+    /// The page table as the last dispatch has left it.
+    pub fn pages(&self, layout: &BrickLayout) -> Vec<u32> {
+        self.pages.read_vec(layout.total() as usize)
+    }
+
+    /// Records the copies of a dispatch's report.
+    pub fn record_report<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
+        device: &'r DeviceSide,
+    ) -> Result<()> {
+        recording.copy(&device.streaming, &self.streaming)?;
+        recording.copy(&device.pages, &self.pages)
+    }
+}
+
+impl Exchange {
+    pub fn new() -> Exchange {
+        Exchange {
             pages_changed: false,
             items: Items::NONE,
             previews: false,
             done_mark: 0,
             report: Streaming::zeroed(),
-        })
+        }
     }
 
     /// Begins a piece of work, of which nothing is done. Returns whether older marks may be mistaken for those of this
@@ -72,21 +98,14 @@ impl Exchange {
         self.done_mark = 0;
     }
 
-    /// The page table as the last dispatch has left it.
-    pub fn pages(&self, layout: &BrickLayout) -> Vec<u32> {
-        let bytes = page_bytes(layout) as usize;
-        let mapped = self.pages.mapped().unwrap_or_default();
-        bytemuck::pod_collect_to_vec(&mapped[..bytes])
-    }
-
     /// Prepares the page table of the next dispatch.
-    pub fn write(&mut self, pages: &[u32]) {
-        self.pages.write(pages);
+    pub fn write_pages(&mut self, host: &HostSide, pages: &[u32]) {
+        host.pages.write(pages);
         self.pages_changed = true;
     }
 
-    fn write_state(&mut self, admission: &Admission) {
-        self.streaming.write(&[Streaming {
+    fn state(&self, admission: &Admission) -> Streaming {
+        Streaming {
             first_missed: u32::MAX,
             first: admission.first,
             count: admission.count,
@@ -97,32 +116,27 @@ impl Exchange {
             oldest_item: u32::MAX,
             previews: self.previews as u32,
             ..Streaming::zeroed()
-        }]);
+        }
     }
 
     /// Records the copies that tell a dispatch where bricks are and which invocations are admitted.
-    pub fn record_state(
+    pub fn record_state<'r>(
         &mut self,
-        frame: &mut Frame,
-        device: &DeviceSide,
+        recording: &mut Recording<'_, 'r>,
+        host: &'r HostSide,
+        device: &'r DeviceSide,
         admission: &Admission,
     ) -> Result<()> {
-        self.write_state(admission);
+        host.streaming.write(&[self.state(admission)]);
         if std::mem::take(&mut self.pages_changed) {
-            frame.copy(&self.pages, &device.pages)?;
+            recording.copy(&host.pages, &device.pages)?;
         }
-        frame.copy(&self.streaming, &device.streaming)
-    }
-
-    /// Records the copies of a dispatch's report.
-    pub fn record_report(&self, frame: &mut Frame, device: &DeviceSide) -> Result<()> {
-        frame.copy(&device.streaming, &self.streaming)?;
-        frame.copy(&device.pages, &self.pages)
+        recording.copy(&host.streaming, &device.streaming)
     }
 
     /// Reads the report that has been copied.
-    pub fn read_report(&mut self) {
-        self.report = self.streaming.read();
+    pub fn read_report(&mut self, host: &HostSide) {
+        self.report = host.streaming.read();
     }
 }
 

@@ -81,7 +81,7 @@ impl Loader {
             // All of them will be brought: in the file's order, so that those in a row are read together.
             loads.sort_unstable();
         }
-        let most = (self.staging.desc.bytes / self.room) as usize;
+        let most = (self.staging.desc().bytes / self.room) as usize;
         let at_once = if is_unlimited { most } else { most.min(PIECE) };
         let (began, mut loaded) = (Instant::now(), 0);
         for loads in loads.chunks(at_once) {

@@ -27,10 +27,10 @@ use super::layout::BrickLayout;
 use super::pass_compiler::PassCompiler;
 use super::shared::Streaming;
 use crate::error::{Error, MemoryError, Result};
-use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory};
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Image, Memory, Recording};
 use crate::scene::volume::Volume;
 use admission::{ALL, Loads, NoRoom};
-use exchange::{DeviceSide, Exchange};
+use exchange::{DeviceSide, Exchange, HostSide};
 use host::HostBricks;
 use loader::Loader;
 use needed::which_are_needed;
@@ -41,6 +41,7 @@ pub struct VolumeBricks {
     layout: BrickLayout,
     device: DeviceSide,
     done: Buffer,
+    host: HostSide,
     marks: Marks,
     /// In a `RefCell`, since passes hold shared references to the bricks while they change this state.
     state: RefCell<State>,
@@ -97,9 +98,10 @@ impl VolumeBricks {
             layout,
             device: DeviceSide::allocate(memory, &layout)?,
             done: Buffer::new(memory, done)?,
+            host: HostSide::allocate(memory, &layout)?,
             marks,
             state: RefCell::new(State {
-                exchange: Exchange::allocate(memory, &layout)?,
+                exchange: Exchange::new(),
                 places: Places::new(layout),
                 loader: Loader::allocate(memory, layout, scene.parts.field.stored.bytes())?,
                 pixels_at_once: ALL,
@@ -120,9 +122,9 @@ impl VolumeBricks {
             .loader
             .open(HostBricks::new(volume, self.layout, needed)?);
         let no_pages = vec![0; self.layout.total() as usize];
-        state.exchange.write(&no_pages);
+        state.exchange.write_pages(&self.host, &no_pages);
         self.begin(frame)?;
-        frame.run(|f| self.record_state(f, &Admission::of_slots()))
+        frame.run(|recording| self.record_state(recording, &Admission::of_slots()))
     }
 
     /// Makes room for pictures of another size.
@@ -171,11 +173,11 @@ impl VolumeBricks {
     pub fn begin(&self, frame: &mut Frame) -> Result<()> {
         let mut state = self.state.borrow_mut();
         let begins_anew = state.exchange.begin();
-        let mut pages = state.exchange.pages(&self.layout);
+        let mut pages = self.host.pages(&self.layout);
         state.places.take_reads(&mut pages);
-        state.exchange.write(&pages);
+        state.exchange.write_pages(&self.host, &pages);
         if begins_anew {
-            frame.run(|f| f.zero(&self.done))
+            frame.run(|recording| recording.zero(&self.done))
         } else {
             Ok(())
         }
@@ -207,7 +209,9 @@ impl VolumeBricks {
     pub fn end_preview(&self, frame: &mut Frame, image: &Image) -> Result<()> {
         let mut state = self.state.borrow_mut();
         state.exchange.previews = false;
-        state.load_missed(frame, image, &self.layout).map(drop)
+        state
+            .load_missed(frame, image, &self.host, &self.layout)
+            .map(drop)
     }
 
     /// Decides which items the next dispatch works on.
@@ -221,15 +225,18 @@ impl VolumeBricks {
     }
 
     /// Records, before a dispatch, the copies that tell it which bricks are there and which invocations may work.
-    pub fn record_state(&self, frame: &mut Frame, admission: &Admission) -> Result<()> {
-        let mut state = self.state.borrow_mut();
-        state.exchange.record_state(frame, &self.device, admission)
+    pub fn record_state<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
+        admission: &Admission,
+    ) -> Result<()> {
+        let exchange = &mut self.state.borrow_mut().exchange;
+        exchange.record_state(recording, &self.host, &self.device, admission)
     }
 
     /// Records, after a dispatch, the copies that [`VolumeBricks::serve`] reads.
-    pub fn record_report(&self, frame: &mut Frame) -> Result<()> {
-        let state = self.state.borrow();
-        state.exchange.record_report(frame, &self.device)
+    pub fn record_report<'r>(&'r self, recording: &mut Recording<'_, 'r>) -> Result<()> {
+        self.host.record_report(recording, &self.device)
     }
 
     /// Brings bricks that the last dispatch has missed onto the GPU, and decides who may work in the next;
@@ -246,13 +253,13 @@ impl VolumeBricks {
         admission: &mut Admission,
     ) -> Result<bool> {
         let mut state = self.state.borrow_mut();
-        state.exchange.read_report();
+        state.exchange.read_report(&self.host);
         let report = state.exchange.report;
         let is_done = report.missed == 0 && admission.is_whole();
         if state.exchange.previews || is_done {
             return Ok(false);
         }
-        let loads = state.load_missed(frame, image, &self.layout)?;
+        let loads = state.load_missed(frame, image, &self.host, &self.layout)?;
         let followed = admission.follow(&report, loads);
         followed.map_err(|NoRoom| no_room(&self.layout))?;
         if let Some(pixels) = admission.enough {
@@ -268,17 +275,18 @@ impl State {
         &mut self,
         frame: &mut Frame,
         image: &Image,
+        host: &HostSide,
         layout: &BrickLayout,
     ) -> Result<Loads> {
         let began = Instant::now();
-        let mut pages = self.exchange.pages(layout);
+        let mut pages = host.pages(layout);
         self.places.take_reads(&mut pages);
         let loads = self.loader.load(frame, image, &mut self.places, &mut pages);
         if loads.is_err() {
             // Some places do not hold the brick that the page table names.
             self.places.clear(&mut pages);
         }
-        self.exchange.write(&pages);
+        self.exchange.write_pages(host, &pages);
         self.waited += began.elapsed();
         loads
     }

@@ -51,7 +51,7 @@ impl PlaceBricks {
         pieces: &[Piece],
     ) -> Result<()> {
         let (Some(pass), Some(buffer)) = (&self.pass, &mut self.pieces) else {
-            return frame.run(|f| f.upload_pieces(staging, image, pieces));
+            return frame.run(|recording| recording.upload_pieces(staging, image, pieces));
         };
         let piece = |piece: &Piece| BrickPiece {
             offset: piece.offset as u32,
@@ -61,7 +61,7 @@ impl PlaceBricks {
         buffer.write(&pieces.iter().map(piece).collect::<Vec<_>>());
         let texels = |piece: &Piece| piece.extent.iter().product::<u32>();
         let push = PlacePush {
-            voxel_bytes: image.desc.texel_bytes() as u32,
+            voxel_bytes: image.desc().texel_bytes() as u32,
         };
         let bindings = [
             ("staging", Binding::Buffer(staging)),
@@ -70,9 +70,9 @@ impl PlaceBricks {
         ];
         let most = pieces.iter().map(texels).max().unwrap_or(0);
         let all: u64 = pieces.iter().map(|p| u64::from(texels(p))).sum();
-        frame.run(|f| {
-            f.pass(pass, &bindings, &push, [most, pieces.len() as u32, 1])?;
-            f.state_work(Work::copy(all * u64::from(push.voxel_bytes)));
+        frame.run(|recording| {
+            recording.dispatch(pass, &bindings, &push, [most, pieces.len() as u32, 1])?;
+            recording.state_work(Work::copy(all * u64::from(push.voxel_bytes)));
             Ok(())
         })
     }

@@ -133,9 +133,11 @@ impl Caching<'_> {
             }
             None => Admission::of_slots(),
         };
-        let marched = self.frame.run(|f| {
-            r.record_reading(f, &admission, |f| cache.record_march(f, r))?;
-            tone_map.record(f, &r.unit_sum, to, push)
+        let marched = self.frame.run(|recording| {
+            r.record_reading(recording, &admission, |recording| {
+                cache.record_march(recording, r)
+            })?;
+            tone_map.record(recording, &r.unit_sum, to, push)
         });
         let ended = match &r.bricks {
             Some(bricks) => bricks.end_preview(self.frame, &r.volume),
@@ -162,6 +164,6 @@ impl Caching<'_> {
     pub fn tone_map(&mut self, to: &Image, push: &ToneMapPush) -> Result<()> {
         let (r, tone_map) = (&*self.r, self.tone_map);
         self.frame
-            .run(|f| tone_map.record(f, &r.unit_sum, to, push))
+            .run(|recording| tone_map.record(recording, &r.unit_sum, to, push))
     }
 }

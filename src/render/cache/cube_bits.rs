@@ -41,14 +41,14 @@ pub fn mark(
     let bindings = [&r.volume_bindings()[..], &own, bindings].concat();
     let ([bricks, row], threads) = cache.for_each_brick();
     let push = CubePush { bricks, row };
-    frame.run(|f| {
-        f.zero(&r.counters)?;
-        f.zero(bits)
+    frame.run(|recording| {
+        recording.zero(&r.counters)?;
+        recording.zero(bits)
     })?;
     r.run_in_slices(frame, pass, &bindings, &push, threads)?;
     let cubes = u64::from(NODES) * u64::from(bricks);
     let work = Work::texels(cubes, 0);
     frame.timings.state_work(pass.name, work);
-    frame.run(|f| f.copy(&r.counters, &r.staging))?;
+    frame.run(|recording| recording.copy(&r.counters, &r.staging))?;
     Ok(r.counters_read().marked_cubes)
 }

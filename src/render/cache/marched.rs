@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use crate::error::Result;
-use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Memory, Work};
+use crate::gpu::{Binding, Buffer, BufferDesc, Frame, Memory, Recording, Work};
 use crate::render::resources::bytes_of;
 use crate::render::shared::Marched;
 
@@ -26,16 +26,16 @@ impl MarchedSamples {
         ("marched", Binding::Buffer(&self.count))
     }
 
-    /// Begins a new count, in a submission under way.
-    pub fn begin(&self, frame: &mut Frame) -> Result<()> {
-        frame.zero(&self.count)
+    /// Begins a new count.
+    pub fn begin<'r>(&'r self, recording: &mut Recording<'_, 'r>) -> Result<()> {
+        recording.zero(&self.count)
     }
 
     /// States the count as work of the runs of `pass` since the last count, and begins a new one.
     pub fn collect(&self, frame: &mut Frame, staging: &Buffer, pass: &'static str) -> Result<()> {
-        frame.run(|f| {
-            f.copy(&self.count, staging)?;
-            self.begin(f)
+        frame.run(|recording| {
+            recording.copy(&self.count, staging)?;
+            self.begin(recording)
         })?;
         let Marched { low, high } = staging.read();
         let samples = u64::from(high) << 32 | u64::from(low);

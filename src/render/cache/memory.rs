@@ -125,9 +125,9 @@ impl CacheMemory {
     /// Writes the page table, and begins the counts of the samples that marches take.
     pub fn begin(&self, frame: &mut Frame, staging: &mut Buffer) -> Result<()> {
         self.upload_pages(frame, staging)?;
-        frame.run(|f| {
-            self.marched.begin(f)?;
-            self.marched_at_rest.begin(f)
+        frame.run(|recording| {
+            self.marched.begin(recording)?;
+            self.marched_at_rest.begin(recording)
         })
     }
 
@@ -156,11 +156,6 @@ impl CacheMemory {
     }
 
     /// The bricks that have memory, in order of their places.
-    pub fn bricks(&self) -> &[Brick] {
-        let room = self.bricks.mapped().unwrap_or_default();
-        bytemuck::cast_slice(&room[..self.brick_bytes().min(room.len())])
-    }
-
     pub fn bricks_mut(&mut self) -> &mut [Brick] {
         let bytes = self.brick_bytes();
         let room = self.bricks.mapped_mut().unwrap_or_default();
@@ -238,10 +233,10 @@ impl CacheMemory {
 
     /// Bytes that the cache needs once it is filled.
     pub fn bytes(&self) -> u64 {
-        let images = self.images().map(|i| i.desc.bytes());
-        let bits = self.cuts.iter().chain(&self.rims).map(|b| b.desc.bytes);
+        let images = self.images().map(|i| i.desc().bytes());
+        let bits = self.cuts.iter().chain(&self.rims).map(|b| b.desc().bytes);
         let bits = bits.sum::<u64>();
-        images.sum::<u64>() + self.pages.desc.bytes() + self.bricks.desc.bytes + bits
+        images.sum::<u64>() + self.pages.desc().bytes() + self.bricks.desc().bytes + bits
     }
 }
 
@@ -252,7 +247,7 @@ fn brick_buffer(memory: &Arc<Memory>, layout: &CacheLayout) -> Result<Buffer> {
         bytes_of::<Brick>(layout.active.len().max(1) as u32),
     );
     let mut buffer = Buffer::new(memory, desc)?;
-    if buffer.mapped().is_some() {
+    if buffer.mapped_mut().is_some() {
         buffer.write(&bricks(layout));
     }
     Ok(buffer)

@@ -4,7 +4,7 @@ use super::memory::CacheMemory;
 use super::work_list::Portion;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, Work};
+use crate::gpu::{Binding, Pass, Recording, Work};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::render::shared::NODES;
@@ -26,11 +26,11 @@ impl MergeParts {
         Ok(MergeParts(passes.compile::<MergePush>("merge_parts")?))
     }
 
-    pub fn record(
-        &self,
-        frame: &mut Frame,
-        r: &Resources,
-        cache: &CacheMemory,
+    pub fn record<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
+        r: &'r Resources,
+        cache: &'r CacheMemory,
         portion: Portion,
         nodes_half: u32,
     ) -> Result<()> {
@@ -49,8 +49,8 @@ impl MergeParts {
             nodes_half,
         };
         let threads = NODES * portion.turns;
-        frame.pass(&self.0, &bindings, &push, [threads, 1, 1])?;
-        frame.state_work(Work::texels(u64::from(threads), 0));
+        recording.dispatch(&self.0, &bindings, &push, [threads, 1, 1])?;
+        recording.state_work(Work::texels(u64::from(threads), 0));
         Ok(())
     }
 }

@@ -44,7 +44,7 @@ use super::parts::{Changes, Derived};
 use super::pass_compiler::PassCompiler;
 use super::resources::Resources;
 use crate::error::Result;
-use crate::gpu::{Frame, Slices};
+use crate::gpu::{Frame, Recording, Slices};
 use at_rest::AtRest;
 use cut_cubes::CutCubes;
 use error::{Measured, measure, measured_stride, relative_errors};
@@ -177,9 +177,9 @@ impl Cache {
 
     /// See [`Caching::guess_light`](super::Caching::guess_light); the guess is one texel, everywhere.
     pub fn guess(&self, frame: &mut Frame) -> Result<()> {
-        frame.run(|f| {
-            f.clear_to(&[&self.memory.light], self.guess)?;
-            f.clear(&self.memory.flux.iter().collect::<Vec<_>>())
+        frame.run(|recording| {
+            recording.clear_to(&[&self.memory.light], self.guess)?;
+            recording.clear(&self.memory.flux.iter().collect::<Vec<_>>())
         })
     }
 
@@ -293,15 +293,11 @@ impl Cache {
         let stride = measured_stride(r).min(longest);
         let request = ray_march::for_weights(stride);
         self.ray_march.march_for(frame, r, &self.memory, request)?;
-        let weights = || {
-            self.memory
-                .bricks()
-                .iter()
-                .map(|brick| brick.squared_weight)
-        };
-        let read: Vec<bool> = weights().map(|weight| weight > 0).collect();
+        let bricks = self.memory.bricks_mut().iter();
+        let weights: Vec<u32> = bricks.map(|brick| brick.squared_weight).collect();
+        let read: Vec<bool> = weights.iter().map(|&weight| weight > 0).collect();
         let in_sight = self.memory.layout.with_neighbours(&read);
-        self.sight.focus.narrow(weights(), &in_sight);
+        self.sight.focus.narrow(weights.into_iter(), &in_sight);
         Ok(())
     }
 
@@ -322,9 +318,13 @@ impl Cache {
         self.sight.view.measured = Some(now);
     }
 
-    /// The picture that the cache shows now, into `unit_sum`, in a submission under way.
-    pub fn record_march(&self, frame: &mut Frame, r: &Resources) -> Result<()> {
-        self.ray_march.record(frame, r, &self.memory)
+    /// The picture that the cache shows now, into `unit_sum`.
+    pub fn record_march<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
+        r: &'r Resources,
+    ) -> Result<()> {
+        self.ray_march.record(recording, r, &self.memory)
     }
 
     /// The next slice of the picture that the cache shows now, added to the mean of `rays` rays in `unit_sum`. Returns

@@ -116,7 +116,7 @@ impl NodeTracking {
         let (pass, portion, nodes_half) = (&self.pass, self.portion, self.half.word());
         let mut progress = self
             .queue
-            .advance(frame, r, pass, |frame, most_iterations| {
+            .advance(frame, r, pass, |recording, most_iterations| {
                 let push = NodePush {
                     most_iterations,
                     slots: r.slots(),
@@ -136,7 +136,7 @@ impl NodeTracking {
                     ],
                 ]
                 .concat();
-                frame.pass(pass, &bindings, &push, [push.slots, 1, 1])
+                recording.dispatch(pass, &bindings, &push, [push.slots, 1, 1])
             })?;
         if !progress.under_way {
             progress.under_way = self.end_portion(frame, r, cache)?;
@@ -152,7 +152,7 @@ impl NodeTracking {
         cache: &mut CacheMemory,
     ) -> Result<bool> {
         let (portion, half) = (self.portion, self.half.word());
-        frame.run(|f| self.merge_parts.record(f, r, cache, portion, half))?;
+        frame.run(|recording| self.merge_parts.record(recording, r, cache, portion, half))?;
         self.take_portion(cache);
         if self.portion.turns == 0 && self.half == Half::Even {
             self.spread_light.run(frame, r, cache)?;

@@ -3,7 +3,7 @@
 use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass, SLICE_MS, Slices};
+use crate::gpu::{Binding, Frame, Pass, Recording, SLICE_MS, Slices};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::resources::Resources;
 use crate::render::shared::{MARCH_AT_REST, MARCH_CACHED, MARCH_PICTURE};
@@ -52,16 +52,21 @@ impl RayMarch {
         })
     }
 
-    /// Marches a picture of few pixels into `unit_sum`, in a submission under way. Rays take longer steps.
-    pub fn record(&self, frame: &mut Frame, r: &Resources, cache: &CacheMemory) -> Result<()> {
+    /// Marches a picture of few pixels into `unit_sum`. Rays take longer steps.
+    pub fn record<'r>(
+        &'r self,
+        recording: &mut Recording<'_, 'r>,
+        r: &'r Resources,
+        cache: &'r CacheMemory,
+    ) -> Result<()> {
         let [width, height] = r.size;
         let push = MarchPush {
             step_scale: STEP_SCALE,
             ..push(1)
         };
-        frame.pass(&self.pass, &bindings(r, cache), &push, [width, height, 1])?;
+        recording.dispatch(&self.pass, &bindings(r, cache), &push, [width, height, 1])?;
         // The count is dropped: only the window uses this march, and it does not report shares of the device's peak.
-        cache.marched.begin(frame)
+        cache.marched.begin(recording)
     }
 
     /// Marches the next slice of the picture, and adds it to the mean of `rays_before` rays. Returns whether it was the last.

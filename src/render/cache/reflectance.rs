@@ -27,9 +27,9 @@ impl SurfaceReflectance {
         .concat();
         let threads = [cache.features.surface_count * REFLECTANCE_ANGLES, 1, 1];
         let work = Work::fill(bytes_of::<Reflectance>(threads[0]));
-        frame.run(|f| {
-            f.pass(&self.0, &bindings, &(), threads)?;
-            f.state_work(work);
+        frame.run(|recording| {
+            recording.dispatch(&self.0, &bindings, &(), threads)?;
+            recording.state_work(work);
             Ok(())
         })
     }

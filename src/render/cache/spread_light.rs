@@ -34,11 +34,11 @@ impl SpreadLight {
         ]
         .concat();
         let ([bricks, row], [x, y, _]) = cache.for_each_brick();
-        frame.run(|f| {
+        frame.run(|recording| {
             (0..3).try_for_each(|axis| {
                 let push = SpreadPush { bricks, row, axis };
-                f.pass(&self.0, &bindings, &push, [x, y, 1])?;
-                f.state_work(Work::texels(u64::from(bricks), 0));
+                recording.dispatch(&self.0, &bindings, &push, [x, y, 1])?;
+                recording.state_work(Work::texels(u64::from(bricks), 0));
                 Ok(())
             })
         })

@@ -57,7 +57,7 @@ impl Cache {
 
     /// Bytes of light that a file holds.
     fn light_bytes(&self) -> u64 {
-        self.memory.images().map(|image| image.desc.bytes()).sum()
+        self.memory.images().map(|image| image.desc().bytes()).sum()
     }
 }
 
@@ -85,7 +85,13 @@ impl Caching<'_> {
     /// Streams the cache's light.
     pub fn save_light(&mut self, sink: &mut Sink<'_>) -> Result<()> {
         for image in self.cache.memory.images() {
-            copy::download_pieces(self.frame, &self.r.staging, image, image.desc.extent, sink)?;
+            copy::download_pieces(
+                self.frame,
+                &mut self.r.staging,
+                image,
+                image.desc().extent,
+                sink,
+            )?;
         }
         Ok(())
     }
@@ -122,7 +128,7 @@ impl Caching<'_> {
             return Err(Error::value("the cache's state is that of another layout"));
         }
         for image in self.cache.memory.images() {
-            let extent = image.desc.extent;
+            let extent = image.desc().extent;
             copy::upload_pieces(self.frame, &mut self.r.staging, image, extent, source)?;
         }
         let (mut shares, mut had) = (vec![0; state.bricks], vec![0u32; state.bricks]);

@@ -4,7 +4,7 @@
 use super::memory::CacheMemory;
 use crate::error::Result;
 use crate::gpu::types::*;
-use crate::gpu::{Binding, Frame, Pass};
+use crate::gpu::{Binding, Frame, Pass, Recording};
 use crate::render::pass_compiler::PassCompiler;
 use crate::render::path_queue::{Advanced, PathQueue};
 use crate::render::resources::Resources;
@@ -42,13 +42,13 @@ impl TailTracking {
         sample_index: u32,
     ) -> Result<Advanced> {
         let TailTracking { pass, queue } = self;
-        queue.advance(frame, r, pass, |frame, most_iterations| {
+        queue.advance(frame, r, pass, |recording, most_iterations| {
             let push = TailPush {
                 sample_index,
                 most_iterations,
                 slots: r.slots(),
             };
-            record(pass, frame, r, cache, &push)
+            record(pass, recording, r, cache, &push)
         })
     }
 
@@ -59,15 +59,15 @@ impl TailTracking {
             most_iterations: 0,
             slots: 0,
         };
-        frame.run(|f| record(&self.pass, f, r, cache, &nothing))
+        frame.run(|recording| record(&self.pass, recording, r, cache, &nothing))
     }
 }
 
-fn record(
-    pass: &Pass,
-    frame: &mut Frame,
-    r: &Resources,
-    cache: &CacheMemory,
+fn record<'r>(
+    pass: &'r Pass,
+    recording: &mut Recording<'_, 'r>,
+    r: &'r Resources,
+    cache: &'r CacheMemory,
     push: &TailPush,
 ) -> Result<()> {
     let bindings = [
@@ -82,5 +82,5 @@ fn record(
         ],
     ]
     .concat();
-    frame.pass(pass, &bindings, push, [push.slots.max(1), 1, 1])
+    recording.dispatch(pass, &bindings, push, [push.slots.max(1), 1, 1])
 }

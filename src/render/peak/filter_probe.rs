@@ -48,16 +48,16 @@ pub fn filter_error(
     };
     let pass = Pass::new(device, shaders, &desc)?;
     let mut frame = Frame::new(device)?;
-    frame.run(|f| {
-        f.upload(&staging, &image, [0; 3], [2; 3])?;
+    frame.run(|recording| {
+        recording.upload(&staging, &image, [0; 3], [2; 3])?;
         let bindings = [
             ("checkerboard", Binding::Filtered(&image)),
             ("errors", Binding::Buffer(&errors)),
         ];
-        f.pass(&pass, &bindings, &(), [PROBE_POSITIONS, 1, 1])
+        recording.dispatch(&pass, &bindings, &(), [PROBE_POSITIONS, 1, 1])
     })?;
-    let measured: &[f32] = bytemuck::cast_slice(errors.mapped().unwrap_or_default());
-    Ok(Some(measured.iter().copied().fold(0.0, f32::max)))
+    let measured = errors.read_vec::<f32>(PROBE_POSITIONS as usize);
+    Ok(Some(measured.into_iter().fold(0.0, f32::max)))
 }
 
 fn checkerboard<T: Default + Copy>(high: T) -> [T; 8] {

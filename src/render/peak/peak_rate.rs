@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::gpu::types::*;
 use crate::gpu::{
     Binding, Buffer, BufferDesc, Device, Format, Frame, Image, ImageDesc, Memory, Pass, PassDesc,
-    Placement, Shaders, Shared,
+    Placement, Recording, Shaders, Shared,
 };
 use crate::shared;
 
@@ -95,7 +95,7 @@ pub fn peak_rates(device: &Arc<Device>, shaders: &Shaders) -> Result<PeakRates> 
         dispatch_s: bench.latency(&kernels.reads, &small)?,
         longest_by_timestamps_s,
         longest_by_host_s,
-        volume_bytes: large.desc.bytes(),
+        volume_bytes: large.desc().bytes(),
     })
 }
 
@@ -174,14 +174,14 @@ impl Bench {
         let [width, height, depth] = extent;
         let slice = u64::from(width) * u64::from(height);
         let slices = (STAGING_BYTES / slice).clamp(1, u64::from(depth)) as u32;
-        let mut staging = self.buffer("staging", slice * u64::from(slices), Placement::Upload)?;
+        let staging = self.buffer("staging", slice * u64::from(slices), Placement::Upload)?;
         let noise =
-            (0..staging.desc.bytes as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8);
+            (0..staging.desc().bytes as u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8);
         staging.write(&noise.collect::<Vec<u8>>());
         for z in (0..depth).step_by(slices as usize) {
             let extent = [width, height, slices.min(depth - z)];
             self.frame
-                .run(|f| f.upload(&staging, &image, [0, 0, z], extent))?;
+                .run(|recording| recording.upload(&staging, &image, [0, 0, z], extent))?;
         }
         Ok(image)
     }
@@ -210,10 +210,10 @@ impl Bench {
     }
 
     /// Measures the steps of all threads per second.
-    fn working(&mut self, pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<f64> {
+    fn working<'r>(&mut self, pass: &'r Pass, bindings: &[(&str, Binding<'r>)]) -> Result<f64> {
         let threads = self.threads;
-        let seconds = self.fastest(u32::MAX, |frame, steps| {
-            frame.pass(pass, bindings, &PeakPush { steps }, [threads, 1, 1])
+        let seconds = self.fastest(u32::MAX, |recording, steps| {
+            recording.dispatch(pass, bindings, &PeakPush { steps }, [threads, 1, 1])
         })?;
         Ok(f64::from(threads) / seconds)
     }
@@ -222,9 +222,9 @@ impl Bench {
     fn copying(&mut self) -> Result<f64> {
         let from = self.buffer("copied from", STAGING_BYTES, Placement::Device)?;
         let to = self.buffer("copied to", STAGING_BYTES, Placement::Device)?;
-        self.frame.run(|f| f.zero(&from))?;
-        let seconds = self.fastest(MOST_COPIES, |frame, copies| {
-            (0..copies).try_for_each(|_| frame.copy(&from, &to))
+        self.frame.run(|recording| recording.zero(&from))?;
+        let seconds = self.fastest(MOST_COPIES, |recording, copies| {
+            (0..copies).try_for_each(|_| recording.copy(&from, &to))
         })?;
         Ok(STAGING_BYTES as f64 / seconds)
     }
@@ -242,7 +242,9 @@ impl Bench {
         let push = PeakPush { steps };
         let mut best = [0.0, f64::INFINITY];
         for _ in 0..CLOCK_RUNS {
-            let times = self.time(|f| f.pass(&kernels.reads, &bindings, &push, [threads, 1, 1]))?;
+            let times = self.time(|recording| {
+                recording.dispatch(&kernels.reads, &bindings, &push, [threads, 1, 1])
+            })?;
             if times[1] - times[0] < best[1] - best[0] {
                 best = times;
             }
@@ -260,7 +262,8 @@ impl Bench {
         let mut waits = Vec::with_capacity(LATENCY_RUNS);
         for _ in 0..LATENCY_RUNS {
             let push = PeakPush { steps: 1 };
-            let [_, host_s] = self.time(|frame| frame.pass(pass, &bindings, &push, [64, 1, 1]))?;
+            let [_, host_s] =
+                self.time(|recording| recording.dispatch(pass, &bindings, &push, [64, 1, 1]))?;
             waits.push(host_s);
         }
         waits.sort_by(f64::total_cmp);
@@ -269,16 +272,16 @@ impl Bench {
 
     /// The least time of a step of `record`, in seconds. Its dispatches have as many steps as take long enough to be
     /// timed, or `most`.
-    fn fastest(
+    fn fastest<'r>(
         &mut self,
         most: u32,
-        record: impl Fn(&mut Frame, u32) -> Result<()>,
+        record: impl Fn(&mut Recording<'_, 'r>, u32) -> Result<()>,
     ) -> Result<f64> {
         // Some drivers finish compiling only when a pass first runs.
-        self.time(|frame| record(frame, 1))?;
+        self.time(|recording| record(recording, 1))?;
         let mut steps = 1;
         loop {
-            let [s, _] = self.time(|frame| record(frame, steps))?;
+            let [s, _] = self.time(|recording| record(recording, steps))?;
             let growth = (LONG_ENOUGH_S / s).clamp(1.0, 16.0);
             if growth < 1.5 || steps == most {
                 break;
@@ -288,14 +291,17 @@ impl Bench {
         }
         let mut best = f64::INFINITY;
         for _ in 0..RUNS {
-            let [device_s, _] = self.time(|frame| record(frame, steps))?;
+            let [device_s, _] = self.time(|recording| record(recording, steps))?;
             best = best.min(device_s / f64::from(steps));
         }
         Ok(best)
     }
 
     /// The time of the recorded work in seconds, by the device's timestamps and by the host's clock.
-    fn time(&mut self, record: impl FnOnce(&mut Frame) -> Result<()>) -> Result<[f64; 2]> {
+    fn time<'r>(
+        &mut self,
+        record: impl FnOnce(&mut Recording<'_, 'r>) -> Result<()>,
+    ) -> Result<[f64; 2]> {
         self.frame.timings.take();
         let began = Instant::now();
         self.frame.run(record)?;

@@ -45,13 +45,13 @@ impl PublishedCells {
 
     /// Cells along each axis: one a voxel.
     pub fn dims(&self) -> [u32; 3] {
-        self.radiance.desc.extent
+        self.radiance.desc().extent
     }
 
     /// Cells in all.
     pub fn count(&self) -> u64 {
         self.radiance
-            .desc
+            .desc()
             .extent
             .iter()
             .map(|&n| n as u64)
@@ -59,6 +59,6 @@ impl PublishedCells {
     }
 
     pub fn bytes(&self) -> u64 {
-        self.images().iter().map(|i| i.desc.bytes()).sum()
+        self.images().iter().map(|i| i.desc().bytes()).sum()
     }
 }

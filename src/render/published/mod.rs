@@ -65,7 +65,7 @@ impl Published {
     /// Advances every cell's path by a few steps.
     pub fn round(&mut self, frame: &mut Frame, r: &Resources, totals: &mut Totals) -> Result<()> {
         if self.rounds == 0 {
-            frame.run(|f| f.zero(&r.counters))?;
+            frame.run(|recording| recording.zero(&r.counters))?;
         }
         let push = PublishedPush {
             round: self.rounds,
@@ -74,7 +74,7 @@ impl Published {
         };
         self.transport.run(frame, r, &self.cells, &push)?;
         self.rounds += 1;
-        frame.run(|f| f.copy(&r.counters, &r.staging))?;
+        frame.run(|recording| recording.copy(&r.counters, &r.staging))?;
         let counted = r.counters_read();
         let before = std::mem::replace(&mut self.counted, counted);
         totals.paths += counted.finished.wrapping_sub(before.finished) as u64;
@@ -95,7 +95,7 @@ impl Published {
         self.round(frame, r, &mut Totals::default())?;
         self.rounds = 0;
         self.counted = Counters::zeroed();
-        frame.run(|f| f.clear(&self.cells.images()))
+        frame.run(|recording| recording.clear(&self.cells.images()))
     }
 
     /// The picture that the cache shows now, into `mean`.

@@ -42,8 +42,8 @@ impl PublishedMarch {
             ("mean", Binding::Image(&r.mean)),
         ];
         let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
-        frame.run_in_slices(&self.0, &bindings, push, r.mean.desc.extent)?;
-        let work = Work::texels(0, r.mean.desc.texels());
+        frame.run_in_slices(&self.0, &bindings, push, r.mean.desc().extent)?;
+        let work = Work::texels(0, r.mean.desc().texels());
         frame.timings.state_work(self.0.name, work);
         Ok(())
     }

@@ -47,7 +47,7 @@ impl PublishedTransport {
             ("throughput_cells", Binding::Image(&cells.throughput)),
         ];
         let bindings = [&r.volume_bindings()[..], &r.lights.bindings(), &bindings].concat();
-        frame.run_in_slices(&self.0, &bindings, push, cells.radiance.desc.extent)
+        frame.run_in_slices(&self.0, &bindings, push, cells.radiance.desc().extent)
     }
 
     /// States how many samples of the volume the runs since this was last done have taken.

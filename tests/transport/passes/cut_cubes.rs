@@ -3,7 +3,6 @@
 //! has to be marked, and none that has no voxels on both sides within one voxel of it, or at scale 1 within itself. It also
 //! says on which side of the surfaces each node is.
 
-use bytemuck::pod_collect_to_vec;
 use fastrand::Rng;
 use glam::{DVec3, UVec3};
 use isolume::gpu::*;
@@ -72,13 +71,15 @@ impl Marks {
         let desc = BufferDesc {
             name: "marks",
             placement: Placement::Readback,
-            ..cuts.desc
+            ..*cuts.desc()
         };
         let words = Buffer::new(&memory, desc).expect("a buffer");
-        frame.run(|f| f.copy(cuts, &words)).expect("a copy");
+        frame
+            .run(|recording| recording.copy(cuts, &words))
+            .expect("a copy");
         let marks = Marks {
             pages: cache.memory.layout.pages(),
-            words: pod_collect_to_vec(words.mapped().expect("a mapped buffer")),
+            words: words.read_vec(cuts.desc().bytes as usize / 4),
             layout: cache.memory.layout.clone(),
         };
         assert_silent(&cached.device);

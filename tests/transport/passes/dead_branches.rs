@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use bytemuck::pod_collect_to_vec;
 use isolume::gpu::*;
 
 use crate::support::common::*;
@@ -67,9 +66,9 @@ fn run(device: &Arc<Device>, values: &str, constants: &[u32]) -> Vec<u32> {
     ];
     let mut frame = Frame::new(device).expect("a frame");
     frame
-        .run(|f| f.pass(&pass, &bindings, &(), [INPUTS, 1, 1]))
+        .run(|recording| recording.dispatch(&pass, &bindings, &(), [INPUTS, 1, 1]))
         .expect("a run");
-    pod_collect_to_vec(results.mapped().expect("results are mapped"))
+    results.read_vec(INPUTS as usize)
 }
 
 #[test]

@@ -44,14 +44,14 @@ fn display(memory: &Arc<Memory>, [width, height]: [u32; 2]) -> Image {
 
 /// What a display shows, row 0 on top.
 fn shown(memory: &Arc<Memory>, display: &Image) -> Vec<[u8; 4]> {
-    let desc = BufferDesc::readback("shown", display.desc.bytes());
+    let desc = BufferDesc::readback("shown", display.desc().bytes());
     let bytes = Buffer::new(memory, desc).expect("a buffer");
     let mut frame = Frame::new(memory.device()).expect("a frame");
     frame
-        .run(|f| f.download(display, &bytes, [0; 3], display.desc.extent))
+        .run(|recording| recording.download(display, &bytes, [0; 3], display.desc().extent))
         .expect("a download");
     assert_silent(memory.device());
-    bytemuck::pod_collect_to_vec(bytes.mapped().expect("a mapped buffer"))
+    bytes.read_vec(display.desc().texels() as usize)
 }
 
 /// What a display of `extent` pixels shows of `picture`, which is `size` pixels.
@@ -66,7 +66,7 @@ fn shown_of(
     let texels = Buffer::with_data(&probe.memory, "texels", picture).expect("texels");
     let (frame, r) = probe.renderer.probed();
     frame
-        .run(|f| f.upload(&texels, &r.mean, [0; 3], [size[0], size[1], 1]))
+        .run(|recording| recording.upload(&texels, &r.mean, [0; 3], [size[0], size[1], 1]))
         .expect("an upload");
     probe.renderer.tone_map(&display, &push).expect("a run");
     shown(&probe.memory, &display)

@@ -1,29 +1,36 @@
-//! Binding resources for the commands that a frame records.
+//! Binding resources for the commands that are recorded.
 
 use ash::vk;
 
 use super::frame::Frame;
 use super::pipeline::Pipeline;
+use super::recording::Recording;
 
-impl Frame {
+impl<'r> Recording<'_, 'r> {
     /// Binds the resources that `writes` describe for the commands that follow. They must be all that the pipeline
-    /// takes; their destination set is filled in here.
+    /// takes and borrowed for `'r`, which a write cannot say; their destination set is filled in here.
     pub(super) fn bind_resources(
         &mut self,
         point: vk::PipelineBindPoint,
-        pipeline: &Pipeline,
+        pipeline: &'r Pipeline,
         writes: &mut [vk::WriteDescriptorSet<'_>],
     ) -> Result<(), vk::Result> {
-        let set = self.sets.take(pipeline.set_layout)?;
+        let Frame {
+            device,
+            commands,
+            sets,
+            ..
+        } = &mut *self.frame;
+        let set = sets.take(pipeline.set_layout)?;
         for write in writes.iter_mut() {
             write.dst_set = set;
         }
-        let raw = &self.device.raw;
+        let raw = &device.raw;
         // SAFETY: the set is new, so no command uses it; the layout is the one that it was allocated for, and the
-        // resources outlive the submission, which `run` waits for.
+        // resources are borrowed until the submission's work has ended.
         unsafe {
             raw.update_descriptor_sets(writes, &[]);
-            raw.cmd_bind_descriptor_sets(self.commands, point, pipeline.layout, 0, &[set], &[]);
+            raw.cmd_bind_descriptor_sets(*commands, point, pipeline.layout, 0, &[set], &[]);
         }
         Ok(())
     }
