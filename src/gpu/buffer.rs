@@ -36,8 +36,8 @@ impl BufferDesc {
         BufferDesc::new(name, bytes, Placement::Upload)
     }
 
-    pub const fn readback(name: &'static str, bytes: u64) -> BufferDesc {
-        BufferDesc::new(name, bytes, Placement::Readback)
+    pub const fn host_cached(name: &'static str, bytes: u64) -> BufferDesc {
+        BufferDesc::new(name, bytes, Placement::HostCached)
     }
 
     const fn new(name: &'static str, bytes: u64, placement: Placement) -> BufferDesc {
@@ -57,7 +57,7 @@ pub enum Placement {
     Upload,
     /// In the host's memory, and in its caches if the device has such memory. Both sides read and write; a GPU does so over the
     /// bus.
-    Readback,
+    HostCached,
 }
 
 pub struct Buffer {
@@ -112,7 +112,7 @@ impl Buffer {
         let location = match desc.placement {
             Placement::Device => MemoryLocation::GpuOnly,
             Placement::Upload => MemoryLocation::CpuToGpu,
-            Placement::Readback => MemoryLocation::GpuToCpu,
+            Placement::HostCached => MemoryLocation::GpuToCpu,
         };
         let owner = Owner::Buffer(buffer.raw);
         let allocation = buffer.holding.allocate(requirements, location, owner)?;

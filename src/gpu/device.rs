@@ -270,8 +270,8 @@ fn logical_device(
     }
     let features =
         vk::PhysicalDeviceFeatures::default().shader_storage_image_extended_formats(true);
-    let mut twelve = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
-    let mut thirteen = vk::PhysicalDeviceVulkan13Features::default()
+    let mut vulkan_12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
+    let mut vulkan_13 = vk::PhysicalDeviceVulkan13Features::default()
         .synchronization2(true)
         .maintenance4(true)
         .dynamic_rendering(draws);
@@ -279,8 +279,8 @@ fn logical_device(
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)
         .enabled_features(&features)
-        .push_next(&mut twelve)
-        .push_next(&mut thirteen);
+        .push_next(&mut vulkan_12)
+        .push_next(&mut vulkan_13);
     let _making = one_at_a_time();
     // SAFETY: the chain outlives the call, and every feature is present.
     unsafe { instance.raw.create_device(physical, &info, None) }

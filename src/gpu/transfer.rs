@@ -193,7 +193,7 @@ impl<'r> Recording<'_, 'r> {
         let bytes = from.desc.bytes.min(to.desc.bytes);
         let name = match to.desc.placement {
             Placement::Device => "upload",
-            Placement::Upload | Placement::Readback => "download",
+            Placement::Upload | Placement::HostCached => "download",
         };
         self.transfer(name, Work::copy(bytes), |raw, commands| {
             let region = vk::BufferCopy::default().size(bytes);

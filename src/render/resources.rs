@@ -104,7 +104,7 @@ impl Resources {
             unit_sum: picture(UNIT_SUM)?,
             mean: picture("mean")?,
             squares: picture("squared differences")?,
-            staging: Buffer::new(memory, BufferDesc::readback("staging", staging_bytes))?,
+            staging: Buffer::new(memory, BufferDesc::host_cached("staging", staging_bytes))?,
         })
     }
 

@@ -278,7 +278,7 @@ impl Stage {
         self.frame.run(|recording| {
             recording.open_target(&target, BACKGROUND)?;
             if (0..2).all(|a| low[a] < high[a]) {
-                recording.stretch_into(shown, [width, height], &target, [low, high])?;
+                recording.blit(shown, [width, height], &target, [low, high])?;
             }
             recording.draw(canvas, &target)?;
             recording.close_target(&target);

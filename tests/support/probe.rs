@@ -81,7 +81,7 @@ impl Probe {
             .entry(format!("{what:?}"))
             .or_insert_with(compile);
         let inputs = Buffer::with_data(&self.memory, "inputs", inputs).expect("inputs");
-        let desc = BufferDesc::readback("outputs", (outputs * size_of::<O>()) as u64);
+        let desc = BufferDesc::host_cached("outputs", (outputs * size_of::<O>()) as u64);
         let results = Buffer::new(&self.memory, desc).expect("outputs");
         let (frame, r) = self.renderer.probed();
         r.scene.write(&[self.constants]);

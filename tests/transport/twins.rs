@@ -25,7 +25,7 @@ fn shown(radiances: &[f32], exposure: f64, tone: Tone) -> Vec<u8> {
     let picture = image("picture", Format::R32G32B32A32_SFLOAT);
     let to = image("shown", Format::R8G8B8A8_UNORM);
     let texels: Vec<[f32; 4]> = radiances.iter().map(|&r| [r, r, r, 1.0]).collect();
-    let placement = Placement::Readback;
+    let placement = Placement::HostCached;
     let staging = Buffer::with_data_in(&memory, "staging", placement, &texels);
     let staging = staging.expect("staging");
     let desc = PassDesc {

@@ -23,7 +23,7 @@ use crate::error::{DeviceError, Error, Result};
 /// Eight bits for each channel, already encoded for display when they are written.
 const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
 /// How long to wait for an image from the window system before the frame is left out.
-const PATIENCE_NS: u64 = 500_000_000;
+const ACQUIRE_TIMEOUT_NS: u64 = 500_000_000;
 
 impl Device {
     /// Opens the wanted device, or the best, for the windows of a display.
@@ -267,7 +267,7 @@ impl Swapchain {
         let acquired = unsafe {
             self.loader.acquire_next_image(
                 self.raw,
-                PATIENCE_NS,
+                ACQUIRE_TIMEOUT_NS,
                 vk::Semaphore::null(),
                 self.acquired,
             )

@@ -121,7 +121,7 @@ impl<'r> Recording<'_, 'r> {
 
     /// Copies the part of an image from its lowest corner to `extent` into the rectangle [low, high) of the target,
     /// stretched.
-    pub fn stretch_into(
+    pub fn blit(
         &mut self,
         from: &'r Image,
         extent: [u32; 2],

@@ -50,7 +50,7 @@ impl DeviceSide {
 
 impl HostSide {
     pub fn allocate(memory: &Arc<Memory>, layout: &BrickLayout) -> Result<HostSide> {
-        let buffer = |name, bytes| Buffer::new(memory, BufferDesc::readback(name, bytes));
+        let buffer = |name, bytes| Buffer::new(memory, BufferDesc::host_cached(name, bytes));
         Ok(HostSide {
             pages: buffer("volume pages, host", page_bytes(layout))?,
             streaming: buffer("streaming, host", size_of::<Streaming>() as u64)?,

@@ -42,7 +42,7 @@ impl Loader {
         let room = layout.brick_bytes(voxel_bytes).next_multiple_of(ALIGNMENT);
         let quarter = u64::from(layout.capacity().div_ceil(4)) * room;
         let bytes = STAGING_BYTES.min(quarter).max(room);
-        let desc = BufferDesc::readback("brick staging", bytes);
+        let desc = BufferDesc::host_cached("brick staging", bytes);
         Ok(Loader {
             layout,
             staging: Buffer::new(memory, desc)?,

@@ -242,7 +242,7 @@ impl CacheMemory {
 
 /// The bricks that have memory. A dry run only counts them: a plan looks at several layouts.
 fn brick_buffer(memory: &Arc<Memory>, layout: &CacheLayout) -> Result<Buffer> {
-    let desc = BufferDesc::readback(
+    let desc = BufferDesc::host_cached(
         "cache: bricks",
         bytes_of::<Brick>(layout.active.len().max(1) as u32),
     );

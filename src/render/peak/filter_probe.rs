@@ -38,7 +38,7 @@ pub fn filter_error(
     };
     let errors = Buffer::new(
         &memory,
-        BufferDesc::readback("filter errors", PROBE_POSITIONS as u64 * 4),
+        BufferDesc::host_cached("filter errors", PROBE_POSITIONS as u64 * 4),
     )?;
     let desc = PassDesc {
         name: "filter_probe",

@@ -70,7 +70,7 @@ impl Marks {
         let cuts = cache.memory.cuts.as_ref().expect("cuts, in full light");
         let desc = BufferDesc {
             name: "marks",
-            placement: Placement::Readback,
+            placement: Placement::HostCached,
             ..*cuts.desc()
         };
         let words = Buffer::new(&memory, desc).expect("a buffer");

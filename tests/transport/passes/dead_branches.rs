@@ -58,7 +58,7 @@ fn run(device: &Arc<Device>, values: &str, constants: &[u32]) -> Vec<u32> {
     let pass = Pass::new(device, &shaders, &desc).expect("a pass");
     let memory = Memory::new(device, 1 << 20).expect("memory");
     let given = Buffer::with_data(&memory, "given", constants).expect("a buffer");
-    let desc = BufferDesc::readback("results", 4 * u64::from(INPUTS));
+    let desc = BufferDesc::host_cached("results", 4 * u64::from(INPUTS));
     let results = Buffer::new(&memory, desc).expect("a buffer");
     let bindings = [
         ("given", Binding::Buffer(&given)),

@@ -44,7 +44,7 @@ fn display(memory: &Arc<Memory>, [width, height]: [u32; 2]) -> Image {
 
 /// What a display shows, row 0 on top.
 fn shown(memory: &Arc<Memory>, display: &Image) -> Vec<[u8; 4]> {
-    let desc = BufferDesc::readback("shown", display.desc().bytes());
+    let desc = BufferDesc::host_cached("shown", display.desc().bytes());
     let bytes = Buffer::new(memory, desc).expect("a buffer");
     let mut frame = Frame::new(memory.device()).expect("a frame");
     frame
