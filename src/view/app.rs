@@ -157,6 +157,16 @@ impl<'a> App<'a> {
         Ok(asked.actions)
     }
 
+    /// Adapts the picture to its place in the window.
+    fn fit_picture(&mut self) -> Result<()> {
+        if let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session)
+            && self.fit.follow(self.picture_rect, stage, session)?
+        {
+            self.report.resized(stage.picture_size());
+        }
+        Ok(())
+    }
+
     /// Makes the window's own images anew if necessary, once a smaller picture has made room.
     fn fit_window(&mut self) -> Result<()> {
         let has_old_images = self.has_old_images();

@@ -1,8 +1,8 @@
 //! The picture's size: that of its place in the window or, where memory is short, a half, a quarter or an eighth of it along
 //! each axis.
 
-use super::app::App;
 use super::live::Live;
+use super::session::Session;
 use super::stage::Stage;
 use crate::error::{Error, Result};
 
@@ -36,6 +36,53 @@ impl Fit {
         is_possible
     }
 
+    /// Adapts the picture to its rectangle in the window, from its low to its high corner. A renderer that leaves no room even
+    /// for the smallest picture is dropped, to be planned anew. Returns whether the picture has another size now.
+    pub fn follow(
+        &mut self,
+        [low, high]: [[u32; 2]; 2],
+        stage: &mut Stage,
+        session: &mut Session,
+    ) -> Result<bool> {
+        if session.build_under_way().is_some() {
+            return Ok(false);
+        }
+        let room = std::array::from_fn(|a| high[a].saturating_sub(low[a]).max(1));
+        let before = stage.picture_size();
+        let is_right = |live: &Live| live.engine.scene().render.size == before;
+        let is_settled = room == self.room
+            && before == self.size()
+            && !stage.is_outdated()
+            && session.live().is_none_or(is_right);
+        if is_settled {
+            session.scene.render.size = before;
+            return Ok(false);
+        }
+        if room != self.room {
+            *self = Fit { room, divisor: 1 };
+        }
+        let smallest = room.map(|n| n.div_ceil(LAST_DIVISOR));
+        if !has_room(stage, session.live(), smallest)? {
+            session.drop_live();
+        }
+        self.resize_picture(stage, session.live())?;
+        let size = stage.picture_size();
+        session.scene.render.size = size;
+        if let Some(live) = session.live_mut()
+            && (size != before || !is_right(live) || stage.is_outdated())
+        {
+            let fits = match live.resize(size, stage.bytes_now()?) {
+                // The change may have stopped half way; if a new renderer fails for the same reason, that is reported.
+                Err(Error::Memory(_)) => false,
+                fits => fits?,
+            };
+            if !fits {
+                session.drop_live();
+            }
+        }
+        Ok(size != before)
+    }
+
     fn size(&self) -> [u32; 2] {
         self.room.map(|n| n.div_ceil(self.divisor))
     }
@@ -53,56 +100,6 @@ impl Fit {
                 // The driver may have less memory than the budget.
                 Err(Error::Memory(_)) if !is_last => {}
                 resized => return resized,
-            }
-        }
-        Ok(())
-    }
-}
-
-impl App<'_> {
-    /// Adapts the picture to the window. A renderer that leaves no room even for the smallest one has to be planned anew.
-    pub(super) fn fit_picture(&mut self) -> Result<()> {
-        let (Some(stage), Some(session)) = (&mut self.stage, &mut self.session) else {
-            return Ok(());
-        };
-        if session.build_under_way().is_some() {
-            return Ok(());
-        }
-        let [low, high] = self.picture_rect;
-        let room = std::array::from_fn(|a| high[a].saturating_sub(low[a]).max(1));
-        let before = stage.picture_size();
-        let is_right = |live: &Live| live.engine.scene().render.size == before;
-        let is_settled = room == self.fit.room
-            && before == self.fit.size()
-            && !stage.is_outdated()
-            && session.live().is_none_or(is_right);
-        if is_settled {
-            session.scene.render.size = before;
-            return Ok(());
-        }
-        if room != self.fit.room {
-            self.fit = Fit { room, divisor: 1 };
-        }
-        let smallest = room.map(|n| n.div_ceil(LAST_DIVISOR));
-        if !has_room(stage, session.live(), smallest)? {
-            session.drop_live();
-        }
-        self.fit.resize_picture(stage, session.live())?;
-        let size = stage.picture_size();
-        if size != before {
-            self.report.resized(size);
-        }
-        session.scene.render.size = size;
-        if let Some(live) = session.live_mut()
-            && (size != before || !is_right(live) || stage.is_outdated())
-        {
-            let fits = match live.resize(size, stage.bytes_now()?) {
-                // The change may have stopped half way; if a new renderer fails for the same reason, that is reported.
-                Err(Error::Memory(_)) => false,
-                fits => fits?,
-            };
-            if !fits {
-                session.drop_live();
             }
         }
         Ok(())
