@@ -13,7 +13,6 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::time::{Duration, Instant};
 
-use crate::engine::{Progress, Run, Stop};
 use crate::error::{Error, INTERRUPTED_STATUS, TERMINATED_STATUS};
 use crate::output::has_committed;
 use crate::temporary;
@@ -67,17 +66,6 @@ pub fn status_of(error: &Error) -> u8 {
     match error {
         Error::Interrupted => STATUS.load(Ordering::Relaxed),
         other => other.exit_status(),
-    }
-}
-
-/// A run that an interruption ends.
-pub fn run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
-    Run {
-        stop,
-        interrupt: Some(&INTERRUPTED),
-        progress,
-        waits: false,
-        between: None,
     }
 }
 

@@ -18,10 +18,11 @@ use crate::bytes::human;
 use crate::cli::{CleanArgs, CompareArgs, DoctorArgs, InfoArgs, SceneArgs, wants_validation};
 use crate::compare;
 use crate::doctor;
+use crate::engine::{Progress, Run, Stop};
 use crate::error::{DEVICE_STATUS, DeviceError, Error, Result};
 use crate::gpu::list_devices;
 use crate::info;
-use crate::interrupt::is_interrupted;
+use crate::interrupt::{INTERRUPTED, is_interrupted};
 use crate::output::{say, to_json};
 use crate::scene::Opened;
 use crate::scene::volume::{self, Reading, Volume, VolumeOverrides};
@@ -32,6 +33,17 @@ pub use bench::bench;
 pub use merge::merge;
 pub use plan::plan;
 pub use render::render;
+
+/// A run that an interruption ends.
+fn interruptible(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
+    Run {
+        stop,
+        interrupt: Some(&INTERRUPTED),
+        progress,
+        waits: false,
+        between: None,
+    }
+}
 
 fn open_scene(args: &SceneArgs, quiet: bool) -> Result<Opened> {
     open_scene_timed(args, quiet, &mut Clock::new())

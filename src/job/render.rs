@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use super::checkpoint::{Earlier, Keeper, KeptRender};
 use super::clock::Clock;
+use super::interruptible;
 use super::preparation::{choose, open, prepare, try_variants};
 use super::shards::Fingerprints;
 use super::summary::{RenderedPicture, Summary, Taken};
@@ -192,7 +193,7 @@ impl<'a> Render<'a> {
         let mut show = |step| progress.show(step);
         let mut run = Run {
             between: Some(&mut between),
-            ..interrupt::run(self.stop, &mut show)
+            ..interruptible(self.stop, &mut show)
         };
         let pictures = self.views.len() as u32;
         let is_enough = self
@@ -312,7 +313,7 @@ impl<'a> Render<'a> {
         let mut show = |step| progress.show(step);
         let mut run = Run {
             between: Some(&mut between),
-            ..interrupt::run(self.stop, &mut show)
+            ..interruptible(self.stop, &mut show)
         };
         self.clock.time(RENDER, || engine.sample(&mut run, watch))
     }

@@ -22,7 +22,7 @@ mod warm;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::open_scene;
+use super::{interruptible, open_scene};
 use crate::cli::BenchArgs;
 use crate::compare::LinearImage;
 use crate::engine::{Host, Picture, Progress, Run, Stop};
@@ -114,7 +114,7 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
 fn patient_run(stop: Stop, progress: &mut dyn FnMut(Progress)) -> Run<'_> {
     Run {
         waits: true,
-        ..interrupt::run(stop, progress)
+        ..interruptible(stop, progress)
     }
 }
 
