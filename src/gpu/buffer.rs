@@ -3,8 +3,8 @@
 //! **Why mapped memory is never seen while the device changes it.** The device uses a buffer only inside of [`Frame::run`],
 //! for which the buffer is borrowed (`recording.rs`). References into mapped memory are only handed out for a buffer that is
 //! borrowed exclusively, so none exists then. What a shared buffer offers is copies into it and out of it, as [`Cell`] does.
-//! They cannot fall into a `run` either: it blocks its thread until the device has finished, and like a [`Cell`], a buffer is
-//! not [`Sync`], so that no other thread has it. All mapped memory is coherent.
+//! They cannot meet the device's work either: from the submission on, `run` blocks its thread until the device has finished,
+//! and like a [`Cell`], a buffer is not [`Sync`], so that no other thread has it. All mapped memory is coherent.
 //!
 //! [`Frame::run`]: super::Frame::run
 
@@ -184,7 +184,8 @@ impl Buffer {
         Ok(())
     }
 
-    /// Writes from the buffer's start. Does nothing in a dry run.
+    /// Writes from the buffer's start. While a frame is recorded, that is before all of its commands. Does nothing in a dry
+    /// run.
     pub fn write<T: bytemuck::NoUninit>(&self, data: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         if let Some(mapped) = self.mapped(bytes.len()) {

@@ -44,13 +44,13 @@ impl PlaceBricks {
 
     /// Writes the pieces of `staging` into `image`.
     pub fn run(
-        &mut self,
+        &self,
         frame: &mut Frame,
         staging: &Buffer,
         image: &Image,
         pieces: &[Piece],
     ) -> Result<()> {
-        let (Some(pass), Some(buffer)) = (&self.pass, &mut self.pieces) else {
+        let (Some(pass), Some(buffer)) = (&self.pass, &self.pieces) else {
             return frame.run(|recording| recording.upload_pieces(staging, image, pieces));
         };
         let piece = |piece: &Piece| BrickPiece {
