@@ -295,13 +295,25 @@ float cosine_towards(Hit hit, vec3 direction) {
     return dot(hit.geometric_normal, direction) > 0.0 ? max(0.0, dot(hit.shading_normal, direction)) : 0.0;
 }
 
+// The interpolant's gradient at a crossing. Where the isovalue is that of many voxels side by side, as in a mask, a crossing
+// lies on the side of a cell in which the field is constant, and the gradient is that of the cell on the other side.
+vec3 gradient_at(Ray ray, vec3 g) {
+    vec3 gradient = volume_gradient(g);
+    if (gradient == vec3(0.0)) {
+        const float BESIDE = 1e-3; // of a voxel
+        vec3 step = ray.step * (BESIDE / max(max(abs(ray.step.x), abs(ray.step.y)), abs(ray.step.z)));
+        gradient = volume_gradient(g - step) + volume_gradient(g + step);
+    }
+    return gradient;
+}
+
 // Normals at a crossing of surface s. They point to where the ray came from: down the gradient if it
 // came from outside, up it from inside.
 Hit hit_at(Ray ray, Crossing crossing) {
     vec3 g = ray.origin + crossing.t * ray.step;
     bool from_inside = (crossing.inside >> crossing.surface & 1u) != 0u;
     float towards_ray = from_inside ? 1.0 : -1.0;
-    vec3 gradient = in_own_unit(towards_ray * volume_gradient(g));
+    vec3 gradient = in_own_unit(towards_ray * gradient_at(ray, g));
     float size = length(gradient);
     Hit hit;
     hit.geometric_normal = size > 0.0 ? gradient / size : -ray.direction;

@@ -41,6 +41,14 @@ Corners volume_corners(ivec3 cell) {
                         texel_at(volume, b).r));
 }
 
+// The same as exact stored values.
+Corners stored_values(Corners texels) {
+    if (scene.stored_max == 1.0) {
+        return texels;
+    }
+    return Corners(round(texels.near * scene.stored_max), round(texels.far * scene.stored_max));
+}
+
 // Smallest and largest stored value.
 vec2 corner_range(Corners corners) {
     vec4 least = min(corners.near, corners.far);
@@ -56,12 +64,9 @@ struct Cell {
 };
 
 Cell cell_of(Corners corners) {
-    vec4 n = corners.near;
-    vec4 f = corners.far;
-    if (scene.stored_max != 1.0) {
-        n = round(n * scene.stored_max);
-        f = round(f * scene.stored_max);
-    }
+    Corners stored = stored_values(corners);
+    vec4 n = stored.near;
+    vec4 f = stored.far;
     Cell r;
     r.c = n.x;
     r.x = n.y - n.x;
@@ -79,11 +84,13 @@ float volume_interpolate(Cell k, vec3 p) {
          + p.z * (k.z + p.x * k.xz);
 }
 
-// The stored value at the local position p in a cell.
+// The stored value at the local position p in a cell. Where all corners are equal it is theirs, to the last bit, since a
+// transfer function may have a step just there: mix would round a·(1 − t) + a·t.
 float value_in(Corners corners, vec3 p) {
-    vec4 along_z = mix(corners.near, corners.far, p.z);
-    vec2 along_y = mix(along_z.xy, along_z.zw, p.y);
-    return mix(along_y.x, along_y.y, p.x) * scene.stored_max;
+    Corners stored = stored_values(corners);
+    vec4 along_z = stored.near + p.z * (stored.far - stored.near);
+    vec2 along_y = along_z.xy + p.y * (along_z.zw - along_z.xy);
+    return along_y.x + p.x * (along_y.y - along_y.x);
 }
 
 // The field's value V(g). Not by the device's filter, which rounds g (src/render/peak/filter_probe.rs).

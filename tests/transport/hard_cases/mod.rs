@@ -5,6 +5,7 @@ mod depth;
 mod many_surfaces;
 mod march;
 mod patches;
+mod plateaus;
 mod quadrature;
 mod sides;
 mod transfer;

@@ -57,6 +57,33 @@ fn a_surface_without_opacity_is_in_no_layer() {
     assert_ne!(seen(&[4.0, 8.0], &[1.0, 0.1]), alone);
 }
 
+/// A block of voxels of one value, which is the isovalue: a hit lies on the side of a cell in which the field is constant.
+#[test]
+fn a_mask_has_the_normals_of_its_faces() {
+    let is_inside = |g: DVec3| (g - 12.5).abs().max_element() < 6.0;
+    let voxels = sampled([24; 3], |g| f64::from(u8::from(is_inside(g))));
+    let volume = volume([24; 3], [1.0; 3], bytes(voxels));
+    for axis in 0..3 {
+        for side in [1.0, -1.0] {
+            let mut normal = [0.0; 3];
+            normal[axis] = side;
+            let mut eye = [0.3, 0.5, 0.7];
+            eye[axis] = side;
+            let mut scene = surfaces(&[1.0]);
+            scene.surfaces.normals = Normals::Analytic;
+            scene.camera.eye = eye.map(|x| 100.0 * x);
+            scene.camera.target = normal.map(|x| 5.5 * x);
+            scene.camera.projection = Projection::Orthographic { height: 4.0 };
+            for [x, y, z, depth] in common::first_hits(&scene, &volume).normal_depth {
+                assert!(depth.is_finite(), "{normal:?}");
+                let found = DVec3::new(x.into(), y.into(), z.into());
+                let off = found.distance(DVec3::from_array(normal));
+                assert!(off < 1e-5, "{found} on the face of {normal:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_shell_five_hundred_times_thinner_than_a_voxel_is_not_missed() {
     let spike = |top: f64| sampled([24; 3], |g| if g.z == 13.0 { top } else { 0.0 });
