@@ -240,10 +240,9 @@ void main() {
     if (any(greaterThanEqual(texel, ivec2(scene.size))) || position >= items_at_once() || item >= item_count()) {
         return;
     }
-    if (is_not_admitted(position) || is_done(position)) {
+    if (!begins_pixel(position)) {
         return;
     }
-    ask_ahead();
     uint index = pixel_at(item / units_together());
     ivec2 pixel = is_in_bricks ? texel_at_index(index) : texel;
     Random random = Random(index, push.sample_index + item % units_together(), 0u);
@@ -255,8 +254,7 @@ void main() {
         front.radiance += cache_correction(ray, front, random);
     }
     front.radiance += front.transmittance * background(ray.direction);
-    report(position, is_void, !is_void);
-    if (is_void) {
+    if (!ends_pixel(position)) {
         return;
     }
     count_samples();
@@ -264,5 +262,4 @@ void main() {
     if (surface_count > 0u || has_rim_cubes) {
         tails.at[position] = front.tail;
     }
-    set_done(position);
 }

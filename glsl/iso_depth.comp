@@ -20,10 +20,9 @@ void main() {
         return;
     }
     uint index = index_of_texel(pixel);
-    if (is_not_admitted(index) || is_done(index)) {
+    if (!begins_pixel(index)) {
         return;
     }
-    ask_ahead();
     float entry, t_end;
     Ray ray = camera_ray(vec2(pixel) + 0.5, entry, t_end);
     Search search = begin_search(ray, 0.0, NOTHING, 0u);
@@ -41,11 +40,8 @@ void main() {
         normal = vec4(hit_at(ray, crossing).shading_normal, entry + crossing.t);
         color = vec4(surface_at(uint(crossing.surface)).color, 1.0);
     }
-    report(index, is_void, !is_void);
-    if (is_void) {
-        return;
+    if (ends_pixel(index)) {
+        imageStore(normal_depth, pixel, normal);
+        imageStore(albedo, pixel, color);
     }
-    imageStore(normal_depth, pixel, normal);
-    imageStore(albedo, pixel, color);
-    set_done(index);
 }

@@ -121,12 +121,11 @@ bool begin_item(inout Path path) {
 // over directions divides by 4π: for a sky, radiance over pdf and 4π; for a sun, its share.
 void ask_for_light(inout Path path, inout Random random) {
     LightSample light = sample_light(words_for_light(path, random));
-    bool is_sun = light.pdf == NO_MIS;
     vec3 radiance = light_weight(light, 0.25 / PI) * light.radiance * (0.25 / PI);
-    if (is_sun) {
+    if (light.is_sun) {
         radiance = vec3(channel_mean(light.radiance / scene.cache_unit) / scene.suns_grey);
     }
-    slot_node.shadow_is_sun = is_sun ? 1u : 0u;
+    slot_node.shadow_is_sun = light.is_sun ? 1u : 0u;
     // Without roulette: the suns' transmittance is estimated by this ray.
     aim_shadow_ray(path, light.towards, radiance, NOTHING);
 }

@@ -222,11 +222,10 @@ void main() {
         return;
     }
     uint index = index_of_texel(pixel);
-    if (is_not_admitted(index) || is_done(index)) {
+    if (!begins_pixel(index)) {
         return;
     }
     step_scale = push.step_scale;
-    ask_ahead();
     float entry, t_end;
     Ray ray = camera_ray((vec2(pixel) + push.point) * float(push.stride), entry, t_end);
     Front front;
@@ -236,8 +235,7 @@ void main() {
     for (uint n = 0u; n < marches && !is_void; ++n) {
         front = march_ray(ray, t_end, n + 1u == marches ? push.weighs : 0u);
     }
-    report(index, is_void, !is_void);
-    if (is_void) {
+    if (!ends_pixel(index)) {
         return;
     }
     count_samples();
@@ -250,5 +248,4 @@ void main() {
         result = mix(imageLoad(unit_sum, pixel), result, 1.0 / float(push.rays_before + 1u));
     }
     imageStore(unit_sum, pixel, result);
-    set_done(index);
 }

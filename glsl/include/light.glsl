@@ -83,6 +83,7 @@ struct LightSample {
     vec3 towards;  // the light
     vec3 radiance; // divided by the pdf; for a sun, irradiance over probability
     float pdf;     // 1/sr; NO_MIS for a sun
+    bool is_sun;
 };
 
 // cos(πx) from 0 to 1, to single precision. A device's own cosine may be off by 1/2048, a tenth of a cell at the
@@ -109,11 +110,9 @@ LightSample sample_image(vec2 u, uint word, float pick) {
     float row = float(cell / cells.x);
     float y = mix(cos_pi(row / float(cells.y)), cos_pi((row + 1.0) / float(cells.y)), u.y);
     float r = sqrt(max(0.0, 1.0 - y * y));
-    LightSample light;
-    light.towards = vec3(r * sin(azimuth), y, -r * cos(azimuth));
-    light.pdf = scene.image_probability * environment_table.at[cell].pdf;
-    light.radiance = environment_image(light.towards) / light.pdf;
-    return light;
+    vec3 towards = vec3(r * sin(azimuth), y, -r * cos(azimuth));
+    float pdf = scene.image_probability * environment_table.at[cell].pdf;
+    return LightSample(towards, environment_image(towards) / pdf, pdf, false);
 }
 
 // One of the suns, picked by its power.
@@ -124,7 +123,7 @@ LightSample sample_sun(float pick) {
     }
     float below = index > 0u ? sun_at(index - 1u).cumulative_probability : 0.0;
     Sun sun = sun_at(index);
-    return LightSample(-sun.direction, sun.irradiance / (sun.cumulative_probability - below), NO_MIS);
+    return LightSample(-sun.direction, sun.irradiance / (sun.cumulative_probability - below), NO_MIS, true);
 }
 
 // The last word is used twice: for the kind of light, and, stretched to [0, 1) again, for a cell or its alias.

@@ -209,7 +209,7 @@ void deflect(inout Path path, inout Random random) {
         LightSample light = sample_light(words_for_light(path, random));
         Response response = response_of(s, light.towards);
         float weight = light_weight(light, response.pdf);
-        bool is_known = light.pdf == NO_MIS && has_suns_already(path);
+        bool is_known = light.is_sun && has_suns_already(path);
         vec3 radiance = is_known ? vec3(0.0) : path.throughput * response.value * weight * light.radiance;
         aim_shadow_ray(path, light.towards, shadow_roulette(radiance, random), start_surface);
     }

@@ -115,6 +115,24 @@ void report(uint index, bool has_missed, bool has_advanced) {
     }
 }
 
+// Whether an invocation that computes one pixel has that to do now. It may ask for bricks ahead.
+bool begins_pixel(uint index) {
+    if (is_not_admitted(index) || is_done(index)) {
+        return false;
+    }
+    ask_ahead();
+    return true;
+}
+
+// Whether its result may be stored: no brick was missing.
+bool ends_pixel(uint index) {
+    report(index, is_void, !is_void);
+    if (!is_void) {
+        set_done(index);
+    }
+    return !is_void;
+}
+
 #else
 
 const bool is_void = false;
@@ -143,5 +161,13 @@ bool is_done(uint index) {
 void set_done(uint index) {}
 
 void report(uint index, bool has_missed, bool has_advanced) {}
+
+bool begins_pixel(uint index) {
+    return true;
+}
+
+bool ends_pixel(uint index) {
+    return true;
+}
 
 #endif

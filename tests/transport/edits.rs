@@ -8,7 +8,7 @@ use std::path::Path;
 
 use isolume::engine::{Changed, Engine, Picture, SampleRange, Stop};
 use isolume::scene::volume::Volume;
-use isolume::scene::{Edit, Scene, SceneFile, resolve};
+use isolume::scene::{Edit, Scene, SceneFile, describe, resolve};
 
 use crate::support::common::watched_host;
 use crate::support::fields::field;
@@ -291,6 +291,22 @@ fn every_key_is_edited() {
     let edited: Vec<String> = edits.flat_map(|edit| keys_set_by(edit)).collect();
     for key in all_keys() {
         assert!(edited.contains(&key), "{key} is not edited");
+    }
+}
+
+/// Pictures, shards and checkpoints are told apart by the scene as it is printed.
+#[test]
+fn every_edit_is_printed() {
+    let (folder, volume) = (folder(), volume());
+    let printed = |text, edits: &[&str]| {
+        let file = parse(text, folder.path(), edits).expect("a scene");
+        let (scene, _) = resolve(&file, &volume).expect("a scene");
+        describe(&file, &volume, &scene)
+    };
+    for (text, edits) in [(CACHED, OF_CACHED), (GLOSSY, OF_GLOSSY)] {
+        for edit in edits {
+            assert_ne!(printed(text, &[edit]), printed(text, &[]), "{edit}");
+        }
     }
 }
 

@@ -159,11 +159,15 @@ impl Lights {
     /// Whether each light has the same share in all light as in `other`, apart from rounding. The cache holds shares
     /// alone, so it outlives a brightness or a colour that all lights take on alike.
     pub fn have_shares_of(&self, other: &Lights) -> bool {
-        let directions =
-            |lights: &Lights| lights.suns.iter().map(|s| s.direction).collect::<Vec<_>>();
-        let size = |lights: &Lights| lights.sky_image.as_ref().map(|sky| sky.image.size());
-        directions(self) == directions(other)
-            && size(self) == size(other)
+        let Lights {
+            suns,
+            environment: _, // which has no direction
+            sky_image,
+        } = other;
+        let directions = |suns: &[Sun]| suns.iter().map(|s| s.direction).collect::<Vec<_>>();
+        let size = |sky: &Option<Arc<SkyImage>>| sky.as_ref().map(|sky| sky.image.size());
+        directions(&self.suns) == directions(suns)
+            && size(&self.sky_image) == size(sky_image)
             && self.are_scaled_to(other)
     }
 
@@ -172,10 +176,15 @@ impl Lights {
         let is_scaled = |a: [f32; 3], b: [f32; 3]| {
             (0..3).all(|c| (factor[c] * a[c] - b[c]).abs() <= 1e-6 * b[c].abs())
         };
-        let suns = self.suns.iter().zip(&other.suns);
-        let images = self.sky_image.iter().zip(&other.sky_image);
+        let Lights {
+            suns,
+            environment,
+            sky_image,
+        } = self;
+        let suns = suns.iter().zip(&other.suns);
+        let images = sky_image.iter().zip(&other.sky_image);
         suns.map(|(a, b)| (a.irradiance, b.irradiance))
-            .chain([(self.environment, other.environment)])
+            .chain([(*environment, other.environment)])
             .all(|(a, b)| is_scaled(a, b))
             && images.into_iter().all(|(a, b)| {
                 if Arc::ptr_eq(a, b) {
