@@ -114,10 +114,18 @@ pub fn crossings(
     inside: Option<bool>,
 ) -> impl Iterator<Item = Crossing> {
     let mut inside = inside;
+    let voxel = voxels_of(volume);
     segments(volume, ray, t0, t1).flat_map(move |segment| {
-        let cubic = cubic_along(volume, &ray, &segment, value);
-        let side = inside.get_or_insert(cubic.at(0.0) >= 0.0);
-        let changes = cubic.sign_changes(segment.end - segment.start, side);
+        // V lies between the values at the cell's corners: where all are on the ray's side, nothing changes.
+        let sides = corners(segment.cell, |v| voxel(v) >= value);
+        let is_one_side = sides == [sides[0]; 8];
+        let changes = if is_one_side && *inside.get_or_insert(sides[0]) == sides[0] {
+            [None; 3]
+        } else {
+            let cubic = cubic_along(volume, &ray, &segment, value);
+            let side = inside.get_or_insert(cubic.at(0.0) >= 0.0);
+            cubic.sign_changes(segment.end - segment.start, side)
+        };
         changes
             .into_iter()
             .flatten()
@@ -254,10 +262,10 @@ fn last_voxel(volume: &Volume) -> IVec3 {
 /// The voxels' values; outside the grid the nearest one's.
 fn voxels_of(volume: &Volume) -> impl Fn(IVec3) -> f64 {
     let voxels = volume.voxels().expect("voxels");
+    let last = last_voxel(volume);
+    let [nx, ny, _] = volume.dims.map(|n| n as usize);
     move |at| {
-        let at = at.clamp(IVec3::ZERO, last_voxel(volume));
-        let [x, y, z] = at.to_array().map(|i| i as usize);
-        let [nx, ny, _] = volume.dims.map(|n| n as usize);
+        let [x, y, z] = at.clamp(IVec3::ZERO, last).to_array().map(|i| i as usize);
         let n = x + nx * (y + ny * z);
         let stored = match &*voxels {
             Voxels::U8(voxels) => voxels[n] as f64,

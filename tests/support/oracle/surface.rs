@@ -40,7 +40,8 @@ pub fn first_hit<'a>(
 ) -> Option<Hit<'a>> {
     let mut nearest: Option<(usize, Crossing)> = None;
     for (n, iso) in surfaces.iso.iter().enumerate() {
-        let reflecting = field::crossings(volume, iso.value, *ray, t0, t1, side(left, n))
+        let end = nearest.map_or(t1, |(_, other)| other.t);
+        let reflecting = field::crossings(volume, iso.value, *ray, t0, end, side(left, n))
             .find(|_| random.uniform() < iso.opacity);
         if let Some(crossing) = reflecting
             && nearest.is_none_or(|(_, other)| crossing.t < other.t)
