@@ -230,6 +230,14 @@ impl Cached {
         self.caching().clear();
     }
 
+    /// The same with another scene, which the same passes serve.
+    pub fn change(&mut self, scene: &Scene, volume: &Volume) {
+        let changed = self.renderer.scene().changed_to(scene, volume);
+        assert!(self.renderer.scene().passes_serve(&changed));
+        self.renderer.change(&changed).expect("a change");
+        self.caching().clear();
+    }
+
     pub fn cache(&self) -> &Cache {
         self.renderer.cache().expect("a cache")
     }

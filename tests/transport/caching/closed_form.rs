@@ -48,9 +48,8 @@ impl Slab {
 
     /// Flux reflected (seen from above) or transmitted (from below) of a collimated beam along the
     /// normal, and its standard error.
-    fn measure(&self, y: f64, updates: u32, samples: u32) -> (f64, f64) {
-        let (scene, volume) = (self.scene(y), self.volume());
-        let mut cache = cached(&scene, &volume, 1.0, CacheFormat::F32, 1, 0);
+    fn measure(&self, cache: &mut Cached, y: f64, updates: u32, samples: u32) -> (f64, f64) {
+        cache.change(&self.scene(y), &self.volume());
         let run = |seed| {
             cache.reseed(seed);
             cache.fill(updates);
@@ -66,8 +65,10 @@ impl Slab {
 
     #[track_caller]
     fn expect(&self, updates: u32, samples: u32, exact: [f64; 2]) {
+        let (scene, volume) = (self.scene(2.0), self.volume());
+        let mut cache = cached(&scene, &volume, 1.0, CacheFormat::F32, 0, 0);
         for (y, exact) in [2.0, -2.0].into_iter().zip(exact) {
-            let (mean, stderr) = self.measure(y, updates, samples);
+            let (mean, stderr) = self.measure(&mut cache, y, updates, samples);
             let error = mean / exact - 1.0;
             println!(
                 "slab τ {} albedo {} g {}: {mean:.6} ± {stderr:.1e}, exactly {exact:.6} ({:+.2} %)",

@@ -83,26 +83,28 @@ fn shaders_that_remember() -> Shaders {
     shaders_with("merge_parts.comp", text, right, wrong)
 }
 
-/// Of four young caches, by their seeds: error of what they show, against `exact`, and reads of the volume.
-fn errors_and_lookups(filled: impl Fn(u32) -> Cached, exact: &[[f32; 4]]) -> [f64; 2] {
-    let mut sums = [0.0; 2];
+/// Of four young caches, by their seeds, with so many paths a cell: error of what they show, against `exact`, and reads of
+/// the volume.
+fn error_and_lookups(mut cached: Cached, updates: u32, exact: &[[f32; 4]]) -> [f64; 2] {
+    let mut squares = 0.0;
     for seed in 1..=4 {
-        let mut cached = filled(seed);
-        sums[0] += rms_difference(&cached.march(), exact).powi(2) / 4.0;
-        sums[1] += cached.renderer.lookups() as f64 / 4.0;
+        cached.reseed(seed);
+        cached.fill(updates);
+        squares += rms_difference(&cached.march(), exact).powi(2);
     }
-    [sums[0].sqrt(), sums[1]]
+    [
+        (squares / 4.0).sqrt(),
+        cached.renderer.lookups() as f64 / 4.0,
+    ]
 }
 
 #[test]
 fn gathering_on_the_coarse_lattice_takes_less_work_for_less_noise() {
     let exact = filled_without_gathering(1024, 9).march();
-    let [noise, work] = errors_and_lookups(|seed| filled_without_gathering(4, seed), &exact);
-    let gathered = |shaders: &Shaders, seed| filled(shaders, 32, seed);
-    let [gathered_noise, gathered_work] =
-        errors_and_lookups(|seed| gathered(&shaders(), seed), &exact);
-    let remembered = shaders_that_remember();
-    let [remembered_noise, _] = errors_and_lookups(|seed| gathered(&remembered, seed), &exact);
+    let [noise, work] = error_and_lookups(filled_without_gathering(0, 0), 4, &exact);
+    let gathered = |shaders: &Shaders| error_and_lookups(empty(shaders, 0), 32, &exact);
+    let [gathered_noise, gathered_work] = gathered(&shaders());
+    let [remembered_noise, _] = gathered(&shaders_that_remember());
     println!(
         "traced: error {noise:.4}, {work} lookups; gathered: {gathered_noise:.4}, {gathered_work}; \
          without forgetting: {remembered_noise:.4}"
@@ -159,9 +161,11 @@ fn suns_of_unlike_colors_are_told_apart() {
         let dark = pixels.filter(|(i, _)| i % 32 < 12);
         dark.map(|(_, pixel)| f64::from(pixel[0])).sum()
     };
-    let exact = red(&render(&scene, &volume, 256, 256, 1).mean);
+    let exact = red(&render(&scene, &volume, 64, 128, 1).mean);
+    let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 0, 0);
     let shown = |seed| {
-        let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 16, seed);
+        cached.reseed(seed);
+        cached.fill(16);
         red(&cached.at_rest(16, 1).mean) / exact - 1.0
     };
     let errors: Vec<f64> = (1..=2).map(shown).collect();

@@ -40,12 +40,13 @@ fn nothing_leaks_through_a_wall_thinner_than_a_cell() {
     let volume = field([32, 16, 16], [1.0; 3], |p| {
         if (p[0] - 0.5).abs() < 0.5 { 2.0 } else { 1.0 }
     });
-    let seen_from = |x: f64, scale: f64| {
-        let mut cache = cached(&walled(x), &volume, scale, CacheFormat::F16, 64, 1);
-        mean_red(&cache.at_rest(2, 16).mean)
-    };
     for scale in [0.5, 0.25] {
-        let (left, right) = (seen_from(-40.0, scale), seen_from(40.0, scale));
+        let mut cache = cached(&walled(-40.0), &volume, scale, CacheFormat::F16, 0, 1);
+        let [left, right] = [-40.0, 40.0].map(|x| {
+            cache.change(&walled(x), &volume);
+            cache.fill(64);
+            mean_red(&cache.at_rest(2, 16).mean)
+        });
         println!("scale {scale}: {:.1e} of the light leaks", right / left);
         assert!(
             left > 0.01 && right < 1e-3 * left,
@@ -64,8 +65,10 @@ fn in_motion_light_ends_at_a_wall() {
         |p| if p[0] < 0.0 { 1.0 } else { 2.0 },
     );
     for scale in [1.0, 0.25] {
+        let mut cache = cached(&walled(-40.0), &volume, scale, CacheFormat::F16, 0, 1);
         let [left, right] = [-40.0, 40.0].map(|x| {
-            let mut cache = cached(&walled(x), &volume, scale, CacheFormat::F16, 32, 1);
+            cache.change(&walled(x), &volume);
+            cache.fill(32);
             let moving = mean_red(&cache.march());
             [moving, mean_red(&cache.at_rest(2, 16).mean)]
         });
