@@ -107,7 +107,7 @@ fn blobs() {
             "render.size=[48, 48]",
             "volume.crop=[[8, 8, 8], [32, 32, 32]]",
         ],
-        updates: [8, 128],
+        updates: [8, 64],
         at_rest: 64,
         reference: 192,
     });
@@ -121,7 +121,7 @@ fn tissue() {
             "render.size=[48, 48]",
             "surfaces.iso=[{ value = 150.0, opacity = 0.5 }]",
         ],
-        updates: [8, 128],
+        updates: [8, 64],
         at_rest: 64,
         reference: 192,
     });
