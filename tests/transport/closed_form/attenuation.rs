@@ -151,7 +151,8 @@ fn single_scattering_is_forward_for_positive_g() {
 fn single_scattering_of_thin_media() {
     for (depth, radiance) in [(1e-2, 0.1), (1e-3, 0.02), (1e-4, 0.005)] {
         let scattered = 0.5 * -f64::exp_m1(-2.0 * depth) / (4.0 * PI);
-        let scene = lit_slab([0.0, 1.0, 0.0], depth, 0.0, radiance / scattered);
+        let mut scene = lit_slab([0.0, 1.0, 0.0], depth, 0.0, radiance / scattered);
+        scene.render.size = [64, 64];
         expect_single_scattering(scene, radiance);
     }
 }
