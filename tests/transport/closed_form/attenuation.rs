@@ -58,7 +58,7 @@ fn attenuation() {
         .iter()
         .flat_map(|d| [(d / DENSITY) as f32; 3])
         .collect();
-    let mut scene = empty_scene([8 * 16, 16], facing(1.0));
+    let mut scene = empty_scene([8 * 32, 32], facing(1.0));
     scene.lights.environment.radiance = [1.0; 3];
     scene.medium = Some(proportional_medium(DENSITY));
     let exact = |i| [mean_over_strip(&values, i, 8, |v| (-DENSITY * v).exp()); 3];

@@ -39,7 +39,8 @@ pub fn absorbing(density: f64, points: &[(f64, f64)]) -> Medium {
 
 fn expect_points(density: f64, points: &[(f64, f64)], volume: &Volume) {
     let camera = orthographic([1.0, 1.4, 1.9], 0.7);
-    let scene = absorbing_scene(absorbing(density, points), camera);
+    let mut scene = absorbing_scene(absorbing(density, points), camera);
+    scene.render.size = [64, 64];
     expect_transmittance("transfer function", &scene, volume);
 }
 
