@@ -70,9 +70,12 @@ fn remedy(error: &MemoryError) -> Option<String> {
             return Some(format!("raise --vram-budget, or {}", smaller(largest)));
         }
         MemoryError::BesideWindow { why, .. } => return remedy(why),
-        MemoryError::Cache { .. } => {
+        MemoryError::Cache {
+            has_smaller: true, ..
+        } => {
             "raise --vram-budget, allow a smaller --cache-scale or --cache-format, or choose --variant auto"
         }
+        MemoryError::Cache { .. } => "raise --vram-budget, or choose --variant auto",
         MemoryError::Budget { .. } => {
             "raise --vram-budget, or crop the volume or shrink the picture"
         }

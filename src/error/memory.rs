@@ -31,6 +31,8 @@ pub enum MemoryError {
     Cache {
         budget: u64,
         smallest_cache: String,
+        /// Whether there is a smaller one, which was not asked for.
+        has_smaller: bool,
         non_caching: u64,
     },
     /// What the window leaves of the budget is too little.

@@ -47,6 +47,16 @@ impl Planner<'_> {
         })
     }
 
+    /// Whether the last of these is the coarsest cache in the shortest floats.
+    pub(super) fn allows_the_smallest(&self) -> bool {
+        let render = &self.scene.render;
+        let is_coarsest = match render.cache_scale {
+            CacheScale::Auto => true,
+            CacheScale::Fixed(scale) => scale <= COARSEST,
+        };
+        is_coarsest && render.cache_format != CacheFormat::F32
+    }
+
     /// The number of the cache's nodes, if the device should not fill so many.
     pub(super) fn too_many_nodes(&self, plan: &Plan) -> Option<u64> {
         let layout = plan.variant.cache()?;

@@ -31,7 +31,7 @@ impl InBricks<'_> {
         let budget = planner.budget;
         Ok(Some(match (planner.scene.render.variant, smallest_cache) {
             (Variant::Caching, Some(smallest_cache)) if without_cache.bytes() <= budget => {
-                no_cache(&without_cache, budget, smallest_cache)
+                planner.no_cache(&without_cache, smallest_cache)
             }
             (_, smallest_cache) => too_small(&without_cache, budget, smallest_cache),
         }))
@@ -67,17 +67,20 @@ impl Planner<'_> {
     }
 }
 
-pub(super) fn needs(bytes: u64) -> String {
-    format!("{} ({bytes} bytes)", human(bytes))
+impl Planner<'_> {
+    /// The error for a scene that asks for a cache where only the variant without one fits.
+    pub(super) fn no_cache(&self, without: &Plan, smallest_cache: String) -> MemoryError {
+        MemoryError::Cache {
+            budget: self.budget,
+            smallest_cache,
+            has_smaller: !self.allows_the_smallest(),
+            non_caching: without.bytes(),
+        }
+    }
 }
 
-/// The error for a scene that asks for a cache where only the variant without one fits.
-pub(super) fn no_cache(without: &Plan, budget: u64, smallest_cache: String) -> MemoryError {
-    MemoryError::Cache {
-        budget,
-        smallest_cache,
-        non_caching: without.bytes(),
-    }
+pub(super) fn needs(bytes: u64) -> String {
+    format!("{} ({bytes} bytes)", human(bytes))
 }
 
 /// The error that says what is in the way and what would fit.

@@ -1,6 +1,6 @@
 //! The choice where the whole volume is on the device.
 
-use super::refusal::{needs, no_cache, too_small};
+use super::refusal::{needs, too_small};
 use super::{Choice, Plan, Planner};
 use crate::bytes::human;
 use crate::error::{Error, Result};
@@ -40,7 +40,7 @@ impl Planner<'_> {
         if wanted == Variant::Caching {
             let without = self.fitting_without_cache(better.clone())?;
             let smallest_cache = better.unwrap_or_default();
-            return Err(no_cache(&without, self.budget, smallest_cache).into());
+            return Err(self.no_cache(&without, smallest_cache).into());
         }
         let next_better = better.unwrap_or_default();
         Ok(Choice {
