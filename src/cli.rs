@@ -206,11 +206,13 @@ pub struct PlanArgs {
 /// The device, and how much of it may be used.
 #[derive(Debug, Args)]
 pub struct GpuArgs {
-    /// GPU memory to stay within: bytes, kB, KiB, MB, MiB, GB, GiB, or % of the device's memory, as in 2GiB.
+    /// GPU memory to stay within: bytes, kB, KiB, MB, MiB, GB, GiB, or % of the device's memory, as in 2GiB. By default what
+    /// the driver grants, on a CPU at most half of the free memory.
     #[arg(long, value_name = "SIZE", value_parser = limit)]
     vram_budget: Option<Limit>,
 
-    /// Host memory for voxels of a volume that does not fit the GPU: a size as above, or % of the free memory.
+    /// Host memory for voxels of a volume that does not fit the GPU: a size as above, or % of the free memory; by default half
+    /// of it.
     #[arg(long, value_name = "SIZE", value_parser = limit)]
     ram_budget: Option<Limit>,
 

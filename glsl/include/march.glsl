@@ -191,6 +191,13 @@ Medium medium_in_step(Ray ray, float from, inout Classified begin, inout March m
         is_straight = true;
     }
     march.t = from + part * (march.t - from);
+    // The step before may have ended a little short of a plateau's value, and so on the other side of a step of the transfer
+    // function.
+    bool begins_in_cell = !is_in_motion() || all(lessThan(abs(middle - cell - half_way - 0.5), vec3(0.501)));
+    if (begins_in_cell && is_plateau(corners)) {
+        begin.point = march.end.point;
+        begin.color = march.end.color;
+    }
     return mean_medium(begin, march.end);
 }
 

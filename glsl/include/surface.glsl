@@ -300,9 +300,9 @@ float cosine_towards(Hit hit, vec3 direction) {
 vec3 gradient_at(Ray ray, vec3 g) {
     vec3 gradient = volume_gradient(g);
     if (gradient == vec3(0.0)) {
-        const float BESIDE = 1e-3; // of a voxel
-        vec3 step = ray.step * (BESIDE / max(max(abs(ray.step.x), abs(ray.step.y)), abs(ray.step.z)));
-        gradient = volume_gradient(g - step) + volume_gradient(g + step);
+        // Of a voxel, and beyond the rounding of g.
+        vec3 beside = sign(ray.step) * max(vec3(1e-3), 5e-7 * abs(g));
+        gradient = volume_gradient(g - beside) + volume_gradient(g + beside);
     }
     return gradient;
 }

@@ -49,6 +49,12 @@ Corners stored_values(Corners texels) {
     return Corners(round(texels.near * scene.stored_max), round(texels.far * scene.stored_max));
 }
 
+// Whether the field is constant in the cell.
+bool is_plateau(Corners corners) {
+    vec4 first = corners.near.xxxx;
+    return corners.near == first && corners.far == first;
+}
+
 // Smallest and largest stored value.
 vec2 corner_range(Corners corners) {
     vec4 least = min(corners.near, corners.far);
@@ -85,12 +91,13 @@ float volume_interpolate(Cell k, vec3 p) {
 }
 
 // The stored value at the local position p in a cell. Where all corners are equal it is theirs, to the last bit, since a
-// transfer function may have a step just there: mix would round a·(1 − t) + a·t.
+// transfer function may have a step just there: mix would round a·(1 − t) + a·t, and so must no compiler.
 float value_in(Corners corners, vec3 p) {
     Corners stored = stored_values(corners);
-    vec4 along_z = stored.near + p.z * (stored.far - stored.near);
-    vec2 along_y = along_z.xy + p.y * (along_z.zw - along_z.xy);
-    return along_y.x + p.x * (along_y.y - along_y.x);
+    precise vec4 along_z = stored.near + p.z * (stored.far - stored.near);
+    precise vec2 along_y = along_z.xy + p.y * (along_z.zw - along_z.xy);
+    precise float value = along_y.x + p.x * (along_y.y - along_y.x);
+    return value;
 }
 
 // The field's value V(g). Not by the device's filter, which rounds g (src/render/peak/filter_probe.rs).

@@ -32,15 +32,21 @@ pub enum BudgetSource {
 }
 
 /// Bytes of the host's memory that a user allows; without a limit, half of what is free beside the device's budget, if that
-/// is in the host's memory as well.
+/// is in the host's memory as well. (Half of what is free is counted of it at most: a budget is not always used.)
 pub(crate) fn of_host(asked: Option<Limit>, device: &Device, budget: &Budget) -> u64 {
     match asked {
         Some(Limit::Bytes(bytes)) => bytes,
         Some(Limit::Percent(share)) => (host_memory::free() as f64 * share / 100.0) as u64,
-        None if device.summary.kind.is_software() => {
-            host_memory::free().saturating_sub(budget.bytes) / 2
+        None => {
+            let free = host_memory::free();
+            let is_shared = device.summary.kind.is_software();
+            let of_device = if is_shared {
+                budget.bytes.min(free / 2)
+            } else {
+                0
+            };
+            (free - of_device) / 2
         }
-        None => host_memory::free() / 2,
     }
 }
 

@@ -15,23 +15,24 @@ pub(super) fn free() -> u64 {
     left.unwrap_or(u64::MAX).min(system.available_memory())
 }
 
-/// Where the kernel states a group's limit, what it uses, and, in `memory.stat`, how much of that is files' pages that make
+/// Where the kernel states a group's limits, what it uses, and, in `memory.stat`, how much of that is files' pages, which make
 /// room for others.
 struct Files {
-    limit: &'static str,
+    /// Beyond one of these a process is killed, beyond another slowed down until it hardly runs.
+    limits: &'static [&'static str],
     usage: &'static str,
-    reclaimable: &'static str,
+    reclaimable: [&'static str; 2],
 }
 
 const VERSION_1: Files = Files {
-    limit: "memory.limit_in_bytes",
+    limits: &["memory.limit_in_bytes"],
     usage: "memory.usage_in_bytes",
-    reclaimable: "total_inactive_file",
+    reclaimable: ["total_inactive_file", "total_active_file"],
 };
 const VERSION_2: Files = Files {
-    limit: "memory.max",
+    limits: &["memory.max", "memory.high"],
     usage: "memory.current",
-    reclaimable: "inactive_file",
+    reclaimable: ["inactive_file", "active_file"],
 };
 
 /// The bytes that the groups of `memberships`, which are lines of `/proc/self/cgroup`, and the groups around them leave at
@@ -40,44 +41,60 @@ fn left_by_groups(root: &Path, memberships: &str) -> Option<u64> {
     let left = memberships.lines().flat_map(|line| {
         let mut fields = line.splitn(3, ':').skip(1);
         let (controllers, group) = (fields.next()?, fields.next()?);
-        let (mount, files) = match controllers {
-            "" => (root.to_path_buf(), VERSION_2),
+        let (mounts, files) = match controllers {
+            // Beside version 1, version 2 has a folder of its own.
+            "" => (vec![root.to_path_buf(), root.join("unified")], VERSION_2),
             _ if controllers.split(',').any(|name| name == "memory") => {
-                (root.join("memory"), VERSION_1)
+                (vec![root.join("memory")], VERSION_1)
             }
             _ => return None,
         };
-        let folder = mount.join(inner(group));
-        let around = folder
-            .ancestors()
-            .take_while(|folder| folder.starts_with(&mount));
-        around.filter_map(|folder| files.left(folder)).min()
+        let left = mounts
+            .iter()
+            .filter_map(|mount| files.least_left(mount, group));
+        left.min()
     });
     left.min()
 }
 
-/// A group's path below the mount. A group outside of what a container sees begins with `..`, and is that of the mount.
+/// A group's path below the mount. A group outside of what a container sees has `..` in it, and is seen as the mount.
 fn inner(group: &str) -> PathBuf {
-    let components = Path::new(group).components();
-    components
-        .filter(|component| matches!(component, Component::Normal(_)))
-        .collect()
+    let group = Path::new(group.trim_start_matches('/'));
+    let is_seen = group
+        .components()
+        .all(|component| matches!(component, Component::Normal(_)));
+    if is_seen {
+        group.to_path_buf()
+    } else {
+        PathBuf::new()
+    }
 }
 
 impl Files {
+    /// The least that this group of the mount and those around it leave; `None` if none of them has a limit.
+    fn least_left(&self, mount: &Path, group: &str) -> Option<u64> {
+        let folder = mount.join(inner(group));
+        let around = folder
+            .ancestors()
+            .take_while(|folder| folder.starts_with(mount));
+        around.filter_map(|folder| self.left(folder)).min()
+    }
+
     /// The bytes that the group of this folder leaves; `None` if it has no limit.
     fn left(&self, folder: &Path) -> Option<u64> {
-        let number = |name| -> Option<u64> {
+        let number = |name: &&str| -> Option<u64> {
             let text = fs::read_to_string(folder.join(name)).ok()?;
             text.trim().parse().ok()
         };
-        let (limit, usage) = (number(self.limit)?, number(self.usage)?);
+        let limit = self.limits.iter().filter_map(number).min()?;
         let statistics = fs::read_to_string(folder.join("memory.stat")).unwrap_or_default();
-        let reclaimable = statistics.lines().find_map(|line| {
+        let pages = statistics.lines().filter_map(|line| {
             let (name, bytes) = line.split_once(' ')?;
-            (name == self.reclaimable).then(|| bytes.parse::<u64>().ok())?
+            let bytes = bytes.parse::<u64>().ok()?;
+            self.reclaimable.contains(&name).then_some(bytes)
         });
-        Some(limit.saturating_sub(usage.saturating_sub(reclaimable.unwrap_or(0))))
+        let usage = number(&self.usage).unwrap_or(0);
+        Some(limit.saturating_sub(usage.saturating_sub(pages.sum())))
     }
 }
 
@@ -87,9 +104,10 @@ mod tests {
 
     fn group(folder: &Path, files: &Files, limit: &str, usage: u64, reclaimable: u64) {
         fs::create_dir_all(folder).unwrap();
-        fs::write(folder.join(files.limit), format!("{limit}\n")).unwrap();
+        fs::write(folder.join(files.limits[0]), format!("{limit}\n")).unwrap();
         fs::write(folder.join(files.usage), format!("{usage}\n")).unwrap();
-        let statistics = format!("anon 7\n{} {reclaimable}\n", files.reclaimable);
+        let [inactive, active] = files.reclaimable;
+        let statistics = format!("anon 7\n{inactive} {reclaimable}\n{active} 100\n");
         fs::write(folder.join("memory.stat"), statistics).unwrap();
     }
 
@@ -112,12 +130,18 @@ mod tests {
         group(&job, &VERSION_2, "4000", 1500, 300);
         assert_eq!(
             left_by_groups(root.path(), "0::/slurm/job_7/step_0\n"),
-            Some(2800)
+            Some(2900)
         );
         group(&step, &VERSION_2, "600", 500, 0);
         assert_eq!(
             left_by_groups(root.path(), "0::/slurm/job_7/step_0\n"),
-            Some(100)
+            Some(200)
+        );
+        fs::write(job.join("memory.high"), "1600\n").unwrap();
+        fs::remove_file(step.join("memory.max")).unwrap();
+        assert_eq!(
+            left_by_groups(root.path(), "0::/slurm/job_7/step_0\n"),
+            Some(500)
         );
         assert_eq!(left_by_groups(root.path(), "0::/\n"), None);
     }
@@ -131,11 +155,13 @@ mod tests {
         group(&memory, &VERSION_1, "9223372036854771712", 9000, 0);
         assert_eq!(
             left_by_groups(root.path(), lines),
-            Some(9_223_372_036_854_762_712)
+            Some(9_223_372_036_854_762_812)
         );
         // A container sees its own group at the mount.
         group(&memory, &VERSION_1, "8000", 9000, 3000);
-        assert_eq!(left_by_groups(root.path(), lines), Some(2000));
+        assert_eq!(left_by_groups(root.path(), lines), Some(2100));
+        group(&root.path().join("unified"), &VERSION_2, "1000", 1100, 0);
+        assert_eq!(left_by_groups(root.path(), lines), Some(0));
         group(root.path(), &VERSION_2, "1000", 1500, 0);
         assert_eq!(left_by_groups(root.path(), lines), Some(0));
         assert_eq!(left_by_groups(root.path(), "0::/../other\n"), Some(0));

@@ -75,13 +75,17 @@ fn relative(mean_square: f64, rgb: &[[f32; 3]]) -> f64 {
 pub(super) fn radiance(texels: impl IntoIterator<Item = [f32; 4]>) -> Vec<[f32; 3]> {
     let positive = |v: f32| if v < 0.0 { 0.0 } else { v };
     let texel = |[r, g, b, _]: [f32; 4]| [r, g, b].map(positive);
-    texels.into_iter().map(texel).collect()
+    let mut radiance: Vec<_> = texels.into_iter().map(texel).collect();
+    radiance.shrink_to_fit();
+    radiance
 }
 
 /// The first three channels of each texel.
 fn first_three(texels: impl IntoIterator<Item = [f32; 4]>) -> Vec<[f32; 3]> {
     let texel = |[x, y, z, _]: [f32; 4]| [x, y, z];
-    texels.into_iter().map(texel).collect()
+    let mut vectors: Vec<_> = texels.into_iter().map(texel).collect();
+    vectors.shrink_to_fit();
+    vectors
 }
 
 /// The fourth channel of each texel.

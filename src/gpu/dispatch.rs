@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use ash::vk;
 
+use super::device::Device;
 use super::frame::Frame;
 use super::image::Image;
 use super::pass::{Binding, Pass};
@@ -25,77 +26,26 @@ impl<'r> Recording<'_, 'r> {
     }
 
     fn bind(&mut self, pass: &'r Pass, bindings: &[(&str, Binding<'r>)]) -> Result<()> {
-        if let Some((name, _)) = bindings
-            .iter()
-            .find(|(name, _)| !pass.resources.iter().any(|declared| declared.name == *name))
-        {
-            return Err(pass.unfit(format!(
-                "the shader has no {name}, only {}",
-                pass.resources
-                    .iter()
-                    .map(|declared| declared.name.as_str())
-                    .collect::<Vec<_>>()
-                    .join(", ")
-            )));
-        }
-        let info = |image: &Image, sampler| {
-            vk::DescriptorImageInfo::default()
-                .sampler(sampler)
-                .image_view(image.view)
-                .image_layout(vk::ImageLayout::GENERAL)
-        };
-        let device = &self.frame.device;
-        let mut buffers = Vec::with_capacity(pass.resources.len());
-        let mut images = Vec::with_capacity(pass.resources.len());
+        check_names(pass, bindings)?;
+        let mut descriptors = Vec::with_capacity(pass.resources.len());
         for declared in &pass.resources {
             let (_, bound) = bindings
                 .iter()
                 .find(|(name, _)| *name == declared.name)
                 .ok_or_else(|| pass.unfit(format!("{} is not bound", declared.name)))?;
-            match (declared.kind, bound) {
-                (vk::DescriptorType::STORAGE_BUFFER, Binding::Buffer(b)) => buffers.push((
-                    declared,
-                    [vk::DescriptorBufferInfo::default()
-                        .buffer(b.raw)
-                        .range(vk::WHOLE_SIZE)],
-                )),
-                (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i))
-                    if i.desc.written || device.loads_texels =>
-                {
-                    images.push((declared, [info(i, device.nearest)]))
-                }
-                (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Image(i)) => {
-                    images.push((declared, [info(i, device.nearest)]))
-                }
-                (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Filtered(i)) => {
-                    images.push((declared, [info(i, device.linear)]))
-                }
-                (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i)) => {
-                    return Err(pass.unfit(format!(
-                        "{} is written, but the image {} is not made for that",
-                        declared.name, i.desc.name
-                    )));
-                }
-                (kind, _) => {
-                    return Err(pass.unfit(format!(
-                        "{} is declared as {kind:?}, and something else is bound to it",
-                        declared.name
-                    )));
-                }
-            }
+            let descriptor = Descriptor::of(bound, declared, pass, &self.frame.device)?;
+            descriptors.push((declared, descriptor));
         }
-        let write = |declared: &Resource| {
-            vk::WriteDescriptorSet::default()
+        let writes = descriptors.iter().map(|(declared, descriptor)| {
+            let write = vk::WriteDescriptorSet::default()
                 .dst_binding(declared.binding)
-                .descriptor_type(declared.kind)
-        };
-        let buffers = buffers
-            .iter()
-            .map(|(declared, info)| write(declared).buffer_info(info));
-        let images = images
-            .iter()
-            .map(|(declared, info)| write(declared).image_info(info));
-        let mut writes: Vec<_> = buffers.chain(images).collect();
+                .descriptor_type(declared.kind);
+            match descriptor {
+                Descriptor::Buffer(info) => write.buffer_info(info),
+                Descriptor::Image(info) => write.image_info(info),
+            }
+        });
+        let mut writes: Vec<_> = writes.collect();
         let point = vk::PipelineBindPoint::COMPUTE;
         self.bind_resources(point, &pass.pipeline, &mut writes)
             .map_err(|e| self.failed(e))
@@ -203,5 +153,74 @@ impl Frame {
         self.run(|recording| recording.dispatch_groups(pass, bindings, push, begin, count))?;
         slices.took(count[axis], began.elapsed());
         Ok(begin[axis] + count[axis] == groups[axis])
+    }
+}
+
+/// What is bound to a resource that a shader declares.
+enum Descriptor {
+    Buffer([vk::DescriptorBufferInfo; 1]),
+    Image([vk::DescriptorImageInfo; 1]),
+}
+
+impl Descriptor {
+    /// Fails where the shader declares something else.
+    fn of(
+        bound: &Binding<'_>,
+        declared: &Resource,
+        pass: &Pass,
+        device: &Device,
+    ) -> Result<Descriptor> {
+        let image = |image: &Image, sampler| {
+            let info = vk::DescriptorImageInfo::default()
+                .sampler(sampler)
+                .image_view(image.view)
+                .image_layout(vk::ImageLayout::GENERAL);
+            Ok(Descriptor::Image([info]))
+        };
+        match (declared.kind, bound) {
+            (vk::DescriptorType::STORAGE_BUFFER, Binding::Buffer(b)) => {
+                let info = vk::DescriptorBufferInfo::default()
+                    .buffer(b.raw)
+                    .range(vk::WHOLE_SIZE);
+                Ok(Descriptor::Buffer([info]))
+            }
+            (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i))
+                if i.desc.written || device.loads_texels =>
+            {
+                image(i, device.nearest)
+            }
+            (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Image(i)) => {
+                image(i, device.nearest)
+            }
+            (vk::DescriptorType::COMBINED_IMAGE_SAMPLER, Binding::Filtered(i)) => {
+                image(i, device.linear)
+            }
+            (vk::DescriptorType::STORAGE_IMAGE, Binding::Image(i)) => Err(pass.unfit(format!(
+                "{} is written, but the image {} is not made for that",
+                declared.name, i.desc.name
+            ))),
+            (kind, _) => Err(pass.unfit(format!(
+                "{} is declared as {kind:?}, and something else is bound to it",
+                declared.name
+            ))),
+        }
+    }
+}
+
+/// Fails where something is bound that the shader does not declare.
+fn check_names(pass: &Pass, bindings: &[(&str, Binding<'_>)]) -> Result<()> {
+    let declared = || pass.resources.iter().map(|resource| resource.name.as_str());
+    match bindings
+        .iter()
+        .find(|(name, _)| !declared().any(|n| n == *name))
+    {
+        None => Ok(()),
+        Some((name, _)) => {
+            let declared: Vec<_> = declared().collect();
+            Err(pass.unfit(format!(
+                "the shader has no {name}, only {}",
+                declared.join(", ")
+            )))
+        }
     }
 }

@@ -33,7 +33,19 @@ pub(super) struct Recorded {
 
 /// The commands of one submission, and what they use.
 ///
-/// What is recorded cannot be dropped before it is submitted:
+/// What is recorded can be dropped once its work has ended, and not before:
+///
+/// ```no_run
+/// # use isolume::{error::Result, gpu::{Buffer, Frame}};
+/// fn dropped(frame: &mut Frame, buffer: Buffer) -> Result<()> {
+///     frame.run(|recording| {
+///         recording.zero(&buffer)?;
+///         Ok(())
+///     })?;
+///     drop(buffer);
+///     Ok(())
+/// }
+/// ```
 ///
 /// ```compile_fail,E0505
 /// # use isolume::{error::Result, gpu::{Buffer, Frame}};
@@ -46,7 +58,16 @@ pub(super) struct Recorded {
 /// }
 /// ```
 ///
-/// Nor does the host see memory which the device may change:
+/// The host sees memory after the device has changed it, and not meanwhile:
+///
+/// ```no_run
+/// # use isolume::{error::Result, gpu::{Buffer, Frame}};
+/// fn seen(frame: &mut Frame, buffer: &mut Buffer) -> Result<bool> {
+///     frame.run(|recording| recording.zero(buffer))?;
+///     let mapped = buffer.mapped_mut();
+///     Ok(mapped.is_some())
+/// }
+/// ```
 ///
 /// ```compile_fail,E0502
 /// # use isolume::{error::Result, gpu::{Buffer, Frame}};

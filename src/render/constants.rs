@@ -31,7 +31,8 @@ constants! {
     /// Words of a brick with a bit for each of its cubes (`cube_bits.glsl`), and with two bits for each of its nodes besides.
     pub const RIM_WORDS: u32 as uint = NODES / u32::BITS;
     pub const CUT_WORDS: u32 as uint = 3 * RIM_WORDS;
-    /// Relative rounding of an interpolated value: it may leave the range of the voxels around by so much.
+    /// Relative rounding of an interpolated value: it may leave the range of the voxels around by so much. Along each axis,
+    /// a difference, a product and a sum round by 2, 2 and 1 times 2⁻²⁴ of the largest voxel: 15·2⁻²⁴ in all.
     pub const INTERPOLATION_ROUNDING: f32 as float = 1e-6;
     /// Transmittance below which nothing behind can be seen in eight bits.
     pub const OPAQUE_BELOW: f32 as float = 1e-3;

@@ -89,7 +89,8 @@ pub fn download_picture(
     for (low, extent) in pieces([width, height, 1], texel, staging.desc().bytes) {
         frame.run(|recording| recording.download(image, staging, low, extent))?;
         let texels = extent.iter().product::<u32>() as usize;
-        staging.read_into(rest.split_off_mut(..texels).unwrap_or_default());
+        let piece = rest.split_off_mut(..texels);
+        staging.read_into(piece.expect("pieces cover the picture"));
     }
     Ok(all)
 }

@@ -69,40 +69,20 @@ impl Shard {
         header.check().map_err(|why| wrong(&why))?;
         check_size(path, &meta_data(path)?, header.identity.size)?;
         let image = read_exr(path).map_err(|why| wrong(&why))?;
-        let channels = image.layer_data.channel_data.list;
         let [width, height] = header.identity.size;
-        let pixels = width as usize * height as usize;
-        let channel = |name: &str| {
-            let channel = channels.iter().find(|channel| channel.name.eq(name))?;
-            match &channel.sample_data {
-                FlatSamples::F32(samples) if samples.len() == pixels => Some(&samples[..]),
-                _ => None,
-            }
-        };
-        let needed = |name: &str| {
-            channel(name).ok_or_else(|| wrong(&format!("the channel {name} is missing")))
-        };
-        let texels = |names: [&str; 4]| -> Result<Vec<[f32; 4]>> {
-            let [r, g, b, a] = [
-                needed(names[0])?,
-                needed(names[1])?,
-                needed(names[2])?,
-                needed(names[3])?,
-            ];
-            Ok((0..pixels).map(|i| [r[i], g[i], b[i], a[i]]).collect())
-        };
-        let triples = |names: [&str; 3]| -> Result<Vec<[f32; 3]>> {
-            let [x, y, z] = [needed(names[0])?, needed(names[1])?, needed(names[2])?];
-            Ok((0..pixels).map(|i| [x[i], y[i], z[i]]).collect())
+        let channels = Channels {
+            path,
+            list: &image.layer_data.channel_data.list,
+            pixels: width as usize * height as usize,
         };
         let sums = Sums {
-            mean: texels(["R", "G", "B", "coverage"])?,
-            squares: texels(["squares.R", "squares.G", "squares.B", "squares.A"])?,
+            mean: channels.texels(["R", "G", "B", "coverage"])?,
+            squares: channels.texels(["squares.R", "squares.G", "squares.B", "squares.A"])?,
             halves: match header.halves {
                 Some(samples) => Some(Arc::new(Halves {
                     samples,
-                    mean: texels(["halves.R", "halves.G", "halves.B", "halves.A"])?,
-                    variance_ratio: needed("halves.left")?.to_vec(),
+                    mean: channels.texels(["halves.R", "halves.G", "halves.B", "halves.A"])?,
+                    variance_ratio: channels.needed("halves.left")?.to_vec(),
                 })),
                 None => None,
             },
@@ -119,14 +99,45 @@ impl Shard {
         let picture = Picture {
             width,
             height,
-            rgb: triples(["R", "G", "B"])?,
-            alpha: channel("A").map(<[f32]>::to_vec),
-            stderr: triples(["stderr.R", "stderr.G", "stderr.B"])?,
-            albedo: triples(["albedo.R", "albedo.G", "albedo.B"])?,
-            normal: triples(["normal.X", "normal.Y", "normal.Z"])?,
-            depth: needed("depth.Z")?.to_vec(),
+            rgb: channels.texels(["R", "G", "B"])?,
+            alpha: channels.get("A").map(<[f32]>::to_vec),
+            stderr: channels.texels(["stderr.R", "stderr.G", "stderr.B"])?,
+            albedo: channels.texels(["albedo.R", "albedo.G", "albedo.B"])?,
+            normal: channels.texels(["normal.X", "normal.Y", "normal.Z"])?,
+            depth: channels.needed("depth.Z")?.to_vec(),
         };
         Ok(Shard { picture, sums })
+    }
+}
+
+/// The channels of a shard's file.
+struct Channels<'a> {
+    path: &'a Path,
+    list: &'a [AnyChannel<FlatSamples>],
+    pixels: usize,
+}
+
+impl<'a> Channels<'a> {
+    /// `None` if there is none of 32-bit floats with a value for each pixel.
+    fn get(&self, name: &str) -> Option<&'a [f32]> {
+        let channel = self.list.iter().find(|channel| channel.name.eq(name))?;
+        match &channel.sample_data {
+            FlatSamples::F32(samples) if samples.len() == self.pixels => Some(samples),
+            _ => None,
+        }
+    }
+
+    fn needed(&self, name: &str) -> Result<&'a [f32]> {
+        self.get(name)
+            .ok_or_else(|| Error::input(self.path, format!("the channel {name} is missing")))
+    }
+
+    /// These channels side by side, pixel by pixel.
+    fn texels<const N: usize>(&self, names: [&str; N]) -> Result<Vec<[f32; N]>> {
+        let components = names.map(|name| self.needed(name));
+        let components = components.into_iter().collect::<Result<Vec<_>>>()?;
+        let texel = |pixel: usize| std::array::from_fn(|c| components[c][pixel]);
+        Ok((0..self.pixels).map(texel).collect())
     }
 }
 

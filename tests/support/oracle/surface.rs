@@ -72,6 +72,18 @@ fn side(left: Option<Departure>, surface: usize) -> Option<bool> {
     left.filter(|l| l.surface == surface).map(|l| l.inside)
 }
 
+/// On the side of a cell in which the field is constant, the gradient is that of the cell on the other side.
+fn gradient_at(volume: &Volume, ray: &Ray, crossing: &Crossing) -> DVec3 {
+    let point = ray.at(crossing.t);
+    let gradient = field::gradient_in_cell(volume, crossing.cell, point);
+    if gradient != DVec3::ZERO {
+        return gradient;
+    }
+    let beside = 1e-6 * DVec3::from_array(volume.spacing) * ray.direction.signum();
+    field::gradient_analytic(volume, point - beside)
+        + field::gradient_analytic(volume, point + beside)
+}
+
 impl<'a> Hit<'a> {
     fn new(
         volume: &Volume,
@@ -84,7 +96,7 @@ impl<'a> Hit<'a> {
         let point = ray.at(crossing.t);
         // The ray goes up the gradient where it enters: the side it comes from lies down the gradient.
         let facing = if crossing.entering { -1.0 } else { 1.0 };
-        let geometric = facing * field::gradient_in_cell(volume, crossing.cell, point);
+        let geometric = facing * gradient_at(volume, ray, crossing);
         let geometric = geometric.try_normalize().unwrap_or(outgoing);
         let normal = match surfaces.normals {
             Normals::Analytic => geometric,

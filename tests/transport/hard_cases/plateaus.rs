@@ -72,7 +72,7 @@ fn labels_of_8_bits() {
     });
 }
 
-/// Those that are farthest from what 65535 times their texel is, and others.
+/// A third of those that are not 65535 times their texel, as 32 bits round that, and others.
 #[test]
 fn labels_of_16_bits() {
     let texel = |k: u16| f32::from(k) * (1.0 / 65535.0);
@@ -94,4 +94,39 @@ fn floats() {
     expect_steps(&values, |values| {
         Voxels::F32(values.into_iter().map(|v| v as f32).collect())
     });
+}
+
+/// Seen from behind each other: a ray comes to each plateau at the side of a cell, where the field has not quite reached its
+/// value. Opacity is 1 from every second value half way up to the next one.
+#[test]
+fn plateaus_one_after_another() {
+    const DENSITY: f64 = 1.0;
+    let values: Vec<f64> = (0..=255).map(f64::from).collect();
+    let volume = slabs(&values, |values| {
+        Voxels::U8(values.into_iter().map(|v| v as u8).collect())
+    });
+    let spikes = values.iter().skip(1).step_by(2).flat_map(|&value| {
+        let half_way = value + 0.5;
+        [(value, 0.0), (value, 1.0), (half_way, 1.0), (half_way, 0.0)]
+    });
+    // From each spike's plateau a voxel, and of the ramp behind it half of one; of the last one half, up to the face.
+    let depth = DENSITY * VOXEL * (1.5 * 128.0);
+    let medium = absorbing(DENSITY, &spikes.collect::<Vec<_>>());
+    // Rays that come to all sides of cells as exactly as a float allows, and rays that do not.
+    for eye in [[0.0, 0.0, 7.3], [0.01, 0.02, 9.7], [0.1, 0.0, -77.7]] {
+        let camera = Camera {
+            eye,
+            target: [0.0; 3],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Orthographic { height: VOXEL },
+        };
+        let mut scene = absorbing_scene(medium.clone(), camera);
+        scene.render.size = [4, 4];
+        let mut cached = cached(&scene, &volume, 0.5, CacheFormat::F16, 1, 1);
+        let [in_motion, at_rest] = [cached.march(), cached.at_rest(4, 4).mean]
+            .map(|picture| -mean_red(&picture).ln() / depth - 1.0);
+        println!("{eye:?}, optical depth in motion {in_motion:+.4}, at rest {at_rest:+.4}");
+        assert!(at_rest.abs() < 1e-3, "at rest");
+        assert!(in_motion.abs() < 0.03, "in motion");
+    }
 }
