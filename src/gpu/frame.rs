@@ -1,6 +1,5 @@
-//! A command buffer at rest, and its submission: what one [`Frame::run`] records is one submission, which it waits for.
-//!
-//! `recording.rs` is the command buffer while it is recorded; the times of what was recorded are read here.
+//! A command buffer at rest, and its submission, which is waited for; then the times of what was recorded are read.
+//! `recording.rs` is the command buffer while it is recorded.
 
 use std::sync::Arc;
 
@@ -10,10 +9,19 @@ use super::descriptors::DescriptorSets;
 use super::device::Device;
 use super::failure::failure;
 use super::queue::submit_to_queue;
-use super::recording::{MOST_PASSES, Recorded, Recording};
 use super::slices::SLICE_MS;
-use super::timing::{Span, Timings};
+use super::timing::{Span, Timings, Work};
 use crate::error::{Error, Result};
+
+pub(super) const MOST_PASSES: u32 = 64;
+
+/// A command of the submission under way.
+pub(super) struct Recorded {
+    pub name: &'static str,
+    pub work: Work,
+    /// Whether it copies or clears, and is no pass.
+    pub is_copy: bool,
+}
 
 /// A command buffer, its fence and its queries, used again and again.
 pub struct Frame {
@@ -76,23 +84,8 @@ impl Frame {
         self.device.clone()
     }
 
-    /// Records, submits and waits. An error while recording submits nothing. The resources that are recorded are borrowed
-    /// for `'r`, which lasts until this has returned, and with it the device's work on them.
-    pub fn run<'r>(
-        &mut self,
-        record: impl FnOnce(&mut Recording<'_, 'r>) -> Result<()>,
-    ) -> Result<()> {
-        let mut recording = Recording::begin(self)?;
-        record(&mut recording)?;
-        let begun = recording
-            .end()
-            .and_then(|begun| self.submit().map(|()| begun))
-            .map_err(|e| self.failed_in(self.main(), e))?;
-        begun.iter().for_each(|image| image.note_begun());
-        Ok(())
-    }
-
-    fn submit(&mut self) -> Result<(), vk::Result> {
+    /// Submits what was recorded, and waits for it.
+    pub(super) fn submit(&mut self) -> Result<(), vk::Result> {
         let raw = &self.device.raw;
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
@@ -119,7 +112,7 @@ impl Frame {
     }
 
     /// The first pass of the submission, which takes most of its time; without a pass, the first copy.
-    fn main(&self) -> Option<&Recorded> {
+    pub(super) fn main(&self) -> Option<&Recorded> {
         let pass = self.recorded.iter().find(|recorded| !recorded.is_copy);
         pass.or(self.recorded.first())
     }
@@ -173,7 +166,7 @@ impl Frame {
         self.failed_in(self.recorded.last(), error)
     }
 
-    fn failed_in(&self, recorded: Option<&Recorded>, error: vk::Result) -> Error {
+    pub(super) fn failed_in(&self, recorded: Option<&Recorded>, error: vk::Result) -> Error {
         let place = recorded.map_or(String::new(), |r| format!(" in pass {}", r.name));
         failure(error, format!("{} failed{place}", self.device.summary.name))
     }

@@ -16,20 +16,10 @@
 
 use ash::vk;
 
-use super::frame::Frame;
+use super::frame::{Frame, MOST_PASSES, Recorded};
 use super::image::Image;
 use super::timing::Work;
 use crate::error::{DeviceError, Error, Result};
-
-pub(super) const MOST_PASSES: u32 = 64;
-
-/// A command of the submission under way.
-pub(super) struct Recorded {
-    pub name: &'static str,
-    pub work: Work,
-    /// Whether it copies or clears, and is no pass.
-    pub is_copy: bool,
-}
 
 /// The commands of one submission, and what they use.
 ///
@@ -83,8 +73,26 @@ pub struct Recording<'f, 'r> {
     pub(super) begun: Vec<&'r Image>,
 }
 
+impl Frame {
+    /// Records, submits and waits. An error while recording submits nothing. The resources that are recorded are borrowed
+    /// for `'r`, which lasts until this has returned, and with it the device's work on them.
+    pub fn run<'r>(
+        &mut self,
+        record: impl FnOnce(&mut Recording<'_, 'r>) -> Result<()>,
+    ) -> Result<()> {
+        let mut recording = Recording::begin(self)?;
+        record(&mut recording)?;
+        let begun = recording
+            .end()
+            .and_then(|begun| self.submit().map(|()| begun))
+            .map_err(|e| self.failed_in(self.main(), e))?;
+        begun.iter().for_each(|image| image.note_begun());
+        Ok(())
+    }
+}
+
 impl<'f, 'r> Recording<'f, 'r> {
-    pub(super) fn begin(frame: &'f mut Frame) -> Result<Recording<'f, 'r>> {
+    fn begin(frame: &'f mut Frame) -> Result<Recording<'f, 'r>> {
         frame.recorded.clear();
         reset(frame).map_err(|e| frame.failed(e))?;
         Ok(Recording {
@@ -94,7 +102,7 @@ impl<'f, 'r> Recording<'f, 'r> {
     }
 
     /// Ends the recording, for its submission. Returns the images that it begins.
-    pub(super) fn end(self) -> Result<Vec<&'r Image>, vk::Result> {
+    fn end(self) -> Result<Vec<&'r Image>, vk::Result> {
         self.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
         let Frame {
             device, commands, ..

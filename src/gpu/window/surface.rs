@@ -17,13 +17,10 @@ use super::super::failure::failure;
 use super::super::image::COLOR;
 use super::super::instance::Instance;
 use super::super::memory::{Holding, Memory};
-use super::target::Target;
 use crate::error::{DeviceError, Error, Result};
 
 /// Eight bits for each channel, already encoded for display when they are written.
 const FORMATS: [vk::Format; 2] = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
-/// How long to wait for an image from the window system before the frame is left out.
-const ACQUIRE_TIMEOUT_NS: u64 = 500_000_000;
 
 impl Device {
     /// Opens the wanted device, or the best, for the windows of a display.
@@ -163,7 +160,7 @@ pub struct Swapchain {
     pub(super) raw: vk::SwapchainKHR,
     pub(super) images: Vec<vk::Image>,
     pub(super) views: Vec<vk::ImageView>,
-    acquired: vk::Fence,
+    pub(super) acquired: vk::Fence,
     pub(super) shape: Shape,
     holding: Holding,
 }
@@ -258,36 +255,6 @@ impl Swapchain {
                 .push(unsafe { device.raw.create_image_view(&view, None) }?);
         }
         Ok(())
-    }
-
-    /// The next image to draw on; `None` if the window has changed, or shows nothing for now.
-    pub fn acquire(&mut self) -> Result<Option<Target<'_>>> {
-        let device = self.surface.device.clone();
-        // SAFETY: the fence is unsignalled and waited for here.
-        let acquired = unsafe {
-            self.loader.acquire_next_image(
-                self.raw,
-                ACQUIRE_TIMEOUT_NS,
-                vk::Semaphore::null(),
-                self.acquired,
-            )
-        };
-        let index = match acquired {
-            Ok((index, _)) => index,
-            Err(
-                vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::TIMEOUT | vk::Result::NOT_READY,
-            ) => return Ok(None),
-            Err(e) => return Err(failed(&device, e)),
-        };
-        // SAFETY: the acquisition signals the fence.
-        unsafe {
-            device
-                .raw
-                .wait_for_fences(&[self.acquired], true, u64::MAX)
-                .and_then(|()| device.raw.reset_fences(&[self.acquired]))
-        }
-        .map_err(|e| failed(&device, e))?;
-        Ok(Some(Target::new(self, index)))
     }
 }
 

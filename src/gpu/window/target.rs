@@ -10,6 +10,41 @@ use super::super::timing::Work;
 use super::surface::{Swapchain, failed};
 use crate::error::{DeviceError, Result};
 
+/// How long to wait for an image from the window system before the frame is left out.
+const ACQUIRE_TIMEOUT_NS: u64 = 500_000_000;
+
+impl Swapchain {
+    /// The next image to draw on; `None` if the window has changed, or shows nothing for now.
+    pub fn acquire(&mut self) -> Result<Option<Target<'_>>> {
+        let device = self.surface.device.clone();
+        // SAFETY: the fence is unsignalled and waited for here.
+        let acquired = unsafe {
+            self.loader.acquire_next_image(
+                self.raw,
+                ACQUIRE_TIMEOUT_NS,
+                vk::Semaphore::null(),
+                self.acquired,
+            )
+        };
+        let index = match acquired {
+            Ok((index, _)) => index,
+            Err(
+                vk::Result::ERROR_OUT_OF_DATE_KHR | vk::Result::TIMEOUT | vk::Result::NOT_READY,
+            ) => return Ok(None),
+            Err(e) => return Err(failed(&device, e)),
+        };
+        // SAFETY: the acquisition signals the fence.
+        unsafe {
+            device
+                .raw
+                .wait_for_fences(&[self.acquired], true, u64::MAX)
+                .and_then(|()| device.raw.reset_fences(&[self.acquired]))
+        }
+        .map_err(|e| failed(&device, e))?;
+        Ok(Some(Target::new(self, index)))
+    }
+}
+
 /// An image of the window, to be drawn on and then shown. Until then the swapchain keeps its images, as it is borrowed.
 pub struct Target<'s> {
     swapchain: &'s mut Swapchain,
@@ -21,7 +56,7 @@ pub struct Target<'s> {
 
 impl<'s> Target<'s> {
     /// The image of this index, which the window system has handed over.
-    pub(super) fn new(swapchain: &'s mut Swapchain, index: u32) -> Target<'s> {
+    fn new(swapchain: &'s mut Swapchain, index: u32) -> Target<'s> {
         Target {
             index,
             image: swapchain.images[index as usize],
