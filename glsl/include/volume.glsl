@@ -91,7 +91,8 @@ float volume_interpolate(Cell k, vec3 p) {
 }
 
 // The stored value at the local position p in a cell. Where all corners are equal it is theirs, to the last bit, since a
-// transfer function may have a step just there: mix would round a·(1 − t) + a·t, and so must no compiler.
+// transfer function may have a step just there. So it is no mix, which rounds a·(1 − t) + a·t, and precise keeps a compiler
+// from making one of it.
 float value_in(Corners corners, vec3 p) {
     Corners stored = stored_values(corners);
     precise vec4 along_z = stored.near + p.z * (stored.far - stored.near);
