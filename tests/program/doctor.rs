@@ -57,8 +57,8 @@ fn a_device_that_rounds_positions_and_misses_surfaces_is_found() {
     };
     replace(
         "include/volume.glsl",
-        "    vec4 along_z",
-        "    p = round(256.0 * p) / 256.0;\n    vec4 along_z",
+        "    precise vec4 along_z",
+        "    p = round(256.0 * p) / 256.0;\n    precise vec4 along_z",
     );
     replace(
         "include/surface.glsl",
