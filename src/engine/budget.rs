@@ -1,6 +1,5 @@
 //! The memory that may be used, on the GPU and on the host, and the source of that limit.
 
-use super::host_memory;
 use crate::gpu::Device;
 
 /// A limit as set by a user.
@@ -33,12 +32,11 @@ pub enum BudgetSource {
 
 /// Bytes of the host's memory that a user allows; without a limit, half of what is free beside the device's budget, if that
 /// is in the host's memory as well. (Half of what is free is counted of it at most: a budget is not always used.)
-pub(crate) fn of_host(asked: Option<Limit>, device: &Device, budget: &Budget) -> u64 {
+pub(crate) fn of_host(asked: Option<Limit>, free: u64, device: &Device, budget: &Budget) -> u64 {
     match asked {
         Some(Limit::Bytes(bytes)) => bytes,
-        Some(Limit::Percent(share)) => (host_memory::free() as f64 * share / 100.0) as u64,
+        Some(Limit::Percent(share)) => (free as f64 * share / 100.0) as u64,
         None => {
-            let free = host_memory::free();
             let is_shared = device.summary.kind.is_software();
             let of_device = if is_shared {
                 budget.bytes.min(free / 2)
@@ -52,10 +50,10 @@ pub(crate) fn of_host(asked: Option<Limit>, device: &Device, budget: &Budget) ->
 
 impl Budget {
     /// The budget that the user allows, but never more than the device's heap holds; without a limit, what the driver
-    /// grants, but no more than the host can give where the device is a CPU.
-    pub(crate) fn of(device: &Device, asked: Option<Limit>) -> Budget {
+    /// grants, but no more than half of what the host has free where the device is a CPU.
+    pub(crate) fn of(device: &Device, asked: Option<Limit>, free: u64) -> Budget {
         let Some(limit) = asked else {
-            return Budget::by_default(device);
+            return Budget::by_default(device, free);
         };
         let heap = device.summary.device_local_bytes;
         let bytes = match limit {
@@ -75,20 +73,17 @@ impl Budget {
         }
     }
 
-    fn by_default(device: &Device) -> Budget {
+    fn by_default(device: &Device, free: u64) -> Budget {
         let (bytes, driver) = device.default_budget();
         let granted = Budget {
             bytes,
             source: BudgetSource::Driver(driver),
         };
-        if !device.summary.kind.is_software() {
-            return granted;
-        }
         let of_host = Budget {
-            bytes: host_memory::free() / 2,
+            bytes: free / 2,
             source: BudgetSource::Host,
         };
-        if of_host.bytes < granted.bytes {
+        if device.summary.kind.is_software() && of_host.bytes < granted.bytes {
             of_host
         } else {
             granted

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::budget::{self, Budget, Limit};
+use super::host_memory;
 use crate::error::{DeviceError, Error, Place, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
 use crate::render::shared;
@@ -48,9 +49,10 @@ impl Host {
         vram_budget: Option<Limit>,
         ram_budget: Option<Limit>,
     ) -> Host {
-        let budget = Budget::of(&device, vram_budget);
+        let free = host_memory::free();
+        let budget = Budget::of(&device, vram_budget, free);
         Host {
-            ram_budget: budget::of_host(ram_budget, &device, &budget),
+            ram_budget: budget::of_host(ram_budget, free, &device, &budget),
             budget,
             device,
         }

@@ -118,31 +118,17 @@ mod tests {
             root.path().join("slurm/job_7"),
             root.path().join("slurm/job_7/step_0"),
         );
-        assert_eq!(
-            left_by_groups(root.path(), "0::/slurm/job_7/step_0\n"),
-            None
-        );
+        let left = || left_by_groups(root.path(), "0::/slurm/job_7/step_0\n");
+        assert_eq!(left(), None);
         group(&step, &VERSION_2, "max", 500, 0);
-        assert_eq!(
-            left_by_groups(root.path(), "0::/slurm/job_7/step_0\n"),
-            None
-        );
+        assert_eq!(left(), None);
         group(&job, &VERSION_2, "4000", 1500, 300);
-        assert_eq!(
-            left_by_groups(root.path(), "0::/slurm/job_7/step_0\n"),
-            Some(2900)
-        );
+        assert_eq!(left(), Some(2900));
         group(&step, &VERSION_2, "600", 500, 0);
-        assert_eq!(
-            left_by_groups(root.path(), "0::/slurm/job_7/step_0\n"),
-            Some(200)
-        );
+        assert_eq!(left(), Some(200));
         fs::write(job.join("memory.high"), "1600\n").unwrap();
         fs::remove_file(step.join("memory.max")).unwrap();
-        assert_eq!(
-            left_by_groups(root.path(), "0::/slurm/job_7/step_0\n"),
-            Some(500)
-        );
+        assert_eq!(left(), Some(500));
         assert_eq!(left_by_groups(root.path(), "0::/\n"), None);
     }
 

@@ -74,16 +74,22 @@ fn relative(mean_square: f64, rgb: &[[f32; 3]]) -> f64 {
 /// rounding.
 pub(super) fn radiance(texels: impl IntoIterator<Item = [f32; 4]>) -> Vec<[f32; 3]> {
     let positive = |v: f32| if v < 0.0 { 0.0 } else { v };
-    let texel = |[r, g, b, _]: [f32; 4]| [r, g, b].map(positive);
-    let mut radiance: Vec<_> = texels.into_iter().map(texel).collect();
-    radiance.shrink_to_fit();
-    radiance
+    vectors(texels, |rgb| rgb.map(positive))
 }
 
 /// The first three channels of each texel.
 fn first_three(texels: impl IntoIterator<Item = [f32; 4]>) -> Vec<[f32; 3]> {
-    let texel = |[x, y, z, _]: [f32; 4]| [x, y, z];
-    let mut vectors: Vec<_> = texels.into_iter().map(texel).collect();
+    vectors(texels, |vector| vector)
+}
+
+/// `of` the first three channels of each texel, in the memory of the texels if they are given away, of which the rest is
+/// freed.
+fn vectors(
+    texels: impl IntoIterator<Item = [f32; 4]>,
+    of: impl Fn([f32; 3]) -> [f32; 3],
+) -> Vec<[f32; 3]> {
+    let vector = |[x, y, z, _]: [f32; 4]| of([x, y, z]);
+    let mut vectors: Vec<_> = texels.into_iter().map(vector).collect();
     vectors.shrink_to_fit();
     vectors
 }

@@ -66,9 +66,7 @@ impl<'r> Recording<'_, 'r> {
                 push.len()
             )));
         }
-        let Frame {
-            device, commands, ..
-        } = &*self.frame;
+        let device = &self.frame.device;
         let most = device.most_groups;
         if (0..3).any(|a| begin[a] + count[a] > most[a]) {
             return Err(pass.unfit(format!(
@@ -76,13 +74,13 @@ impl<'r> Recording<'_, 'r> {
                 device.summary.name
             )));
         }
-        let raw = &device.raw;
+        let (raw, commands) = self.raw();
         // SAFETY: the command buffer is recording, and the pipeline and its layout are borrowed until its work has ended.
         unsafe {
-            raw.cmd_bind_pipeline(*commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline.raw);
+            raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pass.pipeline.raw);
             if !push.is_empty() {
                 raw.cmd_push_constants(
-                    *commands,
+                    commands,
                     pass.pipeline.layout,
                     vk::ShaderStageFlags::COMPUTE,
                     0,
@@ -92,8 +90,8 @@ impl<'r> Recording<'_, 'r> {
             let [x, y, z] = count;
             match begin {
                 // Synchronization validation (1.3.239) does not see `cmd_dispatch_base`.
-                [0, 0, 0] => raw.cmd_dispatch(*commands, x, y, z),
-                [i, j, k] => raw.cmd_dispatch_base(*commands, i, j, k, x, y, z),
+                [0, 0, 0] => raw.cmd_dispatch(commands, x, y, z),
+                [i, j, k] => raw.cmd_dispatch_base(commands, i, j, k, x, y, z),
             }
         }
         Ok(())

@@ -104,12 +104,15 @@ impl<'f, 'r> Recording<'f, 'r> {
     /// Ends the recording, for its submission. Returns the images that it begins.
     fn end(self) -> Result<Vec<&'r Image>, vk::Result> {
         self.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
-        let Frame {
-            device, commands, ..
-        } = self.frame;
+        let (raw, commands) = self.raw();
         // SAFETY: recording has begun, and ends here.
-        unsafe { device.raw.end_command_buffer(*commands) }?;
+        unsafe { raw.end_command_buffer(commands) }?;
         Ok(self.begun)
+    }
+
+    /// What records a command, and where.
+    pub(super) fn raw(&self) -> (&ash::Device, vk::CommandBuffer) {
+        (&self.frame.device.raw, self.frame.commands)
     }
 
     /// An error while recording, naming the last command.
@@ -120,20 +123,18 @@ impl<'f, 'r> Recording<'f, 'r> {
     /// Makes the effects of everything before visible to the commands that follow at `stage`. A test leaves barriers
     /// out, to see that validation reports them.
     fn barrier(&self, stage: vk::PipelineStageFlags2, access: vk::AccessFlags2) {
-        let Frame {
-            device, commands, ..
-        } = &*self.frame;
         if self.frame.leave_out_barriers {
             return;
         }
+        let (raw, commands) = self.raw();
         let barriers = [vk::MemoryBarrier2::default()
-            .src_stage_mask(device.work_stages)
+            .src_stage_mask(self.frame.device.work_stages)
             .src_access_mask(vk::AccessFlags2::MEMORY_WRITE | vk::AccessFlags2::MEMORY_READ)
             .dst_stage_mask(stage)
             .dst_access_mask(access)];
         let info = vk::DependencyInfo::default().memory_barriers(&barriers);
         // SAFETY: the command buffer is recording.
-        unsafe { device.raw.cmd_pipeline_barrier2(*commands, &info) };
+        unsafe { raw.cmd_pipeline_barrier2(commands, &info) };
     }
 
     /// Records a command with its barrier, label and timestamps.
@@ -192,21 +193,16 @@ impl<'f, 'r> Recording<'f, 'r> {
     }
 
     fn timestamp(&self, query: u32) {
-        let Frame {
-            device,
-            commands,
-            queries,
-            ..
-        } = &*self.frame;
-        if device.timed_by_host {
+        if self.frame.device.timed_by_host {
             return;
         }
+        let (raw, commands) = self.raw();
         // SAFETY: the command buffer is recording; the query was reset and is written once.
         unsafe {
-            device.raw.cmd_write_timestamp2(
-                *commands,
+            raw.cmd_write_timestamp2(
+                commands,
                 vk::PipelineStageFlags2::ALL_COMMANDS,
-                *queries,
+                self.frame.queries,
                 query,
             )
         };

@@ -3,7 +3,6 @@
 use ash::vk;
 
 use super::buffer::{Buffer, Placement};
-use super::frame::Frame;
 use super::image::{COLOR, COLOR_LAYER, Image};
 use super::recording::Recording;
 use super::timing::Work;
@@ -62,15 +61,13 @@ impl<'r> Recording<'_, 'r> {
     }
 
     fn fill_images(&mut self, images: &[&'r Image], texel: [f32; 4]) {
-        let Frame {
-            device, commands, ..
-        } = &*self.frame;
+        let (raw, commands) = self.raw();
         let color = vk::ClearColorValue { float32: texel };
         for image in images {
             // SAFETY: the command buffer is recording, and the image is borrowed until its work has ended.
             unsafe {
-                device.raw.cmd_clear_color_image(
-                    *commands,
+                raw.cmd_clear_color_image(
+                    commands,
                     image.raw,
                     vk::ImageLayout::GENERAL,
                     &color,
@@ -97,11 +94,9 @@ impl<'r> Recording<'_, 'r> {
             })
             .collect();
         let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        let Frame {
-            device, commands, ..
-        } = &*self.frame;
+        let (raw, commands) = self.raw();
         // SAFETY: the command buffer is recording, and the images are borrowed until its work has ended.
-        unsafe { device.raw.cmd_pipeline_barrier2(*commands, &info) };
+        unsafe { raw.cmd_pipeline_barrier2(commands, &info) };
     }
 
     /// Copies texels from the buffer's start into the box [`low`, `low` + `extent`).
@@ -219,7 +214,8 @@ impl<'r> Recording<'_, 'r> {
         record: impl FnOnce(&ash::Device, vk::CommandBuffer),
     ) -> Result<()> {
         self.copied(name, vk::PipelineStageFlags2::ALL_TRANSFER, |recording| {
-            record(&recording.frame.device.raw, recording.frame.commands);
+            let (raw, commands) = recording.raw();
+            record(raw, commands);
             recording.state_work(work);
             Ok(())
         })

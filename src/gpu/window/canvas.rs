@@ -340,7 +340,7 @@ impl<'r> Recording<'_, 'r> {
             size: target.extent.map(|n| n as f32),
             texel: ATLAS.map(|n| 1.0 / n as f32),
         };
-        let (raw, commands) = (&self.frame.device.raw, self.frame.commands);
+        let (raw, commands) = self.raw();
         // SAFETY: the command buffer is recording, and everything is borrowed until its work has ended.
         unsafe {
             raw.cmd_begin_rendering(commands, &rendering);

@@ -3,7 +3,6 @@
 
 use ash::vk;
 
-use super::super::frame::Frame;
 use super::super::image::{COLOR, COLOR_LAYER, Image};
 use super::super::recording::Recording;
 use super::super::timing::Work;
@@ -111,13 +110,11 @@ impl<'r> Recording<'_, 'r> {
                     vk::ImageLayout::UNDEFINED,
                     vk::ImageLayout::GENERAL,
                 );
-                let Frame {
-                    device, commands, ..
-                } = &*recording.frame;
+                let (raw, commands) = recording.raw();
                 // SAFETY: the command buffer is recording, and the image is in this layout.
                 unsafe {
-                    device.raw.cmd_clear_color_image(
-                        *commands,
+                    raw.cmd_clear_color_image(
+                        commands,
                         target.image,
                         vk::ImageLayout::GENERAL,
                         &color,
@@ -136,9 +133,7 @@ impl<'r> Recording<'_, 'r> {
     }
 
     fn change_layout(&self, target: &'r Target<'_>, from: vk::ImageLayout, to: vk::ImageLayout) {
-        let Frame {
-            device, commands, ..
-        } = &*self.frame;
+        let (raw, commands) = self.raw();
         let any = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         let barriers = [vk::ImageMemoryBarrier2::default()
             .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
@@ -151,7 +146,7 @@ impl<'r> Recording<'_, 'r> {
             .subresource_range(COLOR)];
         let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
         // SAFETY: the command buffer is recording, and the target is borrowed until its work has ended.
-        unsafe { device.raw.cmd_pipeline_barrier2(*commands, &info) };
+        unsafe { raw.cmd_pipeline_barrier2(commands, &info) };
     }
 
     /// Copies the part of an image from its lowest corner to `extent` into the rectangle [low, high) of the target,
