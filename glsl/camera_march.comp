@@ -30,6 +30,7 @@
 #include "scattered.glsl"
 #include "sunlit.glsl"
 #include "surface.glsl"
+#include "taken.glsl"
 #include "tails.glsl"
 #include "tracking.glsl"
 #include "volume_bricks.glsl"

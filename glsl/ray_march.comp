@@ -22,6 +22,7 @@
 #include "scattered.glsl"
 #include "sunlit.glsl"
 #include "surface.glsl"
+#include "taken.glsl"
 #include "volume_bricks.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;

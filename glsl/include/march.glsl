@@ -12,13 +12,10 @@
 // more in all than a CPU's driver lets them (`iterations` in loop.glsl).
 
 #include "scene.glsl"
-#include "cache.glsl"
 #include "close_to_one.glsl"
 #include "loop.glsl"
 #include "medium.glsl"
-#include "nodes.glsl"
 #include "ray.glsl"
-#include "scattered.glsl"
 #include "tracking.glsl"
 #include "volume.glsl"
 
@@ -288,45 +285,4 @@ float marched_transmittance(Ray ray, float t, float t_end, float least) {
         next_stretch(ray, march);
     }
     return transmittance < least ? 0.0 : transmittance;
-}
-
-// Sums over a march's steps since it last read the cache: light varies little from step to step.
-struct Taken {
-    vec3 albedo;  // Σ weight·albedo, if it has several colours
-    float weight; // Σ T·(1 − exp(−σt·Δ))
-    float t;      // Σ weight·t
-    uint steps;
-};
-
-const Taken NOTHING_TAKEN = Taken(vec3(0.0), 0.0, 0.0, 0u);
-
-// Whether it is time to read the cache: after one and a half times as many steps as there are voxels between nodes. (A
-// ray leaves three cells, on average, where it passes two voxels.) The number is the same for all rays, however little
-// light they collect: threads that run together then read together.
-bool is_due(Taken taken) {
-    return 2u * taken.steps >= 3u * scene.cache_stride;
-}
-
-void take(inout Taken taken, float weight, vec3 albedo, float t) {
-    ++taken.steps;
-    if (!has_one_color) {
-        taken.albedo += weight * albedo;
-    }
-    taken.weight += weight;
-    taken.t += weight * t;
-}
-
-vec3 albedo_taken(Taken taken) {
-    return has_one_color ? taken.weight * scene.color : taken.albedo;
-}
-
-// The mean position of the light in `taken`.
-Cube cube_taken(Taken taken, Ray ray) {
-    float t = taken.t / max(taken.weight, 1e-30);
-    return cube_at(ray.origin + t * ray.step);
-}
-
-// The part of the light that is scattered towards the ray's beginning, without the suns' own.
-vec3 scattered_back(CachedLight light, Ray ray) {
-    return max(vec3(0.0), scattered_light(light, -ray.direction));
 }

@@ -4,6 +4,7 @@
 #include "cache.glsl"
 #include "light.glsl"
 #include "phase.glsl"
+#include "ray.glsl"
 
 // ∫ p(ω, ω') L(ω') dω' with the first two moments of L, its mean φ and its flux F: φ + 3g F·ω; `travel` is the direction ω
 // of light on its way out.
@@ -23,4 +24,9 @@ vec3 suns_scattered(vec3 travel) {
         sum += phase_function(sun.direction, travel) * sun.irradiance;
     }
     return sum;
+}
+
+// The part of the light that is scattered towards the ray's beginning, without the suns' own.
+vec3 scattered_back(CachedLight light, Ray ray) {
+    return max(vec3(0.0), scattered_light(light, -ray.direction));
 }
