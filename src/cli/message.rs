@@ -84,6 +84,7 @@ fn remedy(error: &MemoryError) -> Option<String> {
         | MemoryError::Image { resource, .. } => smaller(resource),
         MemoryError::CacheNodes { .. } | MemoryError::CacheBricks { .. } => return None,
         MemoryError::VolumeBricks { .. } => "raise --vram-budget or lower --size",
+        MemoryError::Picture { .. } => "lower --size",
         MemoryError::Refused { .. } => "lower --vram-budget",
         MemoryError::Device { .. } => "lower --vram-budget, or close what else uses the device",
         MemoryError::Host { .. } => "close what else uses it, or lower --ram-budget",

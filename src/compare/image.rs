@@ -8,6 +8,7 @@ use ::image::ImageFormat;
 use crate::decoding::{self, read_image};
 use crate::engine::Picture;
 use crate::error::{Error, Place, Result};
+use crate::output::channels;
 use crate::srgb;
 
 /// Linear RGB, row 0 on top. Alpha is ignored.
@@ -62,17 +63,19 @@ impl LinearImage {
 
     fn check_finite(&self) -> Result<()> {
         let layers = [
-            Some((&self.rgb, "")),
-            self.stderr.as_ref().map(|layer| (layer, "stderr.")),
+            Some((&self.rgb, channels::RGB)),
+            self.stderr
+                .as_ref()
+                .map(|stderr| (stderr, channels::STDERR)),
         ];
-        for (pixels, prefix) in layers.into_iter().flatten() {
+        for (pixels, names) in layers.into_iter().flatten() {
             let values = pixels.as_flattened();
             let Some(index) = values.iter().position(|v| !v.is_finite()) else {
                 continue;
             };
             let problem = format!(
-                "{prefix}{} is {} at column {}, row {}; a comparison needs finite values",
-                ["R", "G", "B"][index % 3],
+                "{} is {} at column {}, row {}; a comparison needs finite values",
+                names[index % 3],
                 values[index],
                 index / 3 % self.width,
                 index / 3 / self.width,
@@ -93,12 +96,12 @@ fn read_exr(path: &Path) -> Result<LinearImage> {
     let unreadable = |why: String| Error::input(path, why);
     let image = decoding::read_exr(path).map_err(unreadable)?;
     let Layer {
-        channel_data: AnyChannels { list: channels },
+        channel_data: AnyChannels { list },
         size,
         ..
     } = image.layer_data;
-    let Some(rgb) = pixels(&channels, ["R", "G", "B"]) else {
-        let names: Vec<String> = channels
+    let Some(rgb) = pixels(&list, channels::RGB) else {
+        let names: Vec<String> = list
             .iter()
             .map(|channel| channel.name.to_string())
             .collect();
@@ -117,13 +120,13 @@ fn read_exr(path: &Path) -> Result<LinearImage> {
         width: size.width(),
         height: size.height(),
         rgb,
-        stderr: pixels(&channels, ["stderr.R", "stderr.G", "stderr.B"]).and_then(known),
+        stderr: pixels(&list, channels::STDERR).and_then(known),
     })
 }
 
 /// The three channels as pixels, if all are there.
-fn pixels(channels: &[AnyChannel<FlatSamples>], names: [&str; 3]) -> Option<Vec<[f32; 3]>> {
-    let find = |name: &str| channels.iter().find(|channel| channel.name.eq(name));
+fn pixels(list: &[AnyChannel<FlatSamples>], names: [&str; 3]) -> Option<Vec<[f32; 3]>> {
+    let find = |name: &str| list.iter().find(|channel| channel.name.eq(name));
     let [r, g, b] = [find(names[0])?, find(names[1])?, find(names[2])?]
         .map(|channel| channel.sample_data.values_as_f32());
     Some(r.zip(g).zip(b).map(|((r, g), b)| [r, g, b]).collect())

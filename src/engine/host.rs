@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use super::budget::{self, Budget, Limit};
 use super::host_memory;
+use super::picture::Picture;
 use crate::error::{DeviceError, Error, Place, Result};
 use crate::gpu::{Device, DeviceChoice, DeviceSummary, Memory, Shaders, Validation};
 use crate::render::shared;
-use crate::render::{Choice, Peak, Planner, peak};
+use crate::render::{Choice, Peak, Plan, Planner, peak};
 use crate::scene::volume::Volume;
 use crate::scene::{Scene, surface};
 
@@ -30,7 +31,9 @@ pub struct HostOptions {
 pub struct Host {
     device: Arc<Device>,
     budget: Budget,
-    /// Host memory for voxels, in bytes.
+    /// Bytes of the host's memory that were free when the device was opened.
+    free: u64,
+    /// Those of them that are for voxels.
     ram_budget: u64,
 }
 
@@ -53,6 +56,7 @@ impl Host {
         let budget = Budget::of(&device, vram_budget, free);
         Host {
             ram_budget: budget::of_host(ram_budget, free, &device, &budget),
+            free,
             budget,
             device,
         }
@@ -76,6 +80,17 @@ impl Host {
     /// not even the smallest variant fits, or where the one that the scene asks for does not.
     pub fn plan(&self, volume: &Volume, scene: &Scene) -> Result<Choice> {
         self.plan_beside(volume, scene, 0)
+    }
+
+    /// Fails where the host has too little memory for the picture of this size that a plan is for, without or with the sums
+    /// behind it.
+    pub fn check_picture(&self, plan: &Plan, size: [u32; 2], with_sums: bool) -> Result<()> {
+        let is_software = self.device.summary.kind.is_software();
+        let of_device = is_software.then(|| plan.bytes());
+        let bytes = Picture::host_bytes(size, with_sums);
+        Ok(host_memory::check_picture(
+            size, bytes, self.free, of_device,
+        )?)
     }
 
     /// Plans with `reserved` bytes of the budget in use for something else.

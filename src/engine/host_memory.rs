@@ -6,6 +6,8 @@
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
+use crate::error::MemoryError;
+
 /// Bytes that this process can still take.
 pub(super) fn free() -> u64 {
     let mut system = sysinfo::System::new();
@@ -13,6 +15,26 @@ pub(super) fn free() -> u64 {
     let memberships = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
     let left = left_by_groups(Path::new("/sys/fs/cgroup"), &memberships);
     left.unwrap_or(u64::MAX).min(system.available_memory())
+}
+
+/// Fails where `free` bytes are too few for a picture of this size, which takes `bytes`. `of_device` is what a device that is
+/// a CPU takes of them.
+pub(super) fn check_picture(
+    size: [u32; 2],
+    bytes: u64,
+    free: u64,
+    of_device: Option<u64>,
+) -> Result<(), MemoryError> {
+    let free = free.saturating_sub(of_device.unwrap_or(0));
+    if bytes <= free {
+        return Ok(());
+    }
+    Err(MemoryError::Picture {
+        size,
+        bytes,
+        free,
+        is_beside_device: of_device.is_some(),
+    })
 }
 
 /// Where the kernel states a group's limits, what it uses, and, in `memory.stat`, how much of that is files' pages, which make
@@ -130,6 +152,20 @@ mod tests {
         fs::remove_file(step.join("memory.max")).unwrap();
         assert_eq!(left(), Some(500));
         assert_eq!(left_by_groups(root.path(), "0::/\n"), None);
+    }
+
+    #[test]
+    fn a_picture_that_the_host_has_no_room_for_is_refused() {
+        let check = |free, of_device| check_picture([20_000, 10_000], 16 << 30, free, of_device);
+        assert_eq!(check(16 << 30, None), Ok(()));
+        assert_eq!(check(17 << 30, Some(1 << 30)), Ok(()));
+        assert!(check(17 << 30, Some(2 << 30)).is_err());
+        assert!(check(1, Some(2)).is_err());
+        let refusal = check(15 << 30, None).unwrap_err();
+        assert_eq!(
+            refusal.to_string(),
+            "a picture of 20000x10000 pixels needs about 16.0 GiB of the host's memory, and 15.0 GiB are free"
+        );
     }
 
     #[test]

@@ -23,6 +23,13 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// Bytes of the host's memory that a picture of so many pixels takes while it is read and written, about; without or with
+    /// the sums behind it, which shards and checkpoints hold.
+    pub fn host_bytes([width, height]: [u32; 2], with_sums: bool) -> u64 {
+        let of_a_pixel = if with_sums { 115 } else { 80 };
+        of_a_pixel * u64::from(width) * u64::from(height)
+    }
+
     /// Takes the texels, whose memory it uses where it can: large pictures are most of what a host has to hold.
     pub(super) fn new(film: Film, hits: FirstHits, settings: &RenderSettings) -> Picture {
         let [width, height] = settings.size;

@@ -85,6 +85,19 @@ pub enum MemoryError {
         "a single ray needs more bricks of the volume at once than the {room} that there is room for"
     )]
     VolumeBricks { room: u32 },
+    /// The host has too little memory for the picture itself.
+    #[error(
+        "a picture of {}x{} pixels needs about {} of the host's memory, and {} are free{}", size[0], size[1],
+        human(*.bytes), human(*.free),
+        if *.is_beside_device { " beside what the device takes of it" } else { "" }
+    )]
+    Picture {
+        size: [u32; 2],
+        bytes: u64,
+        free: u64,
+        /// Whether the device is a CPU, whose memory is the host's.
+        is_beside_device: bool,
+    },
     /// The driver had no memory although the plan was within its limits.
     #[error("{resource} ({}) could not be allocated on {device} ({why})", human(*.bytes))]
     Refused {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::{open_scene, print};
 use crate::bytes::human;
 use crate::cli::{PlanArgs, budget_source};
-use crate::engine::Host;
+use crate::engine::{Host, Picture};
 use crate::error::Result;
 use crate::output::to_json;
 use crate::render::{BrickLayout, Choice, GpuScene, Plan, needed_bricks};
@@ -19,6 +19,8 @@ struct Printed<'a> {
     budget_bytes: u64,
     budget_source: String,
     planned_bytes: u64,
+    /// Bytes of the host's memory that the picture takes beside that, about.
+    picture_host_bytes: u64,
     #[serde(flatten)]
     plan: &'a Plan,
     /// `None` unless the volume does not fit.
@@ -88,6 +90,7 @@ pub fn plan(args: &PlanArgs) -> Result<u8> {
         budget_bytes: budget.bytes,
         budget_source: budget_source(budget.source),
         planned_bytes: plan.bytes(),
+        picture_host_bytes: Picture::host_bytes(scene.render.size, false),
         plan: &plan,
         next_better: &next_better,
     };
@@ -106,6 +109,10 @@ impl Printed<'_> {
         text += &line("in all", self.planned_bytes);
         text += &line("budget", self.budget_bytes);
         text += &format!("the budget is from {}\n", self.budget_source);
+        text += &format!(
+            "the host's memory: about {} for the picture\n",
+            human(self.picture_host_bytes)
+        );
         if let Some(bricks) = &self.bricks {
             let Bricks {
                 side,

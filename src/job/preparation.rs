@@ -40,6 +40,8 @@ pub fn choose(
     } = *subject;
     let settled = before.map(|before| before.settle(scene));
     let mut choice = host.plan(volume, settled.as_ref().unwrap_or(scene))?;
+    let with_sums = args.samples.is_some() || args.checkpoint.is_some();
+    host.check_picture(&choice.plan, scene.render.size, with_sums)?;
     if let Some(before) = before {
         choice.reason = before.reason.clone();
     }

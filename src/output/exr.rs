@@ -12,7 +12,7 @@ use ::exr::meta::attribute::{LevelMode, SampleType};
 use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 
-use super::{Continuation, Provenance};
+use super::{Continuation, Provenance, channels};
 use crate::engine::Picture;
 use crate::render::Sums;
 
@@ -31,7 +31,7 @@ pub(super) fn encode(
     parts: Option<Continuation<'_>>,
 ) -> io::Result<()> {
     let size = Vec2(picture.width as usize, picture.height as usize);
-    let mut channels = channels(picture);
+    let mut channels = layers(picture);
     if let Some(parts) = &parts {
         channels.extend(sums(parts.sums));
     }
@@ -74,38 +74,36 @@ pub(super) fn encode(
         })
 }
 
-fn channels(picture: &Picture) -> SmallVec<[AnyChannel<Component<'_>>; 4]> {
+fn layers(picture: &Picture) -> SmallVec<[AnyChannel<Component<'_>>; 4]> {
     let layers = [
-        (["R", "G", "B"], &picture.rgb),
-        (["stderr.R", "stderr.G", "stderr.B"], &picture.stderr),
-        (["albedo.R", "albedo.G", "albedo.B"], &picture.albedo),
-        (["normal.X", "normal.Y", "normal.Z"], &picture.normal),
+        (channels::RGB, &picture.rgb),
+        (channels::STDERR, &picture.stderr),
+        (channels::ALBEDO, &picture.albedo),
+        (channels::NORMAL, &picture.normal),
     ];
-    let mut channels = SmallVec::new();
+    let mut all = SmallVec::new();
     for (names, pixels) in layers {
-        channels.extend(layer(names, pixels));
+        all.extend(layer(names, pixels));
     }
-    channels.push(AnyChannel::new("depth.Z", Component::alone(&picture.depth)));
+    let depth = Component::alone(&picture.depth);
+    all.push(AnyChannel::new(channels::DEPTH, depth));
     if let Some(alpha) = &picture.alpha {
-        channels.push(AnyChannel::new("A", Component::alone(alpha)));
+        all.push(AnyChannel::new(channels::ALPHA, Component::alone(alpha)));
     }
-    channels
+    all
 }
 
 /// Channels for the sums behind the picture, except its mean.
 fn sums(sums: &Sums) -> Vec<AnyChannel<Component<'_>>> {
-    let squares = ["squares.R", "squares.G", "squares.B", "squares.A"];
-    let mut channels = layer(squares, &sums.squares).to_vec();
-    channels.push(AnyChannel::new("coverage", Component::of(&sums.mean, 3)));
+    let mut all = layer(channels::SQUARES, &sums.squares).to_vec();
+    let coverage = Component::of(&sums.mean, 3);
+    all.push(AnyChannel::new(channels::COVERAGE, coverage));
     if let Some(halves) = &sums.halves {
-        channels.extend(layer(
-            ["halves.R", "halves.G", "halves.B", "halves.A"],
-            &halves.mean,
-        ));
-        let left = Component::alone(&halves.variance_ratio);
-        channels.push(AnyChannel::new("halves.left", left));
+        all.extend(layer(channels::HALVES, &halves.mean));
+        let ratio = Component::alone(&halves.variance_ratio);
+        all.push(AnyChannel::new(channels::VARIANCE_RATIO, ratio));
     }
-    channels
+    all
 }
 
 /// A channel for each component of these texels.

@@ -4,6 +4,7 @@
 //! Every file goes through [`Outputs`], so that a name that a user sees always holds a whole file.
 
 mod atomic;
+pub mod channels;
 pub mod display;
 mod exr;
 mod png;

@@ -1,8 +1,6 @@
 //! A scene as the GPU has it: its parts, the variant that renders it, and the features and constants of the shaders
 //! that follow from both.
 
-use bytemuck::Zeroable;
-
 use super::features::Features;
 use super::layout::{BrickLayout, CacheLayout, Occupancy};
 use super::parts::{Changes, Derived, Field, Part, Parts, Surfaces};
@@ -171,31 +169,45 @@ impl GpuScene {
             display: _,
             seed,
         } = &self.parts;
-        let mut constants = SceneConstants {
+        let cache = self.variant.cache();
+        SceneConstants {
+            dims: field.dims,
+            macrocells: field.macrocells(),
             blocks: self.blocks(),
+            block_size: medium.block_size as f32,
+            spacing: field.spacing,
+            half_extent: field.half_extent,
+            stored_max: field.stored.max(),
+            density: medium.density,
+            g: medium.g,
+            transfer_segments: medium.segments(),
+            transfer_bins: medium.bins(),
+            color: medium.first_color(),
+            linear_opacity: medium.linear_opacity.unwrap_or_default(),
             max_bounces: *max_bounces,
             seed: *seed,
+            size: view.size,
+            through_centres: view.through_centres as u32,
+            eye: view.eye,
+            forward: view.forward,
+            right: view.right,
+            up: view.up,
+            environment: lights.environment,
+            sky: lights.sky_in_cache_units(),
+            image_probability: lights.image_probability(),
+            image_cells: lights.image_cells(),
             background: match background {
                 Background::Color(color) => color.map(|c| c as f32),
-                _ => [0.0; 3],
+                Background::Environment | Background::Transparent => [0.0; 3],
             },
+            suns_grey: lights.suns_grey(),
+            cache_nodes: cache.map_or([0; 3], |layout| layout.nodes),
+            cache_step: cache.map_or([0.0; 3], |layout| layout.step),
+            cache_places: cache.map_or([0; 3], |layout| layout.places),
+            cache_stride: cache.map_or(0, |layout| (1.0 / layout.scale).max(1.0) as u32),
             volume_bricks: self.bricks.map_or([0; 3], |layout| layout.bricks),
             brick_shift: self.bricks.map_or(0, |layout| layout.side.ilog2()),
-            ..SceneConstants::zeroed()
-        };
-        field.write(&mut constants);
-        medium.write(&mut constants);
-        lights.write(&mut constants);
-        view.write(&mut constants);
-        match &self.variant {
-            Variant::Caching(layout) => SceneConstants {
-                cache_nodes: layout.nodes,
-                cache_step: layout.step,
-                cache_places: layout.places,
-                cache_stride: (1.0 / layout.scale).max(1.0) as u32,
-                ..constants
-            },
-            Variant::NonCaching | Variant::Published => constants,
+            cache_unit: lights.cache_unit(),
         }
     }
 

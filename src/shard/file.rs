@@ -11,7 +11,7 @@ use super::header::{Header, checksum};
 use crate::decoding::{exr_meta_data, read_exr};
 use crate::engine::Picture;
 use crate::error::{Error, Result};
-use crate::output::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
+use crate::output::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE, channels};
 use crate::render::{Halves, Sums};
 
 /// A picture and the sums behind it.
@@ -70,19 +70,20 @@ impl Shard {
         check_size(path, &meta_data(path)?, header.identity.size)?;
         let image = read_exr(path).map_err(|why| wrong(&why))?;
         let [width, height] = header.identity.size;
-        let channels = Channels {
+        let file = Channels {
             path,
             list: &image.layer_data.channel_data.list,
             pixels: width as usize * height as usize,
         };
+        let [red, green, blue] = channels::RGB;
         let sums = Sums {
-            mean: channels.texels(["R", "G", "B", "coverage"])?,
-            squares: channels.texels(["squares.R", "squares.G", "squares.B", "squares.A"])?,
+            mean: file.texels([red, green, blue, channels::COVERAGE])?,
+            squares: file.texels(channels::SQUARES)?,
             halves: match header.halves {
                 Some(samples) => Some(Arc::new(Halves {
                     samples,
-                    mean: channels.texels(["halves.R", "halves.G", "halves.B", "halves.A"])?,
-                    variance_ratio: channels.needed("halves.left")?.to_vec(),
+                    mean: file.texels(channels::HALVES)?,
+                    variance_ratio: file.needed(channels::VARIANCE_RATIO)?.to_vec(),
                 })),
                 None => None,
             },
@@ -99,12 +100,12 @@ impl Shard {
         let picture = Picture {
             width,
             height,
-            rgb: channels.texels(["R", "G", "B"])?,
-            alpha: channels.get("A").map(<[f32]>::to_vec),
-            stderr: channels.texels(["stderr.R", "stderr.G", "stderr.B"])?,
-            albedo: channels.texels(["albedo.R", "albedo.G", "albedo.B"])?,
-            normal: channels.texels(["normal.X", "normal.Y", "normal.Z"])?,
-            depth: channels.needed("depth.Z")?.to_vec(),
+            rgb: file.texels(channels::RGB)?,
+            alpha: file.get(channels::ALPHA).map(<[f32]>::to_vec),
+            stderr: file.texels(channels::STDERR)?,
+            albedo: file.texels(channels::ALBEDO)?,
+            normal: file.texels(channels::NORMAL)?,
+            depth: file.needed(channels::DEPTH)?.to_vec(),
         };
         Ok(Shard { picture, sums })
     }

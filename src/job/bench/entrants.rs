@@ -113,10 +113,12 @@ impl Subject {
         file.render.cache_scale = Some(variant.scale);
         file.render.cache_format = Some(variant.format);
         let (scene, _) = resolve(&file, volume)?;
+        let choice = host.plan(volume, &scene)?;
+        host.check_picture(&choice.plan, scene.render.size, false)?;
         Ok(Entrant {
             word: variant.to_string(),
             text: describe(&file, volume, &scene),
-            choice: host.plan(volume, &scene)?,
+            choice,
             scene,
         })
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::environment_table::{self, EnvironmentTable, solid_angle};
 use super::is_grey;
 use crate::render::features::Features;
-use crate::render::shared::{SceneConstants, Sun};
+use crate::render::shared::Sun;
 use crate::scene::{self, DirectionalLight, EnvironmentImage};
 
 #[derive(Debug, Clone, PartialEq)]
@@ -85,21 +85,8 @@ impl Lights {
         features.has_environment_image = self.sky_image.is_some();
     }
 
-    /// Writes the constants of the lights, apart from lists and the sky's image.
-    pub fn write(&self, constants: &mut SceneConstants) {
-        constants.environment = self.environment;
-        constants.sky = over(self.sky_radiance(), self.cache_unit());
-        constants.image_probability = self.image_probability();
-        constants.image_cells = self
-            .sky_image
-            .as_ref()
-            .map_or([0; 2], |sky| sky.table.cells);
-        constants.suns_grey = self.suns_grey();
-        constants.cache_unit = self.cache_unit();
-    }
-
     /// Probability that next-event estimation picks the sky's image over a sun.
-    fn image_probability(&self) -> f32 {
+    pub fn image_probability(&self) -> f32 {
         match (&self.sky_image, self.suns.is_empty()) {
             (None, _) => 0.0,
             (Some(_), true) => 1.0,
@@ -122,6 +109,17 @@ impl Lights {
     pub fn sky_radiance(&self) -> [f32; 3] {
         let image = self.mean_of_image();
         std::array::from_fn(|c| self.environment[c] + image[c])
+    }
+
+    /// The same in units of [`cache_unit`](Lights::cache_unit).
+    pub fn sky_in_cache_units(&self) -> [f32; 3] {
+        over(self.sky_radiance(), self.cache_unit())
+    }
+
+    /// Cells of the sampling table of the sky's image along u and v; 0 without an image.
+    pub fn image_cells(&self) -> [u32; 2] {
+        let image = self.sky_image.as_ref();
+        image.map_or([0; 2], |sky| sky.table.cells)
     }
 
     /// Whether all lights have the same colour, apart from rounding.

@@ -2,7 +2,7 @@
 
 use super::{is_grey, stored};
 use crate::render::features::Features;
-use crate::render::shared::{MACROCELL, SceneConstants};
+use crate::render::shared::MACROCELL;
 use crate::scene::volume::Volume;
 use crate::scene::{self};
 
@@ -58,17 +58,6 @@ impl Medium {
         features.is_anisotropic = self.is_anisotropic();
     }
 
-    /// Writes the constants of the medium, apart from the transfer function's image.
-    pub fn write(&self, constants: &mut SceneConstants) {
-        constants.block_size = self.block_size as f32;
-        constants.density = self.density;
-        constants.g = self.g;
-        constants.transfer_segments = self.segments();
-        constants.transfer_bins = self.bins();
-        constants.color = self.transfer.first().map_or([0.0; 3], |p| p.color);
-        constants.linear_opacity = self.linear_opacity.unwrap_or_default();
-    }
-
     pub fn is_vacuum(&self) -> bool {
         self.density <= 0.0
     }
@@ -80,6 +69,11 @@ impl Medium {
     /// All points of the transfer function have the same colour.
     pub fn has_one_color(&self) -> bool {
         self.transfer.windows(2).all(|w| w[0].color == w[1].color)
+    }
+
+    /// Colour of the transfer function's first point: of all of them if it has one colour.
+    pub fn first_color(&self) -> [f32; 3] {
+        self.transfer.first().map_or([0.0; 3], |point| point.color)
     }
 
     /// Whether it scatters all channels of the light alike.

@@ -16,7 +16,7 @@ use crate::scene::volume::{StoredType, Volume};
 use crate::scene::{self, CacheFormat, CacheScale, ClipPlane, Scene, Tone, Variant};
 
 use super::features::Features;
-use super::shared::{Clip, MACROCELL, SceneConstants};
+use super::shared::{Clip, MACROCELL};
 pub use changes::{Changes, Derived, Part};
 pub use lights::Lights;
 pub use medium::{Medium, TransferPoint};
@@ -135,15 +135,6 @@ impl Field {
     /// Sets the features that shaders are compiled with because of the field.
     pub fn require(&self, features: &mut Features) {
         features.volume_bits = 8 * self.stored.bytes() as u32;
-    }
-
-    /// Writes the constants of the field.
-    pub fn write(&self, constants: &mut SceneConstants) {
-        constants.dims = self.dims;
-        constants.macrocells = self.macrocells();
-        constants.spacing = self.spacing;
-        constants.half_extent = self.half_extent;
-        constants.stored_max = self.stored.max();
     }
 
     /// Macrocells along each axis.

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::render::features::Features;
-use crate::render::shared::SceneConstants;
 use crate::scene::{Camera, Projection};
 
 /// The camera's frame, scaled to the picture.
@@ -46,16 +45,6 @@ impl View {
     /// Sets the features that shaders are compiled with because of the view.
     pub fn require(&self, features: &mut Features) {
         features.is_orthographic = self.is_orthographic;
-    }
-
-    /// Writes the constants of the view.
-    pub fn write(&self, constants: &mut SceneConstants) {
-        constants.size = self.size;
-        constants.through_centres = self.through_centres as u32;
-        constants.eye = self.eye;
-        constants.forward = self.forward;
-        constants.right = self.right;
-        constants.up = self.up;
     }
 
     /// The same view in a picture with fewer or more pixels. Its proportions stay, although rounding may have changed
