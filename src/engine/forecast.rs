@@ -145,7 +145,12 @@ impl SampleForecast {
     }
 
     fn seconds_to(&self, error: f64, pictures: u32) -> f64 {
-        f64::from(pictures) * self.seconds_for(self.samples_to(error))
+        let samples = self.samples_to(error);
+        if samples.is_finite() {
+            f64::from(pictures) * self.seconds_for(samples)
+        } else {
+            f64::INFINITY
+        }
     }
 
     /// Seconds until the task is done without filling anything or its time is over.
@@ -306,6 +311,16 @@ mod tests {
         // Many pictures gain by what is filled once.
         assert!(after(4.0).is_filled_for(0.011, 1));
         assert!(!after(4.0).is_filled_for(0.011, 100));
+    }
+
+    #[test]
+    fn what_is_unknown_is_not_expected_at_any_time() {
+        let unknown = SampleForecast {
+            variance: f64::INFINITY,
+            ..UNCACHED
+        };
+        assert_eq!(unknown.seconds_to(0.02, 1), f64::INFINITY);
+        assert_eq!(unknown.variance_after(1e6), f64::INFINITY);
     }
 
     #[test]

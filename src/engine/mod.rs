@@ -21,6 +21,7 @@ mod stopwatch;
 mod subject;
 mod task;
 mod trial;
+mod unseen;
 mod verdict;
 
 use std::sync::Arc;
@@ -40,7 +41,7 @@ pub use host::{Host, HostOptions};
 pub use kept_light::KeptLight;
 pub use picture::{Picture, relative_error};
 pub use refinement::Refinement;
-pub use run::{Outcome, Progress, Run, Sampling, relative_error_of};
+pub use run::{Outcome, Progress, Run, Sampling};
 pub use sample_range::SampleRange;
 pub use schedule::{Stop, StopReason};
 pub use stopwatch::Stopwatch;

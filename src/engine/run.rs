@@ -5,13 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::Engine;
-use super::picture::{radiance, relative_error};
 use super::schedule::{
     Done, Stop, StopReason, next_unit, reason_to_stop, units_together, with_delay,
 };
 use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Lacking, Result};
-use crate::render::{Film, Until};
+use crate::render::Until;
 
 /// The least time between two looks at the error for progress alone, where no stop depends on it, and that time as a
 /// multiple of what a look takes: a picture has to be downloaded for it.
@@ -221,18 +220,15 @@ impl Engine {
         }
     }
 
-    /// Relative error of the picture so far; infinite while a single unit of samples says nothing about it.
+    /// Relative error of the picture so far; infinite while a single unit of samples says nothing about it, or samples have met
+    /// no light although there is some.
     pub fn relative_error(&mut self) -> Result<f64> {
         if self.renderer.totals().units == 1 {
             return Ok(f64::INFINITY);
         }
-        Ok(relative_error_of(&self.renderer.film()?))
+        let film = self.renderer.film()?;
+        Ok(self.relative_error_of(&film))
     }
-}
-
-/// rms(standard error) / mean(RGB) of a picture of several units.
-pub fn relative_error_of(film: &Film) -> f64 {
-    relative_error(&radiance(film.mean.iter().copied()), &film.stderr)
 }
 
 impl Run<'_> {

@@ -56,6 +56,7 @@ struct Open<'a> {
 }
 
 const TOO_SHORT: &str = "the work is done before a cache would be filled";
+const TOO_SLOW: &str = "to try a cache would have taken too long";
 
 impl<'a> Trial<'a> {
     /// Brings the scene onto the GPU according to the plan's `choice`, or, where that may not be the fastest for the work,
@@ -225,7 +226,7 @@ impl Subject<'_> {
         let end = watch.elapsed().as_secs_f64() + SHARE * uncached.seconds_of(task);
         let uncached = Forecast::Uncached(*uncached);
         let mut best: Option<(Choice, CachedForecast)> = None;
-        let mut why = TOO_SHORT.to_string();
+        let mut why = TOO_SLOW.to_string();
         let last = caches.len() - 1;
         for (n, mut choice) in caches.into_iter().enumerate() {
             let mut engine = self.engine(choice.clone())?;

@@ -31,7 +31,9 @@ pub fn verdict(
         let with = cached.seconds_to(error, pictures);
         if without.min(with) <= task.seconds() {
             let said = format!(
-                "a relative error of {error} is expected after {with:.1} s with a cache and {without:.1} s without one"
+                "a relative error of {error} is expected after {} with a cache and {} without one",
+                seconds(with),
+                seconds(without)
             );
             return Verdict {
                 cache_is_better: LATE * with < without + head_start,
@@ -39,15 +41,34 @@ pub fn verdict(
             };
         }
     }
-    let seconds = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
-    let without = rival.error_after(seconds, pictures);
-    let with = cached.error_after(seconds / LATE, pictures);
+    let time = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
+    let without = rival.error_after(time, pictures);
+    let with = cached.error_after(time / LATE, pictures);
     let said = format!(
-        "after {seconds} s a relative error of {with:.4} is expected with a cache and of {without:.4} without one"
+        "after {time} s a relative error of {} is expected with a cache and of {} without one",
+        in_words(with),
+        in_words(without)
     );
     Verdict {
         cache_is_better: with < without,
         said,
+    }
+}
+
+fn seconds(expected: f64) -> String {
+    if expected.is_finite() {
+        format!("{expected:.1} s")
+    } else {
+        "an unknown time".into()
+    }
+}
+
+/// An error that is expected.
+fn in_words(error: f64) -> String {
+    if error.is_finite() {
+        format!("{error:.4}")
+    } else {
+        "unknown size".into()
     }
 }
 

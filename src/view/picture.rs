@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::light;
 use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
-use crate::engine::{Engine, Picture, Refinement, relative_error_of};
+use crate::engine::{Engine, Picture, Refinement};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};
 use crate::render::{Film, RAYS_PER_PIXEL, ToneMapPush};
@@ -273,7 +273,7 @@ impl ProgressivePicture {
             None
         };
         if let Some(film) = film.as_ref().filter(|_| is_trusted) {
-            self.relative_error = relative_error_of(film);
+            self.relative_error = engine.relative_error_of(film);
         }
         self.show_film(engine, shown, film)?;
         self.refinement.take_if(|r| r.is_over(totals.samples));

@@ -50,3 +50,17 @@ fn counted_samples_are_not_tried_so_that_bits_repeat() {
     assert_eq!(reason(&folder, "--spp 3"), first);
     assert_eq!(folder.read("a.png"), picture);
 }
+
+/// Under a bright sun a haze is bright, although next to no path without a cache has a collision in it.
+#[test]
+fn a_haze_that_paths_pass_is_not_taken_for_nothing() {
+    let folder = Folder::new();
+    let haze = "render ball.toml --set medium.density=1e-7 --set light=[{type=\"directional\",direction=[0,-1,-1],\
+                irradiance=[1e6,1e6,1e6]}] --set render.background=[0,0,0] --set surfaces.iso=[] -o a.exr --stats s.json";
+    folder.succeed(&format!("{haze} --variant non-caching --spp 16"));
+    assert!(folder.json("s.json")["relative_error"].is_null());
+    folder.succeed(haze);
+    let stats = folder.json("s.json");
+    assert_eq!(stats["variant"], "caching", "{}", stats["reason"]);
+    assert!(stats["relative_error"].as_f64().expect("a known error") < 0.02);
+}

@@ -97,11 +97,19 @@ impl Lights {
     /// The radiance that the cache holds as 1, channel by channel: as much as all lights together shine. It is 1
     /// where none shines.
     pub fn cache_unit(&self) -> [f32; 3] {
-        let image = self.mean_of_image();
+        self.all().map(|all| if all > 0.0 { all } else { 1.0 })
+    }
+
+    /// What all lights together shine in the channel in which it is most.
+    pub fn brightest(&self) -> f32 {
+        self.all().into_iter().fold(0.0, f32::max)
+    }
+
+    fn all(&self) -> [f32; 3] {
+        let sky = self.sky_radiance();
         std::array::from_fn(|c| {
             let suns: f32 = self.suns.iter().map(|sun| sun.irradiance[c]).sum();
-            let all = suns + self.environment[c] + image[c];
-            if all > 0.0 { all } else { 1.0 }
+            suns + sky[c]
         })
     }
 
