@@ -3,7 +3,7 @@
 use isolume::scene::volume::{Volume, Voxels};
 use isolume::scene::*;
 
-use super::rim::{full, scene, sun};
+use super::rim::{full, scene, sum, sun};
 use crate::support::common::*;
 
 /// Independent voxels, blurred over their neighbours.
@@ -90,5 +90,32 @@ fn each_color_has_its_own_direction() {
         println!("g = {g}: {at_rest:+.2?} %, in motion {in_motion:+.2?} %");
         assert!(at_rest.iter().all(|error| error.abs() < 0.5));
         assert!(in_motion.iter().all(|error| error.abs() < 1.5));
+    }
+}
+
+/// Two moments of the light do not tell what a phase function makes of a sky that is bright in one place.
+#[test]
+fn a_bright_spot_of_the_sky_is_scattered_as_a_sun_is() {
+    let mut scene = scene(0.02);
+    scene.medium.as_mut().expect("a medium").g = -0.15;
+    scene.lights.environment.image = Some(spot());
+    let volume = full();
+    let mut cache = cached(&scene, &volume, 1.0, CacheFormat::F32, 64, 1);
+    let uncached = render_seeds(&scene, &volume, 256, [101]).remove(0);
+    let at_rest = cache.at_rest(16, 16);
+    let error = 100.0 * (sum(&at_rest.mean) / sum(&uncached.mean) - 1.0);
+    println!("a bright spot of the sky: {error:+.2} %");
+    assert!(error.abs() < 0.8, "{error:+.2} %");
+}
+
+/// A sky that is black but for one texel, behind what is seen.
+fn spot() -> EnvironmentImage {
+    let (width, height) = (64, 32);
+    let mut texels = vec![[0.0; 3]; width * height];
+    texels[20 * width + 30] = [2000.0; 3];
+    EnvironmentImage {
+        width: width as u32,
+        height: height as u32,
+        texels: texels.into(),
     }
 }
