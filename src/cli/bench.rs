@@ -40,9 +40,10 @@ pub struct BenchArgs {
     #[arg(long, value_name = "MODEL,…", value_delimiter = ',', value_parser = word::<ShadingModel>)]
     shading: Vec<ShadingModel>,
 
-    /// Seed of the random numbers; a reference that is rendered here has another one.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u32,
+    /// Seed of the random numbers; a reference that is rendered here has another one. Without it: 0, or 1 if that is the
+    /// seed of --reference.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u32>,
 
     #[command(flatten)]
     pub gpu: GpuArgs,

@@ -4,6 +4,7 @@
 //! the same reason.
 
 use std::io::{self, Seek, Write};
+use std::path::Path;
 
 use ::exr::block::lines::LineRefMut;
 use ::exr::image::write::samples::{SamplesWriter, WritableSamples};
@@ -13,6 +14,7 @@ use ::exr::meta::header::Header;
 use ::exr::prelude::*;
 
 use super::{Continuation, Provenance, channels};
+use crate::decoding::exr_meta_data;
 use crate::engine::Picture;
 use crate::render::Sums;
 
@@ -20,6 +22,20 @@ use crate::render::Sums;
 pub const SCENE_ATTRIBUTE: &str = "isolume.scene";
 /// Name of the attribute that holds a shard's header.
 pub const HEADER_ATTRIBUTE: &str = "isolume.shard";
+
+/// The seed of a picture that this program has rendered; `None` for any other.
+pub fn seed_of(path: &Path) -> Option<u32> {
+    let meta = exr_meta_data(path).ok()?;
+    let own = &meta.headers.first()?.own_attributes;
+    let is_ours = own
+        .software_name
+        .as_ref()?
+        .to_string()
+        .starts_with("isolume ");
+    let comments = own.comments.as_ref()?.to_string();
+    let seed = comments.lines().next()?.strip_prefix("seed ")?;
+    seed.parse().ok().filter(|_| is_ours)
+}
 
 /// Encodes a picture. There is one attribute of our own for the picture and one for its layer: the crate writes
 /// several in random order, and the same render must give the same bytes. The rest goes into the standard's

@@ -24,7 +24,7 @@ use crate::error::{Error, Result};
 use crate::render::Sums;
 use crate::scene::Tone;
 
-pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE};
+pub use self::exr::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE, seed_of};
 pub use atomic::{Outputs, check_inputs_stay, check_writable, has_committed, target_of};
 
 /// A result as JSON that people can read.

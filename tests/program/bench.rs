@@ -164,7 +164,7 @@ fn a_reference_can_be_given_and_shading_models_compared() {
     assert_eq!(folder.names_in("report"), expected);
     let report = folder.json("report/report.json");
     assert_eq!(report["subjects"][0]["reference"]["file"], "given.exr");
-
+    assert_eq!(report["seed"], 0);
     assert_eq!(list(&report["subjects"][0]["runs"]).len(), 1);
 
     // It is read, so no picture of the report may take its place.
@@ -173,6 +173,17 @@ fn a_reference_can_be_given_and_shading_models_compared() {
     let said = refused(&folder, &own, 2);
     assert!(said.contains("an output would take its place"), "{said}");
     assert!(folder.read("report/non-caching.0.1s.exr") == before);
+
+    // With the samples of the reference, what is measured would seem better than it is.
+    folder.succeed("render ball.toml -o given.exr --variant non-caching --spp 16");
+    folder.succeed(&format!("{BENCH} {short} --reference given.exr"));
+    assert_eq!(folder.json("report/report.json")["seed"], 1);
+    let same = format!("{BENCH} {short} --reference given.exr --seed 0");
+    let said = text(&folder.succeed(&same).stderr).to_string();
+    assert!(
+        said.contains("the reference has the seed 0 as well"),
+        "{said}"
+    );
 
     folder.succeed(&format!("{BENCH} {short} --shading lambert,phong,lambert"));
     let report = folder.json("report/report.json");

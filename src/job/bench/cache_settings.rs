@@ -116,11 +116,9 @@ impl Settings<'_> {
         seed: u32,
         fill: impl FnOnce(&mut Engine) -> Result<()>,
     ) -> Result<Shown> {
-        let Bench {
-            args, host, volume, ..
-        } = self.bench;
+        let Bench { host, volume, .. } = self.bench;
         let prefix = &self.subject.prefix;
-        let seed = args.seed.wrapping_add(seed);
+        let seed = self.bench.seed.wrapping_add(seed);
         let word = &entrant.word;
         self.bench
             .say(&format!("{prefix}cache settings: {word}, with seed {seed}"));

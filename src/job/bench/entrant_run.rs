@@ -98,7 +98,7 @@ impl EntrantRun<'_> {
         let error = compare(&self.references.picture.image, &image, bench.exposure)?;
         if let Some(name) = &file {
             let device = bench.host.summary().name.clone();
-            let from = Provenance::new(self.entrant.text.clone(), bench.args.seed, device);
+            let from = Provenance::new(self.entrant.text.clone(), bench.seed, device);
             bench.keep(name, picture, &from)?;
         }
         let seconds = self.watch.elapsed().as_secs_f64();

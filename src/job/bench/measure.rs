@@ -22,7 +22,7 @@ pub fn measure(
 ) -> Result<(RunReport, Vec<Snapshot>)> {
     let began = Instant::now();
     let mut run = EntrantRun {
-        engine: entrant.load(&bench.host, bench.volume, bench.args.seed)?,
+        engine: entrant.load(&bench.host, bench.volume, bench.seed)?,
         watch: Stopwatch::paused(),
         entrant,
         prefix: format!("{}{}", subject.prefix, entrant.file_word()),

@@ -28,7 +28,7 @@ use crate::compare::LinearImage;
 use crate::engine::{Host, Picture, Progress, Run, Stop};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
-use crate::output::{Outputs, Provenance, check_inputs_stay, check_writable, say};
+use crate::output::{Outputs, Provenance, check_inputs_stay, check_writable, say, seed_of};
 use crate::render::Peak;
 use crate::scene::Opened;
 use crate::scene::volume::Volume;
@@ -48,6 +48,8 @@ const PAGE: &str = "report.md";
 /// The state that all measurements of a bench share.
 struct Bench<'a> {
     args: &'a BenchArgs,
+    /// Seed of what is measured.
+    seed: u32,
     host: Host,
     /// The device's peak rates; `None` if they cannot be measured.
     peak: Option<Peak>,
@@ -79,6 +81,7 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     check_writable(&[folder.file(REPORT), folder.file(PAGE)])?;
     let mut bench = Bench {
         args,
+        seed: seed(args),
         peak: host.peak().ok(),
         host,
         volume: &opened.volume,
@@ -107,6 +110,22 @@ pub fn bench(args: &BenchArgs) -> Result<u8> {
     bench.host.check_validation()?;
     bench.finish(&opened, measured)?;
     Ok(interrupt::status())
+}
+
+/// The seed of what is measured. What has that of the reference shares its samples, and seems better than it is.
+fn seed(args: &BenchArgs) -> u32 {
+    let of_reference = args.reference.as_deref().and_then(seed_of);
+    match args.seed {
+        Some(seed) => {
+            if of_reference == Some(seed) && !args.quiet {
+                say(format!(
+                    "note: the reference has the seed {seed} as well; what shares its samples seems better than it is"
+                ));
+            }
+            seed
+        }
+        None => u32::from(of_reference == Some(0)),
+    }
 }
 
 /// A run that is rather late than without a picture: a first batch of paths may take longer than the first of the
@@ -217,12 +236,13 @@ impl Bench<'_> {
     fn finish(self, opened: &Opened, subjects: Vec<SubjectReport>) -> Result<()> {
         let Bench {
             args,
+            seed,
             host,
             folder,
             mut outputs,
             ..
         } = self;
-        let report = Report::new(args, &host, opened, subjects);
+        let report = Report::new(args, seed, &host, opened, subjects);
         let mut plotted = Vec::new();
         for subject in &report.subjects {
             for (name, svg) in plots::all(subject)? {

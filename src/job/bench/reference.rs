@@ -66,9 +66,9 @@ impl Reference {
     /// Renders a reference without a cache, which would be biased, and with random numbers of its own.
     pub fn render(bench: &mut Bench<'_>, subject: &Subject, rays: Rays) -> Result<Reference> {
         let Bench {
-            args, host, volume, ..
+            seed, host, volume, ..
         } = bench;
-        let seed = args.seed.wrapping_add(1);
+        let seed = seed.wrapping_add(1);
         let uncached = BenchVariant::without_cache(Variant::NonCaching);
         let entrant = subject.entrant(host, volume, &uncached)?;
         let mut engine = Engine::with_plan(host, volume, &entrant.scene, entrant.choice, seed)?;
@@ -124,8 +124,12 @@ fn own_noise(reference: &LinearImage, exposure: f64) -> Result<Option<Comparison
     let pixels = reference.rgb.iter().zip(stderr);
     let noisy = LinearImage {
         name: "the reference's noise".into(),
+        // The channels of a pixel share their paths, and with them their errors.
         rgb: pixels
-            .map(|(rgb, stderr)| std::array::from_fn(|c| rgb[c] + stderr[c] * noise.next()))
+            .map(|(rgb, stderr)| {
+                let deviate = noise.next();
+                std::array::from_fn(|c| rgb[c] + stderr[c] * deviate)
+            })
             .collect(),
         ..reference.clone()
     };

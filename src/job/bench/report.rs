@@ -194,6 +194,7 @@ pub struct CacheSetting {
 impl Report {
     pub fn new(
         args: &BenchArgs,
+        seed: u32,
         host: &Host,
         opened: &Opened,
         subjects: Vec<SubjectReport>,
@@ -212,7 +213,7 @@ impl Report {
             scene: args.scene.input.display().to_string(),
             volume_dims: opened.volume.dims,
             size: opened.scene.render.size,
-            seed: args.seed,
+            seed,
             seconds: args.seconds().iter().map(|s| s.as_secs_f64()).collect(),
             subjects,
         }
