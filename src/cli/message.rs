@@ -82,6 +82,7 @@ fn remedy(error: &MemoryError) -> Option<String> {
         MemoryError::Allocation { resource, .. }
         | MemoryError::Buffer { resource, .. }
         | MemoryError::Image { resource, .. } => smaller(resource),
+        MemoryError::CacheScale { .. } => "lower --cache-scale, or choose --variant auto",
         MemoryError::CacheNodes { .. } | MemoryError::CacheBricks { .. } => return None,
         MemoryError::VolumeBricks { .. } => "raise --vram-budget or lower --size",
         MemoryError::Picture { .. } => "lower --size",

@@ -72,6 +72,12 @@ pub enum MemoryError {
         device: String,
         limit: u32,
     },
+    /// The cache that was asked for is beyond the device's limits.
+    #[error("a cache at scale {scale} is impossible: {why}")]
+    CacheScale {
+        scale: String,
+        why: Box<MemoryError>,
+    },
     /// A cache has more nodes along an axis than can be addressed.
     #[error("its {nodes:?} nodes are more than {limit} along an axis")]
     CacheNodes { nodes: [u32; 3], limit: u32 },

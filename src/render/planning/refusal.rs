@@ -17,9 +17,17 @@ impl InBricks<'_> {
         };
         let rungs = planner.why_no_cache().is_none().then(|| planner.rungs());
         let coarsest = rungs.into_iter().flatten().last();
-        let cached = match coarsest.and_then(|rung| rung.layout.ok()) {
-            Some(layout) => self.smallest_of_both(&planner.uncached.clone().with_cache(layout))?,
-            None => None,
+        let cached = match coarsest.map(|rung| (rung.scale, rung.layout)) {
+            Some((_, Ok(layout))) => {
+                self.smallest_of_both(&planner.uncached.clone().with_cache(layout))?
+            }
+            Some((scale, Err(why))) if planner.scene.render.variant == Variant::Caching => {
+                return Ok(Some(MemoryError::CacheScale {
+                    scale: scale.to_string(),
+                    why: Box::new(why),
+                }));
+            }
+            _ => None,
         };
         let smallest_cache = cached.map(|plan| {
             format!(

@@ -303,6 +303,15 @@ fn what_the_scene_asks_for_is_all_that_is_tried() {
             (tiny, Below(NO_CACHE), Err(()), "but non-caching needs"),
         ],
     );
+    let finest = |scene: &mut Scene| {
+        scene.render.variant = Variant::Caching;
+        scene.render.cache_scale = CacheScale::Fixed(1.0);
+    };
+    let short_images = || with_short_images(66);
+    assert_choices(
+        (dense(65, Kind::U8), finest),
+        &[(short_images, Heap, Err(()), "a cache at scale 1 is impossible: its ")],
+    );
     let without = |scene: &mut Scene| scene.render.variant = Variant::NonCaching;
     assert_choices(
         (dense(64, Kind::U8), without),
