@@ -142,7 +142,7 @@ pub struct RenderArgs {
     pub spp: Option<NonZeroU32>,
 
     #[arg(long, value_name = "SECONDS", value_parser = seconds,
-          help = format!("Stop after so many seconds of rendering; loading and compiling come on top [without any limit: {}]", DEFAULT_TIME.as_secs()))]
+          help = format!("Stop after so many seconds of rendering; loading and compiling come on top, and a first sample may take twice as long, or 5 s more [without any limit: {}]", DEFAULT_TIME.as_secs()))]
     time: Option<Duration>,
 
     #[arg(long, value_name = "REL", value_parser = positive,

@@ -111,6 +111,16 @@ fn suffix() -> String {
     format!(".{}", host.replace(['/', '.'], "-"))
 }
 
+/// The error of the system alone: a temporary name means nothing to a user.
+fn without_path(error: io::Error) -> io::Error {
+    let wrapped = error.get_ref().and_then(|error| error.source());
+    let of_system = wrapped.and_then(|error| error.downcast_ref::<io::Error>());
+    match of_system.and_then(io::Error::raw_os_error) {
+        Some(code) => io::Error::from_raw_os_error(code),
+        None => error,
+    }
+}
+
 fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<Temporary> {
     let mut builder = tempfile::Builder::new();
     let suffix = suffix();
@@ -123,7 +133,7 @@ fn create_without_lock(folder: &Path, prefix: &str) -> io::Result<Temporary> {
     }
     // Whoever removes all files on the list must not miss this one.
     let mut names = locked(&NAMES);
-    let file = builder.tempfile_in(folder)?;
+    let file = builder.tempfile_in(folder).map_err(without_path)?;
     let path = file.path().to_owned();
     names.push(path.clone());
     Ok(Temporary {

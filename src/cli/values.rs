@@ -17,7 +17,10 @@ use crate::scene::{CacheFormat, CacheScale, Edit, Side, Variant};
 
 /// The value of `--vram-budget`.
 pub(super) fn limit(text: &str) -> Result<Limit, String> {
-    let wrong = || "expected bytes or a size such as 500MB, 512MiB, 2GB, 2GiB or 80%".to_string();
+    let wrong = || {
+        "expected bytes or a size such as 500MB, 512MiB, 2GB, 2GiB or 80% (at most 100%)"
+            .to_string()
+    };
     let split = text
         .find(|c: char| c.is_alphabetic() || c == '%')
         .unwrap_or(text.len());

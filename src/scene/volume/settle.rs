@@ -207,7 +207,7 @@ fn fill_gaps(ranges: &mut [[f32; 2]], least: f32) -> Parsed<[f32; 2]> {
     let highs = ranges.iter().map(|range| range[1]);
     let high = highs.fold(f32::NEG_INFINITY, f32::max);
     if low > high {
-        return Err("no voxel has a finite value".into());
+        return Err("no voxel has a finite value within the range of 32-bit floats".into());
     }
     for value in ranges.as_flattened_mut() {
         *value = value.max(low);

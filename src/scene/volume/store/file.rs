@@ -231,7 +231,7 @@ impl Store {
         let expected = self.layout.region(at).voxels() * self.layout.voxel_bytes;
         let damaged = |what: String| {
             format!(
-                "its store {} is damaged: {what}; `isolume clean` removes it, and the next run makes it anew",
+                "its store {} is damaged: {what}; remove it, and the next run makes it anew",
                 self.file.path().display()
             )
         };
