@@ -82,7 +82,10 @@ fn remedy(error: &MemoryError) -> Option<String> {
         MemoryError::Allocation { resource, .. }
         | MemoryError::Buffer { resource, .. }
         | MemoryError::Image { resource, .. } => smaller(resource),
-        MemoryError::CacheScale { .. } => "lower --cache-scale, or choose --variant auto",
+        MemoryError::CacheScale {
+            has_coarser: true, ..
+        } => "lower --cache-scale, or choose --variant auto",
+        MemoryError::CacheScale { .. } => "choose --variant auto",
         MemoryError::CacheNodes { .. } | MemoryError::CacheBricks { .. } => return None,
         MemoryError::VolumeBricks { .. } => "raise --vram-budget or lower --size",
         MemoryError::Picture { .. } => "lower --size",

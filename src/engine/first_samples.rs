@@ -200,7 +200,7 @@ impl Engine {
             .cache()
             .map(|cache| cache.filling.error_at_rest);
         let shared = shared.filter(|error| error.is_finite()).unwrap_or(0.0);
-        let variance = (self.relative_error()?.powi(2) - shared.powi(2)).max(0.0);
+        let variance = (self.sure_error()?.powi(2) - shared.powi(2)).max(0.0);
         Ok(f64::from(self.totals().samples) * variance)
     }
 }

@@ -86,11 +86,15 @@ impl Host {
     /// behind it.
     pub fn check_picture(&self, plan: &Plan, size: [u32; 2], with_sums: bool) -> Result<()> {
         let is_software = self.device.summary.kind.is_software();
-        let of_device = is_software.then(|| plan.bytes());
+        let of_device = if is_software { plan.bytes() } else { 0 };
+        let of_bricks = if plan.bricks.is_some() {
+            self.ram_budget
+        } else {
+            0
+        };
         let bytes = Picture::host_bytes(size, with_sums);
-        Ok(host_memory::check_picture(
-            size, bytes, self.free, of_device,
-        )?)
+        let planned = of_device.saturating_add(of_bricks);
+        Ok(host_memory::check_picture(size, bytes, self.free, planned)?)
     }
 
     /// Plans with `reserved` bytes of the budget in use for something else.

@@ -17,23 +17,22 @@ pub(super) fn free() -> u64 {
     left.unwrap_or(u64::MAX).min(system.available_memory())
 }
 
-/// Fails where `free` bytes are too few for a picture of this size, which takes `bytes`. `of_device` is what a device that is
-/// a CPU takes of them.
+/// Fails where `free` bytes, of which so many are planned for something else, are too few for a picture of this size, which
+/// takes `bytes`.
 pub(super) fn check_picture(
     size: [u32; 2],
     bytes: u64,
     free: u64,
-    of_device: Option<u64>,
+    planned: u64,
 ) -> Result<(), MemoryError> {
-    let free = free.saturating_sub(of_device.unwrap_or(0));
-    if bytes <= free {
+    if bytes <= free.saturating_sub(planned) {
         return Ok(());
     }
     Err(MemoryError::Picture {
         size,
         bytes,
         free,
-        is_beside_device: of_device.is_some(),
+        planned,
     })
 }
 
@@ -156,12 +155,12 @@ mod tests {
 
     #[test]
     fn a_picture_that_the_host_has_no_room_for_is_refused() {
-        let check = |free, of_device| check_picture([20_000, 10_000], 16 << 30, free, of_device);
-        assert_eq!(check(16 << 30, None), Ok(()));
-        assert_eq!(check(17 << 30, Some(1 << 30)), Ok(()));
-        assert!(check(17 << 30, Some(2 << 30)).is_err());
-        assert!(check(1, Some(2)).is_err());
-        let refusal = check(15 << 30, None).unwrap_err();
+        let check = |free, planned| check_picture([20_000, 10_000], 16 << 30, free, planned);
+        assert_eq!(check(16 << 30, 0), Ok(()));
+        assert_eq!(check(17 << 30, 1 << 30), Ok(()));
+        assert!(check(17 << 30, 2 << 30).is_err());
+        assert!(check(1, 2).is_err());
+        let refusal = check(15 << 30, 0).unwrap_err();
         assert_eq!(
             refusal.to_string(),
             "a picture of 20000x10000 pixels needs about 16.0 GiB of the host's memory, and 15.0 GiB are free"

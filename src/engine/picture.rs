@@ -24,7 +24,7 @@ pub struct Picture {
 
 impl Picture {
     /// Bytes of the host's memory that a picture of so many pixels takes while it is read and written, about; without or with
-    /// the sums behind it, which shards and checkpoints hold.
+    /// the sums behind it, which shards and checkpoints hold: by measurements of large pictures (tools/measurements/memory.md).
     pub fn host_bytes([width, height]: [u32; 2], with_sums: bool) -> u64 {
         let of_a_pixel = if with_sums { 115 } else { 80 };
         of_a_pixel * u64::from(width) * u64::from(height)

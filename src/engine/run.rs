@@ -108,7 +108,7 @@ impl Engine {
             seconds_per_sample: self.seconds_per_sample,
             // A picture that is continued may be good enough already.
             relative_error: match run.stop.relative_error {
-                Some(_) if totals.units > 0 => self.relative_error()?,
+                Some(_) if totals.units > 0 => self.sure_error()?,
                 _ => f64::INFINITY,
             },
         };
@@ -131,7 +131,7 @@ impl Engine {
             done.units = self.renderer.totals().units;
             done.took = watch.elapsed();
             if run.stop.relative_error.is_some() || done.took >= next_look {
-                done.relative_error = self.relative_error()?;
+                done.relative_error = self.sure_error()?;
                 let look = watch.elapsed() - done.took;
                 done.took += look;
                 next_look = done.took + TIME_TO_LOOK.max(LOOKS_TO_WAIT * look);
@@ -228,6 +228,15 @@ impl Engine {
         }
         let film = self.renderer.film()?;
         Ok(self.relative_error_of(&film))
+    }
+
+    /// The same as far as a stop may rely on it ([`sure_error_of`](Engine::sure_error_of)).
+    pub(super) fn sure_error(&mut self) -> Result<f64> {
+        if self.renderer.totals().units == 1 {
+            return Ok(f64::INFINITY);
+        }
+        let film = self.renderer.film()?;
+        Ok(self.sure_error_of(&film))
     }
 }
 

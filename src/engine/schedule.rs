@@ -129,14 +129,14 @@ pub fn reason_to_stop(stop: &Stop, done: &Done) -> Option<StopReason> {
         let of_range = stop.samples.map(StopReason::Samples);
         return Some(of_range.unwrap_or(StopReason::Spp(goal)));
     }
-    if done.first_sample + done.samples >= SampleRange::MOST {
-        return Some(StopReason::MostSamples);
-    }
     if let Some(goal) = stop.relative_error
         && done.units >= UNITS_TO_TRUST
         && done.relative_error <= goal
     {
         return Some(StopReason::RelativeError(goal));
+    }
+    if done.first_sample + done.samples >= SampleRange::MOST {
+        return Some(StopReason::MostSamples);
     }
     if let Some(goal) = stop.time
         && done.units > 0

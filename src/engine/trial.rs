@@ -140,7 +140,7 @@ impl<'a> Trial<'a> {
         let Some(uncached) = tried else {
             return Ok(Tried::in_vain(self.engine, watch, &task, TOO_SHORT.into()));
         };
-        if uncached.seconds_of(&task) <= short {
+        if uncached.variance.is_finite() && uncached.seconds_of(&task) <= short {
             self.engine.choice.reason = TOO_SHORT.into();
             return Ok(Tried::settled(self.engine, watch));
         }

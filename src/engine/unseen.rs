@@ -3,11 +3,11 @@
 //! Samples that are all alike have no spread, and that says nothing of what is rare: through a faint haze under a bright sun,
 //! thousands of paths may pass without a collision. What none of n paths has met has a probability below 3/n, at a confidence
 //! of 95 % (the "rule of three": Hanley and Lippman-Hand, "If Nothing Goes Wrong, Is Everything All Right?", JAMA 1983), and
-//! adds at most about the radiance of the lights where it is met.
+//! adds about as much as all light that arrives there.
 
 use super::Engine;
 use super::picture::{radiance, relative_error};
-use crate::render::{Film, Variant};
+use crate::render::Film;
 
 /// Paths after which what none of them has met is taken not to be there.
 const PATHS_TO_TRUST: f64 = (1 << 24) as f64;
@@ -16,27 +16,34 @@ impl Engine {
     /// Relative error of a picture of several units: that of its spread or, where it has none, of what may be unseen.
     pub fn relative_error_of(&self, film: &Film) -> f64 {
         let rgb = radiance(film.mean.iter().copied());
-        let error = relative_error(&rgb, &film.stderr);
-        if error == 0.0 && self.may_miss_light() {
-            let [width, height] = self.renderer.size().map(f64::from);
-            let paths = f64::from(self.totals().samples) * width * height;
-            let sum: f64 = rgb.as_flattened().iter().map(|&v| f64::from(v)).sum();
-            let light = f64::from(self.full.parts.lights.brightest());
-            unseen(light, paths, sum / (3 * rgb.len()) as f64)
-        } else {
-            error
+        match relative_error(&rgb, &film.stderr) {
+            0.0 => self.unseen(&rgb),
+            spread => spread,
         }
     }
 
-    /// Whether paths may pass by what is lit. Those that fill a cache begin within the medium.
-    fn may_miss_light(&self) -> bool {
+    /// Relative error by which a render may stop: that of the picture's spread, and no less than that of what may be unseen.
+    pub fn sure_error_of(&self, film: &Film) -> f64 {
+        let rgb = radiance(film.mean.iter().copied());
+        relative_error(&rgb, &film.stderr).max(self.unseen(&rgb))
+    }
+
+    /// Relative error of a picture because of what none of its paths has met. Marches meet all of the medium.
+    fn unseen(&self, rgb: &[[f32; 3]]) -> f64 {
         let parts = &self.full.parts;
         let is_empty = parts.medium.is_vacuum() && parts.surfaces.iso.is_empty();
-        matches!(self.full.variant, Variant::NonCaching) && !is_empty
+        if is_empty || self.renderer.is_marched() {
+            return 0.0;
+        }
+        let [width, height] = self.renderer.size().map(f64::from);
+        let paths = f64::from(self.totals().samples) * width * height;
+        let sum: f64 = rgb.as_flattened().iter().map(|&v| f64::from(v)).sum();
+        let light = f64::from(parts.lights.brightest());
+        unseen(light, paths, sum / (3 * rgb.len()) as f64)
     }
 }
 
-/// Relative error of a picture of this mean because of what none of so many paths has met, if lights have this radiance.
+/// The same for a picture of this mean, if so much light arrives everywhere.
 fn unseen(light: f64, paths: f64, mean: f64) -> f64 {
     if light == 0.0 || paths >= PATHS_TO_TRUST {
         0.0

@@ -76,6 +76,8 @@ pub enum MemoryError {
     #[error("a cache at scale {scale} is impossible: {why}")]
     CacheScale {
         scale: String,
+        /// Whether there is a coarser one, which was not asked for.
+        has_coarser: bool,
         why: Box<MemoryError>,
     },
     /// A cache has more nodes along an axis than can be addressed.
@@ -94,15 +96,14 @@ pub enum MemoryError {
     /// The host has too little memory for the picture itself.
     #[error(
         "a picture of {}x{} pixels needs about {} of the host's memory, and {} are free{}", size[0], size[1],
-        human(*.bytes), human(*.free),
-        if *.is_beside_device { " beside what the device takes of it" } else { "" }
+        human(*.bytes), human(*.free), less(*.planned)
     )]
     Picture {
         size: [u32; 2],
         bytes: u64,
         free: u64,
-        /// Whether the device is a CPU, whose memory is the host's.
-        is_beside_device: bool,
+        /// Bytes of those that are planned for bricks, and for the device where it is a CPU.
+        planned: u64,
     },
     /// The driver had no memory although the plan was within its limits.
     #[error("{resource} ({}) could not be allocated on {device} ({why})", human(*.bytes))]
@@ -118,6 +119,14 @@ pub enum MemoryError {
     /// The machine ran out of memory.
     #[error("the machine has no memory left ({what})")]
     Host { what: String },
+}
+
+fn less(planned: u64) -> String {
+    if planned > 0 {
+        format!(", {} of them planned otherwise", human(planned))
+    } else {
+        String::new()
+    }
 }
 
 fn after_semicolon(text: &Option<String>) -> String {

@@ -34,6 +34,11 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
     let mut outputs = Outputs::default();
     outputs.exr_with(&args.output, &merged.picture, &provenance, parts)?;
     outputs.commit()?;
+    // Without any spread, it is not known here whether the samples have missed light.
+    let error = match merged.picture.relative_error() {
+        0.0 => f64::INFINITY,
+        error => error,
+    };
     if !args.quiet {
         let ranges: Vec<String> = header.samples.iter().map(ToString::to_string).collect();
         say(format!(
@@ -42,7 +47,7 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
             header.count(),
             ranges.join(", "),
             args.shards.len(),
-            error_in_words(merged.picture.relative_error()),
+            error_in_words(error),
         ));
     }
     Ok(0)

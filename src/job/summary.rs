@@ -198,7 +198,7 @@ fn names(first: &View, last: &View) -> String {
     names.collect::<Vec<_>>().join(", ")
 }
 
-/// A relative error, which a single unit of samples does not tell.
+/// A relative error, which is unknown after a single unit of samples, or where they have met no light.
 pub fn error_in_words(relative_error: f64) -> String {
     if relative_error.is_finite() {
         format!("{relative_error:.4}")

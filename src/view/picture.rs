@@ -273,7 +273,7 @@ impl ProgressivePicture {
             None
         };
         if let Some(film) = film.as_ref().filter(|_| is_trusted) {
-            self.relative_error = engine.relative_error_of(film);
+            self.relative_error = engine.sure_error_of(film);
         }
         self.show_film(engine, shown, film)?;
         self.refinement.take_if(|r| r.is_over(totals.samples));

@@ -19,7 +19,7 @@ fn render_shards(folder: &Folder, flags: &str) {
     }
 }
 
-fn channel(image: &FlatImage, name: &str) -> Vec<f64> {
+pub fn channel(image: &FlatImage, name: &str) -> Vec<f64> {
     let channels = &image.layer_data[0].channel_data.list;
     let found = channels.iter().find(|channel| channel.name.eq(name));
     let samples = &found.unwrap_or_else(|| panic!("{name}")).sample_data;

@@ -12,7 +12,7 @@ use crate::scene::{CacheFormat, CacheScale, Scene, Variant};
 /// pixel's. A GPU is some hundred times as fast. The limit holds for `auto` alone: a scale that is set by name is
 /// granted.
 const FEW_NODES: u64 = 1 << 18;
-const COARSEST: f64 = 0.125;
+pub(super) const COARSEST: f64 = 0.125;
 
 /// A cache that the scene allows.
 pub struct Rung {

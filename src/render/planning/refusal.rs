@@ -1,6 +1,7 @@
 //! The sentences about what does not fit: what it needs, and what would fit.
 
 use super::in_bricks::InBricks;
+use super::ladder::COARSEST;
 use super::{Plan, Planner};
 use crate::bytes::human;
 use crate::error::{MemoryError, Result, unless_refused};
@@ -24,6 +25,7 @@ impl InBricks<'_> {
             Some((scale, Err(why))) if planner.scene.render.variant == Variant::Caching => {
                 return Ok(Some(MemoryError::CacheScale {
                     scale: scale.to_string(),
+                    has_coarser: scale > COARSEST,
                     why: Box::new(why),
                 }));
             }
