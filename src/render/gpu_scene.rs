@@ -151,7 +151,7 @@ impl GpuScene {
         match &self.variant {
             Variant::Caching(_) => {
                 let Parts { medium, lights, .. } = &self.parts;
-                first_cached_collision(medium.g, lights.sky_image.is_some())
+                first_cached_collision(medium.g, lights.unevenness())
             }
             Variant::NonCaching | Variant::Published => 0,
         }
@@ -256,13 +256,15 @@ impl Field {
 /// from it. With ¼ instead, a slab of g = .85 reflects 1.2 % too much.
 const LARGEST_MEAN_COSINE: f32 = 0.15;
 
-/// The smallest m ≥ 1 with |g|^m ≤ `LARGEST_MEAN_COSINE`. Under an image of the sky, which may be as bright in one place as a sun
-/// is, an anisotropic medium's first collisions are left to paths: read from the cache, they had lost up to 8 % at
-/// g = −0.15.
-fn first_cached_collision(g: f32, has_sky_image: bool) -> u32 {
+/// The share of the light that a first collision may select wrongly from two moments of the sky's light: 5g² of the phase
+/// function is of second order. A spot in an otherwise dark sky had cost a tenth of the light at g = −0.15
+/// (`transport caching::anisotropy`).
+const MOST_BEYOND_FLUX: f32 = 0.005;
+
+/// The smallest m ≥ 1 with |g|^m ≤ `LARGEST_MEAN_COSINE`, but 2 where the sky is too uneven for the first collision.
+fn first_cached_collision(g: f32, unevenness: f32) -> u32 {
     match g.abs() {
-        0.0 => 1,
-        g if g <= LARGEST_MEAN_COSINE => 1 + u32::from(has_sky_image),
+        g if g <= LARGEST_MEAN_COSINE => 1 + u32::from(5.0 * g * g * unevenness > MOST_BEYOND_FLUX),
         g => (LARGEST_MEAN_COSINE.ln() / g.ln()).ceil() as u32,
     }
 }

@@ -1,13 +1,12 @@
 //! Suns and sky.
 
-use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::environment_table::{self, EnvironmentTable, solid_angle};
 use super::is_grey;
+use super::sky_image::SkyImage;
 use crate::render::features::Features;
 use crate::render::shared::Sun;
-use crate::scene::{self, DirectionalLight, EnvironmentImage};
+use crate::scene::{self, DirectionalLight};
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lights {
@@ -17,50 +16,6 @@ pub struct Lights {
     pub environment: [f32; 3],
     /// The sky's image, if there is one.
     pub sky_image: Option<Arc<SkyImage>>,
-}
-
-/// A sky image and its sampling table, which is made once for an image.
-#[derive(Debug)]
-pub struct SkyImage {
-    pub image: EnvironmentImage,
-    pub table: EnvironmentTable,
-    /// Mean over all directions.
-    mean: [f32; 3],
-    /// Whether all texels have the colour of the mean.
-    has_one_color: bool,
-}
-
-impl PartialEq for SkyImage {
-    fn eq(&self, other: &SkyImage) -> bool {
-        self.image == other.image
-    }
-}
-
-impl SkyImage {
-    fn new(image: &EnvironmentImage) -> SkyImage {
-        let mean = mean_over_directions(image);
-        let mut texels = image.texels.iter();
-        SkyImage {
-            table: environment_table::build(image),
-            mean,
-            has_one_color: texels.all(|&texel| is_grey(over(texel, mean))),
-            image: image.clone(),
-        }
-    }
-}
-
-/// Rows near the poles of a latitude-longitude image cover little of the sphere.
-fn mean_over_directions(image: &EnvironmentImage) -> [f32; 3] {
-    let mut mean = [0.0; 3];
-    for (row, y) in image.texels.chunks_exact(image.width as usize).zip(0..) {
-        let share = solid_angle([image.width, image.height], y) / (4.0 * PI);
-        for texel in row {
-            for (mean, c) in mean.iter_mut().zip(texel) {
-                *mean += share * f64::from(*c);
-            }
-        }
-    }
-    mean.map(|c| c as f32)
 }
 
 impl Lights {
@@ -122,6 +77,16 @@ impl Lights {
     /// The same in units of [`cache_unit`](Lights::cache_unit).
     pub fn sky_in_cache_units(&self) -> [f32; 3] {
         over(self.sky_radiance(), self.cache_unit())
+    }
+
+    /// [`SkyImage::unevenness`] of the whole sky.
+    pub fn unevenness(&self) -> f32 {
+        let grey = |light: [f32; 3]| light.iter().sum::<f32>();
+        let sky = grey(self.sky_radiance());
+        match &self.sky_image {
+            Some(image) if sky > 0.0 => image.unevenness * grey(image.mean) / sky,
+            _ => 0.0,
+        }
     }
 
     /// Cells of the sampling table of the sky's image along u and v; 0 without an image.
@@ -222,24 +187,6 @@ fn suns(lights: &[DirectionalLight]) -> Vec<Sun> {
         .collect()
 }
 
-fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {
+pub(super) fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|c| light[c] / unit[c])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A cap of 45° around the pole is a seventh of the sphere, not a quarter.
-    #[test]
-    fn a_bright_pole_is_a_small_part_of_the_sky() {
-        let image = EnvironmentImage {
-            width: 1,
-            height: 4,
-            texels: [[1.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]].into(),
-        };
-        let mean = mean_over_directions(&image);
-        let exact = 0.5 * (1.0 - 0.5f32.sqrt());
-        assert!((mean[0] - exact).abs() < 1e-6, "{mean:?}, not {exact}");
-    }
 }

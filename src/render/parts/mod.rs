@@ -8,6 +8,7 @@ mod changes;
 mod environment_table;
 mod lights;
 mod medium;
+mod sky_image;
 mod surfaces;
 mod transfer_table;
 mod view;
