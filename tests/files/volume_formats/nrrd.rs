@@ -233,3 +233,37 @@ fn a_negative_spacing_is_as_long() {
     let volume = load_bytes("v.nrrd", u8s().nrrd("raw", "spacings: 0.5 -1 -2\n"));
     assert_eq!(volume.spacing, [0.5, 1.0, 2.0]);
 }
+
+/// The unit of x is that of the world.
+#[test]
+fn nrrd_lengths_are_in_one_unit() {
+    let directions = "space: left-posterior-superior\nspace directions: (2,0,0) (0,3,0) (0,0,40)\n";
+    for (fields, unit, spacing) in [
+        (directions.to_string(), None, [2.0, 3.0, 40.0]),
+        (
+            format!("{directions}space units: \"mm\" \"mm\" \"mm\"\n"),
+            Some("mm"),
+            [2.0, 3.0, 40.0],
+        ),
+        (
+            format!("{directions}space units: \"millimeter\" \"cm\" \"um\"\n"),
+            Some("mm"),
+            [2.0, 30.0, 0.04],
+        ),
+        (
+            "spacings: 2 3 40\nunits: \"um\" \"mm\" \"\"\n".to_string(),
+            Some("µm"),
+            [2.0, 3000.0, 40.0],
+        ),
+        (
+            "spacings: 2 3 40\nunits: \"???\" \"???\" \"???\"\n".to_string(),
+            None,
+            [2.0, 3.0, 40.0],
+        ),
+    ] {
+        let text = u8s().nrrd_header("raw", &format!("{fields}\n"));
+        let volume = load_bytes("v.nrrd", [text.as_bytes(), &u8s().bytes()].concat());
+        assert_eq!(volume.storage.unit.as_deref(), unit, "{fields}");
+        assert_eq!(volume.spacing, spacing, "{fields}");
+    }
+}

@@ -1,12 +1,14 @@
 //! NRRD (`.nrrd`, `.nhdr`): <https://teem.sourceforge.net/nrrd/format.html>.
 
 mod axes;
+mod units;
 mod vectors;
 
 use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
 use axes::FileAxes;
+use units::Units;
 use vectors::vectors;
 
 use super::header::{
@@ -17,6 +19,7 @@ use crate::scene::volume::orientation::{Axes, Coordinates, Orientation};
 use crate::scene::volume::overrides::VolumeOverrides;
 use crate::scene::volume::parsed::{Keyed, Parsed};
 use crate::scene::volume::source::file::{Data, Encoding, Part, Start};
+use crate::scene::volume::storage::in_one_unit;
 use crate::scene::volume::voxel_type::{Endian, VoxelType};
 
 pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
@@ -27,11 +30,13 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     let (dims, several) = (axes.dims, &axes.several);
     let data = data(path, &fields, end)?;
     let mut unknown = Vec::new();
-    let geometry = geometry(&fields, &axes, &mut unknown);
+    let units = units(&fields, &axes);
+    let geometry = geometry(&fields, &axes, &units, &mut unknown);
     if overrides.spacing.is_some() {
         unknown.clear();
     }
-    let (source, storage) = several.open(data, path, dims, voxel_type, overrides)?;
+    let (source, mut storage) = several.open(data, path, dims, voxel_type, overrides)?;
+    storage.unit = units.symbol();
     Ok(Header {
         dims,
         voxel_type,
@@ -119,9 +124,19 @@ fn endian(fields: &Fields, voxel_type: VoxelType) -> Parsed<Endian> {
     }
 }
 
+/// The units of the lengths that [`geometry`] reads.
+fn units<'a>(fields: &'a Fields, axes: &FileAxes) -> Units<'a> {
+    if fields.get("space directions").is_some() {
+        Units::read(fields, "space units", [0, 1, 2])
+    } else {
+        Units::read(fields, "units", axes.spatial)
+    }
+}
+
 fn geometry(
     fields: &Fields,
     axes: &FileAxes,
+    units: &Units<'_>,
     unknown: &mut Vec<String>,
 ) -> Parsed<([f64; 3], Orientation)> {
     if let Some(text) = fields.get("space directions") {
@@ -130,7 +145,8 @@ fn geometry(
             let expected = "three vectors (x,y,z), one for each axis in space";
             return Err(unexpected("space directions", text, expected));
         };
-        return Orientation::from_steps([i, j, k], frame(fields)?);
+        let steps = [i, j, k].map(|step| in_one_unit(step, units.0));
+        return Orientation::from_steps(steps, frame(fields)?);
     }
     let spacings = fields.numbers("spacings", axes.count, "numbers")?;
     let (spacing, why) = match spacings {
@@ -149,6 +165,7 @@ fn geometry(
             "{why} that the size of voxels is not known: it counts as 1; if that is wrong, set volume.spacing"
         ));
     }
+    let spacing = in_one_unit(spacing, units.0);
     let known = spacing.map(|size| if size.is_nan() { 1.0 } else { size });
     Ok((known, Orientation::UNKNOWN))
 }
