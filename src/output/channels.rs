@@ -10,6 +10,6 @@ pub const DEPTH: &str = "depth.Z";
 /// Coverage, which with RGB is the mean of what a shard has sampled.
 pub const COVERAGE: &str = "coverage";
 pub const SQUARES: [&str; 4] = ["squares.R", "squares.G", "squares.B", "squares.A"];
-/// [`Halves`](crate::render::Halves): the mean, and the ratio of variances.
+/// [`Halves`](crate::render::Halves): the mean, and the ratio of variances, under the name that older files have.
 pub const HALVES: [&str; 4] = ["halves.R", "halves.G", "halves.B", "halves.A"];
 pub const VARIANCE_RATIO: &str = "halves.left";
