@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::is_grey;
 use super::sky_image::SkyImage;
+use super::{is_grey, over};
 use crate::render::features::Features;
 use crate::render::shared::Sun;
 use crate::scene::{self, DirectionalLight};
@@ -185,8 +185,4 @@ fn suns(lights: &[DirectionalLight]) -> Vec<Sun> {
             }
         })
         .collect()
-}
-
-pub(super) fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {
-    std::array::from_fn(|c| light[c] / unit[c])
 }

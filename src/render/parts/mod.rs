@@ -162,6 +162,10 @@ fn is_grey([r, g, b]: [f32; 3]) -> bool {
     is_close(g) && is_close(b)
 }
 
+fn over(light: [f32; 3], unit: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|c| light[c] / unit[c])
+}
+
 /// A value in the data's units as a stored value.
 fn stored(volume: &Volume, value: f64) -> f32 {
     ((value - volume.offset) / volume.scale) as f32

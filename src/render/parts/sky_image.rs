@@ -3,8 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::environment_table::{self, EnvironmentTable, solid_angle};
-use super::is_grey;
-use super::lights::over;
+use super::{is_grey, over};
 use crate::scene::EnvironmentImage;
 
 #[derive(Debug)]
