@@ -10,7 +10,7 @@ use super::schedule::{
 };
 use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Lacking, Result};
-use crate::render::Until;
+use crate::render::{Film, Until};
 
 /// The least time between two looks at the error for progress alone, where no stop depends on it, and that time as a
 /// multiple of what a look takes: a picture has to be downloaded for it.
@@ -223,20 +223,22 @@ impl Engine {
     /// Relative error of the picture so far; infinite while a single unit of samples says nothing about it, or samples have met
     /// no light although there is some.
     pub fn relative_error(&mut self) -> Result<f64> {
-        if self.renderer.totals().units == 1 {
-            return Ok(f64::INFINITY);
-        }
-        let film = self.renderer.film()?;
-        Ok(self.relative_error_of(&film))
+        let film = self.film_with_spread()?;
+        Ok(film.map_or(f64::INFINITY, |film| self.relative_error_of(&film)))
     }
 
     /// The same as far as a stop may rely on it ([`sure_error_of`](Engine::sure_error_of)).
     pub(super) fn sure_error(&mut self) -> Result<f64> {
-        if self.renderer.totals().units == 1 {
-            return Ok(f64::INFINITY);
+        let film = self.film_with_spread()?;
+        Ok(film.map_or(f64::INFINITY, |film| self.sure_error_of(&film)))
+    }
+
+    /// `None` while a single unit of samples has no spread.
+    fn film_with_spread(&mut self) -> Result<Option<Film>> {
+        match self.renderer.totals().units {
+            1 => Ok(None),
+            _ => self.renderer.film().map(Some),
         }
-        let film = self.renderer.film()?;
-        Ok(self.sure_error_of(&film))
     }
 }
 
