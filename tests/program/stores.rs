@@ -247,7 +247,7 @@ fn damage_is_found() {
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(
-        said.contains(&store) && said.contains("checksum") && said.contains("isolume clean"),
+        said.contains(&store) && said.contains("checksum") && said.contains("remove it"),
         "{said}"
     );
     assert!(!folder.path("b.exr").exists());

@@ -62,20 +62,17 @@ fn unevenness(image: &EnvironmentImage) -> f32 {
     let size = image.size();
     let [across, down] = [0, 1].map(|axis| FINE[axis].div_ceil(size[axis]));
     let fine = [size[0] * across, size[1] * down];
+    let azimuth = |x: u32| TAU * (f64::from(x) + 0.5) / f64::from(fine[0]);
+    let columns: Vec<(f64, f64)> = (0..fine[0]).map(|x| azimuth(x).sin_cos()).collect();
     let mut moment = [[0.0; 3]; 3];
     let mut total = 0.0;
     for y in 0..fine[1] {
-        let polar = PI * (f64::from(y) + 0.5) / f64::from(fine[1]);
+        let (sin_polar, cos_polar) = (PI * (f64::from(y) + 0.5) / f64::from(fine[1])).sin_cos();
         let weight = solid_angle(fine, y);
-        for x in 0..fine[0] {
-            let azimuth = TAU * (f64::from(x) + 0.5) / f64::from(fine[0]);
+        for (&(sin, cos), x) in columns.iter().zip(0..) {
             let texel = image.texels[(y / down * size[0] + x / across) as usize];
             let light = weight * texel.map(f64::from).iter().sum::<f64>();
-            let towards = [
-                polar.sin() * azimuth.cos(),
-                polar.cos(),
-                polar.sin() * azimuth.sin(),
-            ];
+            let towards = [sin_polar * cos, cos_polar, sin_polar * sin];
             total += light;
             for (row, a) in moment.iter_mut().zip(towards) {
                 for (sum, b) in row.iter_mut().zip(towards) {
