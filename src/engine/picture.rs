@@ -73,8 +73,13 @@ fn relative(mean_square: f64, rgb: &[[f32; 3]]) -> f64 {
     if mean_square == 0.0 {
         return 0.0;
     }
+    mean_square.sqrt() / mean(rgb)
+}
+
+/// The mean of all channels of all pixels.
+pub(super) fn mean(rgb: &[[f32; 3]]) -> f64 {
     let sum: f64 = rgb.as_flattened().iter().map(|&v| f64::from(v)).sum();
-    mean_square.sqrt() / (sum / (3 * rgb.len()) as f64)
+    sum / (3 * rgb.len()) as f64
 }
 
 /// RGB of each texel. Where samples correct light that was read from a cache, their mean may be below 0 by its noise or by

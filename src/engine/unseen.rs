@@ -6,7 +6,7 @@
 //! adds about as much as all light that arrives there.
 
 use super::Engine;
-use super::picture::{radiance, relative_error};
+use super::picture::{mean, radiance, relative_error};
 use crate::render::Film;
 
 /// Paths after which what none of them has met is taken not to be there.
@@ -37,9 +37,8 @@ impl Engine {
         }
         let [width, height] = self.renderer.size().map(f64::from);
         let paths = f64::from(self.totals().samples) * width * height;
-        let sum: f64 = rgb.as_flattened().iter().map(|&v| f64::from(v)).sum();
         let light = f64::from(parts.lights.brightest());
-        unseen(light, paths, sum / (3 * rgb.len()) as f64)
+        unseen(light, paths, mean(rgb))
     }
 }
 

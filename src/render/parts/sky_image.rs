@@ -55,7 +55,7 @@ fn mean_over_directions(image: &EnvironmentImage) -> [f32; 3] {
 }
 
 /// [`SkyImage::unevenness`], by the light's second moment M = ∫ L ωωᵀ dω / ∫ L dω. The mean of P₂ is ½(3 vᵀMv − 1), whose largest
-/// value is at most √3⁄2 times the Frobenius norm of M − ⅓, and just that where the light is symmetric about an axis.
+/// value is at most √(3⁄2) times the Frobenius norm of M − ⅓, and just that where the light is symmetric about an axis.
 fn unevenness(image: &EnvironmentImage) -> f32 {
     // Texels of small images are wide.
     const FINE: [u32; 2] = [64, 32];

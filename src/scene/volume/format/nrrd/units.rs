@@ -4,7 +4,6 @@ use crate::scene::volume::format::header::Fields;
 use crate::scene::volume::storage::symbol;
 
 /// A unit for each of the places x, y and z; `None` where it is not stated.
-#[derive(Default)]
 pub struct Units<'a>(pub [Option<&'a str>; 3]);
 
 impl<'a> Units<'a> {
