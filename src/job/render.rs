@@ -45,8 +45,8 @@ pub fn render(args: &RenderArgs) -> Result<u8> {
     let pictures = render.take_pictures();
     // What has been sampled is kept, also where a picture's file cannot be written.
     let kept = match &pictures {
-        Ok(_) | Err(Error::File { .. }) => render.keep(),
-        Err(_) => Ok(()),
+        Err(error) if !error.is_about_input() => Ok(()),
+        _ => render.keep(),
     };
     let (mut outputs, taken) = pictures?;
     host.check_validation()?;

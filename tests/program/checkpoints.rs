@@ -295,6 +295,26 @@ fn an_earlier_picture_is_whole_or_not_there() {
     assert!(was_under_way, "compiling took longer each time");
 }
 
+/// What has been sampled is kept, also where the folder of the pictures is gone.
+#[test]
+fn an_orbit_without_a_folder_leaves_a_checkpoint() {
+    let folder = Folder::new();
+    let pictures = folder.path("turns");
+    std::fs::create_dir(&pictures).expect("a folder");
+    let orbit = "render ball.toml --variant non-caching --size 96x64 --spp 384 --orbit 2 \
+                 -o turns/turn.exr --checkpoint c.exr --checkpoint-every 600";
+    let mut child = started(&folder, orbit);
+    let first = pictures.join("turn.0001.exr");
+    wait_until(&mut child, "a picture", || first.exists());
+    std::fs::remove_dir_all(&pictures).expect("a folder with a picture");
+    let said = ends(child, 3);
+    assert!(said.contains("turns does not exist"), "{said}");
+    assert_eq!(shard_header(&folder, "c.exr")["picture"], 2);
+    std::fs::create_dir(&pictures).expect("a folder");
+    folder.succeed(orbit);
+    assert!(first.exists() && pictures.join("turn.0002.exr").exists());
+}
+
 /// A process that is killed between the filling and its first picture has spent the time of the filling.
 #[test]
 fn the_time_of_a_filling_counts_after_a_kill() {
