@@ -262,6 +262,11 @@ impl RenderArgs {
         }
     }
 
+    /// Whether pictures are to be put together or continued later, which their sums are kept for.
+    pub fn keeps_sums(&self) -> bool {
+        self.samples.is_some() || self.checkpoint.is_some()
+    }
+
     /// The files to write.
     pub fn outputs(&self) -> Vec<PathBuf> {
         if !self.output.is_empty() {

@@ -250,12 +250,6 @@ impl Engine {
         self.renderer.resume(sums, totals)
     }
 
-    /// Begins the picture anew, with the sample that has this index, below [`SampleRange::MOST`], in the whole picture; so do
-    /// pictures of later scenes.
-    pub fn begin_at_sample(&mut self, first: u32) {
-        self.renderer.begin_at_sample(first);
-    }
-
     /// What the cache shows, as long as there are no samples; `None` otherwise.
     fn march_before_samples(&mut self) -> Result<Option<Film>> {
         match (self.totals().samples, self.renderer.caching()) {

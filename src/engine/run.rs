@@ -72,7 +72,7 @@ pub struct Outcome {
 
 impl Engine {
     /// Fills the cache, if the variant has one, and takes samples in addition to those that the picture has, until `stop` is
-    /// reached; with another range of samples than before, the picture is begun anew. An empty stop, or one that is never
+    /// reached. An empty stop, or one that is never
     /// reached, goes on for ever.
     pub fn render(&mut self, stop: Stop) -> Result<Outcome> {
         let mut run = Run {
@@ -82,22 +82,17 @@ impl Engine {
             waits: false,
             between: None,
         };
-        let totals = self.totals();
-        if let Some(range) = stop.samples
-            && (totals.samples == 0 || totals.first_sample != range.first)
-        {
-            self.begin_at_sample(range.first);
-        }
         let watch = Stopwatch::started();
         self.fill(&mut run, 1)?;
         self.sample(&mut run, &watch)
     }
 
     /// Takes unit after unit of samples, in addition to those that the picture has already, until the run's stop or
-    /// its interruption. Time is measured by `watch`; a unit that is under way when the time is over is dropped.
+    /// its interruption; with another range of samples than before, the picture is begun anew. Time is measured by `watch`; a unit that is under way when the time is over is dropped.
     /// Fails with [`Error::Interrupted`] if there is no picture yet, and with [`Error::TooShort`] if the time is too
     /// short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
+        self.begin_at_first_of(&run.stop);
         let totals = self.renderer.totals();
         let before = watch.elapsed();
         let mut done = Done {
@@ -148,6 +143,16 @@ impl Engine {
             run.pause(self)?;
         };
         self.outcome(run, &done, watch, stopped)
+    }
+
+    /// Begins the picture anew with the first sample of a shard, unless it goes on with that shard.
+    fn begin_at_first_of(&mut self, stop: &Stop) {
+        let totals = self.totals();
+        if let Some(range) = stop.samples
+            && (totals.samples == 0 || totals.first_sample != range.first)
+        {
+            self.renderer.begin_at_sample(range.first);
+        }
     }
 
     /// Takes the next unit of samples, or several together where the volume streams. Returns whether it has ended before it

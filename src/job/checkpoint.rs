@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use super::shards::{Fingerprints, header_json};
 use super::views::{Saved, ShardParts, View};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Stopwatch};
+use crate::engine::{Engine, Stop, Stopwatch};
 use crate::error::Result;
 use crate::interrupt;
 use crate::output::{Continuation, Outputs, say};
@@ -19,6 +19,7 @@ pub struct KeptRender<'a> {
     pub args: &'a RenderArgs,
     pub opened: &'a Opened,
     pub views: &'a [View],
+    pub stop: Stop,
     /// Whether it is not known yet which variant is the fastest: a checkpoint would settle it for good.
     pub is_variant_open: bool,
 }
@@ -62,7 +63,7 @@ enum FillState {
 }
 
 impl<'a> Keeper<'a> {
-    /// Continues from the checkpoint, if there is one, and restores the cache. `volume` is the volume's fingerprint.
+    /// Continues from the checkpoint, if there is one, and restores the cache. The `fingerprints` are those of the volume.
     ///
     /// # Errors
     ///
@@ -72,29 +73,24 @@ impl<'a> Keeper<'a> {
         kept: KeptRender<'a>,
         found: Found,
         engine: &mut Engine,
-        volume: String,
+        mut fingerprints: Fingerprints,
     ) -> Result<Keeper<'a>> {
-        let KeptRender {
-            args,
-            opened,
-            views,
-            ..
-        } = kept;
-        let (identity, text) = identified(engine, opened, &opened.scene, &volume)?;
+        let KeptRender { opened, views, .. } = kept;
+        let volume = &fingerprints.volume;
+        let (identity, text) = identified(engine, opened, &opened.scene, volume)?;
         let number = found.state().map_or(1, |state| state.picture);
         let view = views.get(number.saturating_sub(1) as usize);
         let scene = view.map_or(&opened.scene, |view| &view.scene);
-        let (picture, picture_text) = identified(engine, opened, scene, &volume)?;
+        let (picture, picture_text) = identified(engine, opened, scene, volume)?;
         let wanted = |identity, scene| Named {
             name: "this render",
             identity,
             scene,
         };
-        let stop = args.stop(opened.scene.render.variant);
         found.check(
             &wanted(&picture, &picture_text),
             &wanted(&identity, &text),
-            &stop,
+            &kept.stop,
             views.len(),
         )?;
         let paths_before = engine.paths();
@@ -102,12 +98,10 @@ impl<'a> Keeper<'a> {
         let restored_paths = engine.paths().saturating_sub(paths_before);
         let mut runs = found.state().map_or(Vec::new(), |state| state.runs.clone());
         runs.push(RunOf::begun_now(engine));
+        fingerprints.fill = found.fill();
         Ok(Keeper {
             path,
-            fingerprints: Fingerprints {
-                volume,
-                fill: found.fill(),
-            },
+            fingerprints,
             fill_state: if found.is_filled() {
                 FillState::Done { is_saved: true }
             } else {
@@ -174,9 +168,7 @@ impl<'a> Keeper<'a> {
         } else if self.fill_state != FillState::Kept {
             self.fill_state = FillState::Interrupted;
         }
-        let volume = self.fingerprints.volume.clone();
-        self.fingerprints = Fingerprints::of(engine, volume)?;
-        Ok(())
+        self.fingerprints.add_fill(engine)
     }
 
     /// Writes the state of a cache that is filled.
@@ -255,13 +247,12 @@ impl<'a> Keeper<'a> {
             run.seconds = self.began.elapsed().as_secs_f64();
             run.samples = engine.totals().samples;
         }
-        let KeptRender { args, opened, .. } = &self.kept;
         let state = State {
             header,
             settings: settings(engine),
             picture: view.number,
             pictures: self.kept.views.len() as u32,
-            goal: args.stop(opened.scene.render.variant).count(),
+            goal: self.kept.stop.count(),
             seconds: watch.elapsed().as_secs_f64(),
             cpu_seconds: watch.cpu().as_secs_f64(),
             runs: self.runs.clone(),

@@ -1,18 +1,17 @@
 //! `isolume render`: opens, plans, renders until the stop is reached, and writes.
 
 use std::cmp::Ordering;
-use std::num::NonZeroU32;
 use std::time::Duration;
 
 use super::checkpoint::{Earlier, Keeper, KeptRender};
 use super::clock::Clock;
 use super::interruptible;
-use super::preparation::{choose, open, prepare, try_variants};
+use super::preparation::{make_engine, open};
 use super::shards::Fingerprints;
 use super::summary::{RenderedPicture, Summary, Taken};
 use super::views::{Saved, View, files, views};
 use crate::cli::RenderArgs;
-use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Subject, Task, Tried};
+use crate::engine::{Engine, Host, Outcome, Run, Stop, Stopwatch, Tried};
 use crate::error::{Error, Result};
 use crate::interrupt::{self, is_interrupted};
 use crate::output::progress::ProgressLine;
@@ -84,13 +83,13 @@ struct Render<'a> {
     watch: Stopwatch,
     /// `Some` with `--checkpoint`.
     keeper: Option<Keeper<'a>>,
-    /// Fingerprint of the volume, for shards without a checkpoint.
-    volume: Option<String>,
+    /// Of shards; with a checkpoint, its keeper has them.
+    fingerprints: Option<Fingerprints>,
     /// The time that earlier runs have spent on the picture under way, according to the checkpoint.
     earlier: Duration,
     /// Index of the picture under way: at first that of the checkpoint.
     under_way: usize,
-    /// How the last picture was begun.
+    /// How the picture that the engine has was begun.
     beginning: Beginning,
 }
 
@@ -119,39 +118,27 @@ impl<'a> Render<'a> {
             .as_ref()
             .map(|path| Found::open(path, args.restart))
             .transpose()?;
-        let before = found.as_ref().and_then(Found::settings);
         let stop = args.stop(opened.scene.render.variant);
-        let subject = Subject {
-            host,
-            volume: &opened.volume,
-            scene: &opened.scene,
-            seed: args.seed,
-        };
-        let task = before.is_none().then_some(Task {
-            stop,
-            pictures: args.orbit.map_or(1, NonZeroU32::get),
-            interrupt: &interrupt::INTERRUPTED,
-        });
-        let choice = clock.time("plan", || choose(args, &subject, before))?;
-        let (tried, fingerprint) = try_variants(args, subject, choice, task, &mut clock)?;
+        let before = found.as_ref().and_then(Found::settings);
+        let (tried, fingerprints) = make_engine(args, host, opened, stop, before, &mut clock)?;
         let Tried {
             mut engine,
             mut watch,
             was_interrupted,
         } = tried;
-        prepare(&mut engine, args, &stop);
         let kept = KeptRender {
             args,
             opened,
             views,
+            stop,
             is_variant_open: was_interrupted,
         };
-        let keeper = match (&args.checkpoint, found, fingerprint.clone()) {
-            (Some(path), Some(found), Some(volume)) => {
-                let take_up = || Keeper::begin(path, kept, found, &mut engine, volume);
-                Some(clock.time("open the checkpoint", take_up)?)
+        let (keeper, fingerprints) = match (&args.checkpoint, found, fingerprints) {
+            (Some(path), Some(found), Some(fingerprints)) => {
+                let take_up = || Keeper::begin(path, kept, found, &mut engine, fingerprints);
+                (Some(clock.time("open the checkpoint", take_up)?), None)
             }
-            _ => None,
+            (_, _, fingerprints) => (None, fingerprints),
         };
         let earlier = keeper.as_ref().map_or(Earlier::default(), Keeper::earlier);
         watch.add(earlier.took, earlier.cpu);
@@ -165,7 +152,7 @@ impl<'a> Render<'a> {
             progress: ProgressLine::new(args.quiet, stop),
             engine,
             watch,
-            volume: fingerprint.filter(|_| keeper.is_none()),
+            fingerprints,
             earlier: earlier.took,
             under_way: keeper.as_ref().map_or(0, Keeper::picture),
             beginning: Beginning::UnderWay,
@@ -178,84 +165,77 @@ impl<'a> Render<'a> {
         if self.keeper.as_ref().is_some_and(Keeper::is_filled) {
             return Ok(());
         }
-        let Render {
-            engine,
-            keeper,
-            watch,
-            progress,
-            ..
-        } = self;
-        let view = &self.views[self.under_way];
-        let mut between = |engine: &mut Engine| match keeper {
-            Some(keeper) => keeper.step(engine, view, watch),
-            None => Ok(()),
-        };
-        let mut show = |step| progress.show(step);
-        let mut run = Run {
-            between: Some(&mut between),
-            ..interruptible(self.stop, &mut show)
-        };
+        let Render { engine, clock, .. } = self;
         let pictures = self.views.len() as u32;
-        let is_enough = self
-            .clock
-            .time(FILL_CACHE, || engine.fill(&mut run, pictures))?;
-        match keeper {
-            Some(keeper) => self.clock.time("write the checkpoint", || {
+        let work = Work {
+            stop: self.stop,
+            view: &self.views[self.under_way],
+            watch: &self.watch,
+            progress: &mut self.progress,
+        };
+        let is_enough = clock.time(FILL_CACHE, || {
+            work.run(self.keeper.as_mut(), |run| engine.fill(run, pictures))
+        })?;
+        match (&mut self.keeper, &mut self.fingerprints) {
+            (Some(keeper), _) => clock.time("write the checkpoint", || {
                 keeper.fill_ended(engine, is_enough)
             }),
-            None => Ok(()),
+            (None, Some(fingerprints)) => fingerprints.add_fill(engine),
+            (None, None) => Ok(()),
         }
     }
 
     /// Takes one picture after another, until all are done or an interruption has come. An orbit's files have their
     /// final names then; those of a single picture still have temporary ones.
     fn take_pictures(&mut self) -> Result<(Outputs, Taken<'a>)> {
-        let fingerprints = match self.volume.take() {
-            Some(volume) => Some(Fingerprints::of(&mut self.engine, volume)?),
-            None => None,
-        };
         let mut outputs = Outputs::independent();
         let (mut pictures, mut missing) = (Vec::new(), None);
         for (index, view) in self.views.iter().enumerate() {
             let beginning = self.beginning_of(index);
-            if beginning == Beginning::Again && view.files.iter().all(|file| file.exists()) {
-                continue;
-            }
-            let outcome = if is_interrupted() && !pictures.is_empty() {
-                Err(Error::Interrupted)
-            } else {
-                self.begin_picture(index, beginning)
-                    .and_then(|()| self.take_picture(view))
-            };
-            // One that is made again must not be half as good as the others: no checkpoint would tell.
-            let outcome = if beginning == Beginning::Again && is_interrupted() {
-                Err(Error::Interrupted)
-            } else {
-                outcome
-            };
-            let outcome = match outcome {
-                // The pictures before it are there all the same.
-                Err(Error::Interrupted) if !pictures.is_empty() => {
-                    missing = Some(view.number);
-                    break;
-                }
-                outcome => outcome?,
-            };
             let earlier = match beginning {
+                Beginning::Again if view.files.iter().all(|file| file.exists()) => continue,
                 Beginning::UnderWay => self.earlier,
                 Beginning::Again | Beginning::Next => Duration::ZERO,
+            };
+            let Some(outcome) = self.take(index, beginning, !pictures.is_empty())? else {
+                missing = Some(view.number);
+                break;
             };
             pictures.push(RenderedPicture {
                 view,
                 outcome,
                 earlier,
             });
-            self.stage(view, fingerprints.as_ref(), &mut outputs)?;
+            self.stage(view, &mut outputs)?;
             if self.args.orbit.is_some() {
                 std::mem::replace(&mut outputs, Outputs::independent()).commit()?;
             }
         }
         Ok((outputs, Taken { pictures, missing }))
+    }
+
+    /// Takes the picture with this index. Where an interruption prevents it, that is an error only if there are no others.
+    fn take(
+        &mut self,
+        index: usize,
+        beginning: Beginning,
+        has_others: bool,
+    ) -> Result<Option<Outcome>> {
+        let taken = if is_interrupted() && has_others {
+            Err(Error::Interrupted)
+        } else {
+            self.begin_picture(index, beginning)
+                .and_then(|()| self.take_picture(&self.views[index]))
+        };
+        let taken = match taken {
+            // One that is made again must not be half as good as the others: no checkpoint would tell.
+            Ok(_) if beginning == Beginning::Again && is_interrupted() => Err(Error::Interrupted),
+            taken => taken,
+        };
+        match taken {
+            Err(Error::Interrupted) if has_others => Ok(None),
+            taken => taken.map(Some),
+        }
     }
 
     fn beginning_of(&self, index: usize) -> Beginning {
@@ -293,41 +273,28 @@ impl<'a> Render<'a> {
     }
 
     fn take_picture(&mut self, view: &View) -> Result<Outcome> {
-        let Render {
-            engine,
-            keeper,
+        let Render { engine, clock, .. } = self;
+        self.progress.begin_picture();
+        let own_watch = Stopwatch::started();
+        let (keeper, watch) = match self.beginning {
+            Beginning::Again => (None, &own_watch),
+            Beginning::UnderWay | Beginning::Next => (self.keeper.as_mut(), &self.watch),
+        };
+        let work = Work {
+            stop: self.stop,
+            view,
             watch,
-            progress,
-            ..
-        } = self;
-        progress.begin_picture();
-        let mut own_watch = Stopwatch::started();
-        let (mut keeper, watch) = match self.beginning {
-            Beginning::Again => (None, &mut own_watch),
-            Beginning::UnderWay | Beginning::Next => (keeper.as_mut(), watch),
+            progress: &mut self.progress,
         };
-        let mut between = |engine: &mut Engine| match &mut keeper {
-            Some(keeper) => keeper.step(engine, view, watch),
-            None => Ok(()),
-        };
-        let mut show = |step| progress.show(step);
-        let mut run = Run {
-            between: Some(&mut between),
-            ..interruptible(self.stop, &mut show)
-        };
-        self.clock.time(RENDER, || engine.sample(&mut run, watch))
+        clock.time(RENDER, || work.run(keeper, |run| engine.sample(run, watch)))
     }
 
-    /// Writes a picture's files under temporary names. `fingerprints` is set for shards without a checkpoint.
-    fn stage(
-        &mut self,
-        view: &View,
-        fingerprints: Option<&Fingerprints>,
-        outputs: &mut Outputs,
-    ) -> Result<()> {
+    /// Writes a picture's files under temporary names.
+    fn stage(&mut self, view: &View, outputs: &mut Outputs) -> Result<()> {
         let Render { engine, opened, .. } = self;
         let kept = self.keeper.as_ref().filter(|_| self.args.samples.is_some());
-        let fingerprints = fingerprints.or(kept.map(|keeper| &keeper.fingerprints));
+        let kept = kept.map(|keeper| &keeper.fingerprints);
+        let fingerprints = kept.or(self.fingerprints.as_ref());
         self.clock.time("save the pictures", || match fingerprints {
             Some(fingerprints) => {
                 let (saved, parts) = Saved::with_parts(engine, view, opened, fingerprints)?;
@@ -345,5 +312,32 @@ impl<'a> Render<'a> {
                 keeper.end(&mut self.engine, &self.views[self.under_way], &self.watch)
             }
         }
+    }
+}
+
+/// Work on a picture: it ends at the stop or with an interruption, and is shown.
+struct Work<'a> {
+    stop: Stop,
+    view: &'a View,
+    watch: &'a Stopwatch,
+    progress: &'a mut ProgressLine,
+}
+
+impl Work<'_> {
+    /// Does what `work` makes the engine do; on its way, the keeper writes checkpoints.
+    fn run<T>(
+        self,
+        mut keeper: Option<&mut Keeper<'_>>,
+        work: impl FnOnce(&mut Run<'_>) -> Result<T>,
+    ) -> Result<T> {
+        let mut between = |engine: &mut Engine| match &mut keeper {
+            Some(keeper) => keeper.step(engine, self.view, self.watch),
+            None => Ok(()),
+        };
+        let mut show = |step| self.progress.show(step);
+        work(&mut Run {
+            between: Some(&mut between),
+            ..interruptible(self.stop, &mut show)
+        })
     }
 }

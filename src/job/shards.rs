@@ -6,7 +6,8 @@ use crate::engine::Engine;
 use crate::error::{Error, Place, Result};
 use crate::render::{Sums, Variant};
 use crate::scene::Scene;
-use crate::shard::{Fingerprint, Header, Identity};
+use crate::scene::volume::Volume;
+use crate::shard::{Fingerprint, Header, Identity, volume_fingerprint};
 
 /// Fingerprints that all pictures of a run have in common.
 pub struct Fingerprints {
@@ -17,12 +18,17 @@ pub struct Fingerprints {
 }
 
 impl Fingerprints {
-    /// To be called when the cache has been filled.
-    pub fn of(engine: &mut Engine, volume: String) -> Result<Fingerprints> {
+    pub fn of_volume(volume: &Volume) -> Result<Fingerprints> {
         Ok(Fingerprints {
-            volume,
-            fill: fill(engine)?,
+            volume: volume_fingerprint(volume)?,
+            fill: None,
         })
+    }
+
+    /// To be called when the cache has been filled.
+    pub fn add_fill(&mut self, engine: &mut Engine) -> Result<()> {
+        self.fill = fill(engine)?;
+        Ok(())
     }
 
     /// The header of the picture so far, which is one of `scene`; `text` describes it.
