@@ -5,8 +5,9 @@
 //! then waits for about as many bricks as it saves. That is a rule of thumb. Where a render is long enough for a trial
 //! (`engine/trial.rs`), it compares the caches on the device.
 
+use super::refusal::needs;
 use super::{Choice, Plan, Planner};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, unless_refused};
 use crate::render::bricks::needed_bricks;
 use crate::render::gpu_scene::GpuScene;
 use crate::render::layout::BrickLayout;
@@ -33,26 +34,58 @@ impl<'a> InBricks<'a> {
         }
     }
 
-    /// The best variant that fits. `None` if none does.
-    pub fn choose(&self, next_better: &str) -> Result<Option<Choice>> {
+    /// The best variant that fits. `None` if none does. `need_of_whole` is what a plan with the whole volume needs, in words.
+    pub fn choose(&self, need_of_whole: &str) -> Result<Option<Choice>> {
+        let candidates: Vec<GpuScene> = self.candidates().collect();
         let mut best = None;
-        for plan in self.plans() {
-            let plan = plan?;
+        for (n, candidate) in candidates.iter().enumerate() {
+            let Some(plan) = self.fill(candidate)? else {
+                continue;
+            };
             let is_enough = self.share(&plan) >= ENOUGH;
-            best = Some(plan);
+            best = Some((n, plan));
             if is_enough {
                 break;
             }
         }
-        Ok(best.map(|plan| self.choice(plan, next_better)))
+        let Some((n, plan)) = best else {
+            return Ok(None);
+        };
+        let next_better = match self.need_of_last(&candidates[..n])? {
+            Some(need) => format!("{need}; {need_of_whole}"),
+            None => need_of_whole.into(),
+        };
+        Ok(Some(self.choice(plan, &next_better)))
+    }
+
+    /// What the last of these needs to be chosen, in words; `None` if that is no less than what the whole volume needs
+    /// without a cache, or if there is none.
+    fn need_of_last(&self, candidates: &[GpuScene]) -> Result<Option<String>> {
+        let Some(last) = candidates.last() else {
+            return Ok(None);
+        };
+        let Some(plan) = unless_refused(self.planned(last, self.enough_for(last)))? else {
+            return Ok(None);
+        };
+        let whole = unless_refused(self.planner.plan(&self.planner.uncached))?;
+        let is_less = whole.is_none_or(|whole| plan.bytes() < whole.bytes());
+        Ok(is_less.then(|| {
+            let name = plan.variant.description();
+            format!(
+                "{name} with the volume in bricks needs {}",
+                needs(plan.bytes())
+            )
+        }))
     }
 
     /// The caches that fit and leave the volume unlike numbers of bricks, the finest first.
     pub fn caches(&self, next_better: &str) -> Result<Vec<Choice>> {
         let mut caches = Vec::new();
         let mut most = 0.0;
-        for plan in self.plans() {
-            let plan = plan?;
+        for candidate in self.candidates() {
+            let Some(plan) = self.fill(&candidate)? else {
+                continue;
+            };
             let share = self.share(&plan).min(1.0);
             if plan.variant.cache().is_some() && share >= MORE * most {
                 most = share;
@@ -62,24 +95,19 @@ impl<'a> InBricks<'a> {
         Ok(caches)
     }
 
-    /// What fits: the finest cache first, no cache last.
-    fn plans(&self) -> impl Iterator<Item = Result<Plan>> {
+    /// The variants that may be chosen: the finest cache first, no cache last.
+    fn candidates(&self) -> impl Iterator<Item = GpuScene> {
         let planner = self.planner;
         let rungs = planner.why_no_cache().is_none().then(|| planner.rungs());
         let layouts = rungs
             .into_iter()
             .flatten()
-            .filter_map(|rung| rung.layout.ok());
+            .filter_map(|rung| rung.layout.ok())
+            .filter(|layout| planner.too_many_nodes(layout).is_none());
         let cached = layouts.map(|layout| planner.uncached.clone().with_cache(layout));
         let allows_no_cache = planner.scene.render.variant != Variant::Caching;
         let without = allows_no_cache.then(|| planner.uncached.clone());
-        cached.chain(without).filter_map(|candidate| {
-            let plan = self.fill(candidate).transpose()?;
-            match plan {
-                Ok(plan) if planner.too_many_nodes(&plan).is_some() => None,
-                plan => Some(plan),
-            }
-        })
+        cached.chain(without)
     }
 
     fn choice(&self, plan: Plan, next_better: &str) -> Choice {
@@ -101,8 +129,8 @@ impl<'a> InBricks<'a> {
     }
 
     /// A plan with as many bricks as the budget has room for. `None` if they are too few for a sample.
-    fn fill(&self, scene: GpuScene) -> Result<Option<Plan>> {
-        let planned = |places| self.planned(&scene, places);
+    fn fill(&self, scene: &GpuScene) -> Result<Option<Plan>> {
+        let planned = |places| self.planned(scene, places);
         let smallest = match planned(1) {
             Ok(plan) => plan,
             Err(Error::Memory(_)) => return Ok(None),
@@ -117,13 +145,16 @@ impl<'a> InBricks<'a> {
         let mut places = (1 + left / brick_bytes)
             .min(most_image)
             .min(layout.total().into());
-        let least = most_at_once(&layout, &scene, self.needed.into());
+        let least = most_at_once(&layout, scene, self.needed.into());
+        let enough = self.enough_for(scene);
         while places >= least {
             match planned(places) {
                 Ok(plan) if plan.bytes() <= self.planner.budget => return Ok(Some(plan)),
                 Ok(_) | Err(Error::Memory(_)) if places == least => return Ok(None),
                 Ok(_) | Err(Error::Memory(_)) => {
-                    places = (places - places.div_ceil(32)).max(least);
+                    // A step must not miss the number that decides about a cache.
+                    let floor = if places > enough { enough } else { least };
+                    places = (places - places.div_ceil(32)).max(floor);
                 }
                 Err(other) => return Err(other),
             }
@@ -131,16 +162,27 @@ impl<'a> InBricks<'a> {
         Ok(None)
     }
 
+    /// The fewest bricks with which a cache is not given up.
+    fn enough_for(&self, scene: &GpuScene) -> u64 {
+        let layout = self.layout(scene, 1);
+        let share = (f64::from(self.needed) * ENOUGH).ceil() as u64;
+        share.max(most_at_once(&layout, scene, self.needed.into()))
+    }
+
     /// The plan with as few bricks as a sample needs, whatever the budget is.
     pub fn smallest(&self, scene: &GpuScene) -> Result<Plan> {
-        let layout = BrickLayout::new(scene.parts.field.dims, 1, self.planner.limits);
+        let layout = self.layout(scene, 1);
         self.planned(scene, most_at_once(&layout, scene, self.needed.into()))
     }
 
     /// The plan with room for so many bricks.
     fn planned(&self, scene: &GpuScene, places: u64) -> Result<Plan> {
-        let layout = BrickLayout::new(scene.parts.field.dims, places, self.planner.limits);
+        let layout = self.layout(scene, places);
         self.planner.plan(&scene.clone().with_bricks(Some(layout)))
+    }
+
+    fn layout(&self, scene: &GpuScene, places: u64) -> BrickLayout {
+        BrickLayout::new(scene.parts.field.dims, places, self.planner.limits)
     }
 }
 

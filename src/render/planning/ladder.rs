@@ -3,7 +3,7 @@
 //! The ladder goes down by predicted quality: a coarser cache loses more than a shorter float, and no cache at all is right
 //! as well, but slow for its noise.
 
-use super::{Plan, Planner};
+use super::Planner;
 use crate::error::MemoryError;
 use crate::render::layout::CacheLayout;
 use crate::scene::{CacheFormat, CacheScale, Scene, Variant};
@@ -58,8 +58,7 @@ impl Planner<'_> {
     }
 
     /// The number of the cache's nodes, if the device should not fill so many.
-    pub(super) fn too_many_nodes(&self, plan: &Plan) -> Option<u64> {
-        let layout = plan.variant.cache()?;
+    pub(super) fn too_many_nodes(&self, layout: &CacheLayout) -> Option<u64> {
         let render = &self.scene.render;
         let pixels = render.size.iter().map(|&n| n as u64).product::<u64>();
         let limits_nodes = self.limits.kind.is_software()

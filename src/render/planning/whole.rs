@@ -63,10 +63,17 @@ impl Planner<'_> {
     /// and for errors that have nothing to do with memory.
     fn why_not(&self, planned: &Result<Plan>) -> Option<String> {
         match planned {
-            Ok(plan) if let Some(cells) = self.too_many_nodes(plan) => Some(format!(
-                "has {cells} cells, more than a CPU fills while it renders a picture of this size, and would take {}",
-                human(plan.bytes()),
-            )),
+            Ok(plan)
+                if let Some(cells) = plan
+                    .variant
+                    .cache()
+                    .and_then(|cache| self.too_many_nodes(cache)) =>
+            {
+                Some(format!(
+                    "has {cells} cells, more than a CPU fills while it renders a picture of this size, and would take {}",
+                    human(plan.bytes()),
+                ))
+            }
             Ok(plan) if plan.bytes() > self.budget => {
                 Some(format!("needs {}", needs(plan.bytes())))
             }

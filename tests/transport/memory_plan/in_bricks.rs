@@ -4,6 +4,7 @@ use isolume::render::{Choice, Planner};
 use isolume::scene::*;
 
 use crate::memory_plan::devices::nvidia_8;
+use crate::memory_plan::ladder::stated_bytes;
 use crate::memory_plan::{F32, Kind, dense, plan, scene};
 
 /// Rays to suns would need bricks as well.
@@ -43,6 +44,30 @@ fn a_coarser_cache_is_tried_where_it_leaves_room_for_more_bricks() {
         let [(fine, few), (coarse, more)] = [pair[0], pair[1]];
         assert!(coarse <= fine && more > few, "{tried:?}");
     }
+}
+
+/// The least that is said to be needed for something better buys it.
+#[test]
+fn what_is_next_better_is_true() {
+    let device = crate::support::common::device();
+    let (volume, limits, scene) = (dense(192, Kind::U16), nvidia_8(), without_suns());
+    let choose = |budget| Planner::new(&device, &limits, budget, &volume, &scene).choose();
+    let found = |budget| {
+        let plan = choose(budget).expect("a choice").plan;
+        (plan.variant.description(), plan.bricks.is_some())
+    };
+    let refusal = choose(0).expect_err("no memory").to_string();
+    let mut budget = stated_bytes(&refusal).expect("a need");
+    let mut chosen = vec![found(budget)];
+    while let Some((_, true)) = chosen.last() {
+        let promise = choose(budget).expect("a choice").next_better;
+        let next = stated_bytes(&promise).expect("a need");
+        assert_eq!(found(next - 1), *chosen.last().unwrap(), "{promise}");
+        assert!(promise.starts_with(&found(next).0), "{promise}");
+        chosen.push(found(next));
+        budget = next;
+    }
+    assert!(chosen.len() > 3, "{chosen:?}");
 }
 
 /// A march reads along rays to suns from every surface that lets light through, and begins anew when a brick is missing: the

@@ -54,8 +54,15 @@ impl Ladder {
         match choose(budget) {
             // A volume in bricks stands below the ladder.
             Ok(choice) if choice.plan.bricks.is_some() => {
-                let needed = stated_bytes(&choice.next_better);
-                assert_eq!(needed, Some(self.needs["non-caching"]), "{choice:?}");
+                let (_, whole) = choice
+                    .next_better
+                    .rsplit_once(';')
+                    .unwrap_or(("", &choice.next_better));
+                assert_eq!(
+                    stated_bytes(whole),
+                    Some(self.needs["non-caching"]),
+                    "{choice:?}"
+                );
                 None
             }
             Ok(choice) => Some(choice),
@@ -137,7 +144,7 @@ impl Ladder {
 }
 
 /// The first "(123 bytes)".
-fn stated_bytes(text: &str) -> Option<u64> {
+pub fn stated_bytes(text: &str) -> Option<u64> {
     let (before, _) = text.split_once(" bytes)")?;
     before.rsplit_once('(')?.1.parse().ok()
 }
