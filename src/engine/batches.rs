@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::schedule::Stop;
+use super::stop::Stop;
 use crate::render::next_batch_size;
 
 /// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): it is in every

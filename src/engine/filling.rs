@@ -4,14 +4,13 @@
 //! between filling and sampling by what each gains from it (`forecast.rs`). Gathering takes little time and is always worth
 //! it. Before nodes trace whole paths, a trial with few pixels measures the noise and the time of samples.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::Engine;
 use super::batches::{Filled, cache_goal, cache_share_of_time, next_batch};
 use super::forecast::{CachedForecast, FillForecast};
 use super::run::{Progress, Run};
-use super::schedule::{Stop, with_delay};
-use super::stopwatch::after;
+use super::stop::Stop;
 use crate::error::Result;
 use crate::render::shared::GATHERED;
 use crate::render::{Cache, Until, equivalent_paths};
@@ -26,12 +25,11 @@ impl Engine {
     /// Fills the cache, batch after batch, until it is good enough for the run's `pictures` pictures. Returns whether
     /// it is; if not, an interruption or the run's time has ended it in the middle of a batch.
     pub fn fill(&mut self, run: &mut Run<'_>, pictures: u32) -> Result<bool> {
-        let spent = self
+        let began = Instant::now();
+        let spent_before = self
             .renderer
             .cache()
             .map_or(Duration::ZERO, |cache| cache.filling.took);
-        let [deadline, latest] = [run.stop.time, run.stop.time.map(with_delay)]
-            .map(|time| time.and_then(|time| after(time.saturating_sub(spent))));
         let is_caught_up = |engine: &Engine| {
             let cache = engine.renderer.cache();
             cache.is_some_and(|cache| cache.filling.updates == 0 || cache.is_caught_up())
@@ -40,15 +38,13 @@ impl Engine {
         loop {
             let updates = self.updates();
             is_of_another_view &= !is_caught_up(self);
-            let until = Until {
-                interrupt: run.interrupt,
-                deadline: match updates {
-                    0 if run.waits => None,
-                    0 => latest,
-                    // What has come in sight has had no path, and time that earlier views took does not count.
-                    _ if is_of_another_view => run.stop.time.map(with_delay).and_then(after),
-                    _ => deadline,
-                },
+            let spent = spent_before + began.elapsed();
+            let until = match updates {
+                0 if run.waits => run.until(None, spent),
+                0 => run.until(run.stop.late(), spent),
+                // What has come in sight has had no path, and time that earlier views took does not count.
+                _ if is_of_another_view => run.until(run.stop.late(), Duration::ZERO),
+                _ => run.until(run.stop.time, spent),
             };
             let mut next = self.next_batch(&run.stop, pictures);
             if next.is_some() && self.try_samples_ahead(&run.stop, until)? {
@@ -61,7 +57,7 @@ impl Engine {
                 return Ok(false);
             }
             if let Some(cache) = self.renderer.cache().filter(|_| samples > 0) {
-                (run.progress)(Progress::Filled {
+                (run.progress)(Progress::Batch {
                     updates: cache.filling.updates,
                     relative_error: cache.filling.relative_error,
                 });
@@ -96,8 +92,7 @@ impl Engine {
         let is_due = self.updates() >= GATHERED
             && self.samples_ahead.is_none()
             && self.totals().samples == 0
-            && (stop.time.is_some() || stop.relative_error.is_some())
-            && stop.count().is_none()
+            && stop.divides_time()
             && !self.streams();
         if is_due {
             let pixels = self.pixels_to_try().min(SHARE_OF_PIXELS * self.pixels());

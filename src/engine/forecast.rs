@@ -1,7 +1,8 @@
 //! The arithmetic of a trial: how long a variant takes until pictures are good, or how good they are when time is over.
 //! Noise falls with the root of the number of samples, and the error of a cache with that of its equivalent paths.
 
-use super::schedule::{MOST_AT_ONCE, UNITS_TO_TRUST};
+use super::schedule::MOST_AT_ONCE;
+use super::stop::UNITS_TO_TRUST;
 use super::task::Task;
 use crate::render::equivalent_paths;
 use crate::render::shared::GATHERED;

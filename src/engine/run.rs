@@ -5,9 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use super::Engine;
-use super::schedule::{
-    Done, Stop, StopReason, next_unit, reason_to_stop, units_together, with_delay,
-};
+use super::schedule::{next_unit, units_together};
+use super::stop::{Sampled, Stop, StopReason, with_delay};
 use super::stopwatch::{Stopwatch, after};
 use crate::error::{Error, Lacking, Result};
 use crate::render::{Film, Until};
@@ -38,21 +37,9 @@ pub struct Run<'a> {
 #[derive(Debug, Clone, Copy)]
 pub enum Progress {
     /// A batch of paths for the cache has ended.
-    Filled { updates: u32, relative_error: f64 },
+    Batch { updates: u32, relative_error: f64 },
     /// A unit of samples has ended.
-    Sampled(Sampling),
-}
-
-/// How far a picture has come.
-#[derive(Debug, Clone, Copy)]
-pub struct Sampling {
-    /// Samples in every pixel.
-    pub spp: u32,
-    /// Time spent, with the filling of the cache where that is the picture's.
-    pub seconds: f64,
-    /// Seconds that a sample of every pixel takes.
-    pub seconds_per_sample: f64,
-    pub relative_error: f64,
+    Unit(Sampled),
 }
 
 /// How a render ended.
@@ -95,7 +82,7 @@ impl Engine {
         self.begin_at_first_of(&run.stop);
         let totals = self.renderer.totals();
         let before = watch.elapsed();
-        let mut done = Done {
+        let mut so_far = Sampled {
             first_sample: totals.first_sample,
             samples: totals.samples,
             units: totals.units,
@@ -107,42 +94,37 @@ impl Engine {
                 _ => f64::INFINITY,
             },
         };
-        let mut next_look = done.took + TIME_TO_LOOK;
+        let mut next_look = so_far.took + TIME_TO_LOOK;
         let stopped = loop {
-            if let Some(reason) = reason_to_stop(&run.stop, &done) {
+            if let Some(reason) = run.stop.reason(&so_far) {
                 break reason;
             }
-            if !self.take_units(run, &done, watch)? {
+            if !self.take_units(run, &so_far, watch)? {
                 if run.is_interrupted() {
                     break StopReason::Interrupted;
                 }
-                if done.units == 0 {
+                if so_far.units == 0 {
                     return Err(self.too_short(&run.stop, watch));
                 }
-                done.took = watch.elapsed();
+                so_far.took = watch.elapsed();
                 continue;
             }
-            done.samples = self.renderer.totals().samples;
-            done.units = self.renderer.totals().units;
-            done.took = watch.elapsed();
-            if run.stop.relative_error.is_some() || done.took >= next_look {
-                done.relative_error = self.sure_error()?;
-                let look = watch.elapsed() - done.took;
-                done.took += look;
-                next_look = done.took + TIME_TO_LOOK.max(LOOKS_TO_WAIT * look);
+            so_far.samples = self.renderer.totals().samples;
+            so_far.units = self.renderer.totals().units;
+            so_far.took = watch.elapsed();
+            if run.stop.relative_error.is_some() || so_far.took >= next_look {
+                so_far.relative_error = self.sure_error()?;
+                let look = watch.elapsed() - so_far.took;
+                so_far.took += look;
+                next_look = so_far.took + TIME_TO_LOOK.max(LOOKS_TO_WAIT * look);
             }
-            let taken = f64::from(done.samples - totals.samples);
-            done.seconds_per_sample = (done.took - before).as_secs_f64() / taken;
-            self.seconds_per_sample = done.seconds_per_sample;
-            (run.progress)(Progress::Sampled(Sampling {
-                spp: done.samples,
-                seconds: done.took.as_secs_f64(),
-                seconds_per_sample: done.seconds_per_sample,
-                relative_error: done.relative_error,
-            }));
+            let taken = f64::from(so_far.samples - totals.samples);
+            so_far.seconds_per_sample = (so_far.took - before).as_secs_f64() / taken;
+            self.seconds_per_sample = so_far.seconds_per_sample;
+            (run.progress)(Progress::Unit(so_far));
             run.pause(self)?;
         };
-        self.outcome(run, &done, watch, stopped)
+        self.outcome(run, &so_far, watch, stopped)
     }
 
     /// Begins the picture anew with the first sample of a shard, unless it goes on with that shard.
@@ -157,11 +139,11 @@ impl Engine {
 
     /// Takes the next unit of samples, or several together where the volume streams. Returns whether it has ended before it
     /// had to stop.
-    fn take_units(&mut self, run: &Run<'_>, done: &Done, watch: &Stopwatch) -> Result<bool> {
-        let until = self.until(run, done, watch);
-        let samples = next_unit(&run.stop, done);
+    fn take_units(&mut self, run: &Run<'_>, so_far: &Sampled, watch: &Stopwatch) -> Result<bool> {
+        let until = self.until(run, so_far, watch);
+        let samples = next_unit(&run.stop, so_far);
         let units = if self.streams() {
-            units_together(&run.stop, done)
+            units_together(&run.stop, so_far)
         } else {
             1
         };
@@ -172,7 +154,7 @@ impl Engine {
     fn outcome(
         &mut self,
         run: &Run<'_>,
-        done: &Done,
+        so_far: &Sampled,
         watch: &Stopwatch,
         stopped: StopReason,
     ) -> Result<Outcome> {
@@ -180,12 +162,12 @@ impl Engine {
             return Err(if run.is_interrupted() {
                 Error::Interrupted
             } else {
-                Error::value(format!("the picture would have no sample: {stopped}"))
+                Error::value(format!("the picture has no sample, since {stopped}"))
             });
         };
         Ok(Outcome {
-            samples: done.samples,
-            took: done.took,
+            samples: so_far.samples,
+            took: so_far.took,
             cpu: watch.cpu(),
             relative_error: self.relative_error()?,
             first_frame,
@@ -194,22 +176,27 @@ impl Engine {
     }
 
     /// When the next unit has to stop.
-    fn until<'a>(&self, run: &Run<'a>, done: &Done, watch: &Stopwatch) -> Until<'a> {
-        let is_first = done.units == 0;
+    fn until<'a>(&self, run: &Run<'a>, so_far: &Sampled, watch: &Stopwatch) -> Until<'a> {
+        let is_first = so_far.units == 0;
+        let has_light = self.updates() > 0;
         let time = match (run.stop.time, self.renderer.cache()) {
             _ if is_first && run.waits => None,
             // Without light in the cache there is no picture, however long the sample takes.
-            (Some(_), Some(cache)) if cache.filling.updates == 0 => Some(Duration::ZERO),
+            (Some(_), Some(_)) if !has_light => Some(Duration::ZERO),
             // The cache's first paths may have been late already.
-            (Some(time), Some(_)) if is_first => Some(with_delay(time.max(done.took))),
-            (Some(time), None) if is_first => Some(with_delay(time)),
+            (Some(time), Some(_)) if is_first => Some(with_delay(time.max(so_far.took))),
+            (Some(_), None) if is_first => run.stop.late(),
             (time, _) => time,
         };
-        // An interruption while the cache is filled still lets the first unit end: the picture that the cache shows.
-        let has_light = self.updates() > 0;
-        Until {
-            interrupt: run.interrupt.filter(|_| !(has_light && is_first)),
-            deadline: time.and_then(|time| after(time.saturating_sub(watch.elapsed()))),
+        let until = run.until(time, watch.elapsed());
+        if has_light && is_first {
+            // An interruption waits for the end of the first unit, so that there is a picture to write.
+            Until {
+                interrupt: None,
+                ..until
+            }
+        } else {
+            until
         }
     }
 
@@ -247,7 +234,15 @@ impl Engine {
     }
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// Until the interruption, or until so much `time` is over, of which work has `spent` some.
+    pub(super) fn until(&self, time: Option<Duration>, spent: Duration) -> Until<'a> {
+        Until {
+            interrupt: self.interrupt,
+            deadline: time.and_then(|time| after(time.saturating_sub(spent))),
+        }
+    }
+
     pub(super) fn pause(&mut self, engine: &mut Engine) -> Result<()> {
         match &mut self.between {
             Some(between) => between(engine),

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use super::schedule::{Stop, with_delay};
+use super::stop::Stop;
 use super::stopwatch::after;
 use crate::render::Until;
 
@@ -20,11 +20,7 @@ pub struct Task<'a> {
 impl<'a> Task<'a> {
     /// All pictures' time; infinite where it is not limited.
     pub(super) fn seconds(&self) -> f64 {
-        let time = self
-            .stop
-            .time
-            .map_or(f64::INFINITY, |time| time.as_secs_f64());
-        f64::from(self.pictures) * time
+        f64::from(self.pictures) * self.stop.seconds()
     }
 
     pub(super) fn is_interrupted(&self) -> bool {
@@ -41,6 +37,6 @@ impl<'a> Task<'a> {
 
     /// Until the interruption, or until a first sample is too late.
     pub(super) fn until_late(&self) -> Until<'a> {
-        self.until(self.stop.time.map(with_delay))
+        self.until(self.stop.late())
     }
 }

@@ -79,7 +79,7 @@ mod tests {
 
     use super::super::forecast::SampleForecast;
     use super::super::forecast::examples::{CACHED, UNCACHED};
-    use super::super::schedule::Stop;
+    use super::super::stop::Stop;
     use super::*;
 
     static GOES_ON: AtomicBool = AtomicBool::new(false);

@@ -7,27 +7,9 @@ use std::time::{Duration, Instant};
 use indicatif::{FormattedDuration, ProgressBar, ProgressStyle};
 
 use super::say;
-use crate::engine::{self, Sampling, Stop};
+use crate::engine::{self, Sampled, Stop};
 use crate::locked::locked;
 use crate::scene::volume::Copying;
-
-/// Seconds until the stop is reached, estimated from the progress so far.
-pub fn remaining(stop: &Stop, done: &Sampling) -> Option<f64> {
-    let spp = f64::from(done.spp);
-    let until = |samples: f64| (samples - spp) * done.seconds_per_sample;
-    let by_spp = stop.count().map(|goal| until(f64::from(goal)));
-    let by_time = stop.time.map(|goal| goal.as_secs_f64() - done.seconds);
-    // The error falls as 1/√n.
-    let by_error = stop
-        .relative_error
-        .map(|goal| until(spp * (done.relative_error / goal).powi(2)));
-    [by_spp, by_time, by_error]
-        .into_iter()
-        .flatten()
-        .filter(|seconds| seconds.is_finite())
-        .reduce(f64::min)
-        .map(|seconds| seconds.max(0.0))
-}
 
 pub struct ProgressLine {
     stop: Stop,
@@ -50,19 +32,14 @@ const BAR_STEPS: u64 = 1000;
 
 impl ProgressLine {
     pub fn new(quiet: bool, stop: Stop) -> ProgressLine {
-        if quiet {
-            ProgressLine {
-                stop,
-                shown: Shown::Nothing,
-            }
+        let shown = if quiet {
+            Shown::Nothing
         } else if io::stderr().is_terminal() {
-            ProgressLine {
-                stop,
-                shown: Shown::Bar(bar()),
-            }
+            Shown::Bar(bar())
         } else {
-            ProgressLine::log(stop, Box::new(io::stderr()))
-        }
+            return ProgressLine::log(stop, Box::new(io::stderr()));
+        };
+        ProgressLine { stop, shown }
     }
 
     /// Progress as a line now and then, for a stderr that is not a terminal.
@@ -86,28 +63,28 @@ impl ProgressLine {
     /// Shows the engine's progress.
     pub fn show(&mut self, progress: engine::Progress) {
         match progress {
-            engine::Progress::Filled {
+            engine::Progress::Batch {
                 updates,
                 relative_error,
             } => self.filled(updates, relative_error),
-            engine::Progress::Sampled(done) => self.sampled(&done),
+            engine::Progress::Unit(so_far) => self.sampled(&so_far),
         }
     }
 
-    fn sampled(&mut self, done: &Sampling) {
-        let remaining = remaining(&self.stop, done);
-        let seconds = done.seconds;
+    fn sampled(&mut self, so_far: &Sampled) {
+        let left = self.stop.seconds_left(so_far);
+        let seconds = so_far.took.as_secs_f64();
         match &mut self.shown {
             Shown::Nothing => {}
             Shown::Bar(bar) => {
-                let share = remaining.map_or(0.0, |remaining| seconds / (seconds + remaining));
+                let share = left.map_or(0.0, |left| seconds / (seconds + left));
                 bar.set_position((share * BAR_STEPS as f64) as u64);
-                bar.set_message(status(done, remaining));
+                bar.set_message(status(so_far, left));
             }
             Shown::Lines { log, next_at } => {
                 if seconds >= *next_at {
                     *next_at = seconds + LINE_SECONDS;
-                    print(log, &status(done, remaining));
+                    print(log, &status(so_far, left));
                 }
             }
         }
@@ -180,12 +157,12 @@ fn bar() -> ProgressBar {
     ProgressBar::new(BAR_STEPS).with_style(style)
 }
 
-fn status(done: &Sampling, remaining: Option<f64>) -> String {
-    let mut status = format!("{} spp", done.spp);
-    if done.relative_error.is_finite() {
-        status += &format!(", relative error {:.4}", done.relative_error);
+fn status(so_far: &Sampled, left: Option<f64>) -> String {
+    let mut status = format!("{} spp", so_far.samples);
+    if so_far.relative_error.is_finite() {
+        status += &format!(", relative error {:.4}", so_far.relative_error);
     }
-    if let Some(left) = remaining.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok()) {
+    if let Some(left) = left.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok()) {
         status += &format!(", {} left", FormattedDuration(left));
     }
     status

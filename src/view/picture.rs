@@ -9,7 +9,8 @@
 use std::time::{Duration, Instant};
 
 use super::light;
-use crate::engine::schedule::{UNITS_TO_TRUST, sixteenth};
+use crate::engine::schedule::sixteenth;
+use crate::engine::stop::UNITS_TO_TRUST;
 use crate::engine::{Engine, Picture, Refinement};
 use crate::error::Result;
 use crate::gpu::{Image, Slices};

@@ -5,15 +5,17 @@ use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use isolume::engine::{self, Sampling, Stop};
-use isolume::output::progress::{ProgressLine, remaining};
+use isolume::engine::{self, Sampled, Stop};
+use isolume::output::progress::ProgressLine;
 
 /// `relative_error` is not finite as long as it is unknown.
-fn done(spp: u32, seconds: f64, relative_error: f64) -> Sampling {
-    Sampling {
-        spp,
-        seconds,
-        seconds_per_sample: seconds / f64::from(spp),
+fn sampled(samples: u32, seconds: f64, relative_error: f64) -> Sampled {
+    Sampled {
+        first_sample: 0,
+        samples,
+        units: samples,
+        took: Duration::from_secs_f64(seconds),
+        seconds_per_sample: seconds / f64::from(samples),
         relative_error,
     }
 }
@@ -24,27 +26,27 @@ fn the_goal_that_comes_first_decides_what_remains() {
         spp: NonZeroU32::new(100),
         ..Stop::default()
     };
-    assert_eq!(remaining(&spp, &done(25, 10.0, f64::NAN)), Some(30.0));
-    let after_filling = Sampling {
-        seconds: 60.0 + 10.0,
-        ..done(25, 10.0, f64::NAN)
+    assert_eq!(spp.seconds_left(&sampled(25, 10.0, f64::NAN)), Some(30.0));
+    let after_filling = Sampled {
+        took: Duration::from_secs(60 + 10),
+        ..sampled(25, 10.0, f64::NAN)
     };
-    assert_eq!(remaining(&spp, &after_filling), Some(30.0));
+    assert_eq!(spp.seconds_left(&after_filling), Some(30.0));
     let error = Stop {
         relative_error: Some(0.02),
         ..Stop::default()
     };
     // Half the error takes four times as long.
-    assert_eq!(remaining(&error, &done(1, 10.0, 0.04)), Some(30.0));
-    assert_eq!(remaining(&error, &done(1, 10.0, 0.01)), Some(0.0));
-    assert_eq!(remaining(&error, &done(1, 10.0, f64::INFINITY)), None);
+    assert_eq!(error.seconds_left(&sampled(1, 10.0, 0.04)), Some(30.0));
+    assert_eq!(error.seconds_left(&sampled(1, 10.0, 0.01)), Some(0.0));
+    assert_eq!(error.seconds_left(&sampled(1, 10.0, f64::INFINITY)), None);
     let both = Stop {
         time: Some(Duration::from_secs(35)),
         ..error
     };
-    assert_eq!(remaining(&both, &done(1, 10.0, 0.04)), Some(25.0));
-    assert_eq!(remaining(&both, &done(1, 10.0, f64::NAN)), Some(25.0));
-    assert_eq!(remaining(&spp, &done(0, 0.0, f64::NAN)), None);
+    assert_eq!(both.seconds_left(&sampled(1, 10.0, 0.04)), Some(25.0));
+    assert_eq!(both.seconds_left(&sampled(1, 10.0, f64::NAN)), Some(25.0));
+    assert_eq!(spp.seconds_left(&sampled(0, 0.0, f64::NAN)), None);
 }
 
 #[derive(Clone, Default)]
@@ -72,8 +74,8 @@ fn a_log_gets_a_line_every_ten_seconds() {
     for _ in 0..2 {
         progress.begin_picture();
         for second in 0..25 {
-            let sampling = done(second * 4, f64::from(second), 0.5);
-            progress.show(engine::Progress::Sampled(sampling));
+            let so_far = sampled(second * 4, f64::from(second), 0.5);
+            progress.show(engine::Progress::Unit(so_far));
         }
     }
     progress.finish();
