@@ -5,8 +5,8 @@ use std::time::Duration;
 use super::stop::Stop;
 use crate::render::next_batch_size;
 
-/// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): it is in every
-/// sample alike, and none averages it away.
+/// The cache's share of the error asked for, while it is not known how noisy samples are (`filling.rs`): all samples
+/// share it, so averaging them does not reduce it.
 /// If the cache has half of the error, √¾ of it is left to the samples, of which a third more are needed; but the cache fills
 /// in a quarter of the time that a quarter of the error would take.
 const CACHE_SHARE_OF_ERROR: f64 = 0.5;

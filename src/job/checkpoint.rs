@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use super::shards::{Fingerprints, header_json};
-use super::views::{Saved, ShardParts, View};
+use super::shards::Fingerprints;
+use super::views::{Saved, Summed, View};
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Stop, Stopwatch};
 use crate::error::Result;
@@ -241,8 +241,8 @@ impl<'a> Keeper<'a> {
         if self.fill_state != (FillState::Done { is_saved: true }) {
             self.stage_cache(engine, &mut outputs)?;
         }
-        let (saved, ShardParts { header, sums }) =
-            Saved::with_parts(engine, view, self.kept.opened, &self.fingerprints)?;
+        let (saved, Summed { header, sums }) =
+            Saved::with_sums(engine, view, self.kept.opened, &self.fingerprints)?;
         if let Some(run) = self.runs.last_mut() {
             run.seconds = self.began.elapsed().as_secs_f64();
             run.samples = engine.totals().samples;
@@ -257,12 +257,8 @@ impl<'a> Keeper<'a> {
             cpu_seconds: watch.cpu().as_secs_f64(),
             runs: self.runs.clone(),
         };
-        let parts = Continuation {
-            header: &header_json(&state)?,
-            sums: &sums,
-            is_quick: true,
-        };
-        outputs.exr_with(self.path, &saved.picture, &saved.provenance, parts)?;
+        let continuation = Continuation::of(&state, &sums)?.quick();
+        outputs.exr_with(self.path, &saved.picture, &saved.provenance, continuation)?;
         self.commit(outputs)?;
         if self.is_filled() {
             self.fill_state = FillState::Done { is_saved: true };

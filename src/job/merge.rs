@@ -6,7 +6,6 @@ use crate::interrupt;
 use crate::output::{Continuation, Outputs, Provenance, check_inputs_stay, check_writable, say};
 use crate::shard;
 
-use super::shards::header_json;
 use super::summary::error_in_words;
 
 pub fn merge(args: &MergeArgs) -> Result<u8> {
@@ -26,13 +25,9 @@ pub fn merge(args: &MergeArgs) -> Result<u8> {
         header.identity.seed,
         header.devices.join("; "),
     );
-    let parts = Continuation {
-        header: &header_json(header)?,
-        sums: &merged.sums,
-        is_quick: false,
-    };
+    let continuation = Continuation::of(header, &merged.sums)?;
     let mut outputs = Outputs::default();
-    outputs.exr_with(&args.output, &merged.picture, &provenance, parts)?;
+    outputs.exr_with(&args.output, &merged.picture, &provenance, continuation)?;
     outputs.commit()?;
     // Without any spread, it is not known here whether the samples have missed light.
     let error = match merged.picture.relative_error() {

@@ -297,8 +297,8 @@ impl<'a> Render<'a> {
         let fingerprints = kept.or(self.fingerprints.as_ref());
         self.clock.time("save the pictures", || match fingerprints {
             Some(fingerprints) => {
-                let (saved, parts) = Saved::with_parts(engine, view, opened, fingerprints)?;
-                saved.stage(outputs, view, opened, Some(&parts))
+                let (saved, summed) = Saved::with_sums(engine, view, opened, fingerprints)?;
+                saved.stage(outputs, view, opened, Some(&summed))
             }
             None => Saved::of(engine, view, opened)?.stage(outputs, view, opened, None),
         })

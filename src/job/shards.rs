@@ -1,7 +1,5 @@
 //! The header and sums that a render adds to its EXRs if they are shards.
 
-use serde::Serialize;
-
 use crate::engine::Engine;
 use crate::error::{Error, Place, Result};
 use crate::render::{Sums, Variant};
@@ -65,9 +63,4 @@ pub fn check_variant(variant: &Variant, flag: &str) -> Result<()> {
         )),
         _ => Ok(()),
     }
-}
-
-/// A header as JSON.
-pub fn header_json(header: &impl Serialize) -> Result<String> {
-    serde_json::to_string(header).map_err(|error| Error::value(format!("a header: {error}")))
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::shards::{Fingerprints, header_json};
+use super::shards::Fingerprints;
 use crate::cli::RenderArgs;
 use crate::engine::{Engine, Picture};
 use crate::error::Result;
@@ -59,7 +59,7 @@ pub struct Saved {
 }
 
 /// What the EXR of a shard or of a checkpoint holds beside the picture.
-pub struct ShardParts {
+pub struct Summed {
     pub header: Header,
     pub sums: Sums,
 }
@@ -73,12 +73,12 @@ impl Saved {
         })
     }
 
-    pub fn with_parts(
+    pub fn with_sums(
         engine: &mut Engine,
         view: &View,
         opened: &Opened,
         fingerprints: &Fingerprints,
-    ) -> Result<(Saved, ShardParts)> {
+    ) -> Result<(Saved, Summed)> {
         let text = describe(&opened.file, &opened.volume, &view.scene);
         let (picture, sums) = engine.picture_with_sums()?;
         let header = fingerprints.header(engine, &view.scene, &text, &sums)?;
@@ -86,16 +86,16 @@ impl Saved {
             picture,
             provenance: provenance(engine, text),
         };
-        Ok((saved, ShardParts { header, sums }))
+        Ok((saved, Summed { header, sums }))
     }
 
-    /// Writes the view's files, still under temporary names; `parts`, where the picture is a shard.
+    /// Writes the view's files, still under temporary names; `summed`, where the picture is a shard.
     pub fn stage(
         &self,
         outputs: &mut Outputs,
         view: &View,
         opened: &Opened,
-        parts: Option<&ShardParts>,
+        summed: Option<&Summed>,
     ) -> Result<()> {
         let Saved {
             picture,
@@ -104,14 +104,10 @@ impl Saved {
         for file in &view.files {
             let path: &Path = file;
             match Format::of(path)? {
-                Format::Exr => match parts {
-                    Some(ShardParts { header, sums }) => {
-                        let parts = Continuation {
-                            header: &header_json(header)?,
-                            sums,
-                            is_quick: false,
-                        };
-                        outputs.exr_with(path, picture, provenance, parts)?
+                Format::Exr => match summed {
+                    Some(Summed { header, sums }) => {
+                        let continuation = Continuation::of(header, sums)?;
+                        outputs.exr_with(path, picture, provenance, continuation)?
                     }
                     None => outputs.exr(path, picture, provenance)?,
                 },

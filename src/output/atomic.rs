@@ -74,10 +74,10 @@ impl Outputs {
         path: &Path,
         picture: &Picture,
         provenance: &Provenance,
-        parts: Continuation<'_>,
+        continuation: Continuation<'_>,
     ) -> Result<()> {
         self.stage(path, |file| {
-            exr::encode(file, picture, provenance, Some(parts))
+            exr::encode(file, picture, provenance, Some(continuation))
         })
     }
 

@@ -44,15 +44,15 @@ pub(super) fn encode(
     file: &mut (impl Write + Seek),
     picture: &Picture,
     provenance: &Provenance,
-    parts: Option<Continuation<'_>>,
+    continuation: Option<Continuation<'_>>,
 ) -> io::Result<()> {
     let size = Vec2(picture.width as usize, picture.height as usize);
     let mut channels = layers(picture);
-    if let Some(parts) = &parts {
-        channels.extend(sums(parts.sums));
+    if let Some(continuation) = &continuation {
+        channels.extend(sums(continuation.sums));
     }
     let channels = AnyChannels::sort(channels);
-    let is_quick = parts.as_ref().is_some_and(|parts| parts.is_quick);
+    let is_quick = continuation.as_ref().is_some_and(|c| c.is_quick);
     let mut layer = Layer::new(
         size,
         LayerAttributes {
@@ -70,10 +70,10 @@ pub(super) fn encode(
         },
         channels,
     );
-    if let Some(parts) = parts {
+    if let Some(continuation) = continuation {
         layer.attributes.other.insert(
             utf8(HEADER_ATTRIBUTE),
-            AttributeValue::Text(utf8(parts.header)),
+            AttributeValue::Text(utf8(&continuation.header)),
         );
     }
     let mut image = Image::from_layer(layer);

@@ -108,13 +108,32 @@ impl Provenance {
 }
 
 /// Additional contents of an EXR with which another run can continue the picture.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Continuation<'a> {
-    /// The header as JSON.
-    pub header: &'a str,
-    pub sums: &'a Sums,
+    /// As JSON.
+    header: String,
+    sums: &'a Sums,
     /// Whether the file is written fast and large.
-    pub is_quick: bool,
+    is_quick: bool,
+}
+
+impl<'a> Continuation<'a> {
+    pub fn of(header: &impl Serialize, sums: &'a Sums) -> Result<Continuation<'a>> {
+        Ok(Continuation {
+            header: serde_json::to_string(header)
+                .map_err(|error| Error::value(format!("a header: {error}")))?,
+            sums,
+            is_quick: false,
+        })
+    }
+
+    /// In a file that is written fast and large.
+    pub fn quick(self) -> Continuation<'a> {
+        Continuation {
+            is_quick: true,
+            ..self
+        }
+    }
 }
 
 /// Writes one EXR with all layers.

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant, SystemTime};
 use serde::{Deserialize, Serialize};
 
 use super::cache_file::CacheFile;
-use super::file::{Shard, has_header, read_header};
+use super::file::{Pixels, has_header, read_header};
 use super::header::Header;
 use super::identity::Named;
 use super::lock::Lock;
@@ -273,7 +273,7 @@ impl Found {
             return Ok(());
         };
         let header = &state.header;
-        let shard = Shard::read(&self.path, header).map_err(or_restart)?;
+        let pixels = Pixels::read(&self.path, header).map_err(or_restart)?;
         let totals = Totals {
             first_sample: header
                 .samples
@@ -286,7 +286,7 @@ impl Found {
             lookups: header.lookups,
             ..Totals::default()
         };
-        engine.resume(&shard.sums, totals)
+        engine.resume(&pixels.sums, totals)
     }
 }
 
@@ -296,7 +296,7 @@ fn check_same_render(name: &str, difference: Option<String>) -> Result<()> {
         None => Ok(()),
         Some(difference) => Err(Error::input(
             Place::file(name),
-            format!("it is a checkpoint of something else: {difference}; --restart begins anew"),
+            format!("it is a checkpoint of another render: {difference}; --restart begins anew"),
         )),
     }
 }

@@ -14,8 +14,8 @@ use crate::error::{Error, Result};
 use crate::output::{HEADER_ATTRIBUTE, SCENE_ATTRIBUTE, channels};
 use crate::render::{Halves, Sums};
 
-/// A picture and the sums behind it.
-pub struct Shard {
+/// The picture of a shard, and the sums behind it.
+pub struct Pixels {
     pub picture: Picture,
     pub sums: Sums,
 }
@@ -58,13 +58,13 @@ fn texts(path: &Path) -> Result<Option<(String, String)>> {
     Ok(attribute(HEADER_ATTRIBUTE).zip(attribute(SCENE_ATTRIBUTE)))
 }
 
-impl Shard {
-    /// Reads the shard with this header.
+impl Pixels {
+    /// Reads those of the shard with this header.
     ///
     /// # Errors
     ///
     /// If the file cannot be read, or does not agree with its header.
-    pub fn read(path: &Path, header: &Header) -> Result<Shard> {
+    pub fn read(path: &Path, header: &Header) -> Result<Pixels> {
         let wrong = |why: &str| Error::input(path, why);
         header.check().map_err(|why| wrong(&why))?;
         check_size(path, &meta_data(path)?, header.identity.size)?;
@@ -107,7 +107,7 @@ impl Shard {
             normal: file.texels(channels::NORMAL)?,
             depth: file.needed(channels::DEPTH)?.to_vec(),
         };
-        Ok(Shard { picture, sums })
+        Ok(Pixels { picture, sums })
     }
 }
 

@@ -12,13 +12,13 @@ pub struct Header {
     pub identity: Identity,
     /// The samples that every pixel has had, in ascending order.
     pub samples: Vec<SampleRange>,
-    /// Units from which the spread between samples is known.
+    /// Units of the picture; their spread gives its standard error.
     pub units: u32,
     /// Camera paths of those samples.
     pub paths: u64,
     /// Reads of the volume by those samples.
     pub lookups: u64,
-    /// Samples when it was last looked at how evenly they are spread.
+    /// Number of samples at the last measurement of how evenly they are spread.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub halves: Option<u32>,
     /// The cache's fillings that the samples have read.
@@ -93,13 +93,15 @@ impl Header {
         let is_sound = |range: &SampleRange| range.first < range.end;
         let most = ranges.last().map_or(0, |last| last.end);
         if !is_in_order || !ranges.iter().all(is_sound) || most > SampleRange::MOST {
-            return Err("its ranges of samples are not in order".into());
+            return Err("its header is damaged: ranges of samples are empty, too far, overlap or are out of order".into());
         }
         if self.halves.is_some_and(|samples| samples > self.count()) {
-            return Err("it has fewer samples than their halves".into());
+            return Err(
+                "its header is damaged: it counts more samples in its halves than in all".into(),
+            );
         }
         if self.units > self.count() {
-            return Err("it has more units than samples".into());
+            return Err("its header is damaged: it counts more units than samples".into());
         }
         Ok(())
     }

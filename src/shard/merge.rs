@@ -2,14 +2,14 @@
 //!
 //! Shards are folded in order of their samples, so that the result does not depend on the order of the arguments; in
 //! double precision, by the formulas of Chan, Golub and LeVeque (1979), so that it equals that of a single run apart
-//! from rounding, except for how evenly marched samples are spread: where the second of two folded parts does not double
-//! the samples of the first, samples count as spread evenly within each part only.
+//! from rounding, except for how evenly marched samples are spread: where the second of two folded shards does not double
+//! the samples of the first, samples count as spread evenly within each shard only.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::checkpoint::State;
-use super::file::{Shard, read_header};
+use super::file::{Pixels, read_header};
 use super::header::{Fill, Header, checksum};
 use super::identity::Named;
 use crate::engine::{Picture, SampleRange};
@@ -27,7 +27,8 @@ pub struct Merged {
     pub notes: Vec<String>,
 }
 
-struct Part<'a> {
+/// A file with samples of the picture.
+struct Shard<'a> {
     path: &'a Path,
     name: String,
     header: Header,
@@ -41,42 +42,42 @@ struct Part<'a> {
 /// If there is no file, if one is no shard or is damaged, if two are of different pictures, or if two hold the same
 /// samples.
 pub fn merge(paths: &[PathBuf]) -> Result<Merged> {
-    let mut parts = paths
+    let mut shards = paths
         .iter()
-        .map(|path| Part::open(path))
+        .map(|path| Shard::open(path))
         .collect::<Result<Vec<_>>>()?;
-    parts.sort_by_key(|part| part.header.samples[0]);
-    let Some((first, others)) = parts.split_first() else {
+    shards.sort_by_key(|shard| shard.header.samples[0]);
+    let Some((first, others)) = shards.split_first() else {
         return Err(Error::Usage("there are no shards to merge".into()));
     };
-    for part in others {
-        if let Some(difference) = first.named().difference(&part.named())? {
+    for shard in others {
+        if let Some(difference) = first.named().difference(&shard.named())? {
             return Err(Error::input(
-                Place::file(&part.name),
+                Place::file(&shard.name),
                 format!("it is of another picture than {}: {difference}", first.name),
             ));
         }
     }
-    let samples = joined(&parts)?;
+    let samples = joined(&shards)?;
     let (picture, sums) = fold(first, others)?;
     let mut header = Header {
         samples,
-        units: parts.iter().map(|part| part.header.units).sum(),
-        paths: parts
+        units: shards.iter().map(|shard| shard.header.units).sum(),
+        paths: shards
             .iter()
-            .map(|part| part.header.paths)
+            .map(|shard| shard.header.paths)
             .fold(0, u64::saturating_add),
-        lookups: parts
+        lookups: shards
             .iter()
-            .map(|part| part.header.lookups)
+            .map(|shard| shard.header.lookups)
             .fold(0, u64::saturating_add),
         halves: sums.halves.as_ref().map(|halves| halves.samples),
-        fills: fills(&parts),
+        fills: fills(&shards),
         devices: Vec::new(),
         checksum: checksum(&sums),
         identity: first.header.identity.clone(),
     };
-    for device in parts.iter().flat_map(|part| &part.header.devices) {
+    for device in shards.iter().flat_map(|shard| &shard.header.devices) {
         if !header.devices.contains(device) {
             header.devices.push(device.clone());
         }
@@ -117,8 +118,8 @@ pub fn check_kept(output: &Path, merged: &Header) -> Result<()> {
     }
 }
 
-impl<'a> Part<'a> {
-    fn open(path: &'a Path) -> Result<Part<'a>> {
+impl<'a> Shard<'a> {
+    fn open(path: &'a Path) -> Result<Shard<'a>> {
         let (header, scene): (Header, String) = read_header(path)?;
         let name = path.display().to_string();
         header
@@ -127,7 +128,7 @@ impl<'a> Part<'a> {
         if header.samples.is_empty() {
             return Err(Error::input(Place::file(name), "it holds no samples yet"));
         }
-        Ok(Part {
+        Ok(Shard {
             path,
             name,
             header,
@@ -144,15 +145,15 @@ impl<'a> Part<'a> {
     }
 }
 
-/// The samples of all parts; ranges that touch become one.
-fn joined(parts: &[Part<'_>]) -> Result<Vec<SampleRange>> {
-    let ranges = |part: &'_ Part<'_>| part.header.samples.clone();
-    let mut all: Vec<(SampleRange, &str)> = parts
+/// The samples of all shards; ranges that touch become one.
+fn joined(shards: &[Shard<'_>]) -> Result<Vec<SampleRange>> {
+    let ranges = |shard: &'_ Shard<'_>| shard.header.samples.clone();
+    let mut all: Vec<(SampleRange, &str)> = shards
         .iter()
-        .flat_map(|part| {
-            ranges(part)
+        .flat_map(|shard| {
+            ranges(shard)
                 .into_iter()
-                .map(|range| (range, &part.name[..]))
+                .map(|range| (range, &shard.name[..]))
         })
         .collect();
     all.sort();
@@ -167,7 +168,7 @@ fn joined(parts: &[Part<'_>]) -> Result<Vec<SampleRange>> {
                 return Err(Error::input(
                     Place::file(name),
                     format!(
-                        "it holds the samples {common}, as does {before}: each may be counted once"
+                        "it holds the samples {common}, as does {before}: each may be merged only once"
                     ),
                 ));
             }
@@ -180,8 +181,8 @@ fn joined(parts: &[Part<'_>]) -> Result<Vec<SampleRange>> {
     Ok(joined.into_iter().map(|(range, _)| range).collect())
 }
 
-/// The mean of all samples, and the spread of all units around it. Everything else is that of the first part.
-fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
+/// The mean of all samples, and the spread of all units around it. Everything else is that of the first shard.
+fn fold(first: &Shard<'_>, others: &[Shard<'_>]) -> Result<(Picture, Sums)> {
     let double = |texels: &[[f32; 4]]| -> Vec<[f64; 4]> {
         texels.iter().map(|texel| texel.map(f64::from)).collect()
     };
@@ -189,14 +190,14 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
         let single = |texel: &[f64; 4]| texel.map(|x| x as f32);
         texels.iter().map(single).collect()
     };
-    let Shard { mut picture, sums } = Shard::read(first.path, &first.header)?;
+    let Pixels { mut picture, sums } = Pixels::read(first.path, &first.header)?;
     let [width, _] = first.header.identity.size;
     let (mut count, mut units) = (f64::from(first.header.count()), first.header.units);
     let mut halves = sums.halves;
     let (mut mean, mut squares) = (double(&sums.mean), double(&sums.squares));
-    for part in others {
-        let Shard { sums, .. } = Shard::read(part.path, &part.header)?;
-        let more = f64::from(part.header.count());
+    for shard in others {
+        let Pixels { sums, .. } = Pixels::read(shard.path, &shard.header)?;
+        let more = f64::from(shard.header.count());
         let all = count + more;
         // Of few samples nothing is known; they count as independent.
         let unknown = |samples: f64, mean| Arc::new(Halves::first(samples as u32, mean));
@@ -208,14 +209,14 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
             )),
         };
         let texels = sums.mean.iter().zip(&sums.squares);
-        for ((m, s), (m_part, s_part)) in mean.iter_mut().zip(&mut squares).zip(texels) {
+        for ((m, s), (m_shard, s_shard)) in mean.iter_mut().zip(&mut squares).zip(texels) {
             for c in 0..4 {
-                let difference = f64::from(m_part[c]) - m[c];
+                let difference = f64::from(m_shard[c]) - m[c];
                 m[c] += difference * (more / all);
-                s[c] += f64::from(s_part[c]) + difference * difference * (count * more / all);
+                s[c] += f64::from(s_shard[c]) + difference * difference * (count * more / all);
             }
         }
-        units += part.header.units;
+        units += shard.header.units;
         halves = both.map(|(before, added)| {
             let mean = single(&mean);
             Arc::new(if all == f64::from(before.samples) * 2.0 {
@@ -237,9 +238,9 @@ fn fold(first: &Part<'_>, others: &[Part<'_>]) -> Result<(Picture, Sums)> {
 }
 
 /// All fillings, each once.
-fn fills(parts: &[Part<'_>]) -> Vec<Fill> {
+fn fills(shards: &[Shard<'_>]) -> Vec<Fill> {
     let mut fills: Vec<Fill> = Vec::new();
-    for fill in parts.iter().flat_map(|part| &part.header.fills) {
+    for fill in shards.iter().flat_map(|shard| &shard.header.fills) {
         match fills.iter_mut().find(|other| other.id == fill.id) {
             Some(other) => other.samples = other.samples.saturating_add(fill.samples),
             None => fills.push(fill.clone()),

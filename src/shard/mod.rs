@@ -20,7 +20,7 @@ use crate::output::target_of;
 
 pub use cache_file::{About, CacheFile};
 pub use checkpoint::{Found, RunOf, State};
-pub use file::{Shard, read_header};
+pub use file::{Pixels, read_header};
 pub use fingerprint::Fingerprint;
 pub use header::{Fill, Header};
 pub use identity::{Identity, Named, volume_fingerprint};

@@ -15,16 +15,16 @@ fn a_checkpoint_of_something_else_is_refused() {
         ),
         (
             "--variant caching --spp 8 --size 8x8",
-            "something else: the size is 24x16 in c.exr and 8x8 in this render; --restart",
+            "another render: the size is 24x16 in c.exr and 8x8 in this render; --restart",
         ),
         (
             "--variant caching --spp 8 --view=-x",
-            "something else: camera.eye.0, which --view and camera.view set as well, is ",
+            "another render: camera.eye.0, which --view and camera.view set as well, is ",
         ),
         // The eye moves back as well, so that the box fills the picture.
         (
             "--variant caching --spp 8 --set camera.fov_y=30",
-            "something else: camera.fov_y is 40.0 in c.exr and 30.0 in this render; --restart",
+            "another render: camera.fov_y is 40.0 in c.exr and 30.0 in this render; --restart",
         ),
         (
             "--variant non-caching --spp 8",

@@ -113,15 +113,16 @@ fn exr(header: &Value, is_quick: bool) -> Vec<u8> {
         scene: SCENE.into(),
         ..Provenance::default()
     };
-    let parts = Continuation {
-        header: &header.to_string(),
-        sums: &sums,
-        is_quick,
+    let continuation = Continuation::of(&header, &sums).expect("JSON");
+    let continuation = if is_quick {
+        continuation.quick()
+    } else {
+        continuation
     };
     let path = folder::path("seed.exr");
     let mut outputs = Outputs::default();
     outputs
-        .exr_with(&path, &picture, &provenance, parts)
+        .exr_with(&path, &picture, &provenance, continuation)
         .expect("an EXR");
     outputs.commit().expect("a file");
     std::fs::read(path).expect("the file")
