@@ -33,15 +33,6 @@ pub struct Live {
     planned: Planned,
 }
 
-/// What happened to the cache when the scene changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Followed {
-    Kept,
-    Cleared,
-    /// Other passes have to be compiled, or other memory is needed.
-    Impossible,
-}
-
 impl Live {
     /// Fails soon where the document is closed meanwhile.
     pub fn build(order: BuildOrder, document: &Document) -> Result<Live> {
@@ -85,24 +76,17 @@ impl Live {
         })
     }
 
-    /// Brings the engine up to date with `scene`, whose picture has the current size.
-    pub fn follow(&mut self, scene: &Scene) -> Result<Followed> {
-        Ok(match self.change_in_place(scene)? {
-            Changed::Impossible => Followed::Impossible,
-            Changed::Nothing => Followed::Kept,
-            Changed::Display => {
-                self.picture.is_toned_otherwise = true;
-                Followed::Kept
-            }
-            Changed::Picture => {
-                self.picture.restart();
-                Followed::Kept
-            }
-            Changed::Light => {
-                self.picture.restart();
-                Followed::Cleared
-            }
-        })
+    /// Brings the engine up to date with `scene`, and begins the picture anew where the edit makes that necessary.
+    pub fn follow(&mut self, scene: &Scene) -> Result<Changed> {
+        let changed = self.engine.change_in_place(scene);
+        // What was planned counts also where the change stops half way.
+        self.note_plan();
+        match changed {
+            Ok(Changed::Display) => self.picture.is_toned_otherwise = true,
+            Ok(Changed::Picture | Changed::Light) => self.picture.restart(),
+            Ok(Changed::Nothing | Changed::Impossible) | Err(_) => {}
+        }
+        changed
     }
 
     /// Makes pictures of another size from now on, if the budget allows it beside the bytes that the window needs
@@ -111,7 +95,7 @@ impl Live {
         self.reserve(for_window);
         let mut scene = self.engine.scene().clone();
         scene.render.size = size;
-        let changed = self.change_in_place(&scene)?;
+        let changed = self.follow(&scene)?;
         self.picture.restart();
         Ok(changed != Changed::Impossible)
     }
@@ -125,13 +109,6 @@ impl Live {
     pub fn reserve(&mut self, for_window: u64) {
         self.engine.reserve(for_window);
         self.note_plan();
-    }
-
-    /// What was planned counts also where the change stops half way.
-    fn change_in_place(&mut self, scene: &Scene) -> Result<Changed> {
-        let changed = self.engine.change_in_place(scene);
-        self.note_plan();
-        changed
     }
 
     fn note_plan(&self) {

@@ -6,12 +6,12 @@ use winit::event_loop::EventLoopProxy;
 
 use super::document::Document;
 use super::history::{History, like};
-use super::live::{BuildOrder, Followed, Live};
+use super::live::{BuildOrder, Live};
 use super::load::{Load, build};
 use super::report::Report;
 use super::stage::Stage;
 use crate::cli::ViewArgs;
-use crate::engine::KeptLight;
+use crate::engine::{Changed, KeptLight};
 use crate::error::{Error, Result};
 use crate::scene::volume::Preview;
 use crate::scene::{Camera, Scene, SceneFile, describe};
@@ -118,12 +118,12 @@ impl Session {
                 // A change that fails may have stopped half way.
                 let before = live.engine.scene().clone();
                 match live.follow(&self.scene) {
-                    Ok(Followed::Kept) => return Ok(true),
-                    Ok(Followed::Cleared) => {
+                    Ok(Changed::Nothing | Changed::Display | Changed::Picture) => return Ok(true),
+                    Ok(Changed::Light) => {
                         report.cache_cleared();
                         return Ok(true);
                     }
-                    Ok(Followed::Impossible) => light = live.engine.light_for(&self.scene)?,
+                    Ok(Changed::Impossible) => light = live.engine.light_for(&self.scene)?,
                     Err(Error::Device(why)) => return Err(Error::Device(why)),
                     // If a new renderer fails for the same reason, that is reported.
                     Err(_) => {}
