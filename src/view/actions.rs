@@ -6,12 +6,12 @@ use glam::DVec3;
 use winit::window::Fullscreen;
 
 use super::app::App;
-use super::keys::Action;
+use super::keys::{Action, SceneAction};
 use super::panels::render::VARIANTS;
 use super::session::Session;
 use super::{camera, clip, save};
 use crate::error::Result;
-use crate::scene::{Camera, Projection};
+use crate::scene::{Camera, Projection, RenderSettings};
 
 impl App<'_> {
     pub(super) fn carry_out(&mut self, actions: Vec<Action>) {
@@ -35,45 +35,33 @@ impl App<'_> {
             Action::Panels => self.shows_panels ^= true,
             Action::Series(number) => self.open_series(number),
             Action::FullScreen => self.toggle_full_screen(),
-            _ => {}
+            Action::Scene(action) => return self.carry_out_on_scene(action),
         }
+        Ok(None)
+    }
+
+    fn carry_out_on_scene(&mut self, action: SceneAction) -> Result<Option<String>> {
         let Some(session) = &mut self.session else {
-            let is_about_file = matches!(action, Action::SaveImage | Action::SaveScene);
+            let is_about_file = matches!(action, SceneAction::SaveImage | SceneAction::SaveScene);
             return Ok(
                 is_about_file.then(|| "there is nothing to save before the scene is open".into())
             );
         };
         match action {
-            Action::Home => session.scene.camera = session.home,
-            Action::View(n) => session.scene.camera = from_side(session, n),
-            Action::Clip => clip::toggle(session),
-            Action::Undo => session.history.undo(&mut session.scene),
-            Action::Redo => session.history.redo(&mut session.scene),
-            Action::NextVariant => {
-                let render = &mut session.scene.render;
-                let now = VARIANTS.iter().position(|(_, v)| *v == render.variant);
-                let others = VARIANTS.iter().cycle().skip(now.unwrap_or(0) + 1);
-                for (name, next) in others.take(VARIANTS.len()) {
-                    render.variant = *next;
-                    if render.clash().is_none() {
-                        return Ok(Some(format!("variant: {name}")));
-                    }
-                }
-            }
-            Action::SaveImage => {
+            SceneAction::Home => session.scene.camera = session.home,
+            SceneAction::View(n) => session.scene.camera = from_side(session, n),
+            SceneAction::Clip => clip::toggle(session),
+            SceneAction::Undo => session.history.undo(&mut session.scene),
+            SceneAction::Redo => session.history.redo(&mut session.scene),
+            SceneAction::NextVariant => return Ok(next_variant(&mut session.scene.render)),
+            SceneAction::SaveImage => {
                 let path = save::image(session, self.args.seed)?;
                 return Ok(Some(format!("saved {}", path.display())));
             }
-            Action::SaveScene => {
+            SceneAction::SaveScene => {
                 let path = save::scene(session)?;
                 return Ok(Some(format!("saved {}", path.display())));
             }
-            Action::PassTimes
-            | Action::Memory
-            | Action::Help
-            | Action::Panels
-            | Action::Series(_)
-            | Action::FullScreen => {}
         }
         Ok(None)
     }
@@ -87,6 +75,19 @@ impl App<'_> {
             });
         }
     }
+}
+
+/// Selects the next variant that the other settings allow, and tells its name.
+fn next_variant(render: &mut RenderSettings) -> Option<String> {
+    let now = VARIANTS.iter().position(|(_, v)| *v == render.variant);
+    let others = VARIANTS.iter().cycle().skip(now.unwrap_or(0) + 1);
+    for (name, next) in others.take(VARIANTS.len()) {
+        render.variant = *next;
+        if render.clash().is_none() {
+            return Some(format!("variant: {name}"));
+        }
+    }
+    None
 }
 
 /// The camera on one of the six sides, with the whole box in the picture.

@@ -5,22 +5,32 @@ use egui::{Event, Key, Modifiers, Ui};
 /// A request of the user that is not a change of the scene's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Action {
-    Home,
-    View(usize),
-    Clip,
-    NextVariant,
     PassTimes,
     Memory,
     FullScreen,
-    SaveImage,
-    SaveScene,
     Help,
     Panels,
-    Undo,
-    Redo,
     /// Opens another of the volumes in the open folder.
     Series(u32),
+    /// A request to the open scene.
+    Scene(SceneAction),
 }
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SceneAction {
+    Home,
+    /// One of the six sides.
+    View(usize),
+    Clip,
+    NextVariant,
+    SaveImage,
+    SaveScene,
+    Undo,
+    Redo,
+}
+
+use Action::*;
+use SceneAction::*;
 
 struct Binding {
     key: Key,
@@ -52,33 +62,33 @@ const fn with(modifiers: Modifiers, key: Key, action: Action, help: [&'static st
 const BY_VIEW: [&str; 2] = ["", ""];
 
 const BINDINGS: [Binding; 18] = [
-    plain(Key::R, Action::Home, ["R", "back to the first view"]),
+    plain(Key::R, Scene(Home), ["R", "back to the first view"]),
     plain(
         Key::Num1,
-        Action::View(0),
+        Scene(View(0)),
         ["1 – 6", "views from the six sides"],
     ),
-    plain(Key::Num2, Action::View(1), BY_VIEW),
-    plain(Key::Num3, Action::View(2), BY_VIEW),
-    plain(Key::Num4, Action::View(3), BY_VIEW),
-    plain(Key::Num5, Action::View(4), BY_VIEW),
-    plain(Key::Num6, Action::View(5), BY_VIEW),
-    plain(Key::C, Action::Clip, ["C", "clip plane, on and off"]),
-    plain(Key::V, Action::NextVariant, ["V", "next variant"]),
-    plain(Key::P, Action::PassTimes, ["P", "times of the passes"]),
-    plain(Key::M, Action::Memory, ["M", "memory"]),
-    plain(Key::F, Action::FullScreen, ["F", "full screen"]),
-    plain(Key::U, Action::Panels, ["U", "panels, on and off"]),
-    plain(Key::I, Action::SaveImage, ["I", "save the picture"]),
-    plain(Key::S, Action::SaveScene, ["S", "save the scene"]),
-    plain(Key::H, Action::Help, ["H", "this help"]),
+    plain(Key::Num2, Scene(View(1)), BY_VIEW),
+    plain(Key::Num3, Scene(View(2)), BY_VIEW),
+    plain(Key::Num4, Scene(View(3)), BY_VIEW),
+    plain(Key::Num5, Scene(View(4)), BY_VIEW),
+    plain(Key::Num6, Scene(View(5)), BY_VIEW),
+    plain(Key::C, Scene(Clip), ["C", "clip plane, on and off"]),
+    plain(Key::V, Scene(NextVariant), ["V", "next variant"]),
+    plain(Key::P, PassTimes, ["P", "times of the passes"]),
+    plain(Key::M, Memory, ["M", "memory"]),
+    plain(Key::F, FullScreen, ["F", "full screen"]),
+    plain(Key::U, Panels, ["U", "panels, on and off"]),
+    plain(Key::I, Scene(SaveImage), ["I", "save the picture"]),
+    plain(Key::S, Scene(SaveScene), ["S", "save the scene"]),
+    plain(Key::H, Help, ["H", "this help"]),
     with(
         Modifiers::COMMAND.plus(Modifiers::SHIFT),
         Key::Z,
-        Action::Redo,
+        Scene(Redo),
         ["Ctrl Shift Z", "redo"],
     ),
-    with(Modifiers::COMMAND, Key::Z, Action::Undo, ["Ctrl Z", "undo"]),
+    with(Modifiers::COMMAND, Key::Z, Scene(Undo), ["Ctrl Z", "undo"]),
 ];
 
 const MOUSE: [[&str; 2]; 6] = [

@@ -13,7 +13,7 @@ use std::ops::RangeInclusive;
 
 use egui::{CollapsingHeader, Color32, Panel, ScrollArea, SliderClamping, Ui};
 
-use super::keys::Action;
+use super::keys::{Action, SceneAction};
 use super::session::Session;
 
 /// Width of the panels in points.
@@ -58,12 +58,13 @@ fn buttons(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             }
         };
         let history = &session.history;
-        button("Undo", history.can_undo(), Action::Undo, "Ctrl Z");
-        button("Redo", history.can_redo(), Action::Redo, "Ctrl Shift Z");
+        let [undo, redo] = [SceneAction::Undo, SceneAction::Redo].map(Action::Scene);
+        button("Undo", history.can_undo(), undo, "Ctrl Z");
+        button("Redo", history.can_redo(), redo, "Ctrl Shift Z");
         button(
             "Save",
             true,
-            Action::SaveScene,
+            Action::Scene(SceneAction::SaveScene),
             "S: the scene, for `isolume render`",
         );
         button("Help", true, Action::Help, "H");
