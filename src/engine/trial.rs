@@ -16,7 +16,7 @@ use super::batches::FEWEST_UPDATES;
 use super::forecast::{CachedForecast, Forecast, SampleForecast};
 use super::subject::Subject;
 use super::task::Task;
-use super::verdict::verdict;
+use super::verdict::Compared;
 use super::{Engine, Stopwatch};
 use crate::error::Result;
 use crate::render::{Cache, Choice, Until, next_batch_size};
@@ -244,16 +244,16 @@ impl Subject<'_> {
             let Some(tried) = tried else {
                 break;
             };
-            let said = verdict(&uncached, &tried.forecast, task, 0.0).said;
+            let compared = Compared::of(&uncached, &tried.forecast, task);
             if tried.is_better {
-                choice.reason = format!("{said}; {}", choice.reason);
+                choice.reason = format!("{compared}; {}", choice.reason);
                 if n == last {
                     engine.choice = choice;
                     return Ok(Contest::Won(Box::new(engine), filling));
                 }
                 best = Some((choice, tried.forecast));
             } else if best.is_none() {
-                why = said;
+                why = compared.to_string();
             }
         }
         match best {
@@ -302,7 +302,7 @@ impl Engine {
                 fill: self.filling().expect("only caches are tried"),
             };
             let head_start = to_go_back + self.seconds_filled();
-            let is_better = verdict(rival, &cached, task, head_start).cache_is_better;
+            let is_better = Compared::of(rival, &cached, task).cache_is_better(head_start);
             let is_known = |cache: &Cache| cache.filling.is_known_to(f64::INFINITY);
             let is_settled = if until.is_over() {
                 // To be wrong costs most where paths wait for bricks.

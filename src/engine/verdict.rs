@@ -1,5 +1,7 @@
 //! Whether a cache is worth its filling, by two forecasts.
 
+use std::fmt;
+
 use super::forecast::{CachedForecast, Forecast};
 use super::task::Task;
 
@@ -8,50 +10,72 @@ use super::task::Task;
 /// it.
 const LATE: f64 = 1.2;
 
-/// What two forecasts say of a cache.
-pub struct Verdict {
-    /// Whether the cache is worth its filling.
-    pub cache_is_better: bool,
-    /// Why, as the end of a sentence; it is meant for a rival without a cache.
-    pub said: String,
+/// What is expected with a cache and without it, which is with its rival: no cache, or another one. Displayed, it is the
+/// reason for a choice, as the end of a sentence that is meant for no cache.
+#[derive(Debug)]
+pub enum Compared {
+    /// Seconds until all pictures have the relative error `to`.
+    Seconds { to: f64, with: f64, without: f64 },
+    /// Relative errors of pictures that take so many seconds each; infinite seconds where nothing limits them.
+    Errors { after: f64, with: f64, without: f64 },
 }
 
-/// Compares a cache with no cache, or with another cache: `rival` is the forecast of that. `head_start` is what going on
-/// with the cache saves, in seconds: the time that its filling has taken so far, and the time that returning to the rival
-/// would take.
-pub fn verdict(
-    rival: &Forecast,
-    cached: &CachedForecast,
-    task: &Task<'_>,
-    head_start: f64,
-) -> Verdict {
-    let Task { stop, pictures, .. } = *task;
-    if let Some(error) = stop.relative_error {
-        let without = rival.seconds_to(error, pictures);
-        let with = cached.seconds_to(error, pictures);
-        if without.min(with) <= task.seconds() {
-            let said = format!(
-                "a relative error of {error} is expected after {} with a cache and {} without one",
-                seconds(with),
-                seconds(without)
-            );
-            return Verdict {
-                cache_is_better: LATE * with < without + head_start,
-                said,
-            };
+impl Compared {
+    /// Compares a cache with its rival by what the task asks for: the time, unless that ends before either is good enough.
+    pub fn of(rival: &Forecast, cached: &CachedForecast, task: &Task<'_>) -> Compared {
+        let Task { stop, pictures, .. } = *task;
+        if let Some(to) = stop.relative_error {
+            let with = cached.seconds_to(to, pictures);
+            let without = rival.seconds_to(to, pictures);
+            if without.min(with) <= task.seconds() {
+                return Compared::Seconds { to, with, without };
+            }
+        }
+        let after = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
+        Compared::Errors {
+            after,
+            with: cached.error_after(after / LATE, pictures),
+            without: rival.error_after(after, pictures),
         }
     }
-    let time = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
-    let without = rival.error_after(time, pictures);
-    let with = cached.error_after(time / LATE, pictures);
-    let said = format!(
-        "after {time} s a relative error of {} is expected with a cache and of {} without one",
-        in_words(with),
-        in_words(without)
-    );
-    Verdict {
-        cache_is_better: with < without,
-        said,
+
+    /// Whether the cache is worth its filling. `head_start` is what going on with it saves, in seconds: the time that its
+    /// filling has taken so far, and the time that returning to the rival would take.
+    pub fn cache_is_better(&self, head_start: f64) -> bool {
+        match *self {
+            Compared::Seconds { with, without, .. } => LATE * with < without + head_start,
+            Compared::Errors { with, without, .. } => with < without,
+        }
+    }
+}
+
+impl fmt::Display for Compared {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Compared::Seconds { to, with, without } => write!(
+                f,
+                "a relative error of {to} is expected after {} with a cache and {} without one",
+                seconds(with),
+                seconds(without)
+            ),
+            Compared::Errors {
+                after,
+                with,
+                without,
+            } => {
+                if after.is_finite() {
+                    write!(f, "after {after} s")?;
+                } else {
+                    f.write_str("in the end")?;
+                }
+                write!(
+                    f,
+                    " a relative error of {} is expected with a cache and of {} without one",
+                    in_words(with),
+                    in_words(without)
+                )
+            }
+        }
     }
 }
 
@@ -90,7 +114,7 @@ mod tests {
             pictures,
             interrupt: &GOES_ON,
         };
-        verdict(&Forecast::Uncached(UNCACHED), &cached, &task, head_start).cache_is_better
+        Compared::of(&Forecast::Uncached(UNCACHED), &cached, &task).cache_is_better(head_start)
     }
 
     fn is_cached(stop: Stop, pictures: u32) -> bool {
@@ -150,5 +174,29 @@ mod tests {
             ..CACHED
         };
         assert!(!is_chosen(slow, both(60), 1, 0.0));
+    }
+
+    #[test]
+    fn a_reason_ends_a_sentence() {
+        let reached = Compared::Seconds {
+            to: 0.02,
+            with: 12.34,
+            without: f64::INFINITY,
+        };
+        let expected = "a relative error of 0.02 is expected after 12.3 s with a cache and an unknown time without one";
+        assert_eq!(reached.to_string(), expected);
+        let errors = |after| {
+            let (with, without) = (0.012, f64::NAN);
+            Compared::Errors {
+                after,
+                with,
+                without,
+            }
+            .to_string()
+        };
+        let expected =
+            "a relative error of 0.0120 is expected with a cache and of unknown size without one";
+        assert_eq!(errors(1.5), format!("after 1.5 s {expected}"));
+        assert_eq!(errors(f64::INFINITY), format!("in the end {expected}"));
     }
 }
