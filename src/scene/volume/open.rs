@@ -7,15 +7,16 @@ use std::sync::Arc;
 
 use super::Volume;
 use super::format;
-use super::format::header::{Header, check_rescale};
+use super::format::header::Header;
 use super::grid::Grid;
+use super::histogram::Histogram;
 use super::orientation::{Axes, Orientation};
 use super::overrides::VolumeOverrides;
 use super::parsed::{Fault, Keyed, Parsed};
 use super::reading::Reading;
 use super::region::Region;
 use super::series::{Preview, Series};
-use super::settle::{Extremes, settle};
+use super::settle::{Extremes, Settled, settle};
 use super::source::memory::Memory;
 use super::source::watched::{HAS_CHANGED, version_at};
 use super::statistics::Statistics;
@@ -118,22 +119,14 @@ fn open(
 ) -> Keyed<Volume> {
     let region = Region::cropped(header.dims, overrides.crop)?;
     let (spacing, orientation) = geometry(&header, overrides)?;
-    check_spacing(spacing).map_err(|problem| Fault {
-        key: overrides.spacing.map(|_| "spacing"),
-        problem,
-    })?;
-    check_rescale(header.slope, header.intercept)?;
-    let conversion = header.conversion();
+    let conversion = header.conversion()?;
     let is_mirrored = orientation.left_handed;
     let files = header.source.files();
     let place = stores.and_then(|(stores, path)| {
         stores.place(path, overrides, &header, &files, region, is_mirrored)
     });
     let mut notes = header.notes;
-    let known = place
-        .as_ref()
-        .and_then(|place| find(place, conversion, &mut notes));
-    // The voxels are walked through in the source's order; later they are read in the volume's.
+    let known = find(place.as_ref(), conversion, &mut notes);
     let mut grid = Grid {
         source: header.source,
         region,
@@ -142,32 +135,19 @@ fn open(
         filler: None,
         name: name.into(),
     };
-    let (settled, histogram) = match known {
-        Some(known) => (known.settled, known.histogram),
-        None => (settle(&grid, is_mirrored, reading)?, None),
-    };
+    let (settled, histogram) = walked(&mut grid, known, is_mirrored, reading)?;
     let extremes = settled.extremes;
-    grid.filler = (extremes.infinite > 0).then_some(extremes.range[0]);
     notes.extend(what_conversion_changes(&extremes, header.voxel_type));
-    let (scale, offset) = conversion.meaning();
-    let range = extremes
-        .range
-        .map(|stored| offset + scale * f64::from(stored));
-    check_range(range)?;
     let axes = right_handed(orientation, &mut notes);
-    grid.is_mirrored = is_mirrored;
-    let stored = grid.stored();
-    if let Some(voxels) = settled.kept {
-        grid.keep(voxels);
-    }
+    let (scale, offset) = conversion.meaning();
     Ok(Volume {
         dims: region.dims,
         file_dims: header.dims,
         spacing,
-        stored,
+        stored: conversion.stored(),
         scale,
         offset,
-        range,
+        range: range_of(conversion, &extremes)?,
         axes,
         voxel_type: header.voxel_type,
         storage: header.storage,
@@ -182,11 +162,36 @@ fn open(
 }
 
 /// What is known of the volume from before. What is damaged is not used.
-fn find(place: &StoreFile, conversion: Conversion, notes: &mut Vec<String>) -> Option<Known> {
-    place.find(conversion.stored()).unwrap_or_else(|fault| {
+fn find(
+    place: Option<&StoreFile>,
+    conversion: Conversion,
+    notes: &mut Vec<String>,
+) -> Option<Known> {
+    place?.find(conversion.stored()).unwrap_or_else(|fault| {
         notes.push(format!("{fault}; it is not used, and made anew if need be"));
         None
     })
+}
+
+/// Walks through the voxels in the source's order, unless what that tells is known. From then on they are read in the
+/// volume's order, which may be mirrored.
+fn walked(
+    grid: &mut Grid,
+    known: Option<Known>,
+    is_mirrored: bool,
+    reading: &Reading,
+) -> Parsed<(Settled, Option<Histogram>)> {
+    let (mut settled, histogram) = match known {
+        Some(known) => (known.settled, known.histogram),
+        None => (settle(grid, is_mirrored, reading)?, None),
+    };
+    let extremes = &settled.extremes;
+    grid.filler = (extremes.infinite > 0).then_some(extremes.range[0]);
+    grid.is_mirrored = is_mirrored;
+    if let Some(voxels) = settled.kept.take() {
+        grid.keep(voxels);
+    }
+    Ok((settled, histogram))
 }
 
 /// Remarks about values that are not kept as they are in the file.
@@ -209,18 +214,22 @@ fn what_conversion_changes(extremes: &Extremes, voxel_type: VoxelType) -> Vec<St
 }
 
 /// The voxel size and the axes' directions: the user's, or else the file's.
-fn geometry(header: &Header, overrides: &VolumeOverrides) -> Parsed<([f64; 3], Orientation)> {
+fn geometry(header: &Header, overrides: &VolumeOverrides) -> Keyed<([f64; 3], Orientation)> {
     let axes = overrides.axes.map(Orientation::from);
-    if let (Some(spacing), Some(axes)) = (overrides.spacing, axes) {
-        return Ok((spacing, axes));
-    }
-    let (spacing, orientation) = header.geometry.clone().map_err(|fault| {
-        format!("{fault}; with `spacing` and `axes` given, the file's do not count")
+    let (spacing, orientation) = match (overrides.spacing, axes) {
+        (Some(spacing), Some(axes)) => (spacing, axes),
+        (spacing, axes) => {
+            let (its_spacing, its_axes) = header.geometry.clone().map_err(|fault| {
+                format!("{fault}; with `spacing` and `axes` given, the file's do not count")
+            })?;
+            (spacing.unwrap_or(its_spacing), axes.unwrap_or(its_axes))
+        }
+    };
+    check_spacing(spacing).map_err(|problem| Fault {
+        key: overrides.spacing.map(|_| "spacing"),
+        problem,
     })?;
-    Ok((
-        overrides.spacing.unwrap_or(spacing),
-        axes.unwrap_or(orientation),
-    ))
+    Ok((spacing, orientation))
 }
 
 /// Voxel sizes with which the GPU can calculate: squares of lengths in world units must be within its floats of 32 bits.
@@ -240,9 +249,14 @@ fn check_spacing(spacing: [f64; 3]) -> Parsed<()> {
     Ok(())
 }
 
-fn check_range(range: [f64; 2]) -> Parsed<()> {
+/// The smallest and the largest value.
+fn range_of(conversion: Conversion, extremes: &Extremes) -> Parsed<[f64; 2]> {
+    let (scale, offset) = conversion.meaning();
+    let range = extremes
+        .range
+        .map(|stored| offset + scale * f64::from(stored));
     if range.iter().all(|value| (*value as f32).is_finite()) {
-        Ok(())
+        Ok(range)
     } else {
         Err(format!(
             "values reach from {:e} to {:e}, expected them within float32",

@@ -91,13 +91,14 @@ impl Header {
     }
 
     /// The way from the source's numbers to what they mean.
-    pub fn conversion(&self) -> Conversion {
-        Conversion {
+    pub fn conversion(&self) -> Parsed<Conversion> {
+        check_rescale(self.slope, self.intercept)?;
+        Ok(Conversion {
             from: self.voxel_type,
             endian: self.endian,
             slope: self.slope,
             intercept: self.intercept,
-        }
+        })
     }
 }
 
