@@ -214,7 +214,7 @@ fn raw_takes_its_shape_from_the_user_or_from_its_name() {
                 &format!("a_b_4x3x2_{voxel_type}.raw"),
                 array.bytes(),
             );
-            let bare = write(folder.path(), "v.raw", array.bytes());
+            let unnamed = write(folder.path(), "v.raw", array.bytes());
             let mut overrides = VolumeOverrides {
                 endian: Some(endian),
                 ..Default::default()
@@ -222,7 +222,7 @@ fn raw_takes_its_shape_from_the_user_or_from_its_name() {
             let by_name = Volume::load(&named, &overrides).unwrap();
             overrides.dims = Some(DIMS);
             overrides.voxel_type = Some(voxel_type);
-            let by_user = Volume::load(&bare, &overrides).unwrap();
+            let by_user = Volume::load(&unnamed, &overrides).unwrap();
             let in_f32 = |value: &f64| f64::from(*value as f32);
             let expected: Vec<f64> = array.values.iter().map(in_f32).collect();
             assert_eq!(values(&by_name), expected);

@@ -51,7 +51,7 @@ pub struct About {
 
 impl Header {
     /// The header of plain voxels from byte `start` of a file that does not say where they are in the world.
-    pub fn bare(
+    pub fn of_plain_file(
         path: &Path,
         start: u64,
         dims: [u32; 3],

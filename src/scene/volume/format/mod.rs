@@ -37,14 +37,14 @@ enum Read {
         fn(&Path) -> Parsed<Vec<Series>>,
         fn(&Path) -> Parsed<Vec<Preview>>,
     ),
-    /// The user describes the voxels.
-    Bare(fn(&Path, &VolumeOverrides) -> Keyed<Header>),
+    /// The user describes the voxels, which the file does not.
+    Undescribed(fn(&Path, &VolumeOverrides) -> Keyed<Header>),
 }
 
 use Read::*;
 
 /// The keys that describe voxels where no header does.
-const BARE_KEYS: [&str; 3] = ["dims", "type", "endian"];
+const DESCRIBING_KEYS: [&str; 3] = ["dims", "type", "endian"];
 
 impl Read {
     /// The keys of the user that formats of this kind use, and not all others do.
@@ -54,7 +54,7 @@ impl Read {
             Several(_) => &["channel", "time"],
             Leveled(_) => &["channel", "time", "level"],
             Listed(..) => &["series", "fill_gaps"],
-            Bare(_) => &BARE_KEYS,
+            Undescribed(_) => &DESCRIBING_KEYS,
         }
     }
 }
@@ -69,7 +69,7 @@ const FORMATS: [(&str, &[&str], Read); 8] = [
     ("NIfTI", &[".nii", ".nii.gz"], Several(nifti::read)),
     ("NumPy", &[".npy"], Described(npy::read)),
     ("TIFF", &[".tif", ".tiff"], Leveled(tiff::read)),
-    ("raw", &[".raw"], Bare(raw::read)),
+    ("raw", &[".raw"], Undescribed(raw::read)),
     ("OpenVDB", &[".vdb"], Several(vdb::read)),
     (DICOM.0, &[".dcm", ".dicom", ".ima", "dicomdir"], DICOM.1),
 ];
@@ -86,7 +86,9 @@ pub(super) fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
     check_keys(read, overrides)?;
     let mut header = match read {
         Described(read) => read(path)?,
-        Several(read) | Leveled(read) | Listed(read, ..) | Bare(read) => read(path, overrides)?,
+        Several(read) | Leveled(read) | Listed(read, ..) | Undescribed(read) => {
+            read(path, overrides)?
+        }
     };
     header.storage.format = name;
     Ok(header)
@@ -170,7 +172,7 @@ fn check_keys(read: &Read, overrides: &VolumeOverrides) -> Keyed<()> {
 
 /// The formats that use a key, for a message.
 fn users(key: &str) -> String {
-    if BARE_KEYS.contains(&key) {
+    if DESCRIBING_KEYS.contains(&key) {
         return ".raw files, this one's own header says it".into();
     }
     let files = FORMATS.iter().map(|(name, _, read)| (*name, read));

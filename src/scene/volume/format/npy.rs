@@ -14,7 +14,7 @@ pub fn read(path: &Path) -> Parsed<Header> {
     let (text, end) = dictionary(&bytes)?;
     let (voxel_type, endian) = element(&text)?;
     let (dims, note) = dims(&text)?;
-    let mut header = Header::bare(path, end as u64, dims, voxel_type, endian)?;
+    let mut header = Header::of_plain_file(path, end as u64, dims, voxel_type, endian)?;
     header.notes.extend(note);
     Ok(header)
 }

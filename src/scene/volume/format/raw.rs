@@ -43,7 +43,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
             ),
         });
     }
-    Ok(Header::bare(path, 0, dims, voxel_type, endian)?)
+    Ok(Header::of_plain_file(path, 0, dims, voxel_type, endian)?)
 }
 
 /// "512x512x460"

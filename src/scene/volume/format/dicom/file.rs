@@ -51,7 +51,7 @@ enum Beginning {
     /// The meta information, at this byte.
     Meta(u64),
     /// The data set itself, as in very old files.
-    Bare(Syntax),
+    DataSet(Syntax),
     /// Anything else.
     Other,
 }
@@ -94,7 +94,7 @@ fn parse_open(
     let length = metadata.len();
     let (begin, transfer) = match beginning(stream, length)? {
         Beginning::Other => return Ok(None),
-        Beginning::Bare(syntax) => (0, TransferSyntax { syntax, ..PLAIN }),
+        Beginning::DataSet(syntax) => (0, TransferSyntax { syntax, ..PLAIN }),
         Beginning::Meta(at) => {
             let (meta, end) = elements::read_group(stream, at, 2)?;
             (end, transfer_of(&meta, stream, end)?)
@@ -108,7 +108,7 @@ fn parse_open(
     let at = if transfer.is_deflated { 0 } else { begin };
     let (data_set, pixels) = match elements::read(stream, at, transfer.syntax) {
         Ok(read) => read,
-        // It only happened to begin like a bare data set.
+        // It only happened to begin like a data set.
         Err(_) if begin == 0 && !transfer.is_deflated => return Ok(None),
         Err(fault) => return Err(fault),
     };
@@ -149,10 +149,10 @@ fn beginning(stream: &mut Stream, length: u64) -> Parsed<Beginning> {
     // The first element of an object is one of group 8, and a short one.
     Ok(match (head[0], head[1]) {
         (2, 0) if is_typed => Beginning::Meta(0),
-        (8, 0) if is_typed => Beginning::Bare(Syntax::EXPLICIT),
-        (0, 8) if is_typed => Beginning::Bare(Syntax::BIG),
+        (8, 0) if is_typed => Beginning::DataSet(Syntax::EXPLICIT),
+        (0, 8) if is_typed => Beginning::DataSet(Syntax::BIG),
         (8, 0) if head[3] == 0 && u64::from(implicit) < length.min(1 << 10) => {
-            Beginning::Bare(Syntax::IMPLICIT)
+            Beginning::DataSet(Syntax::IMPLICIT)
         }
         _ => Beginning::Other,
     })
