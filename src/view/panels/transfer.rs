@@ -9,7 +9,7 @@ use egui::{Color32, Key, Mesh, Painter, Pos2, Rect, Sense, Shape, Stroke, Ui, Ve
 use super::{color, display, figure, least_step};
 use crate::scene::volume::Histogram;
 use crate::scene::{Medium, TransferPoint};
-use crate::view::session::{Chosen, Session};
+use crate::view::session::Session;
 
 const HEIGHT: f32 = 120.0;
 const POINT: f32 = 5.0;
@@ -33,9 +33,9 @@ pub fn show(ui: &mut Ui, session: &mut Session) {
     let plot = Plot::new(ui, range, HEIGHT);
     plot.draw_histogram(&document.histogram);
     plot.draw_function(medium);
-    edit(ui, &plot, medium, &mut session.chosen);
+    edit(ui, &plot, medium, &mut session.chosen.point);
     strip(ui, &plot, medium);
-    chosen_point(ui, medium, &mut session.chosen);
+    chosen_point(ui, medium, session.chosen.point);
 }
 
 /// The data's range, extended to points outside it, and never empty.
@@ -154,66 +154,93 @@ impl Plot {
 }
 
 /// Points that can be dragged between their neighbours, added and removed.
-fn edit(ui: &mut Ui, plot: &Plot, medium: &mut Medium, chosen: &mut Chosen) {
+fn edit(ui: &mut Ui, plot: &Plot, medium: &mut Medium, chosen: &mut usize) {
     let points = &mut medium.transfer;
     let mut removed = None;
     for i in 0..points.len() {
-        let place = plot.at(points[i].value, points[i].opacity);
-        let area = Rect::from_center_size(place, Vec2::splat(3.0 * POINT));
-        let response = ui.interact(
-            area,
-            ui.scope_id().with(("transfer", i)),
-            Sense::click_and_drag(),
-        );
-        if response.drag_started() || response.clicked() {
-            chosen.point = i;
-        }
-        if response.dragged()
-            && let Some(at) = response.interact_pointer_pos()
-        {
-            let (value, opacity) = plot.under(at);
-            let least = i.checked_sub(1).map_or(f64::MIN, |n| points[n].value);
-            let most = points.get(i + 1).map_or(f64::MAX, |next| next.value);
-            points[i].value = value.clamp(least, most);
-            points[i].opacity = opacity;
-        }
-        if response.secondary_clicked() {
+        if handle(ui, plot, points, i, chosen) {
             removed = Some(i);
         }
-        let is_lit = chosen.point == i || response.hovered();
-        let ring = if is_lit {
-            Color32::WHITE
-        } else {
-            Color32::BLACK
-        };
-        let radius = if is_lit { 1.25 * POINT } else { POINT };
-        let filled = display(points[i].color);
-        plot.painter
-            .circle(place, radius, filled, Stroke::new(1.5, ring));
     }
-    let has_pointer = plot.response.contains_pointer();
-    let is_typing = ui.ctx().egui_wants_keyboard_input();
-    if has_pointer && !is_typing && ui.input(|i| i.key_pressed(Key::Delete)) {
-        removed = Some(chosen.point);
+    if deletes(ui, plot) {
+        removed = Some(*chosen);
     }
     if let Some(i) = removed.filter(|i| points.len() > 1 && *i < points.len()) {
         points.remove(i);
-        chosen.point = i.min(points.len() - 1);
+        *chosen = i.min(points.len() - 1);
     }
     if plot.response.double_clicked()
         && let Some(at) = plot.response.interact_pointer_pos()
     {
-        let (value, opacity) = plot.under(at);
-        let (_, color) = medium.classify(value);
-        let index = medium.transfer.partition_point(|p| p.value <= value);
-        let point = TransferPoint {
-            value,
-            opacity,
-            color,
-        };
-        medium.transfer.insert(index, point);
-        chosen.point = index;
+        *chosen = insert(medium, plot.under(at));
     }
+}
+
+/// A point's handle on the plot. Returns whether the point is to be removed.
+fn handle(
+    ui: &mut Ui,
+    plot: &Plot,
+    points: &mut [TransferPoint],
+    i: usize,
+    chosen: &mut usize,
+) -> bool {
+    let place = plot.at(points[i].value, points[i].opacity);
+    let area = Rect::from_center_size(place, Vec2::splat(3.0 * POINT));
+    let id = ui.scope_id().with(("transfer", i));
+    let response = ui.interact(area, id, Sense::click_and_drag());
+    if response.drag_started() || response.clicked() {
+        *chosen = i;
+    }
+    if response.dragged()
+        && let Some(at) = response.interact_pointer_pos()
+    {
+        let (value, opacity) = plot.under(at);
+        let [least, most] = room(points, i);
+        points[i].value = value.clamp(least, most);
+        points[i].opacity = opacity;
+    }
+    let is_lit = *chosen == i || response.hovered();
+    let (radius, ring) = if is_lit {
+        (1.25 * POINT, Color32::WHITE)
+    } else {
+        (POINT, Color32::BLACK)
+    };
+    let filled = display(points[i].color);
+    plot.painter
+        .circle(place, radius, filled, Stroke::new(1.5, ring));
+    response.secondary_clicked()
+}
+
+/// The values that a point can have between its neighbours. A scene file's are within those of a float, so where there is no
+/// neighbour they end before these do, or with the point's own.
+fn room(points: &[TransferPoint], i: usize) -> [f64; 2] {
+    let beyond = f64::from(f32::MAX) / 2.0;
+    let now = points[i].value;
+    let before = i.checked_sub(1).map(|n| points[n].value);
+    let after = points.get(i + 1).map(|point| point.value);
+    [
+        before.unwrap_or(now.min(-beyond)),
+        after.unwrap_or(now.max(beyond)),
+    ]
+}
+
+/// Whether the Delete key is meant for the plot.
+fn deletes(ui: &Ui, plot: &Plot) -> bool {
+    let is_typing = ui.ctx().egui_wants_keyboard_input();
+    plot.response.contains_pointer() && !is_typing && ui.input(|i| i.key_pressed(Key::Delete))
+}
+
+/// Adds a point in the colour that is there, and returns its index.
+fn insert(medium: &mut Medium, (value, opacity): (f64, f64)) -> usize {
+    let (_, color) = medium.classify(value);
+    let index = medium.transfer.partition_point(|p| p.value <= value);
+    let point = TransferPoint {
+        value,
+        opacity,
+        color,
+    };
+    medium.transfer.insert(index, point);
+    index
 }
 
 /// The colours, under the plot.
@@ -239,16 +266,14 @@ fn strip(ui: &mut Ui, plot: &Plot, medium: &Medium) {
     painter.add(Shape::mesh(mesh));
 }
 
-fn chosen_point(ui: &mut Ui, medium: &mut Medium, chosen: &mut Chosen) {
+fn chosen_point(ui: &mut Ui, medium: &mut Medium, chosen: usize) {
     let points = &mut medium.transfer;
-    let i = chosen.point.min(points.len().saturating_sub(1));
-    // Values beyond a float's are refused in a scene file.
-    let beyond = f64::from(f32::MAX) / 2.0;
-    let least = i.checked_sub(1).map_or(-beyond, |n| points[n].value);
-    let most = points.get(i + 1).map_or(beyond, |next| next.value);
-    let Some(point) = points.get_mut(i) else {
+    if points.is_empty() {
         return;
-    };
+    }
+    let i = chosen.min(points.len() - 1);
+    let [least, most] = room(points, i);
+    let point = &mut points[i];
     ui.horizontal(|ui| {
         color(ui, &mut point.color);
         let value = egui::DragValue::new(&mut point.value).range(least..=most);
