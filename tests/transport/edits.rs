@@ -9,6 +9,7 @@ use std::path::Path;
 use isolume::engine::{Changed, Engine, Picture, SampleRange, Stop};
 use isolume::scene::volume::Volume;
 use isolume::scene::{Edit, Scene, SceneFile, describe, resolve};
+use toml::{Table, Value};
 
 use crate::support::common::watched_host;
 use crate::support::fields::field;
@@ -212,19 +213,32 @@ fn all_keys() -> Vec<String> {
     keys.filter(|key| !is_table(key)).collect()
 }
 
-/// The keys that an edit sets, without numbers.
-fn keys_set_by(edit: &str) -> Vec<String> {
-    let (key, value) = edit.split_once('=').expect("an edit");
-    let words = key.split('.').filter(|w| w.parse::<usize>().is_err());
-    let key = words.collect::<Vec<_>>().join(".");
-    match value.strip_prefix("{ ") {
-        None => vec![key],
-        Some(table) => {
-            let names = table
-                .split(" = ")
-                .filter_map(|part| part.split([' ', ',']).next_back());
-            names.map(|name| format!("{key}.{name}")).collect()
+/// The keys that an edit of a scene sets to another value, without numbers.
+fn keys_changed_by(edit: &str, scene: &Table) -> Vec<String> {
+    let (path, value) = edit.split_once('=').expect("an edit");
+    let after: Value = value.parse().expect("a value");
+    let mut words = path.split('.');
+    let table = words.next().and_then(|word| scene.get(word));
+    let before = words.fold(table, |outer, word| match word.parse::<usize>() {
+        Ok(index) => outer?.get(index),
+        Err(_) => outer?.get(word),
+    });
+    let is_name = |word: &&str| word.parse::<usize>().is_err();
+    let names: Vec<&str> = path.split('.').filter(is_name).collect();
+    let mut keys = Vec::new();
+    collect_changed(names.join("."), before, &after, &mut keys);
+    keys
+}
+
+/// Collects a key if its value is another one now; of a table, the keys in it.
+fn collect_changed(key: String, before: Option<&Value>, after: &Value, keys: &mut Vec<String>) {
+    if let Value::Table(table) = after {
+        for (name, after) in table {
+            let before = before.and_then(|table| table.get(name));
+            collect_changed(format!("{key}.{name}"), before, after, keys);
         }
+    } else if before != Some(after) {
+        keys.push(key);
     }
 }
 
@@ -287,8 +301,11 @@ fn a_shard_has_the_samples_that_were_asked_for() {
 
 #[test]
 fn every_key_is_edited() {
-    let edits = OF_CACHED.iter().chain(OF_GLOSSY);
-    let edited: Vec<String> = edits.flat_map(|edit| keys_set_by(edit)).collect();
+    let mut edited = Vec::new();
+    for (text, edits) in [(CACHED, OF_CACHED), (GLOSSY, OF_GLOSSY)] {
+        let scene: Table = text.parse().expect("a scene");
+        edited.extend(edits.iter().flat_map(|edit| keys_changed_by(edit, &scene)));
+    }
     for key in all_keys() {
         assert!(edited.contains(&key), "{key} is not edited");
     }
