@@ -107,6 +107,11 @@ impl ProgressivePicture {
         matches!(self.doing, Doing::Nothing)
     }
 
+    /// Whether samples make the picture, or have made it: at rest, and where there is a cache, by refining a march.
+    fn is_refined(&self) -> bool {
+        matches!(self.doing, Doing::Refining | Doing::Nothing)
+    }
+
     /// The text of the status line.
     pub fn doing(&self) -> &'static str {
         match self.doing {
@@ -124,9 +129,7 @@ impl ProgressivePicture {
         let calmed = 0.75 * self.scale + 0.25 * wanted;
         self.scale = calmed.clamp(LEAST_SCALE, 1.0);
     }
-}
 
-impl ProgressivePicture {
     /// Spends a slice of time on the picture. Returns whether `shown` has changed.
     pub fn advance(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
         if std::mem::take(&mut self.is_toned_otherwise) && self.tone_again(engine, shown)? {
@@ -143,8 +146,7 @@ impl ProgressivePicture {
 
     /// Encodes the picture again. A refined picture is still there and is shown at once; others are made anew.
     fn tone_again(&mut self, engine: &mut Engine, shown: &Image) -> Result<bool> {
-        let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
-        let is_there = is_refined && engine.totals().samples > 0;
+        let is_there = self.is_refined() && engine.totals().samples > 0;
         if is_there {
             self.show(engine, shown)?
         } else {
@@ -294,9 +296,8 @@ impl ProgressivePicture {
         self.show_film(engine, shown, film)
     }
 
-    /// `film`: that of the samples so far, if they refine a march.
+    /// `film`: that of the samples so far, which only a march that they refine needs.
     fn show_film(&mut self, engine: &mut Engine, shown: &Image, film: Option<Film>) -> Result<()> {
-        let is_refined = matches!(self.doing, Doing::Refining | Doing::Nothing);
         let push = ProgressivePicture::tone_map_push(engine, shown);
         let samples = engine.totals().samples;
         if let Some(picture) = film.and_then(|film| self.refined(samples, &film.mean))
@@ -305,7 +306,7 @@ impl ProgressivePicture {
             return caching.tone_map_texels(&picture, shown, &push);
         }
         match engine.caching() {
-            Some(mut caching) if !is_refined => caching.tone_map(shown, &push),
+            Some(mut caching) if !self.is_refined() => caching.tone_map(shown, &push),
             _ => engine.tone_map(shown, &push),
         }
     }
