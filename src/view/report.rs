@@ -25,6 +25,12 @@ pub struct Report {
     resting: Recent,
     last_frame: Option<Instant>,
     first_picture: Option<Duration>,
+    counts: Counts,
+}
+
+/// How often each of these has happened in the session.
+#[derive(Clone, Default, Serialize)]
+struct Counts {
     frames: u64,
     cache_clears: u32,
     builds: u32,
@@ -42,7 +48,8 @@ pub struct SessionStats {
     seconds: f64,
     /// Seconds from the window's opening to the first picture in it.
     first_picture_s: Option<f64>,
-    frames: u64,
+    #[serde(flatten)]
+    counts: Counts,
     /// Milliseconds between frames while something moves: median, 95th percentile and longest.
     moving_frame_ms_median: f64,
     moving_frame_ms_p95: f64,
@@ -54,10 +61,6 @@ pub struct SessionStats {
     moving_scale: f64,
     /// The response from an input to the first frame that shows its effect.
     response: ResponseStats,
-    cache_clears: u32,
-    builds: u32,
-    resizes: u32,
-    pictures_finished: u32,
     relative_error: f64,
     passes: Vec<PassStats>,
     memory: MemoryStats,
@@ -76,11 +79,7 @@ impl Report {
             resting: Recent::default(),
             last_frame: None,
             first_picture: None,
-            frames: 0,
-            cache_clears: 0,
-            builds: 0,
-            resizes: 0,
-            pictures_finished: 0,
+            counts: Counts::default(),
         }
     }
 
@@ -95,7 +94,7 @@ impl Report {
     }
 
     pub fn built(&mut self, live: &Live) {
-        self.builds += 1;
+        self.counts.builds += 1;
         self.say(&format!(
             "showing: {}, because {}",
             live.engine.choice().plan.variant.description(),
@@ -104,17 +103,17 @@ impl Report {
     }
 
     pub fn cache_cleared(&mut self) {
-        self.cache_clears += 1;
+        self.counts.cache_clears += 1;
         self.say("cache cleared");
     }
 
     pub fn resized(&mut self, [width, height]: [u32; 2]) {
-        self.resizes += 1;
+        self.counts.resizes += 1;
         self.say(&format!("picture: {width}x{height}"));
     }
 
     pub fn finished(&mut self, live: &Live) {
-        self.pictures_finished += 1;
+        self.counts.pictures_finished += 1;
         self.say(&format!(
             "picture finished: {} samples, relative error {:.4}",
             live.engine.totals().samples,
@@ -124,7 +123,7 @@ impl Report {
 
     /// Notes that a frame was presented.
     pub fn frame(&mut self, is_moving: bool, has_picture: bool) {
-        self.frames += 1;
+        self.counts.frames += 1;
         self.response.presented(has_picture);
         let now = Instant::now();
         if has_picture && self.first_picture.is_none() {
@@ -173,7 +172,7 @@ impl Report {
             driver: summary.driver.clone(),
             seconds: self.began.elapsed().as_secs_f64(),
             first_picture_s: self.first_picture.map(|t| t.as_secs_f64()),
-            frames: self.frames,
+            counts: self.counts.clone(),
             moving_frame_ms_median: self.moving.quantile(0.5),
             moving_frame_ms_p95: self.moving.quantile(0.95),
             moving_frame_ms_max: self.moving.highest,
@@ -182,10 +181,6 @@ impl Report {
             resting_frame_ms_max: self.resting.highest,
             moving_scale: live.map_or(f64::NAN, |live| live.picture.scale),
             response: self.response.stats(),
-            cache_clears: self.cache_clears,
-            builds: self.builds,
-            resizes: self.resizes,
-            pictures_finished: self.pictures_finished,
             relative_error: live.map_or(f64::NAN, |live| live.picture.relative_error),
             passes: self.passes.iter().map(pass_stats).collect(),
             memory: figures::memory(&stage.memory, stage.planned.most_bytes()),
