@@ -6,7 +6,7 @@ use super::session::Session;
 use super::stage::Stage;
 use crate::error::{Error, Result};
 
-const DIVISORS: [u32; 4] = [1, 2, 4, LAST_DIVISOR];
+/// The last of the numbers by which the picture's pixels along an axis are divided; each is twice the one before.
 const LAST_DIVISOR: u32 = 8;
 
 /// The size that was chosen last.
@@ -27,7 +27,7 @@ impl Default for Fit {
 }
 
 impl Fit {
-    /// Asks for fewer pixels in the same room, for which no renderer could be built. Returns whether there can be fewer.
+    /// Asks for fewer pixels in the same room, since there is no memory for these. Returns whether there can be fewer.
     pub fn coarsen(&mut self) -> bool {
         let is_possible = self.divisor < LAST_DIVISOR;
         if is_possible {
@@ -89,20 +89,17 @@ impl Fit {
 
     /// Gives the picture that is shown as many pixels as there is memory for, beside the live renderer.
     fn resize_picture(&mut self, stage: &mut Stage, live: Option<&Live>) -> Result<()> {
-        let least = self.divisor;
-        for divisor in DIVISORS.into_iter().filter(|divisor| *divisor >= least) {
-            self.divisor = divisor;
-            let is_last = divisor == LAST_DIVISOR;
-            if !is_last && !has_room(stage, live, self.size())? {
-                continue;
+        loop {
+            let is_last = self.divisor == LAST_DIVISOR;
+            if is_last || has_room(stage, live, self.size())? {
+                match stage.resize_picture(self.size()) {
+                    // The driver may have less memory than the budget.
+                    Err(Error::Memory(_)) if !is_last => {}
+                    resized => return resized,
+                }
             }
-            match stage.resize_picture(self.size()) {
-                // The driver may have less memory than the budget.
-                Err(Error::Memory(_)) if !is_last => {}
-                resized => return resized,
-            }
+            self.coarsen();
         }
-        Ok(())
     }
 }
 
