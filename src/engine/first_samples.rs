@@ -39,7 +39,7 @@ struct UnitsCost {
 impl Engine {
     /// Takes a few samples of the picture, which are its beginning, or of one with fewer pixels if it has many and the volume
     /// is whole (otherwise fewer would need as many bricks, and say little about the time); `None` if `until` comes before.
-    /// How evenly samples are spread is not looked at if the work takes less than `short` seconds even if they are not.
+    /// How evenly samples are spread is measured only if the work would take `short` seconds or more with independent samples.
     pub(super) fn try_samples(
         &mut self,
         task: &Task<'_>,
@@ -127,7 +127,8 @@ impl Engine {
             return Ok(None);
         }
         let variance = self.variance_of_one()?;
-        // One unit: small ones wait for their longest path, as only the first of a picture do.
+        // All in one unit, since each unit waits for its longest path, and a whole picture has such small units only at its
+        // beginning.
         self.double(samples, variance, until)
     }
 

@@ -270,8 +270,8 @@ impl Subject<'_> {
 
 impl Engine {
     /// Fills and samples the cache, with the time of its filling on `watch`, and tells whether it is better than `rival`.
-    /// `to_go_back` is what the rival takes in addition to its forecast, in seconds: making its engine again, less what is
-    /// kept of its samples; it may be negative. `None` if `until` comes before the result.
+    /// `to_go_back` is the seconds that returning to the rival costs: making its engine again, minus the sampling that need
+    /// not be repeated. It is negative if the latter is more. `None` if `until` comes before the result.
     ///
     /// While nodes have only gathered, the estimated error of the cache is uncertain. So as long as the cache is the better
     /// choice it is filled further, which is no loss if it is taken, until it is good enough or `until` comes. Where the

@@ -43,7 +43,7 @@ impl Asked {
 }
 
 impl Interface<'_> {
-    /// Runs it once; egui may do so twice in a frame, the second time without the keys.
+    /// Runs the interface. egui may call this twice in a frame; the first call takes the keys.
     pub fn run(&mut self, ui: &mut Ui, asked: &mut Asked) {
         asked.actions.extend(actions(ui));
         if let Some(session) = self.session.as_mut().filter(|_| self.shows_panels) {

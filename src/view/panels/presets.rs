@@ -104,7 +104,7 @@ impl Look {
         }
     }
 
-    /// Whether data of this range are what it is made for: they have values at which it changes.
+    /// Whether the preset suits data of this range: one of its values lies inside it.
     fn suits(&self, range: [f64; 2]) -> bool {
         let points = self.transfer.iter().map(|(value, ..)| *value);
         let mut values = points.chain(self.surface.map(|(value, _)| value));
