@@ -73,7 +73,7 @@ impl<'a> Trial<'a> {
         let scene = subject.scene;
         let may_cache = choice.plan.bricks.is_some() || choice.plan.variant.cache().is_some();
         let open = task.filter(|task| {
-            scene.render.variant == Variant::Auto && task.stop.count().is_none() && may_cache
+            scene.render.variant == Variant::Auto && !task.stop.is_counted() && may_cache
         });
         let (engine, open) = match open {
             None => (subject.engine(choice)?, None),

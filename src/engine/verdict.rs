@@ -31,7 +31,7 @@ impl Compared {
                 return Compared::Seconds { to, with, without };
             }
         }
-        let after = stop.time.map_or(f64::INFINITY, |time| time.as_secs_f64());
+        let after = stop.seconds();
         Compared::Errors {
             after,
             with: cached.error_after(after / LATE, pictures),
