@@ -125,11 +125,17 @@ impl Printed<'_> {
                 later_read_bytes,
             } = bricks;
             text += &format!(
-                "the volume streams: {total} bricks of {side} voxels a side, {needed} of them are needed, and {resident} \
-                 are on the GPU at a time ({:.0} %); the host keeps {} of them; if each is \
-                 brought once, the first samples read up to {}, and later ones that are taken together up to {}\n",
-                100.0 * share,
-                human(*host_bytes),
+                "the volume streams: {total} bricks of {side} voxels a side, of which {needed} are needed and {resident} are \
+                 on the GPU at a time ({:.0} %)\n",
+                100.0 * share
+            );
+            text += &format!(
+                "the host's memory: at most {} of bricks\n",
+                human(*host_bytes)
+            );
+            text += &format!(
+                "reads of the file, if each brick is brought once: up to {} for the first samples, and {} for later ones that \
+                 are taken together\n",
                 human(*first_read_bytes),
                 human(*later_read_bytes),
             );

@@ -274,7 +274,7 @@ impl<'a> Render<'a> {
 
     fn take_picture(&mut self, view: &View) -> Result<Outcome> {
         let Render { engine, clock, .. } = self;
-        self.progress.begin_picture();
+        self.progress.begin_picture(view.number, self.views.len());
         let own_watch = Stopwatch::started();
         let (keeper, watch) = match self.beginning {
             Beginning::Again => (None, &own_watch),

@@ -13,6 +13,8 @@ use crate::scene::volume::Copying;
 
 pub struct ProgressLine {
     stop: Stop,
+    /// The beginning of what is said of a picture, if there are several.
+    which: String,
     shown: Shown,
 }
 
@@ -39,22 +41,29 @@ impl ProgressLine {
         } else {
             return ProgressLine::log(stop, Box::new(io::stderr()));
         };
-        ProgressLine { stop, shown }
+        ProgressLine::with(stop, shown)
     }
 
     /// Progress as a line now and then, for a stderr that is not a terminal.
     pub fn log(stop: Stop, log: Box<dyn Write + Send>) -> ProgressLine {
+        let next_at = LINE_SECONDS;
+        ProgressLine::with(stop, Shown::Lines { log, next_at })
+    }
+
+    fn with(stop: Stop, shown: Shown) -> ProgressLine {
         ProgressLine {
             stop,
-            shown: Shown::Lines {
-                log,
-                next_at: LINE_SECONDS,
-            },
+            which: String::new(),
+            shown,
         }
     }
 
-    /// To be called when a picture is begun or continued, whose seconds are counted anew.
-    pub fn begin_picture(&mut self) {
+    /// To be called when a picture is begun or continued, whose seconds are counted anew: the one with this number, from 1
+    /// on, of so many.
+    pub fn begin_picture(&mut self, number: u32, of: usize) {
+        if of > 1 {
+            self.which = format!("picture {number} of {of}: ");
+        }
         if let Shown::Lines { next_at, .. } = &mut self.shown {
             *next_at = LINE_SECONDS;
         }
@@ -74,17 +83,18 @@ impl ProgressLine {
     fn sampled(&mut self, so_far: &Sampled) {
         let left = self.stop.seconds_left(so_far);
         let seconds = so_far.took.as_secs_f64();
+        let status = format!("{}{}", self.which, status(so_far, left));
         match &mut self.shown {
             Shown::Nothing => {}
             Shown::Bar(bar) => {
                 let share = left.map_or(0.0, |left| seconds / (seconds + left));
                 bar.set_position((share * BAR_STEPS as f64) as u64);
-                bar.set_message(status(so_far, left));
+                bar.set_message(status);
             }
             Shown::Lines { log, next_at } => {
                 if seconds >= *next_at {
                     *next_at = seconds + LINE_SECONDS;
-                    print(log, &status(so_far, left));
+                    print(log, &status);
                 }
             }
         }

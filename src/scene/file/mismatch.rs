@@ -32,10 +32,8 @@ pub fn explain<'a>(
             .rsplit_once("expected ")
             .map_or(message, |(_, what)| what);
         let found = value_of(&key).map_or("nothing".to_string(), shown);
-        (
-            key,
-            format!("found {found}, expected {}", in_words(expected)),
-        )
+        let problem = format!("found {found}, expected {}", in_words(expected, &key));
+        (key, problem)
     }
 }
 
@@ -78,12 +76,16 @@ pub fn shown(value: &Value) -> String {
     }
 }
 
-fn in_words(expected: &str) -> String {
+/// What was expected of the value of `key`.
+fn in_words(expected: &str, key: &str) -> String {
     match expected {
         "f32" | "f64" => "a number".to_string(),
         "u32" => format!("a whole number from 0 to {}", u32::MAX),
         "fewer elements in array" => "fewer elements".to_string(),
         "a sequence" => "an array".to_string(),
+        "an array of length 2" if key == "volume.crop" => {
+            "two corners, as in [[0, 0, 0], [64, 64, 64]]".to_string()
+        }
         "an array of length 2" => "two numbers, as in [1, 2]".to_string(),
         "an array of length 3" => "three numbers, as in [1, 2, 3]".to_string(),
         structure if structure.starts_with("struct ") => "a table".to_string(),

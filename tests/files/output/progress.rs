@@ -71,8 +71,8 @@ fn a_log_gets_a_line_every_ten_seconds() {
     };
     let mut progress = ProgressLine::log(stop, Box::new(log.clone()));
     // Two pictures of an orbit.
-    for _ in 0..2 {
-        progress.begin_picture();
+    for number in 1..3 {
+        progress.begin_picture(number, 2);
         for second in 0..25 {
             let so_far = sampled(second * 4, f64::from(second), 0.5);
             progress.show(engine::Progress::Unit(so_far));
@@ -80,7 +80,10 @@ fn a_log_gets_a_line_every_ten_seconds() {
     }
     progress.finish();
     let lines = String::from_utf8(log.0.lock().unwrap().clone()).unwrap();
-    let expected = "40 spp, relative error 0.5000, 00:00:50 left\n\
-                    80 spp, relative error 0.5000, 00:00:40 left\n";
-    assert_eq!(lines, expected.repeat(2));
+    let expected = "picture 1 of 2: 40 spp, relative error 0.5000, 00:00:50 left\n\
+                    picture 1 of 2: 80 spp, relative error 0.5000, 00:00:40 left\n";
+    assert_eq!(
+        lines,
+        expected.to_owned() + &expected.replace("1 of", "2 of")
+    );
 }

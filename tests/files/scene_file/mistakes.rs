@@ -69,6 +69,7 @@ fn wrong_kinds_of_value() {
         [camera] / view = "anteror"              => :2: camera.view: found "anteror"; did you mean "anterior"?
         [render] / size = [512, -3]              => :2: render.size.1: found -3, expected a whole number
         [render] / size = 512                    => :2: render.size: found 512, expected two numbers
+        [volume] / crop = 1                      => :2: volume.crop: found 1, expected two corners
         [render] / max_bounces = 1.5             => :2: render.max_bounces: found 1.5, expected a whole number
         [render] / max_bounces = 1e300           => :2: render.max_bounces: found 1e300, expected a whole number
         [render] / max_bounces = 5000000000      => :2: render.max_bounces: found 5000000000, expected a whole number from 0 to 4294967295
