@@ -7,7 +7,7 @@ use super::edits;
 use super::entrant_run::{EntrantRun, References, Snapshot};
 use super::entrants::{Entrant, Subject};
 use super::report::{Point, RunReport, Similarity, SimilarityPoint, seconds_to};
-use super::warm::NewView;
+use super::warm::Warm;
 use crate::compare::measure as compare;
 use crate::engine::Stopwatch;
 use crate::engine::figures;
@@ -34,17 +34,11 @@ pub fn measure(
     let (paths, lookups) = (run.engine.paths(), run.engine.lookups());
     let cache = run.cache();
     let passes = figures::passes(run.engine.timings(), bench.peak.as_ref());
-    let is_warm = run.fill_everywhere()?;
-    let (orbit, new_view) = if is_warm {
-        (Some(run.orbit()?), run.new_view(bench)?)
-    } else {
-        (None, NewView::default())
-    };
-    let isovalue = if is_warm {
-        run.dragged_isovalue(bench)?
-    } else {
-        None
-    };
+    let Warm {
+        orbit,
+        new_view,
+        isovalue,
+    } = run.warm(bench)?;
     let edit = edits::measure(&mut run.engine)?;
     let (points, snapshots): (Vec<Point>, Vec<Snapshot>) = snapshots.into_iter().unzip();
     Ok((

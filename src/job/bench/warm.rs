@@ -30,10 +30,29 @@ pub struct NewView {
     pub bias_apart: Option<BiasApart>,
 }
 
+/// What the cache of a run is good for; nothing without a cache, or after Ctrl-C.
+#[derive(Default)]
+pub struct Warm {
+    pub orbit: Option<Orbit>,
+    pub new_view: NewView,
+    pub isovalue: Option<IsovalueEdit>,
+}
+
 impl EntrantRun<'_> {
+    pub(super) fn warm(&mut self, bench: &mut Bench<'_>) -> Result<Warm> {
+        if !self.fill_everywhere()? {
+            return Ok(Warm::default());
+        }
+        Ok(Warm {
+            orbit: Some(self.orbit()?),
+            new_view: self.new_view(bench)?,
+            isovalue: self.dragged_isovalue(bench)?,
+        })
+    }
+
     /// Makes the cache as good for all views as it is for the scene's own. False if there is no cache, or if Ctrl-C
     /// came before the end.
-    pub(super) fn fill_everywhere(&mut self) -> Result<bool> {
+    fn fill_everywhere(&mut self) -> Result<bool> {
         match self.engine.caching() {
             Some(mut caching) => {
                 caching.widen_focus();
@@ -49,7 +68,7 @@ impl EntrantRun<'_> {
         total.map_or(0.0, |total| total.duration_us / 1e3)
     }
 
-    pub(super) fn orbit(&mut self) -> Result<Orbit> {
+    fn orbit(&mut self) -> Result<Orbit> {
         let mut march_ms = Vec::new();
         let mut frame_ms = Vec::new();
         let mut cpu_ms = Vec::new();
@@ -80,7 +99,7 @@ impl EntrantRun<'_> {
 
     /// Returns to the scene's own view, which the cache does not know better than others. Also compares the march
     /// with a reference of the same rays.
-    pub(super) fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<NewView> {
+    fn new_view(&mut self, bench: &mut Bench<'_>) -> Result<NewView> {
         let name = format!("{}.new-view.exr", self.prefix);
         let Some((marched, points)) = self.come_back(bench, Some(name))? else {
             return Ok(NewView::default());
@@ -98,10 +117,7 @@ impl EntrantRun<'_> {
 
     /// Drags the isovalues to those of the scene. `None` where that is not done in place: without a surface, or in
     /// `full` light, whose cache begins anew.
-    pub(super) fn dragged_isovalue(
-        &mut self,
-        bench: &mut Bench<'_>,
-    ) -> Result<Option<IsovalueEdit>> {
+    fn dragged_isovalue(&mut self, bench: &mut Bench<'_>) -> Result<Option<IsovalueEdit>> {
         let mut beside = self.entrant.scene.clone();
         if beside.surfaces.iso.is_empty() || beside.surfaces.light == LightModel::Full {
             return Ok(None);

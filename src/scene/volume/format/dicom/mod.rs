@@ -92,13 +92,7 @@ pub fn read(path: &Path, overrides: &VolumeOverrides) -> Keyed<Header> {
                 .into(),
         );
     }
-    let facts = facts(first, first_frame);
-    let packing = first.transfer.name;
-    let storage = Storage {
-        compression: (packing != "none").then(|| packing.to_string()),
-        unit: Some("mm".into()),
-        ..Storage::default()
-    };
+    let (facts, storage) = (facts(first, first_frame), storage(first));
     if first.is_inverted {
         let inverted = "the files say that the lowest values are white: values are inverted, so that the highest are white";
         notes.push(inverted.into());
@@ -139,6 +133,16 @@ fn check_whole(found: &Found, group: &Group) -> Parsed<()> {
         Some(damage) => Err(image.named(damage)),
         None => Ok(()),
     })
+}
+
+/// How such images are stored.
+fn storage(image: &Image) -> Storage {
+    let packing = image.transfer.name;
+    Storage {
+        compression: (packing != "none").then(|| packing.to_string()),
+        unit: Some("mm".into()),
+        ..Storage::default()
+    }
 }
 
 /// What the values of such images mean.
