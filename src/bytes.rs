@@ -13,3 +13,8 @@ pub fn human(bytes: u64) -> String {
         ),
     }
 }
+
+/// "1.5 GiB (1610612736 bytes)", where the exact number counts.
+pub fn exactly(bytes: u64) -> String {
+    format!("{} ({bytes} bytes)", human(bytes))
+}

@@ -262,7 +262,7 @@ impl RenderArgs {
         }
     }
 
-    /// Whether pictures are to be put together or continued later, which their sums are kept for.
+    /// Whether the sums behind pictures are kept, so that they can be merged or continued later.
     pub fn keeps_sums(&self) -> bool {
         self.samples.is_some() || self.checkpoint.is_some()
     }

@@ -58,9 +58,8 @@ pub struct Outcome {
 }
 
 impl Engine {
-    /// Fills the cache, if the variant has one, and takes samples in addition to those that the picture has, until `stop` is
-    /// reached. An empty stop, or one that is never
-    /// reached, goes on for ever.
+    /// Fills the cache, if the variant has one, and takes samples until `stop` is reached, as [`sample`](Engine::sample) does.
+    /// An empty stop, or one that is never reached, goes on for ever.
     pub fn render(&mut self, stop: Stop) -> Result<Outcome> {
         let mut run = Run {
             stop,
@@ -75,9 +74,9 @@ impl Engine {
     }
 
     /// Takes unit after unit of samples, in addition to those that the picture has already, until the run's stop or
-    /// its interruption; with another range of samples than before, the picture is begun anew. Time is measured by `watch`; a unit that is under way when the time is over is dropped.
-    /// Fails with [`Error::Interrupted`] if there is no picture yet, and with [`Error::TooShort`] if the time is too
-    /// short for one.
+    /// its interruption. With a shard whose first sample is another one than the picture's, the picture is begun anew. Time
+    /// is measured by `watch`; a unit that is under way when the time is over is dropped. Fails with
+    /// [`Error::Interrupted`] if there is no picture yet, and with [`Error::TooShort`] if the time is too short for one.
     pub fn sample(&mut self, run: &mut Run<'_>, watch: &Stopwatch) -> Result<Outcome> {
         self.begin_at_first_of(&run.stop);
         let totals = self.renderer.totals();

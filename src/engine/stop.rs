@@ -49,7 +49,7 @@ impl Stop {
     }
 
     /// Whether samples are counted. What is rendered does not depend on the time then: the same command gives the same bits.
-    pub fn is_counted(&self) -> bool {
+    pub(super) fn is_counted(&self) -> bool {
         self.count().is_some()
     }
 
@@ -59,7 +59,7 @@ impl Stop {
     }
 
     /// Seconds of rendering; infinite where they are not limited.
-    pub fn seconds(&self) -> f64 {
+    pub(super) fn seconds(&self) -> f64 {
         self.time.map_or(f64::INFINITY, |time| time.as_secs_f64())
     }
 

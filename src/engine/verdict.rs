@@ -10,8 +10,8 @@ use super::task::Task;
 /// it.
 const LATE: f64 = 1.2;
 
-/// What is expected with a cache and without it, which is with its rival: no cache, or another one. Displayed, it is the
-/// reason for a choice, as the end of a sentence that is meant for no cache.
+/// What is expected with a cache, and without it: with its rival, which is no cache or another cache. Displayed, it is the
+/// end of a sentence that says why one is chosen; its words are right where the rival is no cache.
 #[derive(Debug)]
 pub enum Compared {
     /// Seconds until all pictures have the relative error `to`.
@@ -21,7 +21,8 @@ pub enum Compared {
 }
 
 impl Compared {
-    /// Compares a cache with its rival by what the task asks for: the time, unless that ends before either is good enough.
+    /// Compares a cache with its rival by the time until pictures have the error that is asked for; by their errors at the
+    /// end of the time if no error is asked for, or if neither reaches it in time.
     pub fn of(rival: &Forecast, cached: &CachedForecast, task: &Task<'_>) -> Compared {
         let Task { stop, pictures, .. } = *task;
         if let Some(to) = stop.relative_error {

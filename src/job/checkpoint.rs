@@ -63,7 +63,7 @@ enum FillState {
 }
 
 impl<'a> Keeper<'a> {
-    /// Continues from the checkpoint, if there is one, and restores the cache. The `fingerprints` are those of the volume.
+    /// Continues from the checkpoint, if there is one, and restores the cache. `fingerprints` has only the volume's so far.
     ///
     /// # Errors
     ///

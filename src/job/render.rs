@@ -89,8 +89,8 @@ struct Render<'a> {
     earlier: Duration,
     /// Index of the picture under way: at first that of the checkpoint.
     under_way: usize,
-    /// How the picture that the engine has was begun.
-    beginning: Beginning,
+    /// How the picture that the engine has was begun; `None` before the first, and where the engine could not turn to one.
+    beginning: Option<Beginning>,
 }
 
 /// How a picture is begun.
@@ -155,7 +155,7 @@ impl<'a> Render<'a> {
             fingerprints,
             earlier: earlier.took,
             under_way: keeper.as_ref().map_or(0, Keeper::picture),
-            beginning: Beginning::UnderWay,
+            beginning: None,
             keeper,
         })
     }
@@ -225,7 +225,7 @@ impl<'a> Render<'a> {
             Err(Error::Interrupted)
         } else {
             self.begin_picture(index, beginning)
-                .and_then(|()| self.take_picture(&self.views[index]))
+                .and_then(|()| self.take_picture(&self.views[index], beginning))
         };
         let taken = match taken {
             // One that is made again must not be half as good as the others: no checkpoint would tell.
@@ -249,7 +249,7 @@ impl<'a> Render<'a> {
     /// Turns to the picture with this index.
     fn begin_picture(&mut self, index: usize, beginning: Beginning) -> Result<()> {
         let Render { engine, clock, .. } = self;
-        self.beginning = beginning;
+        self.beginning = None;
         self.watch.pause();
         if index > 0 {
             let scene = &self.views[index].scene;
@@ -269,14 +269,15 @@ impl<'a> Render<'a> {
                 self.watch = Stopwatch::started();
             }
         }
+        self.beginning = Some(beginning);
         Ok(())
     }
 
-    fn take_picture(&mut self, view: &View) -> Result<Outcome> {
+    fn take_picture(&mut self, view: &View, beginning: Beginning) -> Result<Outcome> {
         let Render { engine, clock, .. } = self;
         self.progress.begin_picture(view.number, self.views.len());
         let own_watch = Stopwatch::started();
-        let (keeper, watch) = match self.beginning {
+        let (keeper, watch) = match beginning {
             Beginning::Again => (None, &own_watch),
             Beginning::UnderWay | Beginning::Next => (self.keeper.as_mut(), &self.watch),
         };
@@ -304,18 +305,18 @@ impl<'a> Render<'a> {
         })
     }
 
-    /// Writes the checkpoint at the end.
+    /// Writes the checkpoint at the end, if the engine has the picture under way.
     fn keep(&mut self) -> Result<()> {
         match (&mut self.keeper, self.beginning) {
-            (None, _) | (_, Beginning::Again) => Ok(()),
-            (Some(keeper), Beginning::UnderWay | Beginning::Next) => {
+            (None, _) | (_, None | Some(Beginning::Again)) => Ok(()),
+            (Some(keeper), Some(Beginning::UnderWay | Beginning::Next)) => {
                 keeper.end(&mut self.engine, &self.views[self.under_way], &self.watch)
             }
         }
     }
 }
 
-/// Work on a picture: it ends at the stop or with an interruption, and is shown.
+/// Work on a picture: it ends at the stop or with an interruption, and its progress is shown.
 struct Work<'a> {
     stop: Stop,
     view: &'a View,

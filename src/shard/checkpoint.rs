@@ -209,7 +209,7 @@ impl Found {
             let header = &state.header;
             header
                 .check()
-                .map_err(|why| Error::input(Place::file(&name), why))?;
+                .map_err(|why| or_restart(Error::input(Place::file(&name), why)))?;
             let found = Named {
                 name: &name,
                 identity: &header.identity,

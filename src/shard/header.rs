@@ -93,7 +93,10 @@ impl Header {
         let is_sound = |range: &SampleRange| range.first < range.end;
         let most = ranges.last().map_or(0, |last| last.end);
         if !is_in_order || !ranges.iter().all(is_sound) || most > SampleRange::MOST {
-            return Err("its header is damaged: ranges of samples are empty, too far, overlap or are out of order".into());
+            return Err(format!(
+                "its header is damaged: ranges of samples are empty, overlap, are out of order or end beyond {}",
+                SampleRange::MOST
+            ));
         }
         if self.halves.is_some_and(|samples| samples > self.count()) {
             return Err(

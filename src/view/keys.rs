@@ -16,6 +16,7 @@ pub enum Action {
     Scene(SceneAction),
 }
 
+/// A request that needs an open scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SceneAction {
     Home,

@@ -296,7 +296,7 @@ impl ProgressivePicture {
         self.show_film(engine, shown, film)
     }
 
-    /// `film`: that of the samples so far, which only a march that they refine needs.
+    /// `film`: that of the samples so far; needed only where they refine a march.
     fn show_film(&mut self, engine: &mut Engine, shown: &Image, film: Option<Film>) -> Result<()> {
         let push = ProgressivePicture::tone_map_push(engine, shown);
         let samples = engine.totals().samples;

@@ -74,6 +74,18 @@ fn a_checkpoint_of_something_else_is_refused() {
     assert!(said.contains("c.exr: it is a checkpoint"), "{said}");
     folder.write("c.exr", &whole[..whole.len() - 9]);
     refused(&folder, &cached, 3);
+    // Within the last line of pixels. What is refused stays as it is.
+    let mut damaged = whole.clone();
+    damaged
+        .iter_mut()
+        .rev()
+        .take(600)
+        .for_each(|byte| *byte ^= 1);
+    folder.write("c.exr", &damaged);
+    let said = refused(&folder, &cached, 3);
+    let expected = "its pixels are not those that were written; --restart begins anew";
+    assert!(said.ends_with(expected), "{said}");
+    assert!(folder.read("c.exr") == damaged);
     folder.write("c.exr", b"");
     let said = refused(&folder, &cached, 3);
     assert!(said.ends_with("; --restart begins anew"), "{said}");

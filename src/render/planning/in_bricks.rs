@@ -5,8 +5,8 @@
 //! then waits for about as many bricks as it saves. That is a rule of thumb. Where a render is long enough for a trial
 //! (`engine/trial.rs`), it compares the caches on the device.
 
-use super::refusal::needs;
 use super::{Choice, Plan, Planner};
+use crate::bytes::exactly;
 use crate::error::{Error, Result, unless_refused};
 use crate::render::bricks::needed_bricks;
 use crate::render::gpu_scene::GpuScene;
@@ -51,35 +51,49 @@ impl<'a> InBricks<'a> {
         let Some((n, plan)) = best else {
             return Ok(None);
         };
-        let next_better = match self.need_of_last(&candidates[..n])? {
+        let next_better = match self.least_need(candidates[..n].to_vec())? {
             Some(need) => format!("{need}; {need_of_whole}"),
             None => need_of_whole.into(),
         };
         Ok(Some(self.choice(plan, &next_better)))
     }
 
-    /// What the last of these needs to be chosen, in words; `None` if that is no less than what the whole volume needs
-    /// without a cache, or if there is none.
-    fn need_of_last(&self, candidates: &[GpuScene]) -> Result<Option<String>> {
-        let Some(last) = candidates.last() else {
+    /// What is needed at least for one of these to be chosen, in words. `None` if there is none, or if a variant with the
+    /// whole volume needs no more: that would be chosen.
+    fn least_need(&self, candidates: Vec<GpuScene>) -> Result<Option<String>> {
+        let enough = |scene: &GpuScene| unless_refused(self.planned(scene, self.enough_for(scene)));
+        let Some(plan) = self.least(candidates, enough)? else {
             return Ok(None);
         };
-        let Some(plan) = unless_refused(self.planned(last, self.enough_for(last)))? else {
-            return Ok(None);
-        };
-        let whole = unless_refused(self.planner.plan(&self.planner.uncached))?;
+        let whole = self.least(self.candidates(), |scene| {
+            unless_refused(self.planner.plan(scene))
+        })?;
         let is_less = whole.is_none_or(|whole| plan.bytes() < whole.bytes());
         Ok(is_less.then(|| {
             let name = plan.variant.description();
             format!(
                 "{name} with the volume in bricks needs {}",
-                needs(plan.bytes())
+                exactly(plan.bytes())
             )
         }))
     }
 
+    /// The plan of the fewest bytes of these scenes'. A coarser cache may need more than a finer one: its wide cubes count as
+    /// rims of the medium where narrow ones do not, and what is left to paths there takes memory for each pixel.
+    pub(super) fn least(
+        &self,
+        scenes: impl IntoIterator<Item = GpuScene>,
+        plan: impl Fn(&GpuScene) -> Result<Option<Plan>>,
+    ) -> Result<Option<Plan>> {
+        let plans = scenes
+            .into_iter()
+            .filter_map(|scene| plan(&scene).transpose());
+        let plans = plans.collect::<Result<Vec<Plan>>>()?;
+        Ok(plans.into_iter().min_by_key(Plan::bytes))
+    }
+
     /// The caches that fit and leave the volume unlike numbers of bricks, the finest first.
-    pub fn caches(&self, next_better: &str) -> Result<Vec<Choice>> {
+    pub fn compared(&self, next_better: &str) -> Result<Vec<Choice>> {
         let mut caches = Vec::new();
         let mut most = 0.0;
         for candidate in self.candidates() {
@@ -97,6 +111,13 @@ impl<'a> InBricks<'a> {
 
     /// The variants that may be chosen: the finest cache first, no cache last.
     fn candidates(&self) -> impl Iterator<Item = GpuScene> {
+        let allows_no_cache = self.planner.scene.render.variant != Variant::Caching;
+        let without = allows_no_cache.then(|| self.planner.uncached.clone());
+        self.caches().chain(without)
+    }
+
+    /// The caches that may be chosen, the finest first.
+    pub(super) fn caches(&self) -> impl Iterator<Item = GpuScene> {
         let planner = self.planner;
         let rungs = planner.why_no_cache().is_none().then(|| planner.rungs());
         let layouts = rungs
@@ -104,10 +125,7 @@ impl<'a> InBricks<'a> {
             .flatten()
             .filter_map(|rung| rung.layout.ok())
             .filter(|layout| planner.too_many_nodes(layout).is_none());
-        let cached = layouts.map(|layout| planner.uncached.clone().with_cache(layout));
-        let allows_no_cache = planner.scene.render.variant != Variant::Caching;
-        let without = allows_no_cache.then(|| planner.uncached.clone());
-        cached.chain(without)
+        layouts.map(|layout| planner.uncached.clone().with_cache(layout))
     }
 
     fn choice(&self, plan: Plan, next_better: &str) -> Choice {
@@ -131,10 +149,8 @@ impl<'a> InBricks<'a> {
     /// A plan with as many bricks as the budget has room for. `None` if they are too few for a sample.
     fn fill(&self, scene: &GpuScene) -> Result<Option<Plan>> {
         let planned = |places| self.planned(scene, places);
-        let smallest = match planned(1) {
-            Ok(plan) => plan,
-            Err(Error::Memory(_)) => return Ok(None),
-            Err(other) => return Err(other),
+        let Some(smallest) = unless_refused(planned(1))? else {
+            return Ok(None);
         };
         let Some(layout) = smallest.bricks else {
             return Ok(None);

@@ -68,7 +68,7 @@ impl<'a> Planner<'a> {
     /// plan, or where the volume is in bricks, several.
     pub fn caches(&self, chosen: &Choice) -> Result<Vec<Choice>> {
         match (chosen.plan.bricks, chosen.plan.variant.cache()) {
-            (Some(_), _) => InBricks::new(self).caches(&chosen.next_better),
+            (Some(_), _) => InBricks::new(self).compared(&chosen.next_better),
             (None, Some(_)) => Ok(vec![chosen.clone()]),
             (None, None) => Ok(Vec::new()),
         }

@@ -3,7 +3,7 @@
 use super::in_bricks::InBricks;
 use super::ladder::COARSEST;
 use super::{Plan, Planner};
-use crate::bytes::human;
+use crate::bytes::exactly;
 use crate::error::{MemoryError, Result, unless_refused};
 use crate::render::gpu_scene::GpuScene;
 use crate::scene::Variant;
@@ -18,24 +18,21 @@ impl InBricks<'_> {
         };
         let rungs = planner.why_no_cache().is_none().then(|| planner.rungs());
         let coarsest = rungs.into_iter().flatten().last();
-        let cached = match coarsest.map(|rung| (rung.scale, rung.layout)) {
-            Some((_, Ok(layout))) => {
-                self.smallest_of_both(&planner.uncached.clone().with_cache(layout))?
-            }
-            Some((scale, Err(why))) if planner.scene.render.variant == Variant::Caching => {
-                return Ok(Some(MemoryError::CacheScale {
-                    scale: scale.to_string(),
-                    has_coarser: scale > COARSEST,
-                    why: Box::new(why),
-                }));
-            }
-            _ => None,
-        };
+        if let Some((scale, Err(why))) = coarsest.map(|rung| (rung.scale, rung.layout))
+            && planner.scene.render.variant == Variant::Caching
+        {
+            return Ok(Some(MemoryError::CacheScale {
+                scale: scale.to_string(),
+                has_coarser: scale > COARSEST,
+                why: Box::new(why),
+            }));
+        }
+        let cached = self.least(self.caches(), |scene| self.smallest_of_both(scene))?;
         let smallest_cache = cached.map(|plan| {
             format!(
                 "{} needs {}",
                 plan.variant.description(),
-                needs(plan.bytes())
+                exactly(plan.bytes())
             )
         });
         let budget = planner.budget;
@@ -68,7 +65,7 @@ impl Planner<'_> {
             }
             MemoryError::Plan {
                 variant, needed, ..
-            } => format!("{variant} with the whole volume needs {}", needs(*needed)),
+            } => format!("{variant} with the whole volume needs {}", exactly(*needed)),
             MemoryError::Cache { smallest_cache, .. } => {
                 format!("with the whole volume, {smallest_cache}")
             }
@@ -87,10 +84,6 @@ impl Planner<'_> {
             non_caching: without.bytes(),
         }
     }
-}
-
-pub(super) fn needs(bytes: u64) -> String {
-    format!("{} ({bytes} bytes)", human(bytes))
 }
 
 /// The error that says what is in the way and what would fit.

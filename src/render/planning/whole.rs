@@ -1,8 +1,8 @@
 //! The choice where the whole volume is on the device.
 
-use super::refusal::{needs, too_small};
+use super::refusal::too_small;
 use super::{Choice, Plan, Planner};
-use crate::bytes::human;
+use crate::bytes::{exactly, human};
 use crate::error::{Error, Result};
 use crate::render::layout::describe_cache;
 use crate::scene::Variant;
@@ -18,17 +18,23 @@ impl Planner<'_> {
             });
         }
         let wanted = self.scene.render.variant;
-        // The last of the better caches, and what is in its way.
-        let mut better = None;
+        // What is in the way of the better cache that needs least.
+        let mut better: Option<Obstacle> = None;
         for rung in self.rungs() {
             let name = describe_cache(rung.scale, rung.format);
             let layout = rung.layout.map_err(Error::from);
             let cached = layout.map(|layout| self.uncached.clone().with_cache(layout));
             let planned = cached.and_then(|cached| self.plan(&cached));
             match self.why_not(&planned) {
-                Some(why) => better = Some(format!("{name} {why}")),
+                Some(Obstacle { needed, why }) => {
+                    if better.as_ref().is_none_or(|better| needed <= better.needed) {
+                        let why = format!("{name} {why}");
+                        better = Some(Obstacle { needed, why });
+                    }
+                }
                 None => {
                     let plan = planned?;
+                    let better = better.map(|better| better.why);
                     return Ok(Choice {
                         reason: reason(&plan, wanted, better.as_deref()),
                         next_better: better.unwrap_or("there is none".into()),
@@ -37,6 +43,7 @@ impl Planner<'_> {
                 }
             }
         }
+        let better = better.map(|better| better.why);
         if wanted == Variant::Caching {
             let without = self.fitting_without_cache(better.clone())?;
             let smallest_cache = better.unwrap_or_default();
@@ -59,28 +66,35 @@ impl Planner<'_> {
         }
     }
 
-    /// What is in the way of a planned cache, as the end of a sentence that begins with its name. `None` for one that fits,
-    /// and for errors that have nothing to do with memory.
-    fn why_not(&self, planned: &Result<Plan>) -> Option<String> {
-        match planned {
+    /// What is in the way of a planned cache. `None` for one that fits, and for errors that have nothing to do with memory.
+    fn why_not(&self, planned: &Result<Plan>) -> Option<Obstacle> {
+        let (needed, why) = match planned {
             Ok(plan)
-                if let Some(cells) = plan
-                    .variant
-                    .cache()
-                    .and_then(|cache| self.too_many_nodes(cache)) =>
+                if let Some(cells) = plan.variant.cache().and_then(|c| self.too_many_nodes(c)) =>
             {
-                Some(format!(
-                    "has {cells} cells, more than a CPU fills while it renders a picture of this size, and would take {}",
-                    human(plan.bytes()),
-                ))
+                let bytes = human(plan.bytes());
+                let why = format!(
+                    "has {cells} cells, more than a CPU fills while it renders a picture of this size, and would take {bytes}"
+                );
+                (u64::MAX, why)
             }
             Ok(plan) if plan.bytes() > self.budget => {
-                Some(format!("needs {}", needs(plan.bytes())))
+                let bytes = plan.bytes();
+                (bytes, format!("needs {}", exactly(bytes)))
             }
-            Err(Error::Memory(why)) => Some(format!("is impossible: {why}")),
-            Ok(_) | Err(_) => None,
-        }
+            Err(Error::Memory(why)) => (u64::MAX, format!("is impossible: {why}")),
+            Ok(_) | Err(_) => return None,
+        };
+        Some(Obstacle { needed, why })
     }
+}
+
+/// What is in the way of a cache.
+struct Obstacle {
+    /// The budget with which it would fit; the largest number where no budget helps.
+    needed: u64,
+    /// The end of a sentence that begins with the cache's name.
+    why: String,
 }
 
 /// What the chosen variant takes stands in the plan, which an edit may replace while the choice stays.

@@ -211,8 +211,8 @@ fn handle(
     response.secondary_clicked()
 }
 
-/// The values that a point can have between its neighbours. A scene file's are within those of a float, so where there is no
-/// neighbour they end before these do, or with the point's own.
+/// The values that a point can have between its neighbours. A scene file's values must be within a float's range, so where
+/// there is no neighbour the limit is half of that, or the point's own value if it is beyond.
 fn room(points: &[TransferPoint], i: usize) -> [f64; 2] {
     let beyond = f64::from(f32::MAX) / 2.0;
     let now = points[i].value;

@@ -1,11 +1,13 @@
 //! What is chosen where the volume does not fit whole: how much of the memory a cache leaves to its bricks.
 
+use isolume::error::{Error, MemoryError};
 use isolume::render::{Choice, Planner};
+use isolume::scene::volume::Volume;
 use isolume::scene::*;
 
 use crate::memory_plan::devices::nvidia_8;
 use crate::memory_plan::ladder::stated_bytes;
-use crate::memory_plan::{F32, Kind, dense, plan, scene};
+use crate::memory_plan::{F16, F32, Kind, dense, plan, scene};
 
 /// Rays to suns would need bricks as well.
 fn without_suns() -> Scene {
@@ -46,28 +48,58 @@ fn a_coarser_cache_is_tried_where_it_leaves_room_for_more_bricks() {
     }
 }
 
-/// The least that is said to be needed for something better buys it.
-#[test]
-fn what_is_next_better_is_true() {
-    let device = crate::support::common::device();
-    let (volume, limits, scene) = (dense(192, Kind::U16), nvidia_8(), without_suns());
-    let choose = |budget| Planner::new(&device, &limits, budget, &volume, &scene).choose();
+/// The least that is said to be needed for something better buys it, and no less does.
+fn climb_by_promises(volume: &Volume, scene: &Scene) -> Vec<String> {
+    let (device, limits) = (crate::support::common::device(), nvidia_8());
+    let choose = |budget| Planner::new(&device, &limits, budget, volume, scene).choose();
     let found = |budget| {
         let plan = choose(budget).expect("a choice").plan;
         (plan.variant.description(), plan.bricks.is_some())
     };
-    let refusal = choose(0).expect_err("no memory").to_string();
+    let refusal = match (choose(0).expect_err("no memory"), scene.render.variant) {
+        (Error::Memory(MemoryError::Plan { smallest_cache, .. }), Variant::Caching) => {
+            smallest_cache.expect("a cache")
+        }
+        (refusal, _) => refusal.to_string(),
+    };
     let mut budget = stated_bytes(&refusal).expect("a need");
+    assert!(choose(budget - 1).is_err(), "{refusal}");
     let mut chosen = vec![found(budget)];
     while let Some((_, true)) = chosen.last() {
         let promise = choose(budget).expect("a choice").next_better;
         let next = stated_bytes(&promise).expect("a need");
         assert_eq!(found(next - 1), *chosen.last().unwrap(), "{promise}");
-        assert!(promise.starts_with(&found(next).0), "{promise}");
+        assert!(promise.contains(&found(next).0), "{promise}");
         chosen.push(found(next));
         budget = next;
     }
+    chosen.into_iter().map(|(name, _)| name).collect()
+}
+
+#[test]
+fn what_is_next_better_is_true() {
+    let chosen = climb_by_promises(&dense(192, Kind::U16), &without_suns());
     assert!(chosen.len() > 3, "{chosen:?}");
+}
+
+/// At the faces of the box, the medium is so dense that wide cubes are at its rim, and narrow ones are not.
+#[test]
+fn it_is_true_where_a_coarse_cache_needs_more_than_a_fine_one() {
+    let mut scene = without_suns();
+    scene.render.size = [700, 600];
+    scene.medium.as_mut().expect("a medium").density = 0.03;
+    let volume = dense(192, Kind::U16);
+    let device = crate::support::common::device();
+    let bytes = |scale| {
+        let rung = Some((scale, F16));
+        let plan = plan(&device, &nvidia_8(), &volume, &scene, rung);
+        plan.expect("a plan").bytes()
+    };
+    assert!(bytes(0.125) > bytes(0.25));
+    let chosen = climb_by_promises(&volume, &scene);
+    assert!(chosen.len() > 1, "{chosen:?}");
+    scene.render.variant = Variant::Caching;
+    climb_by_promises(&volume, &scene);
 }
 
 /// A march reads along rays to suns from every surface that lets light through, and begins anew when a brick is missing: the
